@@ -182,7 +182,7 @@ class HarmonicBalance(Record):
 
 
 class DescribingHint(Record):
-    r"""Where harmonic balance suggests a periodic motion: a hint, not a verdict.
+    r"""Where harmonic balance suggests a periodic solution: a hint, not a verdict.
 
     It has no verdict on purpose.  Harmonics are neglected without a bound on them: a loop may oscillate although no
     balance exists (Fitts' counterexample to the conjecture of Kalman), and a balance may belong to no oscillation.

@@ -13,7 +13,7 @@ from lure.classes import in_channels
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
 
-BEYOND = "Not shown: a rate of decay, a bound on the size of the motion, anything about external inputs."
+BEYOND = "Not shown: a rate of decay, a bound on the size of the solution, anything about external inputs."
 
 Nonlinearities = Mapping[str, Any]
 Spelled = Mapping[Fraction, str]
@@ -113,7 +113,7 @@ def _number(value: Fraction, *, up: bool, spelled: Spelled | None) -> str:
 
 
 def meaning(shown: Proved, subject: str = "") -> str:
-    """What is proved of the motions, from the conclusion of the certificate.
+    """What is proved of the solutions, from the conclusion of the certificate.
 
     Parameters
     ----------
@@ -124,7 +124,9 @@ def meaning(shown: Proved, subject: str = "") -> str:
     """
     conclusion = str(shown.certificate["conclusion"])
     said = f"The point {conclusion}" if conclusion.startswith("0 ") else conclusion[0].upper() + conclusion[1:]
-    return said.replace("motion", f"motion of {subject}", 1) if subject else said
+    if "comes to rest" in said:  # of the rod
+        return said
+    return said.replace("motion", f"motion of {subject}" if subject else "solution", 1)
 
 
 def destroys(shown: Refuted) -> str:
@@ -143,7 +145,7 @@ def destroys(shown: Refuted) -> str:
 
 
 def counterexample(shown: Refuted) -> str:
-    """The destabilising law of a certificate in words.
+    """The destabilising nonlinearity of a certificate in words.
 
     Parameters
     ----------
@@ -170,7 +172,7 @@ def counterexample(shown: Refuted) -> str:
         return f"{_graph(proof)}, period {float(period):.7g} s"
     if method == "orbit":
         return _graph(proof)
-    return "a law of the class"
+    return "a nonlinearity of the class"
 
 
 def _method(shown: Refuted) -> str:

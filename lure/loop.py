@@ -98,7 +98,7 @@ class Loop(Record, kw_only=False):
 
         Notes
         -----
-        For ``control.input_output_response``.  A simulation is one motion: it proves nothing about the others.
+        For ``control.input_output_response``.  A simulation is one solution: it proves nothing about the others.
 
         Examples
         --------

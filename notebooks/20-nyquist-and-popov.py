@@ -254,7 +254,7 @@ assert disk.found.largest.low > 1.41
 assert control.feedback(0.26 * control.tf([12], [1, 2, -3]), 1).poles().real.max() < 0
 assert control.feedback(0.24 * control.tf([12], [1, 2, -3]), 1).poles().real.max() > 0
 assert (abs(critical.largest.low - 6) < 1e-6, round(critical.theta, 9), critical.refuted_at >= 6) == (True, 1.5, True)
-assert critical.meaning == max_sector("1/s").meaning == "Every motion converges to the set of equilibria"
+assert critical.meaning == max_sector("1/s").meaning == "Every solution converges to the set of equilibria"
 assert abs(max_sector(MOTOR, criterion="circle").largest.low - 4 / 3) < 1e-6  # the asymptote is at -3/4
 assert max_sector("1/s").largest.low == inf
 assert str(wrong_sign.verdict) == "REFUTED"

@@ -78,7 +78,7 @@ def channels(data: Any, m: int) -> Channels:
 def examined(
     verdict: str, name: str, data: Any, system: Any, given: Any, phi: Any, proof: Any
 ) -> tuple[bool, int, dict[str, str], str]:
-    """Whether it is a proof, and what follows; 0: 0 attracts, 1: some motion moves on, 2: other equilibria, 3: no loop.
+    """Whether it is a proof, and what follows; 0: 0 attracts, 1: one moves on, 2: other equilibria, 3: no loop.
 
     And how every hypothesis was found to hold, and what is assumed.
     """
@@ -404,7 +404,7 @@ def closed_by(H: Plant, gains: list[Fraction]) -> Rows | None:
 
 
 def switched(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
-    """Gains that jump from one list to the next and repeat: some motion grows."""
+    """Gains that jump from one list to the next and repeat: some solution grows."""
     keys = ("method", "gains", "squarings", "bits", *([] if H.discrete else ["times"]))
     _, data, squarings, bits, *lengths = fields(proof, *keys)
     form(isinstance(data, list) and 0 < len(data) <= MOST_STEPS, f"gains are 1 to {MOST_STEPS} lists")

@@ -72,11 +72,11 @@ class Checked:
 
 
 class Proved(Checked):
-    """The conclusion holds for every law of the class."""
+    """The conclusion holds for every nonlinearity of the class."""
 
 
 class Refuted(Checked):
-    """With a law of the class the loop does not do what a proof would say."""
+    """With a nonlinearity of the class the loop does not do what a proof would say."""
 
 
 def multiplier(name: str, data: Any, B: Block, unbounded: bool) -> tuple[Form, Form, Form, Form, bool]:
@@ -286,7 +286,7 @@ def linear(B: Block, family: states.Family) -> dict[str, str]:
 
 
 def counterexample(system: Any, family: states.Family, proof: Any) -> tuple[str, dict[str, str]]:
-    """A law of the class and a motion that does not come to rest at 0: conclusion and findings."""
+    """A nonlinearity of the class and a solution that does not come to rest at 0: conclusion and findings."""
     method = proof["method"]
     low, high = max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1])
     if method == "structure":

@@ -46,7 +46,7 @@ class Code:
         return f"{self.identifier}: {self.title}"
 
 
-_NOTHING = "It means nothing for the loop, which may be stable or not for every law of the class."
+_NOTHING = "It means nothing for the loop, which may be stable or not for every nonlinearity of the class."
 _OURS = "It says something about the search and nothing about the loop."
 
 CODES = (
@@ -54,7 +54,7 @@ CODES = (
         reason=Reason.NO_MULTIPLIER,
         title="no multiplier found",
         happened="Every criterion that applies to the class was tried, and none reaches its upper end; the search "
-        "for a destabilising law of the class found none that could be proved.",
+        "for a destabilising nonlinearity of the class found none that could be proved.",
         means="The criteria are sufficient and not necessary: failing them is no sign of instability. The searches "
         "for multipliers and for counterexamples end after a while: another multiplier, or a counterexample, may "
         "exist.",
@@ -184,7 +184,7 @@ CODES = (
         happened="The loop with the smallest gain of the class has a multiple pole at 0 (z = 1), and the critical "
         "case of the theorems is that of a simple one.",
         means="Not a formality: for (s + 1)/s^2 every positive linear gain is stable, and phi = sigma exp(-|sigma|) "
-        "lets motions escape to infinity. For a given nonlinearity the loop may still be stable.",
+        "lets solutions escape to infinity. For a given nonlinearity the loop may still be stable.",
         tries=(
             "If phi(sigma)/sigma stays above a positive number, give the class that lower end: "
             "lure certify plant.toml --sector 0.1 2",
@@ -267,7 +267,7 @@ CODES = (
     Code(
         reason=Reason.SEVERAL_SOLUTIONS,
         title="the loop equation may have several solutions",
-        happened="The block has a direct term D, and a law of the sector need not make sigma + D phi(sigma) "
+        happened="The block has a direct term D, and a nonlinearity of the sector need not make sigma + D phi(sigma) "
         "increasing: Popov's criterion is proved only for nonlinearities for which it is, and no criterion says "
         "anything where "
         "the nonlinearity given is shown to let sigma + D phi(sigma) = y have several solutions.",
@@ -289,7 +289,7 @@ CODES = (
     Code(
         reason=Reason.UNPROVED_ORBIT,
         title="a counterexample that is not proved",
-        happened="A law of the class was found with which the loop seems to oscillate or grow; its orbit could be "
+        happened="A member of the class was found with which the loop seems to oscillate or grow; its orbit could be "
         "followed in floating point, and not proved to exist.",
         means="The class is probably not stable. A simulation shows no orbit, and refutes nothing.",
         tries=(

@@ -1,4 +1,4 @@
-"""A linear gain with which a motion grows, shown by a quadratic form: for matrices too large for exact polynomials."""
+"""A linear gain with which a solution grows, by a quadratic form: for matrices too large for exact polynomials."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Rows = list[list[Fraction]]
 
 
 def growth_proof(system: Mapping[str, Any], gain: Fraction) -> dict[str, Any]:
-    r"""The proof that with ``mu = -gain sigma`` a motion grows: ``P`` with ``A'P + PA < 0`` and a state ``x'P x < 0``.
+    r"""That with ``mu = -gain sigma`` a solution grows: ``P`` with ``A'P + PA < 0`` and a state ``x'P x < 0``.
 
     ``A`` is that of the closed loop; in discrete time ``A'P A - P < 0``.
 

@@ -57,8 +57,8 @@ def matrix_draft(
 ) -> dict[str, Any]:
     r"""A certificate by a matrix ``P`` for the time-invariant nonlinearities of a sector, the checker's part left out.
 
-    ``P`` makes ``V = x'P x + zeta^2/rho + 2 theta int phi`` fall along every motion.  The class may be narrowed or, for
-    ``theta`` None, widened to nonlinearities that vary in time by changing ``laws`` of the draft: the proof is the
+    ``P`` makes ``V = x'P x + zeta^2/rho + 2 theta int phi`` fall along every solution.  The class may be narrowed or,
+    for ``theta`` None, widened to nonlinearities that vary in time by changing ``laws`` of the draft: the proof is the
     same.
 
     Parameters

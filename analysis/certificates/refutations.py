@@ -1,4 +1,4 @@
-"""Certificates for counterexamples: a law of the class and a motion that does not come to rest, from a witness."""
+"""Certificates for counterexamples: a member of the class and a solution that does not come to rest, from a witness."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
     from lure.analysis.certificates.sealing import Failure
 
-_CLAIM = "Not shown is anything beyond the claim: a rate of decay, a bound on a motion, external inputs."
+_CLAIM = "Not shown is anything beyond the claim: a rate of decay, a bound on a solution, external inputs."
 _AGAIN = "Check it again with lure.analysis.check(certificate), or with checker.py and nothing but Python."
 
 

@@ -188,7 +188,7 @@ def checked(draft: Draft) -> Proved | Refuted:
 
 
 def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
-    """Whether every law of one class is in another, both as they stand in a certificate.
+    """Whether every nonlinearity of one class is in another, both as they stand in a certificate.
 
     Parameters
     ----------

@@ -225,9 +225,9 @@ def matrix_facts(A: Any, b: Any, c: Any, d: Any, width: Any, theta: Any, discret
 
 
 def matrix_gain(closed: Any, family: Family, proof: Any) -> dict[str, str]:
-    """A gain ``g`` with a motion that grows: ``V = x'Px`` falls along every motion, and is negative at the start.
+    """A gain ``g`` with a solution that grows: ``V = x'Px`` falls along every solution, and is negative at the start.
 
-    ``V <= V(0) < 0`` keeps the motion away from 0, so that ``V``, a quadratic form, falls without end.
+    ``V <= V(0) < 0`` keeps the solution away from 0, so that ``V``, a quadratic form, falls without end.
     ``closed`` gives the matrices of the loop with the linear gain.
     """
     _, gain, rows, start = fields(proof, "method", "gain", "P", "start")

@@ -26,7 +26,7 @@ def nonlinearity_entry(nonlinearity: object) -> dict[str, Any] | None:
     Parameters
     ----------
     nonlinearity : object
-        A law of the library, or None.
+        A nonlinearity of the library, or None.
 
     Examples
     --------

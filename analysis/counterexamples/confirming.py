@@ -57,7 +57,7 @@ def scales(nonlinearity: Characteristic) -> tuple[float, ...]:
 
     Parameters
     ----------
-    nonlinearity : Graph, law of the library or callable
+    nonlinearity : Graph, nonlinearity of the library or callable
         ``phi``; the kinks of a piecewise-linear one are exact, any other is sampled from 1e-9 to 1e9.
     """
     graph = graph_of(nonlinearity)
@@ -235,7 +235,7 @@ def tried(
     ----------
     block : RationalPlant
         The block, of order 1 at least.
-    nonlinearity : Graph, law of the library or callable
+    nonlinearity : Graph, nonlinearity of the library or callable
         ``phi``, elementwise.
     conclusion : {"0 attracts", "converges to equilibria", "bounded", ""}
         What is proved of every solution; empty if nothing is.

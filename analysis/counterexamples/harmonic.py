@@ -199,8 +199,8 @@ class RelayOrbits:
     """Relay orbits with a given number of switches, by Newton's method from many random times at once.
 
     In the modes of ``A`` all is explicit: between switches ``z' = lambda z + u beta``, ``u = -+1``, and the first state
-    of a periodic motion follows from the times.  Floating point, for ``A`` with a full set of eigenvectors: proposals,
-    never proofs.
+    of a periodic solution follows from the times.  Floating point, for ``A`` with a full set of eigenvectors:
+    proposals, never proofs.
     """
 
     def __init__(self, A: Reals, b: Reals, c: Reals) -> None:

@@ -163,7 +163,7 @@ def _at(block: RationalPlant, lower: Fraction, end: GainEnd) -> Witness:
     if not is_stable_gain(block, gain):
         return _gain(block, lower, gain)
     k = end.value.high
-    text = f"phi = k sigma with k = {k:.10g}: roots on the axis, a periodic motion"
+    text = f"phi = k sigma with k = {k:.10g}: roots on the axis, a periodic solution"
     return _witness(k, text, {"lower": str(lower), "gain_low": str(end.low), "gain_high": str(end.high)})
 
 
@@ -288,6 +288,6 @@ def _state_space_witness(gain: Fraction, lower: Fraction) -> Witness:
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
         odd=True,
-        description=f"phi = k sigma with k = {float(gain):.10g}: a motion grows",
+        description=f"phi = k sigma with k = {float(gain):.10g}: a solution grows",
         data={"lower": str(lower), "gain": str(gain)},
     )

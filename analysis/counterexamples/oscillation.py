@@ -212,10 +212,10 @@ MAX_ORDER = 16
 def oscillation_witness(
     block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0), k: Fraction | None = None
 ) -> Witness | None:
-    r"""A piecewise-linear ``phi`` with slopes in ``[lower, k]`` whose loop has a periodic motion.
+    r"""A piecewise-linear ``phi`` with slopes in ``[lower, k]`` whose loop has a periodic solution.
 
-    The loop is ``sigma = H mu``, ``mu = -phi(sigma)``.  The motion's existence refutes global asymptotic stability for
-    the class of all ``phi`` with slope in ``[lower, k]``; whether the motion attracts is not asked.
+    The loop is ``sigma = H mu``, ``mu = -phi(sigma)``.  The solution's existence refutes global asymptotic stability
+    for the class of all ``phi`` with slope in ``[lower, k]``; whether the solution attracts is not asked.
 
     Parameters
     ----------
@@ -339,7 +339,7 @@ def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence) -> 
         slope_restricted=True,
         odd=nonlinearity.odd,
         description=f"phi piecewise linear through {points}, slope {left:.6g} to the left, {right:.6g} to the right: "
-        f"a periodic motion with period {orbit.period:.7g} s",
+        f"a periodic solution with period {orbit.period:.7g} s",
         data=MappingProxyType(
             {
                 "points": [[str(x), str(nonlinearity.exact(x))] for x in nonlinearity.kinks],

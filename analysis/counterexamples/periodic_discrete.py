@@ -71,7 +71,7 @@ def exact_orbit(block: RationalPlant, lower: Fraction, proposal: Proposal, *, od
     proposal : Proposal
         Found for the shifted block ``n / (d + lower n)``.
     odd : bool
-        Whether the law of a ``sector`` pattern has to be odd.
+        Whether the nonlinearity of a ``sector`` pattern has to be odd.
 
     Returns
     -------

@@ -131,13 +131,13 @@ class Flow:
             self.taylor.append(np.array(terms))
 
     def piece_of(self, state: Reals) -> int:
-        """The piece of ``(x, 1)``; on a level, the one the motion enters."""
+        """The piece of ``(x, 1)``; on a level, the one the solution enters."""
         y = float(self.row @ state)
         below, upto = int(np.searchsorted(self.levels, y, "left")), int(np.searchsorted(self.levels, y, "right"))
         return upto if below < upto and float(self.row @ self.generators[below] @ state) > 0 else below
 
     def passages(self, x0: ArrayLike, until: float, most: int = 100_000) -> list[Passage]:
-        """The stays on the pieces from ``x0`` to time ``until``, at most so many; fewer if the motion overflows."""
+        """The stays on the pieces from ``x0`` to time ``until``, at most so many; fewer if the solution overflows."""
         state = np.array([*np.asarray(x0, dtype=float), 1.0])
         piece, time = self.piece_of(state), 0.0
         found: list[Passage] = []
@@ -192,7 +192,7 @@ class Flow:
     def _leave(
         self, piece: int, state: Reals, longest: float, start: float | None
     ) -> tuple[float, Reals, float | None]:
-        """How long the motion stays on the piece, where it leaves it, and across which level (None: it stays)."""
+        """How long the solution stays on the piece, where it leaves it, and across which level (None: it stays)."""
         low = self.levels[piece - 1] if piece > 0 else -math.inf
         high = self.levels[piece] if piece < len(self.levels) else math.inf
         elapsed, step = 0.0, self.steps[piece]

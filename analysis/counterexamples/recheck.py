@@ -155,8 +155,8 @@ DELTA = 1e-6
 ISOLATED = 1e-7
 CLOSED, EXACT = 1e-8, 1e-13
 """By how much of its size a solution may miss its first state after a period: of an integrated one, of a sampled one.
-With a law of straight pieces a sampled solution that is almost periodic, at a slope below the least that admits it by
-1e-9 of itself, misses by 1e-9; one that is periodic, by nothing but rounding."""
+With a nonlinearity of straight pieces a sampled solution that is almost periodic, at a slope below the least that
+admits it by 1e-9 of itself, misses by 1e-9; one that is periodic, by nothing but rounding."""
 CLEAR = 20.0
 """How far the least singular value of the map whose zero is a periodic solution stands out from the error of its
 derivative; what does not is taken for a slow decay."""

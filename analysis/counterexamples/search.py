@@ -18,7 +18,7 @@ from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import ArrayLike, np
 from lure.plants.rational import RationalPlant
 
-# Motions claimed to disprove stability, checked: a nonlinearity, a first state, a period.
+# Solutions claimed to disprove stability, checked: a nonlinearity, a first state, a period.
 
 PERIODS = 200
 SMOOTH_PERIODS = 40
@@ -32,20 +32,20 @@ def accept_orbit_continuous(block: Plant, nonlinearity: Characteristic, x0: Arra
     ----------
     block : RationalPlant or (A, b, c)
         In continuous time; matrices exact or doubles, without feedthrough, ``x' = A x + b mu``, ``sigma = c x``.
-    nonlinearity : Graph, law of the library or callable
+    nonlinearity : Graph, nonlinearity of the library or callable
         ``phi``.
     x0 : array_like
-        (n,) state on the orbit, or from which the motion comes close to it within 200 periods; in the companion form of
-        a ``RationalPlant``.
+        (n,) state on the orbit, or from which the solution comes close to it within 200 periods; in the companion form
+        of a ``RationalPlant``.
     period : float
         Approximate period [s].
 
     Returns
     -------
     Witness or None
-        For a piecewise-linear nonlinearity an orbit near the motion is refined by Newton's method and proved by
+        For a piecewise-linear nonlinearity an orbit near the solution is refined by Newton's method and proved by
         Krawczyk's test: CERTIFIED.  Where that fails, and for any other nonlinearity, ``simulated orbit``, OBSERVED:
-        after 40 periods the motion returns to its state within 1e-6 of its size, and has not shrunk.  None if it does
+        after 40 periods the solution returns to its state within 1e-6 of its size, and has not shrunk.  None if it does
         neither: nothing follows.
     """
     graph = graph_of(nonlinearity)
@@ -58,13 +58,13 @@ def accept_orbit_continuous(block: Plant, nonlinearity: Characteristic, x0: Arra
 
 
 def accept_escape(block: Plant, nonlinearity: Characteristic, x0: ArrayLike, until: float) -> Witness | None:
-    """The witness for a motion of ``sigma = H mu``, ``mu = -phi(sigma)`` that seems to grow without bound: OBSERVED.
+    """The witness for a solution of ``sigma = H mu``, ``mu = -phi(sigma)`` that seems to grow without bound: OBSERVED.
 
     Parameters
     ----------
     block : RationalPlant or (A, b, c)
         The linear part.
-    nonlinearity : Graph, law of the library or callable
+    nonlinearity : Graph, nonlinearity of the library or callable
         ``phi``.
     x0 : array_like
         (n,) first state.
@@ -88,7 +88,7 @@ def accept_escape(block: Plant, nonlinearity: Characteristic, x0: ArrayLike, unt
 
 
 def _piecewise_orbit(loop: PiecewiseLoop, x0: ArrayLike, period: float) -> Itinerary | None:
-    """An orbit near the motion from ``x0``, proved, or None."""
+    """An orbit near the solution from ``x0``, proved, or None."""
     flow = Flow(loop)
     passages = flow.passages(x0, 2.5 * period)
     first = 1 if len(passages) > 1 else 0
@@ -105,7 +105,7 @@ def _piecewise_orbit(loop: PiecewiseLoop, x0: ArrayLike, period: float) -> Itine
 
 
 def _proved(loop: PiecewiseLoop, passages: list[Passage], spans: list[tuple[int, int]]) -> Itinerary | None:
-    """The first orbit proved among these stretches of the motion."""
+    """The first orbit proved among these stretches of the solution."""
     for i, j in spans:
         stretch = passages[i:j]
         whole = Itinerary(
@@ -131,14 +131,14 @@ def _observed(block: Plant, nonlinearity: Characteristic, x0: ArrayLike, period:
     lap = simulate_loop(block, nonlinearity, start, 1.2 * period, samples=4001)
     misses = np.where(lap.t < 0.8 * period, math.inf, np.abs(lap.states - start).max(axis=1))
     found = float(lap.t[int(misses.argmin())])
-    for _ in range(4):  # the time at which the motion is nearest to its first state, by Newton's method
+    for _ in range(4):  # the time at which the solution is nearest to its first state, by Newton's method
         lap = simulate_loop(block, nonlinearity, start, found, samples=4001)
         speed = (lap.states[-1] - lap.states[-2]) / (lap.t[-1] - lap.t[-2])
         found -= float((lap.states[-1] - start) @ speed / (speed @ speed))
     miss = float(np.abs(lap.states[-1] - start).max() / np.abs(start).max())
     if not miss < RETURN:
         return None
-    text = f"the motion returns to its state after {found:.7g} s within {miss:.1g} of its size"
+    text = f"the solution returns to its state after {found:.7g} s within {miss:.1g} of its size"
     return _simulated(
         nonlinearity, text, {"state": [float(v) for v in start], "period": found, "miss": miss, "note": long.note}
     )

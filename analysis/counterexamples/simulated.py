@@ -55,7 +55,7 @@ def orbit_of(block: Plant, witness: Witness) -> tuple[Reals, Reals]:
     motion = simulate_loop(block, nonlinearity_entry(witness), state, period, samples=SAMPLES)
     miss = float(np.abs(motion.states[-1] - motion.states[0]).max() / np.abs(motion.states[0]).max())
     if not miss < 1e-3:  # far above what rounding does in one period, far below what another block does
-        raise InputError("the motion does not close after the period of the witness; give the block it was found for")
+        raise InputError("the solution does not close after the period of the witness; give the block it was found for")
     return motion.t, motion.sigma
 
 
@@ -83,7 +83,7 @@ def orbit_start(block: RationalPlant, witness: Witness) -> tuple[Reals, float]:
 
 
 def nonlinearity_entry(witness: Witness) -> Graph:
-    """The piecewise-linear law of a periodic orbit.
+    """The piecewise-linear nonlinearity of a periodic orbit.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ RESIDUAL = 1e-9
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Motion:
-    """A simulated motion of ``sigma = H mu``, ``mu = -phi(sigma)``: OBSERVED evidence.
+    """A simulated solution of ``sigma = H mu``, ``mu = -phi(sigma)``: OBSERVED evidence.
 
     Attributes
     ----------
@@ -132,13 +132,13 @@ class Motion:
 def simulate_loop(
     block: Plant, nonlinearity: Characteristic, x0: ArrayLike, until: float, *, samples: int = SIMULATED_SAMPLES
 ) -> Motion:
-    """The motion from ``x0``.
+    """The solution from ``x0``.
 
     Parameters
     ----------
     block : RationalPlant or (A, b, c)
         The linear part; matrices without feedthrough.
-    nonlinearity : Graph, law of the library or callable
+    nonlinearity : Graph, nonlinearity of the library or callable
         ``phi``, elementwise.  A piecewise-linear nonlinearity (a ``Graph``, or a ``graph`` attribute) is followed
         exactly from kink to kink; any other by an integrator of order 8 with relative tolerance 1e-10.
     x0 : array_like
@@ -156,7 +156,7 @@ def simulate_loop(
     Examples
     --------
     >>> from lure import RationalPlant, Saturation
-    >>> motion = simulate_loop(RationalPlant([1], [1, 3, 2, 0]), Saturation(gain=3), [1, 0, 0], until=40.0)
+    >>> solution = simulate_loop(RationalPlant([1], [1, 3, 2, 0]), Saturation(gain=3), [1, 0, 0], until=40.0)
     >>> print(f"sigma({motion.t[-1]:.0f}) = {motion.sigma[-1]:.5f}, from {motion.sigma[0]:.0f}: observed, no proof")
     sigma(40) = -0.00051, from 1: observed, no proof
     """
@@ -173,7 +173,7 @@ def solution(  # noqa: PLR0913  (equations, nonlinearity, from where, how far, a
     ----------
     system : Realisation
         The equations.
-    nonlinearity : Graph, law of the library or callable
+    nonlinearity : Graph, nonlinearity of the library or callable
         ``phi``.
     x0 : array_like
         (n,) first state.
@@ -210,7 +210,7 @@ def graph_of(nonlinearity: Characteristic) -> Graph | None:
 
 
 def followed(loop: PiecewiseLoop, start: Reals, instants: Reals) -> Motion:
-    """The motion of a loop with a piecewise-linear nonlinearity, followed exactly from kink to kink.
+    """The solution of a loop with a piecewise-linear nonlinearity, followed exactly from kink to kink.
 
     Parameters
     ----------
@@ -300,7 +300,7 @@ def bracketed_root(nonlinearity: Characteristic, d: float, y: float) -> float:
 
     Parameters
     ----------
-    nonlinearity : Graph, law of the library or callable
+    nonlinearity : Graph, nonlinearity of the library or callable
         ``phi``; where it jumps, the two sides of the equation may pass each other without meeting.
     d : float
         Feedthrough.

@@ -139,7 +139,7 @@ class SwitchingSearch:
     def two_times(self, k: float) -> Pattern | None:
         """The two durations found with the largest growth, if the loop grows with them."""
         starts = [self.best_of_grid(k)]
-        if self.omega > 0:  # the gain turns twice as fast as the motion
+        if self.omega > 0:  # the gain turns twice as fast as the solution
             starts.append(np.full(2, math.pi / (2 * self.omega)))
         found = max((self.faster(times, k) for times in starts), key=lambda times: self.growth(times, k))
         return Pattern(found, k) if self.growth(found, k) > 0 else None
@@ -290,7 +290,7 @@ def switched_witness(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> 
 
     For ``sigma = H mu``, ``mu = -phi``, ``phi(t, sigma) = k(t) sigma``, the state over one period is multiplied by
     ``M = ... exp(A_k t_2) exp(A_lower t_1)``, ``A_k = A - b c k/(1 + k d)``.  If ``M`` has an eigenvalue outside the
-    unit disc, some motion grows without bound, and no criterion for time-varying ``phi`` in the sector ``[lower, k]``
+    unit disc, some solution grows without bound, and no criterion for time-varying ``phi`` in the sector ``[lower, k]``
     (the circle criterion's class) can hold.  Nothing is said about time-invariant ``phi``.
 
     Parameters
@@ -345,7 +345,7 @@ def circle_reach(plant: TransferPolynomials, lower: Fraction) -> tuple[float, fl
 
 
 def growing(system: Realisation, gains: Sequence[Fraction], times: Sequence[Fraction]) -> bool:
-    r"""Whether a loop with these gains for these times, over and over, is proved to have motions that grow.
+    r"""Whether a loop with these gains for these times, over and over, is proved to have solutions that grow.
 
     Parameters
     ----------
@@ -391,7 +391,7 @@ def _certified(system: Realisation, lower: Fraction, found: Pattern) -> Witness 
         slope_restricted=True,
         odd=True,
         time_varying=True,
-        description=f"{text}: a motion grows without bound",
+        description=f"{text}: a solution grows without bound",
         data=MappingProxyType(
             {"lower": str(lower), "upper": str(k), "gains": [str(g) for g in gains], "times": [str(t) for t in times]}
         ),
@@ -417,7 +417,7 @@ def switched_witness_discrete(block: RationalPlant, *, lower: Fraction = Fractio
     r"""A gain ``phi(t, sigma) = k(t) sigma`` that repeats a pattern of ``lower`` and ``k`` and makes the loop grow.
 
     For ``sigma = H mu``, ``mu = -k(t) sigma`` the state over one period is multiplied by ``M``, the product of
-    ``A - b c k(t)/(1 + k(t) D)``.  If ``M`` has an eigenvalue outside the unit disc some motion grows without bound.
+    ``A - b c k(t)/(1 + k(t) D)``.  If ``M`` has an eigenvalue outside the unit disc some solution grows without bound.
     Nothing is said about time-invariant ``phi``.
 
     Parameters
@@ -440,7 +440,7 @@ def switched_witness_discrete(block: RationalPlant, *, lower: Fraction = Fractio
 
     Notes
     -----
-    Candidates, in floating point: the patterns of periodic motions in the sector of period up to 24, all patterns of
+    Candidates, in floating point: the patterns of periodic solutions in the sector of period up to 24, all patterns of
     period up to 10, two runs up to 40, and what changes of single samples reach from them.  If all eigenvalues of
     ``M`` lay in the closed unit disc, ``|tr M^N| <= n`` for every ``N``; the opposite is shown in ball arithmetic for
     a power of two ``N`` and the exact gains.
@@ -541,7 +541,7 @@ def _switched_discrete_certified(
             odd=True,
             time_varying=True,
             description=f"phi(t, sigma) = k(t) sigma, k(t) repeating {text}, k = {exact_text(upper, 10)}: "
-            "motions grow for ever",
+            "solutions grow for ever",
             data={"k": str(upper), "lower": str(lower), "period": len(gains), "gains": [str(g) for g in gains]},
         )
     return None

@@ -88,7 +88,7 @@ class BatchLoop:
     ----------
     block : RationalPlant
         The block.
-    nonlinearity : Graph, law of the library or callable
+    nonlinearity : Graph, nonlinearity of the library or callable
         ``phi``, elementwise.
     gain : Fraction
         A gain of the class, whose loop gives the unit of time.
@@ -252,7 +252,7 @@ def kernel(nonlinearity: Characteristic) -> Values:
 
     Parameters
     ----------
-    nonlinearity : Graph, law of the library or callable
+    nonlinearity : Graph, nonlinearity of the library or callable
         ``phi``.
     """
     graph = graph_of(nonlinearity)

@@ -77,7 +77,7 @@ class MeasuredReport(Record):
 def report_from_data(
     source: str | Path | Measurements, *, confidence: float = 0.95, origin: float | str = 0.0, fit: bool = False
 ) -> MeasuredReport:
-    """Sector, slope bounds and, if asked for, the fitted compliance law of measurements.
+    """Sector, slope bounds and, if asked for, the fitted compliance nonlinearity of measurements.
 
     Parameters
     ----------

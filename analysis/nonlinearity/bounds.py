@@ -250,7 +250,7 @@ def nonlinearity_bounds(
 
     Parameters
     ----------
-    nonlinearity : law of lure.nonlinearities, Expression, str or callable
+    nonlinearity : nonlinearity of lure.nonlinearities, Expression, str or callable
         A text is a formula in ``sigma`` (or ``x``).  Anything else that can be called is known by its values alone.
     on : pair of numbers, optional
         The interval; all of R by default.

@@ -220,7 +220,7 @@ class NonlinearityBounds(Record):
 
         Parameters
         ----------
-        nonlinearity : law of lure.nonlinearities, Expression, str or callable
+        nonlinearity : nonlinearity of lure.nonlinearities, Expression, str or callable
             The nonlinearity that was bounded: the bounds know its name only.
         ax : Axes, optional
             Where to draw; by default a new figure.

@@ -76,7 +76,7 @@ def violation(
 
     Parameters
     ----------
-    nonlinearity : law of lure.nonlinearities, Expression, str or callable
+    nonlinearity : nonlinearity of lure.nonlinearities, Expression, str or callable
         As for :func:`nonlinearity_bounds`.
     bounds : Sector or SlopeBounds
         What the nonlinearity may not leave.

@@ -185,7 +185,7 @@ def plot_orbit_signals(block: object, witness: Witness, *, ax: Axes | None = Non
 
 
 def plot_nonlinearity(witness: Witness, *, ax: Axes | None = None) -> Axes:
-    """The piecewise linear law of a periodic orbit over all that the orbit visits.
+    """The piecewise linear nonlinearity of a periodic orbit over all that the orbit visits.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ def plot_hint(hint: DescribingHint, *, ax: Axes | None = None) -> Axes:
 
 
 def _locus(axes: Axes, locus: NDArray[np.float64]) -> None:
-    """The values of ``-1/N`` as stretches of the real axis, on either side of 0; a law of one gain has one point."""
+    """The values of ``-1/N`` as stretches of the real axis, on either side of 0; one gain has one point."""
     low, high = axes.get_xlim()
     label = "−1/N(A)"
     for part in (locus[locus < 0], locus[locus > 0]):

@@ -82,7 +82,7 @@ def plot_nonlinearity_sector(nonlinearity: object, found: NonlinearityBounds, *,
 
     Parameters
     ----------
-    nonlinearity : law of lure.nonlinearities, Expression, str or callable
+    nonlinearity : nonlinearity of lure.nonlinearities, Expression, str or callable
         The nonlinearity that was bounded.
     found : NonlinearityBounds
         Its bounds; those of a sample are drawn dashed.
@@ -122,7 +122,7 @@ def plot_nonlinearity_slope(nonlinearity: object, found: NonlinearityBounds, *, 
 
     Parameters
     ----------
-    nonlinearity : law of lure.nonlinearities, Expression, str or callable
+    nonlinearity : nonlinearity of lure.nonlinearities, Expression, str or callable
         The nonlinearity that was bounded.
     found : NonlinearityBounds
         Its bounds; those of a sample are drawn dashed.

@@ -51,7 +51,7 @@ class Conclusion:
     evidence : Evidence
         CERTIFIED with a verdict of these two.
     meaning : str
-        What is proved of the motions, or what the counterexample does; empty for INCONCLUSIVE.
+        What is proved of the solutions, or what the counterexample does; empty for INCONCLUSIVE.
     nonlinearity_class : str
         The class of the certificate in words; empty for INCONCLUSIVE.
     nonlinearity : str
@@ -69,9 +69,10 @@ class Conclusion:
     shown : Proved, Refuted or None
         What the checker accepted; None for INCONCLUSIVE.
     attracts : bool
-        Whether 0 is proved to attract every motion with the given nonlinearity, or without one for every nonlinearity.
+        Whether 0 is proved to attract every solution with the given nonlinearity, or without one for every
+        nonlinearity.
     assumed : tuple of str
-        What is assumed and not shown, of the given nonlinearity or of every law of the class, in clauses.
+        What is assumed and not shown, of the given nonlinearity or of every nonlinearity of the class, in clauses.
     """
 
     verdict: Verdict
@@ -418,7 +419,7 @@ def _takes_a_value_twice(nonlinearity: Nonlinearity, shown: Proved) -> bool:
 
 
 def _rests_at_zero_only(nonlinearity: Nonlinearity, shown: Proved) -> bool:
-    """Whether 0 is the only equilibrium of a loop whose motions converge to the set of equilibria.
+    """Whether 0 is the only equilibrium of a loop whose solutions converge to the set of equilibria.
 
     With the gain ``l`` at the critical end the loop has one simple pole at 0 (``z = 1``), and a residue that is not 0:
     an equilibrium then has ``phi(sigma) = l sigma``, and ``sigma`` determines its state.  See

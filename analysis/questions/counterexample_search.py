@@ -1,4 +1,4 @@
-"""The searches for a law of a class that destabilises, put before the checker."""
+"""The searches for a nonlinearity of a class that destabilises, put before the checker."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ def nonlinear_witnesses(asked: Problem) -> list[Witness]:
 
 
 def counterexample(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failure | None:
-    """A law of the class, not a constant gain, that destabilises.
+    """A nonlinearity of the class, not a constant gain, that destabilises.
 
     Parameters
     ----------

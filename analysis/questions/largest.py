@@ -273,7 +273,7 @@ class StabilityBound(Record):
 
     @property
     def meaning(self) -> str:
-        """What is proved of the motions where ``verdict`` is PROVED; empty else."""
+        """What is proved of the solutions where ``verdict`` is PROVED; empty else."""
         return self.conclusion.meaning if self.verdict is Verdict.PROVED else ""
 
     def __str__(self) -> str:
@@ -400,7 +400,7 @@ def _ends(shown: Proved | Refuted) -> list[tuple[Fraction | float, Fraction | fl
 
 
 def _needed(shown: Refuted) -> Fraction | float:
-    """The upper end of the least class with the law of a certificate: that of its own, or a constant gain."""
+    """The upper end of the least class with the nonlinearity of a certificate: that of its own, or a constant gain."""
     gain = shown.certificate["proof"].get("gain")
     return max(high for _, high in _ends(shown)) if gain is None else Fraction(gain)
 

@@ -187,7 +187,7 @@ class Problem:
         membership: Membership | None = None,
         name: str = "loop",
     ) -> Problem:
-        """The question whether the loop is stable for every law of a class, or with the nonlinearity that was given.
+        """The question whether the loop is stable for every member of a class, or with the one that was given.
 
         Parameters
         ----------
@@ -398,7 +398,7 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     plant : object
         Anything :func:`lure.as_plant` takes, or a named plant without a nonlinearity.
     nonlinearity : object
-        A law of :mod:`lure.nonlinearities` or any object with a sector, a formula as text,
+        A nonlinearity of :mod:`lure.nonlinearities` or any object with a sector, a formula as text,
         ``control.saturation_nonlinearity``,
         or what :func:`class_given` takes.
 
@@ -518,7 +518,7 @@ def posed(
     finite: bool,
     method: str = BEST,
 ) -> Problem:
-    """The question whether a loop is stable for every law of a class.
+    """The question whether a loop is stable for every nonlinearity of a class.
 
     Parameters
     ----------
@@ -526,7 +526,7 @@ def posed(
         The loop.  A model such as a rod means itself, for a named criterion or a proof by matrices its approximation.
     nonlinearity_class : NonlinearityClass or None
         The class; None for the class of the loop, or the smallest its nonlinearity is known to belong to.  A class
-        given here leaves the law of the loop out.
+        given here leaves the nonlinearity of the loop out.
     criterion : str
         The criterion asked for; ``hurwitz`` is about linear gains alone.
     finite : bool

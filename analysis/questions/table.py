@@ -512,14 +512,15 @@ def _start(bounds: Sector | SlopeBounds) -> Fraction:
 
 
 def _not_shown(rows: list[StabilityBound], found: Conclusion) -> tuple[str, ...]:
-    notes = ["a rate of decay, a bound on the size of the motion, anything about external inputs"]
+    notes = ["a rate of decay, a bound on the size of the solution, anything about external inputs"]
     if found.shown is None or found.shown.certificate["laws"].get("regularity") is None:
         notes.insert(0, "anything about nonlinearities that are not locally Lipschitz")
     if any(row.critical for row in rows):
         of = f" with another phi than {found.nonlinearity}" if found.attracts and found.nonlinearity else ""
         notes.insert(
             0,
-            f"that 0 attracts every motion{of}: the loop with the smallest gain of the class has a pole at 0, and the "
+            f"that 0 attracts every solution{of}: the loop with the smallest gain of the class has a pole at 0, and "
+            f"the "
             "class contains nonlinearities with more equilibria than 0",
         )
     return tuple(notes)

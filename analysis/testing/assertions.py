@@ -52,7 +52,7 @@ class Decision:
 
 
 def decided(nonlinearity: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> Decision:
-    """Whether a formula or a law of the library has a property, by exact or ball arithmetic.
+    """Whether a formula or a nonlinearity of the library has a property, by exact or ball arithmetic.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def _oddness(phi: object, on: tuple[Fraction, Fraction] | None) -> Decision:
         odd = known_odd(phi, next(iter(names(phi.tree)), phi.variables[0]))
     else:
         try:
-            known = properties(phi).odd  # type: ignore[arg-type]  # a law of the library: what remains
+            known = properties(phi).odd  # type: ignore[arg-type]  # a nonlinearity of the library: what remains
         except AssumptionError:
             return Decision()
         odd = known.value if known.provenance is Provenance.CHECKED else None
@@ -168,7 +168,7 @@ def _oddness(phi: object, on: tuple[Fraction, Fraction] | None) -> Decision:
 
 
 def _has_values(phi: object, on: tuple[Fraction, Fraction] | None) -> bool:
-    """Whether a formula is known to have a value for every sigma, as a law of the library has."""
+    """Whether a formula is known to have a value for every sigma, as a nonlinearity of the library has."""
     from lure.analysis.nonlinearity.bounds import bounds_of_known, has_values
     from lure.analysis.nonlinearity.pieces import known_nonlinearity
 
@@ -387,7 +387,7 @@ def assert_in_sector(  # noqa: PLR0913  (the nonlinearity, the sector, and setti
 
     Parameters
     ----------
-    phi : callable, law of lure.nonlinearities, Expression or str
+    phi : callable, nonlinearity of lure.nonlinearities, Expression or str
         The nonlinearity; a text is a formula in ``sigma`` or ``x``.
     sector : Sector
         What is asserted [unit of phi / unit of sigma].
@@ -449,7 +449,7 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
 
     Parameters
     ----------
-    phi : callable, law of lure.nonlinearities, Expression or str
+    phi : callable, nonlinearity of lure.nonlinearities, Expression or str
         The nonlinearity.
     slope : SlopeBounds
         What is asserted [unit of phi / unit of sigma].
@@ -507,7 +507,7 @@ def assert_monotone(  # noqa: PLR0913  (as above)
 
     Parameters
     ----------
-    phi : callable, law of lure.nonlinearities, Expression or str
+    phi : callable, nonlinearity of lure.nonlinearities, Expression or str
         The nonlinearity.
     on : (low, high) or None
         Where it is asserted; None for all of R.
@@ -552,7 +552,7 @@ def assert_odd(  # noqa: PLR0913  (as above)
 
     Parameters
     ----------
-    phi : callable, law of lure.nonlinearities, Expression or str
+    phi : callable, nonlinearity of lure.nonlinearities, Expression or str
         The nonlinearity.
     on : (low, high) or None
         Where it is asserted, with 0 inside: for ``|sigma| <= min(-low, high)``; None for all of R.

@@ -43,7 +43,7 @@ class Subject:
     call : callable
         Its values.
     known : bool
-        Whether it is a formula or a law of the library, which can be decided by more than sampling.
+        Whether it is a formula or a nonlinearity of the library, which can be decided by more than sampling.
     breakpoints : tuple of float
         Where its slope is known to change.
     vectorised : bool
@@ -118,7 +118,7 @@ def subject(phi: object) -> Subject:
 
     Parameters
     ----------
-    phi : callable, law of lure.nonlinearities, Expression or str
+    phi : callable, nonlinearity of lure.nonlinearities, Expression or str
         A text is a formula in ``sigma`` or ``x``.  A callable is called with arrays if it answers an array as it
         answers each of its numbers, else with one float at a time.
 

@@ -1,8 +1,8 @@
 """Hypothesis strategies for members of a class and for linear blocks, all exact: to fuzz closed loops and criteria.
 
 Drawn nonlinearities are those of :mod:`lure.nonlinearities`, with rational parameters, so that membership in the class
-holds by construction and can be checked exactly.  A failing test shrinks to a straight line, else to a law of few
-pieces and small numbers.
+holds by construction and can be checked exactly.  A failing test shrinks to a straight line, else to a nonlinearity of
+few pieces and small numbers.
 """
 
 from __future__ import annotations
@@ -94,9 +94,8 @@ def _shares(most: int) -> st.SearchStrategy[Fraction]:
 class HystereticNonlinearity:
     """``phi = rising(sigma)`` after ``sigma`` has grown, ``falling(sigma)`` after it has fallen.
 
-    Not a law of :mod:`lure.nonlinearities`, which have no memory; what covers it is a theorem for the sector alone,
-    without
-    time-invariance, such as the circle criterion.
+    Not a nonlinearity of :mod:`lure.nonlinearities`, which have no memory; what covers it is a theorem for the sector
+    alone, without time-invariance, such as the circle criterion.
 
     Attributes
     ----------
@@ -172,7 +171,7 @@ def sector_members(
     Returns
     -------
     SearchStrategy
-        Of laws of :mod:`lure.nonlinearities`.
+        Of nonlinearities of :mod:`lure.nonlinearities`.
 
     Raises
     ------
@@ -235,7 +234,7 @@ def monotone_members(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.Sea
     Returns
     -------
     SearchStrategy
-        Of laws of :mod:`lure.nonlinearities`.
+        Of nonlinearities of :mod:`lure.nonlinearities`.
 
     Raises
     ------

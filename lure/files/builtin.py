@@ -94,7 +94,7 @@ _CLASSES: dict[str, tuple[Entry, NonlinearityClass]] = {
     ),
     "iqc-odd-slope": (
         (
-            "three lags and two zeros to the right under an odd law of slope at most 1",
+            "three lags and two zeros to the right under an odd nonlinearity of slope at most 1",
             "400*(s^2 - 0.5*s + 1)/((s+10)*(s+20)*(s+30))",
             _IQC,
         ),

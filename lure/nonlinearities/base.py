@@ -13,7 +13,7 @@ from lure.exact import Exact, exact_number
 from lure.record import Page, Record, quantity
 from lure.record.values import exact_text
 
-# What every law of the library offers, and the checks its parameters share.
+# What every nonlinearity of the library offers, and the checks its parameters share.
 
 Parameter: TypeAlias = Exact | str
 """A number, or a text of one such as ``".1"`` or ``"1/3"``."""

@@ -1,4 +1,4 @@
-"""The law of a shifted loop, ``phi(sigma) - gain sigma``."""
+"""The nonlinearity of a shifted loop, ``phi(sigma) - gain sigma``."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def shifted_nonlinearity(nonlinearity: Nonlinearity, gain: Exact) -> Nonlinearit
     Returns
     -------
     Nonlinearity
-        A law of the library where there is one (``PiecewiseLinear``, ``Cubic``), else a
+        A nonlinearity of the library where there is one (``PiecewiseLinear``, ``Cubic``), else a
         :class:`ShiftedNonlinearity`; the nonlinearity itself for ``gain = 0``.
 
     Raises

@@ -283,7 +283,7 @@ REJECTED = [
     # the slopes 0 and 3 make 1 - g/2 positive and negative, the chords from 0 to 1 do not
     ("orbit, chords", {"laws.slope": ["0", "3"]}, "does not keep its sign"),
     ("orbit", {"system": transfer("-2 0", "2 0", "discrete")}, "does not keep its sign"),
-    # z^2 - z/2 - 1/2 = (z - 1)(z + 1/2): with the law of slope -1/2 every constant is an equilibrium
+    # z^2 - z/2 - 1/2 = (z - 1)(z + 1/2): with the nonlinearity of slope -1/2 every constant is an equilibrium
     ("equilibrium", {"laws.sector": ["-1/2", "0"]}, "an equilibrium in the critical case"),
     # nonlinearities
     (

@@ -101,7 +101,7 @@ def cosines(harmonics):
     return total
 
 
-# The same block: a monotone law of slope 175/192 has an orbit of period 3, and no multiplier reaches it.
+# The same block: a monotone nonlinearity of slope 175/192 has an orbit of period 3, and no multiplier reaches it.
 @pytest.mark.parametrize(("k", "good"), [(F("0.9114"), True), (F(175, 192), False)])
 def test_zames_falb_in_discrete_time(k, good):
     taps = {-2: F(23036336077, 200000000000), 1: F(442409159307, 500000000000)}

@@ -80,7 +80,8 @@ def test_switched_gains():
     assert accepted(refuted(lag, varying, {**pattern, "gains": ["2", "2", "2", "0"]}))
 
 
-# Period 3 of y+ = y/2 + 2 u + (23/25) u_prev with a monotone law of slope 175/192 (Carrasco et al. 2019, example 6).
+# Period 3 of y+ = y/2 + 2 u + (23/25) u_prev with a monotone nonlinearity of slope 175/192 (Carrasco et al. 2019,
+# example 6).
 ORBIT = {
     "method": "orbit",
     "points": [["-36864/72625", "-192/415"], ["0", "0"], ["192/175", "1"]],

@@ -38,7 +38,7 @@ def test_the_sector_of_the_issue(lure):
 
 
 def test_the_slope_of_a_published_example_with_its_counterexample(lure):
-    # Carrasco et al., example 6: a monotone law of slope 175/192 has an orbit of period 3
+    # Carrasco et al., example 6: a monotone nonlinearity of slope 175/192 has an orbit of period 3
     status, out, _ = lure("max-slope", *EXAMPLE_6, "--json")
     data = json.loads(out)
     assert status == 0
@@ -100,7 +100,7 @@ def test_a_system_gives_its_block(lure, tmp_path):
         (
             ("max-sector", *THIRD, "--criterion", "popov"),
             0,
-            "Every motion converges to the set of equilibria for every phi, time-invariant,\n"
+            "Every solution converges to the set of equilibria for every phi, time-invariant,\n"
             "in the sector [0, 5.999999999], by popov (certified).\n"
             "Refuted from 6 on: with phi = 6 sigma the loop is not asymptotically stable\n"
             "(certified).\n"
@@ -115,14 +115,14 @@ def test_a_system_gives_its_block(lure, tmp_path):
         (
             ("max-sector", "--transfer", "1/((s+1)*(s+2))"),
             0,
-            "The point 0 attracts every motion for every phi, time-invariant, in the sector\n"
+            "The point 0 attracts every solution for every phi, time-invariant, in the sector\n"
             "[0, inf), by popov (certified).\n"
             "Every positive linear gain is stable.\n",
         ),
         (
             ("max-slope", "--transfer", "1/(s+1)^3", "--criterion", "circle"),
             0,
-            "The point 0 attracts every motion for every phi, time-varying, in the sector\n"
+            "The point 0 attracts every solution for every phi, time-varying, in the sector\n"
             "[0, 3.999999999], by circle (certified).\n",
         ),
         *(  # a double pole at 0 under phi = 0, whatever the numerator and the form

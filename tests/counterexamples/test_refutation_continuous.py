@@ -199,7 +199,7 @@ def test_piecewise_flow_agrees_with_an_integrator():
         assert np.abs(exact.sigma - general.sigma).max() < 1e-5 * np.abs(general.sigma).max()
 
 
-# y+ = y/2 + 2 u + (23/25) u_prev with the law of benchmarks: u = (192/415, 192/415, -1) repeats.
+# y+ = y/2 + 2 u + (23/25) u_prev with the nonlinearity of benchmarks: u = (192/415, 192/415, -1) repeats.
 def test_discrete_recursion_repeats_a_known_orbit():
     block = RationalPlant([2, F(23, 25)], [1, F(-1, 2), 0], dt=1)
     nonlinearity = PiecewiseLinear(

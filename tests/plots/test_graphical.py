@@ -48,7 +48,7 @@ def test_without_k_the_line_is_that_of_the_largest_sector_proved():
     assert response.k == response.found.largest.low
     assert response.theta == response.found.theta == pytest.approx(1.5, rel=1e-6)
     assert 0 <= response.margin_seen < 1e-4
-    assert "The drawing proves nothing; what does: Every motion converges" in str(response)
+    assert "The drawing proves nothing; what does: Every solution converges" in str(response)
     assert "(popov, certified)" in str(response)
 
 

@@ -41,7 +41,8 @@ def test_popov_in_the_critical_case_is_a_closed_form():
 
 
 def test_monotone_and_odd_laws_have_different_answers():
-    # example 6: a monotone law of slope 175/192 has an orbit of period 3, while linear gains are stable up to 25/23
+    # example 6: a monotone nonlinearity of slope 175/192 has an orbit of period 3, while linear gains are stable up to
+    # 25/23
     monotone, odd = max_slope(CARRASCO_6), max_slope(CARRASCO_6, odd=True)
     assert 0.9114 < monotone.largest.low < 175 / 192
     assert monotone.refuted_at == pytest.approx(175 / 192, rel=1e-15)
@@ -72,7 +73,7 @@ def test_an_answer_is_no_truth_value_and_reads_as_a_sentence():
     found = max_sector(THIRD)
     with pytest.raises(TypeError, match="three values"):
         bool(found)
-    start = "Every motion converges to the set of equilibria for every phi, time-invariant, in the sector [0, 5.99"
+    start = "Every solution converges to the set of equilibria for every phi, time-invariant, in the sector [0, 5.99"
     assert str(found).startswith(start)
     assert "<b>PROVED</b>" in found._repr_html_()
 

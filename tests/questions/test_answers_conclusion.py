@@ -260,7 +260,7 @@ def test_a_piece_on_which_the_loop_equation_has_one_value_is_several_solutions()
 
 def test_a_saturation_vanishes_at_zero_only_so_that_it_attracts_all():
     found = analyse(Loop(PD, Saturation()))
-    assert found.conclusion.headline == "Every motion converges to 0 with saturation min(max(sigma, -1), 1)."
+    assert found.conclusion.headline == "Every solution converges to 0 with saturation min(max(sigma, -1), 1)."
     assert found.conclusion.attracts
     assert found.shown.certificate["conclusion"] == "every motion converges to the set of equilibria"
     assert "converges to the set of equilibria for every odd phi with slope in [0, 1]" in found.statement
@@ -272,8 +272,8 @@ def test_other_equilibria_are_not_talked_away(nonlinearity):
     found = about(PD, ODD, nonlinearity)
     assert found.verdict is Verdict.PROVED
     assert not found.conclusion.attracts
-    assert found.conclusion.meaning == "Every motion converges to the set of equilibria"
-    assert found.not_shown[0].startswith("that 0 attracts every motion: ")
+    assert found.conclusion.meaning == "Every solution converges to the set of equilibria"
+    assert found.not_shown[0].startswith("that 0 attracts every solution: ")
 
 
 def test_the_zeros_that_count_are_those_of_the_shifted_loop():
@@ -372,7 +372,7 @@ def test_without_a_class_the_row_that_reaches_farthest_is_said():
     found = analyse(RationalPlant([1], [1, 3, 3, 1]))
     assert found.conclusion.nonlinearity_class.endswith("[0, 7.999999999]")
     assert "time-varying" not in found.conclusion.nonlinearity_class
-    assert found.statement.startswith("The point 0 attracts every motion for every ")
+    assert found.statement.startswith("The point 0 attracts every solution for every ")
 
 
 def test_how_far_a_criterion_reaches_is_said_of_the_larger_class():
@@ -411,7 +411,7 @@ def test_advice_names_the_farthest_bound_that_would_be_proved():
 def test_what_is_said_of_a_class_that_is_never_stable():
     never, lag = max_sector("1/(s - 1)"), max_sector("1/(s + 1)")
     assert str(never).startswith("Not stable for phi, time-invariant, in the sector [0, k], whatever k > 0; phi = 0: ")
-    assert (never.meaning, lag.meaning) == ("", "The point 0 attracts every motion")
+    assert (never.meaning, lag.meaning) == ("", "The point 0 attracts every solution")
 
 
 @pytest.mark.parametrize(

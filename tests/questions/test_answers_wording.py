@@ -78,8 +78,8 @@ def shown(conclusion=ATTRACTS, theorem="circle", **more):
 
 
 def test_what_is_proved_is_the_conclusion_of_the_certificate():
-    assert meaning(shown()) == "The point 0 attracts every motion"
-    assert meaning(shown(CONVERGES)) == "Every motion converges to the set of equilibria"
+    assert meaning(shown()) == "The point 0 attracts every solution"
+    assert meaning(shown(CONVERGES)) == "Every solution converges to the set of equilibria"
     assert meaning(shown(BOUNDED), "the scheme") == "Every motion of the scheme is bounded"
     assert meaning(shown(FINITE_ENERGY)).endswith("with inputs to the block and initial functions of finite energy")
 
@@ -131,7 +131,7 @@ SKEW = {"method": "orbit", "points": [["-1", "0"], ["0", "0"], ["2", "0"]], "lef
             "makes the loop oscillate",
             "a piecewise linear phi with 2 corners and slopes from 1 to 2, period 1.5 s",
         ),
-        (MOVES, {"method": "structure"}, "destabilises the loop", "a law of the class"),
+        (MOVES, {"method": "structure"}, "destabilises the loop", "a nonlinearity of the class"),
     ],
 )
 def test_a_counterexample_is_named(conclusion, proof, does, nonlinearity):

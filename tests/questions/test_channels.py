@@ -142,7 +142,7 @@ def test_the_sentence_is_from_the_certificates():
     found = max_slope(FETZER, [UNIT] * 4, criterion="diagonal-circle")
     assert "phi_4 with slope in [0, 0.523596]" in str(found)
     assert "destabilise the loop (certified)" in str(found)
-    assert found.meaning == "The point 0 attracts every motion"
+    assert found.meaning == "The point 0 attracts every solution"
     with pytest.raises(TypeError, match="three values"):
         bool(found)
 

@@ -225,7 +225,7 @@ def test_the_fingerprint_is_that_of_the_inputs(reports, documents):
 
 
 class Silent:
-    """A law of a user that does not print."""
+    """A nonlinearity of a user that does not print."""
 
 
 def test_a_law_that_does_not_print_is_named_after_its_class():

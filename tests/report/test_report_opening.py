@@ -105,13 +105,13 @@ SERVO = PI_SERVO.replace("0.8*(1+1/(0.5*s))", "(1+0.1*s)")
     ("text", "first"),
     [
         # the nonlinearity is checked to belong to the class proved: it stands first, and what is proved of it
-        (SERVO, ["Your nonlinearity: saturation", "PROVED", "Every motion converges to 0"]),
+        (SERVO, ["Your nonlinearity: saturation", "PROVED", "Every solution converges to 0"]),
         # the class is refuted, which says nothing of the nonlinearity: the class first, then what was observed of the
         # nonlinearity
         (PI_SERVO, ["REFUTED", "Some odd φ with slope in [0, 1] ", "Certified. What the loop does with",
                     "Your nonlinearity, saturation", "observed, no proof"]),
         # without a nonlinearity: the class
-        (SERVO.partition("[nonlinearity]")[0] + "[class]\nsector=[0,1]\n", ["PROVED", "Every motion converges"]),
+        (SERVO.partition("[nonlinearity]")[0] + "[class]\nsector=[0,1]\n", ["PROVED", "Every solution converges"]),
     ],
 )  # fmt: skip
 def test_the_page_begins_with_what_was_decided_about_the_nonlinearity_given(text, first, tmp_path):

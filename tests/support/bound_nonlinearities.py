@@ -132,7 +132,7 @@ def scaled(made, source):
 
 
 def nonlinearities(seed, **counts):
-    """Laws of each kind, as many as asked for, a third of them scaled and shifted."""
+    """Nonlinearities of each kind, as many as asked for, a third of them scaled and shifted."""
     source = random.Random(seed)
     for kind, count in counts.items():
         for _ in range(count):

@@ -245,7 +245,7 @@ def loop_named(name):
 
 
 class Odd:
-    """A law of a stranger, with a hostile name."""
+    """A nonlinearity of a stranger, with a hostile name."""
 
     sector = lure.Sector(0, 1)
 

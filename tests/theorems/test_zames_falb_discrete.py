@@ -69,7 +69,7 @@ def test_the_published_values_are_reached_and_bounded(example, odd, published, l
 
 
 def test_the_orbit_of_example_6_is_never_certified_against():
-    # a monotone law of slope 175/192 has an orbit of period 3; odd nonlinearities are stable far beyond
+    # a monotone nonlinearity of slope 175/192 has an orbit of period 3; odd nonlinearities are stable far beyond
     monotone = reach(6, False)
     assert Fraction(monotone.largest.low) < Fraction(175, 192)
     refused = zames_falb_discrete_criterion(DISCRETE[6], SlopeBounds(0, Fraction(175, 192)), odd=False)

@@ -150,7 +150,7 @@ class Nonlinearities:
         return max(lows, default=None), min(highs, default=None)
 
     def slopes_within(self, lower: Lower, upper: Upper) -> bool:
-        """Whether every law of the class has its slope within these bounds."""
+        """Whether every nonlinearity of the class has its slope within these bounds."""
         return self.slope is not None and at_least(self.slope[0], lower) and at_most(self.slope[1], upper)
 
     def has_gain(self, gain: Fraction) -> bool:

@@ -1,4 +1,4 @@
-"""Refutations: a law of the class and a motion of its loop that does not come to rest, or does at another place."""
+"""Refutations: a member of the class and a solution that does not come to rest, or does at another place."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from lure.analysis.certificates.second.reading import (
 )
 from lure.analysis.certificates.second.systems import Rational, RodData, System
 
-# Periodic motions with a piecewise-linear nonlinearity: exact in discrete time, proved by Krawczyk's test in
+# Periodic solutions with a piecewise-linear nonlinearity: exact in discrete time, proved by Krawczyk's test in
 # continuous.
 
 LONGEST = 100_000
@@ -91,7 +91,7 @@ def require_flow_orbit(proof: Mapping[str, object], system: Rational, nonlineari
 
 def _nonlinearity(found: Mapping[str, object], nonlinearities: Nonlinearities) -> Graph:
     nonlinearity = graph(found["points"], found["left"], found["right"])
-    require(nonlinearities.has(nonlinearity), "the law of the motion is not in the class")
+    require(nonlinearities.has(nonlinearity), "the nonlinearity of the solution is not in the class")
     return nonlinearity
 
 
@@ -107,7 +107,7 @@ def refuted(document: Document, system: System, nonlinearities: Nonlinearities) 
     Raises
     ------
     NotShown
-        The nonlinearity is not in the class, or the motion is not shown.
+        The nonlinearity is not in the class, or the solution is not shown.
     """
     require(document.theorem == "counterexample", "a refutation is a counterexample")
     require(document.nonlinearity is None, "a refutation names no nonlinearity")
@@ -145,7 +145,7 @@ def refuted(document: Document, system: System, nonlinearities: Nonlinearities) 
 
 
 def _sentence(kind: Kind, system: Rational, nonlinearities: Nonlinearities) -> str:
-    """Other equilibria refute only a class in which 0 would have to attract every motion."""
+    """Other equilibria refute only a class in which 0 would have to attract every solution."""
     if kind == "no rest":
         return claims.NO_REST
     require(

@@ -81,7 +81,7 @@ def _at_crossings(test: fmpq_poly, crossings: fmpq_poly, *, strict: bool) -> boo
 
 
 def unstable_kind(system: Rational, gain: Fraction) -> Kind:
-    """What the linear loop with an unstable gain does: motions without rest, or equilibria other than 0.
+    """What the linear loop with an unstable gain does: solutions without rest, or equilibria other than 0.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-r"""Lyapunov matrices: a quadratic form that falls along every motion, tested in ball arithmetic.
+r"""Lyapunov matrices: a quadratic form that falls along every solution, tested in ball arithmetic.
 
 With ``x' = A x + b mu``, ``sigma = c x + D mu`` after the shift and ``rho`` the residue at 0 (0 in the principal case)
 ``V = x'P x + xi^2/rho + 2 theta int phi`` satisfies ``V' <= -[x; mu]' M [x; mu] - 2 phi (sigma - phi/w)``,
@@ -94,7 +94,7 @@ def require_matrix(system: Rational, claim: Claim, theta: Fraction, proof: objec
 
 
 def require_growth(system: Rational, nonlinearities: Nonlinearities, proof: object) -> None:
-    """Check that a gain of the class makes a motion grow: ``V = x'P x`` falls everywhere and is negative somewhere.
+    """Check that a gain of the class makes a solution grow: ``V = x'P x`` falls everywhere and is negative somewhere.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def require_growth(system: Rational, nonlinearities: Nonlinearities, proof: obje
             moved = A.transpose() * P
             if positive_definite(P - moved * A if system.discrete else -(moved + moved.transpose())):
                 return
-    raise NotShown("the form is not shown to fall along every motion")
+    raise NotShown("the form is not shown to fall along every solution")
 
 
 def triangle(rows: object, order: int) -> list[list[fmpz]]:

@@ -96,7 +96,7 @@ def stays_of(system: States, nonlinearity: Graph, pieces: Sequence[int], *, half
 def require_periodic(
     system: States, stays: Sequence[Stay], state: Sequence[Fraction], durations: Sequence[Fraction], *, half: bool
 ) -> None:
-    r"""Check that there is a periodic motion with these stays, near a first state and durations.
+    r"""Check that there is a periodic solution with these stays, near a first state and durations.
 
     The states at the beginnings of the stays and the durations ``z = (x_0, .., x_{m-1}, t_0, .., t_{m-1})`` solve
     ``exp(G_i t_i) x_i = x_{i+1}``, ``x_m = +-x_0``, and ``c x_i = entry_i``.  Krawczyk's operator

@@ -316,7 +316,7 @@ def _popov(asked: Question, block: Shifted, theta: Fraction) -> Need:
 def _require_composed(asked: Question, theta: Fraction) -> None:
     """With a direct term ``D`` the primitive of ``phi (1 + D phi)^-1`` must exist and have its sign.
 
-    For ``D, theta >= 0`` it is ``Phi + D phi^2/2 >= 0`` along every motion.  Otherwise ``sigma + D phi(sigma)`` must
+    For ``D, theta >= 0`` it is ``Phi + D phi^2/2 >= 0`` along every solution.  Otherwise ``sigma + D phi(sigma)`` must
     ascend: ``1 + D kappa > 0`` for every slope of the shifted nonlinearity, which the sector alone does not say; then
     the file must list it as assumed of the class.
     """

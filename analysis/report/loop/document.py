@@ -21,7 +21,7 @@ from lure.nonlinearities import Property
 from lure.nonlinearities.base import Nonlinearity
 from lure.plants.rational import RationalPlant
 
-# What the describing function suggests for the law of a report: a hint, never a verdict.
+# What the describing function suggests for the nonlinearity of a report: a hint, never a verdict.
 
 
 def balance_hints(about: Problem) -> tuple[str, ...]:

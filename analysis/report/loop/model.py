@@ -72,6 +72,6 @@ class LoopReport(Record):
 
     def _page(self) -> Page:
         rows = tuple(self._rows())
-        note = "One motion proves nothing about another, and a hint proves nothing at all."
+        note = "One solution proves nothing about another, and a hint proves nothing at all."
         below = [Page("Simulations and hints", rows, verdict="OBSERVED", notes=[note])] if rows else []
         return self.analysis._page()._replace(below=below)

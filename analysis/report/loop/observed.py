@@ -192,7 +192,7 @@ def _witnesses(found: LoopAnalysis) -> Iterator[tuple[Fraction, Witness]]:
 
 
 def _belongs(lower: Fraction, witness: Witness, claimed: NonlinearityClass) -> bool:
-    """Whether the class has the law of a witness, found for classes from ``lower`` on, as a member."""
+    """Whether the class has the nonlinearity of a witness, found for classes from ``lower`` on, as a member."""
     bounds = claimed.slope or claimed.sector
     return (
         (bounds.lower, bounds.upper) == (claimed.sector.lower, claimed.sector.upper)
