@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 # What is installed, for `lure doctor`.
 
 NEEDED = (
-    *("control", "jinja2", "matplotlib", "numpy", "pydantic", "python-flint", "rich", "scipy", "sympy"),
+    *("clarabel", "control", "jinja2", "matplotlib", "numpy", "pydantic", "python-flint", "rich", "scipy", "sympy"),
     *("threadpoolctl", "typer"),
 )
 OPTIONAL = {  # the extras of pyproject.toml that a user chooses

@@ -266,7 +266,7 @@ BAD = {
     "NaN in A": ("[plant]\nA = [[nan, 1], [0, -1]]\nB = [0, 1]\nC = [1, 0]\n", "plant.A[0][0] is NaN; give a finite"),
     "NaN in num": ("[plant]\nnum = [nan]\nden = [1, 1]\n", "plant.num[0] is NaN; give a finite number"),
     "shapes": ("[plant]\nA = [[0, 1], [0, -1]]\nB = [0, 1, 2]\nC = [1, 0]\n", "B is 1 x 3 and A is 2 x 2"),
-    "two inputs": ("[plant]\nA = [[0, 1], [0, -1]]\nB = [[0, 1], [1, 0]]\nC = [1, 0]\n", "one input and one output"),
+    "two inputs": ("[plant]\nA = [[0, 1], [0, -1]]\nB = [[0, 1], [1, 0]]\nC = [1, 0]\n", "need as many of both"),
     "no such nonlinearity": (PLANT + '[nonlinearity]\nkind = "satration"\n', "did you mean 'saturation'?"),
     "nonlinearity outside class": (
         PLANT + '[nonlinearity]\nkind = "saturation"\ngain = 5\nlimit = 1\n[class]\nsector = [0, 3]\n',

@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 from fractions import Fraction
 
 import pytest
@@ -116,6 +117,14 @@ def test_dead_time_has_two_sides_too():
     assert found.largest.low == pytest.approx(math.pi, rel=1e-7)
     assert found.refuted_at >= math.pi
     assert found.verdict is Verdict.PROVED
+
+
+def test_a_limit_beyond_the_doubles_is_between_the_last_double_and_its_name():
+    # -k 10^-300/(s + 10^300) is stable for k < 10^600
+    found = max_sector(RationalPlant([Fraction(-1, 10**300)], [1, Fraction(10) ** 300]))
+    assert (found.largest.low, found.refuted_at) == (sys.float_info.max, math.inf)
+    assert "[0, 1.797693e+308]" in str(found)
+    assert "just above 1e+600" in str(found)
 
 
 @pytest.mark.parametrize(
@@ -299,7 +308,6 @@ def test_no_word_rounds_a_proof_up():
         (lambda: max_sector(THIRD, time_varying=1), "time_varying is 1"),
         (lambda: max_sector(THIRD, search="FULL"), "search is 'FULL'"),
         (lambda: max_sector(THIRD, criterion=None), "criterion is None"),
-        (lambda: max_sector(RationalPlant([Fraction(-1, 10**300)], [1, Fraction(10) ** 300])), "range of doubles"),
         (lambda: max_slope(DelayPlant.parse("exp(-s)/(s + 1)"), criterion="park"), "moderate order"),
     ],
 )
