@@ -118,7 +118,8 @@ for k in (5, 7):
 def test_a_sector_its_certificates_and_both_checkers_need_nothing_else():
     lines = without(POPOV).splitlines()
     assert lines[0] == (
-        "Every solution converges to the set of equilibria for every phi, time-invariant, in the sector [0, 5.999999999] "
+        "Every solution converges to the set of equilibria for every phi, time-invariant, "
+        "in the sector [0, 5.999999999] "
         "(popov, certified); phi = 6 sigma: the loop is not asymptotically stable (certified)."
     )
     assert lines[1:] == ["Proved True", "True", "PROVED Proved True", "REFUTED Refuted True"]

@@ -68,7 +68,7 @@ SAYS = {
     "largest slope": ("PROVED", "certified", "odd phi with slope in"),
     "answer": ("PROVED", "certified", "popov criterion", "hypothesis", "Not shown"),
     "analysis": ("PROVED", "Evidence: certified", HOSTILE, "Not shown"),
-    "loop report": ("PROVED", "certified", "observed", "One motion proves nothing about another", "Not shown"),
+    "loop report": ("PROVED", "certified", "observed", "One solution proves nothing about another", "Not shown"),
     "gains": ("certified", "nothing follows for nonlinear phi"),
     "gains without end": ("inf", "nothing follows for nonlinear phi"),
     "passivity": ("REFUTED", "certified", "hidden modes"),
