@@ -1,20 +1,20 @@
-"""What one criterion says about one block: how far it reaches, on what evidence, and what it needs."""
+"""What one criterion says about one block: the largest class it proves, on what evidence, and what it needs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from lure.analysis.numerics.evidence import INFINITE as INFINITE
 from lure.analysis.numerics.evidence import Bracket as Bracket
 from lure.analysis.numerics.evidence import Evidence as Evidence
 from lure.analysis.numerics.evidence import ends
 from lure.analysis.wording import BEYOND, class_words
-from lure.classes import Diagonal, NonlinearityClass
+from lure.classes import Diagonal, NonlinearityClass, Sector
 from lure.errors import Reason
-from lure.record import Record, derived, quantity
+from lure.record import Record, derived, plain, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -86,10 +86,20 @@ class Witness(Record):
 
 
 Needs = Literal["slope", "odd", "time-invariant"]
+Model = Literal["", "scheme", "rod", "loop"]
+_ABOUT = {"scheme": "the N-cell scheme", "rod": "the rod itself", "loop": "the block of a loop"}
+_BESIDE = {
+    "rod": ("The verdict on the motions of the rod rests on its energy theorem, not on this inequality.",),
+    "scheme": ("What holds for the scheme is about the scheme, not about the rod.",),
+}
 
 
-class Answer(Record):
-    r"""The reach of a criterion for ``mu = -phi(sigma)``, ``sigma = H mu``."""
+class CriterionResult(Record):
+    r"""What a criterion says of ``mu = -phi(sigma)``, ``sigma = H mu``: of its largest class, or of one class.
+
+    The inequality of Popov's criterion is ``1/k + Re[(1 + i omega theta) H(i omega)] > 0`` on ``[0, inf]``, both limits
+    included, for ``phi`` in ``[0, k]``; that of the circle criterion has ``theta = 0``.
+    """
 
     criterion: str = quantity("One of the names in :data:`lure.analysis.theorems.table.CRITERIA`", label="")
     nonlinearity_class: NonlinearityClass = quantity(
@@ -144,8 +154,22 @@ class Answer(Record):
         default=(),
     )
     witness: str | None = quantity("The destabilising member behind REFUTED", key="", label="", default=None)
-    proof: Proved | None = quantity(
-        "What the checker accepted of a PROVED answer, with its certificate; None where it was not asked",
+    shown: Proved | Refuted | None = quantity(
+        "What the checker accepted of it, with its certificate; None where it was not asked",
+        key="",
+        label="",
+        default=None,
+    )
+    model: Model = quantity(
+        "What it is about, if not the plant that was given: the N-cell scheme, the rod itself (``k`` is then "
+        "in Pa/m and the margin in m/Pa) or, for drawing, the block of some other loop",
+        key="",
+        label="",
+        default="",
+    )
+    smallest_theta: Bracket | None = quantity(
+        "Infimum of the multipliers ``theta >= 0`` that work for this sector, where that was looked for",
+        "s",
         key="",
         label="",
         default=None,
@@ -160,7 +184,6 @@ class Answer(Record):
     classes: Diagonal | None = quantity(
         "With several channels their classes at the factor ``largest.low``", key="", label="", default=None
     )
-    _notes = (BEYOND,)
 
     @property
     @derived(key="class", label="")
@@ -171,15 +194,43 @@ class Answer(Record):
         return class_words(self.proof.certificate["laws"])
 
     @property
+    def proof(self) -> Proved | None:
+        """What the checker accepted of a PROVED answer; None where it was not asked."""
+        return cast("Proved | None", self.shown) if self.verdict is Verdict.PROVED else None
+
+    @property
+    def sector(self) -> Sector:
+        """The sector of the class."""
+        return self.nonlinearity_class.sector
+
+    @property
+    def evidence_shown(self) -> Evidence | None:
+        """The evidence, where there is a verdict or a margin it is the evidence of; None where nothing was decided."""
+        return self.evidence if self.verdict is not Verdict.INCONCLUSIVE or self.margin is not None else None
+
+    @property
     def _title(self) -> str:
-        return f"{self.criterion} criterion"
+        return f"{self.criterion} criterion" + (f" for {_ABOUT[self.model]}" if self.model else "")
 
     @property
     def _verdict(self) -> str:
         return str(self.verdict)
 
+    @property
+    def _notes(self) -> tuple[str, ...]:
+        return (BEYOND, *_BESIDE.get(self.model, ()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data; of a model also what it is and which sector was asked about."""
+        found = super().to_dict()
+        if self.model:
+            found |= {"name": self.criterion, "model": self.model, "sector": plain(self.sector)}
+            found |= {"smallest_theta": plain(self.smallest_theta), "largest_sector": found["largest"]}
+        return found
+
     def __bool__(self) -> bool:
-        raise TypeError("a criterion has three answers; compare answer.verdict")
+        raise TypeError("a criterion has three answers; compare result.verdict")
 
     def __str__(self) -> str:
-        return f"{self.criterion}: {self.verdict} ({self.evidence}), largest k {self.largest}. {self.reason}"
+        about = f", {self.model}, sector {self.sector}" if self.model else ""
+        return f"{self.criterion}{about}: {self.verdict} ({self.evidence}), largest k {self.largest}. {self.reason}"

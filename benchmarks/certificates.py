@@ -19,8 +19,8 @@ from importlib.util import find_spec
 import numpy as np
 
 from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.matrix import MatrixBlock, matrix_draft
-from lure.analysis.certificates.sealing import completed
 from lure.analysis.inequality.hamiltonian import popov_largest_computed
 from lure.analysis.rod.certificates import energy_theta
 from lure.analysis.theorems.table import Upper

@@ -59,7 +59,7 @@ ROOMS = (
 )
 DRAWN = ("diagram", "figures", "output", "pdf", "reporting")  # pictures and files, no words
 SINGLE = {
-    "lure.analysis.certificates.sealing": ("contains", "_inside"),
+    "lure.analysis.certificates.drafts": ("contains", "_inside"),
     "lure.analysis.numerics.doubles": ("_bound", "_directed"),
 }
 LAYOUT = {  # functions whose results hold no verdict, class or number, or hold them all whatever they do

@@ -94,8 +94,8 @@ print("criterion  model   verdict  theta  margin     at       reach")
 print("                            [s]    [m/Pa]     [rad/s]  [Pa/m]")
 for row in report.criteria:
     print(
-        f"{row.name:10} {row.model:7} {row.verdict!s:8} {row.theta:<6.4g} {row.margin.low:<10.8g} "
-        f"{row.worst_frequency:<8.5g} {row.largest_sector.low:.8g}"
+        f"{row.criterion:10} {row.model:7} {row.verdict!s:8} {row.theta:<6.4g} {row.margin.low:<10.8g} "
+        f"{row.worst_frequency:<8.5g} {row.largest.low:.8g}"
     )
 
 # %% [markdown]
@@ -116,11 +116,11 @@ blocks = {"scheme": report.scheme, "rod": RodPlant(report.scheme.rod)}
 seen = {}
 for row in report.criteria:
     s = 1j * row.worst_frequency
-    if row.name == "popov" and row.worst_frequency < 1e6:
+    if row.criterion == "popov" and row.worst_frequency < 1e6:
         seen[row.model] = float(1 + ((1 + s * row.theta) * blocks[row.model].transfer(s)).real)
         print(f"{row.model}: {seen[row.model]:.9f} at {row.worst_frequency:.5g} rad/s; reported {row.margin.low:.9f}")
 
-popov = {row.model: row for row in report.criteria if row.name == "popov"}
+popov = {row.model: row for row in report.criteria if row.criterion == "popov"}
 _, axes = plt.subplots(1, 2, figsize=(8.6, 3.7), layout="constrained")
 for ax, (model, row) in zip(axes, popov.items(), strict=True):
     plot_popov(blocks[model], row, ax=ax)
@@ -299,11 +299,11 @@ assert saturated.verdict is Verdict.PROVED
 assert {claim.evidence for claim in claims(report) if claim.answer == "PROVED"} == {found.proofs[0].evidence}
 assert str(found.proofs[0].evidence) == "certified"
 assert report.scheme.order == 21
-circle = [row for row in report.criteria if row.name == "circle"]
+circle = [row for row in report.criteria if row.criterion == "circle"]
 assert all(abs(row.theta - 1.25) < 1e-7 for row in popov.values())
 assert all(row.theta == 0 for row in circle)
-assert all(row.largest_sector.low == np.inf for row in popov.values())
-assert all(abs(row.largest_sector.low - 8) < 1e-6 for row in circle)
+assert all(row.largest.low == np.inf for row in popov.values())
+assert all(abs(row.largest.low - 8) < 1e-6 for row in circle)
 assert report.criteria[0].sector == Sector(0, 1)
 assert seen
 assert all(abs(seen[model] - popov[model].margin.low) < 1e-9 for model in seen)

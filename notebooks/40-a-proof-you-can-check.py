@@ -40,7 +40,7 @@ import numpy as np
 
 from lure.analysis import popov_response
 from lure.analysis.certificates import checker  # what is checked: called to compare, never to compute
-from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.plots import plot_popov_response
 from lure.analysis.plots.style import BLUE, GREEN, GREY, VERMILLION, finish_axes
 from lure.analysis.questions.certify import text_of
@@ -83,14 +83,14 @@ def say(text):
 # ## 1. A polynomial
 #
 # The block $1/(s(s+1)(s+2))$ has a pole at zero, the nonlinearities lie in the sector $[0, 59/10]$ and do not depend on
-# time. Somebody proposes Popov's multiplier $\theta = 3/2$. `settled` fills in what a draft leaves open and hands it to
-# the checker. The file:
+# time. Somebody proposes Popov's multiplier $\theta = 3/2$. `complete_and_check` fills in what a draft leaves open and
+# hands it to the checker. The file:
 
 # %%
 SECTOR = {"sector": ["0", "59/10"], "slope": None, "odd": False, "time_varying": False, "linear": False}
 PLANT = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "2", "0"]}
 POPOV = {"verdict": "PROVED", "system": PLANT, "laws": SECTOR, "theorem": "popov", "multiplier": {"theta": "3/2"}}
-file = text_of(settled({**POPOV, "proof": {"method": "polynomial"}}).certificate)
+file = text_of(complete_and_check({**POPOV, "proof": {"method": "polynomial"}}).certificate)
 print(file)
 
 # %% [markdown]
@@ -177,7 +177,7 @@ assert min(deflated) > 0  # a quadratic whose coefficients have one sign has its
 
 # %%
 dead_zone = {"kind": "piecewise-linear", "points": [["0", "0"], ["1", "0"]], "left": "0", "right": "1"}
-say(settled({**POPOV, "law": dead_zone, "proof": {"method": "polynomial"}}).facts["law"])
+say(complete_and_check({**POPOV, "law": dead_zone, "proof": {"method": "polynomial"}}).facts["law"])
 assert d[0] * Fraction(1, 2) == n[0] * -max(Fraction(1, 2) - 1, 0)  # d sigma = n mu with all derivatives zero
 
 # %% [markdown]
@@ -212,7 +212,7 @@ for other in (Fraction(-5), Fraction(0), Fraction(1, 7), Fraction(1000)):
     print(f"k = 6, theta = {other}: F/omega^2 at X = 2 is", value(popov(Fraction(6), other)[2::2], Fraction(2)))
 six = {**SECTOR, "sector": ["0", "6"]}
 try:
-    settled({**POPOV, "laws": six, "proof": {"method": "polynomial"}})
+    complete_and_check({**POPOV, "laws": six, "proof": {"method": "polynomial"}})
     refusal = None
 except checker.Rejected as reason:
     refusal = str(reason)
@@ -227,7 +227,7 @@ print("Rejected:", refusal)
 # %%
 assert times([3, 1], [2, 0, 1]) == plus(d, [6 * a for a in n])
 gain = {"verdict": "REFUTED", "system": PLANT, "laws": six, "theorem": "counterexample"}
-refuted = settled({**gain, "proof": {"method": "linear-gain", "gain": "6"}})
+refuted = complete_and_check({**gain, "proof": {"method": "linear-gain", "gain": "6"}})
 say(f"{type(refuted).__name__}: {refuted.claim}")
 say(refuted.facts["root"])
 
@@ -315,7 +315,7 @@ principal = pivots(P), pivots(M)
 print("pivots of P", words(principal[0]), " of M", words(principal[1]))
 damped = {**PLANT, "denominator": ["1", "1", "1"]}
 wide = {**SECTOR, "sector": ["0", "10"]}
-say(settled({**POPOV, "system": damped, "laws": wide, "multiplier": {"theta": "1"}, "proof": plain}).claim)
+say(complete_and_check({**POPOV, "system": damped, "laws": wide, "multiplier": {"theta": "1"}, "proof": plain}).claim)
 
 # %% [markdown]
 # With a pole at zero no $P$ makes $A^TP + PA$ definite: $Ax_0 = 0$. The critical case is **deflated**. The file names
@@ -350,7 +350,7 @@ M = formed(P, (small_A, small_b, small_c, rho), k, theta)
 print(*map(words, M), sep="\n")
 deflated_pivots = pivots(P), pivots(M)
 print("pivots of P", words(deflated_pivots[0]), " of M", words(deflated_pivots[1]))
-by_matrix = settled({**POPOV, "proof": critical})
+by_matrix = complete_and_check({**POPOV, "proof": critical})
 say(by_matrix.claim)
 
 # %% [markdown]
@@ -421,7 +421,7 @@ discrete = {"kind": "transfer", "time": "discrete", "numerator": ["2", "23/25"],
 orbit = {"method": "orbit", "points": points, "left": "0", "right": "0"}
 orbit |= {"u": [str(x) for x in mu[1:4]], "sigma": [str(x) for x in sigma[:3]]}
 example = {"system": discrete, "laws": monotone, "proof": orbit}
-refuted = settled({"verdict": "REFUTED", "theorem": "counterexample", **example})
+refuted = complete_and_check({"verdict": "REFUTED", "theorem": "counterexample", **example})
 say(f"{type(refuted).__name__}: {refuted.claim}")
 
 # %%
@@ -477,7 +477,7 @@ def scheme(cells, theta):
         "multiplier": {"theta": str(theta)},
     }
     try:
-        return settled({**draft, "proof": proof}).certificate["conclusion"]
+        return complete_and_check({**draft, "proof": proof}).certificate["conclusion"]
     except checker.Rejected as reason:
         return f"Rejected: {reason}"
 
@@ -542,7 +542,7 @@ print(f"sum:        {shown(total)}")
 # 5](notes/0005-energy-theorem.md).
 
 # %%
-settled_rod = settled(
+settled_rod = complete_and_check(
     {**POPOV, "theorem": "rod-energy", "multiplier": {}, "laws": {**SECTOR, "sector": ["0", "inf"]}}
     | {"system": {"kind": "rod-scheme", **paper, "cells": N}, "proof": {"method": "structure"}}
 )
@@ -584,7 +584,7 @@ print(f"constant {below[0]}, all negative terms together at least {negative}: F 
 # %%
 dead_time = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1"]}
 circle = {**POPOV, "system": dead_time, "theorem": "circle", "multiplier": {}, "laws": {**SECTOR, "sector": ["0", "1"]}}
-covered = settled({**circle, "proof": {"method": "cover", "boxes": [["0", "1"]], "order": order}})
+covered = complete_and_check({**circle, "proof": {"method": "cover", "boxes": [["0", "1"]], "order": order}})
 say(covered.claim)
 assert below[0] == 2
 assert below[0] + negative == Fraction(20029, 13440)

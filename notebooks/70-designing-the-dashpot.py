@@ -102,7 +102,7 @@ print("  k/Z" + "      rod   N = 10 |" * 3)
 for ratio in chosen:
     rod = designed(steel, ratio)
     blocks, spectrum = (RodPlant(rod), upwind(rod, 10)), rod_spectrum(upwind(rod, 10))
-    circle = [circle_criterion(block, EVERY).largest_sector.low * dT for block in blocks]
+    circle = [circle_criterion(block, EVERY).largest.low * dT for block in blocks]
     theta = [popov_criterion(block, EVERY).smallest_theta.high / T for block in blocks]
     table[ratio] = (spectrum.decay_rod * T, spectrum.decay_scheme * T, *circle, *theta)
     print(f"{float(ratio):5.3g}" + " {:8.3g} {:8.3g} | {:8.3g} {:8.3g} | {:8.2g} {:8.2g} |".format(*table[ratio]))

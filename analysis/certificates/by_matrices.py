@@ -4,24 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from types import MappingProxyType
 
-from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.proposals import LARGE
-from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.theory import Draft, theory_of
-from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.state_space import state_space_largest
+from lure.analysis.inequality.state_space import StatesInequality
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.theorems.table import Upper, row_of
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.analysis.verdict import CriterionResult
 from lure.arrays import np
-from lure.classes import NonlinearityClass, Sector
+from lure.classes import NonlinearityClass
 from lure.errors import AssumptionError, Reason
 from lure.plants.block import StructuredPlant
 from lure.plants.rational import RationalPlant
@@ -33,58 +27,43 @@ LARGER = (Fraction(1), Fraction(2), Fraction(4))
 SMALLER = (Fraction(1, 16), Fraction(1, 256), Fraction(1, 4096))
 
 
-def certified_by_matrix(block: StateSpace, answer: Answer) -> Answer:
-    """The answer with what the checker accepted of it; INCONCLUSIVE where it accepted nothing.
+def matrix_drafts(block: StateSpace, answer: CriterionResult) -> Iterator[tuple[Upper, Draft]]:
+    """The proofs to try of what the circle or Popov's criterion reaches in doubles, the largest class first.
 
     Parameters
     ----------
     block : StateSpace
         The block.
-    answer : Answer
-        Of :func:`lure.analysis.inequality.state_space.state_space_largest`, or a refusal, which stays as it is.
+    answer : CriterionResult
+        Of the criterion, computed.
 
-    Returns
-    -------
-    Answer
-        PROVED with ``proof``, ``largest.low`` the upper end of the class that was accepted: a relative step of 1e-10
-        below the computed one, or a larger step where rounding errors ask for it.  Where every finite ``k`` seems to be
-        reached, that is proved, or else a large ``k``, and the answer is ``search_limited``.
+    Yields
+    ------
+    tuple of Fraction or str, dict
+        The upper end of the class: a relative step of 1e-10 below the computed one, or a larger step where rounding
+        errors ask for it; where every finite ``k`` seems to be reached, that, or else a large ``k``.
+
+    Raises
+    ------
+    AssumptionError
+        For no class a matrix was found; nothing follows about the loop.
     """
-    if answer.theta is None:  # the criterion does not apply
-        return answer
     lower, reason = Fraction(answer.nonlinearity_class.sector.lower), "the criterion reaches no class"
-    varying, infinite = row_of(answer.criterion, block).time_varying, answer.largest.low == math.inf
+    varying, found = row_of(answer.criterion, block).time_varying, False
     for upper, theta in _proposals(block, answer, lower):
-        checkpoint()
         try:
             draft = matrix_draft(block, upper, lower=lower, theta=theta)
-            draft["laws"] |= {"time_varying": varying}
-            proved = settled(draft)
-        except (AssumptionError, Rejected) as refusal:
+        except AssumptionError as refusal:
             reason = str(refusal)
             continue
-        if not isinstance(proved, Proved):
-            continue
-        low = math.inf if isinstance(upper, str) else double_below(upper)
-        search_limited = infinite and low < math.inf
-        tried = f"{low:g}".replace("e+", "e")
-        return replace(
-            answer,
-            largest=Bracket(low, max(low, answer.largest.high)),
-            nonlinearity_class=NonlinearityClass(sector=Sector(lower, low), time_varying=varying),
-            theta=float(theta or 0),
-            parameters=MappingProxyType({} if theta is None else {"theta": str(theta)}),
-            verdict=Verdict.PROVED,
-            evidence=Evidence.CERTIFIED,
-            hypotheses=tuple(f"{name}: {fact}" for name, fact in proved.facts.items()),
-            proof=proved,
-            search_limited=search_limited,
-            reason=f"{tried} is the largest k for which a certificate was tried" if search_limited else "",
-        )
-    return replace(answer, reason=f"computed in floating point, not certified: {reason}")
+        draft["laws"] |= {"time_varying": varying}
+        found = True
+        yield upper, draft
+    if not found:
+        raise AssumptionError(reason)
 
 
-def _proposals(block: StateSpace, answer: Answer, lower: Fraction) -> Iterator[tuple[Upper, Fraction | None]]:
+def _proposals(block: StateSpace, answer: CriterionResult, lower: Fraction) -> Iterator[tuple[Upper, Fraction | None]]:
     """Upper ends to try, the largest first, each with ``theta``; doubles, so that what is printed is what is proved."""
     low = answer.largest.low
     theta = None if row_of(answer.criterion, block).time_varying else Fraction(str(answer.parameters["theta"]))
@@ -140,7 +119,9 @@ def class_drafts(
             yield f"popov, by matrices, theta = {float(theta):.6g}", partial(draft, theta)
 
 
-def answer_draft(plant: object, nonlinearity_class: NonlinearityClass, answer: Answer, *, finite: bool) -> Draft:
+def answer_draft(
+    plant: object, nonlinearity_class: NonlinearityClass, answer: CriterionResult, *, finite: bool
+) -> Draft:
     """A draft by a matrix for what a criterion proved of a rational plant.
 
     Parameters
@@ -149,7 +130,7 @@ def answer_draft(plant: object, nonlinearity_class: NonlinearityClass, answer: A
         The plant.
     nonlinearity_class : NonlinearityClass
         The class.
-    answer : Answer
+    answer : CriterionResult
         Of the circle or Popov's criterion, PROVED for the class.
     finite : bool
         Whether an infinite upper end means every nonlinearity with some finite bound.
@@ -192,7 +173,7 @@ def _thetas(plant: object, lower: float | Fraction) -> Iterator[Fraction]:
         yield from theory_of(plant).thetas()
     elif isinstance(plant, StateSpace) and lower != -math.inf:
         try:
-            best = state_space_largest(plant, "popov", lower=Fraction(lower)).theta
+            best = (StatesInequality(plant, Fraction(lower), weighted=True).best().multiplier or {}).get("theta")
         except AssumptionError:  # an eigenvalue at 0, perhaps: the matrix inequality has a critical case of its own
             best = None
         found = (Fraction(best).limit_denominator(10**6) or Fraction(best),) if best else map(Fraction, _GUESSES)

@@ -75,7 +75,7 @@ def matrix_draft(
     Returns
     -------
     dict
-        For :func:`lure.analysis.certificates.sealing.completed`.  ``P`` passed the checker's test or, beyond order 64
+        For :func:`lure.analysis.certificates.drafts.completed`.  ``P`` passed the checker's test or, beyond order 64
         and
         where it leaves no doubt, one in floating point; the checker has yet to accept the whole certificate.
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 
 from lure.analysis.theorems.table import Multiplier, Upper, row_of
-from lure.analysis.verdict import Answer, Verdict
+from lure.analysis.verdict import CriterionResult, Verdict
 from lure.arrays import NDArray, Reals, linalg, np, optimize
 from lure.classes import Sector
 from lure.errors import AssumptionError
@@ -102,14 +102,14 @@ def apart(points: Reals) -> Reals:
     return np.asarray(ordered[np.append(True, np.diff(ordered) > SAME * ordered[1:])])
 
 
-def multipliers(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> Iterator[Multiplier]:
+def multipliers(block: RationalPlant | DelayPlant, answer: CriterionResult, upper: Upper) -> Iterator[Multiplier]:
     """The multipliers to try, the likeliest first.
 
     Parameters
     ----------
     block : RationalPlant or DelayPlant
         The block of the answer.
-    answer : Answer
+    answer : CriterionResult
         What was proved.
     upper : Fraction or {"finite", "inf"}
         Upper end of the class to certify.

@@ -11,17 +11,18 @@ from typing import Any, Literal
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.covers import Uncovered, cover_proof, has_delays
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.multipliers import multipliers
-from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.systems import class_entry, system_of, text
 from lure.analysis.certificates.theory import Draft, theory_of
 from lure.analysis.deadline import checkpoint
 from lure.analysis.theorems.table import Upper, row_of
-from lure.analysis.verdict import Answer
+from lure.analysis.verdict import CriterionResult
 from lure.arrays import np
 from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 
 Numbers = Literal["rationals", "decimals as written", "doubles, exactly"]
 
@@ -48,8 +49,8 @@ class Certified:
 
 
 def certified(
-    block: RationalPlant | DelayPlant | StructuredPlant,
-    answer: Answer,
+    block: RationalPlant | DelayPlant | StateSpace | StructuredPlant,
+    answer: CriterionResult,
     upper: Upper | None = None,
     *,
     numbers: Numbers = "rationals",
@@ -62,10 +63,10 @@ def certified(
 
     Parameters
     ----------
-    block : RationalPlant, DelayPlant or StructuredPlant
+    block : RationalPlant, DelayPlant, StateSpace or StructuredPlant
         The block of the answer.
-    answer : Answer
-        An answer whose verdict is PROVED; of ``hurwitz`` whatever its verdict.
+    answer : CriterionResult
+        An answer whose verdict is PROVED; of ``hurwitz`` and of a ``StateSpace`` whatever its verdict.
     upper : Fraction or {"finite", "inf"}, optional
         Upper end of the class; by default that of ``answer.nonlinearity_class``, or ``"finite"`` where that is
         infinite.
@@ -87,7 +88,7 @@ def certified(
         checkpoint()
         try:
             proof = cover_proof(draft) if has_delays(draft) else draft["proof"]
-            proved = settled({**draft, "proof": proof, "numbers": numbers})
+            proved = complete_and_check({"numbers": numbers, **draft, "proof": proof})
         except (Rejected, Uncovered) as refusal:
             first = first or (refusal if isinstance(refusal, Rejected) else Rejected(str(refusal)))
             continue
@@ -97,15 +98,17 @@ def certified(
 
 
 def drafts(
-    block: RationalPlant | DelayPlant | StructuredPlant, answer: Answer, upper: Upper | None = None
+    block: RationalPlant | DelayPlant | StateSpace | StructuredPlant,
+    answer: CriterionResult,
+    upper: Upper | None = None,
 ) -> Iterator[tuple[Upper, Draft]]:
-    """The certificates to try for an answer, without what :func:`.settled` fills in or a cover, the likeliest first.
+    """The certificates to try for an answer, the likeliest first, without a cover and what the checker fills in.
 
     Parameters
     ----------
-    block : RationalPlant, DelayPlant or StructuredPlant
+    block : RationalPlant, DelayPlant, StateSpace or StructuredPlant
         The block of the answer.
-    answer : Answer
+    answer : CriterionResult
         As for :func:`certified`.
     upper : Fraction or {"finite", "inf"}, optional
         Upper end of the class.
@@ -118,6 +121,11 @@ def drafts(
     if isinstance(block, StructuredPlant):
         yield from theory_of(block).drafts(answer, upper)
         return
+    if isinstance(block, StateSpace):
+        from lure.analysis.certificates.by_matrices import matrix_drafts
+
+        yield from matrix_drafts(block, answer)
+        return
     system = system_of(block)
     for smaller in _uppers(block, answer, _default(answer) if upper is None else upper):
         nonlinearities = _nonlinearities(block, answer, smaller)
@@ -126,7 +134,7 @@ def drafts(
             yield smaller, {"verdict": "PROVED", "system": system, "laws": nonlinearities, **theorem}
 
 
-def _nonlinearities(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> dict[str, Any]:
+def _nonlinearities(block: RationalPlant | DelayPlant, answer: CriterionResult, upper: Upper) -> dict[str, Any]:
     """The class of the answer with another upper end."""
     given = answer.nonlinearity_class
     nonlinearities = class_entry(given, unbounded=False, linear=row_of(answer.criterion, block).linear)
@@ -137,18 +145,18 @@ def _nonlinearities(block: RationalPlant | DelayPlant, answer: Answer, upper: Up
     return nonlinearities
 
 
-def _no_upper_slope(block: RationalPlant | DelayPlant, answer: Answer) -> bool:
+def _no_upper_slope(block: RationalPlant | DelayPlant, answer: CriterionResult) -> bool:
     """Whether the nonlinearities of the answer may be steeper than their sector: not where ``H(inf) < 0``."""
     direct = isinstance(block, RationalPlant) and block.feedthrough < 0
     return row_of(answer.criterion, block).free == "above" and not direct
 
 
-def _default(answer: Answer) -> Upper:
+def _default(answer: CriterionResult) -> Upper:
     upper = answer.nonlinearity_class.sector.upper
     return "finite" if upper == math.inf else Fraction(upper)
 
 
-def _uppers(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> Iterator[Upper]:
+def _uppers(block: RationalPlant | DelayPlant, answer: CriterionResult, upper: Upper) -> Iterator[Upper]:
     """The end asked for, then smaller ones."""
     yield upper
     lower = answer.nonlinearity_class.sector.lower
@@ -167,7 +175,7 @@ def _uppers(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> 
     yield from (upper - (upper - low) * Fraction(step) for step in steps)
 
 
-def _delayed(block: RationalPlant | DelayPlant, answer: Answer) -> bool:
+def _delayed(block: RationalPlant | DelayPlant, answer: CriterionResult) -> bool:
     kernels = answer.parameters.get("kernels")
     return isinstance(block, DelayPlant) or (isinstance(kernels, list) and any("delay" in kernel for kernel in kernels))
 

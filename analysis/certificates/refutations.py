@@ -17,19 +17,19 @@ from lure.analysis.certificates.balls import Ball, exponential, product
 from lure.analysis.certificates.balls import ball as ball_refutations
 from lure.analysis.certificates.blocks import realised
 from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.certificates.drafts import Failure, complete_and_check, guarded
 from lure.analysis.certificates.growth import growth_proof
-from lure.analysis.certificates.sealing import Failure, guarded, settled
 from lure.analysis.certificates.states import classes, flow_orbit, gained
 from lure.analysis.certificates.systems import system_of, text, texts
 from lure.analysis.counterexamples.linear import Realisation, balls, growing_gains
 from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, refined
 from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.delay import Delayed
 from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.analysis.theorems.dead_time import Delayed
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import np
 from lure.errors import AssumptionError, InputError, Reason
@@ -287,7 +287,7 @@ def refutation_draft(
     *,
     numbers: Literal["rationals", "decimals as written", "doubles, exactly"] = "rationals",
 ) -> dict[str, Any]:
-    r"""The certificate for a witness, without what :func:`lure.analysis.certificates.sealing.completed` fills in.
+    r"""The certificate for a witness, without what :func:`lure.analysis.certificates.drafts.completed` fills in.
 
     Parameters
     ----------
@@ -491,7 +491,7 @@ def _settled(plant: RationalPlant | DelayPlant | StateSpace, witness: Witness) -
     numbers: Literal["doubles, exactly", "rationals"] = (
         "doubles, exactly" if isinstance(plant, StateSpace) else "rationals"
     )
-    return settled(refutation_draft(plant, witness, numbers=numbers))
+    return complete_and_check(refutation_draft(plant, witness, numbers=numbers))
 
 
 def _as_accepted(witness: Witness, found: Refuted) -> Witness:

@@ -11,7 +11,7 @@ from lure.record import Page, plain
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
-    from lure.analysis.certificates.sealing import Failure
+    from lure.analysis.certificates.drafts import Failure
 
 _CLAIM = "Not shown is anything beyond the claim: a rate of decay, a bound on a solution, external inputs."
 _AGAIN = "Check it again with lure.analysis.check(certificate), or with checker.py and nothing but Python."

@@ -7,9 +7,8 @@ from fractions import Fraction
 from typing import Any, Protocol
 
 from lure.analysis.certificates.riccati import Rounded
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.theorems.table import Upper
-from lure.analysis.verdict import Answer, Bracket
+from lure.analysis.verdict import Bracket, CriterionResult
 from lure.classes import Sector
 from lure.extensions import extension
 from lure.plants.block import StructuredPlant
@@ -29,7 +28,7 @@ class Theory(Protocol):
     def inequality(self, criterion: str, sector: Sector, theta: float | None = None) -> CriterionResult:
         """What a criterion says of one sector, with a multiplier [s] or the best one."""
 
-    def largest(self, criterion: str) -> Answer:
+    def largest(self, criterion: str) -> CriterionResult:
         """The largest sector ``[0, k]`` of a criterion; ``AssumptionError`` where it is none for the plant."""
 
     def hurwitz(self) -> Bracket:
@@ -38,7 +37,7 @@ class Theory(Protocol):
     def elsewhere(self, what: str) -> str:
         """Where the verdict rests, in a sentence, if not on ``what``; else empty."""
 
-    def drafts(self, answer: Answer, upper: Upper | None) -> Iterator[tuple[Upper, Draft]]:
+    def drafts(self, answer: CriterionResult, upper: Upper | None) -> Iterator[tuple[Upper, Draft]]:
         """Proofs of what a criterion answered, each with the upper end of its class; the largest class first."""
 
     def proof(self) -> Draft:

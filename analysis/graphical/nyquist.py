@@ -18,10 +18,9 @@ from lure.analysis.graphical.supporting_proof import (
     span_text,
     upper_end,
 )
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions import StabilityBound, max_sector
-from lure.analysis.verdict import Answer, Verdict
+from lure.analysis.verdict import CriterionResult, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
@@ -108,7 +107,7 @@ class NyquistResponse(Drawn):
         return f"the curve goes {-margin:.4g} deep into {region}"
 
 
-Region = tuple["float | Fraction | None", "StabilityBound | None", "Answer | CriterionResult | None", str]
+Region = tuple["float | Fraction | None", "StabilityBound | None", "CriterionResult | None", str]
 
 
 def nyquist_response(

@@ -20,11 +20,10 @@ from lure.analysis.graphical.supporting_proof import (
     span_text,
     upper_end,
 )
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import double_below, text_below
 from lure.analysis.questions import StabilityBound, max_sector
 from lure.analysis.theorems.popov import popov_criterion
-from lure.analysis.verdict import Answer, Verdict
+from lure.analysis.verdict import CriterionResult, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
@@ -106,7 +105,7 @@ class PopovResponse(Drawn):
             yield "theta", f"{self.theta:.10g} s"
 
 
-Line = tuple["float | Fraction | None", "float | None", "StabilityBound | None", "Answer | CriterionResult | None", str]
+Line = tuple["float | Fraction | None", "float | None", "StabilityBound | None", "CriterionResult | None", str]
 
 
 def popov_response(
@@ -185,7 +184,7 @@ def _line(
         return _largest(block, seen)
     if k is None:
         assert theta is not None
-        k = _reach(block, seen, theta)
+        k = _upper_end(block, seen, theta)
     if isinstance(block, RationalPlant | StructuredPlant):
         return _asked(block, seen, k, theta)
     own = None if theta is None else float(theta)
@@ -241,7 +240,7 @@ def _searched(seen: tuple[NDArray[np.float64], NDArray[np.complex128]], k: float
     return searched_theta(values.real[good], (omega * values.imag)[good], k) if good.any() else 0.0
 
 
-def _reach(
+def _upper_end(
     block: Drawable, seen: tuple[NDArray[np.float64], NDArray[np.complex128]], theta: Fraction
 ) -> float | Fraction:
     """The ``k`` of the line of slope ``1/theta`` just short of the curve: of the whole of it, where that is decided."""

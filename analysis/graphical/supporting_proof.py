@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from lure.analysis.certificates.theory import theory_of
 from lure.analysis.drawing import drawing
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.theorems.circle import circle_criterion
 from lure.analysis.theorems.popov import popov_criterion
-from lure.analysis.verdict import Answer, Evidence, Verdict
+from lure.analysis.verdict import CriterionResult, Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import InputError
 from lure.exact import exact_number
@@ -65,7 +64,7 @@ class Drawn(Record):
     found: StabilityBound | None = quantity(
         "What :func:`lure.analysis.max_sector` says, where the sector was taken from it"
     )
-    answer: Answer | CriterionResult | None = quantity(
+    answer: CriterionResult | None = quantity(
         "What the criterion says of exactly this sector, where numbers of it were given"
     )
     reason: str = quantity("Why nothing stands behind what is drawn, or there is nothing; empty where something does")
@@ -123,8 +122,7 @@ class Drawn(Record):
         """Whether something proves the sector, and what it is, or why nothing does."""
         answer, found = self.answer, self.found
         if answer is not None and answer.verdict is Verdict.PROVED and not self.reason:
-            said = answer.reason if isinstance(answer, Answer) else str(answer)
-            return True, f"{self._criterion} for the sector {self.sector_text} ({answer.evidence}): {said}"
+            return True, f"{self._criterion} for the sector {self.sector_text} ({answer.evidence}): {answer.reason}"
         if found is not None and found.verdict is Verdict.PROVED and not self.reason:
             return True, str(found).removesuffix(".")
         return False, self.reason.removesuffix(".")
@@ -243,7 +241,7 @@ _LONGEST = 160
 
 def criterion_asked(
     block: RationalPlant | StructuredPlant, criterion: str, sector: Sector, theta: Fraction | None = None
-) -> tuple[Answer | CriterionResult, str]:
+) -> tuple[CriterionResult, str]:
     """What a criterion says of one sector, and why nothing rests on that; empty where something does.
 
     Parameters

@@ -5,123 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
 
 from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.inequality.plant import TransferPolynomials, closed_loop_poles
 from lure.analysis.numerics.polynomial import is_hurwitz
-from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
-from lure.record import Record, derived, quantity
-
-if TYPE_CHECKING:
-    from lure.analysis.certificates.checker import Proved, Refuted
-
-# What a frequency criterion found: one record for every criterion and model.
-
-CriterionName = Literal["popov", "circle"]
-Model = Literal["scheme", "rod", "loop"]
-
-
-class CriterionResult(Record):
-    r"""A frequency criterion for one block and one sector.
-
-    The inequality is ``1/upper + Re[(1 + i omega theta) H(i omega)] > 0`` on ``[0, inf]``, both limits included, for
-    ``mu = -phi(sigma)``, ``phi`` in ``[0, upper]``; the circle criterion is ``theta = 0``.
-
-    """
-
-    name: CriterionName = quantity("The criterion", label="")
-    model: Model = quantity(
-        "What the result is about: the N-cell scheme, the rod itself, or, for drawing, the block of some other loop",
-        label="",
-    )
-    sector: Sector = quantity("The sector asked about", "Pa/m", label="sector", form=lambda sector: f"{sector} Pa/m")
-    verdict: Verdict = quantity(
-        "PROVED if the inequality was certified over all frequencies; INCONCLUSIVE otherwise (a criterion that fails "
-        "refutes nothing); REFUTED only with a destabilising member of the class",
-        label="",
-    )
-    evidence: Evidence = quantity("What the numbers rest on", label="")
-    theta: float | None = quantity(
-        "Multiplier used; None where the criterion does not apply",
-        "s",
-        label="theta",
-        form=lambda theta: "-" if theta is None else f"{theta:.7g} s",
-    )
-    smallest_theta: Bracket | None = quantity(
-        "Infimum of the multipliers ``theta >= 0`` that work for this sector (zero for the circle criterion); None "
-        "where none works or none is needed",
-        "s",
-        label="",
-    )
-    margin: Bracket | None = quantity(
-        "Infimum over ``[0, inf]`` of the left-hand side for ``theta``",
-        "m/Pa",
-        label="margin",
-        form=lambda margin: "-" if margin is None else f"{margin} m/Pa",
-    )
-    worst_frequency: float | None = quantity(
-        "Where the margin is attained; ``inf`` if only in the limit", "rad/s", label=""
-    )
-    largest_sector: Bracket | None = quantity(
-        "Supremum of the ``upper`` that the criterion reaches, over all ``theta >= 0``",
-        "Pa/m",
-        label="reaches",
-        form=lambda largest: "-" if largest is None else f"{largest} Pa/m",
-    )
-    reason: str = quantity("One sentence: what was shown, or why nothing was and what to try")
-    hypotheses: tuple[str, ...] = quantity(
-        "Hypotheses of the theorem, each with how it was checked", label="hypothesis", form="rows", default=()
-    )
-    witness: str | None = quantity("The destabilising example behind REFUTED", label="", default=None)
-    shown: Proved | Refuted | None = quantity(
-        "What the checker accepted of it, with its certificate; None where it was not asked",
-        key="",
-        label="",
-        default=None,
-    )
-    _kind, _said = "criterion", "sentence"
-
-    @property
-    @derived(key="", label="evidence")
-    def evidence_shown(self) -> Evidence | None:
-        """The evidence, where there is a verdict or a number it is the evidence of; None where nothing was decided."""
-        numbers = (self.margin, self.smallest_theta, self.largest_sector)
-        decided = self.verdict is not Verdict.INCONCLUSIVE
-        return self.evidence if decided or any(number is not None for number in numbers) else None
-
-    def __bool__(self) -> bool:
-        raise TypeError("a criterion has three answers; compare result.verdict")
-
-    def __str__(self) -> str:
-        head = f"{self.name.capitalize()} criterion, {self.model}, sector {self.sector}: {self.verdict}"
-        head += f" ({self.evidence_shown})" if self.evidence_shown is not None else ""
-        if self.theta is None or self.margin is None:
-            return f"{head}. {self.reason}"
-        return (
-            f"{head}; theta = {self.theta:.6g} s, margin {self.margin.low:.6g} m/Pa at {self.worst_frequency:.6g} rad/s"
-        )
-
-    @property
-    def _title(self) -> str:
-        about = {"scheme": "the N-cell scheme", "rod": "the rod itself"}.get(self.model, "the block of a loop")
-        return f"{self.name.capitalize()} inequality for {about}"
-
-    @property
-    def _verdict(self) -> str:
-        return str(self.verdict)
-
-    @property
-    def _notes(self) -> tuple[str, ...]:
-        of_model = {
-            "rod": ("The verdict on the motions of the rod rests on its energy theorem, not on this inequality.",),
-            "scheme": ("What holds for the scheme is about the scheme, not about the rod.",),
-        }
-        return ("A criterion that fails refutes nothing.", *of_model.get(self.model, ()))
-
 
 # Encirclements of the Nyquist plot, counted from exact root counts and from no plot.
 

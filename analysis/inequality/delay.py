@@ -1,4 +1,4 @@
-"""The smallest linear gain at which a block with dead time puts roots on the imaginary axis, bracketed rigorously."""
+"""Popov's inequality and the linear gains of a plant with dead time, decided in balls."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from typing import TypeVar
 
 from flint import acb, arb, arb_series, fmpq_poly
 
+from lure.analysis.inequality.protocol import Best, Grounds
+from lure.analysis.numerics.doubles import text_above
 from lure.analysis.numerics.minimum import Minimum, at, minimum
-from lure.analysis.numerics.polynomial import X, even_odd, from_descending, root_counts
-from lure.analysis.numerics.precision import ball, outward
+from lure.analysis.numerics.polynomial import X, even_odd, from_descending, root_counts, root_sizes
+from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Bracket
 from lure.arrays import np
 from lure.errors import AssumptionError, Reason
@@ -267,3 +269,161 @@ def _none_beyond(response: DelayResponse, limit: arb, end: float) -> bool:
         middle = ((left + right) / 2).mid()
         stack += [(left, middle), (middle, right)]
     return False
+
+
+# The plant, its linear gains, and the largest class.
+
+BITS = 128
+STEPS = 48
+
+
+@dataclass(frozen=True, slots=True)
+class Delayed:
+    """A block with dead time, its response, and a frequency beyond its features."""
+
+    block: DelayPlant
+    response: DelayResponse
+    start: float
+
+    @classmethod
+    def of(cls, block: DelayPlant) -> Delayed:
+        """The plant of a block.
+
+        Raises
+        ------
+        AssumptionError
+            The block is not covered (see :class:`DelayResponse`), or its residue at 0 is not positive.
+        """
+        with working_precision(BITS):
+            response = DelayResponse.of(block)
+            if response.critical and not response.residue > 0:
+                raise AssumptionError(
+                    f"the block {block} has the residue {float(response.residue):.6g} at its pole 0: not positive, so "
+                    "that small gains destabilise; turn the sign of the feedback",
+                    code=Reason.RESIDUE,
+                )
+            features = [1 / float(delay) for delay, _ in block.terms if delay > 0]
+            for p in (response.bottom, *(term.top for term in response.terms)):
+                features += root_sizes(p)
+            return cls(block, response, 8 * max([1e-3, *features]))
+
+    def gains(self) -> Bracket:
+        """Supremum of the ``k`` such that every linear gain in ``(0, k]`` is stable."""
+        with working_precision(BITS):
+            return gain_limit(self.block, self.response, self.start)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DelayInequality:
+    """``1/k + Re[(1 + i omega theta) H(i omega)] > 0`` on ``[0, inf]``, by branch and bound in balls, ``theta >= 0``.
+
+    The infimum over frequency is concave in ``theta``; its maximum is enclosed between two multipliers whose worst
+    frequencies pull to opposite sides, and the two together bound what any multiplier can reach.
+
+    Attributes
+    ----------
+    plant : Delayed
+        The plant.
+    weighted : bool
+        Whether there is a ``theta``; else it is 0, as in the circle criterion.
+    """
+
+    plant: Delayed
+    weighted: bool
+
+    @classmethod
+    def of(cls, block: DelayPlant, lower: Fraction, *, weighted: bool) -> DelayInequality:
+        """The inequality of a plant; without ``theta`` only of a stable one.
+
+        Raises
+        ------
+        AssumptionError
+            The plant is not covered, or ``lower`` is not 0.
+        """
+        if lower != 0:
+            raise AssumptionError(
+                f"with dead time the classes begin at 0; got lower = {float(lower):g}: close a loop with that gain in "
+                "the model first",
+                code=Reason.DEAD_TIME,
+            )
+        plant = Delayed.of(block)
+        if plant.response.critical and not weighted:
+            raise AssumptionError(
+                f"the block {block} has a pole at 0, where the circle criterion for dead time is not used; ask popov",
+                code=Reason.DEAD_TIME,
+            )
+        return cls(plant=plant, weighted=weighted)
+
+    @property
+    def grounds(self) -> Grounds:
+        """The poles are those of the denominator: dead time adds none."""
+        return Grounds(
+            lower=Fraction(0),
+            critical=self.plant.response.critical,
+            poles="poles: counted exactly; every term with dead time strictly proper: checked",
+            means="branch and bound in ball arithmetic, and a bound on the tail",
+        )
+
+    def best(self, enough: Fraction | None = None) -> Best:
+        """The best multiplier, and how far it goes; not beyond the stable linear gains."""
+        plant = self.plant
+        with working_precision(BITS):
+            theta, ceiling = _best_theta(plant) if self.weighted else (Fraction(0), None)
+            found = popov_infimum(plant.response, ball(theta), plant.start)
+            end = outward(
+                _upper_end(found.low, arb(0)), _upper_end(found.high if ceiling is None else ceiling, arb("inf"))
+            )
+        limit = plant.gains()
+        low = max(0.0, min(math.nextafter(end.low, 0), math.nextafter(limit.low, 0)))
+        return Best(
+            multiplier={"theta": theta} if self.weighted else {},
+            largest=Bracket(low, max(low, min(end.high, limit.high))),
+            worst_frequency=float(found.where),
+            formula=f"1 + {float(theta):.6g} s" if self.weighted else "1",
+            limit=f"linear gains are stable only below {text_above(limit.high)}" if limit.high < end.high else "",
+        )
+
+
+def _best_theta(plant: Delayed) -> tuple[Fraction, arb]:
+    """A nearly best ``theta >= 0``, and an upper bound on the infimum for every ``theta >= 0``."""
+
+    def worst(theta: Fraction) -> tuple[arb, arb, arb]:
+        """Lower bound of the infimum for one multiplier, and both parts where it is attained."""
+        found = popov_infimum(plant.response, ball(theta), plant.start)
+        real, slope = plant.response.parts(found.where)
+        return found.low, real, slope
+
+    low, left_real, left_slope = worst(Fraction(0))
+    if not left_slope > 0:
+        return Fraction(0), left_real.upper() if left_slope <= 0 else arb("inf")
+    right = Fraction(1) / Fraction(plant.start)
+    right_low, right_real, right_slope = worst(right)
+    for _ in range(40):
+        if not right_slope > 0:
+            break
+        left_real, left_slope = right_real, right_slope
+        right *= 4
+        right_low, right_real, right_slope = worst(right)
+    best = (low, Fraction(0)) if low > right_low else (right_low, right)
+    left = Fraction(0)
+    for _ in range(STEPS):
+        middle = (left + right) / 2
+        value, real, slope = worst(middle)
+        if value > best[0]:
+            best = (value, middle)
+        if slope > 0:
+            left, left_real, left_slope = middle, real, slope
+        elif slope < 0:
+            right, right_real, right_slope = middle, real, slope
+        else:
+            break
+    if not (left_slope > 0 and right_slope < 0):
+        return best[1], arb("inf")
+    ceiling = (left_real * -right_slope + right_real * left_slope) / (left_slope - right_slope)
+    return best[1], ceiling.upper()
+
+
+def _upper_end(infimum: arb, unknown: arb) -> arb:
+    if infimum >= 0:
+        return arb("inf")
+    return -1 / infimum if infimum < 0 else unknown

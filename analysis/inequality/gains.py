@@ -14,7 +14,7 @@ from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.minimum import at
 from lure.analysis.numerics.polynomial import X, even_odd, exact_midpoint, is_hurwitz, real_roots, to_fmpq, to_fraction
 from lure.analysis.numerics.precision import ball, outward, working_precision
-from lure.analysis.verdict import INFINITE, Answer, Bracket, Evidence, Verdict
+from lure.analysis.verdict import INFINITE, Bracket, CriterionResult, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector
 from lure.plants.rational import RationalPlant
 from lure.record import Record, derived, plain, quantity
@@ -328,7 +328,7 @@ def hurwitz_limit(block: RationalPlant, lower: Fraction = Fraction(0)) -> Bracke
     return outward(ball(lower), ball(lower)) if end is None else end.value
 
 
-def hurwitz_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
+def hurwitz_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
     """The largest ``k`` for which every linear gain in ``[lower, k]`` is stable: a necessary condition for the class.
 
     The verdict is INCONCLUSIVE where that interval is not empty, for nothing is said about nonlinearities, and REFUTED
@@ -373,7 +373,7 @@ def hurwitz_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> A
     return _answer(sector, Bracket(low, end.value.high), Verdict.INCONCLUSIVE, reason)
 
 
-def hurwitz_criterion(block: RationalPlant, sector: Sector) -> Answer:
+def hurwitz_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:
     """Whether every linear gain in a finite or infinite sector is stable; REFUTED with a linear gain where not.
 
     The least gain may leave one simple pole at 0 (then the gains of ``(lower, upper]`` are asked about).
@@ -474,8 +474,10 @@ def _gain_above(block: RationalPlant, lower: Fraction) -> Fraction:
     return _between(lower, above[0].low if above else None)
 
 
-def _answer(sector: Sector, largest: Bracket, verdict: Verdict, reason: str, witness: str | None = None) -> Answer:
-    return Answer(
+def _answer(
+    sector: Sector, largest: Bracket, verdict: Verdict, reason: str, witness: str | None = None
+) -> CriterionResult:
+    return CriterionResult(
         criterion="hurwitz",
         theorem=THEOREM,
         largest=largest,

@@ -15,7 +15,7 @@ from flint import fmpq
 from lure.analysis.inequality.multiplier_search import Cut, SearchResult, mixture, search
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.numerics.refined import Refined, exact_dot
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
 from lure.arrays import ArrayLike, NDArray, linalg, np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError, Reason
@@ -33,7 +33,7 @@ FAR = 40
 
 def popov_largest_computed(
     A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike = 0.0, *, sign: Literal["both", "nonnegative"] = "both"
-) -> Answer:
+) -> CriterionResult:
     r"""The largest ``k`` of Popov's inequality on ``[0, k]`` for ``x' = A x + B mu``, ``sigma = C x + D mu``, computed.
 
     As :func:`lure.analysis.theorems.popov.popov_largest`, for blocks too large for exact polynomials (400 states take
@@ -57,7 +57,7 @@ def popov_largest_computed(
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest`` is computed on both sides, relative width about 1e-8, more where modes are lightly damped; ``theta``
         [s] belongs to ``largest.low``.
 
@@ -309,12 +309,12 @@ def _marks(poles: NDArray[np.complex128]) -> NDArray[np.float64]:
     return np.unique(np.concatenate([[0.0], marks[0] / far, marks, np.sqrt(marks[1:] * marks[:-1]), marks[-1] * far]))
 
 
-def _answer(family: HamiltonianFamily, found: SearchResult, floor: float) -> Answer:
+def _answer(family: HamiltonianFamily, found: SearchResult, floor: float) -> CriterionResult:
     top = float(to_fraction(found.upper_bound.value))
     high = math.nextafter(-1.0 / top, math.inf) if top < 0 else math.inf
     low = 0.0 if floor == -math.inf else math.nextafter(-1.0 / min(floor, -sys.float_info.min), 0.0)
     x = found.upper_bound.support[0].x
-    return Answer(
+    return CriterionResult(
         criterion="popov",
         theorem="Popov's criterion, theta of either sign",
         largest=Bracket(min(low, high), high),

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from flint import arb, arb_poly, fmpq, fmpq_poly
 
@@ -15,6 +15,7 @@ from lure.analysis.inequality.checks import admitted_plant
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.inequality.multiplier_search import CAP, Cut, admissible, choice, mixture, search
 from lure.analysis.inequality.plant import TransferPolynomials
+from lure.analysis.inequality.protocol import Best, Grounds, Multiplier, Proves
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.numerics.minimum import infimum, largest_below, nonnegative_from_zero
 from lure.analysis.numerics.polynomial import (
@@ -28,60 +29,8 @@ from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Bracket
 from lure.plants.rational import RationalPlant
 
-Multiplier = Mapping[str, Any]
-Proves = Callable[[Multiplier], bool]
 TRIES = 100
 MARGIN_BITS = 128
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Best:
-    """How far the multipliers of a cone go.
-
-    Attributes
-    ----------
-    multiplier : Mapping or None
-        The weights by name, or taps; an infinite weight must grow with ``k``.  None if no multiplier was certified.
-    largest : Bracket
-        The largest ``k``, both ends exact statements; infinite where every finite ``k`` is proved.
-    points : tuple
-        Where the inequality is tight, as values of its variable; None is infinity.
-    formula : str
-        The multiplier as a formula, where the weights do not say it.
-    limit : str
-        Why no multiplier goes farther, where the points do not show it.
-    """
-
-    multiplier: Mapping[str, Any] | None
-    largest: Bracket
-    points: tuple[Fraction | None, ...] = ()
-    formula: str = ""
-    limit: str = ""
-
-
-class Inequality(Protocol):
-    """``F(omega; multiplier, k) > 0`` for one plant and the classes ``[lower, k]``, whatever decides it."""
-
-    @property
-    def base(self) -> RationalInequality:
-        """The same with one weight and nothing else: it knows the plant, the lower end and the frequencies."""
-        ...
-
-    def best(self) -> Best:
-        """The largest ``k`` over the cone of multipliers."""
-        ...
-
-    def serving(self, best: Best, proves: Proves) -> Multiplier:
-        """The best multiplier or one beside it that proves a class; where none does, a finite one all the same."""
-        ...
-
-    def decide(self, multiplier: Multiplier, upper: Fraction) -> bool:
-        """Whether the multiplier proves the class ``[lower, upper]``, exactly."""
-        ...
-
-    def least(self, multiplier: Multiplier, upper: Fraction | float) -> tuple[Bracket, float]:
-        """The infimum of ``F`` over frequency, and where it is attained [rad/s; rad per sample]."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -127,9 +76,22 @@ class RationalInequality:
         return cls(plant=plant, lower=lower, family=PolynomialFamily(response.D, response.U, response.W))
 
     @property
-    def base(self) -> RationalInequality:
-        """Itself."""
-        return self
+    def grounds(self) -> Grounds:
+        """The shifted plant, decided by Sturm's theorem."""
+        plant = self.plant
+        shift = f" after the shift by {float(self.lower):g}" if self.lower else ""
+        inside = "inside the unit circle" if plant.discrete else "in the open left half-plane"
+        return Grounds(
+            lower=self.lower,
+            direct=self.direct,
+            critical=plant.case == "critical",
+            discrete=plant.discrete,
+            poles=f"all poles {inside}{shift}, hidden modes too: checked by an exact count"
+            if plant.case == "stable"
+            else f"one simple pole at 0{shift} with residue {float(plant.residue):.6g} > 0, all others {inside}, "
+            "hidden modes too: checked by exact counts",
+            means="an exact root count",
+        )
 
     @property
     def direct(self) -> Fraction:
@@ -148,7 +110,7 @@ class RationalInequality:
         legal = not self.nonnegative or multiplier[self.weight] >= 0
         return legal and self.direct > level and self.family.exceeds(to_fmpq(multiplier[self.weight]), to_fmpq(level))
 
-    def best(self) -> Best:
+    def best(self, enough: Fraction | None = None) -> Best:
         """The best multiplier, and how far it goes."""
         if self.family.W.degree() < 0:
             return self._unweighted()
@@ -164,21 +126,25 @@ class RationalInequality:
             multiplier=None if found.theta is None else {self.weight: to_fraction(found.theta)},
             largest=Bracket(double_below(low), double_above(self.lower - 1 / top) if top < 0 else math.inf),
             points=tuple(None if cut.x is None else to_fraction(cut.x) for cut in found.upper_bound.support),
+            worst_frequency=self.frequency(None if (x := found.upper_bound.support[0].x) is None else to_fraction(x)),
         )
 
     def _unweighted(self) -> Best:
         """How far the inequality goes without a weight, from all its stationary points."""
         found = infimum(self.family.U, self.family.D)
         nothing: Multiplier = {self.weight: Fraction(0)}
-        where = (None if found.where == math.inf else Fraction(found.where),)
+        where: dict[str, Any] = {
+            "points": (None if found.where == math.inf else Fraction(found.where),),
+            "worst_frequency": self.frequency(found.where),
+        }
         if found.low >= 0:
-            return Best(multiplier=nothing, largest=INFINITE, points=where)
+            return Best(multiplier=nothing, largest=INFINITE, **where)
         with working_precision(MARGIN_BITS):
             guess = outward(ball(self.lower) - 1 / found.low, ball(self.lower) - 1 / found.high)
         low = largest_below(self.family.D, self.family.U, guess.low, self.lower)
         if low is None:
-            return Best(multiplier=None, largest=Bracket(double_below(self.lower), guess.high), points=where)
-        return Best(multiplier=nothing, largest=Bracket(low, guess.high), points=where)
+            return Best(multiplier=None, largest=Bracket(double_below(self.lower), guess.high), **where)
+        return Best(multiplier=nothing, largest=Bracket(low, guess.high), **where)
 
     def _for_every_finite(self, cuts: list[Cut]) -> Fraction | float | None:
         """A weight for every finite ``k``, infinite where it must grow with ``k``; None if none was found."""
@@ -242,6 +208,11 @@ class LossyInequality:
     base: RationalInequality
     loss: fmpq_poly
 
+    @property
+    def grounds(self) -> Grounds:
+        """Those of the inequality without loss."""
+        return self.base.grounds
+
     def at(self, upper: Fraction) -> RationalInequality:
         """The inequality with the loss of ``K = upper - lower``."""
         family = self.base.family
@@ -249,7 +220,7 @@ class LossyInequality:
             self.base, family=replace(family, W=family.W - to_fmpq(Fraction(upper) - self.base.lower) * self.loss)
         )
 
-    def best(self) -> Best:
+    def best(self, enough: Fraction | None = None) -> Best:
         """The best weight: where the ``k`` that is reached with the loss of ``k'`` falls below ``k'``, by secants.
 
         With the loss of ``k'`` every class up to ``g(k')`` is reached, and ``g`` decreases: the largest class lies

@@ -3,70 +3,74 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from fractions import Fraction
 
 from flint import fmpq
 
 from lure.analysis.inequality.multiplier_search import CAP, TOLERANCE, Cut, admissible, choice, upper_bound
+from lure.analysis.inequality.protocol import Best, Grounds
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.analysis.verdict import Bracket, Evidence
 from lure.arrays import np
-from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.frequency_data import FrequencyData
 
-_REASON = (
-    "nothing is known between and beyond the {count} frequencies, nor of the poles: at them alone the {name} criterion "
-    "allows up to {reach:.6g}; fit a model to certify a sector"
-)
 
+@dataclass(frozen=True, slots=True)
+class SampledInequality:
+    r"""``1/k + Re[(1 + i omega theta) H(i omega)] >= 0`` at the frequencies of a measurement, which proves nothing.
 
-def largest_sampled(data: FrequencyData, name: str) -> Answer:
-    r"""How far a criterion can reach at best, judged at the frequencies of a measurement.
-
-    ``1/k + Re[(1 + i omega theta) H(i omega)] >= 0`` must hold at each of them; ``theta = 0`` for the circle criterion.
-
-    Parameters
+    Attributes
     ----------
     data : FrequencyData
         The measurement.
-    name : {"circle", "popov"}
-        The criterion.
-
-    Returns
-    -------
-    Answer
-        INCONCLUSIVE on observed evidence: ``largest.low`` is 0, ``largest.high`` what the samples allow.
-
-    Raises
-    ------
-    AssumptionError
-        There is no such criterion for samples, or one of them is not finite: a pole on the axis.
+    lower : Fraction
+        0: the response of a shifted loop is not looked at.
+    weighted : bool
+        Whether there is a ``theta``; else it is 0, as in the circle criterion.
     """
-    if name not in ("circle", "popov") or (name == "popov" and data.dt is not None):
-        raise AssumptionError(
-            f"the criterion {name} is not evaluated on samples of this kind; ask circle", code=Reason.SAMPLED
+
+    data: FrequencyData
+    lower: Fraction
+    weighted: bool
+
+    @property
+    def grounds(self) -> Grounds:
+        """Nothing is known but the samples."""
+        return Grounds(
+            lower=self.lower,
+            discrete=self.data.dt is not None,
+            poles="all poles stable: assumed",
+            means="samples, and nothing is known between them",
+            evidence=Evidence.OBSERVED,
         )
-    if not np.isfinite(data.response).all():
-        place = float(data.omega[int(np.argmin(np.isfinite(data.response)))])
-        raise AssumptionError(
-            f"the response is not finite at {place:g} rad/s, a pole on the axis; leave it out", code=Reason.UNSTABLE
+
+    def best(self, enough: Fraction | None = None) -> Best:
+        """What the samples allow at best.
+
+        Raises
+        ------
+        AssumptionError
+            A sample is not finite: a pole on the axis.
+        """
+        data = self.data
+        if not np.isfinite(data.response).all():
+            place = float(data.omega[int(np.argmin(np.isfinite(data.response)))])
+            raise AssumptionError(
+                f"the response is not finite at {place:g} rad/s, a pole on the axis; leave it out", code=Reason.UNSTABLE
+            )
+        theta, least = _best(data) if self.weighted else (0.0, float(data.response.real.min()))
+        allowed = -1 / least if least < 0 else math.inf
+        expression = data.response.real - theta * data.omega * data.response.imag
+        return Best(
+            multiplier={"theta": Fraction(theta)} if self.weighted else {},
+            largest=Bracket(0.0, allowed),
+            worst_frequency=float(data.omega[int(np.argmin(expression))]),
+            formula="1 + theta s" if self.weighted else "1",
+            reason=f"nothing is known between and beyond the {len(data.omega)} frequencies, nor of the poles: at them "
+            f"alone the inequality allows up to {allowed:.6g}; fit a model to certify a sector",
         )
-    theta, least = (0.0, float(data.response.real.min())) if name == "circle" else _best(data)
-    reach = -1 / least if least < 0 else math.inf
-    expression = data.response.real - theta * data.omega * data.response.imag
-    return Answer(
-        criterion=name,
-        theorem=f"{name} criterion, at sampled frequencies only",
-        largest=Bracket(0.0, reach),
-        nonlinearity_class=NonlinearityClass(sector=Sector(0, reach), time_varying=name == "circle"),
-        verdict=Verdict.INCONCLUSIVE,
-        evidence=Evidence.OBSERVED,
-        theta=theta if name == "popov" else None,
-        worst_frequency=float(data.omega[int(np.argmin(expression))]),
-        hypotheses=("all poles stable: assumed", "the inequality between the samples: not known"),
-        reason=_REASON.format(count=len(data.omega), name=name, reach=reach),
-        code=Reason.SAMPLED,
-    )
 
 
 def _best(data: FrequencyData) -> tuple[float, float]:

@@ -6,23 +6,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from types import MappingProxyType
-from typing import Literal
 
 from flint import acb, acb_mat, arb, fmpq
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.hamiltonian import TOLERANCE, HamiltonianFamily
 from lure.analysis.inequality.multiplier_search import CAP, Cut, search
+from lure.analysis.inequality.protocol import Best, Grounds
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.analysis.verdict import Bracket, Evidence
 from lure.arrays import np
-from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
 from lure.plants.state_space import StateSpace
-
-Criterion = Literal["circle", "popov"]
 
 BITS = 128
 ROUNDS = 30
@@ -95,65 +91,65 @@ def state_space_family(block: StateSpace, lower: Fraction = Fraction(0)) -> Hami
     return HamiltonianFamily.of(A, b, c, d, proposing=True)
 
 
-def state_space_largest(block: StateSpace, criterion: Criterion, *, lower: Fraction = Fraction(0)) -> Answer:
-    r"""The largest ``k`` of the circle or Popov's criterion on ``[lower, k]``: ``low`` computed, ``high`` shown.
+@dataclass(frozen=True, slots=True)
+class StatesInequality:
+    r"""``1/(k - lower) + Re[(1 + i omega theta) P(i omega)] > 0`` of a plant in doubles: computed, its upper end shown.
 
     Levels are read off the eigenvalues of Hamiltonian matrices, as in
     :func:`lure.analysis.inequality.hamiltonian.popov_largest_computed`.  At the one or two frequencies where the
-    inequality is tight
-    ``H`` is enclosed in balls: from ``high`` on it fails there for every ``theta``, which is certified.
+    inequality is tight ``P = H/(1 + lower H)`` is enclosed in balls: from ``largest.high`` on it fails there for every
+    ``theta``, which is certified.  A matrix ``P`` that the checker accepts makes a proof of it.
 
-    Parameters
+    Attributes
     ----------
     block : StateSpace
-        The block, in continuous time, for the circle criterion in discrete time as well.
-    criterion : {"circle", "popov"}
-        Which.
+        The plant.
     lower : Fraction
-        Lower end of the sectors, a gain for which the loop is stable.
-
-    Returns
-    -------
-    Answer
-        INCONCLUSIVE; :func:`lure.analysis.certificates.by_matrices.certified_by_matrix` makes a proof of it.
-
-    Raises
-    ------
-    AssumptionError
-        The loop with the gain ``lower`` is not stable as far as doubles can tell, or the criterion is not for
-        discrete time.
-
-    Examples
-    --------
-    >>> block = StateSpace([[0, 1, 0], [0, 0, 1], [-1, -3, -3]], [0, 0, 1], [1, 0, 0])
-    >>> print(f"{state_space_largest(block, 'popov').largest.low:.6f}")
-    8.000000
+        Lower end of the classes.
+    weighted : bool
+        Whether there is a ``theta``, in continuous time; else it is 0, as in the circle criterion.
     """
-    if criterion == "popov" and block.dt is not None:
-        raise AssumptionError("Popov's criterion is for continuous time; ask circle")
-    family = state_space_family(block, lower)
-    least = _real_part(family) if criterion == "circle" else _popov(family)
-    low = float(lower) - 1.0 / least.value if least.value < 0 else math.inf
-    high = _above(block, lower, least.points)
-    low, name = min(low, high), "the circle criterion" if criterion == "circle" else "Popov's criterion"
-    varying = criterion == "circle"
-    return Answer(
-        criterion=criterion,
-        theorem=f"{name}, by a matrix inequality (Yakubovich 1962, Kalman 1963)",
-        largest=Bracket(low, high),
-        nonlinearity_class=NonlinearityClass(
-            sector=Sector(lower, low if low > lower else math.inf), time_varying=varying
-        ),
-        verdict=Verdict.INCONCLUSIVE,
-        evidence=Evidence.COMPUTED,
-        needs=() if varying else ("time-invariant",),
-        theta=least.theta,
-        multiplier="1" if varying else "1 + theta s",
-        parameters=MappingProxyType({} if varying else {"theta": str(Fraction(least.theta))}),
-        worst_frequency=2 * math.atan(least.omega) if block.dt is not None else least.omega,
-        hypotheses=("the loop with the lower gain stable, the inequality on [0, inf]: computed in floating point",),
-        reason="computed in floating point, not certified",
-    )
+
+    block: StateSpace
+    lower: Fraction
+    weighted: bool
+
+    @property
+    def grounds(self) -> Grounds:
+        """All of it in doubles."""
+        direct = Fraction(self.block.D)
+        return Grounds(
+            lower=self.lower,
+            direct=direct / (1 + self.lower * direct),
+            discrete=self.block.dt is not None,
+            poles="the loop with the lower gain stable: computed in floating point",
+            means="eigenvalues of Hamiltonian matrices in floating point",
+            evidence=Evidence.COMPUTED,
+        )
+
+    def best(self, enough: Fraction | None = None) -> Best:
+        """The best multiplier and how far it seems to go.
+
+        Raises
+        ------
+        AssumptionError
+            The loop with the lower gain is not stable as far as doubles can tell, or time is discrete and there is to
+            be a ``theta``.
+        """
+        block, lower = self.block, self.lower
+        if self.weighted and block.dt is not None:
+            raise AssumptionError("Popov's criterion is for continuous time; ask circle")
+        family = state_space_family(block, lower)
+        least = _popov(family) if self.weighted else _real_part(family)
+        low = float(lower) - 1.0 / least.value if least.value < 0 else math.inf
+        high = _above(block, lower, least.points)
+        return Best(
+            multiplier={"theta": Fraction(least.theta)} if self.weighted else {},
+            largest=Bracket(min(low, high), high),
+            worst_frequency=2 * math.atan(least.omega) if block.dt is not None else least.omega,
+            formula="1 + theta s" if self.weighted else "1",
+            reason="computed in floating point, not certified",
+        )
 
 
 def _real_part(family: HamiltonianFamily) -> _Least:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.analysis.graphical.frequencies import drawing_frequencies
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,
@@ -23,6 +22,7 @@ from lure.analysis.plots.style import (
     padded,
     room_below,
 )
+from lure.analysis.verdict import CriterionResult
 from lure.classes import Sector
 from lure.errors import InputError
 from lure.plants.block import Plant
@@ -211,7 +211,7 @@ def plot_popov_expression(
 
 def _multiplier(result: CriterionResult) -> float:
     if result.theta is None:
-        raise InputError(f"the {result.name} criterion gave no multiplier for the {result.model}: {result.reason}")
+        raise InputError(f"the {result.criterion} criterion gave no multiplier: {result.reason}")
     return result.theta
 
 

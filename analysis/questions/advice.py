@@ -20,7 +20,7 @@ from lure.nonlinearities.base import Nonlinearity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.codes import Code
-    from lure.analysis.certificates.sealing import Failure
+    from lure.analysis.certificates.drafts import Failure
 
 _SPECIFIC = (codes.FOREIGN_LAW, codes.ROUGH_LAW, codes.SEVERAL_SOLUTIONS)
 _WITHOUT = "nothing is proved"
@@ -83,27 +83,27 @@ def why(
         for found in missed:
             if found.code is specific:
                 return specific, found.detail
-    reach = max(
+    proved = max(
         (row.largest.low for row in rows if serves(row, nonlinearity_class) and row.verdict is Verdict.PROVED),
         default=None,
     )
     against = "" if asked.refuted_at is None else f", and the smallest class refuted ends at {asked.refuted_text}"
     if asked.stopped is not None:
-        return codes.OUT_OF_TIME, f"the search was stopped: {_WITHOUT if reach is None else _ends(reach)}{against}"
+        return codes.OUT_OF_TIME, f"the search was stopped: {_WITHOUT if proved is None else _ends(proved)}{against}"
     if not _low_enough(asked, nonlinearity_class):
         return codes.DEAD_TIME, f"with dead time the theorems are about classes from 0 on{against}"
-    if reach == math.inf:
+    if proved == math.inf:
         far = "every finite upper bound is proved, and a class without any holds nonlinearities beyond all of them"
         return codes.EVERY_FINITE, far + against
-    if reach is not None:
-        return codes.NO_MULTIPLIER, f"{_ends(reach)}{against}"
+    if proved is not None:
+        return codes.NO_MULTIPLIER, f"{_ends(proved)}{against}"
     said = [(codes.REGISTRY[answer.code], answer.reason) for answer in asked.answers if answer.reason]
     code, reason = min(said, key=lambda one: codes.WORST.index(one[0]), default=(codes.NO_MULTIPLIER, _WITHOUT))
     return code, reason.rstrip(".") + against
 
 
-def _ends(reach: float) -> str:
-    return f"what is proved ends at {bound_below(reach)}"
+def _ends(proved: float) -> str:
+    return f"what is proved ends at {bound_below(proved)}"
 
 
 def hints(

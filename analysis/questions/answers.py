@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
-from itertools import pairwise
+from functools import cache
 from typing import TYPE_CHECKING, Any, cast, overload
 
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.sealing import Failure, guarded
+from lure.analysis.certificates.drafts import Failure
 from lure.analysis.counterexamples.linear import refutes_lower
-from lure.analysis.deadline import check_seconds, time_limit
+from lure.analysis.deadline import check_seconds
 from lure.analysis.inequality.checks import require_solution
-from lure.analysis.questions.advice import row_asked, serves, why
+from lure.analysis.numerics.doubles import double_below
+from lure.analysis.questions.advice import row_asked, why
 from lure.analysis.questions.conclusion import Certification, Conclusion, MismatchError, conclusion_of, undecided
-from lure.analysis.questions.counterexample_search import counterexample, linear_refutation
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.problem import Plant, Problem, Search, by_matrices, plant_given
-from lure.analysis.questions.proofs import endless_proof, every_finite, proposals, restated, silent
-from lure.analysis.questions.search import Findings, Tell, find
+from lure.analysis.questions.proofs import rank, silent
+from lure.analysis.questions.search import GRACE, Attempts, Findings, Tell, search_for
 from lure.analysis.theorems.table import BEST, Question
-from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
+from lure.analysis.verdict import Bracket, CriterionResult, Verdict, Witness
 from lure.analysis.wording import proviso
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
@@ -34,8 +33,6 @@ from lure.plants.rational import RationalPlant
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.proposals import Numbers
-
-GRACE = 1.0  # [s] to say what was found, when the time for the search is over
 
 
 class ContradictionError(RuntimeError):
@@ -332,125 +329,59 @@ def answers(
     InputError, AssumptionError, ContradictionError, KeyboardInterrupt
         As :func:`max_sector`.
     """
-    largest = [problem for problem in problems if problem.kind != "class"]
-    if any(problem.several for problem in largest):
-        from lure.analysis.questions.channels import largest_factors
+    found = [
+        Attempts(problem, list(problem.refusals))
+        if problem.kind == "class"
+        else Findings(problem, Bracket(double_below(problem.lower), math.inf))
+        for problem in problems
+    ]
 
-        rows = largest_factors(largest, seconds=seconds, progress=progress)
-    else:
-        rows = _spread([largest_of(each) for each in find(largest, seconds, progress)]) if largest else []
-    bounds = iter(rows)
-    say = progress or (lambda _step, _done: None)
+    @cache
+    def bounds() -> list[StabilityBound]:
+        """What follows for the largest classes, whose steps are made before those of one class."""
+        largest = [each for each in found if isinstance(each, Findings)]
+        if several:
+            from lure.analysis.questions.channels import largest_factors
 
-    def certified(problem: Problem) -> Certification:
-        """The answer about one class, within the time allowed; whatever happens, at least a code."""
-        from_rows = bool(rows) and not problem.several and not problem.endless_below
-        late = any(row.stopped == "time" for row in rows)
+            return largest_factors([each.asked for each in largest], seconds=seconds, progress=progress)
+        return _spread([largest_of(each) for each in largest])
 
-        def limited() -> Certification:
-            """The searches, while there is time."""
-            with time_limit(GRACE if late else None if from_rows else seconds) as over:
-                return _certification(problem, rows, numbers, over, say)
-
-        found = guarded("the search", limited)
-        return found if isinstance(found, Certification) else _inconclusive(problem, [found])
-
-    return [certified(problem) if problem.kind == "class" else next(bounds) for problem in problems]
-
-
-# One class: what is proposed, and what follows from the first that the checker accepts.
-
-Proposed = tuple[str, Callable[[], "Proved | Refuted | Failure | None"], dict[str, Any]]
+    several = any(problem.several for problem in problems)
+    if several and any(row.stopped == "time" for row in bounds()):  # what is proved of one factor serves the next
+        seconds = GRACE
+    search_for(found, bounds, seconds=seconds, numbers=numbers, tell=progress)
+    rows = iter(bounds())
+    return [certification_of(each, bounds()) if isinstance(each, Attempts) else next(rows) for each in found]
 
 
-def _certification(
-    problem: Problem,
-    rows: list[StabilityBound],
-    numbers: Numbers,
-    over: Callable[[], bool],
-    say: Callable[[str, float], None],
-) -> Certification:
-    failures: list[Failure] = list(problem.refusals)
-    for name, search, beside in _plan(problem, rows, numbers):
-        if over():
-            failures.append(Failure(search=name, code=codes.OUT_OF_TIME, detail="the time allowed is over"))
-            break
-        if not beside:
-            say(name, 0.0)
-        found = guarded(name, search)
-        if found is not None and not isinstance(found, Failure):
-            follows = conclusion_of(problem, found, **beside)
-            if follows.shown is not None:
-                return Certification(conclusion=follows, detail=found.claim, failures=tuple(failures))
-            found = Failure(search=name, code=follows.code or codes.REJECTED, detail=follows.reason)
-        if found is not None:
-            failures.append(found)
-            if found.code is codes.OUT_OF_TIME:
-                break
+# One class: from what was tried to the answer.
+
+
+def certification_of(found: Attempts, rows: list[StabilityBound]) -> Certification:
+    """The answer about one class: of what was accepted, or why nothing was, as a code.
+
+    Parameters
+    ----------
+    found : Attempts
+        What was tried.
+    rows : list of StabilityBound
+        What is known of the largest classes beside it, empty where they were not asked about.
+    """
+    problem, failures = found.asked, found.failures
+    if found.certification is not None:
+        return found.certification
     if rows and not problem.several and not problem.endless_below:
-        code, reason = why(row_asked(rows, problem.nonlinearity_class), rows, problem.nonlinearity_class, failures)
-        told = undecided(problem, reason, code=code)
-        return Certification(conclusion=told, detail=reason, failures=tuple(failures))
-    return _inconclusive(problem, failures)
-
-
-def _plan(problem: Problem, rows: list[StabilityBound], numbers: Numbers) -> Iterator[Proposed]:
-    """What to try for one class, in order: what was accepted for largest ones, or else searches of its own."""
-    if problem.several:
-        from lure.analysis.questions.channels import proposals as of_channels
-
-        yield from ((name, search, {}) for name, search in of_channels(problem, rows))
-        return
-    yield from _known(problem, rows)
-    if isinstance(problem.plant, FrequencyData) or (rows and not problem.endless_below):
-        return
-    yield "linear gains", lambda: linear_refutation(problem, numbers), {}
-    cheap, dear = proposals(problem, numbers)
-    for name, search in cheap:
-        yield name, search, {}
-    if isinstance(problem.plant, RationalPlant) and problem.criterion == problem.method == BEST:
-        yield "counterexamples", lambda: counterexample(problem, numbers), {}
-    for name, search in dear:
-        yield name, search, {}
-    if problem.provable and not problem.finite and problem.nonlinearity_class.sector.upper == math.inf:
-        yield "every finite bound", lambda: every_finite(problem), {}
-
-
-def _known(problem: Problem, rows: list[StabilityBound]) -> Iterator[Proposed]:
-    """What was accepted for largest classes, of the row of this class first; whether it fits is judged later."""
-    first = row_asked(rows, problem.nonlinearity_class) if rows else None
-    ordered = sorted(rows, key=lambda row: row is not first)
-    for proof in _proofs(problem, ordered):
-        yield proof.theorem, partial(restated, proof, problem), {"reach": proof}
-    for row in ordered:
-        for refuted, beside in pairwise((*row.refutations, None)):
-            yield "counterexamples", partial(restated, cast("Refuted", refuted), problem), {"beside": beside}
-
-
-def _proofs(problem: Problem, rows: list[StabilityBound]) -> Iterator[Proved]:
-    """What was accepted of the rows, those that may serve; of unbounded classes beside every finite one."""
-    nonlinearity_class = problem.nonlinearity_class
-    for row in rows:
-        end = (
-            nonlinearity_class.slope.upper
-            if row.question == "slope" and nonlinearity_class.slope
-            else nonlinearity_class.sector.upper
-        )
-        if row.proof is None or not serves(row, nonlinearity_class) or row.largest.low < end:
-            continue
-        endless = endless_proof(problem, row.lower) if end == math.inf else None
-        yield from (proof for proof in (endless, row.proof) if proof is not None)
-
-
-def _inconclusive(problem: Problem, failures: list[Failure]) -> Certification:
+        wanted = problem.nonlinearity_class
+        code, detail = why(row_asked(rows, wanted), rows, wanted, failures)
+        return Certification(conclusion=undecided(problem, detail, code=code), detail=detail, failures=tuple(failures))
     if not failures:
         failures = [Failure(search="all", code=codes.NOT_APPLICABLE, detail="no criterion serves such a class")]
     some = any(failure.code is codes.NO_MULTIPLIER for failure in failures)
     told = [f for f in failures if not (some and f.code is codes.NOT_APPLICABLE)]
     worst = min(reversed(told), key=lambda failure: codes.WORST.index(failure.code))
     detail = f"{worst.search}: {worst.detail}"
-    told_so = undecided(problem, detail, code=worst.code)
-    return Certification(conclusion=told_so, detail=detail, failures=tuple(failures))
+    follows = undecided(problem, detail, code=worst.code)
+    return Certification(conclusion=follows, detail=detail, failures=tuple(failures))
 
 
 # The largest class: from what was found to the bound.
@@ -469,8 +400,10 @@ def largest_of(findings: Findings) -> StabilityBound:
     ContradictionError
         What is proved and what is refuted overlap: a bug.
     """
-    asked, limit, against = findings.asked, findings.hurwitz, findings.witnesses
-    found = findings.answers or [silent(asked.criterion, asked, "no criterion was asked")]
+    asked, limit = findings.asked, findings.hurwitz
+    against = sorted(findings.witnesses, key=lambda witness: witness.k)
+    answers = sorted(findings.answers, key=rank)
+    found = answers or [silent(asked.criterion, asked, "no criterion was asked")]
     best, first = found[0], against[0] if against else None
     if best.verdict is Verdict.PROVED:  # constant gains are nonlinearities of the class
         limit = Bracket(max(limit.low, min(best.largest.low, limit.high)), limit.high)
@@ -507,7 +440,7 @@ def largest_of(findings: Findings) -> StabilityBound:
         parameters=best.parameters,
         refuted_at=refuted_at,
         witness=witness,
-        answers=tuple(findings.answers),
+        answers=tuple(answers),
         reason=_reason(findings, best),
         conclusion=conclusion,
         stopped=findings.stopped,
@@ -516,7 +449,7 @@ def largest_of(findings: Findings) -> StabilityBound:
     )
 
 
-def _reason(findings: Findings, best: Answer) -> str:
+def _reason(findings: Findings, best: CriterionResult) -> str:
     """Why nothing more was shown: where nothing was, and the time is over, that."""
     if best.verdict is Verdict.PROVED:
         return best.reason
@@ -526,7 +459,7 @@ def _reason(findings: Findings, best: Answer) -> str:
 
 
 def _concluded(
-    asked: Problem, best: Answer, shown: Proved | Refuted | None, trivial: Witness | None = None
+    asked: Problem, best: CriterionResult, shown: Proved | Refuted | None, trivial: Witness | None = None
 ) -> Conclusion:
     """What follows for the largest class, the one that the answer says is proved."""
     low, finite = best.largest.low, best.verdict is Verdict.PROVED and best.largest.low < math.inf

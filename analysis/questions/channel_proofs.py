@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
-from lure.analysis.certificates.sealing import checked
+from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_switching import SwitchedGains

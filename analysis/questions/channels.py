@@ -17,7 +17,7 @@ from typing import NamedTuple
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.arithmetic import Rejected, eliminated
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.sealing import Failure, checked, contains, guarded
+from lure.analysis.certificates.drafts import Failure, checked, contains, guarded
 from lure.analysis.certificates.systems import class_entries
 from lure.analysis.deadline import time_limit
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
@@ -37,7 +37,7 @@ from lure.analysis.questions.channel_proofs import (
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of, undecided
 from lure.analysis.questions.largest import StabilityBound, Stopped
 from lure.analysis.questions.problem import Problem
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
 from lure.analysis.wording import counterexample, destroys, proviso
 from lure.errors import AssumptionError, InputError, Reason
 
@@ -50,7 +50,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
     asked: Problem,
     proof: tuple[Fraction, Proved] | None,
     against: tuple[Fraction, Refuted] | None,
-    answers: Sequence[Answer] = (),
+    answers: Sequence[CriterionResult] = (),
     *,
     reason: str = "",
     stopped: Stopped | None = None,
@@ -63,7 +63,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
         The question.
     proof, against : (Fraction, Proved) and (Fraction, Refuted), or None
         Factors, and what was accepted for the classes of those factors; 0 for gains in the classes of every factor.
-    answers : sequence of Answer
+    answers : sequence of CriterionResult
         Every criterion that was tried, that of the proof first.
     reason : str
         Why nothing more was shown.
@@ -140,10 +140,10 @@ def _witness(shown: Refuted, factor: float) -> Witness:
     )
 
 
-def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved] | Failure | None) -> Answer:
+def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved] | Failure | None) -> CriterionResult:
     """What one criterion shows of the classes."""
     if found is None or isinstance(found, Failure):
-        return Answer(
+        return CriterionResult(
             criterion=criterion.name,
             theorem=criterion.row.title,
             largest=Bracket(0.0, math.inf),
@@ -156,7 +156,7 @@ def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved]
     alpha, shown = found
     scaled = asked.classes.scaled(alpha)
     multiplier, row, letter = shown.certificate["multiplier"], criterion.row, ("Lambda", "Pi")[criterion.kind]
-    return Answer(
+    return CriterionResult(
         criterion=criterion.name,
         theorem=row.title if row.linear else f"{row.title}, with {_KINDS[criterion.kind]}",
         largest=Bracket(double_below(alpha), math.inf),
@@ -168,7 +168,7 @@ def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved]
         parameters=multiplier,
         reason=f"proved for the upper bounds times {bound_below(alpha)}",
         hypotheses=tuple(f"{name}: {how}" for name, how in shown.facts.items() if name != "class"),
-        proof=shown,
+        shown=shown,
     )
 
 
@@ -207,7 +207,7 @@ def largest_factor(
     criteria, tell = criteria_for(asked), progress or (lambda _step, _done: None)
     against: tuple[Fraction, Refuted] | None = None
     proofs: list[tuple[Fraction, Proved]] = []
-    answers: list[Answer] = []
+    answers: list[CriterionResult] = []
 
     def searched() -> None:
         nonlocal against
@@ -265,7 +265,7 @@ class _Carried(NamedTuple):
 
     factor: Fraction
     shown: Proved
-    answer: Answer
+    answer: CriterionResult
 
 
 def _carried(asked: Problem, before: StabilityBound) -> _Carried | None:
@@ -280,7 +280,7 @@ def _carried(asked: Problem, before: StabilityBound) -> _Carried | None:
     if not isinstance(shown, Proved):
         return None
     scaled = asked.classes.scaled(factor)
-    found = replace(before.answers[0], nonlinearity_class=scaled.classes[0], classes=scaled, proof=shown)
+    found = replace(before.answers[0], nonlinearity_class=scaled.classes[0], classes=scaled, shown=shown)
     return _Carried(factor, shown, found)
 
 

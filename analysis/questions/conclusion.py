@@ -13,8 +13,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.certificates import codes
+from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.representation import failure_dict, shown_dict, shown_page
-from lure.analysis.certificates.sealing import contains
 from lure.analysis.certificates.states import classes, keeps
 from lure.analysis.certificates.systems import nonlinearity_class_of
 from lure.analysis.numerics.doubles import bound_below
@@ -28,7 +28,7 @@ from lure.record import Page, Record, derived, quantity
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.codes import Code
-    from lure.analysis.certificates.sealing import Failure
+    from lure.analysis.certificates.drafts import Failure
     from lure.analysis.nonlinearity import NonlinearityBounds
 
 
@@ -164,7 +164,7 @@ def conclusion_of(
     asked: Problem,
     accepted: Proved | Refuted | None,
     *,
-    reach: Proved | None = None,
+    larger: Proved | None = None,
     beside: Refuted | None = None,
 ) -> Conclusion:
     """The verdict, the class and the sentence that follow from what the checker accepted.
@@ -175,8 +175,8 @@ def conclusion_of(
         What was asked.
     accepted : Proved, Refuted or None
         What the checker accepted; None for nothing.
-    reach : Proved, optional
-        What was accepted of a larger class, to say how far it reaches.
+    larger : Proved, optional
+        What was accepted of a larger class, named with its upper end.
     beside : Refuted, optional
         Another counterexample, named after the first where the class asked about contains it.
 
@@ -199,13 +199,13 @@ def conclusion_of(
     if dict(accepted.certificate["system"]) != dict(asked.system):
         raise MismatchError("the certificate is about another system than the one asked about")
     if isinstance(accepted, Proved):
-        return _proved(asked, accepted, reach)
+        return _proved(asked, accepted, larger)
     if not isinstance(accepted, Refuted):
         raise MismatchError(f"a {type(accepted).__name__} is no proof and no refutation")
     return _refuted(asked, accepted, beside)
 
 
-def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
+def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
     nonlinearities = shown.certificate["laws"]
     about = class_words(nonlinearities, spelled=asked.spelled)
     nonlinearity, name, standing, words, assumed = asked.nonlinearity, asked.nonlinearity_words, "", "", proviso(shown)
@@ -257,7 +257,7 @@ def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
         provisos = [words, f"if {assumed.removeprefix('for which ')}" if assumed else ""]
         head = f"{says} with {name}" + "".join(f", {said}" for said in provisos if said)
         found = head + found
-    reaches = "" if reach is None or asked.several else f", which reaches {_end(reach)}"
+    reaches = "" if larger is None or asked.several else f", which reaches {_end(larger)}"
     return Conclusion(
         verdict=Verdict.PROVED,
         evidence=Evidence.CERTIFIED,
@@ -339,9 +339,9 @@ def _critical_end(asked: Problem) -> bool:
     return critical_end(block(asked.system), low, high)
 
 
-def _end(reach: Proved) -> str:
+def _end(larger: Proved) -> str:
     """The upper end of a larger class."""
-    top = reach.certificate["laws"]["sector"][1]  # of slope bounds the same, if not beyond it
+    top = larger.certificate["laws"]["sector"][1]  # of slope bounds the same, if not beyond it
     return "every finite bound" if top == "finite" else bound_below(Fraction(top)) if top != "inf" else "inf"
 
 

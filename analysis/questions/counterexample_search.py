@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.sealing import Failure, check_for_class, guarded
+from lure.analysis.certificates.drafts import Failure, check_for_class, guarded
 from lure.analysis.certificates.theory import theory_of
 from lure.analysis.inequality.gains import hurwitz_limit, unstable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
@@ -47,9 +47,9 @@ def hurwitz(asked: Problem) -> Bracket:
             code=Reason.DEAD_TIME if isinstance(plant, DelayPlant) else Reason.NOT_APPLICABLE,
         )
     if isinstance(plant, DelayPlant):
-        from lure.analysis.theorems.dead_time import hurwitz_limit as with_dead_time
+        from lure.analysis.inequality.delay import Delayed
 
-        return with_dead_time(plant)
+        return Delayed.of(plant).gains()
     return theory_of(plant).hurwitz() if isinstance(plant, StructuredPlant) else Bracket(0.0, math.inf)
 
 

@@ -9,14 +9,14 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.certificates.arithmetic import extended
-from lure.analysis.certificates.sealing import contains
+from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.systems import class_entries
 from lure.analysis.drawing import drawing
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.numerics.evidence import ends
 from lure.analysis.questions.conclusion import Conclusion, MismatchError
 from lure.analysis.theorems.table import Question
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
 from lure.analysis.wording import BEYOND, kind_words
 from lure.classes import Diagonal
 from lure.record import Column, Page, Record, derived, plain, quantity
@@ -64,12 +64,12 @@ def analysis_columns(found: LoopAnalysis) -> dict[str, Column]:
     from lure.analysis.questions.table import class_name
 
     along, rows = ("law_class",), found.rows
-    reach = [row.largest.low if row.verdict is Verdict.PROVED else math.nan for row in rows]
+    proved = [row.largest.low if row.verdict is Verdict.PROVED else math.nan for row in rows]
     return {
         "law_class": Column(along, [class_name(row) for row in rows], "1", "kind of the class"),
-        "proved_up_to": Column(along, reach, "1", "largest k proved"),
+        "proved_up_to": Column(along, proved, "1", "largest k proved"),
         "refuted_at": Column(along, [_number(row.refuted_at) for row in rows], "1", "smallest k refuted"),
-        "criterion": Column(along, [row.criterion for row in rows], "1", "criterion that reached farthest"),
+        "criterion": Column(along, [row.criterion for row in rows], "1", "criterion with the largest class"),
         "verdict": Column(along, [str(row.verdict) for row in rows], "1", "whether something is proved"),
         "evidence": Column(along, [str(row.evidence) for row in rows], "1", "what it rests on"),
         "closed": Column(along, [row.closed for row in rows], "1", "whether proved and refuted meet"),
@@ -92,7 +92,7 @@ class StabilityBound(Record):
     r"""How far the classes ``[lower, k]`` are stable, from both sides, for ``sigma = H mu``, ``mu = -phi(sigma)``."""
 
     question: Question = quantity("What ``[lower, k]`` bounds: ``phi(sigma)/sigma``, or every difference quotient")
-    criterion: str = quantity("The criterion asked for, or the one that reached farthest")
+    criterion: str = quantity("The criterion asked for, or the one with the largest class")
     odd: bool = quantity("Whether the class assumes that ``phi`` is odd")
     time_varying: bool = quantity("Whether the class allows that ``phi`` depends on time")
     lower: Fraction = quantity("Lower end of the classes", plainly=lambda lower: plain(float(lower)))
@@ -132,7 +132,7 @@ class StabilityBound(Record):
     stopped: Stopped | None = quantity(
         "What ended the search before it was complete; what is claimed was shown all the same", default=None
     )
-    answers: tuple[Answer, ...] = quantity("Every criterion that was tried, farthest reach first")
+    answers: tuple[CriterionResult, ...] = quantity("Every criterion that was tried, the largest class first")
     conclusion: Conclusion = quantity(
         "What follows from what the checker accepted of the proof or, for REFUTED, of the witness", key=""
     )
@@ -254,7 +254,7 @@ class StabilityBound(Record):
 
     @property
     def proof(self) -> Proved | None:
-        """What the checker accepted of the answer that reaches farthest, with its certificate."""
+        """What the checker accepted of the answer with the largest class, with its certificate."""
         return self.answers[0].proof if self.answers else None
 
     @property

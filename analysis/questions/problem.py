@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.sealing import Failure, guarded
+from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.certificates.systems import class_entries, class_entry, nonlinearity_entry, system_of
 from lure.analysis.nonlinearity.membership import Membership, Status, examined, membership
 from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for

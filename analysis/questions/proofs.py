@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.sealing import Failure, check_for_class, guarded
+from lure.analysis.certificates.drafts import Failure, check_for_class, guarded
 from lure.analysis.certificates.theory import Draft, theory_of
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, Theorem, Upper, row_of, theorems_for
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError, Reason
 from lure.exact import exact_number
 from lure.plants.block import StructuredPlant
-from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
@@ -28,7 +28,6 @@ from lure.plants.state_space import StateSpace
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.proposals import Certified, Numbers
-    from lure.analysis.inequality.state_space import Criterion
 
 REFUSED = "does not apply"
 NOT_NEEDED = "not needed"
@@ -38,7 +37,7 @@ LONG = "full effort"  # takes minutes
 # How far a criterion reaches: of the classes ``[lower, k]`` the largest it proves.
 
 
-def reached(row: Theorem, asked: Problem) -> Answer | Failure:
+def criterion_answer(row: Theorem, asked: Problem) -> CriterionResult | Failure:
     """What one criterion says, before the checker has seen it; or that it refuses or fails, and why.
 
     Raises
@@ -54,34 +53,14 @@ def reached(row: Theorem, asked: Problem) -> Answer | Failure:
     return replace(found, detail=f"the search failed: {found}") if isinstance(found, Failure) else found
 
 
-def _largest(row: Theorem, asked: Problem, lower: Fraction) -> Answer:
+def _largest(row: Theorem, asked: Problem, lower: Fraction) -> CriterionResult:
     """The largest class from ``lower`` on, by the means that there are for such a plant."""
-    plant = asked.block
-    if isinstance(plant, RationalPlant | DelayPlant):
-        return row.reach(plant, lower=lower, odd=asked.odd)
-    if isinstance(plant, StructuredPlant):
-        return theory_of(plant).largest(row.name)
-    if isinstance(plant, StateSpace):
-        return _by_eigenvalues(plant, row.name, lower)
-    from lure.analysis.inequality.samples import largest_sampled
-
-    return largest_sampled(plant, row.name)
+    if isinstance(asked.block, StructuredPlant):
+        return theory_of(asked.block).largest(row.name)
+    return row.answer(asked.block, lower=lower, odd=asked.odd)
 
 
-def _by_eigenvalues(plant: StateSpace, name: str, lower: Fraction) -> Answer:
-    """What a criterion reaches in floating point, for a matrix to certify."""
-    from lure.analysis.inequality.state_space import state_space_largest
-
-    if name not in ("circle", "popov"):
-        raise AssumptionError(
-            f"for a block of order {plant.order} given by matrices there are circle and popov (in continuous time), "
-            f"not {name}; give coefficients for the exact criteria",
-            code=Reason.COMPUTED,
-        )
-    return state_space_largest(plant, cast("Criterion", name), lower=lower)
-
-
-def rank(answer: Answer) -> tuple[bool, bool, float, float]:
+def rank(answer: CriterionResult) -> tuple[bool, bool, float, float]:
     """Proofs first, refusals last, the larger sector before the smaller."""
     silent = answer.theorem in (REFUSED, NOT_NEEDED)
     return answer.verdict is not Verdict.PROVED, silent, -answer.largest.low, -answer.largest.high
@@ -89,12 +68,12 @@ def rank(answer: Answer) -> tuple[bool, bool, float, float]:
 
 def silent(
     name: str, asked: Problem, reason: str, *, theorem: str = REFUSED, code: Reason = Reason.NO_MULTIPLIER
-) -> Answer:
+) -> CriterionResult:
     """The answer of a criterion that says nothing: it refuses, it failed, or it was not asked."""
     lower = float(asked.lower)
     computed, sampled = isinstance(asked.plant, StateSpace), isinstance(asked.plant, FrequencyData)
     slope = SlopeBounds(lower, math.inf) if asked.question == "slope" else None
-    return Answer(
+    return CriterionResult(
         criterion=name,
         theorem=theorem,
         largest=Bracket(lower, math.inf),
@@ -106,50 +85,64 @@ def silent(
     )
 
 
-def proved_answer(asked: Problem, answer: Answer) -> Answer:
+def proved_answer(asked: Problem, answer: CriterionResult) -> CriterionResult:
     """The answer with what the checker accepted of it; INCONCLUSIVE where it accepted nothing.
 
     Parameters
     ----------
     asked : Problem
         The problem.
-    answer : Answer
+    answer : CriterionResult
         What a criterion says.
 
     Returns
     -------
-    Answer
+    CriterionResult
         With ``proof``, and ``largest.low`` lowered to the class that was accepted.
     """
-    plant = asked.block
-    if isinstance(plant, StateSpace):
-        from lure.analysis.certificates.by_matrices import certified_by_matrix
-
-        by_matrix = guarded(answer.criterion, lambda: certified_by_matrix(plant, answer), passing=(TimeoutError,))
-        return _uncertified(answer, by_matrix) if isinstance(by_matrix, Failure) else by_matrix
-    if answer.verdict is not Verdict.PROVED or isinstance(plant, FrequencyData):
+    computed = answer.evidence is Evidence.COMPUTED
+    if (answer.verdict is not Verdict.PROVED and not computed) or isinstance(asked.block, FrequencyData):
         return answer
     found = guarded(answer.criterion, lambda: _certified(asked, answer), passing=(TimeoutError,))
     if isinstance(found, Failure):
         return _uncertified(answer, found)
     largest, limited = answer.largest, answer.largest.low == math.inf and isinstance(found.upper, Fraction)
     if isinstance(found.upper, Fraction) and found.upper < largest.low:
-        largest = Bracket(double_below(found.upper), largest.high)
+        low = double_below(found.upper)
+        largest = Bracket(low, max(low, largest.high))
     tried = f"{largest.low:g}".replace("e+", "e")
     reason = f"{tried} is the largest k for which a certificate was tried" if limited else answer.reason
-    return replace(answer, largest=largest, proof=found.proved, search_limited=limited, reason=reason)
+    shown = replace(answer, largest=largest, shown=found.proved, search_limited=limited, reason=reason)
+    return _by_a_matrix(shown) if computed else shown
 
 
-def _uncertified(answer: Answer, failure: Failure) -> Answer:
-    said = f"not certified: {failure}"
+def _by_a_matrix(answer: CriterionResult) -> CriterionResult:
+    """What was computed, as it was proved: class, multiplier and hypotheses are those of the certificate."""
+    proof = cast("Proved", answer.shown)
+    lower, theta = answer.nonlinearity_class.sector.lower, proof.certificate["multiplier"].get("theta")
+    return replace(
+        answer,
+        nonlinearity_class=replace(answer.nonlinearity_class, sector=Sector(lower, answer.largest.low)),
+        theta=0.0 if theta is None else float(Fraction(theta)),
+        parameters=MappingProxyType({} if theta is None else {"theta": theta}),
+        verdict=Verdict.PROVED,
+        evidence=Evidence.CERTIFIED,
+        hypotheses=tuple(f"{name}: {fact}" for name, fact in proof.facts.items()),
+        reason=answer.reason if answer.search_limited else "",
+    )
+
+
+def _uncertified(answer: CriterionResult, failure: Failure) -> CriterionResult:
+    computed = "computed in floating point, " if answer.evidence is Evidence.COMPUTED else ""
+    said = f"{computed}not certified: {failure}"
     return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=said, code=failure.code.reason)
 
 
-def _certified(asked: Problem, answer: Answer, upper: Upper | None = None) -> Certified:
+def _certified(asked: Problem, answer: CriterionResult, upper: Upper | None = None) -> Certified:
     """What the checker accepts of an answer, for nonlinearities that vary with time where those are asked about."""
     from lure.analysis.certificates.proposals import certified
 
-    assert not isinstance(asked.block, StateSpace | FrequencyData)
+    assert not isinstance(asked.block, FrequencyData)
     wider = asked.time_varying and not answer.nonlinearity_class.time_varying
     wide = (
         replace(answer, nonlinearity_class=replace(answer.nonlinearity_class, time_varying=True)) if wider else answer
@@ -185,7 +178,7 @@ def endless_proof(asked: Problem, lower: Fraction) -> Proved | None:
     return None
 
 
-def _proves(answer: Answer) -> bool:
+def _proves(answer: CriterionResult) -> bool:
     return answer.verdict is Verdict.PROVED
 
 
@@ -199,13 +192,13 @@ def restated(shown: Proved | Refuted, asked: Problem) -> Proved | Refuted:
     asked : Problem
         What is asked.
     """
-    from lure.analysis.certificates.sealing import settled
+    from lure.analysis.certificates.drafts import complete_and_check
 
     drafts: list[dict[str, Any]] = [{**shown.certificate, "laws": dict(asked.class_entry)}]
     if asked.nonlinearity_entry is not None and shown.certificate["verdict"] == "PROVED":
         drafts = [{**draft, "law": dict(asked.nonlinearity_entry)} for draft in (drafts[0], shown.certificate)] + drafts
     for draft in drafts:
-        found = guarded("the class asked about", partial(settled, draft))
+        found = guarded("the class asked about", partial(complete_and_check, draft))
         if type(found) is type(shown):
             return found
     return shown
@@ -220,7 +213,7 @@ class Candidate:
 
     name: str
     upper: Upper
-    ask: Callable[[], Answer]
+    ask: Callable[[], CriterionResult]
 
 
 def candidates(asked: Problem, *, finite: bool) -> Iterator[Candidate]:
@@ -257,7 +250,7 @@ def candidates(asked: Problem, *, finite: bool) -> Iterator[Candidate]:
                 yield Candidate(f"{row.name}, {LONG}", Fraction(slope.upper), ask)
 
 
-def _decided(asked: Problem, row: Theorem, bounds: Sector | SlopeBounds, *, finite: bool) -> Answer:
+def _decided(asked: Problem, row: Theorem, bounds: Sector | SlopeBounds, *, finite: bool) -> CriterionResult:
     """The answer about the class, or about the largest class if the class asked about is inside it."""
     plant = asked.block
     if isinstance(plant, RationalPlant):
@@ -315,10 +308,7 @@ def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Pr
 
         drafts = class_drafts(plant, asked.nonlinearity_class, asked.criterion, finite=asked.finite)
         return [(name, partial(_computed, asked, name, draft, numbers)) for name, draft in drafts], []
-    found: Sequence[Candidate] | Failure = guarded("criteria", lambda: list(candidates(asked, finite=asked.finite)))
-    if isinstance(found, Failure):
-        return [("criteria", lambda: found)], []
-    each = [(one.name, partial(_proof, asked, one, numbers)) for one in found]
+    each = [(one.name, partial(_proof, asked, one, numbers)) for one in candidates(asked, finite=asked.finite)]
     return [one for one in each if not one[0].endswith(LONG)], [one for one in each if one[0].endswith(LONG)]
 
 
@@ -362,7 +352,7 @@ def _solvable(asked: Problem) -> bool:
     return bool(ends) and all(math.isfinite(end) and 1 + plant.feedthrough * Fraction(end) > 0 for end in ends)
 
 
-def _all_gains(answer: Answer, upper: Upper) -> bool:
+def _all_gains(answer: CriterionResult, upper: Upper) -> bool:
     """Whether the linear gains up to that end are stable: no verdict on nonlinearities, and none is asked for."""
     low = answer.largest.low
     return low == math.inf if isinstance(upper, str) else upper <= low

@@ -1,4 +1,4 @@
-"""What is found for problems about one plant: cheap steps first, dear ones only where a gap is left."""
+"""The one loop from problems to findings: each problem has a plan, a step of it proposes, and the checker decides."""
 
 from __future__ import annotations
 
@@ -8,29 +8,56 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from typing import TypeVar, cast
+from itertools import pairwise
+from typing import TYPE_CHECKING, TypeVar, cast
 
-from lure.analysis.certificates.sealing import Failure
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.deadline import checkpoint, time_limit
-from lure.analysis.numerics.doubles import double_below
-from lure.analysis.questions.counterexample_search import critical, hurwitz, linear_witnesses, nonlinear_witnesses
-from lure.analysis.questions.largest import Stopped, meet
+from lure.analysis.questions.advice import row_asked, serves
+from lure.analysis.questions.conclusion import Certification, conclusion_of
+from lure.analysis.questions.counterexample_search import (
+    counterexample,
+    critical,
+    hurwitz,
+    linear_refutation,
+    linear_witnesses,
+    nonlinear_witnesses,
+)
+from lure.analysis.questions.largest import StabilityBound, Stopped, meet
 from lure.analysis.questions.problem import Problem
-from lure.analysis.questions.proofs import NOT_NEEDED, proved_answer, rank, reached, silent
+from lure.analysis.questions.proofs import (
+    NOT_NEEDED,
+    Proposal,
+    criterion_answer,
+    endless_proof,
+    every_finite,
+    proposals,
+    proved_answer,
+    restated,
+    silent,
+)
 from lure.analysis.theorems.table import BEST, LAST, Theorem, theorems_for
-from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
+from lure.analysis.verdict import Bracket, CriterionResult, Verdict, Witness
 from lure.errors import AssumptionError, InputError, Reason
+from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 
+if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.certificates.proposals import Numbers
+
 Tell = Callable[[str, float], None]
+Bounds = Callable[[], list[StabilityBound]]
 T = TypeVar("T")
-_COUNTER = 3  # the stage of the searches for nonlinear counterexamples
+GRACE = 1.0  # [s] to say what was found, when the time for the search is over
+_COUNTER, _AFTER = 3, LAST + 1  # the stages of the searches for nonlinear counterexamples, of one class beside others
 _ENOUGH = "what is proved and what is refuted meet without it"
 
 
 @dataclass(slots=True)
 class Findings:
-    """What one question has found so far: true at any moment, complete when ``stopped`` is None at the end.
+    """What was found about a largest class so far: true at any moment, complete if ``stopped`` is None at the end.
 
     Attributes
     ----------
@@ -40,7 +67,7 @@ class Findings:
         Supremum of the ``k`` for which the linear gains in ``[lower, k]`` are stable; ``[lower, inf]`` until known.
     critical : bool
         Whether the loop has a pole at 0 with the least gain; True, the weaker conclusion, until known.
-    answers : list of Answer
+    answers : list of CriterionResult
         Of the criteria asked so far.
     witnesses : list of Witness
         Destabilising members found so far.
@@ -55,7 +82,7 @@ class Findings:
     asked: Problem
     hurwitz: Bracket
     critical: bool = True
-    answers: list[Answer] = field(default_factory=list)
+    answers: list[CriterionResult] = field(default_factory=list)
     witnesses: list[Witness] = field(default_factory=list)
     complete: bool = False
     stopped: Stopped | None = None
@@ -77,77 +104,124 @@ class Findings:
         return meet(self.proved, self.refuted)
 
 
+@dataclass(slots=True)
+class Attempts:
+    """What was tried for one class so far.
+
+    Attributes
+    ----------
+    asked : Problem
+        The question.
+    failures : list of Failure
+        The proposals that showed nothing, in the order they were made.
+    certification : Certification or None
+        What follows from the first one that the checker accepted and that is about the class.
+    stopped : bool
+        Whether no further proposal is made, because the time is over or the search broke down.
+    """
+
+    asked: Problem
+    failures: list[Failure] = field(default_factory=list)
+    certification: Certification | None = None
+    stopped: bool = False
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing more is to be tried."""
+        return self.stopped or self.certification is not None
+
+
 @dataclass(frozen=True, slots=True)
-class _Step:
-    """One piece of work for one question."""
+class Step:
+    """One piece of work for one problem."""
 
     stage: int
     name: str
-    findings: Findings
+    findings: Findings | Attempts
     work: Callable[[], None]
 
 
-def find(asking: Sequence[Problem], seconds: float | None, tell: Tell | None) -> list[Findings]:
-    """What is found for several questions about one block, stage by stage, the first question first in each.
+def search_for(
+    found: Sequence[Findings | Attempts], bounds: Bounds, *, seconds: float | None, numbers: Numbers, tell: Tell | None
+) -> None:
+    """Make the steps of all plans, stage by stage, the first problem first in each, and write down what is found.
 
     Parameters
     ----------
-    asking : sequence of Problem
-        The questions; what they have in common is computed once.
+    found : sequence of Findings or Attempts
+        Of problems about one plant, empty; what they have in common is computed once.
+    bounds : callable
+        What follows for the largest classes once their steps are made; asked for one class beside them.
     seconds : float or None
-        Time allowed.
+        Time allowed.  One class beside largest ones is given a second more, to be decided by what was found for those.
+    numbers : str
+        Where the numbers came from, for certificates of one class.
     tell : callable, optional
-        Told each step and the share of the steps behind it.
-
-    Returns
-    -------
-    list of Findings
-        In the order of the questions.
+        Told each step and the share of the steps behind it, 0 where that is not known.
 
     Raises
     ------
     AssumptionError
-        A question is no good, whatever the time.
+        A problem is no good, whatever the time.
     InputError
         The same; or a gain or a frequency exceeds the range of doubles.
     KeyboardInterrupt
         The user stopped the search before anything was found.
     """
-    found = [Findings(asked, Bracket(double_below(asked.lower), math.inf)) for asked in asking]
-    shared = _Shared()
-    plans = [_steps(each, _theorems(each.asked), shared) for each in found]
-    most = sum(len(_theorems(asked)) + 3 for asked in asking)
+    shared, beside = _Shared(), any(isinstance(each, Findings) for each in found)
+    plans, most = list[Iterator[Step]](), 0
+    for each in found:
+        if isinstance(each, Attempts):
+            plans.append(_one_class(each, bounds if beside else None, numbers))
+            most += beside
+        elif not each.asked.several:
+            asking = _theorems(each.asked)
+            plans.append(_largest_class(each, asking, shared))
+            most += len(asking) + 3
+    steps = enumerate(heapq.merge(*plans, key=lambda step: step.stage))
     try:
-        with time_limit(seconds):
-            for number, step in enumerate(heapq.merge(*plans, key=lambda step: step.stage)):
-                checkpoint()
-                if tell is not None:
-                    tell(f"{_title(step.findings.asked)}: {step.name}", number / most)
-                try:
-                    step.work()
-                except ModuleNotFoundError as missing:
-                    step.findings.left_out += f"{step.name} left out: {missing}; "
+        for allowed, late in ((seconds, [each for each in found if isinstance(each, Findings)]), (GRACE, [])):
+            try:
+                with time_limit(allowed):
+                    for number, step in steps:
+                        _make(step, min(number / most, 1.0) if most else 0.0, tell)
+                return
+            except TimeoutError:
+                _stop(late or found, "time")
     except OverflowError:
         raise InputError(
-            f"a gain or frequency of {asking[0].plant} exceeds the range of doubles, 1e-308 to 1e308; rescale the "
+            f"a gain or frequency of {found[0].asked.plant} exceeds the range of doubles, 1e-308 to 1e308; rescale the "
             "units",
             code=Reason.RANGE,
         ) from None
-    except TimeoutError:
-        _stop(found, "time")
     except KeyboardInterrupt:
-        if not any(each.answers or each.witnesses for each in found):
+        if not any(each.answers or each.witnesses for each in found if isinstance(each, Findings)):
             raise
         _stop(found, "interrupt")
-    for each in found:
-        each.answers.sort(key=rank)
-        each.witnesses.sort(key=lambda witness: witness.k)
-    return found
 
 
-def _stop(found: list[Findings], why: Stopped) -> None:
+def _make(step: Step, done: float, tell: Tell | None) -> None:
+    """One step, unless the search for its problem was stopped."""
+    if step.findings.stopped:
+        return
+    checkpoint()
+    if tell is not None:
+        tell(f"{_title(step.findings.asked)}{step.name}", done)
+    try:
+        step.work()
+    except ModuleNotFoundError as missing:
+        assert isinstance(step.findings, Findings), "of one class every failure is kept"
+        step.findings.left_out += f"{step.name} left out: {missing}; "
+
+
+def _stop(found: Sequence[Findings | Attempts], why: Stopped) -> None:
     for each in found:
-        each.stopped = None if each.complete or each.closed else why
+        if isinstance(each, Findings):
+            each.stopped = None if each.complete or each.closed else why
+        elif not each.closed:
+            each.stopped = True
+            detail = "the time allowed is over" if why == "time" else "interrupted"
+            each.failures.append(Failure(search="the search", code=codes.OUT_OF_TIME, detail=detail))
 
 
 def _theorems(asked: Problem) -> list[Theorem]:
@@ -158,9 +232,11 @@ def _theorems(asked: Problem) -> list[Theorem]:
 
 
 def _title(asked: Problem) -> str:
+    if asked.kind == "class":
+        return ""
     if asked.question == "sector":
-        return "sector, time-varying" if asked.time_varying else "sector"
-    return "slope, odd" if asked.odd else "slope"
+        return "sector, time-varying: " if asked.time_varying else "sector: "
+    return "slope, odd: " if asked.odd else "slope: "
 
 
 class _Shared:
@@ -177,13 +253,16 @@ class _Shared:
         return cast("T", self._known[key])
 
 
-def _steps(found: Findings, asking: Sequence[Theorem], shared: _Shared) -> Iterator[_Step]:
-    """The work for one question in ascending stages; what a closed gap makes needless is left out."""
+# A largest class: criteria and searches for counterexamples, as long as what is proved and what is refuted do not meet.
+
+
+def _largest_class(found: Findings, asking: Sequence[Theorem], shared: _Shared) -> Iterator[Step]:
+    """The plan, in ascending stages; what a closed gap makes needless is left out."""
     asked = found.asked
-    yield _Step(0, "linear gains", found, lambda: _linear(found, shared))
-    searches = [_Step(_COUNTER, "counterexamples", found, lambda: _counterexamples(found, shared))]
+    yield Step(0, "linear gains", found, lambda: _linear(found, shared))
+    searches = [Step(_COUNTER, "counterexamples", found, lambda: _counterexamples(found, shared))]
     full = asked.search == "full"
-    rows = [_Step(row.stage, row.name, found, partial(_criterion, found, row, shared)) for row in asking]
+    rows = [Step(row.stage, row.name, found, partial(_criterion, found, row, shared)) for row in asking]
     late = full or asked.criterion != BEST
     rows = [step for step in rows if late or step.stage < LAST]
     for step in heapq.merge(rows, searches if full else [], key=lambda step: step.stage):
@@ -206,7 +285,7 @@ def _criterion(found: Findings, row: Theorem, shared: _Shared) -> None:
     """One criterion, or what it said to another question that was the same to it."""
     asked = found.asked
     key = (row.name, asked.lower, asked.odd and row.odd)
-    said = shared.once(key, lambda: reached(row, asked))
+    said = shared.once(key, lambda: criterion_answer(row, asked))
     if isinstance(said, Failure):
         found.answers.append(silent(row.name, asked, said.detail, code=said.code.reason))
         return
@@ -229,3 +308,93 @@ def _counterexamples(found: Findings, shared: _Shared) -> None:
     if flow and not asked.time_varying and meet(shared.slopes.get(asked.lower, -math.inf), found.refuted):
         return
     found.witnesses += nonlinear_witnesses(asked)
+
+
+# One class: what is proposed, until the checker accepts a certificate from which something follows for it.
+
+Accepted = Callable[[], "Proved | Refuted | Failure | None"]
+
+
+def _one_class(found: Attempts, bounds: Bounds | None, numbers: Numbers) -> Iterator[Step]:
+    """The plan: what was accepted for largest classes, where there are such, or else searches of its own."""
+    asked, stage = found.asked, 0 if bounds is None else _AFTER
+    if bounds is not None and not asked.several:
+        yield Step(stage, "what was accepted for the largest classes", found, partial(_known, found, bounds))
+        if not asked.endless_below:
+            return
+    own = _of_channels(asked, [] if bounds is None else bounds()) if asked.several else _own(asked, numbers)
+    for name, propose in own:
+        if found.closed:
+            return
+        yield Step(stage, name, found, partial(_try, found, name, propose))
+
+
+def _of_channels(asked: Problem, rows: list[StabilityBound]) -> Iterator[Proposal]:
+    """Searches for these classes of several channels, and what was accepted for largest factors."""
+    from lure.analysis.questions.channels import proposals as of_channels
+
+    found = guarded("criteria", lambda: list(of_channels(asked, rows)))
+    yield from [("criteria", lambda: found)] if isinstance(found, Failure) else found
+
+
+def _own(asked: Problem, numbers: Numbers) -> Iterator[Proposal]:
+    """Searches for this class, cheap ones first."""
+    if isinstance(asked.plant, FrequencyData):
+        return
+    yield "linear gains", lambda: linear_refutation(asked, numbers)
+    proposed = guarded("criteria", lambda: proposals(asked, numbers))
+    cheap, dear = ([("criteria", lambda: proposed)], []) if isinstance(proposed, Failure) else proposed
+    yield from cheap
+    if isinstance(asked.plant, RationalPlant) and asked.criterion == asked.method == BEST:
+        yield "counterexamples", lambda: counterexample(asked, numbers)
+    yield from dear
+    if asked.provable and not asked.finite and asked.nonlinearity_class.sector.upper == math.inf:
+        yield "every finite bound", lambda: every_finite(asked)
+
+
+def _try(
+    found: Attempts, name: str, propose: Accepted, *, larger: Proved | None = None, beside: Refuted | None = None
+) -> None:
+    """One proposal: the answer, if the checker accepts it and something follows from it for the class; else a failure.
+
+    Whatever happens in a search ends as a failure with a code; where the time is over, or what was accepted does not
+    fit the question at all, the last one.
+    """
+    failure = shown = guarded(name, propose)
+    if shown is not None and not isinstance(shown, Failure):
+        follows = guarded(name, lambda: conclusion_of(found.asked, shown, larger=larger, beside=beside))
+        if isinstance(follows, Failure):
+            found.stopped, failure = True, follows
+        elif follows.shown is not None:
+            found.certification = Certification(conclusion=follows, detail=shown.claim, failures=tuple(found.failures))
+            return
+        else:
+            failure = Failure(search=name, code=follows.code or codes.REJECTED, detail=follows.reason)
+    if isinstance(failure, Failure):
+        found.failures.append(failure)
+        found.stopped = found.stopped or failure.code is codes.OUT_OF_TIME
+
+
+def _known(found: Attempts, bounds: Bounds) -> None:
+    """What was accepted for largest classes, of the one of this kind first; whether it fits is judged here."""
+    asked, rows = found.asked, bounds()
+    first = row_asked(rows, asked.nonlinearity_class)
+    ordered = sorted(rows, key=lambda row: row is not first)
+    for proof in _proofs(asked, ordered):
+        if not found.closed:
+            _try(found, proof.theorem, partial(restated, proof, asked), larger=proof)
+    for row in ordered:
+        for refuted, beside in pairwise((*row.refutations, None)):
+            if not found.closed:
+                _try(found, "counterexamples", partial(restated, cast("Refuted", refuted), asked), beside=beside)
+
+
+def _proofs(asked: Problem, rows: list[StabilityBound]) -> Iterator[Proved]:
+    """What was accepted of the rows that may serve; without an upper bound also what covers those beyond every one."""
+    wanted = asked.nonlinearity_class
+    for row in rows:
+        end = wanted.slope.upper if row.question == "slope" and wanted.slope else wanted.sector.upper
+        if row.proof is None or not serves(row, wanted) or row.largest.low < end:
+            continue
+        endless = endless_proof(asked, row.lower) if end == math.inf else None
+        yield from (proof for proof in (endless, row.proof) if proof is not None)

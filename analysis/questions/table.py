@@ -8,20 +8,21 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lure.analysis.certificates.sealing import Failure, guarded
+from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.drawing import drawing
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
 from lure.analysis.inequality.plant import Case, TransferPolynomials
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.advice import hints, row_asked
-from lure.analysis.questions.answers import GRACE, answers
+from lure.analysis.questions.answers import answers
 from lure.analysis.questions.channel_kinds import channel_hints, channel_kinds, has_channels, kind_name
 from lure.analysis.questions.channel_map import StabilityMap, stability_map
 from lure.analysis.questions.channel_problem import channel_plant, channel_problem
 from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.largest import UNFINISHED, StabilityBound, Stopped, proved_up_to
 from lure.analysis.questions.problem import Plant, Problem, loop_given, problem_of
+from lure.analysis.questions.search import GRACE
 from lure.analysis.theorems.table import Question
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np

@@ -9,9 +9,8 @@ from typing import Any
 
 from lure.analysis.certificates.riccati import Rounded
 from lure.analysis.certificates.systems import class_entry, system_of, text
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.theorems.table import Upper
-from lure.analysis.verdict import Answer
+from lure.analysis.verdict import CriterionResult
 from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
@@ -54,13 +53,13 @@ def inequality_draft(block: UpwindScheme | RodPlant, result: CriterionResult) ->
     result : CriterionResult
         A result for ``k > 0``.
     """
-    nonlinearity_class = NonlinearityClass(sector=result.sector, time_varying=result.name == "circle")
-    multiplier = _multiplier(block, popov=result.name == "popov")
-    return _draft(block, f"rod-{result.name}", multiplier, class_entry(nonlinearity_class, unbounded=True))
+    nonlinearity_class = NonlinearityClass(sector=result.sector, time_varying=result.criterion == "circle")
+    multiplier = _multiplier(block, popov=result.criterion == "popov")
+    return _draft(block, f"rod-{result.criterion}", multiplier, class_entry(nonlinearity_class, unbounded=True))
 
 
 def criterion_drafts(
-    block: UpwindScheme | RodPlant, answer: Answer, upper: Upper | None
+    block: UpwindScheme | RodPlant, answer: CriterionResult, upper: Upper | None
 ) -> Iterator[tuple[Upper, dict[str, Any]]]:
     """Popov's or the circle criterion for the class of an answer; of the latter for the largest class there is, too.
 
@@ -68,7 +67,7 @@ def criterion_drafts(
     ----------
     block : UpwindScheme or RodPlant
         The scheme, or the rod itself.
-    answer : Answer
+    answer : CriterionResult
         PROVED, of one of the two.
     upper : Fraction, "finite", "inf" or None
         Upper end of the class; None for that of the answer.

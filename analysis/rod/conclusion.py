@@ -10,14 +10,13 @@ from typing import cast
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.sealing import guarded, settled
-from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.certificates.drafts import complete_and_check, guarded
 from lure.analysis.questions.conclusion import Conclusion as SearchResult
 from lure.analysis.questions.conclusion import conclusion_of, undecided
 from lure.analysis.questions.problem import Problem
 from lure.analysis.rod.certificates import energy_theorem_draft, negative_damping_draft
 from lure.analysis.rod.damping import destabilising_example, without_damping
-from lure.analysis.verdict import Evidence, Verdict
+from lure.analysis.verdict import CriterionResult, Evidence, Verdict
 from lure.analysis.wording import interval
 from lure.classes import NonlinearityClass, Sector
 from lure.record import Record, quantity
@@ -149,7 +148,7 @@ def offered(block: RodPlant | UpwindScheme) -> Proved | Refuted | str:
     if damping == 0:
         return cast("CriterionResult", without_damping("popov", block, sector)).reason
     draft = energy_theorem_draft(block) if damping > 0 else negative_damping_draft(block, sector)
-    found = guarded("rod", lambda: settled(draft))
+    found = guarded("rod", lambda: complete_and_check(draft))
     return found if isinstance(found, Proved | Refuted) else str(found)
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.rod.popov import rod_circle_criterion, rod_popov_criterion
+from lure.analysis.verdict import CriterionResult
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodPlant
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from lure.analysis.inequality.checks import CriterionName, CriterionResult, Model
-from lure.analysis.verdict import Evidence, Verdict
-from lure.classes import Sector
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Model, Verdict
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
@@ -32,7 +31,7 @@ def check_sector(sector: Sector) -> None:
         )
 
 
-def without_damping(name: CriterionName, block: UpwindScheme | RodPlant, sector: Sector) -> CriterionResult | None:
+def without_damping(name: str, block: UpwindScheme | RodPlant, sector: Sector) -> CriterionResult | None:
     """The answer for ``k <= 0``, where no criterion applies; None for ``k > 0``.
 
     ``k < 0`` is refuted by a member of the class.  For ``-Z < k < 0`` that is ``phi = 0``: the mode ``m = 0`` grows.
@@ -56,16 +55,13 @@ def without_damping(name: CriterionName, block: UpwindScheme | RodPlant, sector:
         reason = f"the dashpot feeds energy in (damping k = {float(damping):g} N s/m < 0): {witness}"
         verdict, evidence = Verdict.REFUTED, Evidence.CERTIFIED
     return CriterionResult(
-        name=name,
+        criterion=name,
         model=model,
-        sector=sector,
+        theorem=f"{name} criterion, which needs a dashpot that damps",
+        nonlinearity_class=NonlinearityClass(sector=sector),
+        largest=Bracket(0.0, math.inf),
         verdict=verdict,
         evidence=evidence,
-        theta=None,
-        smallest_theta=None,
-        margin=None,
-        worst_frequency=None,
-        largest_sector=None,
         reason=reason,
         witness=witness,
     )

@@ -8,12 +8,11 @@ from typing import TypeVar
 
 from flint import arb, arb_series
 
-from lure.analysis.inequality.checks import CriterionName, CriterionResult
 from lure.analysis.numerics.minimum import Minimum, minimum
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.rod.damping import check_sector, model_of, without_damping
-from lure.analysis.verdict import INFINITE, Bracket, Evidence, Verdict
-from lure.classes import Sector
+from lure.analysis.verdict import INFINITE, Bracket, CriterionResult, Evidence, Verdict
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError, Reason
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
@@ -329,7 +328,7 @@ def _ease(sector: Sector) -> arb:
 
 @dataclass(frozen=True, slots=True)
 class _Question:
-    name: CriterionName
+    name: str
     block: UpwindScheme | RodPlant
     sector: Sector
     theta: float
@@ -352,23 +351,27 @@ def _result(
         )
     else:
         reason = f"the margin {margin} m/Pa is not bounded away from zero; {_advice(asked.name, smallest, largest)}"
+    popov = asked.name == "popov"
     return CriterionResult(
-        name=asked.name,
+        criterion=asked.name,
         model=model,
-        sector=asked.sector,
+        theorem=f"{asked.name} criterion in the critical case of a simple zero eigenvalue",
+        nonlinearity_class=NonlinearityClass(sector=asked.sector, time_varying=not popov),
+        needs=("time-invariant",) if popov else (),
+        multiplier=f"1 + {asked.theta:.6g} s" if popov else "1",
         verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         theta=asked.theta,
         smallest_theta=smallest,
         margin=margin,
         worst_frequency=omega,
-        largest_sector=largest,
+        largest=largest,
         reason=reason,
         hypotheses=_hypotheses(asked, margin, holds=holds),
     )
 
 
-def _advice(name: CriterionName, smallest: Bracket | None, largest: Bracket) -> str:
+def _advice(name: str, smallest: Bracket | None, largest: Bracket) -> str:
     if name == "circle":
         return f"the circle criterion reaches the sector [0, {largest.low:.6g}]: ask Popov's for more"
     return f"take theta above {smallest.high:.6g} s" if smallest else "take a larger theta"

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from lure.analysis.certificates.riccati import Rounded
 from lure.analysis.certificates.theory import Draft
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.rod.certificates import (
     criterion_drafts,
     energy_matrix,
@@ -20,7 +19,7 @@ from lure.analysis.rod.certificates import (
 )
 from lure.analysis.rod.popov import rod_circle_criterion, rod_popov_criterion
 from lure.analysis.theorems.table import Upper
-from lure.analysis.verdict import INFINITE, Answer, Bracket, Verdict
+from lure.analysis.verdict import INFINITE, Bracket, CriterionResult, Verdict
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.rod.discretisation import UpwindScheme
@@ -51,7 +50,7 @@ class RodTheory:
             return rod_circle_criterion(self.plant, sector)
         return rod_popov_criterion(self.plant, sector, theta=theta)
 
-    def largest(self, criterion: str) -> Answer:
+    def largest(self, criterion: str) -> CriterionResult:
         """The largest sector ``[0, k]`` of Popov's or the circle criterion for the rod or its scheme.
 
         For the rod itself the answer is INCONCLUSIVE whatever the inequality reaches: the verdict about the partial
@@ -71,26 +70,22 @@ class RodTheory:
         if criterion != "popov" and criterion != "circle":
             raise AssumptionError(f"for the rod and its scheme there are popov and circle, and no {criterion}")
         found = self.inequality(criterion, Sector(0, math.inf))
-        reach = found.largest_sector if found.largest_sector is not None else Bracket(0.0, math.inf)
-        if 0 < reach.low < math.inf:  # asked of the largest sector, strictly inside its reach
-            reach = Bracket(math.nextafter(reach.low, 0), reach.high)
-            found = self.inequality(criterion, Sector(0, reach.low))
+        largest = found.largest
+        if 0 < largest.low < math.inf:  # asked of a sector strictly inside the largest one
+            largest = Bracket(math.nextafter(largest.low, 0), largest.high)
+            found = self.inequality(criterion, Sector(0, largest.low))
         elsewhere = self.elsewhere("this inequality")
-        proved = not elsewhere and reach.low > 0 and found.verdict is Verdict.PROVED
-        return Answer(
-            criterion=criterion,
-            theorem=f"{criterion} criterion in the critical case of a simple zero eigenvalue",
-            largest=reach,
-            nonlinearity_class=NonlinearityClass(sector=Sector(0, reach.low if reach.low > 0 else math.inf)),
+        proved = not elsewhere and largest.low > 0 and found.verdict is Verdict.PROVED
+        return replace(
+            found,
+            model="",
+            largest=largest,
+            nonlinearity_class=NonlinearityClass(sector=Sector(0, largest.low if largest.low > 0 else math.inf)),
             verdict=found.verdict if proved or found.verdict is Verdict.REFUTED else Verdict.INCONCLUSIVE,
-            evidence=found.evidence,
             needs=("time-invariant",),
-            theta=found.theta,
-            multiplier=None if found.theta is None else f"1 + {found.theta:.6g} s",
-            worst_frequency=found.worst_frequency,
-            hypotheses=found.hypotheses,
+            margin=None,
+            smallest_theta=None,
             reason=elsewhere or found.reason,
-            witness=found.witness,
         )
 
     def hurwitz(self) -> Bracket:
@@ -103,7 +98,7 @@ class RodTheory:
             return ""
         return f"the verdict about the rod itself rests on its energy theorem, not on {what}: lure report"
 
-    def drafts(self, answer: Answer, upper: Upper | None) -> Iterator[tuple[Upper, Draft]]:
+    def drafts(self, answer: CriterionResult, upper: Upper | None) -> Iterator[tuple[Upper, Draft]]:
         """Proofs of what a criterion answered."""
         return criterion_drafts(self.plant, answer, upper)
 

@@ -10,10 +10,11 @@ from types import MappingProxyType
 from lure.analysis.inequality.checks import encirclement_condition, region, require_well_posed
 from lure.analysis.inequality.gains import GainEnd, simplest_inside, unstable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.inequality.polynomial import Best, RationalInequality
+from lure.analysis.inequality.polynomial import RationalInequality
+from lure.analysis.inequality.protocol import Best
 from lure.analysis.numerics.doubles import double_below, text_above, text_below
 from lure.analysis.numerics.minimum import positive_with_limits
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
@@ -68,15 +69,16 @@ class CircleCase:
     @property
     def omega(self) -> float:
         """Frequency of the infimum [rad/s; rad per sample]."""
-        return self.inequality.frequency(self.best.points[0])
+        assert self.best.worst_frequency is not None
+        return self.best.worst_frequency
 
 
-def circle_answer(case: CircleCase) -> Answer:
+def circle_answer(case: CircleCase) -> CriterionResult:
     """The answer for a question, as if nothing but the inequality were known."""
     sector = case.sector
     bounds = {name: f"{bound}" if abs(bound) == math.inf else f"{Fraction(bound)}"
               for name, bound in (("lower", sector.lower), ("upper", sector.upper))}  # fmt: skip
-    return Answer(
+    return CriterionResult(
         criterion="circle",
         theorem=CRITICAL if case.critical else PRINCIPAL,
         largest=case.best.largest,
@@ -103,7 +105,7 @@ def _success(case: CircleCase) -> str:
     return f"the inequality holds at every frequency for {_named(case)}: {consequence}"
 
 
-def failure(case: CircleCase, margin: Bracket, reach: Bracket | None, gain: str | None) -> str:
+def failure(case: CircleCase, margin: Bracket, largest: Bracket | None, gain: str | None) -> str:
     """Why a sector is not proved: by how much the inequality fails and where, and what would work."""
     failing = (
         f"the inequality fails by {-margin.middle:.6g} at frequency {case.omega:.6g}"
@@ -115,9 +117,9 @@ def failure(case: CircleCase, margin: Bracket, reach: Bracket | None, gain: str 
     advice = "for nonlinearities that do not change with time, Popov's may reach further"
     if case.plant.discrete:
         advice = "for nonlinearities that do not change with time and have bounded slope, max_slope may reach further"
-    if reach is not None and reach.low > case.sector.lower:
-        reached = f"[{float(case.sector.lower):g}, k] with k up to {text_below(reach.low)}"
-        advice = f"the criterion reaches the sectors {reached}: {advice}"
+    if largest is not None and largest.low > case.sector.lower:
+        proved = f"[{float(case.sector.lower):g}, k] with k up to {text_below(largest.low)}"
+        advice = f"the criterion proves the sectors {proved}: {advice}"
     return f"{failing}, from which nothing follows about the loop; {advice}"
 
 
@@ -159,7 +161,7 @@ def _named(case: CircleCase) -> str:
     return f"the sector [{text_above(lower, 15)}, {text_below(upper, 15)}]"
 
 
-def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
+def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
     r"""The largest ``k`` for which the circle criterion covers the sector ``[lower, k]``, as an algebraic number.
 
     With ``P = H/(1 + lower H)`` the criterion reads ``1/(k - lower) + Re P(i w) > 0`` on ``[0, inf]``, so that
@@ -174,7 +176,7 @@ def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> An
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest``: at ``low`` the inequality was tested exactly, at every frequency, apart from how it was found;
         ``high`` bounds the supremum to a relative width of 1e-10 in ``k - lower``.
 
@@ -204,7 +206,7 @@ def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> An
     return circle_answer(CircleCase(block=block, inequality=inequality, sector=sector, best=best, proved=proved))
 
 
-def circle_criterion(block: RationalPlant, sector: Sector) -> Answer:
+def circle_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:
     r"""The circle criterion for one sector ``[k1, k2]``, certified over all frequencies.
 
     The loop is shifted by ``k1`` to ``P = H/(1 + k1 H)``, exactly, and the criterion reads
@@ -221,7 +223,7 @@ def circle_criterion(block: RationalPlant, sector: Sector) -> Answer:
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``margin`` brackets the infimum of the left-hand side.  REFUTED where a linear gain of the sector is not
         stable, INCONCLUSIVE where the inequality fails and none is known.
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from types import MappingProxyType
+from typing import Any, cast
 
 from lure.analysis.inequality.checks import require_well_posed
-from lure.analysis.inequality.polynomial import Best, Inequality, Multiplier, RationalInequality
+from lure.analysis.inequality.protocol import Best, Bounding, Grounds, Inequality, Multiplier, ScalarPlant
 from lure.analysis.numerics.doubles import text_above, text_below
-from lure.analysis.verdict import Answer, Bracket, Evidence, Needs, Verdict
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Needs, Verdict
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
@@ -36,9 +37,9 @@ def slope_class(lower: Bound, upper: Bound, _direct: Fraction, *, odd: bool = Fa
     return NonlinearityClass.slope_restricted(lower, upper, odd=odd)
 
 
-def sector_class(lower: Bound, upper: Bound, _direct: Fraction) -> NonlinearityClass:
+def sector_class(lower: Bound, upper: Bound, _direct: Fraction, *, time_varying: bool = False) -> NonlinearityClass:
     """The nonlinearities in the sector ``[lower, upper]``."""
-    return NonlinearityClass(sector=Sector(lower, upper))
+    return NonlinearityClass(sector=Sector(lower, upper), time_varying=time_varying)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -62,7 +63,7 @@ class Criterion:
     assumed : str
         What is assumed of the class; ``{class}`` stands for it.
     kind : str
-        What is searched for: a multiplier, a line, a weight.
+        What is searched for: a multiplier, a line, a weight; empty where nothing is.
     needs : tuple of {"slope", "odd", "time-invariant"}
         Properties of the class beyond its sector.
     legal : str
@@ -71,28 +72,31 @@ class Criterion:
         Whether a direct term asks for more than ``1 + k D > 0``.
     endless : callable, optional
         Whether a multiplier proves the nonlinearities that no gain bounds; without it a class has finite bounds.
+    conclusions : tuple of str
+        What follows of the loop where its poles are stable, and in the critical case.
     """
 
     name: str
     title: str
     theorem: str
     formula: str
-    inequality: Callable[[RationalPlant, Fraction], Inequality]
+    inequality: Callable[[Any, Fraction], Bounding]
     nonlinearities: Callable[[Bound, Bound, Fraction], NonlinearityClass] = slope_class
     assumed: str = SLOPE
     kind: str = "multiplier"
     needs: tuple[Needs, ...] = ("slope", "time-invariant")
     legal: str = ""
     composed: bool = False
-    endless: Callable[[Inequality, Multiplier], bool] = _never
+    endless: Callable[[Any, Multiplier], bool] = _never
+    conclusions: tuple[str, str] = (CONCLUSION, STATIONARY)
 
-    def largest(self, block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
-        """How far the criterion reaches from the lower end.
+    def largest(self, block: ScalarPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
+        """The largest class that the criterion proves from the lower end on.
 
         Parameters
         ----------
-        block : RationalPlant
-            The plant.
+        block : RationalPlant, DelayPlant, StateSpace or FrequencyData
+            The plant, of a kind that the inequality is for.
         lower : Fraction
             Lower end of the classes.
 
@@ -101,20 +105,20 @@ class Criterion:
         AssumptionError, InputError
             The theorem does not cover the plant.
         """
-        return self.reach(self.inequality(block, Fraction(lower)))
+        return self.answer(self.inequality(block, Fraction(lower)))
 
-    def reach(self, inequality: Inequality) -> Answer:
+    def answer(self, inequality: Bounding) -> CriterionResult:
         """The same for an inequality at hand."""
-        best, lower = inequality.best(), inequality.base.lower
-        proved = best.multiplier is not None and best.largest.low > lower
-        blank = _blank(self, inequality, (lower, best.largest.low if proved else math.inf), best, holds=proved)
-        worst = inequality.base.frequency(best.points[0]) if best.points else None
-        reason = _reached(self, inequality, best) if proved else "no k that a double can state was reached"
-        return replace(blank, worst_frequency=worst, reason=reason)
+        best, grounds = inequality.best(), inequality.grounds
+        upper = best.largest.low
+        proved = best.multiplier is not None and upper > grounds.lower
+        blank = _blank(self, grounds, (grounds.lower, upper if proved else math.inf), best, holds=proved)
+        reason = _largest(self, grounds, best) if proved else "no k that a double can state was reached"
+        return replace(blank, reason=best.reason or reason)
 
     def decide(
         self, block: RationalPlant, bounds: Sector | SlopeBounds, *, multiplier: Multiplier | None = None
-    ) -> Answer:
+    ) -> CriterionResult:
         """Whether the criterion proves one class.
 
         Parameters
@@ -128,7 +132,7 @@ class Criterion:
 
         Returns
         -------
-        Answer
+        CriterionResult
             PROVED or INCONCLUSIVE, which says nothing about the loop; ``margin`` is the infimum over frequency of the
             left-hand side.
 
@@ -147,8 +151,8 @@ class Criterion:
                 f"{self.title} needs {wanted}, and the class is {bounds}; give numbers",
                 code=Reason.NOT_APPLICABLE if slopes else Reason.NO_LOWER_END,
             )
-        inequality = self.inequality(block, Fraction(lower))
-        require_well_posed(block, upper, lower=inequality.base.lower)
+        inequality = cast("Inequality", self.inequality(block, Fraction(lower)))  # of a rational plant it is decided
+        require_well_posed(block, upper, lower=inequality.grounds.lower)
 
         def proves(multiplier: Multiplier) -> bool:
             """Whether a multiplier proves the class, exactly."""
@@ -156,72 +160,83 @@ class Criterion:
                 return self.endless(inequality, multiplier)
             return inequality.decide(multiplier, Fraction(upper))
 
-        best = inequality.best()
+        best, grounds = inequality.best(None if upper == math.inf else Fraction(upper)), inequality.grounds
+        if best.reason:
+            return replace(_blank(self, grounds, (lower, upper), best, holds=False), reason=best.reason)
         used = multiplier or inequality.serving(best, proves)
         holds = proves(used)
         margin, worst = inequality.least(used, upper)
         if holds:
             margin = Bracket(max(margin.low, 0.0), margin.high)
-        said = f"the inequality holds at every frequency, the margin is {margin}; {_conclusion(inequality)}"
-        reason = said if holds else _shortfall(self, inequality, (margin, worst), best.largest, upper)
-        blank = _blank(self, inequality, (lower, upper), replace(best, multiplier=used), holds=holds)
+        said = f"the inequality holds at every frequency, the margin is {margin}; {_conclusion(self, grounds)}"
+        reason = said if holds else _shortfall(self, grounds, (margin, worst), best.largest, upper)
+        blank = _blank(self, grounds, (lower, upper), replace(best, multiplier=used), holds=holds)
         return replace(blank, margin=margin, worst_frequency=worst, reason=reason)
 
 
 def _blank(
-    criterion: Criterion, inequality: Inequality, bounds: tuple[Bound, Bound], used: Best, *, holds: bool
-) -> Answer:
+    criterion: Criterion, grounds: Grounds, bounds: tuple[Bound, Bound], used: Best, *, holds: bool
+) -> CriterionResult:
     """What is the same for every question: the answer about the class with these bounds."""
-    nonlinearities = criterion.nonlinearities(*bounds, inequality.base.direct)
-    return Answer(
+    nonlinearities = criterion.nonlinearities(*bounds, grounds.direct)
+    return CriterionResult(
         criterion=criterion.name,
         theorem=criterion.theorem,
         largest=used.largest,
         nonlinearity_class=nonlinearities,
-        verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
+        verdict=Verdict.PROVED if holds and grounds.evidence is Evidence.CERTIFIED else Verdict.INCONCLUSIVE,
+        evidence=grounds.evidence,
         needs=criterion.needs,
         theta=_theta(used.multiplier),
         multiplier=used.formula or criterion.formula,
-        parameters=_parameters(used, bounds[1]),
-        hypotheses=_hypotheses(criterion, inequality.base, nonlinearities, holds=holds),
+        parameters=_parameters(used, bounds[1], holds=holds),
+        margin=used.margin,
+        worst_frequency=used.worst_frequency,
+        hypotheses=_hypotheses(criterion, grounds, nonlinearities, holds=holds),
     )
 
 
-def _theta(multiplier: Mapping[str, Fraction | float] | None) -> float | None:
+def _theta(multiplier: Multiplier | None) -> float | None:
     """The weight of ``s``, where there is one."""
-    return float(multiplier["theta"]) if multiplier is not None and "theta" in multiplier else None
+    theta = None if multiplier is None else multiplier.get("theta")
+    return float(Fraction(theta)) if isinstance(theta, str) else None if theta is None else float(theta)
 
 
-def _parameters(used: Best, upper: Bound) -> MappingProxyType[str, object]:
+def _parameters(used: Best, upper: Bound, *, holds: bool) -> MappingProxyType[str, object]:
     weights = (used.multiplier or {}).items()
-    found: dict[str, object] = {name: value if isinstance(value, Mapping) else str(value) for name, value in weights}
+    found: dict[str, object] = {
+        name: str(value) if isinstance(value, Fraction | float) else value for name, value in weights
+    }
     if used.points:
         found["points"] = tuple("inf" if x is None else str(x) for x in used.points)
-    if used.multiplier is not None:
+    if used.multiplier is not None and (holds or upper != math.inf):
         found["k"] = "inf" if upper == math.inf else str(Fraction(upper))
     return MappingProxyType(found)
 
 
-def _conclusion(inequality: Inequality) -> str:
-    return CONCLUSION if inequality.base.plant.case == "stable" else STATIONARY
+def _conclusion(criterion: Criterion, grounds: Grounds) -> str:
+    return criterion.conclusions[grounds.critical]
 
 
-def _reached(criterion: Criterion, inequality: Inequality, best: Best) -> str:
+def _largest(criterion: Criterion, grounds: Grounds, best: Best) -> str:
     largest, multiplier = best.largest, best.multiplier or {}
     if largest.low == math.inf:
         growing = [name for name, value in multiplier.items() if isinstance(value, float)]
         how = f"the larger k, the larger |{growing[0]}|" if growing else f"one {criterion.kind} serves them all"
-        return f"every finite k is proved, {how}; {_conclusion(inequality)}"
+        said = f", {best.limit or how}" if criterion.kind else ""
+        return f"every finite k is proved{said}; {_conclusion(criterion, grounds)}"
     limit = f", since {best.limit}" if best.limit else ""
-    return (
-        f"every k up to {text_below(largest.low, 15)} is proved, and no {criterion.kind} reaches "
-        f"{text_above(largest.high, 15)}{limit}; {_conclusion(inequality)}"
-    )
+    beyond = f"and no {criterion.kind} reaches {text_above(largest.high, 15)}{limit}"
+    if not criterion.kind:
+        beyond = f"and from {text_above(largest.high, 15)} on the inequality fails"
+    if largest.high == math.inf:
+        beyond = "and what others reach is not known"
+    verb = "proved" if grounds.evidence is Evidence.CERTIFIED else grounds.evidence
+    return f"every k up to {text_below(largest.low, 15)} is {verb}, {beyond}; {_conclusion(criterion, grounds)}"
 
 
 def _shortfall(
-    criterion: Criterion, inequality: Inequality, least: tuple[Bracket, float], largest: Bracket, upper: Bound
+    criterion: Criterion, grounds: Grounds, least: tuple[Bracket, float], largest: Bracket, upper: Bound
 ) -> str:
     if upper == math.inf:
         return (
@@ -229,7 +244,7 @@ def _shortfall(
             f"proved for every k up to {text_below(largest.low)}"
         )
     margin, worst = least
-    unit = "rad per sample" if inequality.base.plant.discrete else "rad/s"
+    unit = "rad per sample" if grounds.discrete else "rad/s"
     fails = f"fails by {-margin.high:.6g} at {worst:.6g} {unit}" if margin.high < 0 else "is not strict"
     return (
         f"the inequality {fails} with this {criterion.kind}, from which nothing follows for the loop; with the best "
@@ -238,25 +253,16 @@ def _shortfall(
 
 
 def _hypotheses(
-    criterion: Criterion, base: RationalInequality, nonlinearities: NonlinearityClass, *, holds: bool
+    criterion: Criterion, grounds: Grounds, nonlinearities: NonlinearityClass, *, holds: bool
 ) -> tuple[str, ...]:
-    plant = base.plant
-    shift = f" after the shift by {float(base.lower):g}" if base.lower else ""
-    inside = "inside the unit circle" if plant.discrete else "in the open left half-plane"
-    poles = (
-        f"all poles {inside}{shift}, hidden modes too: checked by an exact count"
-        if plant.case == "stable"
-        else f"one simple pole at 0{shift} with residue {float(plant.residue):.6g} > 0, all others {inside}, hidden "
-        "modes too: checked by exact counts"
-    )
-    where = "on the unit circle" if plant.discrete else "on [0, inf], limits included"
+    where = "on the unit circle" if grounds.discrete else "on [0, inf], limits included"
     if criterion.composed:
-        solvable = (INVERTIBLE,) if base.direct else ()
+        solvable = (INVERTIBLE,) if grounds.direct else ()
     else:
-        solvable = ("1 + k H(inf) > 0: checked" if base.direct else "no direct term: checked",)
+        solvable = ("1 + k H(inf) > 0: checked" if grounds.direct else "no direct term: checked",)
     return (
-        poles,
-        f"inequality {where}: {'holds, by an exact root count' if holds else 'not established'}",
+        grounds.poles,
+        f"inequality {where}: {f'holds, by {grounds.means}' if holds else 'not established'}",
         *((criterion.legal,) if criterion.legal else ()),
         *solvable,
         criterion.assumed.format(**{"class": nonlinearities}),

@@ -13,7 +13,7 @@ from flint import fmpq_poly
 from lure.analysis.inequality.polynomial import LossyInequality, PolynomialFamily, RationalInequality
 from lure.analysis.numerics.polynomial import X, even_odd
 from lure.analysis.theorems.criterion import Bound, Criterion
-from lure.analysis.verdict import Answer
+from lure.analysis.verdict import CriterionResult
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.plants.rational import RationalPlant
 
@@ -59,7 +59,7 @@ TSYPKIN = Criterion(
 )
 
 
-def tsypkin_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
+def tsypkin_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
     r"""Largest sector that Tsypkin's criterion proves for monotone nonlinearities.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant
@@ -80,7 +80,7 @@ def tsypkin_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> A
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest``: both ends decided exactly; at ``high`` no ``q >= 0`` is left.  Nothing follows beyond: the
         criterion is sufficient only.
 
@@ -120,7 +120,7 @@ TSYPKIN_ODD = Criterion(
 )
 
 
-def tsypkin_odd_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
+def tsypkin_odd_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
     r"""Largest sector that Tsypkin's criterion, with the sum of successive samples, proves for odd monotone ``phi``.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant odd
@@ -139,7 +139,7 @@ def tsypkin_odd_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) 
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest``: both ends decided exactly; at ``high`` no ``q >= 0`` is left.  Nothing follows beyond, and nothing
         for nonlinearities that are not odd: the criterion is sufficient only.
 
@@ -192,7 +192,7 @@ JURY_LEE = Criterion(
 )
 
 
-def jury_lee_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
+def jury_lee_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
     r"""Largest sector that the Jury-Lee criterion proves for nonlinearities of slope at most ``k``.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant
@@ -213,7 +213,7 @@ def jury_lee_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> 
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest``: both ends decided exactly; at ``high`` no ``q >= 0`` is left.  Nothing follows beyond: the
         criterion is sufficient only.
 

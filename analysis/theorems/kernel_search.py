@@ -14,7 +14,7 @@ from lure.analysis.numerics.polynomial import to_descending
 from lure.analysis.theorems.kernels import Delay, Gamma, Kernel, Multiplier
 from lure.analysis.theorems.park import park_largest
 from lure.analysis.theorems.popov import popov_largest
-from lure.analysis.verdict import Answer, Verdict
+from lure.analysis.verdict import CriterionResult, Verdict
 from lure.arrays import NDArray, Reals, np
 from lure.plants.rational import RationalPlant
 
@@ -122,7 +122,7 @@ def seeds(block: RationalPlant, lower: Fraction) -> Iterator[tuple[Fraction | No
                 yield k, multiplier
 
 
-def _forms(answer: Answer) -> Iterator[Multiplier]:
+def _forms(answer: CriterionResult) -> Iterator[Multiplier]:
     theta, tau, ratio = (answer.parameters.get(name) for name in ("theta", "tau", "theta/tau"))
     if tau == "inf" and ratio is not None:
         yield from (first_order(None, Fraction(str(ratio)), size) for size in DENOMINATORS)

@@ -9,7 +9,7 @@ from fractions import Fraction
 from lure.analysis.inequality.polynomial import PolynomialFamily, RationalInequality
 from lure.analysis.numerics.polynomial import X
 from lure.analysis.theorems.criterion import Criterion
-from lure.analysis.verdict import Answer
+from lure.analysis.verdict import CriterionResult
 from lure.classes import SlopeBounds
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
@@ -17,7 +17,7 @@ from lure.plants.rational import RationalPlant
 NAME = "the off-axis circle criterion"
 
 
-def off_axis_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
+def off_axis_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
     r"""The largest ``k`` such that a line through ``-1/k`` has the Nyquist plot for ``omega >= 0`` on its right.
 
     For ``mu = -phi(sigma)``, ``sigma = H mu``, ``H`` stable and ``lower = 0`` it asks for a real ``alpha`` with
@@ -37,7 +37,7 @@ def off_axis_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> 
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest``: both ends certified, as by :func:`lure.analysis.theorems.popov.popov_largest`, here with
         polynomials in
         ``omega``.  ``parameters``: ``alpha``; infinite where each finite ``k`` needs a larger one.
@@ -65,7 +65,7 @@ def off_axis_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> 
     return OFF_AXIS.largest(block, lower=lower)
 
 
-def off_axis_criterion(block: RationalPlant, bounds: SlopeBounds, *, alpha: Fraction | None = None) -> Answer:
+def off_axis_criterion(block: RationalPlant, bounds: SlopeBounds, *, alpha: Fraction | None = None) -> CriterionResult:
     r"""The criterion for given slope bounds, certified over all frequencies.
 
     Parameters
@@ -79,7 +79,7 @@ def off_axis_criterion(block: RationalPlant, bounds: SlopeBounds, *, alpha: Frac
 
     Returns
     -------
-    Answer
+    CriterionResult
         PROVED or INCONCLUSIVE; ``margin`` is the infimum over frequency of the left-hand side.
 
     Raises

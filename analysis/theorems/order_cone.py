@@ -13,8 +13,9 @@ from flint import fmpq_poly
 from lure.analysis.certificates.states import order_positive
 from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.inequality.order_cones import FormProposal, FormSearch, OrderCones
-from lure.analysis.inequality.polynomial import Best, Proves, RationalInequality
-from lure.analysis.inequality.polynomial import Multiplier as Weights
+from lure.analysis.inequality.polynomial import RationalInequality
+from lure.analysis.inequality.protocol import Best, Grounds, Proves
+from lure.analysis.inequality.protocol import Multiplier as Weights
 from lure.analysis.inequality.unit_circle import DiscretePlant, largest_certified
 from lure.analysis.numerics.doubles import double_below, text_above
 from lure.analysis.numerics.polynomial import to_fmpq
@@ -22,7 +23,7 @@ from lure.analysis.numerics.trigonometric import Laurent, least_on_circle, posit
 from lure.analysis.theorems.criterion import SLOPE, SLOPE_ODD, Criterion, slope_class
 from lure.analysis.theorems.fir import Multiplier, SampledResponse
 from lure.analysis.theorems.zames_falb_discrete import best_multiplier
-from lure.analysis.verdict import Answer, Bracket
+from lure.analysis.verdict import Bracket, CriterionResult
 from lure.arrays import np
 from lure.classes import SlopeBounds
 from lure.errors import InputError
@@ -47,7 +48,7 @@ def order_cone_largest(
     lower: Fraction = Fraction(0),
     window: int | None = None,
     taps: int | None = None,
-) -> Answer:
+) -> CriterionResult:
     r"""Largest slope that Zames-Falb taps and a form of a window of consecutive samples prove.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)``, ``phi`` time-invariant with ``phi(0) = 0`` and slope in ``[0, k]``, let
@@ -78,7 +79,7 @@ def order_cone_largest(
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest.low`` is certified, up to itself; ``parameters`` hold the exact taps, ``M`` and ``k``.  That nothing
         larger was found means neither that there is no such form nor that the loop is unstable.
 
@@ -105,10 +106,10 @@ def order_cone_largest(
         if value is not None and not (whole and least <= value <= top):
             raise InputError(f"order_cone_largest: {name} is {value!r:.40}; give a whole number from {least} to {top}")
     windows = WINDOWS[odd] if window is None else (window,)
-    return _criterion(odd=odd).reach(WindowInequality.of(block, Fraction(lower), odd=odd, windows=windows, taps=taps))
+    return _criterion(odd=odd).answer(WindowInequality.of(block, Fraction(lower), odd=odd, windows=windows, taps=taps))
 
 
-def order_cone_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool) -> Answer:
+def order_cone_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool) -> CriterionResult:
     r"""Whether Zames-Falb taps and a form of a window of samples prove one class of slopes.
 
     Parameters
@@ -122,7 +123,7 @@ def order_cone_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool
 
     Returns
     -------
-    Answer
+    CriterionResult
         As :func:`order_cone_largest`, about this class; INCONCLUSIVE if it is beyond the forms found, which does not
         mean that the loop is unstable.
 
@@ -181,7 +182,12 @@ class WindowInequality:
         discrete = DiscretePlant.of(block, lower, TITLE)
         return cls(base=base, discrete=discrete, odd=odd, windows=windows or WINDOWS[odd], taps=taps)
 
-    def best(self) -> Best:
+    @property
+    def grounds(self) -> Grounds:
+        """Those of Popov's inequality."""
+        return self.base.grounds
+
+    def best(self, enough: Fraction | None = None) -> Best:
         """The farthest form that the cutting planes find; above it nothing is ruled out but what linear gains do."""
         discrete, lower = self.discrete, self.base.lower
         top = hurwitz_limit(self.base.plant.block, lower).high

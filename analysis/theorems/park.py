@@ -10,18 +10,12 @@ from fractions import Fraction
 from flint import fmpq
 
 from lure.analysis.inequality.multiplier_search import Cut, SearchResult, search
-from lure.analysis.inequality.polynomial import (
-    Best,
-    Multiplier,
-    PolynomialFamily,
-    Proves,
-    RationalInequality,
-    short_between,
-)
+from lure.analysis.inequality.polynomial import PolynomialFamily, RationalInequality, short_between
+from lure.analysis.inequality.protocol import Best, Grounds, Multiplier, Proves
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.numerics.polynomial import X, to_fmpq, to_fraction
 from lure.analysis.theorems.criterion import Criterion
-from lure.analysis.verdict import INFINITE, Answer, Bracket
+from lure.analysis.verdict import INFINITE, Bracket, CriterionResult
 from lure.classes import SlopeBounds
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
@@ -85,7 +79,12 @@ class ParkInequality:
         mean = (ratio[0] / ratio[1]) ** (-0.5 / d.degree())
         return to_fmpq(Fraction(mean).limit_denominator(10**6) or Fraction(mean))
 
-    def best(self) -> Best:
+    @property
+    def grounds(self) -> Grounds:
+        """Those of Popov's inequality."""
+        return self.base.grounds
+
+    def best(self, enough: Fraction | None = None) -> Best:
         """The best multiplier: Popov's if that serves every finite ``k``, one with ``tau -> inf`` if that does."""
         popov, family = self.base.best(), self.base.family
         if popov.multiplier is not None and popov.largest.low == math.inf:
@@ -254,7 +253,7 @@ PARK = Criterion(
 )
 
 
-def park_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
+def park_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
     r"""The largest ``k`` for which the criterion proves the slope bounds ``[lower, k]``, with the best multiplier.
 
     For ``mu = -phi(sigma)``, ``sigma = H mu``, ``H`` stable and ``lower = 0`` it asks for ``tau >= 0`` and a real
@@ -275,7 +274,7 @@ def park_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answ
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest.low``: certified by an exact root count; ``largest.high``: no ``theta`` and ``tau`` reach it, by the
         values of ``H`` at up to four rational points; ``inf`` where none were found.  ``parameters``: ``theta`` [s] and
         ``tau`` [s^2], or ``tau: inf`` with the ratio ``theta/tau`` where each finite ``k`` needs larger ones.
@@ -307,7 +306,7 @@ def park_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answ
 
 def park_criterion(
     block: RationalPlant, bounds: SlopeBounds, *, theta: Fraction | None = None, tau: Fraction | None = None
-) -> Answer:
+) -> CriterionResult:
     r"""The criterion for given slope bounds, certified over all frequencies.
 
     Parameters
@@ -321,7 +320,7 @@ def park_criterion(
 
     Returns
     -------
-    Answer
+    CriterionResult
         PROVED or INCONCLUSIVE; ``margin`` is the infimum over frequency of the left-hand side over ``1 + tau omega^2``.
 
     Raises

@@ -9,10 +9,11 @@ from typing import Literal
 
 from flint import fmpq
 
-from lure.analysis.inequality.polynomial import Inequality, Multiplier, RationalInequality
+from lure.analysis.inequality.polynomial import RationalInequality
+from lure.analysis.inequality.protocol import Multiplier
 from lure.analysis.numerics.polynomial import positive_from_zero, to_fmpq
 from lure.analysis.theorems.criterion import Criterion, sector_class
-from lure.analysis.verdict import Answer
+from lure.analysis.verdict import CriterionResult
 from lure.classes import Sector
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
@@ -22,7 +23,7 @@ NAME = "Popov's criterion"
 
 def popov_largest(
     block: RationalPlant, *, lower: Fraction = Fraction(0), sign: Literal["both", "nonnegative"] = "both"
-) -> Answer:
+) -> CriterionResult:
     r"""The largest ``k`` for which Popov's inequality holds on the sector ``[lower, k]``, with the best multiplier.
 
     For ``mu = -phi(sigma)``, ``sigma = H mu`` and ``lower = 0`` the inequality is
@@ -45,7 +46,7 @@ def popov_largest(
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest.low``: certified by an exact root count of one polynomial in ``x = omega^2``; ``largest.high``: by the
         values at one or two rational ``x``, ``parameters["points"]``, exactly.  ``theta`` [s] belongs to
         ``largest.low``; it is infinite where each finite ``k`` needs a larger one.
@@ -71,10 +72,10 @@ def popov_largest(
     (6.0, 1.5)
     """
     inequality = _inequality(block, Fraction(lower))
-    return POPOV.reach(replace(inequality, nonnegative=sign == "nonnegative"))
+    return POPOV.answer(replace(inequality, nonnegative=sign == "nonnegative"))
 
 
-def popov_criterion(block: RationalPlant, sector: Sector, *, theta: float | Fraction | None = None) -> Answer:
+def popov_criterion(block: RationalPlant, sector: Sector, *, theta: float | Fraction | None = None) -> CriterionResult:
     r"""Popov's inequality for one sector ``[lower, upper]``, certified over all frequencies.
 
     Parameters
@@ -89,7 +90,7 @@ def popov_criterion(block: RationalPlant, sector: Sector, *, theta: float | Frac
 
     Returns
     -------
-    Answer
+    CriterionResult
         PROVED or INCONCLUSIVE; ``margin`` is the infimum over frequency of the left-hand side, limits included.
 
     Raises
@@ -114,13 +115,12 @@ def _inequality(block: RationalPlant, lower: Fraction) -> RationalInequality:
     return RationalInequality.of(block, lower, NAME, critical=True)
 
 
-def _endless(inequality: Inequality, multiplier: Multiplier) -> bool:
+def _endless(base: RationalInequality, multiplier: Multiplier) -> bool:
     """Whether a multiplier serves the nonlinearities that no gain bounds.
 
     Either ``1 + theta s`` serves ``H - D`` and the finite sector ``[0, 1/D]``, or ``D = 0``, ``theta >= 0``,
     ``Re[..] >= eps/(1 + omega^2)``, and no mode is hidden.
     """
-    base = inequality.base
     theta, family = to_fmpq(multiplier["theta"]), base.family
     if base.direct > 0:
         return family.exceeds(theta, fmpq(0))

@@ -15,10 +15,10 @@ from importlib import import_module
 from operator import attrgetter
 from typing import Any, Literal
 
-from lure.analysis.verdict import Answer
+from lure.analysis.inequality.protocol import ScalarPlant
+from lure.analysis.verdict import CriterionResult
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 
 Question = Literal["sector", "slope"]
@@ -48,8 +48,6 @@ class Theorem:
         The ``multiplier`` of a certificate worth trying, the likeliest first, from an answer and an upper end.
     times : tuple of {"continuous", "discrete"}
         Where it applies.
-    dead_time : str
-        ``module:function`` of the search for blocks with dead time; empty if there is none.
     slope : bool
         Whether it needs slope bounds; else a sector is enough.
     free : {"", "above", "below"}
@@ -84,9 +82,8 @@ class Theorem:
     title: str
     largest: str
     decision: str
-    multipliers: Callable[[Answer, Upper], Iterator[Multiplier]]
+    multipliers: Callable[[CriterionResult, Upper], Iterator[Multiplier]]
     times: tuple[Time, ...]
-    dead_time: str = ""
     slope: bool = False
     free: Literal["", "above", "below"] = ""
     odd: bool = False
@@ -101,10 +98,10 @@ class Theorem:
     aliases: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
 
-    def reach(self, block: RationalPlant | DelayPlant, *, lower: Fraction, odd: bool) -> Answer:
-        """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves; with dead time ``lower`` is 0."""
-        if isinstance(block, DelayPlant):
-            return _called(self.dead_time, block)
+    def answer(self, block: ScalarPlant, *, lower: Fraction, odd: bool) -> CriterionResult:
+        """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves, computes or observes."""
+        if not isinstance(block, RationalPlant):
+            return _called("theorems.other_plants:largest", block, self.name, lower=lower)
         if not self.odd:
             return _called(self.largest, block, lower=lower)
         found = _called(self.largest, block, lower=lower, odd=odd)
@@ -117,7 +114,7 @@ class Theorem:
 
     def decide(
         self, block: RationalPlant, bounds: Sector | SlopeBounds, *, odd: bool = False, thorough: bool = False
-    ) -> Answer:
+    ) -> CriterionResult:
         """Whether the criterion proves the class with these bounds of the sector or, where it needs them, the slope."""
         asked = SlopeBounds(bounds.lower, bounds.upper) if self.slope else Sector(bounds.lower, bounds.upper)
         options: dict[str, Any] = {"odd": odd} if self.odd else {}
@@ -132,28 +129,28 @@ class Theorem:
         return [tight, slope] if self.free and tight != slope else [slope]
 
 
-def _called(place: str, *given: object, **options: object) -> Answer:
+def _called(place: str, *given: object, **options: object) -> CriterionResult:
     module, function = place.split(":")
-    answer: Answer = attrgetter(function)(import_module(f"lure.analysis.{module}"))(*given, **options)
+    answer: CriterionResult = attrgetter(function)(import_module(f"lure.analysis.{module}"))(*given, **options)
     return answer
 
 
 # The multipliers of a certificate, from the parameters of an answer.
 
 
-def _none(_answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+def _none(_answer: CriterionResult, _upper: Upper) -> Iterator[Multiplier]:
     yield {}
 
 
-def _mirrored(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+def _mirrored(answer: CriterionResult, _upper: Upper) -> Iterator[Multiplier]:
     lower = answer.nonlinearity_class.sector.lower
     yield from ({"mirrored": True},) if lower == -math.inf else ({}, {"mirrored": True})
 
 
-def _number(name: str) -> Callable[[Answer, Upper], Iterator[Multiplier]]:
+def _number(name: str) -> Callable[[CriterionResult, Upper], Iterator[Multiplier]]:
     """A finite number of the parameters and, should it fail, multiples of it."""
 
-    def multipliers(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+    def multipliers(answer: CriterionResult, _upper: Upper) -> Iterator[Multiplier]:
         value = str(answer.parameters.get(name, "0"))
         if "inf" not in value:
             yield from ({name: text} for text in dict.fromkeys(str(Fraction(value) * factor) for factor in _NEARBY))
@@ -161,18 +158,18 @@ def _number(name: str) -> Callable[[Answer, Upper], Iterator[Multiplier]]:
     return multipliers
 
 
-def _pair(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+def _pair(answer: CriterionResult, _upper: Upper) -> Iterator[Multiplier]:
     theta, tau = (str(answer.parameters.get(name, "0")) for name in ("theta", "tau"))
     if "inf" not in theta + tau:
         yield {"theta": theta, "tau": tau}
 
 
-def _taps(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+def _taps(answer: CriterionResult, _upper: Upper) -> Iterator[Multiplier]:
     if "taps" in answer.parameters:
         yield {"taps": [[int(i), str(h)] for i, h in _mapping(answer.parameters["taps"]).items()]}
 
 
-def _windows(answer: Answer, upper: Upper) -> Iterator[Multiplier]:
+def _windows(answer: CriterionResult, upper: Upper) -> Iterator[Multiplier]:
     """The taps and the form of the answer, for the class with this upper end."""
     if "window" in answer.parameters and isinstance(upper, Fraction):
         from lure.analysis.theorems.order_cone import certificate_multiplier
@@ -181,7 +178,7 @@ def _windows(answer: Answer, upper: Upper) -> Iterator[Multiplier]:
         yield certificate_multiplier(answer.parameters, upper - lower, odd=odd)
 
 
-def _kernels(answer: Answer, upper: Upper) -> Iterator[Multiplier]:
+def _kernels(answer: CriterionResult, upper: Upper) -> Iterator[Multiplier]:
     """Kernels as they are; then with less mass, which can serve every finite ``k`` where a mass of 1 does not."""
     given = answer.parameters.get("kernels")
     if not isinstance(given, list | tuple):
@@ -209,7 +206,6 @@ TABLE = (  # in each stage the cheapest first
         channels=("constant-gains",),
         largest="inequality.gains:hurwitz_largest",
         decision="inequality.gains:hurwitz_criterion",
-        dead_time="theorems.dead_time:hurwitz_largest",
         multipliers=_none,
     ),
     Theorem(
@@ -222,7 +218,6 @@ TABLE = (  # in each stage the cheapest first
         channels=("diagonal-circle", "full-block-circle"),
         largest="theorems.circle:circle_largest",
         decision="theorems.circle:circle_criterion",
-        dead_time="theorems.dead_time:circle_largest",
         multipliers=_mirrored,
     ),
     Theorem(
@@ -235,7 +230,6 @@ TABLE = (  # in each stage the cheapest first
         channels=("diagonal-popov", "full-block-popov"),
         largest="theorems.popov:popov_largest",
         decision="theorems.popov:popov_criterion",
-        dead_time="theorems.dead_time:popov_largest",
         multipliers=_number("theta"),
     ),
     Theorem(

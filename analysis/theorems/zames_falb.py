@@ -6,24 +6,25 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import reduce
-from types import MappingProxyType
+from functools import partial, reduce
 from typing import Literal
 
-from lure.analysis.inequality.checks import check_plant
 from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.numerics.doubles import text_below
-from lure.analysis.numerics.precision import ball, outward
+from lure.analysis.inequality.polynomial import RationalInequality
+from lure.analysis.inequality.protocol import Best, Grounds, Proves
+from lure.analysis.inequality.protocol import Multiplier as Weights
+from lure.analysis.numerics.doubles import double_below, text_above
+from lure.analysis.theorems.criterion import SLOPE, SLOPE_ODD, Criterion, slope_class
 from lure.analysis.theorems.kernel_search import TOLERANCE, Family, Proposal, Scaled, Search, seeds
 from lure.analysis.theorems.kernels import Multiplier, check, check_every, margin_near, multiplier_of
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
-from lure.classes import NonlinearityClass, SlopeBounds
-from lure.errors import AssumptionError, InputError, Reason
+from lure.analysis.verdict import Bracket, CriterionResult
+from lure.classes import SlopeBounds
+from lure.errors import InputError
 from lure.exact import exact_number
 from lure.plants.rational import RationalPlant
 
-# How far multipliers of Zames and Falb reach: bisection in floating point, every result proved exactly.
+# The largest slope that multipliers of Zames and Falb prove: bisection in floating point, every result proved exactly.
 
 BELOW = (0.0, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
 CAP = 1e6
@@ -32,7 +33,7 @@ TRIVIAL = Multiplier(Fraction(0), ())
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class ProvedSlope:
     """A certified slope ``k`` (None: every finite one) and the multiplier that proves it."""
 
     k: Fraction | None
@@ -69,11 +70,11 @@ class Task:
         return ("gamma", "delays", "both") if self.full else ("gamma", "delays")
 
 
-def reach(task: Task) -> Reach | None:
+def largest_proved(task: Task) -> ProvedSlope | None:
     """The largest ``k`` proved; None if not even a small one was."""
     if _static(task.plant):
         edge = _rounded_down(Fraction(min(task.limit, 1e300)), task)
-        return every(task, TRIVIAL) or (Reach(edge, TRIVIAL) if edge and proved(task, edge, TRIVIAL) else None)
+        return every(task, TRIVIAL) or (ProvedSlope(edge, TRIVIAL) if edge and proved(task, edge, TRIVIAL) else None)
     best = _known(task)
     scaled = Scaled.of(task.plant)
     cap = _cap(task, scaled)[0]
@@ -92,31 +93,31 @@ def reach(task: Task) -> Reach | None:
     return best
 
 
-def _known(task: Task) -> Reach | None:
+def _known(task: Task) -> ProvedSlope | None:
     """The best of what less work and stricter assumptions give."""
     if task.full or task.odd:
         easier = [replace(task, full=False)] if task.full else []
         easier += [replace(task, odd=False)] if task.odd else []
-        return reduce(_larger, map(reach, easier))
-    best: Reach | None = None
+        return reduce(_larger, map(largest_proved, easier))
+    best: ProvedSlope | None = None
     for k, multiplier in seeds(task.plant.block, task.lower):
         if k is None:
             best = _larger(best, every(task, multiplier))
         elif proved(task, k, multiplier):
-            best = _larger(best, Reach(k, multiplier))
+            best = _larger(best, ProvedSlope(k, multiplier))
     return best
 
 
-def _larger(one: Reach | None, two: Reach | None) -> Reach | None:
+def _larger(one: ProvedSlope | None, two: ProvedSlope | None) -> ProvedSlope | None:
     if one is None or two is None:
         return one or two
     return two if one.k is not None and (two.k is None or two.k > one.k) else one
 
 
-def every(task: Task, multiplier: Multiplier) -> Reach | None:
+def every(task: Task, multiplier: Multiplier) -> ProvedSlope | None:
     """Every finite slope, if this multiplier proves them all."""
     legal = task.limit == math.inf and multiplier.admissible(odd=task.odd)
-    return Reach(None, multiplier) if legal and check_every(task.plant, multiplier) else None
+    return ProvedSlope(None, multiplier) if legal and check_every(task.plant, multiplier) else None
 
 
 def proved(task: Task, k: Fraction, multiplier: Multiplier) -> bool:
@@ -125,15 +126,15 @@ def proved(task: Task, k: Fraction, multiplier: Multiplier) -> bool:
     return legal and check(task.plant, k - task.lower, multiplier).holds
 
 
-def propose_at(task: Task, k: Fraction) -> Reach | None:
+def propose_at(task: Task, k: Fraction) -> ProvedSlope | None:
     """A proof for the slopes ``[lower, k]`` of one class; None if none was found."""
     if not task.lower < k < task.limit:
         return None
     if _static(task.plant):
-        return Reach(k, TRIVIAL) if proved(task, k, TRIVIAL) else None
+        return ProvedSlope(k, TRIVIAL) if proved(task, k, TRIVIAL) else None
     for known, multiplier in seeds(task.plant.block, task.lower):
         if (known is None or known >= k) and proved(task, k, multiplier):
-            return Reach(k, multiplier)
+            return ProvedSlope(k, multiplier)
     scaled = Scaled.of(task.plant)
     for family in task.families:
         found = _attempts(task, scaled, scaled.search(family, odd=task.odd, full=task.full), k)
@@ -151,21 +152,21 @@ def least_sample(plant: TransferPolynomials, width: Fraction, multiplier: Multip
     return search.least(multiplier.scaled(1 / scaled.unit), float(width * scaled.gain)) * float(scaled.unit)
 
 
-def certify(task: Task, scaled: Scaled, search: Search, start: tuple[float, Proposal]) -> Reach | None:
+def certify(task: Task, scaled: Scaled, search: Search, start: tuple[float, Proposal]) -> ProvedSlope | None:
     """A proof at, or somewhat below, a slope that the search found feasible."""
     for below in BELOW:
         k = _rounded_down(task.lower + Fraction(start[0] * (1 - below)) / scaled.gain, task)
         if k is None:
             continue
         if proved(task, k, start[1].multiplier.scaled(scaled.unit)):
-            return Reach(k, start[1].multiplier.scaled(scaled.unit))
+            return ProvedSlope(k, start[1].multiplier.scaled(scaled.unit))
         found = _attempts(task, scaled, search, k)
         if found is not None:
             return found
     return None
 
 
-def _attempts(task: Task, scaled: Scaled, search: Search, k: Fraction) -> Reach | None:
+def _attempts(task: Task, scaled: Scaled, search: Search, k: Fraction) -> ProvedSlope | None:
     """Propose and check; a frequency at which the check fails becomes a row of the next programme."""
     width = float((k - task.lower) * scaled.gain)
     for _ in range(6 if task.full else 4):
@@ -175,7 +176,7 @@ def _attempts(task: Task, scaled: Scaled, search: Search, k: Fraction) -> Reach 
         multiplier = proposal.multiplier.scaled(scaled.unit)
         found = check(task.plant, k - task.lower, multiplier)
         if found.holds and multiplier.admissible(odd=task.odd):
-            return Reach(k, multiplier)
+            return ProvedSlope(k, multiplier)
         if found.where is None or not math.isfinite(found.where):
             return None
         search.add_row(found.where / float(scaled.unit))
@@ -198,7 +199,7 @@ def _at_cap(task: Task, scaled: Scaled, search: Search) -> Iterator[tuple[float,
             return
 
 
-def _farthest(task: Task, scaled: Scaled, search: Search, best: Reach | None) -> tuple[float, Proposal] | None:
+def _farthest(task: Task, scaled: Scaled, search: Search, best: ProvedSlope | None) -> tuple[float, Proposal] | None:
     """The largest slope, scaled, at which the search has a multiplier on its fine grid, if above the best known."""
     high, _ = _cap(task, scaled)
     known = float((best.k - task.lower) * scaled.gain) if best is not None and best.k is not None else 1e-3
@@ -241,7 +242,7 @@ def _rounded_down(k: Fraction, task: Task) -> Fraction | None:
 
 
 Effort = Literal["quick", "full"]
-NAME = "zames-falb"
+TITLE = "the criterion of Zames and Falb"
 THEOREM = (
     "Zames-Falb multipliers with a Popov term (G. Zames and P. L. Falb, SIAM J. Control 6 (1968) 89-108; U. Jonsson, "
     "Systems & Control Letters 31 (1997) 85-92; J. Carrasco, M. C. Turner and W. P. Heath, European J. Control 28 "
@@ -249,9 +250,99 @@ THEOREM = (
 )
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class KernelInequality:
+    """``Re[M (H + 1/(k - lower)) + i w theta H] > 0`` with kernels whose L1 norm is known, searched for from below.
+
+    Attributes
+    ----------
+    base : RationalInequality
+        The circle criterion's, ``M = 1``.
+    task : Task
+        What the search is to know.
+    """
+
+    base: RationalInequality
+    task: Task
+
+    @classmethod
+    def of(cls, block: RationalPlant, lower: Fraction, *, odd: bool, full: bool = False) -> KernelInequality:
+        """The inequality of a stable plant.
+
+        Raises
+        ------
+        AssumptionError, InputError
+            As :func:`lure.analysis.inequality.checks.admitted_plant`.
+        """
+        base = RationalInequality.of(block, lower, TITLE).unweighted
+        limit = hurwitz_limit(block, lower).low
+        return cls(base=base, task=Task(plant=base.plant, lower=lower, limit=limit, odd=odd, full=full))
+
+    @property
+    def grounds(self) -> Grounds:
+        """Those of the circle criterion, but for delays."""
+        return replace(self.base.grounds, means="polynomials exactly, delays in ball arithmetic")
+
+    def best(self, enough: Fraction | None = None) -> Best:
+        """The farthest multiplier found, or one that is enough; nothing goes beyond the stable linear gains."""
+        task, high = self.task, hurwitz_limit(self.task.plant.block, self.task.lower).high
+        found = largest_proved(task) if enough is None else propose_at(task, enough)
+        if found is None:
+            gains = enough is not None and enough >= task.limit
+            return Best(
+                multiplier=None,
+                largest=Bracket(double_below(task.lower), high),
+                reason=f"a linear gain up to {text_above(task.limit)} in this class is not stable"
+                if gains
+                else "no multiplier was found; effort='full' searches for longer, and a smaller class may have one",
+            )
+        written: Weights = {"lower": str(task.lower), "odd": task.odd, **found.multiplier.to_parameters()}
+        touching = found.multiplier.mass == 1 and all(c > 0 for c, _ in found.multiplier.terms)
+        limit = f"linear gains are stable only below {text_above(high)}"
+        if found.k is None:
+            limit = "with coefficients as close to these as k asks for" if touching else ""
+        low = math.inf if found.k is None else double_below(found.k)
+        best = Best(multiplier=written, largest=Bracket(low, high), formula=str(found.multiplier), limit=limit)
+        if found.k is None or enough is not None:
+            return best
+        margin, worst = self.least(written, found.k)
+        return replace(best, margin=margin, worst_frequency=worst)
+
+    def serving(self, best: Best, _proves: Proves) -> Weights:
+        """The multiplier found: it serves every smaller class too."""
+        assert best.multiplier is not None, "else there is a reason"
+        return best.multiplier
+
+    def decide(self, multiplier: Weights, upper: Fraction) -> bool:
+        """Whether the multiplier proves the slopes ``[lower, upper]``."""
+        return proved(self.task, upper, multiplier_of(multiplier))
+
+    def least(self, multiplier: Weights, upper: Fraction | float) -> tuple[Bracket, float]:
+        """The infimum over frequency of the left-hand side, and where it is attained [rad/s]."""
+        task, used, width = self.task, multiplier_of(multiplier), Fraction(upper) - self.task.lower
+        worst = least_sample(task.plant, width, used)
+        return margin_near(task.plant, width, used, Fraction(worst)), worst
+
+
+def _criterion(*, odd: bool, effort: Effort) -> Criterion:
+    """The criterion for monotone nonlinearities, or for odd ones."""
+    return Criterion(
+        name="zames-falb",
+        title=TITLE,
+        theorem=THEOREM,
+        formula="M(s) + theta s",
+        inequality=partial(KernelInequality.of, odd=odd, full=effort == "full"),
+        nonlinearities=partial(slope_class, odd=odd),
+        legal="sum of |c_j| at most 1, kernels nonnegative of mass 1: checked on the exact numbers",
+        assumed=SLOPE_ODD if odd else SLOPE,
+        kind="multiplier",
+        needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),
+    )
+
+
 def zames_falb_largest(
     block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0), effort: Effort = "quick"
-) -> Answer:
+) -> CriterionResult:
     r"""Largest slope that a Zames-Falb multiplier with a Popov term proves, in continuous time.
 
     For ``sigma = H mu``, ``mu = -phi(sigma)`` with ``H`` stable, ``1 + k H(inf) > 0`` and ``phi`` time-invariant,
@@ -278,7 +369,7 @@ def zames_falb_largest(
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest.low`` is certified, up to itself; ``parameters`` are exact and suffice for :func:`recheck`.
         That a larger slope is not reached means neither that the loop is unstable nor that no multiplier does it.
 
@@ -312,20 +403,12 @@ def zames_falb_largest(
     >>> f"{zames_falb_largest(block, odd=False).largest.low:.5f}"
     '4.58945'
     """
-    task = _task(block, exact_number(lower, "lower"), odd=odd, full=effort == "full")
-    found = reach(task)
-    if found is None:
-        return _answer(task, SlopeBounds(task.lower, math.inf), None, "no multiplier found proves any slope")
-    if found.k is None:
-        limit = found.multiplier.mass == 1 and all(c > 0 for c, _ in found.multiplier.terms)
-        how = "coefficients as close to these as k asks for" if limit else "one multiplier"
-        reason = f"every finite slope is proved, with {how}; the inequality was decided exactly"
-        return _answer(task, SlopeBounds(task.lower, math.inf), found, reason)
-    reason = f"slopes up to {text_below(float(found.k))} are proved; the inequality was decided at every frequency"
-    return _answer(task, SlopeBounds(task.lower, found.k), found, reason)
+    return _criterion(odd=odd, effort=effort).largest(block, lower=exact_number(lower, "lower"))
 
 
-def zames_falb_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool, effort: Effort = "quick") -> Answer:
+def zames_falb_criterion(
+    block: RationalPlant, bounds: SlopeBounds, *, odd: bool, effort: Effort = "quick"
+) -> CriterionResult:
     r"""Whether a Zames-Falb multiplier with a Popov term proves one class of slopes, in continuous time.
 
     The theorem is that of :func:`zames_falb_largest`.
@@ -335,7 +418,7 @@ def zames_falb_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool
     block : RationalPlant
         In continuous time; with the gain ``bounds.lower`` it is strictly stable, hidden modes included.
     bounds : SlopeBounds
-        Bounds on the slope of ``phi``; ``upper = inf`` asks about all finite slopes at once.
+        Bounds on the slope of ``phi``, finite; whether every finite ``k`` is proved says :func:`zames_falb_largest`.
     odd : bool
         Whether ``phi`` is known to be odd.
     effort : {"quick", "full"}
@@ -343,37 +426,18 @@ def zames_falb_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool
 
     Returns
     -------
-    Answer
+    CriterionResult
         PROVED with a ``margin``, or INCONCLUSIVE: no multiplier was found, which means neither that the loop is
         unstable nor that there is none.
 
     Raises
     ------
     InputError
-        The block is in discrete time, or not well posed at ``bounds.lower``.
+        The block is not well posed at ``bounds.lower``.
     AssumptionError
-        ``bounds.lower`` is infinite, or the block is not strictly stable with this gain.
+        The block is in discrete time, a bound is infinite, or the block is not strictly stable with the lower gain.
     """
-    if math.isinf(bounds.lower):
-        raise AssumptionError(
-            f"zames_falb_criterion needs a finite lower slope; got {bounds}: give a finite one",
-            code=Reason.NO_LOWER_END,
-        )
-    task = _task(block, Fraction(bounds.lower), odd=odd, full=effort == "full")
-    if math.isinf(bounds.upper):
-        found = reach(task)
-        found = found if found is not None and found.k is None else None
-    else:
-        found = propose_at(task, Fraction(bounds.upper))
-    if found is None:
-        beyond = bounds.upper >= task.limit
-        reason = (
-            f"a linear gain up to {task.limit:.9g} in this class is not stable"
-            if beyond and math.isfinite(task.limit)
-            else f"no multiplier found proves slopes in {bounds}; try effort='full', or ask for the largest slope"
-        )
-        return _answer(task, bounds, None, reason)
-    return _answer(task, bounds, found, "the inequality was decided at every frequency")
+    return _criterion(odd=odd, effort=effort).decide(block, bounds)
 
 
 def recheck(block: RationalPlant, parameters: Mapping[str, object]) -> bool:
@@ -384,7 +448,7 @@ def recheck(block: RationalPlant, parameters: Mapping[str, object]) -> bool:
     block : RationalPlant
         The block of the answer.
     parameters : Mapping
-        ``Answer.parameters`` of a proved answer: ``lower``, ``k``, ``odd``, ``theta`` and ``kernels``.
+        ``CriterionResult.parameters`` of a proved answer: ``lower``, ``k``, ``odd``, ``theta`` and ``kernels``.
 
     Returns
     -------
@@ -405,67 +469,5 @@ def recheck(block: RationalPlant, parameters: Mapping[str, object]) -> bool:
         width = None if k == "inf" else Fraction(k)
     except (KeyError, ValueError, ZeroDivisionError):
         raise InputError(f"parameters are {dict(parameters)!r}; give lower, k and odd besides the multiplier") from None
-    task = _task(block, lower, odd=odd is True, full=False)
+    task = KernelInequality.of(block, lower, odd=odd is True).task
     return every(task, multiplier) is not None if width is None else proved(task, width, multiplier)
-
-
-def _task(block: RationalPlant, lower: Fraction, *, odd: bool, full: bool) -> Task:
-    if isinstance(block, RationalPlant) and block.dt is not None:
-        raise InputError("zames_falb is for continuous time, the block is in discrete time; use zames_falb_discrete")
-    plant = check_plant(block, lower=lower)
-    if plant.case != "stable":
-        raise AssumptionError(
-            f"the block has a pole at s = 0 with the lower slope {float(lower):g}, and Zames-Falb multipliers need it "
-            "strictly stable; give a larger lower slope, or ask Popov's criterion",
-            code=Reason.CRITICAL,
-        )
-    return Task(plant=plant, lower=lower, limit=hurwitz_limit(block, lower).low, odd=odd, full=full)
-
-
-def _answer(task: Task, bounds: SlopeBounds, found: Reach | None, reason: str) -> Answer:
-    lower, high = task.lower, hurwitz_limit(task.plant.block, task.lower).high
-    blank = Answer(
-        criterion=NAME,
-        theorem=THEOREM,
-        largest=Bracket(math.nextafter(float(lower), -math.inf), high),
-        nonlinearity_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper, odd=task.odd),
-        verdict=Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        needs=("slope", "odd", "time-invariant") if task.odd else ("slope", "time-invariant"),
-        hypotheses=_hypotheses(task),
-        reason=reason,
-    )
-    if found is None:
-        return blank
-    margin, worst = None, None
-    if found.k is not None:
-        worst = least_sample(task.plant, found.k - lower, found.multiplier)
-        margin = margin_near(task.plant, found.k - lower, found.multiplier, Fraction(worst))
-    parameters = {
-        "lower": str(lower),
-        "k": "inf" if found.k is None else str(found.k),
-        "odd": task.odd,
-        **found.multiplier.to_parameters(),
-    }
-    low = math.inf if found.k is None else outward(ball(found.k), ball(found.k)).low
-    return replace(
-        blank,
-        largest=Bracket(low, high),
-        verdict=Verdict.PROVED,
-        theta=float(found.multiplier.theta),
-        multiplier=str(found.multiplier),
-        parameters=MappingProxyType(parameters),
-        margin=margin,
-        worst_frequency=worst,
-    )
-
-
-def _hypotheses(task: Task) -> tuple[str, ...]:
-    odd = " and odd" if task.odd else ""
-    return (
-        f"phi time-invariant{odd}, phi(0) = 0, slope in [{float(task.lower):g}, k]: assumed",
-        "H strictly stable with the lower slope, hidden modes included: exact root count",
-        "1 + k H(inf) > 0 over the class: below the exact Hurwitz limit",
-        "sum of |c_j| at most 1, kernels nonnegative of mass 1: exact",
-        "the inequality at every frequency and in the limit: polynomials exactly, delays by ball arithmetic",
-    )

@@ -9,8 +9,9 @@ from fractions import Fraction
 from functools import partial
 
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.polynomial import Best, Proves, RationalInequality
-from lure.analysis.inequality.polynomial import Multiplier as Weights
+from lure.analysis.inequality.polynomial import RationalInequality
+from lure.analysis.inequality.protocol import Best, Grounds, Proves
+from lure.analysis.inequality.protocol import Multiplier as Weights
 from lure.analysis.inequality.unit_circle import DiscretePlant, largest_certified
 from lure.analysis.numerics.doubles import double_below, text_above
 from lure.analysis.numerics.trigonometric import least_on_circle
@@ -26,7 +27,7 @@ from lure.analysis.theorems.fir import (
     inequality,
 )
 from lure.analysis.theorems.phase_limit import lowest_phase_limit
-from lure.analysis.verdict import Answer, Bracket, Verdict
+from lure.analysis.verdict import Bracket, CriterionResult, Verdict
 from lure.arrays import np
 from lure.classes import SlopeBounds
 from lure.errors import InputError
@@ -47,7 +48,7 @@ DENOMINATORS = tuple(10**digits for digits in (2, 3, 4, 6, 8, 10, 12, 15))
 
 def zames_falb_discrete_largest(
     block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0), taps: int | None = None
-) -> Answer:
+) -> CriterionResult:
     r"""Largest slope that a discrete-time Zames-Falb multiplier of finite length proves.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)``, ``phi`` time-invariant with ``phi(0) = 0`` and slope in ``[0, k]``, the
@@ -71,7 +72,7 @@ def zames_falb_discrete_largest(
 
     Returns
     -------
-    Answer
+    CriterionResult
         ``largest.low`` is certified, up to itself; ``parameters`` hold the exact taps and ``k``.  At and above
         ``largest.high``, certified too, no Zames-Falb multiplier of any length satisfies the inequality; that does not
         mean that the loop is unstable there.
@@ -97,14 +98,14 @@ def zames_falb_discrete_largest(
     if taps is not None and (isinstance(taps, bool) or not isinstance(taps, int) or taps < 1):
         raise InputError(f"zames_falb_discrete_largest: taps is {taps!r}; give a positive integer, or None")
     inequality = TapsInequality.of(block, Fraction(lower), odd=odd, taps=taps)
-    answer = _criterion(odd=odd).reach(inequality)
+    answer = _criterion(odd=odd).answer(inequality)
     if answer.verdict is not Verdict.PROVED:
         return answer
     margin, worst = inequality.least(answer.parameters, answer.largest.low)
     return replace(answer, margin=margin, worst_frequency=worst)
 
 
-def zames_falb_discrete_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool) -> Answer:
+def zames_falb_discrete_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool) -> CriterionResult:
     r"""Whether a discrete-time Zames-Falb multiplier of finite length proves one class of slopes.
 
     Parameters
@@ -118,7 +119,7 @@ def zames_falb_discrete_criterion(block: RationalPlant, bounds: SlopeBounds, *, 
 
     Returns
     -------
-    Answer
+    CriterionResult
         As :func:`zames_falb_discrete_largest`, about this class; INCONCLUSIVE if it is beyond the multipliers found,
         which does not mean that the loop is unstable.
 
@@ -165,10 +166,15 @@ class TapsInequality:
         base = RationalInequality.of(block, lower, TITLE, discrete=True).unweighted
         return cls(base=base, discrete=DiscretePlant.of(block, lower, TITLE), odd=odd, taps=taps)
 
-    def best(self) -> Best:
+    @property
+    def grounds(self) -> Grounds:
+        """Those of Popov's inequality."""
+        return self.base.grounds
+
+    def best(self, enough: Fraction | None = None) -> Best:
         """The best taps that the linear programmes find, and a slope that none of any length reach."""
         ceiling, limit = _ceiling(self.base.plant.block, self.discrete, odd=self.odd)
-        multiplier, low = _reach(self.discrete, ceiling, odd=self.odd, taps=self.taps)
+        multiplier, low = _certified_taps(self.discrete, ceiling, odd=self.odd, taps=self.taps)
         return Best(
             multiplier={"taps": {str(i): str(h) for i, h in sorted(multiplier.taps.items())}},
             largest=Bracket(low if low > self.base.lower else double_below(self.base.lower), ceiling),
@@ -237,10 +243,12 @@ def best_multiplier(discrete: DiscretePlant, block: RationalPlant, *, odd: bool)
         Whether taps may be negative.
     """
     ceiling, _ = _ceiling(block, discrete, odd=odd)
-    return _reach(discrete, ceiling, odd=odd, taps=None)
+    return _certified_taps(discrete, ceiling, odd=odd, taps=None)
 
 
-def _reach(discrete: DiscretePlant, ceiling: float, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:
+def _certified_taps(
+    discrete: DiscretePlant, ceiling: float, *, odd: bool, taps: int | None
+) -> tuple[Multiplier, float]:
     """The best multiplier found and the certified upper slope, infinite for all finite ones, NaN for none."""
     target = 0.0
     if ceiling < math.inf:

@@ -12,7 +12,7 @@ import pytest
 from lure.analysis.certificates import channels
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
-from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
@@ -116,7 +116,7 @@ def changed(draft, *path_and_value):
     ],
 )
 def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(draft):
-    shown = settled(draft)
+    shown = complete_and_check(draft)
     assert isinstance(shown, Proved)
     assert shown.claim.startswith("0 attracts every motion: channel 1: all")
     assert recheck(dict(shown.certificate)).accepted
@@ -132,7 +132,7 @@ def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(draft
     ],
 )
 def test_constant_gains_refute_for_both_checkers(gains, conclusion):
-    shown = settled(changed(COUNTER, "proof", "gains", gains))
+    shown = complete_and_check(changed(COUNTER, "proof", "gains", gains))
     assert isinstance(shown, Refuted)
     assert shown.certificate["conclusion"] == conclusion
     assert recheck(dict(shown.certificate)).accepted
@@ -142,7 +142,7 @@ def test_constant_gains_refute_for_both_checkers(gains, conclusion):
 def test_gains_that_leave_no_solution_refute():
     # D = [[0, 1], [1, 0]] and G = 1: det (1 + D G) = det [[1, 1], [1, 1]] = 0
     draft = changed(changed(COUNTER, "system", "D", [["0", "1"], ["1", "0"]]), "proof", "gains", ["1", "1"])
-    shown = settled(draft)
+    shown = complete_and_check(draft)
     assert shown.certificate["conclusion"] == "a loop of the class is not well posed: 1 + g H(inf) = 0"
     assert recheck(dict(shown.certificate)).accepted
 
@@ -150,20 +150,20 @@ def test_gains_that_leave_no_solution_refute():
 def test_in_discrete_time_the_unit_circle_counts():
     discrete = changed(COUNTER, "system", "time", "discrete")  # A - B G C = diag(-1 - g, -2 - h)
     for gains, ends in ((["0", "-2"], "converge to an equilibrium"), (["-2", "-2"], "other than 0")):  # z = -1, z = 1
-        shown = settled(changed(discrete, "proof", "gains", gains))
+        shown = complete_and_check(changed(discrete, "proof", "gains", gains))
         assert shown.certificate["conclusion"].endswith(ends)
         assert recheck(dict(shown.certificate)).accepted
     with pytest.raises(Rejected, match="is stable"):
-        settled(changed(discrete, "proof", "gains", ["-1", "-2"]))  # diag(0, 0)
+        complete_and_check(changed(discrete, "proof", "gains", ["-1", "-2"]))  # diag(0, 0)
     # x+ = x/2 - phi, phi in [0, 1]: P = 1, lambda: x^2 - (x/2 - phi)^2 - 2 phi (x - phi) = 3/4 x^2 - x phi + phi^2
     proof = {**PROOF, "system": {**SYSTEM, "time": "discrete", "A": [["1/2", "0"], ["0", "1/2"]]}}
     proof |= {"laws": {"channels": [nonlinearity(0, 1)] * 2, "repeated": True}}
-    shown = settled(changed(proof, "proof", "P", [["1"], ["0", "1"]]))
+    shown = complete_and_check(changed(proof, "proof", "P", [["1"], ["0", "1"]]))
     assert recheck(dict(shown.certificate)).accepted
 
 
 def test_gains_that_jump_refute_for_both_checkers():
-    shown = settled(JUMPING)
+    shown = complete_and_check(JUMPING)
     assert isinstance(shown, Refuted)
     assert (
         shown.certificate["conclusion"] == "a loop of the class has a motion that does not converge to an equilibrium"
@@ -188,7 +188,7 @@ def test_gains_that_jump_refute_for_both_checkers():
     ],
 )
 def test_gains_that_do_not_jump_within_the_class_or_do_not_grow_are_accepted_by_neither(path):
-    accepted = json.loads(json.dumps(dict(settled(JUMPING).certificate)))
+    accepted = json.loads(json.dumps(dict(complete_and_check(JUMPING).certificate)))
     with pytest.raises((Rejected, Malformed)):
         check(changed(accepted, *path))
     assert not recheck(changed(accepted, *path)).accepted
@@ -230,7 +230,7 @@ CONVEX = [["1/4"], ["0", "1/4"], ["-9/2", "0", "9"], ["0", "5", "0", "-2"]]
     ],
 )
 def test_a_proof_of_another_kind_that_was_tampered_with_is_accepted_by_neither(draft, path):
-    accepted = json.loads(json.dumps(dict(settled(draft).certificate)))
+    accepted = json.loads(json.dumps(dict(complete_and_check(draft).certificate)))
     with pytest.raises((Rejected, Malformed)):
         check(changed(accepted, *path))
     assert not recheck(changed(accepted, *path)).accepted
@@ -240,8 +240,8 @@ def test_a_form_that_is_positive_at_the_vertices_alone_is_no_multiplier():
     # phi in [0, 1]: 1/4 - 9 d + 9 d^2 is 1/4 at d = 0 and 1, and -2 at 1/2; with it every loop would be stable
     convex = changed(changed(FULL, "multiplier", "Pi", CONVEX), "laws", "channels", 0, "sector", ["0", "1"])
     with pytest.raises(Rejected, match="not concave"):
-        settled(convex)
-    complete = dict(settled(changed(FULL, "laws", "channels", 0, "sector", ["0", "1"])).certificate)
+        complete_and_check(convex)
+    complete = dict(complete_and_check(changed(FULL, "laws", "channels", 0, "sector", ["0", "1"])).certificate)
     assert not recheck(complete | {"multiplier": convex["multiplier"]}).accepted
 
 
@@ -253,7 +253,7 @@ def test_the_same_nonlinearity_in_some_of_the_channels():
     draft = {**COUNTER, "system": system}
     three = [nonlinearity(-5, 1), nonlinearity(-5, 5), nonlinearity(-5, 5)]
     draft |= {"laws": {"channels": three, "repeated": [1, 2]}, "proof": {**COUNTER["proof"], "gains": ["-3", "0", "0"]}}
-    shown = settled(draft)
+    shown = complete_and_check(draft)
     assert shown.certificate["hypotheses"]["class"].endswith("one nonlinearity in the channels 2 to 3")
     accepted = json.loads(json.dumps(dict(shown.certificate)))
     assert recheck(accepted).accepted
@@ -303,8 +303,8 @@ TAMPERED = {
 def test_what_was_tampered_with_is_accepted_by_neither(what):
     path = TAMPERED[what]
     with pytest.raises((Rejected, Malformed)):
-        settled(changed(PROOF, *path))
-    accepted = json.loads(json.dumps(dict(settled(PROOF).certificate)))
+        complete_and_check(changed(PROOF, *path))
+    accepted = json.loads(json.dumps(dict(complete_and_check(PROOF).certificate)))
     assert not recheck(changed(accepted, *path)).accepted
     with pytest.raises((Rejected, Malformed)):
         check(changed(accepted, *path))
@@ -321,9 +321,9 @@ def test_what_was_tampered_with_is_accepted_by_neither(what):
     ],
 )
 def test_popovs_terms_need_their_hypotheses(path):
-    accepted = json.loads(json.dumps(dict(settled(POPOV).certificate)))
+    accepted = json.loads(json.dumps(dict(complete_and_check(POPOV).certificate)))
     with pytest.raises((Rejected, Malformed)):
-        settled(changed(POPOV, *path))
+        complete_and_check(changed(POPOV, *path))
     assert not recheck(changed(accepted, *path)).accepted
 
 
@@ -340,13 +340,13 @@ def test_popovs_terms_need_their_hypotheses(path):
     ],
 )
 def test_a_counterexample_that_is_none_is_accepted_by_neither(path):
-    accepted = json.loads(json.dumps(dict(settled(COUNTER).certificate)))
+    accepted = json.loads(json.dumps(dict(complete_and_check(COUNTER).certificate)))
     with pytest.raises((Rejected, Malformed)):
         check(changed(accepted, *path))
     assert not recheck(changed(accepted, *path)).accepted
     if path[0] != "conclusion":  # which a draft leaves open
         with pytest.raises((Rejected, Malformed)):
-            settled(changed(COUNTER, *path))
+            complete_and_check(changed(COUNTER, *path))
 
 
 # what the sign of V and of lambda keep out: each fulfils the inequality of P, and its loop is not stable
@@ -370,8 +370,8 @@ def test_the_inequality_of_p_alone_is_not_enough(what):
         "proof": {"method": "matrix", "P": [[p]], "exponent": 0},
     }
     with pytest.raises(Rejected, match=r"V > 0 fails|lambda is negative"):
-        settled(draft)
-    head = json.loads(json.dumps(dict(settled(PROOF).certificate)))
+        complete_and_check(draft)
+    head = json.loads(json.dumps(dict(complete_and_check(PROOF).certificate)))
     second = recheck({**head, **draft})
     assert not second.accepted
     assert "positive definite" in second.reason or "negative" in second.reason
@@ -380,7 +380,7 @@ def test_the_inequality_of_p_alone_is_not_enough(what):
 def test_what_a_direct_term_with_a_cycle_assumes():
     def shown(*, slope):
         cycle = changed(PROOF, "system", "D", [["0", "1/10"], ["1/10", "0"]])
-        return settled(
+        return complete_and_check(
             changed(cycle, "laws", "channels", [nonlinearity("-1/2", 1, slope=slope), nonlinearity(0, 2, slope=slope)])
         )
 

@@ -6,7 +6,7 @@ Each case was once accepted, or could be told wrongly.
 import pytest
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
-from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.drafts import complete_and_check
 
 # H = -1/2 + 1/(s (s + 1/100)), a direct term; the nonlinearity has chords in [1/10, 9/10] and one piece of slope 5/2:
 # there sigma + H(inf) phi(sigma) falls, the loop jumps between two solutions, and each jump feeds energy in.
@@ -34,7 +34,7 @@ def nonlinearities(low, high, slope=None):
 
 
 def proved(system, bounds, theorem, multiplier, nonlinearity=None):
-    return settled(
+    return complete_and_check(
         {
             "verdict": "PROVED",
             "system": system,
@@ -48,7 +48,7 @@ def proved(system, bounds, theorem, multiplier, nonlinearity=None):
 
 
 def refuted(system, bounds, proof, nonlinearity=None):
-    return settled(
+    return complete_and_check(
         {
             "verdict": "REFUTED",
             "system": system,

@@ -17,7 +17,7 @@ from lure.analysis.certificates import codes
 from lure.analysis.certificates.arithmetic import Critical, IllPosed, OutOfTime, Rejected
 from lure.analysis.certificates.codes import CODES, REGISTRY, code_for, find, nearest
 from lure.analysis.certificates.covers import Uncovered
-from lure.analysis.certificates.sealing import Failure, guarded
+from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.deadline import time_limit
 from lure.analysis.theorems.circle import circle_criterion
 from lure.analysis.theorems.differences import TSYPKIN
@@ -159,9 +159,9 @@ def test_every_refusal_has_its_code(refusal, code):
 
 
 def delayed(text):
-    from lure.analysis.theorems.dead_time import popov_largest
+    from lure.analysis.theorems.other_plants import largest
 
-    popov_largest(DelayPlant.parse(text))
+    largest(DelayPlant.parse(text), "popov")
 
 
 def declared():

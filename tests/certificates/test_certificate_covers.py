@@ -13,11 +13,11 @@ from lure.analysis.certificates.arithmetic import Form, Rejected
 from lure.analysis.certificates.balls import box
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
+from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.proposals import certified
-from lure.analysis.certificates.sealing import completed
 from lure.analysis.rod.certificates import circle_bound, popov_theta
 from lure.analysis.rod.theory import RodTheory
-from lure.analysis.theorems import dead_time as dead_time
+from lure.analysis.theorems.other_plants import largest
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayPlant
 from lure.rod.discretisation import upwind
@@ -31,9 +31,9 @@ from lure.rod.transfer import RodPlant
 )
 def test_blocks_with_dead_time_are_certified_by_covers(text):
     block = DelayPlant.parse(text.replace("^", "**"))
-    for largest in (dead_time.circle_largest, dead_time.popov_largest):
+    for criterion in ("circle", "popov"):
         try:
-            answer = largest(block)
+            answer = largest(block, criterion)
         except AssumptionError:
             continue
         found = assert_sharp(block, answer) if math.isfinite(answer.largest.low) else certified(block, answer)

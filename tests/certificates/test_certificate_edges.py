@@ -24,7 +24,7 @@ from certificate_family import (
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
-from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second import recheck
 
 ACCEPTED = [
@@ -103,12 +103,12 @@ def assert_confirmed(found):
 
 @pytest.mark.parametrize(("name", "changes"), ACCEPTED)
 def test_what_has_every_hypothesis_is_accepted(name, changes):
-    assert_confirmed(settled(changed(name, changes)))
+    assert_confirmed(complete_and_check(changed(name, changes)))
 
 
 @pytest.mark.parametrize(("name", "changes", "conclusion"), CONCLUSIONS)
 def test_the_conclusion_is_the_one_that_follows(name, changes, conclusion):
-    found = settled(changed(name, changes))
+    found = complete_and_check(changed(name, changes))
     assert conclusion in found.certificate["conclusion"]
     assert_confirmed(found)
 
@@ -117,7 +117,7 @@ def test_the_conclusion_is_the_one_that_follows(name, changes, conclusion):
     ("k", "words"), [("999999/999998", "up to 999999/999998$"), ("1000001/1000000", "about 1.000001")]
 )
 def test_long_bounds_are_also_said_in_decimals(k, words):
-    found = settled(changed("popov", {"laws.sector": ["0", k]}))
+    found = complete_and_check(changed("popov", {"laws.sector": ["0", k]}))
     assert re.search(words, found.facts["class"])
 
 
@@ -131,7 +131,7 @@ def test_a_certificate_once_accepted_is_accepted(name):
 
 @pytest.mark.parametrize("name", DRAFTS)
 def test_what_the_checker_makes_of_a_draft_is_accepted(name):
-    found = settled(DRAFTS[name]())
+    found = complete_and_check(DRAFTS[name]())
     if certificate(name)["proof"]["method"] not in ("matrix", "flow-orbit"):  # those are found in floating point
         assert found.certificate == certificate(name)
 
@@ -139,9 +139,9 @@ def test_what_the_checker_makes_of_a_draft_is_accepted(name):
 @pytest.mark.parametrize("slope", [["3/2", "2"], ["-2", "-1"]])
 def test_a_class_without_a_law_is_refused(slope):
     with pytest.raises((Rejected, Malformed), match="no nonlinearity has both"):
-        settled(changed("popov", {"laws.sector": ["0", "1"], "laws.slope": slope}))
+        complete_and_check(changed("popov", {"laws.sector": ["0", "1"], "laws.slope": slope}))
 
 
 def test_a_class_is_said_in_words():
-    found = settled(changed("popov", {"laws.slope": ["-inf", "finite"]})).facts["class"]
+    found = complete_and_check(changed("popov", {"laws.slope": ["-inf", "finite"]})).facts["class"]
     assert found.endswith("phi(sigma)/sigma from 0 up to 59/10, slope from -inf up to any finite bound")

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Refuted, check
+from lure.analysis.certificates.drafts import complete_and_check, completed
 from lure.analysis.certificates.growth import growth_proof
 from lure.analysis.certificates.riccati import Lyapunov
-from lure.analysis.certificates.sealing import completed, settled
 from lure.analysis.certificates.second import recheck
 from lure.errors import AssumptionError
 
@@ -25,7 +25,7 @@ LAG = transfer("1", "1 3 3 1")
 def both(system, given, proof):
     """The answer of the first checker, which is that of the second."""
     try:
-        found = settled(refutation(system, given, proof))
+        found = complete_and_check(refutation(system, given, proof))
     except (Rejected, Malformed):
         found = None
     made = dict(found.certificate) if found is not None else None

@@ -13,8 +13,8 @@ from plants import block as exact
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.refutations import crossing_proof, refutation_draft, smallest_class
 from lure.analysis.counterexamples.linear import linear_witness
+from lure.analysis.inequality.delay import Delayed
 from lure.analysis.questions.counterexample_search import _dead_time_gain
-from lure.analysis.theorems.dead_time import hurwitz_limit
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
@@ -77,7 +77,7 @@ def test_roots_that_only_touch_the_axis_are_located():
 )
 def test_a_limit_with_dead_time_is_accepted(text, omega, k):
     block = DelayPlant.parse(text)
-    limit = hurwitz_limit(block)
+    limit = Delayed.of(block).gains()
     draft = refutation_draft(block, _dead_time_gain(block, limit))
     assert isinstance(checked(draft), Refuted)
     low, high = (float(F(w)) for w in draft["proof"]["frequencies"])
@@ -91,7 +91,7 @@ def test_a_limit_with_dead_time_is_accepted(text, omega, k):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_gain_with_dead_time_is_refuted_by_a_root_on_the_positive_axis(sign):
     block = DelayPlant({F(1): (F(-sign),)}, (F(sign), F(2 * sign)))
-    draft = refutation_draft(block, _dead_time_gain(block, hurwitz_limit(block)))
+    draft = refutation_draft(block, _dead_time_gain(block, Delayed.of(block).gains()))
     assert draft["proof"] == {"method": "linear-gain", "gain": "2"}
     assert "equilibria other than 0" in checked(draft).claim
     wide = changed(draft, "laws", "sector", to=["0", "3"])

@@ -16,8 +16,8 @@ from lure.analysis.certificates import balls, riccati
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.balls import positive_definite
 from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.matrix import matrix_draft
-from lure.analysis.certificates.sealing import completed
 from lure.analysis.inequality.hamiltonian import popov_largest_computed
 from lure.analysis.rod.certificates import energy_matrix, energy_theta
 from lure.analysis.theorems.circle import circle_largest

@@ -13,8 +13,8 @@ from lure.analysis.certificates.arithmetic import INF, Form, Malformed, Rejected
 from lure.analysis.certificates.balls import Ball
 from lure.analysis.certificates.blocks import block, realised, rod
 from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.refutations import flow_orbit_proof
-from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.states import Family, inside, known, piecewise, solvable
 from lure.analysis.counterexamples.linear import companion
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
@@ -344,17 +344,17 @@ SHOWN = [
 @pytest.mark.parametrize(("name", "changes", "reason"), REFUSED)
 def test_one_hypothesis_short_is_refused(name, changes, reason):
     with pytest.raises(Rejected, match=reason):
-        settled(changed(name, changes))
+        complete_and_check(changed(name, changes))
 
 
 @pytest.mark.parametrize(("name", "changes", "conclusion"), SHOWN)
 def test_what_just_holds_is_said(name, changes, conclusion):
-    assert conclusion in settled(changed(name, changes)).certificate["conclusion"]
+    assert conclusion in complete_and_check(changed(name, changes)).certificate["conclusion"]
 
 
 def test_the_root_is_said_in_the_variable_of_the_block():
     changes = {"system": transfer("1", "1 -1/2", "discrete"), "laws.sector": ["-1", "0"], "proof.gain": "-1/2"}
-    assert "at z = 1 for g" in settled(changed("linear gain, discrete", changes)).facts["root"]
+    assert "at z = 1 for g" in complete_and_check(changed("linear gain, discrete", changes)).facts["root"]
     assert checker.main([]) == 2
 
 
@@ -375,7 +375,7 @@ def test_a_motion_over_kinks_off_the_axis():
     }
     system, given = transfer("1/4 19/20 1/4", "1 -1/5 1"), certificate("flow-orbit")["laws"]
     made = refutation(system, given, flow_orbit_proof(system, given, record))
-    assert "a periodic motion" in settled(made).facts["orbit"]
+    assert "a periodic motion" in complete_and_check(made).facts["orbit"]
 
 
 def test_in_discrete_time_an_unstable_state_has_no_matrix():
@@ -404,10 +404,10 @@ def test_a_state_beside_the_orbit_is_none():
     for shift, holds in ((F(0), True), (F(1, 10**4), False)):
         made = changed("flow-orbit", {"proof.state": [str(F(first) + shift), str(F(second) + shift)]})
         if holds:
-            assert settled(made)
+            assert complete_and_check(made)
         else:
             with pytest.raises(Rejected, match="no contraction"):
-                settled(made)
+                complete_and_check(made)
 
 
 @pytest.mark.parametrize(("a", "b", "holds"), [(F(1), F(3, 2), True), (F(1), F(8, 5), False), (F(5), F(6), True)])

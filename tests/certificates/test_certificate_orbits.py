@@ -14,8 +14,8 @@ from plants import block as exact
 from lure.analysis.certificates.arithmetic import Malformed
 from lure.analysis.certificates.balls import exponential
 from lure.analysis.certificates.checker import Refuted, check
+from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.refutations import refutation_draft
-from lure.analysis.certificates.sealing import completed
 from lure.analysis.counterexamples.linear import balls
 from lure.analysis.counterexamples.orbit import accept_orbit
 from lure.analysis.counterexamples.oscillation import oscillation_witness

@@ -13,8 +13,8 @@ from sharpness import CLOSE, ZAMES_FALB, assert_sharp, raised
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.proposals import certified, drafts
-from lure.analysis.certificates.sealing import completed
 from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.inequality.gains import hurwitz_largest
 from lure.analysis.theorems.circle import circle_criterion, circle_largest

@@ -19,7 +19,7 @@ from certificate_family import (
 )
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
-from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.drafts import complete_and_check
 
 LATE, LOPSIDED = delayed([("1", "1")], "1 0"), [["-1", "-2"], ["0", "0"], ["1", "1"]]
 
@@ -383,10 +383,10 @@ MALFORMED = [
 @pytest.mark.parametrize(("name", "changes", "reason"), REJECTED)
 def test_a_certificate_without_one_hypothesis_is_rejected(name, changes, reason):
     with pytest.raises(Rejected, match=reason):
-        settled(changed(name, changes))
+        complete_and_check(changed(name, changes))
 
 
 @pytest.mark.parametrize(("name", "changes", "reason"), MALFORMED)
 def test_what_breaks_the_format_is_no_certificate(name, changes, reason):
     with pytest.raises(Malformed, match=reason):
-        settled(changed(name, changes))
+        complete_and_check(changed(name, changes))

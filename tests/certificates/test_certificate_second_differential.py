@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.blocks import block
 from lure.analysis.certificates.checker import check, inequality, polynomial_proof, unbounded
-from lure.analysis.certificates.sealing import completed
+from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.second import opinion as apart
 from lure.analysis.certificates.second import recheck, recheck_apart
 from lure.analysis.certificates.second.classes import ATTRACTS, BOUNDED, EQUILIBRIA

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
-from lure.analysis.certificates.sealing import completed, settled
+from lure.analysis.certificates.drafts import complete_and_check, completed
 from lure.analysis.certificates.second import recheck
 
 F = Fraction
@@ -213,7 +213,7 @@ def test_a_change_that_is_carried_through_is_rejected_or_still_true(names, data)
 def accepted_or_refused(forged):
     """Drafts are filled in outside the checker: there a wrong type may be an error of Python."""
     try:
-        return settled(forged)
+        return complete_and_check(forged)
     except (ValueError, TypeError, KeyError, AttributeError, IndexError):
         return None
 

@@ -454,7 +454,9 @@ def test_the_numbers_of_a_rods_criteria_are_safe_to_quote_and_the_same_everywher
     numbers = {key: (value, plain(text)) for value, key, text in NUMBER.findall(page(data, claims(report), ()))}
     for i, (result, row, cell) in enumerate(zip(report.criteria, data["criteria"], cells, strict=True)):
         assert (
-            cell[:3] == [row["name"], row["model"], row["verdict"]] == [result.name, result.model, str(result.verdict)]
+            cell[:3]
+            == [row["name"], row["model"], row["verdict"]]
+            == [result.criterion, result.model, str(result.verdict)]
         )
         assert (result.shown is None) == (row["verdict"] == "INCONCLUSIVE")
         if result.shown is not None:

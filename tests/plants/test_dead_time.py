@@ -11,9 +11,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lure import AssumptionError, InputError
-from lure.analysis.theorems.dead_time import circle_largest, hurwitz_limit, popov_largest
+from lure.analysis.inequality.delay import Delayed
+from lure.analysis.theorems.other_plants import largest
 from lure.analysis.verdict import Evidence, Verdict
 from lure.plants.delay import DelayPlant
+
+
+def circle_largest(block):
+    return largest(block, "circle")
+
+
+def popov_largest(block):
+    return largest(block, "popov")
+
+
+def hurwitz_limit(block):
+    return Delayed.of(block).gains()
+
 
 DELAYS = st.fractions(min_value=Fraction(1, 100), max_value=5, max_denominator=100)
 RATES = st.fractions(min_value=Fraction(1, 10), max_value=10, max_denominator=20)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lure import AssumptionError
-from lure.analysis.inequality.samples import largest_sampled
+from lure.analysis.theorems.other_plants import largest
 from lure.analysis.verdict import Evidence, Verdict
 from lure.plants.frequency_data import FrequencyData
 
@@ -21,7 +21,7 @@ def test_samples_bound_the_reach_from_above_and_prove_nothing():
     # 1/(s + 1)^3: min Re H = -1/4 at w = sqrt 3... circle 4, Popov 8 with theta = 1
     H = data(lambda s: 1 / (s + 1) ** 3)
     for name, exact in (("circle", 4), ("popov", 8)):
-        found = largest_sampled(H, name)
+        found = largest(H, name)
         assert (found.verdict, found.evidence) == (Verdict.INCONCLUSIVE, Evidence.OBSERVED)
         assert found.largest.low == 0
         assert exact <= found.largest.high < exact * (1 + 1e-4)
@@ -29,16 +29,16 @@ def test_samples_bound_the_reach_from_above_and_prove_nothing():
 
 
 def test_a_passive_measurement_bounds_nothing():
-    assert largest_sampled(data(lambda s: 1 / (s + 1)), "circle").largest.high == math.inf
+    assert largest(data(lambda s: 1 / (s + 1)), "circle").largest.high == math.inf
 
 
 def test_no_other_criterion_is_evaluated_on_samples():
     with pytest.raises(AssumptionError, match="ask circle"):
-        largest_sampled(data(lambda s: 1 / (s + 1)), "park")
+        largest(data(lambda s: 1 / (s + 1)), "park")
 
 
 @pytest.mark.parametrize("name", ["circle", "popov"])
 def test_a_sample_at_a_pole_is_named(name):
     samples = FrequencyData(np.array([0.5, 1.0, 2.0]), np.array([1, math.inf, 0.1 - 1j]))
     with pytest.raises(AssumptionError, match="not finite at 1 rad/s, a pole on the axis; leave it out"):
-        largest_sampled(samples, name)
+        largest(samples, name)

@@ -26,10 +26,10 @@ from lure import (
 )
 from lure.analysis import check
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.systems import class_entry, nonlinearity_class_of
-from lure.analysis.questions import advice, analyse, answers, max_sector, max_slope, table
+from lure.analysis.questions import advice, analyse, answers, max_sector, max_slope, search, table
 from lure.analysis.questions.certify import certify
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of
 from lure.analysis.questions.problem import Problem
@@ -67,7 +67,7 @@ def about(block, nonlinearity_class, nonlinearity=None):
 def test_a_filter_that_lets_everything_through_proves_nothing(monkeypatch):
     # Carrasco's example 6: proved for odd nonlinearities up to 1.0869, refuted for a monotone one at 175/192 = .9115
     monotone = NonlinearityClass.slope_restricted(0, 1)
-    for place in (advice, answers):
+    for place in (advice, search):
         monkeypatch.setattr(place, "serves", lambda row, nonlinearity_class: True)
     found = about(DT6, monotone)
     assert found.verdict is Verdict.REFUTED
@@ -193,9 +193,9 @@ def test_what_does_not_fit_does_not_end_the_search(proofs, monkeypatch):
     # the circle criterion says less than Popov's of THIRD; the refutation of a larger class fits none of [0, 5]
     _, popov = proofs["popov"]
     short = max_sector(THIRD, lower=Fraction(1, 10), criterion="circle").proof
-    monkeypatch.setattr(answers, "_proofs", lambda *_: iter((short, popov)))
+    monkeypatch.setattr(search, "_proofs", lambda *_: iter((short, popov)))
     assert about(THIRD, sector(0, 5)).verdict is Verdict.PROVED
-    monkeypatch.setattr(answers, "_proofs", lambda *_: iter((short,)))
+    monkeypatch.setattr(search, "_proofs", lambda *_: iter((short,)))
     found = about(THIRD, sector(0, 5))
     assert found.verdict is Verdict.INCONCLUSIVE
     assert found.reason == "what is proved ends at 5.999999999, and the smallest class refuted ends at 6"
@@ -230,7 +230,9 @@ def test_any_row_may_decide_and_without_a_class_the_best_does():
 
 def decided(problem, rows):
     """What follows from the certificates of the rows."""
-    return answers._certification(problem, rows, "rationals", lambda: False, lambda _step, _done: None)
+    found = search.Attempts(problem)
+    search._known(found, lambda: rows)
+    return answers.certification_of(found, rows)
 
 
 @pytest.mark.parametrize(
@@ -385,7 +387,7 @@ def test_how_far_a_criterion_reaches_is_said_of_the_larger_class():
     assert tsypkin.proof.certificate["laws"]["slope"][1] in ("finite", "inf")
     assert tsypkin.proved_text.startswith("3.79999")
     said = conclusion_of(
-        Problem.about(one_sided, NonlinearityClass.slope_restricted(0, 3)), tsypkin.proof, reach=tsypkin.proof
+        Problem.about(one_sided, NonlinearityClass.slope_restricted(0, 3)), tsypkin.proof, larger=tsypkin.proof
     )
     assert f"which reaches {tsypkin.proved_text}." in said.sentence
 
@@ -525,7 +527,7 @@ SLOPES = {**ROUGH, "slope": ["0", "2"]}
 )
 def test_both_checkers_let_laws_jump_only_where_the_proof_never_uses_continuity(draft, accepted):
     smooth = {**draft, "laws": {key: value for key, value in draft["laws"].items() if key != "regularity"}}
-    proof = settled(smooth)  # without the key each of them is a proof
+    proof = complete_and_check(smooth)  # without the key each of them is a proof
     assert recheck(proof.certificate).accepted
     words = {"class": proof.facts["class"].replace("locally Lipschitz", "continuous or not")}
     forged = {**proof.certificate, "laws": draft["laws"], "hypotheses": {**proof.facts, **words}}

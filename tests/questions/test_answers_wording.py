@@ -7,7 +7,7 @@ import pytest
 
 from lure.analysis import wording
 from lure.analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES, FINITE_ENERGY, MOVES, OTHERS, UNSOLVABLE
-from lure.analysis.certificates.sealing import contains
+from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.states import assumed, classes, keeps
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.analysis.questions import analyse

@@ -24,10 +24,10 @@ from lure import (
     StateSpace,
     Tanh,
 )
-from lure.analysis.certificates import codes, sealing
+from lure.analysis.certificates import codes, drafts
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
-from lure.analysis.certificates.sealing import contains
+from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.systems import class_entry, nonlinearity_entry
 from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.questions.certify import METHODS, ProofOptions, certify, text_of
@@ -226,7 +226,7 @@ def test_a_larger_class_stands_in_where_a_theorem_needs_it():
     question = posed(THIRD, tight, criterion="best", finite=False)
     draft = {**asked(THIRD, NonlinearityClass.slope_restricted(0, 2)).certificate}
     calls = []
-    original = sealing.checked
+    original = drafts.checked
 
     def only_larger(candidate):
         calls.append(candidate["laws"]["sector"])
@@ -235,8 +235,8 @@ def test_a_larger_class_stands_in_where_a_theorem_needs_it():
         return original(candidate)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sealing, "checked", only_larger)
-        shown = sealing.check_for_class(question, draft)
+        patch.setattr(drafts, "checked", only_larger)
+        shown = drafts.check_for_class(question, draft)
     assert calls == [["0", "1"], ["0", "2"]]
     assert shown.certificate["laws"]["sector"] == ["0", "2"]
 
@@ -244,7 +244,7 @@ def test_a_larger_class_stands_in_where_a_theorem_needs_it():
 def test_a_smaller_class_never_stands_in():
     question = posed(THIRD, sector(0, 7), criterion="best", finite=False)
     with pytest.raises(Rejected):
-        sealing.check_for_class(question, asked(THIRD, sector(0, 5)).certificate)
+        drafts.check_for_class(question, asked(THIRD, sector(0, 5)).certificate)
 
 
 def test_the_options_of_the_command_are_those_of_the_question():

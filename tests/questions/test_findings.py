@@ -33,8 +33,8 @@ def said(found):
 def steps(monkeypatch):
     """The criteria asked and the searches made, in order."""
     made = []
-    ask, look = search.reached, search.nonlinear_witnesses
-    monkeypatch.setattr(search, "reached", lambda entry, asked: made.append(entry.name) or ask(entry, asked))
+    ask, look = search.criterion_answer, search.nonlinear_witnesses
+    monkeypatch.setattr(search, "criterion_answer", lambda entry, asked: made.append(entry.name) or ask(entry, asked))
     monkeypatch.setattr(search, "nonlinear_witnesses", lambda asked: made.append("search") or look(asked))
     return made
 
@@ -92,14 +92,14 @@ def test_two_ends_meet_within_a_millionth_on_either_side_of_zero():
 
 def ending(monkeypatch, name, error):
     """The search ends when that criterion is asked."""
-    ask = search.reached
+    ask = search.criterion_answer
 
     def asked(entry, question):
         if entry.name == name:
             raise error
         return ask(entry, question)
 
-    monkeypatch.setattr(search, "reached", asked)
+    monkeypatch.setattr(search, "criterion_answer", asked)
 
 
 @pytest.mark.parametrize(

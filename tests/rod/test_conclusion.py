@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.questions.conclusion import MismatchError
 from lure.analysis.rod.certificates import energy_theorem_draft
 from lure.analysis.rod.conclusion import concluded as concluded_of
@@ -45,7 +45,9 @@ def test_the_sign_of_the_damping_decides(damping, verdict):
 def test_it_says_what_the_certificates_say_of_their_class():
     result = concluded()
     scheme = scheme_of()
-    rod, discrete = (settled(energy_theorem_draft(block)).certificate for block in (RodPlant(scheme.rod), scheme))
+    rod, discrete = (
+        complete_and_check(energy_theorem_draft(block)).certificate for block in (RodPlant(scheme.rod), scheme)
+    )
     assert rod["conclusion"] == discrete["conclusion"]
     assert result.headline == f"Without load, {rod['conclusion']}."
     assert rod["laws"]["sector"] == ["0", "inf"]
@@ -71,9 +73,9 @@ def test_nothing_is_decided_unless_both_certificates_are_accepted(missing, monke
     def refusing(draft):
         if draft["system"]["kind"] == missing:
             raise ArithmeticError("too large")
-        return settled(draft)
+        return complete_and_check(draft)
 
-    monkeypatch.setattr("lure.analysis.rod.conclusion.settled", refusing)
+    monkeypatch.setattr("lure.analysis.rod.conclusion.complete_and_check", refusing)
     result = concluded()
     assert result.verdict is Verdict.INCONCLUSIVE
     assert result.proofs == ()

@@ -66,8 +66,8 @@ def test_below_the_impedance_both_limits_are_attained_at_zero_frequency(cells):
     popov, circle = popov_criterion(block, Sector(0, math.inf)), circle_criterion(block, Sector(0, 1))
     assert popov.smallest_theta.low <= 1.5 <= popov.smallest_theta.high
     assert popov.smallest_theta.width < 1e-12
-    assert circle.largest_sector.low <= 1 / 3 <= circle.largest_sector.high
-    assert circle.largest_sector.width < 1e-12
+    assert circle.largest.low <= 1 / 3 <= circle.largest.high
+    assert circle.largest.width < 1e-12
     assert circle.verdict is Verdict.INCONCLUSIVE
     assert circle.worst_frequency == 0.0
     assert circle.margin.middle == pytest.approx(1 - 3, abs=1e-12)
@@ -85,7 +85,7 @@ def test_one_cell_above_the_impedance_needs_no_multiplier_and_the_circle_reaches
     assert popov_criterion(scheme, Sector(0, math.inf)).smallest_theta.high == 0.0
     assert circle_criterion(scheme, Sector(0, 1e12)).verdict is Verdict.PROVED
     unbounded = circle_criterion(scheme, Sector(0, math.inf))
-    assert unbounded.largest_sector == INFINITE
+    assert unbounded.largest == INFINITE
     assert unbounded.verdict is Verdict.INCONCLUSIVE  # Re H tends to zero at infinity: not strict there
     assert unbounded.worst_frequency == math.inf
 
@@ -114,7 +114,7 @@ def test_smallest_theta_agrees_with_a_search_over_the_transfer_function(ratio, c
 @given(ratio=ratios, cells=cell_counts)
 def test_circle_limit_agrees_with_a_search_over_the_transfer_function(ratio, cells):
     block = block_of(ratio, cells)
-    largest = circle_criterion(block, Sector(0, 1)).largest_sector
+    largest = circle_criterion(block, Sector(0, 1)).largest
     lowest = least(lambda omega: block.transfer(1j * omega).real)
     if largest.low == math.inf:
         assert lowest > -1e-12
@@ -173,7 +173,7 @@ def test_popov_is_sharp_at_the_smallest_theta(ratio, cells, upper):
 @given(ratio=ratios, cells=cell_counts)
 def test_circle_is_sharp_at_its_largest_sector(ratio, cells):
     block = block_of(ratio, cells)
-    largest = circle_criterion(block, Sector(0, 1)).largest_sector
+    largest = circle_criterion(block, Sector(0, 1)).largest
     if math.isfinite(largest.high):
         assert circle_criterion(block, Sector(0, largest.low * (1 - 1e-6))).verdict is Verdict.PROVED
         assert circle_criterion(block, Sector(0, largest.high * (1 + 1e-6))).verdict is Verdict.INCONCLUSIVE
@@ -189,7 +189,7 @@ def test_popov_reaches_every_sector_and_what_holds_for_a_stiffer_obstacle_holds_
     result = popov_criterion(block, Sector(0, upper))
     assert result.verdict is Verdict.PROVED
     assert result.evidence is Evidence.CERTIFIED
-    assert result.largest_sector == INFINITE
+    assert result.largest == INFINITE
     if circle_criterion(block, Sector(0, upper)).verdict is Verdict.PROVED:
         assert result.smallest_theta.low == 0.0
         assert circle_criterion(block, Sector(0, upper / 2 if math.isfinite(upper) else 1)).verdict is Verdict.PROVED
@@ -205,7 +205,7 @@ def test_a_longer_rod_scales_theta_and_the_circle_limit(ratio, cells, stretch):
     one, other = (popov_criterion(block, Sector(0, math.inf)) for block in blocks)
     assert other.smallest_theta.high == pytest.approx(float(stretch) * one.smallest_theta.high, rel=1e-8)
     one, other = (circle_criterion(block, Sector(0, 1)) for block in blocks)
-    assert other.largest_sector.low == pytest.approx(one.largest_sector.low / float(stretch), rel=1e-8)
+    assert other.largest.low == pytest.approx(one.largest.low / float(stretch), rel=1e-8)
 
 
 @pytest.mark.parametrize("damping", [0, -0.5, -2])
@@ -252,8 +252,8 @@ def test_an_exhausted_budget_widens_the_brackets_and_proves_nothing(monkeypatch,
     blunt, wide = circle_criterion(block, Sector(0, 2)), popov_criterion(block, Sector(0, math.inf)).smallest_theta
     assert blunt.verdict is Verdict.INCONCLUSIVE
     assert blunt.margin.low < 0 < blunt.margin.high
-    assert blunt.largest_sector.low < sharp.largest_sector.low
-    assert blunt.largest_sector.high >= sharp.largest_sector.high
+    assert blunt.largest.low < sharp.largest.low
+    assert blunt.largest.high >= sharp.largest.high
     assert wide.low <= smallest.low <= smallest.high <= wide.high
     assert wide.width > 1e-3
 
@@ -274,7 +274,7 @@ def test_a_multiplier_that_is_negative_or_not_finite_is_refused(theta):
 def test_the_papers_rod_is_inside_the_circle_criterion_already():
     popov, circle, popov_rod, circle_rod = rod_criteria(upwind(builtin_system("paper-rod").rod, 10))
     assert [r.verdict for r in (popov, circle, popov_rod, circle_rod)] == [Verdict.PROVED] * 4
-    assert [(r.name, r.model) for r in (popov, circle, popov_rod, circle_rod)] == [
+    assert [(r.criterion, r.model) for r in (popov, circle, popov_rod, circle_rod)] == [
         ("popov", "scheme"),
         ("circle", "scheme"),
         ("popov", "rod"),
@@ -282,7 +282,7 @@ def test_the_papers_rod_is_inside_the_circle_criterion_already():
     ]
     k, Z, T, d = 2e-4, 1.2, 1 / 6000, 1 / 48000
     size = (Z - k) / (Z + k)
-    assert circle.largest_sector.middle == pytest.approx((2 * k / (k + Z)) ** 2 / (4 * size * d * T), rel=1e-12)
+    assert circle.largest.middle == pytest.approx((2 * k / (k + Z)) ** 2 / (4 * size * d * T), rel=1e-12)
     assert popov.smallest_theta.high == 0.0
 
 

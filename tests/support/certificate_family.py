@@ -11,9 +11,9 @@ from functools import cache
 from pathlib import Path
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.drafts import complete_and_check, completed
 from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.refutations import flow_orbit_proof
-from lure.analysis.certificates.sealing import completed, settled
 from lure.analysis.counterexamples.linear import companion
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
 from lure.nonlinearities.piecewise_linear import Graph
@@ -298,7 +298,7 @@ def changed(name, changes):
 def accepted(made):
     """What the checker makes of a draft with the polynomial, conclusion and hypotheses that it would want, or None."""
     try:
-        return settled(made)
+        return complete_and_check(made)
     except (Rejected, Malformed):
         return None
 

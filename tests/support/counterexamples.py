@@ -7,7 +7,7 @@ import pytest
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
-from lure.analysis.certificates.sealing import completed
+from lure.analysis.certificates.drafts import completed
 
 BIT = F(1, 2**200)
 

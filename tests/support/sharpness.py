@@ -9,8 +9,8 @@ import pytest
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.proposals import certified
-from lure.analysis.certificates.sealing import completed
 from lure.analysis.verdict import Verdict
 
 CLOSE, ZAMES_FALB = Fraction(1, 10**6), Fraction(1, 10**3)

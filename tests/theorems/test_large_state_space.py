@@ -14,9 +14,9 @@ from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second import recheck
 from lure.analysis.counterexamples.linear import growing_gains
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.state_space import state_space_largest
 from lure.analysis.questions.problem import by_matrices
 from lure.analysis.theorems.circle import circle_largest
+from lure.analysis.theorems.other_plants import largest
 from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import Evidence, Verdict
 from lure.errors import AssumptionError
@@ -190,8 +190,8 @@ def test_long_polynomials_of_matrices_of_doubles_go_by_the_matrices():
 def test_other_criteria_are_not_for_matrices():
     with pytest.raises(AssumptionError, match="moderate order"):
         max_slope(dense(12), criterion="park")
-    with pytest.raises(AssumptionError, match="continuous time"):
-        state_space_largest(dense(4, dt=1), "popov")
+    with pytest.raises(AssumptionError, match="ask circle"):
+        largest(dense(4, dt=1), "popov")
     assert growing_gains(StateSpace([[-1.0]], [1.0], [1.0])) == []  # 1/(s + 1): every gain is stable
 
 

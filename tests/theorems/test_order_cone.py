@@ -12,8 +12,8 @@ from plants import DISCRETE, discrete
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.proposals import certified
-from lure.analysis.certificates.sealing import completed
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.second.order import require_positive_on_orders, strictly_copositive
 from lure.analysis.certificates.second.reading import NotShown

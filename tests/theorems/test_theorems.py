@@ -16,8 +16,8 @@ from sharpness import CLOSE, raised
 from lure.analysis import max_slope
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.proposals import certified
-from lure.analysis.certificates.sealing import completed
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain
 from lure.analysis.theorems.differences import tsypkin_largest, tsypkin_odd_largest
@@ -38,7 +38,7 @@ FOUND = {"continuous": CONTINUOUS[1], "discrete": DISCRETE[6]}
 
 def reach(row, block, lower=0):
     """What the criterion proves of the least class that it is about: odd only where it must be."""
-    return row.reach(block, lower=F(lower), odd=False)
+    return row.answer(block, lower=F(lower), odd=False)
 
 
 @cache

@@ -80,7 +80,7 @@ def _simple_zero(runs: PaperRuns) -> PaperClaim:
 
 def _popov(runs: PaperRuns) -> PaperClaim:
     block = upwind(runs.release.rod, COARSE)
-    found = {(row.name, row.model): row for row in rod_criteria(block)}
+    found = {(row.criterion, row.model): row for row in rod_criteria(block)}
     pulled = block.block.dense() + np.outer(block.b1, block.c) / runs.release.rod.compliance
     growth = float(np.linalg.eigvals(pulled).real.max())
     scheme, rod = found["popov", "scheme"], found["popov", "rod"]

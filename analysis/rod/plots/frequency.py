@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lure.analysis.graphical.supporting_proof import searched_theta
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.plots.frequency import curve, plot_nyquist, plot_popov
 from lure.analysis.plots.style import (
     BLUE,
@@ -24,6 +23,7 @@ from lure.analysis.plots.style import (
     padded,
 )
 from lure.analysis.rod.spectrum import rod_spectrum, wave_mode
+from lure.analysis.verdict import CriterionResult
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodPlant
 

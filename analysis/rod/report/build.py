@@ -11,8 +11,7 @@ from importlib.metadata import version
 
 from lure import __version__
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.sealing import guarded, settled
-from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.certificates.drafts import complete_and_check, guarded
 from lure.analysis.report.parts import ContradictionError
 from lure.analysis.rod.certificates import inequality_draft, negative_damping_draft
 from lure.analysis.rod.conclusion import conclusion
@@ -21,7 +20,7 @@ from lure.analysis.rod.criteria import response_check, rod_criteria
 from lure.analysis.rod.report.model import Simulation, StabilityReport
 from lure.analysis.rod.simulation import contradictions, simulate
 from lure.analysis.rod.spectrum import rod_spectrum
-from lure.analysis.verdict import Verdict
+from lure.analysis.verdict import CriterionResult, Verdict
 from lure.errors import InputError
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.parameters import Rod
@@ -159,7 +158,7 @@ def _checked(scheme: UpwindScheme, result: CriterionResult) -> CriterionResult:
     block = scheme if result.model == "scheme" else RodPlant(scheme.rod)
     proved = result.verdict is Verdict.PROVED
     draft = inequality_draft(block, result) if proved else negative_damping_draft(block, result.sector)
-    found = guarded(result.name, lambda: settled(draft))
+    found = guarded(result.criterion, lambda: complete_and_check(draft))
     if isinstance(found, Proved | Refuted):
         return replace(result, shown=found)
     return replace(result, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")

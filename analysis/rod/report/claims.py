@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.rod.report.model import StabilityReport
 from lure.analysis.rod.simulation.trajectory import compared
-from lure.analysis.verdict import Evidence, Verdict
+from lure.analysis.verdict import CriterionResult, Evidence, Verdict
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -96,7 +95,7 @@ def _criteria(report: StabilityReport) -> list[Claim]:
 def _title(result: CriterionResult) -> str:
     if result.verdict is Verdict.REFUTED:  # by a member of the class, whatever the criterion
         return "absolute stability for nonlinearities in"
-    return "Popov inequality for" if result.name == "popov" else "circle criterion for"
+    return "Popov inequality for" if result.criterion == "popov" else "circle criterion for"
 
 
 def _zero(report: StabilityReport) -> Claim:

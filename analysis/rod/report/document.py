@@ -9,13 +9,13 @@ import textwrap
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.evidence import ends
 from lure.analysis.report.certificates import certificate_list
 from lure.analysis.report.parts import SCHEMA, Json
 from lure.analysis.rod.confirmation import Confirmation, Side
 from lure.analysis.rod.confirmation.result import Quantity, Rest
 from lure.analysis.rod.simulation.trajectory import compared
+from lure.analysis.verdict import CriterionResult
 from lure.expressions.tree import decimal
 from lure.record import plain
 from lure.rod.parameters import PARAMETERS
@@ -203,10 +203,10 @@ def _filled(text: str) -> str:
 
 
 def _row(result: CriterionResult) -> tuple[str, ...]:
-    brackets = (result.margin, result.largest_sector)
+    brackets = () if result.margin is None else (result.margin, result.largest)
     numbers = [result.theta, *(bracket.low for bracket in brackets if bracket is not None)]
     return (
-        result.name,
+        result.criterion,
         result.model,
         str(result.verdict),
         str(result.evidence_shown or "-"),
@@ -348,7 +348,7 @@ def _spectrum(report: StabilityReport) -> Json:
 
 def _criterion(result: CriterionResult) -> Json:
     return {
-        "name": result.name,
+        "name": result.criterion,
         "model": result.model,
         "sector": [plain(float(result.sector.lower)), plain(float(result.sector.upper))],
         "verdict": str(result.verdict),
@@ -360,7 +360,7 @@ def _criterion(result: CriterionResult) -> Json:
         "margin": plain(result.margin.low) if result.margin else None,
         "margin_bracket": ends(result.margin),
         "worst_frequency": plain(result.worst_frequency),
-        "largest_sector": ends(result.largest_sector),
+        "largest_sector": None if result.margin is None else ends(result.largest),
         "reason": result.reason,
         "hypotheses": list(result.hypotheses),
         "witness": result.witness,

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from lure.analysis.inequality.checks import CriterionResult, Model
 from lure.analysis.plots import Draw, drawing_frequencies, plot_nyquist, plot_popov_expression, render
 from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.rod.plots import plot_damping, plot_decay, plot_end_motion, plot_rest, plot_spectrum, plot_surface
 from lure.analysis.rod.plots.comparison import plot_both_decays, plot_both_ends
 from lure.analysis.rod.plots.frequency import plot_rod_nyquist, plot_rod_popov
 from lure.analysis.rod.report.model import StabilityReport
+from lure.analysis.verdict import CriterionResult, Model
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodPlant
 
@@ -72,7 +72,7 @@ def _spectrum(report: StabilityReport) -> list[FigureSpec]:
 
 def _frequency(report: StabilityReport) -> list[FigureSpec]:
     """Popov and Nyquist plot of rod and scheme together; Popov expressions and resonances of each."""
-    found = {(result.name, result.model): result for result in report.criteria}
+    found = {(result.criterion, result.model): result for result in report.criteria}
     scheme = report.scheme
     blocks: tuple[tuple[Model, UpwindScheme | RodPlant], ...] = (("scheme", scheme), ("rod", RodPlant(scheme.rod)))
     popov, circle = found["popov", "rod"], found["circle", "rod"]

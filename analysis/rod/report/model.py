@@ -6,13 +6,12 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.rod.conclusion import Conclusion
 from lure.analysis.rod.confirmation import Confirmation
 from lure.analysis.rod.criteria import ResponseCheck
 from lure.analysis.rod.report.document import document, summary
 from lure.analysis.rod.spectrum import RodSpectrum
-from lure.analysis.verdict import Verdict
+from lure.analysis.verdict import CriterionResult, Verdict
 from lure.record import Column, Page, Record, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Matching
@@ -68,7 +67,7 @@ class StabilityReport(Record):
         lows = [math.nan if one.margin is None else one.margin.low for one in found]
         thetas = [math.nan if one.theta is None else one.theta for one in found]
         return {
-            "criterion": Column(along, [f"{one.name}, {one.model}" for one in found], "1", "criterion and model"),
+            "criterion": Column(along, [f"{one.criterion}, {one.model}" for one in found], "1", "criterion and model"),
             "verdict": Column(along, [str(one.verdict) for one in found], "1", "verdict on the inequality"),
             "evidence": Column(along, [str(one.evidence) for one in found], "1", "what it rests on"),
             "theta": Column(along, thetas, "s", "Popov multiplier"),
@@ -84,7 +83,7 @@ class StabilityReport(Record):
         head = ("criterion", "about", "verdict", "evidence", "theta [s]", "margin [m/Pa]")
         rows = [
             (
-                one.name,
+                one.criterion,
                 one.model,
                 one.verdict,
                 one.evidence_shown or "-",

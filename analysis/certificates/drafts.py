@@ -85,7 +85,7 @@ def guarded(search: str, work: Callable[[], T], *, passing: tuple[type[Exception
 LONGEST = 600.0  # [s] for one check
 
 
-def settled(draft: Mapping[str, Any]) -> Proved | Refuted:
+def complete_and_check(draft: Mapping[str, Any]) -> Proved | Refuted:
     """What the checker makes of a draft: its ``certificate`` is complete, with polynomial, conclusion and hypotheses.
 
     Parameters
@@ -117,7 +117,7 @@ def settled(draft: Mapping[str, Any]) -> Proved | Refuted:
 
 
 def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
-    """The certificate of a draft; see :func:`settled`.
+    """The certificate of a draft; see :func:`complete_and_check`.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
     ValueError
         ``Rejected`` or ``Malformed``: the draft proves nothing.
     """
-    return dict(settled(draft).certificate)
+    return dict(complete_and_check(draft).certificate)
 
 
 Draft = Mapping[str, Any]

@@ -1,0 +1,113 @@
+"""What a criterion asks of an inequality over all frequencies, whatever decides it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Protocol
+
+from lure.analysis.verdict import Bracket, Evidence
+from lure.plants.delay import DelayPlant
+from lure.plants.frequency_data import FrequencyData
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
+
+ScalarPlant = RationalPlant | DelayPlant | StateSpace | FrequencyData
+Multiplier = Mapping[str, Any]
+Proves = Callable[[Multiplier], bool]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Grounds:
+    """What an answer rests on besides the inequality itself: the loop with the gain ``lower`` closed, and the means.
+
+    Attributes
+    ----------
+    lower : Fraction
+        Lower end of the classes.
+    direct : Fraction
+        The direct term of ``H/(1 + lower H)``.
+    critical : bool
+        Whether it has a pole at 0 (``z = 1``).
+    discrete : bool
+        Whether time is discrete.
+    poles : str
+        Where its poles are, and how that was checked.
+    means : str
+        By what means the inequality is decided.
+    evidence : Evidence
+        What that is worth; short of CERTIFIED nothing is proved by it.
+    """
+
+    lower: Fraction
+    direct: Fraction = Fraction(0)
+    critical: bool = False
+    discrete: bool = False
+    poles: str
+    means: str
+    evidence: Evidence = Evidence.CERTIFIED
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Best:
+    """How far the multipliers of a cone go.
+
+    Attributes
+    ----------
+    multiplier : Mapping or None
+        The weights by name, or taps, or kernels; an infinite weight must grow with ``k``.  None if none was certified.
+    largest : Bracket
+        The largest ``k``; of an inequality that is decided both ends are exact statements, infinite where every finite
+        ``k`` is proved.
+    points : tuple
+        Where the inequality is tight, as values of its variable; None is infinity.
+    worst_frequency : float or None
+        The first of them as a frequency [rad/s; rad per sample]; None where it is not known.
+    margin : Bracket or None
+        The infimum of ``F`` for the largest ``k``, where it was computed.
+    formula : str
+        The multiplier as a formula, where the weights do not say it.
+    limit : str
+        Why no multiplier goes farther, where the points do not show it; or how one serves every finite ``k``.
+    reason : str
+        Why nothing can be said of a class, where nothing can.
+    """
+
+    multiplier: Multiplier | None
+    largest: Bracket
+    points: tuple[Fraction | None, ...] = ()
+    worst_frequency: float | None = None
+    margin: Bracket | None = None
+    formula: str = ""
+    limit: str = ""
+    reason: str = ""
+
+
+class Bounding(Protocol):
+    """``F(omega; multiplier, k) > 0`` for one plant and the classes ``[lower, k]``, whatever bounds the ``k``."""
+
+    @property
+    def grounds(self) -> Grounds:
+        """The loop with the lower gain closed, and by what means the inequality is decided."""
+        ...
+
+    def best(self, enough: Fraction | None = None) -> Best:
+        """The largest ``k`` over the cone of multipliers; a dear search may stop at one that is enough."""
+        ...
+
+
+class Inequality(Bounding, Protocol):
+    """One that is decided for any multiplier of the cone and any class."""
+
+    def serving(self, best: Best, proves: Proves) -> Multiplier:
+        """The best multiplier or one beside it that proves a class; where none does, a finite one all the same."""
+        ...
+
+    def decide(self, multiplier: Multiplier, upper: Fraction) -> bool:
+        """Whether the multiplier proves the class ``[lower, upper]``, at every frequency."""
+        ...
+
+    def least(self, multiplier: Multiplier, upper: Fraction | float) -> tuple[Bracket, float]:
+        """The infimum of ``F`` over frequency, and where it is attained [rad/s; rad per sample]."""
+        ...
