@@ -138,10 +138,13 @@ Examples:
   lure analyse kalman-fitts --json
   lure analyse plant.toml --set class.odd=true
   lure analyse plant.toml --seconds 10 -v
+  lure analyse secant-ring --plot map.svg
 
 \b
 One table: for each class of nonlinearities how far it is proved stable, by
 which criterion, and the smallest class found with a member that destabilises.
+With several channels the numbers are factors of every upper bound; with two,
+--plot draws the map of both upper bounds.
 
 \b
 When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
@@ -164,6 +167,8 @@ Examples:
 \b
 H is the block from mu to sigma, and mu = -phi(sigma) with
 K1 sigma^2 <= sigma phi(sigma) <= k sigma^2.  Numbers are exact: 0.1 is 1/10.
+Of a system with several channels the largest factor of all upper bounds of its
+classes is printed.
 
 \b
 When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
@@ -228,9 +233,10 @@ Examples:
   lure certify paper-rod && lure verify certificate.json
 
 \b
-The class is that of the file, or --sector and --slope; inf as an upper bound
-means none at all, finite means some bound, whichever.  Nothing is written
-unless the checker accepts it.  What stays open has a code: lure explain CODE.
+The class is that of the file, or --sector and --slope, with several channels in
+each of them; inf as an upper bound means none at all, finite means some bound,
+whichever.  Nothing is written unless the checker accepts it.  What stays open
+has a code: lure explain CODE.
 
 \b
 Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.

@@ -253,8 +253,8 @@ def test_the_row_asked_about_is_the_one_of_the_class(documents):
         "shifted": "sector [0.5, k]",
     }.items():
         data = documents[name]
-        assert [class_words(row) for row in data["answers"] if asked_about(row, data["system"]["class"])] == [words]
-    assert not any(asked_about(row, None) for row in documents["unstable-lag"]["answers"])
+        assert [class_words(row) for row in data["answers"] if asked_about(row, data["system"])] == [words]
+    assert not any(asked_about(row, {"class": None}) for row in documents["unstable-lag"]["answers"])
 
 
 def test_what_is_open_is_said(documents):
