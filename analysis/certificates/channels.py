@@ -301,6 +301,10 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     need(zeros > 0 or not stable, "the loop with these gains is stable")
     if stable:
         at = "z = 1" if H.discrete else "s = 0"
+        if zeros > order - rank(
+            [[v - (i == j) * H.discrete for j, v in enumerate(row)] for i, row in enumerate(closed)]
+        ):
+            return 1, {"root": f"with the gains {words} the eigenvalue {at} of the loop has too few eigenvectors"}
         return 2, {"root": f"with the gains {words} the loop has an eigenvalue {at}, the others strictly inside"}
     return 1, {"root": f"with the gains {words} the loop has an eigenvalue not strictly inside, by Routh's array"}
 
@@ -422,6 +426,19 @@ def switched(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     need(None not in closed.values(), "1 + H(inf) G is singular for some of the gains", exact.IllPosed)
     steps = [(closed[tuple(row)], t) for row, t in zip(rows, times)]
     return states.grows(steps, integer(squarings, 0, 64), integer(bits, 64, 4096))
+
+
+def rank(rows: Rows) -> int:
+    """The rank of a square matrix, by elimination."""
+    left, found = [list(row) for row in rows], 0
+    for j in range(len(rows)):
+        tick()
+        pivot = next((row for row in left if row[j]), None)
+        if pivot is not None:
+            left.remove(pivot)
+            left = [[v - row[j] / pivot[j] * u for v, u in zip(row, pivot)] if row[j] else row for row in left]
+            found += 1
+    return found
 
 
 def characteristic(A: Rows) -> list[Fraction]:

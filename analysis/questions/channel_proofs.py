@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.channels import Plant, closed_by, rank
 from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import texts
@@ -23,10 +24,11 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, TABLE, Theorem, time_of
 from lure.arrays import np
-from lure.errors import InputError
+from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
 LARGEST = 1e6  # the largest factor that is tried
+_MOST_EXACT = 60  # states, for exact elimination
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 
@@ -78,6 +80,25 @@ def _free(asked: Problem) -> list[bool]:
     return [alone and not one.time_varying for alone, one in zip(static, asked.classes.classes, strict=True)]
 
 
+def _require_no_zero(asked: Problem) -> None:
+    """Refuse a loop with eigenvalues at 0 (z = 1) with the gains at the lower bounds: the theorems need it stable."""
+    H, lower = channel_plant(asked.plant), asked.classes.lower
+    if H.order > _MOST_EXACT:
+        return
+    A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
+    closed, at = closed_by(Plant(A, B, C, D, H.dt is not None), list(lower)), int(H.dt is not None)
+    turned = [[v - (i == j) * at for j, v in enumerate(row)] for i, row in enumerate(closed or [])]
+    zeros = len(turned) - rank(turned)
+    if zeros:
+        gains, where = ", ".join(map(str, lower)), "z = 1" if at else "0"
+        raise AssumptionError(
+            f"with the gains {gains} at the lower bounds the eigenvalue {where} of the loop has {zeros} "
+            f"eigenvector{'s' * (zeros > 1)}, on whose span every point is an equilibrium (the critical case), and the "
+            "criteria for several nonlinearities need asymptotic stability there; give lower bounds above these",
+            code=Reason.CRITICAL,
+        )
+
+
 def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     """What searches for proofs by a criterion, the cheapest first.
 
@@ -88,6 +109,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     criterion : Criterion
         The criterion.
     """
+    _require_no_zero(asked)
     H, popov = channel_plant(asked.plant), not criterion.row.time_varying
     free, lower = [one and popov for one in _free(asked)], np.array([float(v) for v in asked.classes.lower])
     if criterion.row.linear:

@@ -139,6 +139,17 @@ def test_constant_gains_refute_for_both_checkers(gains, conclusion):
     jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
 
 
+def test_a_zero_eigenvalue_with_too_few_eigenvectors_moves():
+    # A = [[0, 1], [0, 0]] with the gains 0: x_1 = t; and [[1, 1], [0, 1]] in discrete time
+    for time, entry in (("continuous", "0"), ("discrete", "1")):
+        system = SYSTEM | {"time": time, "A": [[entry, "1"], ["0", entry]]}
+        shown = complete_and_check(
+            {**COUNTER, "system": system, "proof": {"method": "linear-gains", "gains": ["0", "0"]}}
+        )
+        assert shown.certificate["conclusion"].endswith("converge to an equilibrium")
+        assert recheck(dict(shown.certificate)).accepted
+
+
 def test_gains_that_leave_no_solution_refute():
     # D = [[0, 1], [1, 0]] and G = 1: det (1 + D G) = det [[1, 1], [1, 1]] = 0
     draft = changed(changed(COUNTER, "system", "D", [["0", "1"], ["1", "0"]]), "proof", "gains", ["1", "1"])

@@ -429,4 +429,6 @@ def _unstable(closed: fmpq_mat, *, discrete: bool) -> str:
     at_zero = next(i for i in range(inner.degree() + 1) if to_fraction(inner[i]) != 0)
     require(counts.right + counts.axis + at_infinity > 0, "the loop with these gains is asymptotically stable")
     rests = counts.right == 0 and at_infinity == 0 and counts.axis == at_zero
+    if rests and at_zero:  # with too few eigenvectors some solution grows like t
+        rests = closed.nrows() - (closed - discrete * _diagonal([Fraction(1)] * closed.nrows())).rank() == at_zero
     return claims.OTHER_EQUILIBRIA if rests else claims.NO_REST
