@@ -167,8 +167,8 @@ Examples:
 \b
 H is the block from mu to sigma, and mu = -phi(sigma) with
 K1 sigma^2 <= sigma phi(sigma) <= k sigma^2.  Numbers are exact: 0.1 is 1/10.
-Of a system with several channels the largest factor of all upper bounds of its
-classes is printed.
+Of a system with several channels the largest factor of all upper bounds of
+its classes is printed.
 
 \b
 When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
@@ -233,10 +233,10 @@ Examples:
   lure certify paper-rod && lure verify certificate.json
 
 \b
-The class is that of the file, or --sector and --slope, with several channels in
-each of them; inf as an upper bound means none at all, finite means some bound,
-whichever.  Nothing is written unless the checker accepts it.  What stays open
-has a code: lure explain CODE.
+The class is that of the file, or --sector and --slope, in every channel if
+there are several; inf as an upper bound means none at all, finite means some
+bound, whichever.  Nothing is written unless the checker accepts it.  What
+stays open has a code: lure explain CODE.
 
 \b
 Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.

@@ -152,7 +152,9 @@ def _ray(direction: tuple[Fraction, Fraction], found: StabilityBound) -> Ray:
         factor = Fraction(found.largest.low)
         proved = [double_below(factor * end) for end in direction]
     if against is not None:
-        refuted = [double_above(Fraction(g)) for g in against.certificate["proof"]["gains"]]
+        gains = against.certificate["proof"]["gains"]  # of gains that jump those of each stay
+        stays = gains if isinstance(gains[0], list) else [gains]
+        refuted = [double_above(max(Fraction(row[i]) for row in stays)) for i in range(2)]
     return Ray(
         k1=float(direction[0]),
         k2=float(direction[1]),

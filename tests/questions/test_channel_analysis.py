@@ -117,3 +117,18 @@ def test_the_report_has_the_channels_and_the_map(found, tmp_path, monkeypatch):
 
 def test_slopes_are_asked_of_classes_with_slopes():
     assert channel_problem(RING.block, [SlopeBounds(0, 1)] * 2, kind="slope").question == "slope"
+
+
+def test_gains_that_jump_refute_where_all_of_them_are_members():
+    class Shown:
+        def __init__(self, gains):
+            self.certificate = {"proof": {"gains": gains}}
+
+    class Found:
+        proof, criterion = None, ""
+        refutation = Shown([["1", "1/2"], ["0", "3"]])
+
+    ray = channel_map._ray((1, 2), Found)
+    assert (ray.refuted_k1, ray.refuted_k2) == (1, 3)
+    Found.refutation = Shown(["2", "0"])
+    assert channel_map._ray((1, 2), Found).refuted_k1 == 2
