@@ -221,7 +221,10 @@ CONVEX = [["1/4"], ["0", "1/4"], ["-9/2", "0", "9"], ["0", "5", "0", "-2"]]
         (FULL, ("multiplier", "N", [])),
         (FULL, ("theorem", "diagonal-circle")),
         (ORTHANTS, ("multiplier", "N", [PART])),  # a pattern of signs is missing
-        (ORTHANTS, ("multiplier", "N", [PART, [["0"], ["0", "0"], ["1", "0", "0"], ["-1", "1", "0", "0"]]])),
+        (
+            ORTHANTS,
+            ("multiplier", "N", [PART, [["0"], ["0", "0"], ["1", "0", "0"], ["-1/100", "1", "0", "0"]]]),
+        ),  # an entry below 0
         (ORTHANTS, ("multiplier", "N", [PART, [["0"], ["0", "0"], ["2", "0", "0"], ["0", "1", "0", "0"]]])),
         (ORTHANTS, ("laws", "channels", 1, "sector", ["0", "6"])),
         (FULL_POPOV, ("laws", "channels", 0, "time_varying", True)),
@@ -245,6 +248,20 @@ def test_a_proof_of_another_kind_that_was_tampered_with_is_accepted_by_neither(d
     with pytest.raises((Rejected, Malformed)):
         check(changed(accepted, *path))
     assert not recheck(changed(accepted, *path)).accepted
+
+
+def test_a_root_that_leaves_through_infinity_is_seen():
+    # p = (1 - 2 g)(s + 1) + 2 g = (1 - 2 g) s + 1 has the real part 1 on the axis, and for g = 1 the root 1
+    system = {**SYSTEM, "A": [["-1"]], "B": [["1"]], "C": [["2"]], "D": [["-2"]]}
+    given = {"channels": [nonlinearity(0, "2/5", linear=True)], "repeated": False}
+    tree = {"omega": [], "directions": [["1", "0"]]}
+    draft = {**GAINS, "system": system, "laws": given, "proof": {"method": "hull", "tree": tree}}
+    accepted = complete_and_check(draft).certificate  # 1 - 2 g > 0
+    wide = {"channels": [nonlinearity(0, 1, linear=True)], "repeated": False}
+    with pytest.raises(Rejected, match="changes its sign"):
+        complete_and_check(draft | {"laws": wide})
+    assert recheck(dict(accepted)).accepted
+    assert not recheck(dict(accepted) | {"laws": wide}).accepted
 
 
 def test_a_form_that_is_positive_at_the_vertices_alone_is_no_multiplier():
@@ -282,6 +299,39 @@ def test_the_same_nonlinearity_in_some_of_the_channels():
         with pytest.raises((Rejected, Malformed)):
             check(changed(accepted, *path))
         assert not recheck(changed(accepted, *path)).accepted
+
+
+def random_rows(rng, order, low, high):
+    return [[str(F(rng.randint(low, high), 4)) for _ in range(i + 1)] for i in range(order)]
+
+
+# whatever the checker takes for a multiplier has a form that is nonnegative for the gains of the class; the diagonal is
+# raised step by step, so that it is taken when it has barely become one
+@pytest.mark.parametrize("parts", [False, True])
+def test_what_is_taken_for_a_multiplier_is_nonnegative_for_random_gains(parts):
+    rng, taken = random.Random(20261122), 0
+    for _ in range(12):
+        bounds = [(F(rng.randint(-4, 2), 4), F(rng.randint(3, 9), 4)) for _ in range(2)]
+        given = random_rows(rng, 4, -8, 8)
+        for i in (2, 3):
+            given[i][i] = str(-abs(F(given[i][i]))) if not parts else given[i][i]
+        N = [[random_rows(rng, 4, 0, 3) for _ in range(2)]] if parts else []
+        for raised in range(0, 60, 2):
+            tried = [list(row) for row in given]
+            for i in range(4 if parts else 2):
+                tried[i][i] = str(F(given[i][i]) + raised)
+            try:
+                Pi = channels.full_block(tried, N, bounds)
+            except Rejected:
+                continue
+            taken += 1
+            for _ in range(60):
+                sigma = [F(rng.randint(-9, 9), 3) for _ in bounds]
+                inner = [low + (high - low) * F(rng.randint(0, 6), 6) for low, high in bounds]
+                y = [*sigma, *(g * v for g, v in zip(inner, sigma, strict=True))]
+                assert sum(y[i] * Pi[i][j] * y[j] for i in range(4) for j in range(4)) >= 0
+            break
+    assert taken > 5
 
 
 TAMPERED = {
