@@ -611,12 +611,12 @@ plt.show()
 #
 # ## 6. The checker alone
 #
-# `checker.py` and the five files beside it need Python and nothing else. We copy the six into an empty folder and
+# `checker.py` and the six files beside it need Python and nothing else. We copy the seven into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
 # %%
-KERNEL = ("checker.py", "arithmetic.py", "balls.py", "blocks.py", "channels.py", "states.py")
+KERNEL = ("checker.py", "arithmetic.py", "balls.py", "blocks.py", "channels.py", "frequencies.py", "states.py")
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")
     kernel.mkdir()

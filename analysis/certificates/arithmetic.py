@@ -247,7 +247,43 @@ def positive(p: Any, low: Fraction = ZERO, high: Fraction | None = None) -> bool
     if low == 0 and high is not None and p[0] + sum(min(a, 0) * high**i for i, a in enumerate(p) if i) > 0:
         return True
     p = p[::2] if low == 0 and high is None and not any(p[1::2]) else p
+    if low == 0 and high is None and len(p) > 12:  # Sturm's chains are long
+        whole = primitive(p)
+        near = positive_near(whole)
+        found = positive_near(whole[::-1]) if near else near  # at 1/x
+        if found is not None:
+            return found
     return len(p) == 1 or roots(p, [1], low, high) == 0
+
+
+def positive_near(p: list[int]) -> bool | None:
+    """Whether ``p > 0`` on ``[0, 1]``, from its signs at points and by Descartes' rule between them; None: undecided.
+
+    With ``(1 + x)^n p(1/(1 + x))`` without a negative coefficient ``p`` has no root in ``(0, 1)``; else both halves.
+    """
+    parts, count = [p], 0
+    while parts:
+        tick()
+        p, count, n = parts.pop(), count + 1, len(p) - 1
+        if p[0] <= 0 or sum(p) <= 0:
+            return False
+        if min(onwards(p[::-1])) >= 0:
+            continue
+        if count > 10 * n:
+            return None
+        half = primitive(a << n - i for i, a in enumerate(p))  # p(x/2)
+        half += [0] * (n + 1 - len(half))
+        parts += [half, onwards(half)]
+    return True
+
+
+def onwards(p: list[int]) -> list[int]:
+    """``p(x + 1)``."""
+    p = list(p)
+    for i in range(len(p) - 1):
+        for j in range(len(p) - 2, i - 1, -1):
+            p[j] += p[j + 1]
+    return p
 
 
 def hurwitz(d: Form) -> bool:

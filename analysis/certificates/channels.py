@@ -10,7 +10,7 @@ from itertools import accumulate, pairwise, product
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
-from . import states
+from . import frequencies, states
 from .arithmetic import INF, ZERO, S, eliminated, fields, form, integer, need, number, numbers, real, tick
 from .balls import dot, positive_definite
 
@@ -142,6 +142,8 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     if name == "constant-gains":
         fields(data)
         return gain_box(H, asked, *fields(proof, "method", "tree")), ""
+    if proof["method"] == "determinant":
+        return over_frequencies(name, data, H, asked, proof)
     need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
     (full, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
     parts = ["N"] * (full and isinstance(data, dict) and "N" in data)
@@ -170,6 +172,35 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
         "well-posed": posed,
     }
     return facts, assumed
+
+
+def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+    """The frequency inequality of the circle criterion, Popov's or Zames and Falb's: what was found, and is assumed.
+
+    With ``F > 0`` and a stable loop at the lower bounds there is a ``P`` for :func:`proved` where ``M`` is diagonal and
+    constant (Kalman, Yakubovich, Popov).  In general ``int a'M b >= 0`` for every ``tau phi``, ``tau`` in ``[0, 1]``,
+    after the shift, and ``F > 0`` bounds the solutions from ``tau = 0`` to ``tau = 1`` (Megretski, Rantzer).
+    """
+    fields(proof, "method")
+    need(not H.discrete, f"{name} by a determinant is for continuous time")
+    given = frequencies.multiplier(name, data, len(H.D))
+    frequencies.dominant(given, [one.odd for one in asked.families], asked.blocks)
+    bounds = [one.slope if i in given.moved else asked.bounds(i) for i, one in _each(asked)]
+    for i, one in _each(asked):
+        need(INF not in map(abs, bounds[i]), f"channel {i + 1} has no finite bounds")
+        need(not one.rough, "locally Lipschitz nonlinearities are needed")
+        constant = not given.theta[i] and i not in given.moved
+        need(constant or not one.varying, f"channel {i + 1} needs a nonlinearity that does not depend on time")
+        need(
+            not (given.theta[i] and any(H.D[i])),
+            f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone",
+        )
+    facts = frequencies.proved(H, given, bounds)
+    if name != "matrix-zames-falb":
+        posed, assumed = well_posed(H.D, asked)
+        return facts | {"well-posed": posed}, assumed
+    inside = all(l <= x.slope[0] and x.slope[1] <= u for (l, u), x in zip(bounds, asked.families))
+    return facts | {"well-posed": frequencies.solvable(H, inside, bounds)}, ""
 
 
 def moved(H: Plant) -> Rows:
@@ -442,13 +473,6 @@ def rank(rows: Rows) -> int:
 
 
 def characteristic(A: Rows) -> list[Fraction]:
-    """``det(s - A)``, descending, by Faddeev and LeVerrier in integers."""
-    n, q = len(A), states.unit(A)
-    need(n <= 60, "characteristic polynomials are formed up to order 60")
-    a = [[v.numerator * (q // v.denominator) for v in row] for row in A]
-    X, p = [[0] * n for _ in range(n)], [1]
-    for k in range(1, n + 1):
-        X = [[dot(row, column) + p[-1] * (i == j) for j, column in enumerate(zip(*X))] for i, row in enumerate(a)]
-        trace = sum(dot(row, [X[h][i] for h in range(n)]) for i, row in enumerate(a))
-        p.append(-trace // k)
+    """``det(s - A)``, descending."""
+    p, q, _ = frequencies.resolvent(A, [], [])
     return [Fraction(c, q**i) for i, c in enumerate(p)]

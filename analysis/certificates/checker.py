@@ -4,8 +4,8 @@
 
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
-Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``balls``, ``blocks``, ``channels`` and ``states``
-beside it compute.
+Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``balls``, ``blocks``, ``channels``,
+``frequencies`` and ``states`` beside it compute.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
+from lure.analysis.certificates.frequencies import MOST_CHANNELS
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import Proposal, ShiftedLoop
 from lure.arrays import NDArray, np, optimize
@@ -23,6 +24,8 @@ from lure.arrays import NDArray, np, optimize
 _ROUNDS, _ZOOMS = 60, 6
 _SURE = 1e-10  # of the largest: below it a margin is rounding
 _LARGEST_THETA = 1e5
+
+MOST_STATES = 30  # determinants of larger loops take long
 
 
 class Multipliers(NamedTuple):
@@ -52,14 +55,14 @@ class ChannelInequality(ShiftedLoop):
         if omega is None:
             omega, states, H = self.omega, self.states, self.H
         else:
-            states, H = self._response(omega)
-        inner = found.weights[:, None] * H + found.theta[:, None] * self._turned(omega, states, H)
+            states, H = self.response(omega)
+        inner = found.weights[:, None] * H + found.theta[:, None] * self.turned(omega, states, H)
         inner = inner + np.diag(found.weights / widths)
         return np.asarray((inner + inner.conj().swapaxes(1, 2)) / 2)
 
     def _cut(self, omega: float, v: NDArray[np.complex128]) -> None:
-        states, H = self._response(np.array([omega]))
-        turned = self._turned(np.array([omega]), states, H)
+        states, H = self.response(np.array([omega]))
+        turned = self.turned(np.array([omega]), states, H)
         row = [np.abs(v) ** 2, (v.conj() * (H[0] @ v)).real, (v.conj() * (turned[0] @ v)).real * self.unit]
         self.cuts.append((row[0], row[1], row[2]))
 
@@ -133,10 +136,14 @@ class ChannelInequality(ShiftedLoop):
         return self.multipliers(widths) is not None
 
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
-        """Multipliers that serve, rounded, with ``P`` of Riccati equations; see :class:`ShiftedLoop`."""
+        """Multipliers that serve, rounded: over all frequencies, then with ``P`` of Riccati equations."""
         found = self.multipliers(np.array([float(w) for w in widths]))
         if found is None:
             return
+        if not self.discrete and len(widths) <= MOST_CHANNELS and len(self.A) <= MOST_STATES:
+            weights, theta = ([Fraction(f"{v:.15g}") for v in side] for side in (found.weights, found.theta))
+            stated = {"lambda": [str(v / w) for v, w in zip(weights, widths, strict=True)]}
+            yield Proposal(stated | self.popovs(theta), {"method": "determinant"})
         weights, theta = ([Fraction(f"{v:.12g}") for v in side] for side in (found.weights, found.theta))
         scaled = [v / w for v, w in zip(weights, widths, strict=True)]  # for psi (w sigma - psi)
         plain, ends = (np.diag([float(v) for v in side]) for side in (weights, scaled))

@@ -109,7 +109,7 @@ class ShiftedLoop(ChannelSearch):
         if not inside:
             raise AssumptionError("the loop with the gains at the lower bounds is not asymptotically stable")
         self.omega = self._frequencies(poles)
-        self.states, self.H = self._response(self.omega)
+        self.states, self.H = self.response(self.omega)
         self.unit = float(np.abs(poles).min() or 1.0) ** -1 if not self.discrete else 1.0
 
     def _frequencies(self, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
@@ -122,17 +122,31 @@ class ShiftedLoop(ChannelSearch):
         points = np.concatenate([[0.0], np.geomspace(low, high, 3 * _GRID), *around])
         return np.append(np.unique(points[points >= 0]), np.inf)
 
-    def _response(self, omega: NDArray[np.float64]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """``(i omega - A)^-1 B`` and ``H``; at infinity 0 and ``D``."""
+    def response(self, omega: NDArray[np.float64]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """``(i omega - A)^-1 B`` and ``H``; at infinity 0 and ``D``.
+
+        Parameters
+        ----------
+        omega : ndarray
+            (k,) frequencies [rad/s].
+        """
         points = np.exp(1j * omega) if self.discrete else 1j * np.where(np.isinf(omega), 0, omega)
         states = np.linalg.solve(points[:, None, None] * np.eye(len(self.A)) - self.A, self.B.astype(complex))
         states[np.isinf(omega)] = 0
         return np.asarray(states, dtype=complex), np.asarray(self.C @ states + self.D, dtype=complex)
 
-    def _turned(
+    def turned(
         self, omega: NDArray[np.float64], states: NDArray[np.complex128], H: NDArray[np.complex128]
     ) -> NDArray[np.complex128]:
-        """``i omega H`` in the rows where it is used; at infinity ``C B``."""
+        """``i omega H`` in the rows where it is used; at infinity ``C B``.
+
+        Parameters
+        ----------
+        omega : ndarray
+            (k,) frequencies [rad/s].
+        states, H : ndarray
+            (k, n, m) and (k, m, m), as :meth:`response` has them.
+        """
         rate = self.own @ (self.A @ states + self.B)  # sigma' of a function of the state: C (A x + B mu)
         return np.asarray(np.where(np.asarray(self.free)[None, :, None], rate, 0))
 
@@ -162,7 +176,7 @@ class ShiftedLoop(ChannelSearch):
         m, own, H = len(turn), turn * self.own, self.H
         Q, S, R = Pi[:m, :m], Pi[:m, m:], Pi[m:, m:]
         adjoint = H.conj().swapaxes(1, 2)
-        inner = S.T @ H + turn * self._turned(self.omega, self.states, H) - adjoint @ Q @ H / 2
+        inner = S.T @ H + turn * self.turned(self.omega, self.states, H) - adjoint @ Q @ H / 2
         F = np.linalg.eigvalsh(inner + inner.conj().swapaxes(1, 2) - R)[:, 0]
         size = np.linalg.norm(self.states, 2, axis=(1, 2)) ** 2
         with np.errstate(divide="ignore"):

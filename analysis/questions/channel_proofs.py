@@ -11,14 +11,16 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Plant, closed_by, rank
 from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
 from lure.analysis.certificates.drafts import checked
+from lure.analysis.certificates.frequencies import MOST_CHANNELS
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.channels import ChannelInequality
+from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
-from lure.analysis.inequality.shifted_loop import ChannelSearch
+from lure.analysis.inequality.kernel_cone import KernelCone, multiplier
+from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
@@ -26,6 +28,8 @@ from lure.analysis.theorems.table import BEST, TABLE, Theorem, time_of
 from lure.arrays import np
 from lure.errors import AssumptionError, InputError, Reason
 
+_STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+_MEETING = 1e-7  # relative: so near to what is refuted nothing more is asked
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
 LARGEST = 1e6  # the largest factor that is tried
 _MOST_EXACT = 60  # states, for exact elimination
@@ -40,8 +44,8 @@ class Criterion(NamedTuple):
 
     @property
     def kind(self) -> int:
-        """0 for a multiplier for each channel, 1 for one multiplier for all of them; asked while a gap is left."""
-        return self.row.channels.index(self.name)
+        """0: a multiplier for each channel; while a gap is left 1: kernels, 2: one multiplier for all channels."""
+        return 1 if self.row.slope else 2 * self.row.channels.index(self.name)
 
 
 def criteria_for(asked: Problem) -> list[Criterion]:
@@ -64,7 +68,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
     if wanted == BEST:  # one channel needs no full block
         constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
-        found = [x for x in found if (x.row.time_varying or x.row.linear or not constant) and not (one and x.kind)]
+        found = [x for x in found if (x.row.time_varying or x.row.linear or not constant) and not (one and x.kind == 2)]
+        found = [x for x in found if any(_sloped(asked)) or not x.row.slope]
     if not found:
         names = ", ".join(name for row in rows for name in (row.name, *row.channels))
         raise InputError(
@@ -97,6 +102,14 @@ def _require_no_zero(asked: Problem) -> None:
             "criteria for several nonlinearities need asymptotic stability there; give lower bounds above these",
             code=Reason.CRITICAL,
         )
+
+
+def _sloped(asked: Problem) -> list[bool]:
+    """In which channels kernels are possible: the slope is bounded on both sides, and nothing depends on time."""
+    return [
+        one.slope is not None and not one.time_varying and math.inf not in (-one.slope.lower, one.slope.upper)
+        for one in asked.classes.classes
+    ]
 
 
 def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
@@ -140,22 +153,94 @@ def proved_at(asked: Problem, name: str, search: ChannelSearch, alpha: Fraction)
     widths = [high - low for high, low in zip(asked.classes.scaled(alpha).upper, asked.classes.lower, strict=True)]
     if min(widths) <= 0:
         return None
-    for one in search.proposals(widths, asked.classes.lower):
-        draft = {
-            "verdict": "PROVED",
-            "system": asked.system,
-            "laws": asked.scaled(alpha).class_entry,
-            "theorem": name,
-            "multiplier": one.multiplier,
-            "proof": one.proof,
-        }
-        try:
-            shown = checked(draft)
-        except Rejected:
-            continue
-        if isinstance(shown, Proved):
-            return shown
+    tried = (_accepted(asked, name, alpha, one) for one in search.proposals(widths, asked.classes.lower))
+    return next((shown for shown in tried if shown is not None), None)
+
+
+def _accepted(asked: Problem, name: str, alpha: Fraction, one: Proposal) -> Proved | None:
+    """What the checker accepts of a proposal for the classes of a factor; None if nothing."""
+    draft = {
+        "verdict": "PROVED",
+        "system": asked.system,
+        "laws": asked.scaled(alpha).class_entry,
+        "theorem": name,
+        "multiplier": one.multiplier,
+        "proof": one.proof,
+    }
+    try:
+        shown = checked(draft)
+    except Rejected:
+        return None
+    return shown if isinstance(shown, Proved) else None
+
+
+def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], list[Fraction]]] | None:
+    """The search for kernels, and the widths of a factor: of the slopes where they are bounded; None if nowhere."""
+    _require_no_zero(asked)
+    H, sloped, classes = channel_plant(asked.plant), _sloped(asked), asked.classes
+    A, B, C, D = H.doubles()
+    if not any(sloped) or len(D) > MOST_CHANNELS or len(A) > MOST_STATES:
+        return None
+
+    def ends(factor: Fraction) -> list[tuple[Fraction, Fraction]]:
+        scaled = classes.scaled(factor)
+        found = list(zip(classes.lower, scaled.upper, strict=True))
+        for i, one in enumerate(scaled.classes):
+            if sloped[i] and one.slope is not None:
+                found[i] = Fraction(one.slope.lower), Fraction(one.slope.upper)
+        return found
+
+    lower = np.array([float(low) for low, _ in ends(Fraction(1))])
+    plant = ChannelInequality(A, B, C, D, lower, _free(asked), popov=True, discrete=False)
+    blocks = [block for block in classes.blocks if sloped[block[0]]]
+    cone = KernelCone(plant, blocks, [one.odd for one in classes.classes])
+    return cone, lambda factor: [high - low for low, high in ends(factor)]
+
+
+def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
+    search, least = _kernel_search(asked), asked.classes.least
+    if search is None:
+        return None
+    cone, widths = search
+    start = max(float(known) or min(1.0, most / 2), 1.01 * double_above(least))
+    top = min(most * (1 - _MEETING), LARGEST)
+    found = cone.largest(lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
+    if found is None:
+        return None
+    for step in _STEPS_BACK:
+        checkpoint()
+        alpha = Fraction(double_below(Fraction(found.factor) * (1 - Fraction(step))))
+        if alpha > max(known, least):
+            proposal = Proposal(multiplier(found, widths(alpha)), {"method": "determinant"})
+            shown = _accepted(asked, name, alpha, proposal)
+            if shown is not None:
+                return alpha, shown
     return None
+
+
+def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
+    """What a criterion proves of the classes as they are given; None if nothing.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    criterion : Criterion
+        The criterion.
+    """
+    one = Fraction(1)
+    if not criterion.row.slope:
+        tried = (proved_at(asked, criterion.name, search, one) for search in searches(asked, criterion))
+        return next((shown for shown in tried if shown is not None), None)
+    search = _kernel_search(asked)
+    if search is None:
+        return None
+    cone, widths = search
+    found = cone.largest(lambda factor: np.array([*map(float, widths(Fraction(factor)))]), 1.0, 1.001)
+    if found is None or found.factor <= 1:
+        return None
+    proposal = Proposal(multiplier(found, widths(one)), {"method": "determinant"})
+    return _accepted(asked, criterion.name, one, proposal)
 
 
 def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
@@ -172,6 +257,8 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     most : float
         The smallest factor that is refuted, or infinity.
     """
+    if criterion.row.slope:
+        return _farthest_by_kernels(asked, criterion.name, known, most)
     best: tuple[Fraction, Proved] | None = None
     for search in searches(asked, criterion):
         found = _farthest_by(asked, criterion.name, search, known if best is None else best[0], most)

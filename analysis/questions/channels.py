@@ -29,9 +29,8 @@ from lure.analysis.questions.channel_proofs import (
     criteria_for,
     farthest,
     gains_refuting,
-    proved_at,
+    proved_whole,
     refutation,
-    searches,
     switching_refuting,
 )
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of, undecided
@@ -42,7 +41,8 @@ from lure.analysis.wording import counterexample, destroys, proviso
 from lure.errors import AssumptionError, InputError, Reason
 
 Tell = Callable[[str, float], None]
-_NO_MULTIPLIER, _KINDS = "no multiplier was found", ("a multiplier for each channel", "one multiplier for all channels")
+_NO_MULTIPLIER = "no multiplier was found"
+_KINDS = ("a multiplier for each channel", "kernels for the channels", "one multiplier for all channels")
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
 
 
@@ -155,7 +155,7 @@ def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved]
         )
     alpha, shown = found
     scaled = asked.classes.scaled(alpha)
-    multiplier, row, letter = shown.certificate["multiplier"], criterion.row, ("Lambda", "Pi")[criterion.kind]
+    multiplier, row, letter = shown.certificate["multiplier"], criterion.row, ("Lambda", "M", "Pi")[criterion.kind]
     return CriterionResult(
         criterion=criterion.name,
         theorem=row.title if row.linear else f"{row.title}, with {_KINDS[criterion.kind]}",
@@ -399,8 +399,7 @@ def proposals(
         return None if found is None else found[1]
 
     def whole(criterion: Criterion) -> Proved:
-        tried = (proved_at(asked, criterion.name, one, Fraction(1)) for one in searches(asked, criterion))
-        shown = next((one for one in tried if one is not None), None)
+        shown = proved_whole(asked, criterion)
         if shown is None:
             raise AssumptionError(_NO_MULTIPLIER, code=Reason.NO_MULTIPLIER)
         return shown

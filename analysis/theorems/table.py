@@ -295,6 +295,7 @@ TABLE = (  # in each stage the cheapest first
         times=_FLOW,
         slope=True,
         odd=True,
+        channels=("matrix-zames-falb",),
         thorough=True,
         stage=2,
         largest="theorems.zames_falb:zames_falb_largest",

@@ -27,6 +27,12 @@ from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly, fmpz
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.classes import Nonlinearities, read_nonlinearities
+from lure.analysis.certificates.second.frequencies import (
+    Matrices,
+    read_multiplier,
+    require_frequencies,
+    require_vertices,
+)
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
 from lure.analysis.certificates.second.numerics import (
     X,
@@ -147,6 +153,9 @@ def _repeated(stated: object, m: int) -> tuple[int, ...]:
 
 
 def _proved(document: Document, asked: Asked) -> None:
+    if mapping(document.proof).get("method") == "determinant":
+        _over_frequencies(document, asked)
+        return
     if document.theorem == "constant-gains":
         _require_gains(document, asked)
         return
@@ -171,7 +180,7 @@ def _proved(document: Document, asked: Asked) -> None:
     require(proof["method"] == "matrix", "the method does not fit the theorem")
     exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
     require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
-    shifted = _shifted(asked)
+    shifted = _shifted(asked, asked.bounds)
     Pi, needed = _full_block(given, asked) if full else (_diagonal_multiplier(numbers(given["lambda"]), asked), [])
     rows = triangle(proof["P"], asked.A.nrows())
     for bits in BITS:
@@ -302,10 +311,48 @@ def _joined(first: fmpq_mat, side: fmpq_mat, last: fmpq_mat, *, lower_left: fmpq
     return fmpq_mat([[*a, *b] for a, b in zip(left, right, strict=True)])
 
 
-def _shifted(asked: Asked) -> tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq_mat]:
+def _over_frequencies(document: Document, asked: Asked) -> None:
+    """The inequality over all frequencies, of the circle criterion, Popov's, or with kernels."""
+    m = asked.D.nrows()
+    record(document.proof, "method")
+    require(not asked.discrete, "over frequencies it is decided in continuous time only")
+    odd = [one.odd for one in asked.nonlinearities]
+    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated)
+    bounds = list[tuple[Fraction, Fraction]]()
+    for i, one in enumerate(asked.nonlinearities):
+        coupled = i in given.moved
+        low, high = one.slope if coupled and one.slope is not None else one.ends
+        if not (isinstance(low, Fraction) and isinstance(high, Fraction) and low < high):
+            raise NotShown("a channel has no finite bounds")
+        bounds.append((low, high))
+        require(not coupled or one.slope is not None, "a channel with kernels has no slope bounds")
+        require(not one.rough, "the theorem is for locally Lipschitz nonlinearities")
+        constant = given.theta[i] == 0 and not coupled
+        require(constant or not one.time_varying, "a nonlinearity depends on time, its multiplier must not")
+        state_only = all(asked.D[i, j] == 0 for j in range(m))
+        require(given.theta[i] == 0 or state_only, "Popov's term does not fit its channel")
+    shifted, widths = _shifted(asked, bounds), [high - low for low, high in bounds]
+    require_frequencies(shifted, asked.C, widths, given)
+    if document.theorem == "matrix-zames-falb" and _cyclic(asked.D):
+        for one, (low, high) in zip(asked.nonlinearities, bounds, strict=True):
+            require(one.slopes_within(low, high), "D has a cycle, and a slope is outside the bounds")
+        require_vertices(shifted[3], widths)
+
+
+def _cyclic(D: fmpq_mat) -> bool:
+    """Whether channels determine each other in a cycle: the pattern of ``D`` is not nilpotent."""
+    m = D.nrows()
+    pattern = fmpq_mat([[int(D[i, j] != 0) for j in range(m)] for i in range(m)])
+    power = pattern
+    for _ in range(m - 1):
+        power = power * pattern
+    return any(power[i, j] != 0 for i in range(m) for j in range(m))
+
+
+def _shifted(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> Matrices:
     """``A~, B~, C~, D~``."""
     m = asked.D.nrows()
-    lower, one = _diagonal([low for low, _ in asked.bounds]), _diagonal([Fraction(1)] * m)
+    lower, one = _diagonal([low for low, _ in bounds]), _diagonal([Fraction(1)] * m)
     whole = one + asked.D * lower
     require(bool(whole.det() != 0), "the loop is not well posed at the lower bounds")
     inverse = whole.inv()

@@ -1,0 +1,271 @@
+"""Several nonlinearities in continuous time, decided over all frequencies by one polynomial: part of the checker.
+
+Standard library only.  Polynomials in ``s = i omega`` are lists of coefficients, ascending; ``p(-s)`` is the conjugate.
+Every function raises ``Rejected`` unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from itertools import product
+from typing import Any, NamedTuple
+
+from . import arithmetic as exact
+from .arithmetic import ZERO, eliminated, fields, form, integer, need, number, numbers, tick
+from .balls import dot, positive_definite
+from .states import unit
+
+MOST_CHANNELS, MOST_KERNELS = 8, 400
+Rows = list[list[Fraction]]
+
+
+class Kernel(NamedTuple):
+    """``coefficient h`` in row ``i``, column ``j``, taken from ``M``: ``h^(s) = (rate/(rate + side s))^order``."""
+
+    row: int
+    column: int
+    coefficient: Fraction
+    rate: Fraction
+    order: int
+    side: int  # 1: causal, -1: anticausal
+
+
+class Multiplier(NamedTuple):
+    """``M(s) + s Theta``, ``M = Gamma - sum of kernels``: ``M`` acts on ``b``, against ``a``; ``s Theta`` on sigma.
+
+    ``a_i = phi_i - l_i sigma_i`` and ``b_i = u_i sigma_i - phi_i``, the bounds being those of the slope for channels of
+    ``moved``, of which ``M`` takes more than the value at one time.
+    """
+
+    gamma: Rows
+    theta: list[Fraction]
+    kernels: list[Kernel]
+
+    @property
+    def moved(self) -> set[int]:
+        """Channels with kernels, or with entries beside the diagonal."""
+        beside = {x for i, row in enumerate(self.gamma) for j, v in enumerate(row) if v and i != j for x in (i, j)}
+        return beside | {x for k in self.kernels for x in (k.row, k.column)}
+
+
+def multiplier(name: str, data: Any, m: int) -> Multiplier:
+    """The multiplier of a certificate."""
+    if name in ("diagonal-circle", "diagonal-popov"):
+        weights, *rest = fields(data, "lambda", *["theta"] * (name == "diagonal-popov"))
+        gamma = [[v if i == j else ZERO for j in range(m)] for i, v in enumerate(numbers(weights, m))]
+        return Multiplier(gamma, numbers(rest[0], m) if rest else [ZERO] * m, [])
+    need(name == "matrix-zames-falb", f"{name!r:.40} is not proved by a determinant")
+    gamma, theta, listed = fields(data, "gamma", "theta", "kernels")
+    form(all(isinstance(x, list) for x in (gamma, listed)) and len(gamma) == m, "gamma has one row for each channel")
+    form(len(listed) <= MOST_KERNELS, "there are too many kernels")
+    found = []
+    for item in listed:
+        where, c, rate, order, side = fields(item, "channels", "coefficient", "rate", "order", "side")
+        form(isinstance(where, list) and len(where) == 2, "a kernel has a row and a column")
+        form(side in ("causal", "anticausal"), "a kernel is causal or anticausal")
+        i, j = (integer(x, 1, m) - 1 for x in where)
+        kernel = Kernel(i, j, number(c), number(rate), integer(order, 1, 20), 1 if side == "causal" else -1)
+        form(kernel.rate > 0, "a kernel has a rate > 0")
+        found.append(kernel)
+    return Multiplier([numbers(row, m) for row in gamma], numbers(theta, m), found)
+
+
+def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]]) -> None:
+    """The conditions on ``M``: no kernel between different nonlinearities; doubly dominant; signs unless they are odd.
+
+    With ``Phi_i' = a_i b_i'``, ``a_i(x) b_j(y) <= a_i(x) b_i(x) - Phi_i(x) + Phi_j(y)`` where ``i`` and ``j`` have one
+    nonlinearity, and ``Phi_i, a_i b_i - Phi_i >= 0``.  So a kernel ``>= 0`` of mass ``c`` between ``i`` and ``j`` takes
+    at most ``c`` times the integral of ``a_i b_i - Phi_i`` and of ``Phi_j``: what rows and columns add up to is paid by
+    ``gamma_ii`` of ``a_i b_i``.  For odd ones the same with ``-y``.
+    """
+    m, block = len(given.gamma), {i: set(one) for one in blocks for i in one}
+    rows, columns = [ZERO] * m, [ZERO] * m
+    beside = [(i, j, -v) for i, row in enumerate(given.gamma) for j, v in enumerate(row) if i != j and v]
+    for i, j, c in [*beside, *(kernel[:3] for kernel in given.kernels)]:
+        need(j in block[i], f"channels {i + 1} and {j + 1} have different nonlinearities, and M has an entry for both")
+        need(c >= 0 or odd[i], f"M has a kernel below 0 for channel {i + 1}, whose nonlinearity need not be odd")
+        rows[i], columns[j] = rows[i] + abs(c), columns[j] + abs(c)
+    for i in range(m):
+        most, gain = max(rows[i], columns[i]), given.gamma[i][i]
+        need(gain >= most, f"gamma_{i + 1}{i + 1} = {gain} is less than the kernels of its row or column, {most}")
+
+
+def proved(H: Any, given: Multiplier, bounds: Any) -> dict[str, str]:
+    r"""``F = He [M (1 + W H) + s Theta H] > 0`` on ``[0, inf]`` after the shift by ``l``, and a stable loop there.
+
+    ``det F`` times positive polynomials has no root, its full degree, and ``F(0)`` is positive definite.
+    """
+    n, m = len(H.A), len(H.D)
+    need(m <= MOST_CHANNELS, f"determinants are taken up to {MOST_CHANNELS} channels")
+    d, N = transfer(*shifted(H, [l for l, _ in bounds]))
+    stable = exact.hurwitz(exact.homogeneous([Fraction(c) for c in d[::-1]], exact.S, exact.real(1), n))
+    need(stable, "the loop with the gains at the lower bounds is not asymptotically stable")
+    F, full = inequality(d, N, given, [u - l for l, u in bounds])
+    need(positive_definite([[f[0] for f in row[: i + 1]] for i, row in enumerate(F)]), "F(0) > 0 fails")
+    p, square = in_square(determinant(F)), in_square(times(d, conjugate(d)))
+    for _ in range(m - 1):  # of |d|^2, of which every entry has one, det F keeps one
+        p = quotient(p, square)
+    p = exact.primitive(p)
+    need(len(p) == full + 1, "F > 0 fails in the limit of high frequencies")
+    need(exact.positive(p), "F > 0 fails at some frequency")
+    return {
+        "stable": f"the loop with the gains at the lower bounds is asymptotically stable (order {n})",
+        "inequality": f"F(0) > 0, and det F, of degree {full} in omega^2, has no root in [0, inf]",
+    }
+
+
+def solvable(H: Any, inside: bool, bounds: Any) -> str:
+    """Why ``sigma + tau D phi(sigma) = y``, after the shift, has one solution for every ``tau`` in ``[0, 1]``.
+
+    ``det(1 + D G)`` is affine in each gain: positive at the vertices of the slopes, it is so for all difference
+    quotients; then ``sigma + D phi`` is one to one and proper, hence onto, its inverse Lipschitz.
+    """
+    m, left = len(H.D), set(range(len(H.D)))
+    while free := {i for i in left if not any(H.D[i][j] for j in left)}:
+        left -= free
+    if not left:
+        return "sigma is given channel after channel: D has no cycle"
+    need(inside, "D has a cycle of channels, and the slopes are not within the bounds")
+    _, _, _, D = shifted(H, [l for l, _ in bounds])
+    for ends in product(*((ZERO, u - l) for l, u in bounds)):
+        whole = [[[(i == j) + v * g] for j, (v, g) in enumerate(zip(row, ends))] for i, row in enumerate(D)]
+        need(determinant(whole)[0] > 0, "det(1 + D G) vanishes for some gains within the bounds", exact.IllPosed)
+    return f"det(1 + D G) > 0 at the {2**m} vertices of the slopes"
+
+
+# -- the loop after the shift by the lower bounds
+def shifted(H: Any, low: list[Fraction]) -> tuple[Rows, Rows, Rows, Rows]:
+    """``A - B L C~``, ``B (1 - L D~)``, ``C~`` and ``D~``, where ``(C~, D~) = (1 + D L)^-1 (C, D)``."""
+    n = len(H.A)
+    left = [[(i == j) + v * low[j] for j, v in enumerate(row)] for i, row in enumerate(H.D)]
+    seen = eliminated(left, [[*c, *d] for c, d in zip(H.C, H.D)])
+    if seen is None:
+        raise exact.IllPosed("the loop is not well posed at the lower bounds")
+    back = [[l * v for v in row] for l, row in zip(low, seen)]
+    moved = [[v - dot(b, column) for v, column in zip([*a, *b], zip(*back))] for a, b in zip(H.A, H.B)]
+    return [row[:n] for row in moved], [row[n:] for row in moved], [row[:n] for row in seen], [row[n:] for row in seen]
+
+
+def resolvent(A: Rows, B: Rows, C: Rows) -> tuple[list[int], int, list[Rows]]:
+    """``p``: ``det(s - q A) = sum p_k s^(n - k)``, ``q``, and ``C X_k B``: ``adj(s - q A) = sum X_k s^(n - 1 - k)``.
+
+    By Faddeev and Leverrier, in integers.
+    """
+    n, q = len(A), unit(A)
+    need(n <= 60, "characteristic polynomials are formed up to order 60")
+    a = [[v.numerator * (q // v.denominator) for v in row] for row in A]
+    X, p, found = [[0] * n for _ in range(n)], [1], list[Rows]()
+    for k in range(1, n + 1):
+        tick()
+        X = [[dot(row, column) + p[-1] * (i == j) for j, column in enumerate(zip(*X))] for i, row in enumerate(a)]
+        XB = [[dot(row, column) for column in zip(*B)] for row in X]
+        found.append([[dot(row, column) for column in zip(*XB)] for row in C])
+        p.append(-sum(dot(row, [X[h][i] for h in range(n)]) for i, row in enumerate(a)) // k)
+    return p, q, found
+
+
+def transfer(A: Rows, B: Rows, C: Rows, D: Rows) -> tuple[list[int], list[list[list[Fraction]]]]:
+    """``d`` and ``N`` with ``C (s - A)^-1 B + D = N/d``, ``d = det(s - A)`` times a positive number."""
+    p, q, seen = resolvent(A, B, C)
+    n, d = len(A), [q**i * c for i, c in enumerate(reversed(p))]
+    terms = [[[q ** (i + 1) * seen[n - 1 - i][h][j] for i in range(n)] for j in range(len(D))] for h in range(len(D))]
+    return d, [[total([D[i][j] * c for c in d], f) for j, f in enumerate(row)] for i, row in enumerate(terms)]
+
+
+def inequality(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -> tuple[list[list[list[int]]], int]:
+    """``F`` times ``2 |d|^2 q`` and a number, ``q = prod (a^2 - s^2)^n > 0``; degree of ``det F`` in ``omega^2``."""
+    m, top = len(N), dict[Fraction, int]()
+    for kernel in given.kernels:
+        top[kernel.rate] = max(kernel.order, top.get(kernel.rate, 0))
+
+    def below(rate: Fraction = ZERO, order: int = 0) -> list[Fraction]:
+        """``q`` over ``(rate^2 - s^2)^order``."""
+        factors = ([a * a, ZERO, Fraction(-1)] for a, n in top.items() for _ in range(n - order * (a == rate)))
+        return chained(factors)
+
+    q = below()
+    M = [[[v * c for c in q] for v in row] for row in given.gamma]
+    for i, j, c, a, n, side in given.kernels:  # (a/(a + side s))^n = a^n (a - side s)^n/(a^2 - s^2)^n
+        M[i][j] = total(M[i][j], [-c * a**n * v for v in times(chained([[a, Fraction(-side)]] * n), below(a, n))])
+    G = [
+        [total([w * c for c in f], d if i == j else []) for j, f in enumerate(row)]
+        for i, (w, row) in enumerate(zip(width, N))
+    ]  # d (1 + W H)
+    Y = [
+        [
+            total(
+                *(times(M[i][k], G[k][j]) for k in range(m) if any(M[i][k])), [t * c for c in times([0, *q], N[i][j])]
+            )
+            for j in range(m)
+        ]
+        for i, t in enumerate(given.theta)
+    ]
+    Z = [[times(y, conjugate(d)) for y in row] for row in Y]
+    F = [[total(Z[i][j], conjugate(Z[j][i])) for j in range(m)] for i in range(m)]
+    scale = unit([f for row in F for f in row])
+    return [[[int(scale * c) for c in f] for f in row] for row in F], len(d) - 1 + m * sum(top.values())
+
+
+# -- polynomials in s
+def times(p: Any, q: Any) -> list[Any]:
+    """The product."""
+    tick()
+    out = [0] * (len(p) + len(q) - 1)
+    for i, a in enumerate(p):
+        if a:
+            for j, b in enumerate(q):
+                out[i + j] += a * b
+    return out
+
+
+def total(*terms: Any) -> list[Any]:
+    """The sum."""
+    return [sum(p[i] for p in terms if i < len(p)) for i in range(max(map(len, terms)))]
+
+
+def chained(factors: Iterable[Any]) -> list[Any]:
+    """The product of all."""
+    out = [Fraction(1)]
+    for factor in factors:
+        out = times(out, factor)
+    return out
+
+
+def conjugate(p: Any) -> list[Any]:
+    """``p(-s)``."""
+    return [-c if i % 2 else c for i, c in enumerate(p)]
+
+
+def in_square(p: Any) -> list[Any]:
+    """An even polynomial in ``s`` as one in ``omega^2 = -s^2``."""
+    return [-c if i % 2 else c for i, c in enumerate(p[::2])]
+
+
+def determinant(F: Any) -> list[Any]:
+    """Of a matrix of polynomials, row by row: for every set of columns the minor of the rows so far."""
+    minors = {0: [1]}
+    for row in F:
+        wider = dict[int, list[Any]]()
+        for columns, p in minors.items():
+            for j, f in enumerate(row):
+                if not columns >> j & 1 and any(f):
+                    sign = -1 if (columns >> j).bit_count() % 2 else 1
+                    more = times(p, [sign * c for c in f])
+                    wider[columns | 1 << j] = total(wider.get(columns | 1 << j, []), more)
+        minors = wider
+    return minors.get(2 ** len(F) - 1, [0])
+
+
+def quotient(p: Any, q: Any) -> list[Fraction]:
+    """``p/q``, which must be a polynomial."""
+    rest, out = [Fraction(c) for c in p], list[Fraction]()
+    while rest and not rest[-1]:
+        rest.pop()
+    while len(rest) >= len(q):
+        tick()
+        out.append(rest[-1] / q[-1])
+        low = len(rest) - len(q)
+        rest = [c - (out[-1] * q[i - low] if i >= low else 0) for i, c in enumerate(rest[:-1])]
+    need(not any(rest), "det F has another denominator")
+    return out[::-1]

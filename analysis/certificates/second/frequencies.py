@@ -1,0 +1,224 @@
+r"""Several nonlinearities over all frequencies, checked again: no eigenvalue of a Hamiltonian matrix on the axis.
+
+After the shift by the lower bounds, ``Psi = M (1 + W H) + s Theta H`` gets a realisation ``(A, B, C, D)``, anticausal
+kernels with eigenvalues in the right half-plane: ``F = Psi + Psi^*`` has ``(diag(A, -A'), (B; C'), (C, -B'), R)`` with
+``R = D + D'``.  If ``R > 0`` and
+
+.. math:: \begin{pmatrix} A & 0 \\ 0 & -A^\top \end{pmatrix}
+    - \begin{pmatrix} B \\ C^\top \end{pmatrix} R^{-1} \begin{pmatrix} C & -B^\top \end{pmatrix}
+
+has no eigenvalue ``i omega``, ``F`` is nowhere singular and positive definite at infinity, hence everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+
+from flint import fmpq, fmpq_mat, fmpq_poly
+
+from lure.analysis.certificates.second.numerics import half_plane_counts, positive_from_zero, to_fmpq
+from lure.analysis.certificates.second.reading import count, listed, mapping, number, numbers, record, require, tick
+
+MOST_CHANNELS = 8
+Matrices = tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq_mat]
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Kernels of one rate and side that act on one column: for every order the coefficient of each row."""
+
+    column: int
+    rate: Fraction
+    causal: bool
+    rows: dict[int, list[tuple[int, Fraction]]]
+
+
+@dataclass(frozen=True, slots=True)
+class Multiplier:
+    """``M = gamma - kernels``, and ``theta``; ``moved`` are the channels of which ``M`` takes more than one value."""
+
+    gamma: list[list[Fraction]]
+    theta: list[Fraction]
+    chains: list[Chain]
+    moved: frozenset[int]
+
+
+def read_multiplier(theorem: str, value: object, odd: Sequence[bool], same: Sequence[int]) -> Multiplier:
+    """The multiplier of a certificate, doubly dominant: else it is no multiplier for these classes.
+
+    Parameters
+    ----------
+    theorem : str
+        ``diagonal-circle``, ``diagonal-popov`` or ``matrix-zames-falb``.
+    value : object
+        As it stands in the certificate.
+    odd : sequence of bool
+        Whether their nonlinearities are odd.
+    same : sequence of int
+        For each channel the first that has the same nonlinearity.
+
+    Raises
+    ------
+    NotShown
+        It is not for these classes.
+    """
+    m = len(odd)
+    if theorem != "matrix-zames-falb":
+        require(theorem in ("diagonal-circle", "diagonal-popov"), "the theorem is not one over frequencies")
+        names = ("lambda", "theta") if theorem == "diagonal-popov" else ("lambda",)
+        found = {name: numbers(side) for name, side in record(mapping(value), *names).items()}
+        weights, turn = found["lambda"], found.get("theta", [Fraction(0)] * m)
+        require(
+            len(weights) == m == len(turn) and min(weights) >= 0, "the multipliers are not one for each channel, >= 0"
+        )
+        return Multiplier([[v * (i == j) for j in range(m)] for i, v in enumerate(weights)], turn, [], frozenset())
+    given = record(mapping(value), "gamma", "theta", "kernels")
+    gamma, theta = [numbers(row) for row in listed(given["gamma"])], numbers(given["theta"])
+    require(len(gamma) == len(theta) == m and all(len(row) == m for row in gamma), "gamma or theta does not fit")
+    partner = {(i, j) for i in range(m) for j in range(m) if same[i] == same[j]}
+    chains, moved = dict[tuple[int, Fraction, bool], Chain](), set[int]()
+    share = [[Fraction(0)] * m for _ in range(m)]  # absolute masses
+    for i, j in ((i, j) for i in range(m) for j in range(m) if i != j and gamma[i][j] != 0):
+        require((i, j) in partner, "gamma couples different nonlinearities")
+        require(odd[i] or gamma[i][j] < 0, "gamma has a positive entry beside the diagonal")
+        share[i][j] += abs(gamma[i][j])
+        moved |= {i, j}
+    for one in listed(given["kernels"]):
+        tick()
+        kernel = record(mapping(one), "channels", "coefficient", "rate", "order", "side")
+        where = [count(x, least=1) - 1 for x in listed(kernel["channels"])]
+        require(len(where) == 2 and max(where) < m, "a kernel has no such channels")
+        c, rate, order = number(kernel["coefficient"]), number(kernel["rate"]), count(kernel["order"], least=1)
+        require(kernel["side"] in ("causal", "anticausal") and rate > 0 and order <= 20, "a kernel is unknown")
+        i, j = where
+        require((i, j) in partner, "a kernel couples different nonlinearities")
+        require(odd[i] or c >= 0, "a kernel is negative")
+        share[i][j] += abs(c)
+        moved |= {i, j}
+        causal = kernel["side"] == "causal"
+        chain = chains.setdefault((j, rate, causal), Chain(j, rate, causal, {}))
+        chain.rows.setdefault(order, []).append((i, c))
+    for i in range(m):
+        enough = gamma[i][i] >= sum(share[i]) and gamma[i][i] >= sum(row[i] for row in share)
+        require(enough, "the kernels of a row or a column outweigh gamma")
+    return Multiplier(gamma, theta, list(chains.values()), frozenset(moved))
+
+
+def require_frequencies(shifted: Matrices, own: fmpq_mat, widths: Sequence[Fraction], given: Multiplier) -> None:
+    """Check that the loop is stable at the lower bounds, and ``F > 0`` on the whole axis, infinity included.
+
+    Parameters
+    ----------
+    shifted : tuple of fmpq_mat
+        ``A~, B~, C~, D~``.
+    own : fmpq_mat
+        ``C``, whose rows give the outputs with Popov's terms.
+    widths : sequence of Fraction
+        ``u_i - l_i``.
+    given : Multiplier
+        The multiplier.
+
+    Raises
+    ------
+    NotShown
+        One of them is not so.
+    """
+    n, m = shifted[0].nrows(), len(widths)
+    require(m <= MOST_CHANNELS, "there are too many channels for determinants")
+    require(half_plane_counts(shifted[0].charpoly()).left == n, "the loop at the lower bounds is not stable")
+    A, B, C, D = _realised(shifted, own, widths, given)
+    size = A.nrows()
+    R = D + D.transpose()
+    p = R.charpoly()  # all of its roots, which are real, are positive if its signs alternate
+    require(all(c * (-1) ** (m - i) > 0 for i, c in enumerate(p.coeffs())) and p.degree() == m, "F > 0 fails far out")
+    back, first, second = R.inv(), _beside(C, B.transpose(), -1), _stacked(B, C.transpose())
+    whole = _corners(A, A.transpose()) - second * back * first
+    require(whole.nrows() == 2 * size, "the Hamiltonian matrix is of another order")
+    tick()
+    q = fmpq_poly(whole.charpoly().coeffs()[0::2])  # even: q(s^2)
+    sign = fmpq(1) if q[0] > 0 else fmpq(-1)
+    axis = q(fmpq_poly([0, -1])) * sign  # at s^2 = -x
+    require(positive_from_zero(axis), "F is singular at some frequency")
+
+
+def require_vertices(D: fmpq_mat, widths: Sequence[Fraction]) -> None:
+    """Check ``det(1 + D G) > 0`` for all gains in ``[0, w]``: it is affine in each.
+
+    Parameters
+    ----------
+    D : fmpq_mat
+        After the shift.
+    widths : sequence of Fraction
+        ``w``.
+
+    Raises
+    ------
+    NotShown
+        At a vertex it is not.
+    """
+    m = len(widths)
+    for ends in product(*((Fraction(0), w) for w in widths)):
+        whole = fmpq_mat([[to_fmpq(ends[j]) * D[i, j] + (i == j) for j in range(m)] for i in range(m)])
+        require(bool(whole.det() > 0), "det(1 + D G) vanishes for gains within the bounds")
+
+
+def _realised(shifted: Matrices, own: fmpq_mat, widths: Sequence[Fraction], given: Multiplier) -> Matrices:
+    """``Psi``: the loop, then a chain of first-order lags for each column, rate and side."""
+    A, B, C, D = shifted
+    n, m = A.nrows(), len(widths)
+    depth = [max(chain.rows) for chain in given.chains]  # lags in a row
+    size = n + sum(depth)
+    state = [[fmpq(0)] * size for _ in range(size)]
+    inward = [[fmpq(0)] * m for _ in range(size)]
+    outward = [[fmpq(0)] * size for _ in range(m)]
+    W = [to_fmpq(w) for w in widths]
+    seen = [[W[j] * C[j, k] for k in range(n)] for j in range(m)]  # (1 + W H) p: rows of states, then of p
+    direct = [[W[j] * D[j, k] + (j == k) for k in range(m)] for j in range(m)]
+    for i in range(n):
+        state[i][:n] = [A[i, k] for k in range(n)]
+        inward[i] = [B[i, k] for k in range(m)]
+    at = n
+    for chain, length in zip(given.chains, depth, strict=True):
+        rate = to_fmpq(chain.rate if chain.causal else -chain.rate)  # z' = -a z + a y, or z' = a z - a y
+        for k in range(length):
+            state[at + k][at + k] = -rate
+            if k:
+                state[at + k][at + k - 1] = rate
+            else:
+                state[at][:n] = [rate * v for v in seen[chain.column]]
+                inward[at] = [rate * v for v in direct[chain.column]]
+        for order, rows in chain.rows.items():
+            for i, c in rows:
+                outward[i][at + order - 1] -= to_fmpq(c)
+        at += length
+    turned, jump = own * A, own * B
+    G = [[to_fmpq(v) for v in row] for row in given.gamma]
+    through = [[fmpq(0)] * m for _ in range(m)]
+    for i, theta in enumerate(map(to_fmpq, given.theta)):
+        for k in range(n):
+            outward[i][k] += sum((G[i][j] * seen[j][k] for j in range(m)), theta * turned[i, k])
+        for k in range(m):
+            through[i][k] = sum((G[i][j] * direct[j][k] for j in range(m)), theta * jump[i, k])
+    return fmpq_mat(state), fmpq_mat(inward), fmpq_mat(outward), fmpq_mat(through)
+
+
+def _rows(X: fmpq_mat) -> list[list[fmpq]]:
+    return [[X[i, j] for j in range(X.ncols())] for i in range(X.nrows())]
+
+
+def _beside(X: fmpq_mat, Y: fmpq_mat, sign: int) -> fmpq_mat:
+    return fmpq_mat([[*a, *(sign * v for v in b)] for a, b in zip(_rows(X), _rows(Y), strict=True)])
+
+
+def _stacked(X: fmpq_mat, Y: fmpq_mat) -> fmpq_mat:
+    return fmpq_mat([*_rows(X), *_rows(Y)])
+
+
+def _corners(X: fmpq_mat, Y: fmpq_mat) -> fmpq_mat:
+    """``diag(X, -Y)``."""
+    n, k = X.nrows(), Y.nrows()
+    top = [[*row, *[fmpq(0)] * k] for row in _rows(X)]
+    return fmpq_mat([*top, *([*[fmpq(0)] * n, *(-v for v in row)] for row in _rows(Y))])

@@ -1,0 +1,414 @@
+r"""Zames-Falb multipliers for several channels, proposed in floating point by semidefinite programmes over frequencies.
+
+After the shift by the lower bounds ``psi_i`` has its slope in ``[0, w_i]``.  Sought are ``M = Gamma - sum c_k h_k`` and
+``theta`` for the largest factor of the classes with
+
+.. math:: F(\omega) = \mathrm{He}\,[M (W^{-1} + H) + i\omega\Theta H](i\omega) > 0
+
+(``He X = (X + X^*)/2``) at every frequency, infinity included.  ``h_k`` has mass 1 and stands in one row and column of
+channels with one nonlinearity; what the rows and columns of ``|c|`` add up to is at most ``gamma_ii``, and ``c >= 0``
+unless the nonlinearities are odd.  For a given factor ``F`` is linear in all of them.  Frequencies are added where
+``F`` is worst, kernels where the dual prices of the programme say that one would help, and the factor is raised to what
+the multiplier found serves (Dinkelbach).  Nothing here is believed: a checker decides with rational multipliers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.channels import ChannelInequality
+from lure.arrays import NDArray, np
+
+if TYPE_CHECKING:
+    Widths = Callable[[float], NDArray[np.float64]]  # of a factor: (m,)
+    Parts = tuple[NDArray[np.complex128], NDArray[np.complex128]]
+
+_ROUNDS, _FLAT, _FIRST, _MORE, _ZOOMS, _DIPS = 40, 3, 24, 8, 6, 4
+_ORDERS, _BESIDE, _SPACING = (1, 2, 3), 16.0, 2.0
+_GAIN, _LEAST_PRICE, _UNUSED, _DIGITS = 1e-3, 1e-9, 1e-9, 15
+_LARGEST_THETA = 1e4
+_LOWEST, _CLOSE, _EASED = 1e-6, 1e-11, 1e-3
+
+
+class Kernel(NamedTuple):
+    """``sign (rate/(rate + side s))^order`` in a row and a column; rate 0: ``sign`` alone, beside the diagonal."""
+
+    row: int
+    column: int
+    sign: int
+    rate: Fraction
+    order: int
+    side: int
+
+    def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """The value at ``i omega`` without the sign, 0 at infinity; in floating point.
+
+        Parameters
+        ----------
+        omega : ndarray
+            (k,) frequencies [rad/s].
+        """
+        if not self.rate:
+            return np.ones(len(omega), dtype=complex)
+        finite = np.isfinite(omega)
+        lag = self.side * np.where(finite, omega, 0.0) / float(self.rate)
+        return np.asarray(np.where(finite, (1 + 1j * lag) ** -float(self.order), 0))
+
+
+class Found(NamedTuple):
+    """A multiplier, and the factor up to which it serves."""
+
+    factor: float
+    gamma: NDArray[np.float64]
+    theta: NDArray[np.float64]
+    kernels: list[Kernel]
+    masses: NDArray[np.float64]
+
+    @classmethod
+    def none(cls, m: int) -> Found:
+        """The multiplier 1, which serves for nothing.
+
+        Parameters
+        ----------
+        m : int
+            Channels.
+        """
+        return cls(0.0, np.ones(m), np.zeros(m), [], np.zeros(0))
+
+    def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """``M`` at ``i omega``: (k, m, m).
+
+        Parameters
+        ----------
+        omega : ndarray
+            (k,) frequencies [rad/s].
+        """
+        m = len(self.gamma)
+        M = np.zeros((len(omega), m, m), dtype=complex)
+        M[:, range(m), range(m)] = self.gamma
+        for mass, kernel in zip(self.masses, self.kernels, strict=True):
+            M[:, kernel.row, kernel.column] -= mass * kernel.sign * kernel.at(omega)
+        return M
+
+    def without(self, share: float) -> Found:
+        """The multiplier without its small kernels; those without rate stay.
+
+        Parameters
+        ----------
+        share : float
+            Of the greatest ``gamma``: the least mass that is kept.
+        """
+        least = share * float(self.gamma.max())
+        kept = [
+            k
+            for k, (one, mass) in enumerate(zip(self.kernels, self.masses, strict=True))
+            if mass > least or not one.rate
+        ]
+        return self._replace(kernels=[self.kernels[k] for k in kept], masses=np.maximum(self.masses[kept], 0.0))
+
+
+class _Solved(NamedTuple):
+    """A solution of the programme: multiplier, margin, the weight of each frequency, the prices of rows and columns."""
+
+    gamma: NDArray[np.float64]
+    theta: NDArray[np.float64]
+    masses: NDArray[np.float64]
+    margin: float
+    weights: NDArray[np.complex128]
+    prices: NDArray[np.float64]
+
+
+def _hermitian(X: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    return np.asarray((X + X.conj().swapaxes(-1, -2)) / 2)
+
+
+def _cone_rows(X: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Hermitian ``X`` as the scaled triangle of ``(Re X, -Im X; Im X, Re X)``, column after column."""
+    whole = np.block([[X.real, -X.imag], [X.imag, X.real]])
+    i, j = np.tril_indices(whole.shape[-1])  # row by row below is column by column above
+    return np.asarray(whole[..., i, j] * np.where(i == j, 1.0, math.sqrt(2)))
+
+
+def _from_cone(rows: NDArray[np.float64], m: int) -> NDArray[np.complex128]:
+    """The Hermitian ``Z`` with ``tr Z X`` for the product of a dual variable with :func:`_cone_rows` of ``X``."""
+    i, j = np.tril_indices(2 * m)
+    Z = np.zeros((len(rows), 2 * m, 2 * m))
+    Z[:, i, j] = Z[:, j, i] = rows * np.where(i == j, 1.0, math.sqrt(0.5))
+    return np.asarray(Z[:, :m, :m] + Z[:, m:, m:] + 1j * (Z[:, m:, :m] - Z[:, :m, m:]))
+
+
+def _programme(
+    gain: NDArray[np.float64],
+    equal: tuple[NDArray[np.float64], NDArray[np.float64]],
+    most: tuple[NDArray[np.float64], NDArray[np.float64]],
+    positive: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] | None:
+    """``x`` with about the largest ``gain x``, the prices of ``most``, and the dual variables of the cones.
+
+    ``equal[0] x = equal[1]``, ``most[0] x <= most[1]``; each ``positive[k] x`` is the triangle of a matrix ``>= 0``.
+    """
+    import clarabel
+    from scipy import sparse
+
+    order = (math.isqrt(8 * positive.shape[1] + 1) - 1) // 2
+    cones = [clarabel.ZeroConeT(len(equal[1])), clarabel.NonnegativeConeT(len(most[1]))]
+    cones += [clarabel.PSDTriangleConeT(order)] * len(positive)
+    size = len(gain)
+    whole = np.vstack([equal[0], most[0], -positive.reshape(-1, size)])
+    limits = np.concatenate([equal[1], most[1], np.zeros(len(whole) - len(equal[1]) - len(most[1]))])
+    settings = clarabel.DefaultSettings()
+    settings.verbose, settings.max_threads = False, 1
+    given = (sparse.csc_matrix((size, size)), -gain, sparse.csc_matrix(whole), limits, cones, settings)
+    solution = clarabel.DefaultSolver(*given).solve()
+    x, z = np.array(solution.x), np.array(solution.z)
+    if not (np.isfinite(x).all() and np.isfinite(z).all()):
+        return None
+    first = len(equal[1])
+    last = first + len(most[1])
+    return x, z[first:last], z[last:].reshape(positive.shape[:2])
+
+
+@dataclass
+class KernelCone:
+    """The multipliers of one loop, for any widths.
+
+    Parameters
+    ----------
+    plant : ChannelInequality
+        The loop after the shift by the lower bounds, in continuous time.
+    blocks : sequence of sequence of int
+        Channels that share one nonlinearity which has slope bounds and does not depend on time; others have none.
+    odd : sequence of bool
+        Whether the nonlinearity of each channel is odd.
+    """
+
+    plant: ChannelInequality
+    blocks: Sequence[Sequence[int]]
+    odd: Sequence[bool]
+
+    def __post_init__(self) -> None:
+        size = np.abs(np.linalg.eigvals(self.plant.A))
+        self.omega, self.H, self.turned = np.zeros(0), *2 * [np.zeros((0, len(self.odd), len(self.odd)), dtype=complex)]
+        self.look_at(self.plant.omega)
+        self.pairs = [(i, j) for block in self.blocks for i in block for j in block]
+        low, high = size.min() / _BESIDE, 4 * _BESIDE * size.max()
+        count = 1 + math.ceil(math.log(high / low, _SPACING))
+        self.rates = [Fraction(f"{low * _SPACING**i:.3g}") for i in range(count)]
+        self.shapes = [Kernel(0, 0, 1, rate, n, side) for rate in self.rates for n in _ORDERS for side in (1, -1)]
+
+    def look_at(self, omega: NDArray[np.float64]) -> None:
+        """Add frequencies to those at which the inequality is evaluated.
+
+        Parameters
+        ----------
+        omega : ndarray
+            Frequencies, infinity among them or not [rad/s].
+        """
+        new = np.setdiff1d(omega, self.omega)
+        states, H = self.plant.response(new)
+        whole = np.concatenate([self.omega, new])
+        order = np.argsort(whole)
+        self.omega = whole[order]
+        self.H = np.concatenate([self.H, H])[order]
+        self.turned = np.concatenate([self.turned, self.plant.turned(new, states, H)])[order]
+
+    def signs(self, i: int) -> tuple[int, ...]:
+        """The signs that kernels in a row may have.
+
+        Parameters
+        ----------
+        i : int
+            The row.
+        """
+        return (1, -1) if self.odd[i] else (1,)
+
+    def largest(self, widths: Widths, start: float, most: float) -> Found | None:
+        """The multiplier found that serves farthest, None if none was found.
+
+        Parameters
+        ----------
+        widths : callable
+            (m,) of a factor, increasing with it.
+        start : float
+            The factor to begin with.
+        most : float
+            More is not asked.
+        """
+        middle = self.rates[len(self.rates) // 2]
+        kernels = [Kernel(i, j, s, Fraction(0), 0, 1) for i, j in self.pairs if i != j for s in self.signs(i)]
+        kernels += [Kernel(i, i, 1, middle, 1, side) for i, j in self.pairs if i == j for side in (1, -1)]
+        points = self.omega[np.unique(np.linspace(0, len(self.omega) - 1, _FIRST).astype(int))]
+        best, last, flat, factor = Found.none(len(self.odd)), Found.none(len(self.odd)), 0, start
+        for _ in range(_ROUNDS):
+            checkpoint()
+            seen = points
+            solved = self._solved(np.searchsorted(self.omega, seen), widths(factor), kernels, last)
+            if solved is None or (best.factor == 0 and solved.margin <= 0):
+                factor /= 4
+                if best.factor or factor < _LOWEST or widths(factor).min() <= 0:
+                    break
+                continue
+            last = Found(factor, solved.gamma, solved.theta, kernels, solved.masses)
+            serves = self._serves(last, widths, factor, best.factor, most)
+            flat = 0 if serves > best.factor * (1 + _GAIN) else flat + 1
+            best = last._replace(factor=serves) if serves > best.factor else best
+            if best.factor >= most or flat >= _FLAT:
+                break
+            inner, M = self._parts(last)
+            least = np.asarray(np.linalg.eigvalsh(_hermitian(inner + M / widths(factor)))[:, 0])
+            weight = np.trace(solved.weights, axis1=1, axis2=2).real
+            points = np.union1d(seen[weight > _UNUSED * weight.max()], self._deepest(last, widths(factor), least))
+            self.look_at(points)
+            used = last.without(_UNUSED * 100)
+            kernels = used.kernels + self._wanted(
+                np.searchsorted(self.omega, seen), widths(factor), solved, used.kernels
+            )
+            last, factor = used, max(best.factor, factor * (best.factor == 0))
+        return best.without(_UNUSED) if best.factor else None
+
+    def _parts(self, found: Found, at: NDArray[np.int64] | None = None) -> Parts:
+        """``M H + i omega Theta H`` and ``M``, at all frequencies or at some."""
+        at = np.arange(len(self.omega)) if at is None else at
+        M = found.at(self.omega[at])
+        return M @ self.H[at] + found.theta[:, None] * self.turned[at], M
+
+    def _serves(self, found: Found, widths: Widths, start: float, known: float, most: float) -> float:
+        """The largest factor up to ``most`` for which the multiplier serves at the frequencies, and between; or 0."""
+        high, low = most, 0.0
+        for _ in range(_ZOOMS):
+            inner, M = self._parts(found)
+
+            def least(factor: float, parts: Parts = (inner, M)) -> NDArray[np.float64]:
+                return np.asarray(np.linalg.eigvalsh(_hermitian(parts[0] + parts[1] / widths(factor)))[:, 0])
+
+            low = min(start, high)
+            while least(low).min() <= 0:
+                low, high = low / 2, low
+                if low < _LOWEST or widths(low).min() <= 0:
+                    return 0.0
+            while low < high and least(min(2 * low, high)).min() > 0:
+                low = min(2 * low, high)
+            high = min(2 * low, high)
+            while high > low * (1 + _CLOSE):
+                middle = (low + high) / 2
+                low, high = (middle, high) if least(middle).min() > 0 else (low, middle)
+            if low <= known:
+                break
+            deepest = self._deepest(found, widths(low), least(low))
+            self.look_at(deepest)
+            if least(low, self._parts(found, np.searchsorted(self.omega, deepest))).min() > 0:
+                break
+            start = high = low
+        return low
+
+    def _deepest(self, found: Found, widths: NDArray[np.float64], least: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The frequencies about the lowest local minima where ``F`` is least."""
+        padded, last, lowest = np.concatenate([[np.inf], least, [np.inf]]), len(self.omega) - 1, list[float]()
+        local = np.flatnonzero((least <= padded[:-2]) & (least <= padded[2:]))
+        for i in local[np.argsort(least[local])[:_DIPS]]:
+            low, omega, high = self.omega[max(i - 1, 0)], self.omega[i], self.omega[min(i + 1, last)]
+            for _ in range(_ZOOMS if np.isfinite(high) else 0):
+                points = np.linspace(low, high, 9)
+                states, H = self.plant.response(points)
+                M = found.at(points)
+                inner = M @ H + found.theta[:, None] * self.plant.turned(points, states, H)
+                k = int(np.linalg.eigvalsh(_hermitian(inner + M / widths))[:, 0].argmin())
+                low, omega, high = points[max(k - 1, 0)], points[k], points[min(k + 1, 8)]
+            lowest.append(float(omega))
+        return np.unique(lowest)
+
+    def _solved(
+        self, at: NDArray[np.int64], widths: NDArray[np.float64], kernels: Sequence[Kernel], last: Found
+    ) -> _Solved | None:
+        """The programme at some frequencies: the largest ``t`` with ``F >= t N``, ``sum gamma_i/w_i = 1``.
+
+        ``N = He M W^-1`` of the last multiplier, so that ``t`` is about the gain of factor that is left.
+        """
+        m, count = len(widths), len(kernels)
+        G = self.H[at] + np.diag(1 / widths)
+        unit = self.plant.unit
+        columns = np.zeros((2 * m + count + 1, len(at), m, m), dtype=complex)
+        for i in range(m):
+            columns[i, :, i] = G[:, i]
+            columns[m + i, :, i] = self.turned[at, i] * unit
+        for k, kernel in enumerate(kernels):
+            columns[2 * m + k, :, kernel.row] = -kernel.sign * kernel.at(self.omega[at])[:, None] * G[:, kernel.column]
+        _, M = self._parts(last, at)
+        columns[-1] = -(M + _EASED * np.diag(np.ones(m))) / widths
+        rows = _cone_rows(_hermitian(columns))
+        size = len(columns)
+        sides = np.zeros((4 * m + count, size))  # rows and columns of M, theta, masses
+        sides[: 2 * m, :m] = -np.vstack([np.eye(m)] * 2)
+        for k, kernel in enumerate(kernels):
+            sides[kernel.row, 2 * m + k] += 1
+            sides[m + kernel.column, 2 * m + k] += 1
+        sides[2 * m : 4 * m, m : 2 * m] = np.vstack([np.eye(m), -np.eye(m)])
+        sides[4 * m :, 2 * m : -1] = -np.eye(count)
+        total = np.concatenate([1 / widths, np.zeros(size - m)])
+        limits = np.concatenate([np.zeros(2 * m), np.full(2 * m, _LARGEST_THETA), np.zeros(count)])
+        found = _programme(np.eye(size)[-1], (total[None], np.ones(1)), (sides, limits), np.moveaxis(rows, 0, -1))
+        if found is None:
+            return None
+        x, prices, weights = found
+        return _Solved(
+            x[:m],
+            x[m : 2 * m] * unit,
+            x[2 * m : -1],
+            float(x[-1]),
+            _from_cone(weights, m),
+            prices[: 2 * m].reshape(2, m),
+        )
+
+    def _wanted(
+        self, at: NDArray[np.int64], widths: NDArray[np.float64], solved: _Solved, have: Sequence[Kernel]
+    ) -> list[Kernel]:
+        """The kernels by which the margin would grow fastest, up to two for each entry and sign."""
+        values = np.array([shape.at(self.omega[at]) for shape in self.shapes])
+        GZ = (self.H[at] + np.diag(1 / widths)) @ solved.weights
+        found = list[tuple[float, Kernel]]()
+        for i, j in self.pairs:
+            gain = -(values @ GZ[:, j, i]).real
+            for sign in self.signs(i):
+                worth = sign * gain - solved.prices[0, i] - solved.prices[1, j]
+                for k in np.argsort(-worth)[:2]:
+                    kernel = self.shapes[k]._replace(row=i, column=j, sign=sign)
+                    if worth[k] > _LEAST_PRICE and kernel not in have:
+                        found.append((float(worth[k]), kernel))
+        found.sort(key=lambda one: -one[0])
+        return [kernel for _, kernel in found[:_MORE]]
+
+
+def multiplier(found: Found, widths: Sequence[Fraction]) -> dict[str, Any]:
+    """The multiplier of a certificate: rational, and doubly dominant exactly.
+
+    Parameters
+    ----------
+    found : Found
+        A multiplier for ``(w_i sigma_i - psi_i)/w_i``.
+    widths : sequence of Fraction
+        ``w_i``, equal ones where kernels stand between two channels.
+    """
+    m = len(widths)
+
+    def near(value: float, j: int) -> Fraction:
+        return Fraction(f"{value / float(widths[j]):.{_DIGITS}g}")
+
+    gamma, rows, columns = [[Fraction(0)] * m for _ in range(m)], [Fraction(0)] * m, [Fraction(0)] * m
+    kernels = []
+    for mass, (i, j, sign, rate, order, side) in zip(found.masses, found.kernels, strict=True):
+        c = near(float(mass), j)
+        rows[i], columns[j] = rows[i] + c, columns[j] + c
+        if rate:
+            where: dict[str, Any] = {"channels": [i + 1, j + 1], "coefficient": str(sign * c), "rate": str(rate)}
+            kernels.append({**where, "order": order, "side": "causal" if side > 0 else "anticausal"})
+        else:
+            gamma[i][j] -= sign * c
+    for i in range(m):
+        gamma[i][i] = max(near(float(found.gamma[i]), i), rows[i], columns[i])
+    theta = [Fraction(f"{value:.{_DIGITS}g}") for value in found.theta]
+    return {"gamma": [[*map(str, row)] for row in gamma], "theta": [*map(str, theta)], "kernels": kernels}

@@ -1,0 +1,343 @@
+"""Kernels between channels: small multipliers that prove a published plant, what neither checker accepts, a falsifier.
+
+The plant is that of Veenman, Scherer and Koroglu (IQClab, Demo_006), which no constant gains destabilise; shown there
+with one odd nonlinearity in all channels up to 5.5, and with three different ones up to 3.7.
+"""
+
+import copy
+import json
+from fractions import Fraction as F
+from importlib import resources
+
+import jsonschema
+import numpy as np
+import pytest
+
+from lure.analysis.certificates import frequencies
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.second.opinion import recheck
+
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+SYSTEM = {
+    "kind": "multivariable",
+    "time": "continuous",
+    "A": [["-2/5", "-1"], ["1", "0"]],
+    "B": [["1/5", "1", "1/4"], ["0", "0", "0"]],
+    "C": [["1", "0"], ["0", "1"], ["0", "0"]],
+    "D": [["0", "0", "0"], ["0", "0", "0"], ["0", "-1", "0"]],
+}
+# gamma; theta; kernels: row, column, coefficient, rate, order, + causal or - anticausal; up to where they prove
+KEPT = {
+    "different": (
+        "383/10000 0 0 / 0 839/1000 0 / 0 0 147/1000",
+        "-949/100000 87/50 0",
+        "3 3 9/400 1 3 -; 1 1 147/100000 2 3 +; 2 2 101/200 8 2 -; 3 3 123/1000 32 3 +; 2 2 333/1000 32 3 -; "
+        "1 1 14/625 1/8 2 -; 3 3 91/100000 2 2 +; 1 1 43/25000 4 2 +",
+        "41/10",
+    ),
+    "different, odd": (
+        "83/5000 0 0 / 0 88903/100000 0 / 0 0 109/1000",
+        "-9/3125 169/100 0",
+        "1 1 -7/2500 64 1 +; 3 3 -167/10000 4 3 -; 1 1 -889/100000 32 3 +; 2 2 -183/10000 2 3 +; 2 2 21/100 16 3 -; "
+        "1 1 91/20000 2 3 +; 2 2 473/100000 4 3 -; 2 2 519/1000 32 3 -; 3 3 919/10000 64 3 +; 2 2 137/1000 64 3 -",
+        "26/5",
+    ),
+    "repeated": (
+        "18413/1000000 0 0 / 0 4383/5000 -89/5000 / 0 0 947/10000",
+        "-41/50000 71/50 0",
+        "2 1 89/5000 8 3 +; 3 2 37/6250 8 3 +; 1 2 1/5000 4 3 -; 3 1 613/1000000 4 3 +; 2 2 581/1000 32 3 -; "
+        "3 3 769/10000 64 3 +; 2 2 13/50 16 2 -; 1 2 137/1000000 2 3 -",
+        "29/5",
+    ),
+    "repeated, odd": (
+        "553/100000 0 0 / 0 93053/100000 -363/100000 / 0 0 3823/100000",
+        "-49/10000 1 0",
+        "3 1 -363/100000 16 3 -; 2 1 19/10000 8 3 +; 1 2 -137/50000 8 3 +; 1 2 101/50000 64 3 +; 2 2 203/500 64 3 -; "
+        "3 3 173/5000 64 1 +; 2 2 519/1000 32 2 -; 1 2 761/1000000 8 3 -",
+        "99/10",
+    ),
+}
+
+
+def nonlinearity(top, *, odd=False, **more):
+    found = {"sector": ["0", top], "slope": ["0", top], "odd": odd, "time_varying": False, "linear": False}
+    return found | more
+
+
+def kernels(text):
+    found = []
+    for i, j, c, rate, order, side in map(str.split, filter(None, text.split("; "))):
+        one = {"channels": [int(i), int(j)], "coefficient": c, "rate": rate, "order": int(order)}
+        found.append(one | {"side": "causal" if side == "+" else "anticausal"})
+    return found
+
+
+def draft(name, top=None):
+    gamma, theta, listed, most = KEPT[name]
+    multiplier = {"gamma": [row.split() for row in gamma.split(" / ")], "theta": theta.split()}
+    return {
+        "verdict": "PROVED",
+        "system": SYSTEM,
+        "laws": {"channels": [nonlinearity(top or most, odd="odd" in name)] * 3, "repeated": "repeated" in name},
+        "theorem": "matrix-zames-falb",
+        "multiplier": multiplier | {"kernels": kernels(listed)},
+        "proof": {"method": "determinant"},
+    }
+
+
+def accepted(given):
+    return json.loads(json.dumps(dict(settled(given).certificate)))
+
+
+def refused_by_both(name, given):
+    with pytest.raises((Rejected, Malformed)):
+        settled(given)
+    whole = accepted(draft(name)) | given
+    with pytest.raises((Rejected, Malformed)):
+        check(whole)
+    assert not recheck(whole).accepted
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_small_multipliers_prove_more_than_was_published(name):
+    shown = settled(draft(name))
+    assert shown.assumed == ""
+    assert shown.claim.startswith("0 attracts every motion: channel 1: all")
+    assert recheck(dict(shown.certificate)).accepted
+    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_they_prove_no_more_than_the_inequality_says(name):
+    most = F(KEPT[name][3])
+    refused_by_both(name, draft(name, str(most * 9 / 8)))
+
+
+def changed(given, *path_and_value):
+    *path, last, value = path_and_value
+    found = copy.deepcopy(given)
+    at = found
+    for key in path:
+        at = at[key]
+    at[last] = value
+    return found
+
+
+KERNEL = ("multiplier", "kernels", 0)
+TAMPERED = {
+    "two nonlinearities": ("repeated", ("laws", "repeated", False)),
+    "two nonlinearities, odd": ("repeated, odd", ("laws", "repeated", False)),
+    "not odd": ("different, odd", ("laws", "channels", [nonlinearity("26/5")] * 3)),
+    "one is not odd": ("different, odd", ("laws", "channels", 0, "odd", False)),
+    "repeated, not odd": ("repeated, odd", ("laws", "channels", [nonlinearity("99/10")] * 3)),
+    "one depends on time": ("different", ("laws", "channels", 1, "time_varying", True)),
+    "one has no slope bounds": ("different", ("laws", "channels", 1, "slope", None)),
+    "steeper": ("different", ("laws", "channels", 1, "slope", ["0", "9"])),
+    "falling": ("different", ("laws", "channels", 1, "slope", ["-9", "41/10"])),
+    "one jumps": ("different", ("laws", "channels", 1, "regularity", "any")),
+    "no upper bound": ("different", ("laws", "channels", 1, nonlinearity("finite"))),
+    "a coefficient is too large": ("different", (*KERNEL, "coefficient", "1/5")),
+    "a coefficient is negative": ("different", (*KERNEL, "coefficient", "-9/400")),
+    "gamma is too small": ("different", ("multiplier", "gamma", 1, ["0", "838/1000", "0"])),
+    "a column is too small": ("repeated", ("multiplier", "gamma", 0, ["184/10000", "0", "0"])),
+    "gamma couples": ("different", ("multiplier", "gamma", 1, ["0", "839/1000", "-1/1000"])),
+    "another row": ("different", (*KERNEL, "channels", [1, 1])),
+    "no such row": ("different", (*KERNEL, "channels", [4, 3])),
+    "between two nonlinearities": ("different", (*KERNEL, "channels", [1, 2])),
+    "another side": ("different", ("multiplier", "kernels", 2, "side", "causal")),
+    "no side": ("different", (*KERNEL, "side", "both")),
+    "another rate": ("different", ("multiplier", "kernels", 2, "rate", "1/8")),
+    "a rate below 0": ("different", (*KERNEL, "rate", "-1")),
+    "order 0": ("different", (*KERNEL, "order", 0)),
+    "order 21": ("different", (*KERNEL, "order", 21)),
+    "theta where sigma is no function of the state": ("different", ("multiplier", "theta", 2, "1/1000")),
+    "theta": ("different", ("multiplier", "theta", 1, "-87/50")),
+    "an unstable plant": ("different", ("system", "A", [["2/5", "-1"], ["1", "0"]])),
+    "another gain": ("different", ("system", "B", [["1/5", "-1", "1/4"], ["0", "0", "0"]])),
+    "discrete time": ("different", ("system", "time", "discrete")),
+    "another method": ("different", ("proof", "method", "matrix")),
+    "a key too many": ("different", ("proof", "P", [["1"]])),
+    "another theorem": ("different", ("theorem", "diagonal-popov")),
+}
+
+
+@pytest.mark.parametrize("what", TAMPERED)
+def test_what_was_tampered_with_is_accepted_by_neither(what):
+    name, path = TAMPERED[what]
+    refused_by_both(name, changed(draft(name), *path))
+
+
+# 1/(s + 1) in each of two channels, phi_i in [0, 4], lambda = 1: F = 1 + 4/(1 + x) is positive; Popov's term i omega H
+# adds theta x/(1 + x), so that theta = -1 leaves (4 + 1)/(1 + x) + ..., 0 at infinity, and -9/10 is allowed
+SCALAR = {
+    "verdict": "PROVED",
+    "system": {
+        **{"kind": "multivariable", "time": "continuous", "A": [["-1", "0"], ["0", "-1"]], "D": [["0", "0"]] * 2},
+        **{"B": [["1", "0"], ["0", "1"]], "C": [["1", "0"], ["0", "1"]]},
+    },
+    "laws": {"channels": [{**nonlinearity("4"), "slope": None}] * 2, "repeated": False},
+    "theorem": "diagonal-popov",
+    "multiplier": {"lambda": ["1", "1"], "theta": ["-9/10", "0"]},
+    "proof": {"method": "determinant"},
+}
+
+
+def test_circle_and_popov_are_decided_over_frequencies_too():
+    assert recheck(accepted(SCALAR)).accepted
+    circle = {**SCALAR, "theorem": "diagonal-circle", "multiplier": {"lambda": ["1", "1"]}}
+    assert recheck(accepted(changed(circle, "laws", "channels", 0, "time_varying", True))).accepted
+    for path in (
+        ("multiplier", "theta", 0, "-1"),  # F(inf) = 0
+        ("multiplier", "lambda", 0, "0"),  # -9/10 x/(1 + x)
+        ("multiplier", "lambda", 0, "-1"),
+        ("laws", "channels", 0, "time_varying", True),
+    ):
+        with pytest.raises(Rejected):
+            settled(changed(SCALAR, *path))
+        assert not recheck(accepted(SCALAR) | changed(SCALAR, *path)).accepted
+
+
+@pytest.mark.parametrize(("top", "solvable"), [("3/2", True), ("5/2", False)])
+def test_with_a_cycle_in_d_the_vertices_of_the_slopes_decide(top, solvable):
+    # D = (0, -1/2; -1/2, 0): det(1 + D G) = 1 - g h/4, which is positive for slopes below 2
+    given = changed(SCALAR, "system", "D", [["0", "-1/2"], ["-1/2", "0"]])
+    given |= {"theorem": "matrix-zames-falb", "laws": {"channels": [nonlinearity(top)] * 2, "repeated": False}}
+    given["multiplier"] = {"gamma": [["1", "0"], ["0", "1"]], "theta": ["0", "0"], "kernels": []}
+    if solvable:
+        shown = settled(given)
+        assert shown.facts["well-posed"] == "det(1 + D G) > 0 at the 4 vertices of the slopes"
+        assert recheck(dict(shown.certificate)).accepted
+    else:
+        with pytest.raises(Rejected):
+            settled(given)
+        assert not recheck(accepted(changed(SCALAR, "multiplier", "theta", 0, "0")) | given).accepted
+    D = given["system"]["D"]
+    plant = type(
+        "Plant", (), {"A": [[F(-1)]] * 1, "B": [[F(0)] * 2], "C": [[F(0)], [F(0)]], "D": [[*map(F, r)] for r in D]}
+    )
+    bounds = [(F(0), F(top))] * 2
+    if solvable:
+        assert "vertices" in frequencies.solvable(plant, inside=True, bounds=bounds)
+        with pytest.raises(Rejected, match="slopes are not within"):
+            frequencies.solvable(plant, inside=False, bounds=bounds)
+    else:
+        with pytest.raises(Rejected, match="vanishes"):
+            frequencies.solvable(plant, inside=True, bounds=bounds)
+
+
+# A falsifier: for signals that are constant between 0, 1, ..., 10 and vanish beyond, int a'(M b) is a finite sum
+STEPS = 10
+LEVELS = np.array([0, 0.2, -0.2, 1, -1, 10, -10])
+
+
+def lagged(rate, side):
+    """``int int h(t - s)`` over pairs of steps, ``h = rate exp(-rate t)``: rows t, columns s; a row adds up to < 1."""
+    lag = np.subtract.outer(np.arange(STEPS), np.arange(STEPS)) * side
+    far = (1 - np.exp(-rate)) ** 2 / rate * np.exp(-rate * (np.maximum(lag, 1) - 1))
+    return np.where(lag == 0, 1 - (1 - np.exp(-rate)) / rate, np.where(lag > 0, far, 0))
+
+
+def form(multiplier):
+    """``Q`` with ``int a'(M b) dt = a' Q b``, channel after channel, for kernels of order 1."""
+    Q = np.kron(np.array([[float(v) for v in row] for row in multiplier.gamma]), np.eye(STEPS))
+    for one in multiplier.kernels:
+        rows, columns = (slice(STEPS * x, STEPS * (x + 1)) for x in (one.row, one.column))
+        Q[rows, columns] -= float(one.coefficient) * lagged(float(one.rate), one.side)
+    return Q
+
+
+def member(rng, *, odd):
+    """A random ``psi`` with slopes in [0, 1] and ``psi(0) = 0``: flat, steep or between, on four pieces a side."""
+    knots = np.array([0, 0.2, 1, 3, 100])
+
+    def side():
+        slopes = rng.choice([[1, 1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 1], [0, 0, 0, 0], rng.uniform(size=4).round(1)])
+        return np.concatenate([[0], np.cumsum(slopes * np.diff(knots))])
+
+    right = side()
+    left = right if odd else side()
+    x, y = np.concatenate([-knots[:0:-1], knots]), np.concatenate([-left[:0:-1], right])
+    return lambda sigma: np.interp(sigma, x, y)
+
+
+def worst(multiplier, *, odd, repeated, rounds, rng):
+    """The least ``int a'(M b)`` for ``a = psi(sigma)``, ``b = sigma - a``, of random members and signals made worse."""
+    m, Q, least = len(multiplier.gamma), form(multiplier), np.inf
+    for _ in range(rounds):
+        psi = [member(rng, odd=odd) for _ in range(m)]
+        psi = psi[:1] * m if repeated else psi
+
+        def values(sigma, psi=psi):
+            parts = np.split(sigma, m, axis=1)
+            a = np.hstack([one(part) for one, part in zip(psi, parts, strict=True)])
+            return np.einsum("ki,ij,kj->k", a, Q, sigma - a, optimize=True)
+
+        start = rng.choice(LEVELS, size=(20, m)).repeat(STEPS, axis=1)
+        sigma = start[values(start).argmin()]
+        for _ in range(8):  # the best change of one value
+            others = np.tile(sigma, (len(sigma) * len(LEVELS), 1))
+            others[np.arange(len(others)), np.repeat(np.arange(len(sigma)), len(LEVELS))] = np.tile(LEVELS, len(sigma))
+            found = values(others)
+            sigma = others[found.argmin()]
+        least = min(least, float(found.min()))
+    return least
+
+
+def multiplier_of(gamma, listed):
+    rows = [[F(str(v)) for v in row] for row in gamma]
+    given = [frequencies.Kernel(i, j, F(str(c)), F(str(a)), 1, side) for i, j, c, a, side in listed]
+    return frequencies.Multiplier(rows, [F(0)] * len(rows), given)
+
+
+def covers(multiplier, *, odd, repeated):
+    m = len(multiplier.gamma)
+    try:
+        frequencies.dominant(multiplier, [odd] * m, [range(m)] if repeated else [[i] for i in range(m)])
+    except Rejected:
+        return False
+    return True
+
+
+WRONG = {  # right for the first class, wrong for the second: (odd, repeated)
+    "negative": (([[1]], [(0, 0, -0.9, 0.7, 1)]), (True, False), (False, False)),
+    "negative, anticausal": (([[1]], [(0, 0, -0.9, 0.7, -1)]), (True, True), (False, True)),
+    "coupled": (([[1, -0.9], [-0.9, 1]], []), (False, True), (False, False)),
+    "coupled by a kernel": (([[1, 0], [0, 1]], [(0, 1, 0.9, 2, 1)]), (False, True), (True, False)),
+    "a positive entry": (([[1, 0.9], [0.9, 1]], []), (True, True), (False, True)),
+    "rows are right": (([[1, -0.9], [0, 1]], [(1, 1, 0.1, 1, 1)]), (False, True), None),
+    "a column is too small": (([[1, -0.9], [0, 1]], [(1, 1, 0.9, 0.2, 1)]), None, (False, True)),
+    "too large": (([[1]], [(0, 0, 1.5, 1, 1)]), None, (True, True)),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_multiplier_that_is_wrong_for_its_class_is_found_out_by_signals(what):
+    given, right, wrong = WRONG[what]
+    multiplier, rng = multiplier_of(*given), np.random.default_rng(20261122)
+    for chosen, expected in ((right, True), (wrong, False)):
+        if chosen is not None:
+            odd, repeated = chosen
+            assert covers(multiplier, odd=odd, repeated=repeated) is expected
+            least = worst(multiplier, odd=odd, repeated=repeated, rounds=20, rng=rng)
+            assert least > -1e-9 if expected else least < -0.01
+
+
+def test_what_the_checker_takes_for_a_multiplier_no_signal_refutes():
+    rng, taken = np.random.default_rng(5), 0
+    for _ in range(40):
+        m = int(rng.integers(1, 3))
+        gamma = np.diag(rng.uniform(0.5, 1.5, m)).round(2)
+        gamma = gamma - (rng.uniform(-0.5, 1, (m, m)) * rng.integers(0, 2) * (1 - np.eye(m))).round(2)
+        listed = [
+            (*rng.integers(0, m, 2), round(rng.uniform(-0.4, 0.8), 2), rng.choice([0.3, 2]), rng.choice([1, -1]))
+            for _ in range(rng.integers(0, 3))
+        ]
+        multiplier = multiplier_of(gamma.tolist(), [(int(i), int(j), c, a, int(s)) for i, j, c, a, s in listed])
+        for odd in (False, True):
+            for repeated in (False, True):
+                if covers(multiplier, odd=odd, repeated=repeated):
+                    taken += 1
+                    assert worst(multiplier, odd=odd, repeated=repeated, rounds=2, rng=rng) > -1e-9
+    assert taken > 15
