@@ -16,7 +16,7 @@ import pytest
 from lure.analysis.certificates import frequencies
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
-from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
@@ -88,12 +88,12 @@ def draft(name, top=None):
 
 
 def accepted(given):
-    return json.loads(json.dumps(dict(settled(given).certificate)))
+    return json.loads(json.dumps(dict(complete_and_check(given).certificate)))
 
 
 def refused_by_both(name, given):
     with pytest.raises((Rejected, Malformed)):
-        settled(given)
+        complete_and_check(given)
     whole = accepted(draft(name)) | given
     with pytest.raises((Rejected, Malformed)):
         check(whole)
@@ -102,7 +102,7 @@ def refused_by_both(name, given):
 
 @pytest.mark.parametrize("name", KEPT)
 def test_small_multipliers_prove_more_than_was_published(name):
-    shown = settled(draft(name))
+    shown = complete_and_check(draft(name))
     assert shown.assumed == ""
     assert shown.claim.startswith("0 attracts every motion: channel 1: all")
     assert recheck(dict(shown.certificate)).accepted
@@ -195,7 +195,7 @@ def test_circle_and_popov_are_decided_over_frequencies_too():
         ("laws", "channels", 0, "time_varying", True),
     ):
         with pytest.raises(Rejected):
-            settled(changed(SCALAR, *path))
+            complete_and_check(changed(SCALAR, *path))
         assert not recheck(accepted(SCALAR) | changed(SCALAR, *path)).accepted
 
 
@@ -206,12 +206,12 @@ def test_with_a_cycle_in_d_the_vertices_of_the_slopes_decide(top, solvable):
     given |= {"theorem": "matrix-zames-falb", "laws": {"channels": [nonlinearity(top)] * 2, "repeated": False}}
     given["multiplier"] = {"gamma": [["1", "0"], ["0", "1"]], "theta": ["0", "0"], "kernels": []}
     if solvable:
-        shown = settled(given)
+        shown = complete_and_check(given)
         assert shown.facts["well-posed"] == "det(1 + D G) > 0 at the 4 vertices of the slopes"
         assert recheck(dict(shown.certificate)).accepted
     else:
         with pytest.raises(Rejected):
-            settled(given)
+            complete_and_check(given)
         assert not recheck(accepted(changed(SCALAR, "multiplier", "theta", 0, "0")) | given).accepted
     D = given["system"]["D"]
     plant = type(
