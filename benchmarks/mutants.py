@@ -1,7 +1,7 @@
 """Mutants of what chooses, compares and words above the checker: one place of a function changed, the tests run.
 
     python benchmarks/mutants.py --draw 180 --seed 3 --seconds 3000
-    python benchmarks/mutants.py --only lure.analysis.questions.answers:_certification --draw 1000
+    python benchmarks/mutants.py --only lure.analysis.questions.search:_try --draw 1000
 
 Operators as in ``notebooks/notes/0009-mutants-of-the-checker.md``, and the branches of a conditional exchanged.  Once,
 and again when a module or a test file has changed, it is noted which lines of these modules each test reaches, and how

@@ -16,11 +16,12 @@ from lure.analysis.deadline import check_seconds
 from lure.analysis.inequality.checks import require_solution
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.advice import row_asked, why
+from lure.analysis.questions.channels import Factors
 from lure.analysis.questions.conclusion import Certification, Conclusion, MismatchError, conclusion_of, undecided
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.problem import Plant, Problem, Search, by_matrices, plant_given
 from lure.analysis.questions.proofs import rank, silent
-from lure.analysis.questions.search import GRACE, Attempts, Findings, Tell, search_for
+from lure.analysis.questions.search import Attempts, Findings, Found, Tell, search_for
 from lure.analysis.theorems.table import BEST, Question
 from lure.analysis.verdict import Bracket, CriterionResult, Verdict, Witness
 from lure.analysis.wording import proviso
@@ -260,10 +261,9 @@ def _of_channels(  # noqa: PLR0913  (what the two questions share)
     progress: Tell | None,
 ) -> StabilityBound:
     from lure.analysis.questions.channel_problem import channel_problem
-    from lure.analysis.questions.channels import largest_factor
 
     problem = channel_problem(block, classes, kind=question, criterion=criterion)
-    return largest_factor(problem, seconds=seconds, progress=progress)
+    return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
 
 
 def _plant(block: object) -> Plant:
@@ -329,29 +329,23 @@ def answers(
     InputError, AssumptionError, ContradictionError, KeyboardInterrupt
         As :func:`max_sector`.
     """
-    found = [
-        Attempts(problem, list(problem.refusals))
-        if problem.kind == "class"
-        else Findings(problem, Bracket(double_below(problem.lower), math.inf))
-        for problem in problems
-    ]
+    found = [_nothing_yet(problem) for problem in problems]
 
     @cache
     def bounds() -> list[StabilityBound]:
         """What follows for the largest classes, whose steps are made before those of one class."""
-        largest = [each for each in found if isinstance(each, Findings)]
-        if several:
-            from lure.analysis.questions.channels import largest_factors
+        factors = [each.bound for each in found if isinstance(each, Factors)]
+        return factors or _spread([largest_of(each) for each in found if isinstance(each, Findings)])
 
-            return largest_factors([each.asked for each in largest], seconds=seconds, progress=progress)
-        return _spread([largest_of(each) for each in largest])
-
-    several = any(problem.several for problem in problems)
-    if several and any(row.stopped == "time" for row in bounds()):  # what is proved of one factor serves the next
-        seconds = GRACE
     search_for(found, bounds, seconds=seconds, numbers=numbers, tell=progress)
     rows = iter(bounds())
     return [certification_of(each, bounds()) if isinstance(each, Attempts) else next(rows) for each in found]
+
+
+def _nothing_yet(problem: Problem) -> Found:
+    if problem.kind == "class":
+        return Attempts(problem, list(problem.refusals))
+    return Factors(problem) if problem.several else Findings(problem, Bracket(double_below(problem.lower), math.inf))
 
 
 # One class: from what was tried to the answer.

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from lure.analysis.deadline import time_limit
 from lure.analysis.drawing import drawing
 from lure.analysis.numerics.doubles import double_above, double_below
-from lure.analysis.questions.channels import largest_factor
+from lure.analysis.questions.answers import answer
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Diagonal
 from lure.errors import InputError
@@ -133,8 +133,8 @@ def stability_map(
                 break
             tell(f"map of (k1, k2), direction {i + 1} of {len(directions)}", i / len(directions))
             classes = _towards(problem.classes, direction)
-            found = largest_factor(replace(problem, classes=classes, kind="sector", known=()))
-            rays.append(_ray(direction, found))
+            found = answer(replace(problem, classes=classes, kind="sector", known=()))
+            rays.append(_ray(direction, cast("StabilityBound", found)))
     lower = problem.classes.lower
     return StabilityMap(lower=(lower[0], lower[1]), asked=(k1, k2), rays=tuple(rays))
 

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
-from time import monotonic
 from typing import NamedTuple
 
 from lure.analysis.certificates import codes
@@ -19,7 +18,6 @@ from lure.analysis.certificates.arithmetic import Rejected, eliminated
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import Failure, checked, contains, guarded
 from lure.analysis.certificates.systems import class_entries
-from lure.analysis.deadline import time_limit
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import (
@@ -172,92 +170,124 @@ def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved]
     )
 
 
-def largest_factor(
-    asked: Problem,
-    *,
-    before: StabilityBound | None = None,
-    seconds: float | None = None,
-    progress: Tell | None = None,
-) -> StabilityBound:
-    """The largest factor of the classes that is proved, and the smallest found that is refuted.
+@dataclass(slots=True)
+class Factors:
+    """What was found about the largest factor so far: true at any moment, complete if ``stopped`` is None at the end.
 
-    Parameters
+    Attributes
     ----------
     asked : Problem
         The question.
-    before : StabilityBound, optional
-        The answer about larger classes with the same bounds: its proof holds here too, and is searched for again only
-        by criteria that see the difference.
-    seconds : float or None
-        Time allowed; what was found until then is said.
-    progress : callable, optional
-        Told each step and the share done.
+    against : tuple of Fraction, Refuted, or None
+        The smallest factor refuted, and by what.
+    proofs : list of tuple of Fraction, Proved
+        The factors proved, and by what.
+    answers : list of CriterionResult
+        Of the criteria asked so far.
+    complete : bool
+        Whether every step was made that could have found more.
+    stopped : {"time", "interrupt"} or None
+        What ended the search early.
+    left_out : str
+        The steps that could not be made, because a package is missing, and which.
+    """
+
+    asked: Problem
+    against: tuple[Fraction, Refuted] | None = None
+    proofs: list[tuple[Fraction, Proved]] = field(default_factory=list)
+    answers: list[CriterionResult] = field(default_factory=list)
+    complete: bool = False
+    stopped: Stopped | None = None
+    left_out: str = ""
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing more is to be tried."""
+        return self.complete
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing was found."""
+        return not self.proofs and self.against is None
+
+    @property
+    def known(self) -> Fraction:
+        """The largest factor proved; 0 for none."""
+        return max((factor for factor, _ in self.proofs), default=Fraction(0))
+
+    @property
+    def bound(self) -> StabilityBound:
+        """What follows from it."""
+        told = [one.reason for one in self.answers if one.verdict is not Verdict.PROVED]
+        reason = "" if self.proofs else self.left_out + (told[-1] if told else "no criterion was asked")
+        if self.stopped == "time" and not self.proofs:
+            reason = f"the time allowed is over ({codes.OUT_OF_TIME.identifier})"
+        answers = sorted(self.answers, key=lambda one: (one.verdict is not Verdict.PROVED, -one.largest.low))
+        best = max(self.proofs, key=lambda one: one[0], default=None)
+        return channel_bound(self.asked, best, self.against, answers, reason=reason, stopped=self.stopped)
+
+
+def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[str, Callable[[], None]]]:
+    """The plan of one question: constant gains, then criteria while a gap is left, then switched gains.
+
+    Parameters
+    ----------
+    found : Factors
+        Of the question; each step writes down there what it finds.
+    earlier : sequence of Factors
+        Of questions about the same plant with steps before these: a proof of larger classes with the same bounds holds
+        here too, and is searched for again only by criteria that see the difference.
 
     Raises
     ------
     InputError
         There is no such criterion, the loop is not well posed with the gains at the lower bounds, or an upper bound is
         not positive, so that no factor enlarges its class.
-    KeyboardInterrupt
-        The user interrupted before anything was found.
     """
+    asked = found.asked
     if min(asked.classes.upper) <= 0:
         raise InputError("an upper bound is not positive; the largest factor is asked of classes with upper bounds > 0")
     require_well_posed(asked)
-    criteria, tell = criteria_for(asked), progress or (lambda _step, _done: None)
-    against: tuple[Fraction, Refuted] | None = None
-    proofs: list[tuple[Fraction, Proved]] = []
-    answers: list[CriterionResult] = []
+    before: StabilityBound | None = None
+    criteria, said = criteria_for(asked), list[tuple[Fraction, Proved] | Failure | None]()
 
-    def searched() -> None:
-        nonlocal against
-        tell("constant gains", 0.0)
-        against = _against(asked, before)
+    def gains() -> None:
+        nonlocal before
+        rows = (each.bound for each in reversed(earlier) if each.complete)
+        before = next((row for row in rows if _larger(row, asked)), None)
+        found.against = _against(asked, before)
         if before is not None and (carried := _carried(asked, before)) is not None:
-            proofs.append((carried.factor, carried.shown))
-            answers.append(carried.answer)
-        if against is not None and against[0] == 0:
-            return
-        most, reached = math.inf if against is None else float(against[0]), -1  # the kind that reached what is known
-        for i, one in enumerate(criteria):
-            known = max((found[0] for found in proofs), default=Fraction(0))
-            enough = known >= most * (1 - (_NEAR if one.kind else _CLOSED))
-            if one.kind == reached or enough or (before is not None and not _sees(one, asked, before)):
-                continue
-            tell(one.name, (i + 1) / (len(criteria) + 2))
-            found = guarded(one.name, partial(farthest, asked, one, known, most), passing=(TimeoutError,))
-            answers.append(_answer(asked, one, found))
-            if isinstance(found, tuple):
-                proofs.append(found)
-                if one.row.linear:
-                    break  # gains are decided as far as the boxes go
-            if isinstance(found, tuple) or (found is None and one.kind):
-                reached = one.kind  # the others of this kind prove less
-        known = max((found[0] for found in proofs), default=Fraction(0))
-        if known < most * (1 - _NEAR):
-            tell("switched gains", (len(criteria) + 1) / (len(criteria) + 2))
-            jumping = guarded(
-                "switched gains", partial(switching_refuting, asked, known, most), passing=(TimeoutError,)
-            )
-            against = jumping if isinstance(jumping, tuple) else against
+            found.proofs.append((carried.factor, carried.shown))
+            found.answers.append(carried.answer)
 
-    stopped: Stopped | None = None
-    try:
-        with time_limit(seconds):
-            searched()
-    except TimeoutError:
-        stopped = "time"
-    except KeyboardInterrupt:
-        if not (proofs or against):
-            raise
-        stopped = "interrupt"
-    told = [one.reason for one in answers if one.verdict is not Verdict.PROVED]
-    reason = "" if proofs else told[-1] if told else "no criterion was asked"
-    if stopped == "time" and not proofs:
-        reason = f"the time allowed is over ({codes.OUT_OF_TIME.identifier})"
-    answers.sort(key=lambda one: (one.verdict is not Verdict.PROVED, -one.largest.low))
-    best = max(proofs, key=lambda one: one[0], default=None)
-    return channel_bound(asked, best, against, answers, reason=reason, stopped=stopped)
+    def ask(one: Criterion) -> None:
+        said.append(guarded(one.name, partial(farthest, asked, one, found.known, most), passing=(TimeoutError,)))
+        found.answers.append(_answer(asked, one, said[-1]))
+        if isinstance(said[-1], tuple):
+            found.proofs.append(said[-1])
+
+    def switch() -> None:
+        search = partial(switching_refuting, asked, found.known, most)
+        jumping = guarded("switched gains", search, passing=(TimeoutError,))
+        found.against = jumping if isinstance(jumping, tuple) else found.against
+
+    yield "constant gains", gains
+    if found.stopped is None and (found.against is None or found.against[0] != 0):
+        most, kind = math.inf if found.against is None else float(found.against[0]), -1
+        for one in criteria:
+            enough = found.known >= most * (1 - (_NEAR if one.kind else _CLOSED))
+            if one.kind == kind or enough or (before is not None and not _sees(one, asked, before)):
+                continue
+            yield one.name, partial(ask, one)
+            if found.stopped is not None:
+                return
+            if isinstance(said[-1], tuple) and one.row.linear:
+                break  # gains are decided as far as the boxes go
+            if isinstance(said[-1], tuple) or (said[-1] is None and one.kind):
+                kind = one.kind  # the others of this kind prove less
+        if found.known < most * (1 - _NEAR):
+            yield "switched gains", switch
+    found.complete = found.stopped is None
 
 
 class _Carried(NamedTuple):
@@ -304,34 +334,6 @@ def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, R
             return alpha, shown
     never = refutation(asked, Fraction(1), constant_gains(asked.classes.lower))
     return (Fraction(0), never) if never is not None else gains_refuting(asked, most=math.inf)
-
-
-def largest_factors(
-    problems: Sequence[Problem], *, seconds: float | None = None, progress: Tell | None = None
-) -> list[StabilityBound]:
-    """The answers to several questions about one plant, each as :func:`largest_factor`.
-
-    Parameters
-    ----------
-    problems : sequence of Problem
-        The questions, larger classes before smaller ones: what is proved for one serves the next.
-    seconds : float or None
-        Time allowed to all of them.
-    progress : callable, optional
-        Told each step and the share done.
-    """
-    tell, found = progress or (lambda _step, _done: None), list[StabilityBound]()
-    ends = None if seconds is None else monotonic() + seconds
-    for i, problem in enumerate(problems):
-        left = None if ends is None else max(ends - monotonic(), 1e-3)
-
-        def share(step: str, done: float, i: int = i) -> None:
-            """Of all questions."""
-            tell(step, (i + done) / len(problems))
-
-        before = next((row for row in reversed(found) if _larger(row, problem)), None)
-        found.append(largest_factor(problem, before=before, seconds=left, progress=share))
-    return found
 
 
 def _larger(row: StabilityBound, asked: Problem) -> bool:

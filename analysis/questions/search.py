@@ -15,6 +15,9 @@ from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.questions.advice import row_asked, serves
+from lure.analysis.questions.channel_proofs import criteria_for
+from lure.analysis.questions.channels import Factors, factor_steps
+from lure.analysis.questions.channels import proposals as of_channels
 from lure.analysis.questions.conclusion import Certification, conclusion_of
 from lure.analysis.questions.counterexample_search import (
     counterexample,
@@ -89,6 +92,11 @@ class Findings:
     left_out: str = ""
 
     @property
+    def empty(self) -> bool:
+        """Whether nothing was found."""
+        return not self.answers and not self.witnesses
+
+    @property
     def proved(self) -> float:
         """The end of the largest class proved, ``-inf`` for none."""
         return max((each.largest.low for each in self.answers if each.verdict is Verdict.PROVED), default=-math.inf)
@@ -131,24 +139,27 @@ class Attempts:
         return self.stopped or self.certification is not None
 
 
+Found = Findings | Factors | Attempts
+
+
 @dataclass(frozen=True, slots=True)
 class Step:
     """One piece of work for one problem."""
 
     stage: int
     name: str
-    findings: Findings | Attempts
+    findings: Found
     work: Callable[[], None]
 
 
 def search_for(
-    found: Sequence[Findings | Attempts], bounds: Bounds, *, seconds: float | None, numbers: Numbers, tell: Tell | None
+    found: Sequence[Found], bounds: Bounds, *, seconds: float | None, numbers: Numbers, tell: Tell | None
 ) -> None:
     """Make the steps of all plans, stage by stage, the first problem first in each, and write down what is found.
 
     Parameters
     ----------
-    found : sequence of Findings or Attempts
+    found : sequence of Findings, Factors or Attempts
         Of problems about one plant, empty; what they have in common is computed once.
     bounds : callable
         What follows for the largest classes once their steps are made; asked for one class beside them.
@@ -168,19 +179,23 @@ def search_for(
     KeyboardInterrupt
         The user stopped the search before anything was found.
     """
-    shared, beside = _Shared(), any(isinstance(each, Findings) for each in found)
+    shared, beside = _Shared(), not all(isinstance(each, Attempts) for each in found)
     plans, most = list[Iterator[Step]](), 0
     for each in found:
         if isinstance(each, Attempts):
             plans.append(_one_class(each, bounds if beside else None, numbers))
             most += beside
-        elif not each.asked.several:
+        elif isinstance(each, Factors):
+            factors = [one for one in found if isinstance(one, Factors)]
+            plans.append(_largest_factor(each, factors[: factors.index(each)]))
+            most += len(criteria_for(each.asked)) + 2
+        else:
             asking = _theorems(each.asked)
             plans.append(_largest_class(each, asking, shared))
             most += len(asking) + 3
     steps = enumerate(heapq.merge(*plans, key=lambda step: step.stage))
     try:
-        for allowed, late in ((seconds, [each for each in found if isinstance(each, Findings)]), (GRACE, [])):
+        for allowed, late in ((seconds, [each for each in found if not isinstance(each, Attempts)]), (GRACE, [])):
             try:
                 with time_limit(allowed):
                     for number, step in steps:
@@ -195,7 +210,7 @@ def search_for(
             code=Reason.RANGE,
         ) from None
     except KeyboardInterrupt:
-        if not any(each.answers or each.witnesses for each in found if isinstance(each, Findings)):
+        if all(isinstance(each, Attempts) or each.empty for each in found):
             raise
         _stop(found, "interrupt")
 
@@ -210,13 +225,13 @@ def _make(step: Step, done: float, tell: Tell | None) -> None:
     try:
         step.work()
     except ModuleNotFoundError as missing:
-        assert isinstance(step.findings, Findings), "of one class every failure is kept"
+        assert not isinstance(step.findings, Attempts), "of one class every failure is kept"
         step.findings.left_out += f"{step.name} left out: {missing}; "
 
 
-def _stop(found: Sequence[Findings | Attempts], why: Stopped) -> None:
+def _stop(found: Sequence[Found], why: Stopped) -> None:
     for each in found:
-        if isinstance(each, Findings):
+        if not isinstance(each, Attempts):
             each.stopped = None if each.complete or each.closed else why
         elif not each.closed:
             each.stopped = True
@@ -232,7 +247,7 @@ def _theorems(asked: Problem) -> list[Theorem]:
 
 
 def _title(asked: Problem) -> str:
-    if asked.kind == "class":
+    if asked.kind == "class" or asked.several:
         return ""
     if asked.question == "sector":
         return "sector, time-varying: " if asked.time_varying else "sector: "
@@ -310,6 +325,11 @@ def _counterexamples(found: Findings, shared: _Shared) -> None:
     found.witnesses += nonlinear_witnesses(asked)
 
 
+def _largest_factor(found: Factors, earlier: Sequence[Factors]) -> Iterator[Step]:
+    """The plan for several channels, one question after the other."""
+    yield from (Step(0, name, found, work) for name, work in factor_steps(found, earlier))
+
+
 # One class: what is proposed, until the checker accepts a certificate from which something follows for it.
 
 Accepted = Callable[[], "Proved | Refuted | Failure | None"]
@@ -318,21 +338,26 @@ Accepted = Callable[[], "Proved | Refuted | Failure | None"]
 def _one_class(found: Attempts, bounds: Bounds | None, numbers: Numbers) -> Iterator[Step]:
     """The plan: what was accepted for largest classes, where there are such, or else searches of its own."""
     asked, stage = found.asked, 0 if bounds is None else _AFTER
-    if bounds is not None and not asked.several:
-        yield Step(stage, "what was accepted for the largest classes", found, partial(_known, found, bounds))
-        if not asked.endless_below:
+    if bounds is not None:
+        known = _known_of_channels if asked.several else _known
+        yield Step(stage, "what was accepted for the largest classes", found, partial(known, found, bounds))
+        if asked.several or not asked.endless_below:
             return
-    own = _of_channels(asked, [] if bounds is None else bounds()) if asked.several else _own(asked, numbers)
-    for name, propose in own:
+    for name, propose in _of_channels(asked, ()) if asked.several else _own(asked, numbers):
         if found.closed:
             return
         yield Step(stage, name, found, partial(_try, found, name, propose))
 
 
-def _of_channels(asked: Problem, rows: list[StabilityBound]) -> Iterator[Proposal]:
-    """Searches for these classes of several channels, and what was accepted for largest factors."""
-    from lure.analysis.questions.channels import proposals as of_channels
+def _known_of_channels(found: Attempts, bounds: Bounds) -> None:
+    """What was accepted for largest factors, and what the same criteria show of the factor 1."""
+    for name, propose in _of_channels(found.asked, bounds()):
+        if not found.closed:
+            _try(found, name, propose)
 
+
+def _of_channels(asked: Problem, rows: Sequence[StabilityBound]) -> Iterator[Proposal]:
+    """Searches for these classes of several channels, and what was accepted for largest factors."""
     found = guarded("criteria", lambda: list(of_channels(asked, rows)))
     yield from [("criteria", lambda: found)] if isinstance(found, Failure) else found
 

@@ -10,9 +10,9 @@ from lure import Diagonal, InputError, NonlinearityClass, Sector, SlopeBounds, a
 from lure.analysis import Verdict
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.inequality.shifted_loop import ShiftedLoop
-from lure.analysis.questions.answers import ContradictionError
+from lure.analysis.questions.answers import ContradictionError, answer
 from lure.analysis.questions.channel_problem import channel_problem
-from lure.analysis.questions.channels import channel_bound, largest_factor
+from lure.analysis.questions.channels import channel_bound
 from lure.analysis.questions.conclusion import MismatchError
 from lure.analysis.questions.problem import Problem
 from lure.plants.multivariable import MultivariablePlant
@@ -153,7 +153,7 @@ def test_the_sentence_is_from_the_certificates():
 
 def test_a_certificate_about_something_else_is_no_answer():
     asked = channel_problem(FETZER, [UNIT] * 4, kind="slope", criterion="diagonal-circle")
-    found = largest_factor(asked)
+    found = answer(asked)
     low, high = Fraction(found.largest.low), Fraction(found.refuted_at)
     for other in (
         Problem(plant=OPPOSITE, classes=asked.classes, kind="slope"),
@@ -176,7 +176,7 @@ def test_a_certificate_about_something_else_is_no_answer():
 
 def test_a_proof_and_a_refutation_that_overlap_are_a_bug():
     asked = channel_problem(FETZER, [UNIT] * 4, kind="slope", criterion="diagonal-circle")
-    found = largest_factor(asked)
+    found = answer(asked)
     low = Fraction(found.largest.low)
     with pytest.raises(ContradictionError):
         channel_bound(asked, (low, found.proof), (low / 2, found.refutation))
