@@ -15,17 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.rod.motion.event_free import EventFree, Search
-from lure.rod.motion.event_free_interval import EventFreeInterval
+from lure.rod.motion.event_free import EventFreeInterval, Finder
+from lure.rod.motion.kernel_interval import follow, sampled, unrolled
 from lure.rod.motion.kernel_piece import MOST_POWERED
 from lure.rod.motion.kernel_series import (
-    AREA,
     BLOCK,
     COEF,
     COUNT,
     CROSSINGS,
     DEGREE,
-    ECHO,
     ENDINGS,
     ENDS,
     ENERGY,
@@ -37,6 +35,7 @@ from lure.rod.motion.kernel_series import (
     LARGEST,
     LATER,
     LAW,
+    LOOPS,
     LOW,
     MARKS,
     MERGED,
@@ -61,22 +60,16 @@ from lure.rod.motion.kernel_series import (
     SEGMENT,
     SEGMENT_SIZE,
     SEGMENTS,
-    SHARE,
     SINCE,
-    SIZE,
-    START,
     STATE,
     STOP,
     STORED,
-    STRESS,
     TRANSIT,
     TRANSITS,
     TRIP,
     VALUE,
     WAVE,
     WINDOWS,
-    WORK,
-    WORK_REST,
     WORST,
     Counts,
     Room,
@@ -112,8 +105,8 @@ _TRIP, _COMPILE, _LOAD = 5e-4, 20.0, 1.0  # [s] a round trip without compilation
 _PIECE, _COMPILED_PIECE = 1e-4, 5e-7  # [s] a piece of a round trip
 LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
 
-Kernel = Callable[[Array, Counts, Array, Counts, int], int]
-_KERNELS: dict[bool, Kernel] = {}
+Kernel = Callable[..., Any]
+_KERNELS: dict[Kernel, Kernel] = {}
 
 
 class Engine:
@@ -129,7 +122,10 @@ class Engine:
 
     def __init__(self, problem: Problem, *, compiled: bool, stretches: bool = True) -> None:
         self._problem, self.compiled = problem, compiled
-        self._search = Search(problem, _COMPILED_PIECE if compiled else _PIECE) if stretches else None
+        functions = follow, sampled, unrolled
+        if compiled:
+            functions = tuple(compiled_kernel(function) for function in functions)
+        self._finder = Finder(problem, functions, compiled=compiled) if stretches else None
         self._asked, self._load, self._most_blocks = range(0), NO_LOAD, 1
         self._given: tuple[Load | None, Any] = None, None
         wave, error = problem.sources.initial_wave()
@@ -156,7 +152,7 @@ class Engine:
     def _kernel(self, load: Load, stop: int) -> int:
         """Go on to a round trip: see :func:`lure.rod.motion.kernel_trip.run`."""
         if self.compiled:
-            return compiled_kernel(_powers(self._problem))(self.f, self.q, *load, stop)
+            return compiled_kernel(_function(self._problem))(self.f, self.q, *load, stop)
         if load is not self._given[0]:
             self._given = load, (load[0].tolist(), load[1].tolist())
         with np.errstate(all="ignore"):  # as in compiled code
@@ -200,21 +196,17 @@ class Engine:
             Contact and flight alternate more than 4000 times in a round trip, or cannot be told apart.
         """
         total = math.ceil(self._problem.transits / 2.0)
-        search, pace = self._search, 1
-        if search is None or not search.hopeful:
-            search, pace = None, total
+        finder, pace = self._finder, 1
+        if finder is None or not finder.loads.known:
+            finder, pace = None, total
         while (trip := int(self.q[TRIP])) < total:
-            if search is not None and trip > 0:
+            if finder is not None and trip > 0:
                 pace, found = min(2 * pace, _MOST_PACE), None
                 if clear(self.f, self.q):
-                    wave, state = at_hand(self.f, self.q, self.open_impact)
-                    found = search.after(trip, wave, state)
+                    found = finder.after(*self._memory, self.open_impact)
                 if found is not None:
-                    worth = search.worth(state, len(wave.series), found.interval.powers.map.degree)
-                    if len(found.interval) > worth:
-                        pace = max(2, worth // 8)  # an interval that a search is worth does not begin at every event
-                    skipped(self.f, self.q, self._problem, found)
-                    yield found.interval
+                    pace = 2
+                    yield found
                     continue
             yield from self._until(min(trip + pace, total))
 
@@ -227,7 +219,7 @@ class Engine:
             # as many as are needed; at first few, until it is known how many panels each takes
             count = min(max(-(-stop // BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
             count = min(count, self._most_blocks)
-            known = self._search and self._search.loads.panels(block, count, self._room.degree)
+            known = self._finder and self._finder.loads.panels(block, count, self._room.degree)
             self._load = known or self._panels.over(block, count)
             self._asked = range(block, block + count)
             many = max(1, (len(self._load[1]) - count - 2) // count)
@@ -339,68 +331,13 @@ class Engine:
 
 
 def clear(f: Array, q: Counts) -> bool:
-    """Whether the end is so far from the ends of a straight segment that an interval without events is looked for."""
-    nonlinearity, table = q[LAW] + SEGMENT_SIZE * q[SEGMENT], _table(f, q)
-    rate, origin = f[nonlinearity + RATE], f[nonlinearity + ORIGIN]
-    if math.isinf(rate) or f[nonlinearity + POWER] != 1.0 or len(table) > _MOST_OLD or table[-1, STOP] != 2.0:
+    """Whether an interval without events may begin: on a straight segment, with whole round trips, off its ends."""
+    nonlinearity = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
+    last = q[OLD] + (q[DEGREE] + 1 + COEF) * (q[COUNT] - 1)
+    if math.isinf(f[nonlinearity + RATE]) or f[nonlinearity + POWER] != 1.0 or f[last + STOP] != 2.0:
         return False
-    widths = 0.5 * f[TRANSIT] * (table[:, STOP] - table[:, START])
-    swing = float(widths @ (f[SHARE] * table[:, SIZE] + abs(f[nonlinearity + STRESS])))
-    room = min(f[nonlinearity + HIGH] - origin - f[VALUE], f[VALUE] - (f[nonlinearity + LOW] - origin))
-    return bool(room > (_CLEAR_IN_CONTACT if rate > 0.0 else _CLEAR) * swing)
-
-
-def at_hand(f: Array, q: Counts, impact: Contact | None) -> tuple[Pieces, State]:
-    """What comes back in the next round trip, without its load, and the end of the rod."""
-    table = _table(f, q)
-    degrees = q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(table), None]
-    series = np.where(np.arange(q[DEGREE] + 1) <= degrees, table[:, COEF:], 0.0)
-    zeta = Level(value=float(f[VALUE]), rest=float(f[REST]))
-    wave = Pieces(np.append(table[:, START], table[-1, STOP]), series)
-    return wave, State(segment=int(q[SEGMENT]), zeta=zeta, impact=impact)
-
-
-def skipped(f: Array, q: Counts, problem: Problem, found: EventFree) -> None:
-    """Put the motion after an interval in the place of that before it, and enter what it adds to the sums."""
-    series, count, table = found.wave.series, len(found.interval), _table(f, q)
-    sizes = np.abs(series).sum(axis=1)
-    table[:, SIZE], table[:, COEF:] = sizes, series
-    q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(series)] = found.interval.powers.map.degree
-    q[TRIP] += count
-    f[VALUE], f[REST] = found.state.zeta.value, found.state.zeta.rest
-    f[SCALE] = max(abs(f[ECHO]) ** count * f[SCALE], float(sizes.max()))
-    if found.state.impact is not None:
-        impact = found.state.impact
-        q[OPEN] = 1
-        f[SINCE : PEAK + 1] = impact.start, impact.end, impact.impulse, impact.peak_stress * f[MOBILITY]
-    f[HIGHEST] = max(f[HIGHEST], found.largest)
-    f[ERROR] += found.interval.error * count + f[LATER] * f[TRANSIT]
-    f[LATER] = 0.0
-    _balanced(f, q, problem, found)
-
-
-def _balanced(f: Array, q: Counts, problem: Problem, found: EventFree) -> None:
-    """The energy balance."""
-    interval, zeta = found.interval, found.state.zeta
-    segment = problem.nonlinearity.segments[found.state.segment]
-    begun, rest = float(interval.states[0, interval.powers.map.waves]), float(interval.rests[0])
-    first, last = begun + rest, zeta.value + zeta.rest
-    before, after = stored(f, q, segment.origin + first), stored(f, q, segment.origin + last)
-    # the work follows from where the end begins and stops, but for the residual of its equation
-    push = segment.push + (0.5 * segment.rate * (first + last) if segment.rate else 0.0)
-    term = float(f[AREA] / f[MOBILITY]) * push * (zeta.value - begun + (zeta.rest - rest))
-    off = f[WORK] + f[WORK_REST] - (before - f[STORED])
-    f[WORST] = max(f[WORST], abs(off) + found.imbalance)
-    total = f[WORK] + term
-    f[WORK_REST] += (f[WORK] - total) + term if abs(f[WORK]) >= abs(term) else (term - total) + f[WORK]
-    f[WORK] = total
-    f[ENERGY] = max(f[ENERGY], found.passed, abs(before), abs(after), abs(f[STORED]))
-
-
-def _table(f: Array, q: Counts) -> Array:
-    """The pieces of the wave that comes back (COUNT, COEF + N + 1), in their place."""
-    count, width = int(q[COUNT]), int(q[DEGREE]) + 1 + COEF
-    return f[q[OLD] : q[OLD] + count * width].reshape(count, width)
+    z = f[nonlinearity + ORIGIN] + f[VALUE]
+    return bool(f[nonlinearity + LOW] < z < f[nonlinearity + HIGH])
 
 
 def compilation_pays(problem: Problem, wish: bool | None) -> bool:  # noqa: FBT001  (an option passed on)
@@ -417,24 +354,24 @@ def compilation_pays(problem: Problem, wish: bool | None) -> bool:  # noqa: FBT0
         if wish:
             raise InputError('Numerics.compiled needs numba: pip install "lure[fast]"')
         return False
-    if wish or getattr(_KERNELS.get(_powers(problem)), "signatures", None):
+    if wish or getattr(_KERNELS.get(_function(problem)), "signatures", None):
         return True
     seconds = 0.5 * problem.transits * _TRIP
-    return seconds > _COMPILE or (seconds > _LOAD and bool(_on_disk(compiled_kernel(_powers(problem)))))
+    return seconds > _COMPILE or (seconds > _LOAD and bool(_on_disk(compiled_kernel(_function(problem)))))
 
 
-def _powers(problem: Problem) -> bool:
-    return any(segment.power != 1.0 for segment in problem.nonlinearity.segments)
+def _function(problem: Problem) -> Kernel:
+    """The kernel with or without power laws."""
+    return run_powers if any(segment.power != 1.0 for segment in problem.nonlinearity.segments) else run
 
 
-def compiled_kernel(powers: bool) -> Kernel:  # noqa: FBT001  (one of two kernels)
-    """The kernel with or without power laws, compiled at its first call with all it calls, and kept on disk."""
-    if powers in _KERNELS:
-        return _KERNELS[powers]
+def compiled_kernel(function: Kernel) -> Kernel:
+    """A function of the kernel, compiled at its first call with all it calls, and kept on disk."""
+    if function in _KERNELS:
+        return _KERNELS[function]
     from numba import njit
 
     _register()
-    function = run_powers if powers else run
     try:
         made: Any = njit(cache=True, error_model="numpy")(function)
     except RuntimeError:  # there is no place on disk to keep it
@@ -444,17 +381,19 @@ def compiled_kernel(powers: bool) -> Kernel:  # noqa: FBT001  (one of two kernel
     for path in _on_disk(made):
         if path.stat().st_mtime < newest:
             path.unlink(missing_ok=True)
-    _KERNELS[powers] = made
+    _KERNELS[function] = made
     return cast(Kernel, made)
 
 
 @cache
 def _register() -> None:
     """Let numba compile the functions of the kernel where compiled code calls them; they stay as they are."""
-    from numba.extending import register_jitable
+    from numba.extending import overload, register_jitable
 
     for function, inline in PARTS:
         register_jitable(error_model="numpy", forceinline=inline)(function)
+    for function, loops in LOOPS:
+        overload(function, jit_options={"error_model": "numpy"}, strict=False)(loops)
 
 
 def _on_disk(made: Any) -> list[Path]:  # noqa: ANN401  (numba has no types)

@@ -1,297 +1,304 @@
-"""How far nothing happens: states block after block, bounds over whole round trips, and what the sums gain by it."""
+"""Intervals without events: many round trips as one state each, evaluated where it is asked for."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from array import array
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from lure.rod.motion.event_free_interval import BLOCK, BLOCK_POWER, EventFreeInterval, peak
-from lure.rod.motion.event_free_map import Coefficients, EventFreeLoads, Powers, event_free_map, imbalance, passed
-from lure.rod.motion.pieces import Array, Pieces
-from lure.rod.motion.record import Level, State
+from lure.rod.motion import kernel_interval as kernel
+from lure.rod.motion.exponential_force import ExponentialForces
+from lure.rod.motion.kernel_series import COUNT, DEGREE, SEGMENT, TRIP
+from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds
+from lure.rod.motion.record import Record, Series, Window
 from lure.rod.motion.sources import Problem
+from lure.rod.motion.trip_matrix import Doubles
 from lure.rod.sampled import Contact
 
-TOP = 1e-16  # of the wave: what its last coefficients may be
-_CHUNK, _LARGE = 64, 100
-_MARGIN = 1e-12
-_CANCELLED = 4e-16
-LEAST = 16
-_MOST_STATES = 400
-_NOISE = 1e-17
-
-
-class Walk:
-    """States block after block, up to the first round trip that is not certainly free of events."""
-
-    def __init__(self, powers: Powers, number: int) -> None:
-        self.powers, self.number = powers, number
-        self.states: list[Array] = []
-        self.rests: list[Array] = []
-        self.tops: list[Array] = []
-        self.starts: list[Array] = []
-        self._tables()
-
-    def _tables(self) -> None:
-        """``zeta`` in each round trip of a block, less that in the first; bounds on what ``zeta`` does in any."""
-        powers, q = self.powers, self.powers.map
-        w, size = q.waves, powers.states.count + 1
-        inside, forced = np.zeros((1, q.size)), np.zeros((1, size))
-        series, constant = q.travel, q.steady
-        swing, more = np.abs(series).sum(axis=1), np.zeros((q.pieces, size))
-        more[:, -1] = np.abs(constant).sum(axis=1)
-        for k in range(BLOCK_POWER):
-            p = powers[k]
-            step = powers.step(p.m)
-            # row w of B + D, the identity taken off, then what is inside carried over
-            row = np.zeros(q.size)
-            row += p.rows[0] if q.segment.rate == 0.0 else p.rows[w]
-            later = inside * p.beta + inside[:, p.place] @ p.rows + row
-            load = inside @ p.load + forced @ step + p.load[w]
-            inside, forced = np.vstack((inside, later)), np.vstack((forced, load))
-            more = swing @ np.abs(p.load) + more @ np.maximum(np.abs(step), np.eye(size))
-            swing = swing * np.maximum(1.0, np.abs(p.beta)) + swing[:, p.place] @ np.abs(p.rows)
-        self._inside, self._forced, self._swing, self._more = inside, forced, swing, more
-
-    def along(self, X: Array, rest: float, most: int) -> int:
-        """Number of round trips without events, at most ``most``."""
-        q, done = self.powers.map, 0
-        w, segment = q.waves, q.segment
-        low, high = segment.low - segment.origin, segment.high - segment.origin
-        self.ahead, self.ahead_rest = X, rest
-        blocks = _CHUNK if q.size < _LARGE else 1
-        while done < most:
-            n = self.number + done
-            blocks = min(blocks * 8, _CHUNK, -(-(most - done) // BLOCK))
-            u = self.powers.at(self.powers.number_of(n, blocks))
-            states, rests = self._chunk(u)
-            swing = (np.abs(states) @ self._swing.T + np.abs(u) @ self._more.T).max(axis=1)
-            zeta = states @ self._inside.T + u @ self._forced.T + (states[:, w] + rests)[:, None]
-            margin = _MARGIN * (np.abs(zeta).max(axis=1) + swing)
-            tops = zeta + (swing + margin)[:, None]
-            free = tops < high
-            if low > -math.inf:
-                free &= zeta - (swing + margin)[:, None] > low
-            sizes = np.abs(states[:, :w]).reshape(blocks, q.pieces, -1)
-            fine = sizes[:, :, -1].max(axis=1) <= TOP * sizes.sum(axis=2).max(axis=1) if q.degree else True
-            if segment.rate > 0.0:
-                free &= np.reshape(fine, (-1, 1))
-            self.states.append(states)
-            self.rests.append(rests)
-            self.tops.append(tops.ravel())
-            self.starts.append(zeta.ravel())
-            loud = np.flatnonzero(~free.ravel())
-            if loud.size:
-                return min(most, done + int(loud[0]))
-            done += BLOCK * blocks
-        return most
-
-    def _chunk(self, u: Array) -> tuple[Array, Array]:
-        """States (blocks, S) given those of the load; ``ahead`` is the one after them."""
-        powers, q, blocks = self.powers, self.powers.map, len(u)
-        states, k, filled = np.empty((blocks + 1, q.size)), BLOCK_POWER, 1
-        states[0] = self.ahead
-        while filled < blocks + 1:
-            count = min(filled, blocks + 1 - filled)
-            states[filled : filled + count] = powers[k].applied(states[:count], u[:count])
-            filled, k = filled + count, k + 1
-        rests = np.zeros(blocks + 1)
-        if q.segment.rate == 0.0:
-            travelled = travel(powers, BLOCK_POWER, states[:-1], u)
-            sums = self.ahead_rest + np.concatenate(([0.0], np.cumsum(travelled)))
-            start = states[0, q.waves]
-            value = start + sums
-            back = value - start
-            rests = (start - (value - back)) + (sums - back)
-            states[:, q.waves] = value
-        self.ahead, self.ahead_rest = states[-1], float(rests[-1])
-        return states[:-1], rests[:-1]
-
-
-def travel(powers: Powers, k: int, X: Array, u: Array) -> Array:
-    """What ``zeta`` travels in flight over ``2**k`` round trips; ways there and back that differ by rounding cancel."""
-    gone, q = powers[k], powers.map
-    parts = X[:, : q.waves] * gone.rows[0, : q.waves]
-    way = parts.sum(axis=1)
-    way[np.abs(way) <= _CANCELLED * np.abs(parts).sum(axis=1)] = 0.0
-    return np.asarray(way + u @ gone.load[q.waves])
+CHUNK = 1024
+_MOST_NUMBERS = 1 << 19  # in the states that are kept of an interval
+_MOST_PIECES = 64
+_NAMES = {"wave": kernel.WAVE_, "returned": kernel.RETURNED_, "push": kernel.PUSH_, "z": kernel.Z_}
+Functions = tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class EventFree:
-    """An interval without events, and the motion after it.
+class EventFreeInterval:
+    """Round trips ``number .. number + count - 1``, as :class:`lure.rod.motion.record.Record` has them.
 
     Attributes
     ----------
-    interval : EventFreeInterval
-        The round trips.
-    wave : Pieces
-        What comes back in the next, without its load.
-    state : State
-        The end of the rod.
-    imbalance : float
-        Bound on what the work on the end and what the obstacle stores may differ by [J].
-    passed, largest : float
-        Largest energy of a round trip [J], largest wave [m/s].
+    number, count : int
+        The first round trip, and how many there are.
+    share : float
+        ``1/(1 + k_L/Z)``.
+    mobility : float
+        ``d`` with the share of a dashpot: from stresses to waves.
+    index : int
+        Place of the segment in the nonlinearity.
+    impact : Contact or None
+        As it was before.
+    memory : tuple
+        ``s``, ``d``, ``force`` and ``states``, see :mod:`lure.rod.motion.kernel_interval`.
+    functions : tuple
+        The functions of the kernel, compiled or as they stand.
+    before : int
+        Round trips in the memory before the first.
     """
 
-    interval: EventFreeInterval
-    wave: Pieces
-    state: State
-    imbalance: float
-    passed: float
-    largest: float
+    number: int
+    count: int
+    share: float
+    mobility: float
+    index: int
+    impact: Contact | None
+    memory: tuple[Any, Any, Any, Any]
+    functions: Functions
+    before: int = 0
+    _made: dict[object, object] = field(default_factory=dict)
 
+    def __len__(self) -> int:
+        """Number of round trips."""
+        return self.count
 
-class Search:
-    """Looks for event-free intervals of one motion; a piece of a round trip costs the kernel ``piece`` [s]."""
-
-    def __init__(self, problem: Problem, piece: float) -> None:
-        self._problem, self.loads, self._piece = problem, EventFreeLoads(problem.sources), piece
-        rod = problem.sources.rod
-        self._numbers = Coefficients(
-            transit=rod.travel_time,
-            share=problem.share,
-            echo=problem.sources.echo,
-            area=rod.area,
-            mobility=rod.mobility * problem.share,
-            impedance=rod.impedance,
-        )
-        self._total = math.floor(0.5 * problem.transits)
+    def _table(self, name: int, *shape: int) -> Array:
+        """One of the tables."""
+        s, d, *_ = self.memory
+        place, size = int(d[name]), int(np.prod(shape))
+        return np.asarray(s)[place : place + size].reshape(shape)
 
     @property
-    def hopeful(self) -> bool:
-        """Whether there may be any."""
-        return self.loads.known
+    def span(self) -> Array:
+        """(P+1,) ends of the pieces in every round trip."""
+        return self._table(kernel.EDGES, int(self.memory[1][kernel.PIECES_]) + 1).copy()
 
-    def worth(self, state: State, pieces: int, degree: int) -> int:
-        """Round trips of the kernel that cost as much as a search."""
-        size = pieces * (degree + 2) + 1
-        contact = self._problem.nonlinearity.segments[state.segment].rate > 0.0
-        return int((6e-4 + (6e-10 * size**3 + 6e-4 if contact else 0.0)) / (self._piece * (pieces + 1)))
+    @property
+    def stop(self) -> float:
+        """Where the last round trip ends, from its start [transits]."""
+        return float(self.span[-1])
 
-    def after(self, number: int, wave: Pieces, state: State) -> EventFree | None:
-        """The interval that begins with a round trip, given what comes back in it; None if there is none of 16."""
-        segment = self._problem.nonlinearity.segments[state.segment]
-        sizes = np.abs(wave.series).sum(axis=1)
+    @property
+    def impacts(self) -> Array:
+        """(0, 4): none ended."""
+        return np.empty((0, 4))
+
+    def edges(self, i: int) -> Array:
+        """Edges of the pieces of the i-th round trip."""
+        return self.span
+
+    def at(self, t: Array, name: Series) -> Array:
+        """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
+        order = None if np.all(t[1:] >= t[:-1]) else np.argsort(t, kind="stable")
+        given = np.ascontiguousarray(t if order is None else t[order])
+        found = np.empty(len(t))
+        self.functions[1](self.memory, (given, found), self.before + self.count, _NAMES[name])
+        if order is not None:
+            found[order] = found.copy()
+        return found
+
+    def every(self, first: int, stop: int) -> Array:
+        """(stop - first + 1, S) the states in consecutive round trips, counted from the first, and the one after."""
+        out = np.empty((stop - first + 1) * self._size)
+        self.functions[2](self.memory, self.before + first, self.before + stop, out)
+        return out.reshape(-1, self._size)
+
+    @property
+    def _size(self) -> int:
+        """Of a state."""
+        d = self.memory[1]
+        return kernel.HEAD + int(d[kernel.PIECES_]) * (int(d[kernel.TOP_DEGREE]) + 1)
+
+    def series(self, X: Array) -> tuple[Array, Array]:
+        """``W`` (n, P, degree+1) and ``zeta`` (n, P, K) on the pieces, for states (n, S)."""
+        d = self.memory[1]
+        P, n, depth, width = (int(d[name]) for name in (kernel.PIECES_, kernel.TOP_DEGREE, kernel.DEPTH, kernel.WIDTH))
+        wave = X[:, kernel.HEAD :].reshape(len(X), n + 1, P).transpose(0, 2, 1)
+        own = self._table(kernel.OWN, P, width, width)[:, :depth, : n + 1]
+        hold, level = (self._table(name, P, width)[:, :depth] for name in (kernel.HOLD, kernel.LEVEL))
+        ends, hold_ends, level_ends = (
+            self._table(name, *shape)
+            for name, shape in ((kernel.OF_END, (n + 1, P)), (kernel.HOLD_END, (P,)), (kernel.LEVEL_END, (P,)))
+        )
+        starts, travelled = np.empty((len(X), P)), X[:, 1].copy()
+        for p in range(P):
+            starts[:, p] = X[:, 0] + travelled
+            travelled += wave[:, p] @ ends[:, p] + level_ends[p] + hold_ends[p] * starts[:, p]
+        zeta = np.einsum("pkj,ipj->ipk", own, wave) + hold * starts[:, :, None] + level
+        return wave, zeta
+
+    def record(self, first: int, stop: int) -> Record:
+        """Some of the round trips, counted from the first, piece by piece."""
+        s, d, *_ = self.memory
+        count, P, width = stop - first, int(d[kernel.PIECES_]), int(d[kernel.WIDTH])
+        origin, T = float(s[kernel.FROM]), float(s[kernel.TIME])
+        X, edges, touching = self.every(first, stop), self.span, float(s[kernel.LOADING]) > 0.0
+        wave, zeta = self.series(X[:-1])
+        push = self._pushes(zeta)
+        z = zeta.copy()
+        z[:, :, 0] += origin
+        coef = np.concatenate((wave, z, push), axis=2)
+        degree = np.tile([wave.shape[2] - 1, z.shape[2] - 1, push.shape[2] - 1], (count * P, 1))
+        endings = np.zeros((count, 7))
+        endings[:, 0], endings[:, 1], endings[:, 2] = s[kernel.MISSED_], X[1:, 0], X[1:, 1]
+        if touching:
+            since = T * 2.0 * self.number if self.impact is None else self.impact.start
+            endings[:, 3], endings[:, 5] = since, X[1:, 2]
+            endings[:, 4] = T * 2.0 * (self.number + np.arange(first, stop) + 1.0)
+            endings[:, 6] = self._peaks()[first:stop]
+        marks = np.zeros((count, 4), dtype=np.int64)
+        marks[:, 0], marks[:, 1] = self.index, touching
+        return Record(
+            number=self.number + first,
+            share=self.share,
+            width=width,
+            first=P * np.arange(count + 1),
+            low=np.tile(edges[:-1], count),
+            high=np.tile(edges[1:], count),
+            start=coef.shape[2] * np.arange(count * P),
+            degree=degree,
+            coef=coef.ravel(),
+            endings=endings,
+            marks=marks,
+            impacts=self.impacts,
+        )
+
+    def pushes(self, first: int, stop: int) -> Array:
+        """``d p`` (n, P, K) on the pieces of consecutive round trips, counted from the first."""
+        return self._pushes(self.series(self.every(first, stop)[:-1])[1])
+
+    def _pushes(self, zeta: Array) -> Array:
+        rate = float(self.memory[0][kernel.STIFFNESS])
+        push = rate * zeta if rate else np.zeros((*zeta.shape[:2], 1))
+        push[:, :, 0] += self.memory[0][kernel.PUSHED]
+        return push
+
+    def _peaks(self) -> Array:
+        """Largest stress [Pa] of the impact up to the end of each round trip."""
+        if "peaks" not in self._made:
+            self._made["peaks"] = running_peaks(self)
+        peaks = self._made["peaks"]
+        assert isinstance(peaks, np.ndarray)
+        return peaks
+
+    def window(self, i: int) -> Window:
+        """The i-th round trip on its own."""
+        chunk = i // CHUNK
+        key = ("record", chunk)
+        if key not in self._made:
+            for other in [other for other in self._made if isinstance(other, tuple)]:
+                del self._made[other]
+            self._made[key] = self.record(chunk * CHUNK, min((chunk + 1) * CHUNK, self.count))
+        record = self._made[key]
+        assert isinstance(record, Record)
+        return record.window(i - chunk * CHUNK)
+
+    def last(self, count: int) -> Record | EventFreeInterval:
+        """The last round trips."""
+        if count >= self.count:
+            return self
+        if count <= CHUNK:
+            return self.record(self.count - count, self.count)
+        s, d, force, states = self.memory
+        before = self.before + self.count - count
+        row = before // int(d[kernel.STRIDE])
+        s, d = copy(s), copy(d)
+        s[kernel.AT_HAND] = -1.0  # none
+        d[kernel.NUMBER] += row * d[kernel.STRIDE]
+        states = states[row * self._size :]
+        return replace(
+            self,
+            number=self.number + self.count - count,
+            count=count,
+            before=before - row * int(d[kernel.STRIDE]),
+            impact=self.record(self.count - count - 1, self.count - count).window(0).end.impact,
+            memory=(s, d, force, states),
+            _made={},
+        )
+
+
+class Finder:
+    """Looks for event-free intervals of one motion."""
+
+    def __init__(self, problem: Problem, functions: Functions, *, compiled: bool) -> None:
+        self._problem, self.loads, self._functions = problem, ExponentialForces(problem.sources), functions
+        self._compiled, self._total = compiled, math.floor(0.5 * problem.transits)
+
+    def after(self, f: Any, q: Any, impact: Contact | None) -> EventFreeInterval | None:  # noqa: ANN401  (two kinds of array)
+        """The interval that begins with the next round trip; None if there is none of 16."""
+        number, pieces = int(q[TRIP]), int(q[COUNT])
         states, end = self.loads.over(number)
         most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number
-        if states is None or most < LEAST:
+        if states is None or pieces > _MOST_PIECES:
             return None
-        series = states.series(wave.edges)
-        if series is None:
+        most = min(most, states.finite_until - number)
+        if most < kernel.LEAST:
             return None
-        degree, flat = max(_seen(wave.series, sizes), series.shape[1] - 1), segment.rate == 0.0
-        if not flat:
-            now = np.abs(series @ states.at(np.array([float(number)]))[0])
-            degree = max(_seen(wave.series, sizes, TOP), _seen(now, sizes, TOP)) + 1
-        if degree >= wave.series.shape[1] or (not flat and len(sizes) * (degree + 1) > _MOST_STATES):
+        width, columns = int(q[DEGREE]) + 1, states.columns
+        d = np.zeros(kernel.PLACES, dtype=np.int64)
+        s = np.zeros(kernel.places(d, pieces, width, columns, len(states.powers)))
+        size = kernel.HEAD + pieces * width
+        d[kernel.STRIDE] = 1 << max(0, math.ceil(math.log2(most * size / _MOST_NUMBERS)))
+        rows = -(-most // int(d[kernel.STRIDE]))
+        kept, groups = np.empty(rows * size), np.empty(kernel.GROUP_SIZE * -(-most // kernel.GROUP))
+        arrays: tuple[Any, ...] = s, d, states.table, kept
+        if not self._compiled:
+            made = (array("q", d.tobytes()), array("d", states.table.tobytes()), array("d", kept.tobytes()))
+            arrays = (Doubles("d", s.tobytes()), *made)
+            groups = array("d", groups.tobytes())
+        count = int(self._functions[0]((f, q), arrays, groups, most))
+        if not count:
             return None
-        found = event_free_map(segment, wave.edges, degree, self._numbers)
-        if found is None:
-            return None
-        padded = np.pad(series[:, : degree + 1], ((0, 0), (0, max(degree + 1 - series.shape[1], 0)), (0, 0)))
-        powers = Powers(map=found, numbers=self._numbers, states=states, series=padded)
-        with np.errstate(over="ignore", invalid="ignore"):  # a load that grows beyond all numbers ends the interval
-            return self._followed(powers, number, most, wave, state)
-
-    def _followed(self, powers: Powers, number: int, most: int, wave: Pieces, state: State) -> EventFree | None:
-        q = powers.map
-        X = np.zeros(q.size)
-        X[: q.waves] = (
-            wave.series[:, : q.degree + 1].ravel()
-            + powers.series.reshape(q.waves, -1) @ (powers.at(np.array([float(number)]))[0, :-1])
-        )
-        X[q.waves] = state.zeta.value
-        if q.segment.touching:
-            X[q.waves + 1] = state.impact.impulse if state.impact is not None else 0.0
-        walk = Walk(powers=powers, number=number)
-        count = walk.along(X, state.zeta.rest, most)
-        if count < LEAST:
-            return None
-        return self._summed(walk, count, wave, state)
-
-    def _summed(self, walk: Walk, count: int, wave: Pieces, state: State) -> EventFree:
-        powers, number, T = walk.powers, walk.number, self._numbers.transit
-        q = powers.map
-        blocks = -(-count // BLOCK)
-        states, rests = np.concatenate(walk.states)[:blocks], np.concatenate(walk.rests)[:blocks]
-        sizes = np.abs(states[:, : q.waves]).reshape(blocks, q.pieces, -1)
-        top = float(sizes[:, :, -1].max()) if q.segment.rate > 0.0 else 0.0
-        loads = float(np.abs(powers.series).sum(axis=1).max(initial=0.0))
-        error = 2.0 * T * (top + _NOISE * loads)
-        interval = EventFreeInterval(
-            powers=powers,
+        used = -(-count // int(d[kernel.STRIDE])) * (kernel.HEAD + pieces * (int(arrays[1][kernel.TOP_DEGREE]) + 1))
+        return EventFreeInterval(
             number=number,
             count=count,
             share=self._problem.share,
-            width=wave.series.shape[1],
-            index=state.segment,
-            states=states,
-            rests=rests,
-            error=error,
-            impact=state.impact,
-        )
-        last, rest = self._ended(walk, count)
-        end = Pieces(wave.edges, np.zeros_like(wave.series))
-        load = powers.series.reshape(q.waves, -1) @ powers.at(np.array([float(number + count)]))[0, :-1]
-        end.series[:, : q.degree + 1] = (last[: q.waves] - load).reshape(q.pieces, -1)
-        impact = None
-        if q.segment.touching:
-            before = state.impact
-            tops, starts = (np.concatenate(parts)[:count] for parts in (walk.tops, walk.starts))
-            highest = peak(interval, tops, float(starts.max())) if q.segment.rate > 0.0 else 0.0
-            highest = (q.segment.push + q.segment.rate * highest) / self._numbers.mobility
-            impact = Contact(
-                start=2.0 * T * number if before is None else before.start,
-                end=T * 2.0 * (number + count),
-                impulse=float(last[q.waves + 1]),
-                peak_stress=highest if before is None else max(before.peak_stress, highest),
-                closed=False,
-            )
-        largest, segment = float(sizes.sum(axis=2).max()), q.segment
-        reach = float(np.abs(states[:, q.waves]).max()) + 2.0 * T * self._numbers.share * largest
-        push = abs(segment.push) + segment.rate * reach
-        off = push and push * count * self._numbers.area / self._numbers.mobility * imbalance(powers, states)
-        return EventFree(
-            interval=interval,
-            wave=end,
-            state=State(segment=state.segment, zeta=Level(value=float(last[q.waves]), rest=rest), impact=impact),
-            imbalance=off,
-            passed=float(passed(powers, states).max()),
-            largest=largest,
+            mobility=self._problem.sources.rod.mobility * self._problem.share,
+            index=int(q[SEGMENT]),
+            impact=impact,
+            memory=(*arrays[:3], arrays[3][:used]),
+            functions=self._functions,
         )
 
-    def _ended(self, walk: Walk, count: int) -> tuple[Array, float]:
-        """The state after the interval, and what rounding lost of ``zeta``."""
-        powers, blocks = walk.powers, count // BLOCK
-        q = powers.map
-        states, rests = np.concatenate(walk.states), np.concatenate(walk.rests)
-        if count == BLOCK * len(states):
-            return walk.ahead, walk.ahead_rest
-        X, rest, n = states[blocks], float(rests[blocks]), walk.number + BLOCK * blocks
-        start = X[q.waves]
-        for k in range(BLOCK_POWER - 1, -1, -1):
-            if count >> k & 1:
-                u = powers.at(np.array([float(n)]))
-                travelled = float(travel(powers, k, X[None], u)[0]) if q.segment.rate == 0.0 else 0.0
-                X = powers[k].applied(X[None], u)[0]
-                if q.segment.rate == 0.0:
-                    X[q.waves], rest = _plus(start, travelled + rest)
-                    start = X[q.waves]
-                n += 1 << k
-        return X, rest
+
+def running_peaks(interval: EventFreeInterval) -> Array:
+    """Largest stress (count,) [Pa] of the impact up to the end of each round trip."""
+    impact = interval.impact
+    best = -np.inf if impact is None else impact.peak_stress * interval.mobility
+    found = []
+    for low in range(0, len(interval), CHUNK):
+        push = interval.pushes(low, min(low + CHUNK, len(interval)))
+        flat = push.reshape(-1, push.shape[2])
+        least = np.maximum(left_ends(flat), right_ends(flat)).reshape(push.shape[:2]).max(axis=1)
+        most = upper_bounds(flat).reshape(push.shape[:2]).max(axis=1)
+        before = np.maximum.accumulate(np.append(best, least))[:-1]
+        for i in np.flatnonzero(most > np.maximum(before, least)):
+            least[i] = max(least[i], largest_value(push[i]))
+        found.append(np.maximum.accumulate(np.append(best, least))[1:])
+        best = float(found[-1][-1])
+    return np.concatenate(found) / interval.mobility
 
 
-def _seen(series: Array, sizes: Array, share: float = _NOISE) -> int:
-    """The highest degree of which a coefficient is not below a share of the largest wave."""
-    seen = np.flatnonzero(np.abs(series).max(axis=0) > share * float(sizes.max()))
-    return int(seen[-1]) if seen.size else 0
+def largest_value(series: Array) -> float:
+    """The largest value on any piece, to rounding: pieces that may hold it are halved while a bound exceeds the best.
 
-
-def _plus(value: float, travel: float) -> tuple[float, float]:
-    """The sum, and what rounding lost of it."""
-    level = Level(value=value).plus(travel)
-    return level.value, level.rest
+    >>> largest_value(np.array([[0.0, 0.5, -0.5]]))  # -x^2 + x/2 + 1/2 is largest at x = 1/4
+    0.5625
+    """
+    space = basis(series.shape[1] - 1)
+    best = -np.inf
+    for _ in range(40):
+        sampled = series @ space.at_ends.T
+        best = max(best, float(sampled.max(initial=-np.inf)))
+        size = float(np.abs(series).sum(axis=1).max(initial=0.0))
+        open_ = series[upper_bounds(series) > best + 1e-15 * size]
+        if not len(open_):
+            break
+        low, high = np.full(len(open_), -1.0), np.zeros(len(open_))
+        series = np.concatenate((restricted(open_, low, high), restricted(open_, high, -low)))
+    return best

@@ -77,9 +77,9 @@ class Sources:
 
         def wave(tau: Array) -> tuple[Array, Array]:
             """The data, and what the rounding of the place does to them."""
-            place = L * np.abs(1.0 - tau)
-            value = at(tau, place)
-            return value, np.abs(at(tau, place + 2.0**-52 * L) - value)
+            place, n = L * np.abs(1.0 - tau), len(tau)
+            both = at(np.concatenate((tau, tau)), np.concatenate((place, place + 2.0**-52 * L)))
+            return both[:n], np.abs(both[n:] - both[:n])
 
         edges = [1.0]
         for data in (self.scenario.displacement, self.scenario.velocity):
