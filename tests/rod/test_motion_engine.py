@@ -17,6 +17,7 @@ from motions import WITH_NUMBA, other_rod, unit_rod
 from lure import InputError, PiecewiseLinear
 from lure.rod import Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, engine, exact_motion, motion_windows
+from lure.rod.motion.kernel_trip import run, run_powers
 from lure.rod.motion.motion import _problem
 from lure.rod.motion.record import Windows, record_of
 from lure.rod.motion.sources import Panels
@@ -245,7 +246,7 @@ def test_compilation_is_chosen_where_it_pays(monkeypatch):
     problem = SimpleNamespace(transits=100.0, nonlinearity=SimpleNamespace(segments=[SimpleNamespace(power=1.0)]))
     monkeypatch.setattr(engine, "find_spec", lambda _: object())
     monkeypatch.setattr(engine, "_KERNELS", {})
-    monkeypatch.setattr(engine, "compiled_kernel", lambda powers: "with" if powers else "without")
+    monkeypatch.setattr(engine, "compiled_kernel", lambda function: "with" if function is run_powers else "without")
     for transits, kept, pays in ((2000, True, False), (6000, True, True), (6000, False, False), (90_000, False, True)):
         problem.transits = transits
         monkeypatch.setattr(engine, "_on_disk", lambda made, kept=kept: kept and made == "without")
@@ -255,7 +256,7 @@ def test_compilation_is_chosen_where_it_pays(monkeypatch):
     problem.nonlinearity.segments[0].power, problem.transits = 2.0, 6000
     monkeypatch.setattr(engine, "_on_disk", lambda made: made == "without")
     assert engine.compilation_pays(problem, None) is False  # what is on disk knows no power laws
-    monkeypatch.setattr(engine, "_KERNELS", {False: SimpleNamespace(signatures=[()])})
+    monkeypatch.setattr(engine, "_KERNELS", {run: SimpleNamespace(signatures=[()])})
     assert engine.compilation_pays(problem, None) is False
     problem.nonlinearity.segments[0].power = 1.0
     assert engine.compilation_pays(problem, None) is True

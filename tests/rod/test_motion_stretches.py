@@ -5,19 +5,20 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from motions import WITH_NUMBA, unit_rod
 
 from lure import InputError, PiecewiseLinear
 from lure.rod import Scenario, builtin_system
-from lure.rod.motion import Boundary, Numerics, exact_motion
-from lure.rod.motion.event_free_interval import EventFreeInterval
-from lure.rod.motion.event_free_map import EventFreeLoads
+from lure.rod.motion import Boundary, Numerics, event_free, exact_motion
+from lure.rod.motion.event_free import EventFreeInterval
+from lure.rod.motion.exponential_force import ExponentialForces
 from lure.rod.motion.motion import _problem
 
 pytestmark = WITH_NUMBA
 ON, OFF = Numerics(compiled=True), Numerics(compiled=True, stretches=False)
+PLAIN = Numerics(compiled=False)
 AMOUNT = st.floats(-1, 1).map(lambda x: round(x, 3))
 SOFT = Boundary(nonlinearity=PiecewiseLinear([(0, 0), (Fraction(1, 10), Fraction(1, 50))], left_slope=0, right_slope=2))
 
@@ -94,6 +95,27 @@ def test_stretches_change_nothing(problem):
     rod, scenario, boundary, until = problem
     motions = [exact_motion(rod, scenario, until, boundary=boundary, numerics=how) for how in (ON, OFF)]
     assert_same(*motions)
+
+
+# Round trips in loops, round trips as products with a matrix: each way with states that are kept, and made again.
+@settings(max_examples=8)
+@given(problem=problems(), numbers=st.sampled_from([100, 1 << 19]))
+def test_loops_and_matrices_go_the_same_way(problem, numbers):
+    rod, scenario, boundary, until = problem
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(event_free, "_MOST_NUMBERS", numbers)
+        motions = [exact_motion(rod, scenario, until, boundary=boundary, numerics=how) for how in (ON, PLAIN)]
+    assert quiet_trips(motions[0]) == quiet_trips(motions[1])
+    assert_same(*motions)
+
+
+@pytest.mark.parametrize("numbers", [100, 1 << 19])
+def test_figure_8_goes_the_same_way_uncompiled(monkeypatch, numbers):
+    monkeypatch.setattr(event_free, "_MOST_NUMBERS", numbers)
+    motion, other = figure_8(0.8, ON), figure_8(0.8, PLAIN)
+    assert quiet_trips(motion) == quiet_trips(other) > 2300  # of 2400
+    assert_same(motion, other)
+    assert motion.impacts[-1].peak_stress == pytest.approx(other.impacts[-1].peak_stress, rel=1e-12)
 
 
 @pytest.mark.parametrize("force", FORCES)
@@ -215,26 +237,16 @@ def test_a_top_that_grazes_the_obstacle(extra):
     assert_same(motion, other, tolerance=1e-11)
 
 
-def test_the_states_are_the_force():
+def test_the_sum_of_exponentials_is_the_force():
     rod = unit_rod(damping=0.3)
     text = "0.3*t**2 - t*exp(-0.2*t)*sin(0.7*t + 1) + 2 + where(t < 12, 0, 1)"
     sources = _problem(rod, Scenario.parse(force=text), 50.0, Boundary(), 16).sources
-    loads = EventFreeLoads(sources)
-    edges = np.array([0.0, 0.3, 1.0, 1.9, 2.0])
+    forces = ExponentialForces(sources)
     for number in (1, 5, 6, 7, 20):
-        states, end = loads.over(number)
+        force, end = forces.over(number)
         assert end == (13.0 if number <= 6 else np.inf)  # t = 12, one transit later
-        series = states.series(edges) @ states.at(np.array([float(number)]))[0]
-        moved = states.series(edges) @ states.step(number - 1) @ states.at(np.array([1.0]))[0]
-        x = np.linspace(-0.9, 0.9, 7)
-        for p in range(4):
-            tau = edges[p] + 0.5 * (edges[p + 1] - edges[p]) * (x + 1.0)
-            if number == 6 and p > 1:
-                continue  # after the switch
-            expected = sources.added(2.0 * number + tau)[0]
-            assert np.polynomial.chebyshev.chebval(x, series[p]) == pytest.approx(expected, rel=1e-12)
-            if number < 7:
-                assert np.polynomial.chebyshev.chebval(x, moved[p]) == pytest.approx(expected, rel=1e-12)
+        t = 2.0 * number + np.linspace(0.0, 0.99, 7)
+        assert force(t) == pytest.approx(sources.added(t)[0], rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.rod.motion.event_free import EventFreeInterval, Finder
-from lure.rod.motion.kernel_interval import follow, sampled, unrolled
+from lure.rod.motion.event_free import EventFreeInterval, Finder, Functions
+from lure.rod.motion.kernel_follow import follow
+from lure.rod.motion.kernel_interval import sampled, unrolled
 from lure.rod.motion.kernel_piece import MOST_POWERED
 from lure.rod.motion.kernel_series import (
     BLOCK,
@@ -98,11 +99,8 @@ _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked 
 _PANELS = 20_000
 _MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
 _MOST_PACE = 1024
-_MOST_OLD = 64  # pieces of a wave
-_CLEAR, _CLEAR_IN_CONTACT = 2.0, 4.0  # distances, in swings of a round trip, below which nothing is tried
 _NOISE = 4e-16  # of the initial wave: what its fit leaves of coefficients that are zero
 _TRIP, _COMPILE, _LOAD = 5e-4, 20.0, 1.0  # [s] a round trip without compilation, compilation, loading what was compiled
-_PIECE, _COMPILED_PIECE = 1e-4, 5e-7  # [s] a piece of a round trip
 LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
 
 Kernel = Callable[..., Any]
@@ -122,9 +120,9 @@ class Engine:
 
     def __init__(self, problem: Problem, *, compiled: bool, stretches: bool = True) -> None:
         self._problem, self.compiled = problem, compiled
-        functions = follow, sampled, unrolled
+        functions: Functions = follow, sampled, unrolled
         if compiled:
-            functions = tuple(compiled_kernel(function) for function in functions)
+            functions = compiled_kernel(follow), compiled_kernel(sampled), compiled_kernel(unrolled)
         self._finder = Finder(problem, functions, compiled=compiled) if stretches else None
         self._asked, self._load, self._most_blocks = range(0), NO_LOAD, 1
         self._given: tuple[Load | None, Any] = None, None
@@ -152,7 +150,7 @@ class Engine:
     def _kernel(self, load: Load, stop: int) -> int:
         """Go on to a round trip: see :func:`lure.rod.motion.kernel_trip.run`."""
         if self.compiled:
-            return compiled_kernel(_function(self._problem))(self.f, self.q, *load, stop)
+            return int(compiled_kernel(_function(self._problem))(self.f, self.q, *load, stop))
         if load is not self._given[0]:
             self._given = load, (load[0].tolist(), load[1].tolist())
         with np.errstate(all="ignore"):  # as in compiled code

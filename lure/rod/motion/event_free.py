@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from lure.rod.motion import kernel_interval as kernel
+from lure.rod.motion import kernel_tables as kernel
 from lure.rod.motion.exponential_force import ExponentialForces
+from lure.rod.motion.kernel_follow import LEAST
+from lure.rod.motion.kernel_interval import PUSH_, RETURNED_, WAVE_, Z_
 from lure.rod.motion.kernel_series import COUNT, DEGREE, SEGMENT, TRIP
 from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds
 from lure.rod.motion.record import Record, Series, Window
@@ -23,7 +25,7 @@ from lure.rod.sampled import Contact
 CHUNK = 1024
 _MOST_NUMBERS = 1 << 19  # in the states that are kept of an interval
 _MOST_PIECES = 64
-_NAMES = {"wave": kernel.WAVE_, "returned": kernel.RETURNED_, "push": kernel.PUSH_, "z": kernel.Z_}
+_NAMES = {"wave": WAVE_, "returned": RETURNED_, "push": PUSH_, "z": Z_}
 Functions = tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]
 
 
@@ -44,7 +46,7 @@ class EventFreeInterval:
     impact : Contact or None
         As it was before.
     memory : tuple
-        ``s``, ``d``, ``force`` and ``states``, see :mod:`lure.rod.motion.kernel_interval`.
+        ``s``, ``d``, ``force`` and ``states``, see :mod:`lure.rod.motion.kernel_tables`.
     functions : tuple
         The functions of the kernel, compiled or as they stand.
     before : int
@@ -236,7 +238,7 @@ class Finder:
         if states is None or pieces > _MOST_PIECES:
             return None
         most = min(most, states.finite_until - number)
-        if most < kernel.LEAST:
+        if most < LEAST:
             return None
         width, columns = int(q[DEGREE]) + 1, states.columns
         d = np.zeros(kernel.PLACES, dtype=np.int64)
@@ -245,11 +247,10 @@ class Finder:
         d[kernel.STRIDE] = 1 << max(0, math.ceil(math.log2(most * size / _MOST_NUMBERS)))
         rows = -(-most // int(d[kernel.STRIDE]))
         kept, groups = np.empty(rows * size), np.empty(kernel.GROUP_SIZE * -(-most // kernel.GROUP))
-        arrays: tuple[Any, ...] = s, d, states.table, kept
+        arrays: tuple[Any, Any, Any, Any] = s, d, states.table, kept
         if not self._compiled:
             made = (array("q", d.tobytes()), array("d", states.table.tobytes()), array("d", kept.tobytes()))
             arrays = (Doubles("d", s.tobytes()), *made)
-            groups = array("d", groups.tobytes())
         count = int(self._functions[0]((f, q), arrays, groups, most))
         if not count:
             return None

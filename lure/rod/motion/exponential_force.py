@@ -50,7 +50,7 @@ class ExponentialForce:
 
     @property
     def table(self) -> Array:
-        """As the kernel has it: see :func:`lure.rod.motion.kernel_interval.follow`."""
+        """As the kernel has it: see :func:`lure.rod.motion.kernel_follow.follow`."""
         rows = [float(len(self.powers))]
         for rate, power, weights in zip(self.rate.tolist(), self.powers, self.weights, strict=True):
             rows += [rate.real, rate.imag, float(power)]

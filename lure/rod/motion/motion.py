@@ -210,15 +210,15 @@ class Numerics:
         Called now and then with the time reached [s]; unlike ``on_window`` it costs nothing.
     compiled : bool or None
         Whether numba compiles the kernel (``pip install "lure[fast]"``): half a microsecond a round trip in flight,
-        and about as much for each piece between kinks in the wave, in place of some 0.2 ms, for some 20 s at the first
-        call ever, twice that with power laws, which are kept on disk.  None compiles if that takes less time than it
+        and about as much for each piece between kinks in the wave, in place of some 0.2 ms, for half a minute at the
+        first call ever, more with power laws, which are kept on disk.  None compiles if that takes less time than it
         saves: what this process or, for motions of more than 2000 round trips, an earlier one has compiled is used, and
         motions of more than 40 000 are compiled for.  It is the same code either way, and gives the same numbers to
         rounding; ``Motion.compiled`` says which way was taken.
     stretches : bool
-        Whether many round trips are passed over at once where nothing can happen in them: without a body force, under
-        a force that is a sum of exponentials, sines and powers between its breakpoints, at a cost that hardly depends
-        on their number.
+        Whether round trips in which nothing can happen are gone through on pieces that stay the same, at a twentieth of
+        the cost: without a body force, under a force that is a sum of exponentials, sines and powers between its
+        breakpoints.
     """
 
     degree: int = 16

@@ -12,7 +12,7 @@ from lure.rod.motion.pieces import Array
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Layout:
-    """Where the tables of an interval are; the names are those of :mod:`lure.rod.motion.kernel_interval`."""
+    """Where the tables of an interval are; the names are those of :mod:`lure.rod.motion.kernel_tables`."""
 
     pieces: int
     degree: int
