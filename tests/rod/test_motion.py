@@ -136,7 +136,7 @@ def test_no_window_but_the_last_is_needed(compiled):
     assert len(kept.fields.windows) == 3
     assert kept.impacts == whole.impacts != ()
     t = np.linspace(kept.since, 81.0, 40)
-    assert np.array_equal(kept.z(t), whole.z(t))
+    assert kept.z(t) == pytest.approx(whole.z(t), rel=1e-14)  # a record of a state rounds in another place
     with pytest.raises(InputError, match=r"give times in \[76, 81\] s"):
         kept.z(70.0)
 

@@ -99,6 +99,7 @@ _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked 
 _PANELS = 20_000
 _MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
 _MOST_PACE = 1024
+_WORTH = 64  # round trips of the kernel as it stands that cost as much as a search
 _NOISE = 4e-16  # of the initial wave: what its fit leaves of coefficients that are zero
 _TRIP, _COMPILE, _LOAD = 5e-4, 20.0, 1.0  # [s] a round trip without compilation, compilation, loading what was compiled
 LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
@@ -203,7 +204,8 @@ class Engine:
                 if clear(self.f, self.q):
                     found = finder.after(*self._memory, self.open_impact)
                 if found is not None:
-                    pace = 2
+                    # what a search is worth that is not compiled does not begin at every event
+                    pace = 2 if self.compiled or len(found) > _WORTH else _WORTH // 8
                     yield found
                     continue
             yield from self._until(min(trip + pace, total))
