@@ -262,7 +262,12 @@ def test_the_sum_of_exponentials_is_the_force():
 
 @pytest.mark.parametrize(
     "loads",
-    [{"force": "exp(-(t - 3)**2)"}, {"body_force": "0.01*x"}, {"force": "0.01*sin(t)*t**5/1e9"}, {"force": "sqrt(t)*0.01"}],
+    [
+        {"force": "exp(-(t - 3)**2)"},
+        {"body_force": "0.01*x"},
+        {"force": "0.01*sin(t)*t**5/1e9"},
+        {"force": "sqrt(t)*0.01"},
+    ],
 )
 def test_other_loads_take_every_round_trip(loads):
     motion = exact_motion(unit_rod(gap=1e3), Scenario.parse(displacement="0.01*x", **loads), 100.0, numerics=ON)
