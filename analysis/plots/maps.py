@@ -39,8 +39,8 @@ def plot_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
     low = [float(v) for v in found.lower]
     ends = []
     for i in range(2):
-        seen = [float(found.asked[i]), *(c[i] for c in refuted)]
-        seen += [c[i] for c in proved] if len(seen) < 3 else []
+        asked = float(found.asked[i])
+        seen = [asked, *(c[i] for c in refuted)] if refuted else [asked, 4 * asked]
         ends.append(low[i] + _ROOM * (_typical(seen) - low[i]))
     x, y = [
         np.unique([low[i], ends[i], *(c[i] for c in (*proved, *refuted) if low[i] < c[i] < ends[i])]) for i in (0, 1)

@@ -247,9 +247,7 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
     if name:
         member = "of which it is one as declared" if words else "of which it is checked to be one"
         if asked.several:
-            member = member.replace("it is one", "these are some").replace(
-                "it is checked to be one", "these are checked to be some"
-            )
+            member = f"classes to which these {'belong as declared' if words else 'are checked to belong'}"
         found = f", as for every {about}, {member}"
         if not attracts and nonlinearity is not None and _rests_at_zero_only(nonlinearity, shown):
             found = f": {head[0].lower()}{head[1:]}, {member}, and it vanishes at 0 only"

@@ -190,7 +190,7 @@ def below_table(found: LoopAnalysis) -> str:
     if not found.problem.several:
         return f"Linear gains for which the loop is stable: {gains_words(found)}."
     factors = f"The numbers are factors of every upper bound of: {found.problem.classes}; lower bounds stay."
-    if found.map is None or not found.map.proved:
+    if found.map is None or not (found.map.proved and found.map.refuted):
         return factors
     corners = ", ".join(f"({bound_below(a)}, {bound_below(b)})" for a, b in found.map.proved)
     return f"{factors} Pairs (k1, k2) of upper bounds that are proved, with all smaller ones: {corners}."
@@ -423,7 +423,11 @@ def analyse(
         Problem.largest(plant, question, lower=lower[question], odd=odd, time_varying=varying)
         for question, odd, varying in _ROWS
     ]
-    found = answers([*asked, *([] if given is None else [problem])], seconds=seconds, progress=progress)
+    beside = (
+        [] if given is None or problem.linear else [problem]
+    )  # constant gains are decided by a criterion of their own
+    found = answers([*asked, *beside], seconds=seconds, progress=progress)
+    found += answers([problem], seconds=seconds) if problem.linear else []
     rows = [row for row in found if isinstance(row, StabilityBound)]
     conclusion = _farthest(rows).conclusion if given is None else found[-1].conclusion
     with time_limit(GRACE if any(row.stopped == "time" for row in rows) else None):

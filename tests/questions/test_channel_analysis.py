@@ -4,7 +4,18 @@ import json
 
 import pytest
 
-from lure import InputError, Saturation, Sector, SlopeBounds, analyse, as_plant, builtin_loop, certify, report
+from lure import (
+    InputError,
+    NonlinearityClass,
+    Saturation,
+    Sector,
+    SlopeBounds,
+    analyse,
+    as_plant,
+    builtin_loop,
+    certify,
+    report,
+)
 from lure.analysis import Verdict
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.plots.maps import plot_map
@@ -132,3 +143,16 @@ def test_gains_that_jump_refute_where_all_of_them_are_members():
     assert (ray.refuted_k1, ray.refuted_k2) == (1, 3)
     Found.refutation = Shown(["2", "0"])
     assert channel_map._ray((1, 2), Found).refuted_k1 == 2
+
+
+# every linear gain is stable, and tanh makes the loop oscillate (Fitts): a class of constant gains is not one of slopes
+def test_a_class_of_constant_gains_in_one_channel_is_decided_by_root_counts():
+    plant = builtin_loop("kalman-fitts").block
+    for found in (certify, analyse):
+        assert found(plant, NonlinearityClass.constant_gain(0, 5)).verdict is Verdict.PROVED
+        assert found(plant, NonlinearityClass.slope_restricted(0, 5)).verdict is not Verdict.PROVED
+    assert certify("1/(s+1)^3", NonlinearityClass.constant_gain(0, 8)).verdict is Verdict.REFUTED
+    delayed = certify("exp(-s)/(s+1)", NonlinearityClass.constant_gain(0, 1))
+    assert delayed.verdict is Verdict.PROVED  # by a criterion for sectors
+    with pytest.raises(InputError, match="constant gains that are not odd"):
+        NonlinearityClass(sector=Sector(0, 1), linear=True)
