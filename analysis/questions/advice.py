@@ -27,18 +27,19 @@ _WITHOUT = "nothing is proved"
 
 
 def row_asked(rows: Sequence[StabilityBound], nonlinearity_class: NonlinearityClass) -> StabilityBound:
-    """The row whose class is of the kind asked about, of the four in their order of the table.
+    """The row whose class is of the kind asked about; where there is none, the first.
 
     Parameters
     ----------
     rows : sequence of StabilityBound
-        Sectors of nonlinearities that vary with time, sectors, slopes, slopes of odd nonlinearities.
+        What is known of the largest classes.
     nonlinearity_class : NonlinearityClass
         The class.
     """
-    if nonlinearity_class.time_varying or nonlinearity_class.slope is None:
-        return rows[0 if nonlinearity_class.time_varying else 1]
-    return rows[3 if nonlinearity_class.odd else 2]
+    varying = nonlinearity_class.time_varying
+    slope = nonlinearity_class.slope is not None and not varying
+    kind = ("slope" if slope else "sector", slope and nonlinearity_class.odd, varying)
+    return next((row for row in rows if (row.question, row.odd, row.time_varying) == kind), rows[0])
 
 
 def serves(row: StabilityBound, nonlinearity_class: NonlinearityClass) -> bool:

@@ -4,6 +4,7 @@ import copy
 import pickle
 from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -212,7 +213,14 @@ def test_what_does_not_fit_does_not_end_the_search(proofs, monkeypatch):
     ],
 )
 def test_the_row_of_a_class_is_that_of_its_kind(asked, row):
-    assert advice.row_asked(["varying", "sector", "slope", "odd"], asked) == row
+    kinds = [("sector", False, True), ("sector", False, False), ("slope", False, False), ("slope", True, False)]
+    names = ("varying", "sector", "slope", "odd")
+    rows = [
+        SimpleNamespace(name=name, question=q, odd=o, time_varying=v)
+        for name, (q, o, v) in zip(names, kinds, strict=True)
+    ]
+    assert advice.row_asked(rows, asked).name == row
+    assert advice.row_asked(rows[:1], asked) is rows[0]
 
 
 def test_any_row_may_decide_and_without_a_class_the_best_does():

@@ -9,11 +9,14 @@ from fractions import Fraction
 
 import pytest
 
-from lure import InputError, RationalPlant, as_plant
+from lure import InputError, NonlinearityClass, RationalPlant, as_plant
+from lure.analysis.certificates import codes
 from lure.analysis.counterexamples.oscillation import _smallest
 from lure.analysis.deadline import checkpoint, time_left, time_limit
 from lure.analysis.questions import analyse, max_sector, max_slope, search
+from lure.analysis.questions.answers import answers
 from lure.analysis.questions.largest import meet
+from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Verdict
 
 # d + k n = s^3 + (2 + 2k) s^2 + (2 - k) s + 1 is Hurwitz up to 2k^2 - 2k = 3, k = (1 + sqrt 7)/2; Popov ends at 1.49,
@@ -135,6 +138,21 @@ def test_an_interrupt_before_anything_was_found_passes(monkeypatch):
     monkeypatch.setattr(search, "hurwitz", interrupted)
     with pytest.raises(KeyboardInterrupt):
         max_sector(PARK)
+
+
+def test_one_class_is_decided_by_what_was_accepted_for_largest_ones_even_when_the_time_is_over(monkeypatch):
+    def refuse(*_):
+        raise AssertionError("a search of its own")
+
+    monkeypatch.setattr(search, "_own", refuse)
+    monkeypatch.setattr(search, "GRACE", 60.0)  # a busy machine
+    ending(monkeypatch, "park", TimeoutError("over"))
+    inside = Problem.about(PARK, NonlinearityClass.slope_restricted(0, 1))  # Popov's ends at 1.49
+    beyond = Problem.about(PARK, NonlinearityClass.slope_restricted(0, Fraction(8, 5)))
+    row, proved, open_ = answers([Problem.largest(PARK, "slope", lower=Fraction(0)), inside, beyond])
+    assert (row.stopped, row.criterion) == ("time", "popov")
+    assert (proved.verdict, proved.shown.theorem) == (Verdict.PROVED, "popov")
+    assert (open_.verdict, open_.code) == (Verdict.INCONCLUSIVE, codes.OUT_OF_TIME)
 
 
 def test_no_time_at_all_shows_nothing_and_says_why():
