@@ -280,7 +280,7 @@ def _farthest_by(
 
     if known and not serves(float(known) * (1 + _WORTH)):
         return None
-    low, high = _between(asked, serves, float(known), most)
+    low, high = _between(asked, serves, max(float(known), double_above(least)), most)
     while high - low > search.precision * high:
         checkpoint()
         middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
@@ -297,7 +297,7 @@ def _farthest_by(
 
 
 def _between(asked: Problem, serves: Callable[[float], bool], known: float, most: float) -> tuple[float, float]:
-    """A factor that serves, or what is known, and one that does not; just below ``most``, the refuted, first."""
+    """A factor that serves, or what is known to begin with, and one that does not; just below ``most`` first."""
     if most < math.inf:
         near = [most * (1 - step) for step in (1e-7, 1e-4)]
         served = next((alpha for alpha in near if serves(alpha)), None)
