@@ -4,6 +4,7 @@ import json
 
 import pytest
 from certificate_family import DISCRETE, LAG_1, OSCILLATOR, THIRD, draft, nonlinearities, transfer
+from depth import sampled
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -97,7 +98,7 @@ def drafts(draw):
     return draft(system, nonlinearities(*sector, slope=slope, odd=odd, time_varying=varying), theorem, multiplier)
 
 
-@settings(max_examples=150)
+@settings(max_examples=sampled(60, of=150))
 @example(draft(LAG_1, nonlinearities("33", "inf", slope=["-1", "5"]), "circle", {}))
 @example(draft(OSCILLATOR, nonlinearities(0, "29/10", slope=True), "off-axis-circle", {"alpha": "0"}))
 @example(

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import pytest
 from certificate_family import DRAFTS, accepted, certificate, nonlinearities
+from depth import sampled
 from flint import fmpq, fmpq_poly
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -172,7 +173,7 @@ def assert_true(found):
 
 
 SHORT = [name for name in DRAFTS if not name.startswith("flow-orbit")]
-MANY = settings(max_examples=150)
+MANY = settings(max_examples=sampled(60, of=150))
 
 
 @pytest.mark.parametrize("names", [SHORT[i::6] for i in range(6)], ids=lambda names: names[0])

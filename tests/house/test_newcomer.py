@@ -71,9 +71,9 @@ def test_from_an_empty_folder_to_an_answer_about_ones_own_loop(plain, tmp_path):
     )  # the linear gain 6.5 is in the class, and unstable
 
 
-def test_from_an_empty_folder_to_a_notebook_and_a_test_of_ones_own_law(packages, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("own")
-    own = Environment(tmp_path_factory.mktemp("testing"), packages[1], "testing")
+def test_from_an_empty_folder_to_a_notebook_and_a_test_of_ones_own_nonlinearity(plain, tmp_path_factory):
+    folder, own = tmp_path_factory.mktemp("own"), plain
+    own.add("testing")
     own.run("lure", "init", "--notebook", "my-loop.ipynb", cwd=folder)
     cells = json.loads((folder / "my-loop.ipynb").read_text(encoding="utf-8"))["cells"]
     own.run("lure", "init", "--notebook", "my-loop.py", cwd=folder)

@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from depth import sampled
 from flint import ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -100,7 +101,7 @@ def test_the_matched_rod_has_the_margin_of_an_integrator(cells, theta):
     assert result.verdict is Verdict.PROVED
 
 
-@settings(max_examples=12)
+@settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts, upper=uppers)
 def test_smallest_theta_agrees_with_a_search_over_the_transfer_function(ratio, cells, upper):
     block = block_of(ratio, cells)
@@ -110,7 +111,7 @@ def test_smallest_theta_agrees_with_a_search_over_the_transfer_function(ratio, c
     assert found >= bracket.low * (1 - 1e-4) - 1e-9
 
 
-@settings(max_examples=12)
+@settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts)
 def test_circle_limit_agrees_with_a_search_over_the_transfer_function(ratio, cells):
     block = block_of(ratio, cells)
@@ -123,7 +124,7 @@ def test_circle_limit_agrees_with_a_search_over_the_transfer_function(ratio, cel
         assert lowest <= -1 / largest.high * (1 - 1e-3)
 
 
-@settings(max_examples=12)
+@settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts, upper=uppers, stretch=st.floats(0, 4))
 def test_margin_is_a_lower_bound_that_is_nearly_attained(ratio, cells, upper, stretch):
     block = block_of(ratio, cells)
@@ -140,7 +141,7 @@ def test_margin_is_a_lower_bound_that_is_nearly_attained(ratio, cells, upper, st
 
 
 # many periods, where the reduction to the first one (notes/0004) would show if it were wrong
-@settings(max_examples=12)
+@settings(max_examples=sampled(6, of=12))
 @given(
     ratio=ratios, cells=st.one_of(st.none(), st.integers(2, 300)), stretch=st.floats(0, 4), period=st.integers(1, 40)
 )
@@ -156,7 +157,7 @@ def test_no_later_period_of_the_phase_lies_below_the_margin(ratio, cells, stretc
     assert np.all(values >= result.margin.low - 1e-7 * np.abs(values) - 1e-9 * (1 + theta))
 
 
-@settings(max_examples=12)
+@settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts, upper=st.one_of(st.just(math.inf), st.floats(1e-6, 1e6)))
 def test_popov_is_sharp_at_the_smallest_theta(ratio, cells, upper):
     block = block_of(ratio, cells)
@@ -169,7 +170,7 @@ def test_popov_is_sharp_at_the_smallest_theta(ratio, cells, upper):
         assert below.margin.high < 0
 
 
-@settings(max_examples=12)
+@settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts)
 def test_circle_is_sharp_at_its_largest_sector(ratio, cells):
     block = block_of(ratio, cells)
@@ -182,7 +183,7 @@ def test_circle_is_sharp_at_its_largest_sector(ratio, cells):
         assert ratio > 1
 
 
-@settings(max_examples=12)
+@settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts, upper=uppers)
 def test_popov_reaches_every_sector_and_what_holds_for_a_stiffer_obstacle_holds_for_a_softer_one(ratio, cells, upper):
     block = block_of(ratio, cells)
@@ -197,7 +198,7 @@ def test_popov_reaches_every_sector_and_what_holds_for_a_stiffer_obstacle_holds_
 
 # theta scales as time, the margin as 1/sector: a rod of length lambda L has T, theta, omega scaled by lambda, d
 # unchanged.
-@settings(max_examples=12)
+@settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts, stretch=st.sampled_from([Fraction(1, 1000), Fraction(1, 7), 3, 10_000]))
 def test_a_longer_rod_scales_theta_and_the_circle_limit(ratio, cells, stretch):
     short, long = unit_rod(ratio), Rod(**{**UNIT, "length": stretch}, damping=ratio)

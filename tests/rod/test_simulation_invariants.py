@@ -31,7 +31,7 @@ def motions(draw):
     return upwind(its, draw(st.integers(1, 20))), Scenario.parse(displacement=wave, velocity=velocity)
 
 
-@settings(max_examples=sampled(20, of=60))
+@settings(max_examples=sampled(12, of=60))
 @given(motion=motions())
 def test_no_free_motion_contradicts_the_theory(motion):
     scheme, scenario = motion
@@ -45,7 +45,7 @@ def test_no_free_motion_contradicts_the_theory(motion):
     assert impulse == pytest.approx(fallen, rel=1e-8, abs=1e-9 * scale)
 
 
-@settings(max_examples=sampled(10, of=25))
+@settings(max_examples=sampled(6, of=25))
 @given(motion=motions())
 def test_where_no_contact_can_follow_none_does(motion):
     scheme, scenario = motion

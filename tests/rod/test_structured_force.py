@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from depth import sampled
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
@@ -96,7 +97,7 @@ def test_the_average_of_the_sequence_is_the_force(tau, start, force):
     form=st.sampled_from(("corrected", "as-printed")),
 )
 @example(k=0.0, N=3, omega=0, trips=6.0, pressed=False, form="corrected")
-@settings(max_examples=40)
+@settings(max_examples=sampled(12, of=40))
 def test_forced_flight_and_forced_contact_are_the_augmented_exponential(k, N, omega, trips, pressed, form):
     gap, amplitude = (-1.0, 1e-3) if pressed else (1.0, 1e-3)
     rod = rod_with(k, gap, compliance=2e-8 / N)
@@ -123,7 +124,7 @@ def test_forced_flight_and_forced_contact_are_the_augmented_exponential(k, N, om
     k=st.sampled_from((0.0, 2e-4, 0.4, 1.2, 30.0)),
     form=st.sampled_from(("corrected", "as-printed")),
 )
-@settings(max_examples=30)
+@settings(max_examples=sampled(10, of=30))
 def test_the_forced_motion_is_that_of_the_event_exact_simulation(force, gap, N, k, form):
     scheme = upwind(rod_with(k, gap), N, form=form)
     scenario = Scenario.parse(force=force, displacement=RELEASE)

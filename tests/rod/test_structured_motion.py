@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from depth import sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
@@ -53,7 +54,7 @@ def test_a_stretch_of_contact_is_the_matrix_exponential(k, N, share, seed):
     k=st.sampled_from((0.0, 2e-4, 0.4, 1.2, 30.0)),
     ordering=st.sampled_from(("eq39", "eq48")),
 )
-@settings(max_examples=30)
+@settings(max_examples=sampled(12, of=30))
 def test_the_motion_is_that_of_the_event_exact_simulation(gap, velocity, N, k, ordering):
     scenario = Scenario(
         displacement=DATA.displacement,
@@ -86,7 +87,7 @@ def test_a_rod_that_hits_a_wall_turns_round_in_a_round_trip():
 
 
 @given(gap=st.floats(-2e-4, 1e-4), N=st.integers(2, 4000), k=st.floats(0, 3))
-@settings(max_examples=20)
+@settings(max_examples=sampled(10, of=20))
 def test_contact_gives_no_energy(gap, N, k):
     scheme = upwind(rod_with(k, gap, compliance=2e-9 if N > 10 else 1e-7), N)
     start = initial_state(scheme, DATA)

@@ -48,18 +48,22 @@ def canonical(name):
 class Environment:
     """A virtual environment that holds the wheel and what the wheel asks for, and nothing else."""
 
-    def __init__(self, folder, wheel, *extras):
+    def __init__(self, folder, wheel):
         venv.create(folder, with_pip=False, symlinks=True)
         self.bin = folder / "bin"
         self.home = folder / "home"
         self.home.mkdir()
         version = f"python{sys.version_info[0]}.{sys.version_info[1]}"
-        packages = folder / "lib" / version / "site-packages"
+        self.packages, self.wheel = folder / "lib" / version / "site-packages", wheel
+        self.add()
+
+    def add(self, *extras):
+        """Install the wheel, or extras of it."""
         for have in needed("lure", extras):
-            link(have, packages)
+            link(have, self.packages)
         # pip checks that everything the wheel's metadata asks for is there, in a version that will do
         pip = [sys.executable, "-m", "pip", "--python", self.bin / "python", "--disable-pip-version-check", "install"]
-        run([*pip, "--no-index", "--quiet", f"{wheel}[{','.join(extras)}]" if extras else wheel])
+        run([*pip, "--no-index", "--quiet", f"{self.wheel}[{','.join(extras)}]" if extras else self.wheel])
 
     def run(self, *command, cwd, status=0):
         """What the command printed; it sees neither this environment nor the repository."""

@@ -26,7 +26,7 @@ from lure.nonlinearities import GraphNonlinearity, Provenance, check_declared, p
 BOUNDS = st.tuples(st.fractions(-3, 3, max_denominator=7), st.fractions(F(1, 7), 4, max_denominator=7)).map(
     lambda pair: (pair[0], pair[0] + pair[1])
 )
-SETTINGS = settings(derandomize=True, database=None, deadline=None, max_examples=sampled(400, of=2000))
+SETTINGS = settings(derandomize=True, database=None, deadline=None, max_examples=sampled(150, of=2000))
 
 
 def graph_of(nonlinearity):

@@ -88,7 +88,7 @@ def upper_bound(cuts):
     [
         (40, 1e-9, 1, False),  # a bracket 2e-8 wide lay 1.9e-7 below the truth
         (32, 1e-11, 0, False),  # 1.1e-5 above it
-        (32, 1e-9, 2, True),
+        pytest.param(32, 1e-9, 2, True, marks=pytest.mark.thorough),
         (31, 1e-2, 3, True),
     ],
 )

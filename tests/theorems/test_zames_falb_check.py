@@ -5,6 +5,7 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
+from depth import sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from multipliers import left_hand_side, samples, stable_blocks
@@ -95,7 +96,7 @@ def multipliers(draw, odd=False):
     return Multiplier(F(draw(st.integers(-20, 20))) / 10, tuple(terms))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=sampled(20, of=60), deadline=None)
 @given(stable_blocks(), multipliers(odd=True), st.integers(1, 60))
 def test_check_agrees_with_dense_samples(system, multiplier, tenths):
     k, plant = F(tenths) / 10, TransferPolynomials.of(system)
@@ -114,7 +115,7 @@ def test_check_agrees_with_dense_samples(system, multiplier, tenths):
         assert direct + multiplier.theta * (top[1] - top[0] * d[1]) <= mass * abs(direct)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=sampled(15, of=40), deadline=None)
 @given(stable_blocks(), multipliers(), st.integers(1, 60), st.integers(0, 400))
 def test_value_from_balls_and_from_doubles(system, multiplier, tenths, hundredths):
     omega, k = F(hundredths) / 100, F(tenths) / 10
@@ -124,7 +125,7 @@ def test_value_from_balls_and_from_doubles(system, multiplier, tenths, hundredth
     assert float(value) == pytest.approx(expected, abs=1e-9 * (1 + H) * (1 + float(omega)) + 1e-9)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=sampled(15, of=40), deadline=None)
 @given(stable_blocks(), multipliers(odd=True), st.integers(1, 60), st.sampled_from(["1/1000", "7/3", "4096"]))
 def test_symmetries_of_the_inequality(system, multiplier, tenths, text):
     factor, k, plant = F(text), F(tenths) / 10, TransferPolynomials.of(system)
