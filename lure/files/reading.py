@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import difflib
 import re
 import stat
@@ -212,7 +211,7 @@ def _changes(settings: Sequence[str]) -> str:
 
 
 def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
-    changed = copy.deepcopy(tables)
+    changed = {key: _copied(value) for key, value in tables.items()}
     for setting in settings:
         key, equals, text = (part.strip() for part in setting.partition("="))
         if not equals:
@@ -236,6 +235,13 @@ def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
         if isinstance(target, dict):  # otherwise the file is wrong here, and is told so when it is checked
             target[last] = _value(key, text, kind)
     return changed
+
+
+def _copied(value: object) -> object:
+    """A table, or an array of tables, that may be changed; nothing deeper is."""
+    if isinstance(value, list):
+        return [dict(each) if isinstance(each, dict) else each for each in value]
+    return dict(value) if isinstance(value, dict) else value
 
 
 def _placed(key: str) -> tuple[str, int | None]:
