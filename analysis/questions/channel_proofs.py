@@ -16,6 +16,7 @@ from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.channel_windows import ChannelWindows
 from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
@@ -24,7 +25,7 @@ from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
-from lure.analysis.theorems.table import BEST, TABLE, Theorem, time_of
+from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
 from lure.arrays import np
 from lure.errors import AssumptionError, InputError, Reason
 
@@ -44,7 +45,9 @@ class Criterion(NamedTuple):
 
     @property
     def kind(self) -> int:
-        """0: a multiplier for each channel; while a gap is left 1: kernels, 2: one multiplier for all channels."""
+        """0: a multiplier for each channel; while a gap is left 1: kernels, 2: one multiplier, 3: forms of samples."""
+        if self.row.stage == LAST:
+            return 3
         return 1 if self.row.slope else 2 * self.row.channels.index(self.name)
 
 
@@ -65,6 +68,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     rows = [row for row in reversed(TABLE) if row.channels and time_of(asked.plant) in row.times]
     if not all(one.linear for one in asked.classes.classes):
         rows = [row for row in rows if not row.linear]
+    if not all(_sloped(asked)):
+        rows = [row for row in rows if row.stage != LAST]
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
     if wanted == BEST:  # one channel needs no full block
         constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
@@ -129,6 +134,12 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         yield GainBox(*H.doubles(), lower, asked.classes.blocks, H.dt is not None)
         return
     given = (*H.doubles(), lower, free, popov, H.dt is not None)
+    if criterion.kind == 3:
+        odd = [asked.classes.classes[block[0]].odd for block in asked.classes.blocks]
+        most = 4 // max(map(len, asked.classes.blocks))  # a form is about up to 4 samples
+        if most > 0:
+            yield ChannelWindows(*given, blocks=asked.classes.blocks, odd=odd, samples=min(2, most))
+        return
     if criterion.kind == 0:
         yield ChannelInequality(*given)
         return

@@ -40,7 +40,12 @@ from lure.errors import AssumptionError, InputError, Reason
 
 Tell = Callable[[str, float], None]
 _NO_MULTIPLIER = "no multiplier was found"
-_KINDS = ("a multiplier for each channel", "kernels for the channels", "one multiplier for all channels")
+_KINDS = (
+    "a multiplier for each channel",
+    "kernels for the channels",
+    "one multiplier for all channels",
+    "a form for each nonlinearity",
+)
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
 
 
@@ -153,7 +158,7 @@ def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved]
         )
     alpha, shown = found
     scaled = asked.classes.scaled(alpha)
-    multiplier, row, letter = shown.certificate["multiplier"], criterion.row, ("Lambda", "M", "Pi")[criterion.kind]
+    multiplier, row, letter = shown.certificate["multiplier"], criterion.row, ("Lambda", "M", "Pi", "M")[criterion.kind]
     return CriterionResult(
         criterion=criterion.name,
         theorem=row.title if row.linear else f"{row.title}, with {_KINDS[criterion.kind]}",

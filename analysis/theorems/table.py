@@ -316,11 +316,12 @@ TABLE = (  # in each stage the cheapest first
     ),
     Theorem(
         name="order-cone",
-        title="forms of several samples, copositive on order cones, with Zames-Falb multipliers",
+        title="forms of several samples, copositive on order cones",
         times=_MAP,
         slope=True,
         odd=True,
         stage=LAST,
+        channels=("order-cones",),
         largest="theorems.order_cone:order_cone_largest",
         decision="theorems.order_cone:order_cone_criterion",
         multipliers=_windows,
