@@ -84,7 +84,7 @@ class ChannelWindows(ShiftedLoop):
 
     def _sides(self, widths: NDArray[np.float64], omega: NDArray[np.float64]) -> list[NDArray[np.complex128]]:
         """``W_b`` at the frequencies: (frequencies, 2 T |b|, m)."""
-        H, m = self._response(omega)[1], len(widths)
+        H, m = self.response(omega)[1], len(widths)
         z, one = np.exp(1j * omega)[:, None, None], np.eye(m)
         v = -(widths[:, None] * H + one)
         found = []

@@ -240,7 +240,7 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
         The criterion.
     """
     one = Fraction(1)
-    if not criterion.row.slope:
+    if criterion.kind != 1:
         tried = (proved_at(asked, criterion.name, search, one) for search in searches(asked, criterion))
         return next((shown for shown in tried if shown is not None), None)
     search = _kernel_search(asked)
@@ -268,7 +268,7 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     most : float
         The smallest factor that is refuted, or infinity.
     """
-    if criterion.row.slope:
+    if criterion.kind == 1:
         return _farthest_by_kernels(asked, criterion.name, known, most)
     best: tuple[Fraction, Proved] | None = None
     for search in searches(asked, criterion):
