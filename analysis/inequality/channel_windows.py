@@ -145,7 +145,9 @@ class ChannelWindows(ShiftedLoop):
 
     def _frequency_cuts(self, forms: list[Reals], widths: NDArray[np.float64], margin: float) -> float:
         """The least margin over the grid; cuts at the local ones."""
-        total, scale = 0, 0
+        m = len(widths)
+        total = np.zeros((len(self.omega), m, m), complex)
+        scale = total
         for side, M in zip(self._sides(widths, self.omega), forms, strict=True):
             adjoint = side.conj().swapaxes(1, 2)
             total, scale = total + adjoint @ M @ side, scale + adjoint @ side
@@ -175,8 +177,8 @@ class ChannelWindows(ShiftedLoop):
             return
         windows = [[[str(v) for v in row[: i + 1]] for i, row in enumerate(M)] for M in exact]
         multiplier = {"windows": windows, "odd": [bool(odd) for odd in self.odd]}
-        near = [np.array([[float(v) for v in row] for row in M]) for M in exact]
-        for P in self._solutions(near, [float(w) for w in widths], [float(v) for v in lower]):
+        stated = [np.array([[float(v) for v in row] for row in M]) for M in exact]
+        for P in self._solutions(stated, [float(w) for w in widths], [float(v) for v in lower]):
             exponent = max(0, _BITS - math.floor(math.log2(float(np.abs(P).max()) or 1.0)))
             rows = [[round(Fraction(float(v)) * 2**exponent) for v in row[: i + 1]] for i, row in enumerate(P)]
             triangle = [[str(v) for v in row] for row in rows]
@@ -195,9 +197,9 @@ class ChannelWindows(ShiftedLoop):
         inputs = np.eye(n + m * T)[n:]
         moved, S = np.vstack([states[1], inputs[m:]]), np.zeros((n + m * T,) * 2)
         for block, M in zip(self.blocks, forms, strict=True):
-            phi = [(inputs[t * m + i], seen[t][i], i) for t in range(T) for i in block]
-            u = [p - lower[i] * s for p, s, i in phi]
-            w = np.array([*u, *((lower[i] + widths[i]) * s - p for p, s, i in phi)])
+            points = [(inputs[t * m + i], seen[t][i], i) for t in range(T) for i in block]
+            u = [p - lower[i] * s for p, s, i in points]
+            w = np.array([*u, *((lower[i] + widths[i]) * s - p for p, s, i in points)])
             S += w.T @ M @ w
         order = n + m * (T - 1)
         F, G = moved[:, :order], moved[:, order:]
