@@ -215,6 +215,8 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
     cone, widths = search
     start = max(float(known) or min(1.0, most / 2), 1.01 * double_above(least))
     top = min(most * (1 - _MEETING), LARGEST)
+    if 4 * start > LARGEST:  # more is not asked
+        return None
     found = cone.largest(lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
     if found is None:
         return None
