@@ -1,7 +1,7 @@
 r"""Several nonlinearities in discrete time: forms of ``T`` samples of each, or of all channels of a repeated one.
 
 With ``phi_i = l_i sigma_i + psi_i`` the samples ``psi_i`` and ``w_i sigma_i - psi_i`` of one nonlinearity lie in an
-order cone (:mod:`lure.analysis.inequality.order_cones`).  For a block ``b`` of channels with one nonlinearity let
+order cone (``lure.analysis.inequality.order_cones``).  For a block ``b`` of channels with one nonlinearity let
 ``W_b`` hold the rows ``z^t e_i`` and ``-z^t (w_i H_i + e_i)``, ``t < T``; forms ``M_b`` that are positive on the order
 cones serve if ``sum_b W_b^* M_b W_b < 0`` on the circle.  Nothing here is believed: a checker decides.
 """

@@ -53,7 +53,7 @@ def order_cone_largest(
 
     In ``sigma = H mu``, ``mu = -phi(sigma)``, ``phi`` time-invariant with ``phi(0) = 0`` and slope in ``[0, k]``, let
     ``u_t = phi(sigma_t)``, ``v_t = k sigma_t - u_t`` and ``w_t = (u_t, .., u_{t+T-1}, v_t, .., v_{t+T-1})``.  If ``M``
-    is symmetric with ``w^T M w >= 0`` on every order cone (:mod:`lure.analysis.inequality.order_cones`), then ``w_t^T M
+    is symmetric with ``w^T M w >= 0`` on every order cone (``lure.analysis.inequality.order_cones``), then ``w_t^T M
     w_t >= 0`` along every solution, and the origin is globally asymptotically stable if ``H`` is stable, ``1 + k H(inf)
     > 0`` and for some Zames-Falb multiplier ``m(z) = 1 - sum h_i z^-i``, ``sum |h_i| < 1``,
 
