@@ -138,6 +138,7 @@ def python_value(text, t, x):
 @given(text=RATIONAL, t=POINTS, x=POINTS)
 @settings(max_examples=sampled(100, of=300))
 @example(text="(-t**2)", t=Fraction(2), x=Fraction(0))
+@example(text="(x/t)", t=Fraction(2), x=Fraction(3))
 def test_exact_value_and_exact_derivative_are_those_of_python_on_dual_numbers(text, t, x):
     expression = parsed(text)
     try:

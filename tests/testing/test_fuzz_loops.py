@@ -150,7 +150,7 @@ def test_continuous_loops_with_members_of_a_proved_sector_do_not_grow(data, bloc
 
 
 @pytest.mark.slow  # a multiplier is searched for each block
-@settings(max_examples=sampled(6, of=12))
+@settings(max_examples=sampled(4, of=12))
 @given(st.data(), lurie_blocks(order=(1, 3)), st.booleans())
 def test_continuous_loops_with_laws_of_a_proved_slope_do_not_grow(data, block, odd):
     k = proved(max_slope(block, odd=odd))
@@ -159,7 +159,7 @@ def test_continuous_loops_with_laws_of_a_proved_slope_do_not_grow(data, block, o
     assert not grows(motion(block, nonlinearity, starts(data, block.order), 80.0))
 
 
-@settings(max_examples=sampled(10, of=20))
+@settings(max_examples=sampled(6, of=20))
 @given(st.data(), lurie_blocks(order=(2, 3), critical=True))
 def test_critical_loops_stay_bounded_and_come_to_rest(data, block):
     k = proved(max_sector(block))
@@ -179,7 +179,7 @@ def test_the_measure_sees_growth():
     assert not grows(motion(block, lambda sigma: 7.9 * sigma, [0, 0, 1], 80.0))
 
 
-@settings(max_examples=sampled(10, of=20))
+@settings(max_examples=sampled(6, of=20))
 @given(
     monotone_graphs(30, scale=F(1, 10)),
     st.sampled_from(["0.3*sin(3*x)", "0.2 - x/5", "x*(1 - x)"]),

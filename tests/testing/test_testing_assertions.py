@@ -6,7 +6,8 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
-from hypothesis import given
+from depth import sampled
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lure import Cubic, Expression, Quantiser, Saturation, Sector, SlopeBounds, Tanh
@@ -43,6 +44,7 @@ def one_at_a_time(nonlinearity):
 # -- both sides of a bound that is known by construction
 
 
+@settings(max_examples=sampled(8, of=1000))
 @given(sector_graphs(F(-1), F(3)))
 def test_a_black_box_passes_its_own_sector_and_fails_any_smaller(nonlinearity):
     # the extremes of phi(sigma)/sigma are at knots, between the points of any grid
@@ -56,6 +58,7 @@ def test_a_black_box_passes_its_own_sector_and_fails_any_smaller(nonlinearity):
     assert nonlinearity.exact(F(below.sigma[0])) / F(below.sigma[0]) < tight.lower + step
 
 
+@settings(max_examples=sampled(8, of=1000))
 @given(monotone_graphs(F(5, 2)))
 def test_a_black_box_passes_its_own_slope_bounds_and_fails_any_smaller(nonlinearity):
     tight = nonlinearity.graph.slope_bounds
@@ -69,6 +72,7 @@ def test_a_black_box_passes_its_own_slope_bounds_and_fails_any_smaller(nonlinear
     assert violation_of(assert_slope_restricted, hidden(nonlinearity), SlopeBounds(tight.lower + step, tight.upper))
 
 
+@settings(max_examples=sampled(8, of=1000))
 @given(sector_graphs(0, 2))
 def test_known_laws_are_decided_for_every_sigma(nonlinearity):
     tight = nonlinearity.graph.sector

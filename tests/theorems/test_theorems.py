@@ -8,7 +8,8 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from hypothesis import assume, given
+from depth import sampled
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plants import CONTINUOUS, DISCRETE, product, stable_plants
 from sharpness import CLOSE, raised
@@ -119,7 +120,11 @@ RANDOM = {
 }
 
 
+FEW = settings(max_examples=sampled(8, of=1000))  # for each row
+
+
 @pytest.mark.parametrize(("row", "time"), RANDOMLY)
+@FEW
 @given(
     data=st.data(), speed=st.fractions(F(1, 50), 50, max_denominator=50), lower=st.fractions(0, 1, max_denominator=9)
 )
@@ -132,6 +137,7 @@ def test_the_symmetries_hold_for_random_blocks(row, time, data, speed, lower):
 
 
 @pytest.mark.parametrize(("row", "time"), RANDOMLY)
+@FEW
 @given(data=st.data())
 def test_no_criterion_proves_more_than_the_linear_gains_allow(row, time, data):
     block = data.draw(RANDOM[time])
@@ -171,6 +177,7 @@ def test_both_checkers_accept_the_certificate_and_neither_one_beyond_the_end(row
 
 # Without its weight, or with the trivial multiplier, every other criterion is the circle criterion.
 @pytest.mark.parametrize(("row", "time"), RANDOMLY)
+@FEW
 @given(data=st.data())
 def test_every_criterion_reaches_at_least_as_far_as_the_circle_criterion(row, time, data):
     block = data.draw(RANDOM[time])
@@ -181,6 +188,7 @@ def test_every_criterion_reaches_at_least_as_far_as_the_circle_criterion(row, ti
 
 # The upper end is not claimed but shown: a class beyond it is not proved, one just below the lower end is.
 @pytest.mark.parametrize(("row", "time"), [case for case in RANDOMLY if not case.values[0].linear])
+@FEW
 @given(data=st.data())
 def test_random_brackets_are_narrow_and_decided_on_both_sides(row, time, data):
     block = data.draw(RANDOM[time])
