@@ -190,8 +190,14 @@ def test_with_sound_solvers_the_same_questions_have_their_answers(name):
     assert found.verdict is truth or name in ("beyond taps", "without an answer")
 
 
-@pytest.mark.parametrize("name", ["popov", "beyond popov", "circle", pytest.param("taps", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("bits", [2, 8])
+@pytest.mark.parametrize(
+    ("bits", "name"),
+    [
+        *((2, name) for name in ("popov", "beyond popov", "circle", "taps")),
+        (8, "circle"),
+        *(pytest.param(8, name, marks=pytest.mark.thorough) for name in ("popov", "beyond popov", "taps")),
+    ],
+)
 def test_with_two_bits_nothing_false_is_certified(monkeypatch, name, bits):
     block, nonlinearity_class, truth, ways = QUESTIONS[name]
     usual, before = precision.working_precision, flint.ctx.prec
