@@ -113,7 +113,7 @@ class CriterionResult(Record):
         "destabilising member in ``witness``.  INCONCLUSIVE: see ``reason``",
         label="",
     )
-    evidence: Evidence = quantity("What ``largest.low`` and the verdict rest on")
+    evidence: Evidence = quantity("What ``largest.low`` and the verdict rest on", label="")
     largest: Bracket = quantity(
         "The largest ``k`` of the classes ``[lower, k]``, ``lower`` that of ``nonlinearity_class``.  ``low``: every "
         "class "
@@ -204,6 +204,7 @@ class CriterionResult(Record):
         return self.nonlinearity_class.sector
 
     @property
+    @derived(key="", label="evidence", form=lambda shown: "-" if shown is None else str(shown))
     def evidence_shown(self) -> Evidence | None:
         """The evidence, where there is a verdict or a margin it is the evidence of; None where nothing was decided."""
         return self.evidence if self.verdict is not Verdict.INCONCLUSIVE or self.margin is not None else None
@@ -233,4 +234,5 @@ class CriterionResult(Record):
 
     def __str__(self) -> str:
         about = f", {self.model}, sector {self.sector}" if self.model else ""
-        return f"{self.criterion}{about}: {self.verdict} ({self.evidence}), largest k {self.largest}. {self.reason}"
+        evidence = "" if self.evidence_shown is None else f" ({self.evidence})"
+        return f"{self.criterion}{about}: {self.verdict}{evidence}, largest k {self.largest}. {self.reason}"

@@ -124,9 +124,9 @@ def meaning(shown: Proved, subject: str = "") -> str:
     """
     conclusion = str(shown.certificate["conclusion"])
     said = f"The point {conclusion}" if conclusion.startswith("0 ") else conclusion[0].upper() + conclusion[1:]
-    if "comes to rest" in said:  # of the rod
-        return said
-    return said.replace("motion", f"motion of {subject}" if subject else "solution", 1)
+    if subject:
+        return said.replace("motion", f"motion of {subject}", 1)
+    return said if "comes to rest" in said else said.replace("motion", "solution", 1)  # the rod's are motions
 
 
 def destroys(shown: Refuted) -> str:

@@ -211,7 +211,8 @@ def plot_popov_expression(
 
 def _multiplier(result: CriterionResult) -> float:
     if result.theta is None:
-        raise InputError(f"the {result.criterion} criterion gave no multiplier: {result.reason}")
+        about = f" for the {result.model}" if result.model else ""
+        raise InputError(f"the {result.criterion} criterion gave no multiplier{about}: {result.reason}")
     return result.theta
 
 

@@ -289,7 +289,7 @@ REJECTED = [
     (
         "popov",
         {"law": {**LIMITER, "left": "1/2", "points": [["-1", "-2"], ["0", "0"], ["1", "1"]]}, "laws.odd": True},
-        "law",
+        "the nonlinearity is not in the class",
     ),
     ("popov, tanh", {"law": {**TANH, "height": "5"}}, "the nonlinearity is not in the class"),
     ("popov, tanh", {"law": {**TANH, "height": "-1/2", "rate": "-2"}}, "the nonlinearity is not in the class"),

@@ -369,14 +369,14 @@ def test_init_writes_the_template_of_a_loop(lure, tmp_path):
 
 
 def test_time_over_prints_the_best_bounds_and_says_so(lure, monkeypatch):
-    ask = search.reached
+    ask = search.criterion_answer
 
     def asked(entry, question):
         if entry.name == "popov":
             raise TimeoutError
         return ask(entry, question)
 
-    monkeypatch.setattr(search, "reached", asked)
+    monkeypatch.setattr(search, "criterion_answer", asked)
     for command in ("max-sector", "max-slope"):
         status, out, err = lure(command, *THIRD)
         assert (status, err) == (0, "")  # the circle criterion had proved something

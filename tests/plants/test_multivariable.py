@@ -81,7 +81,7 @@ def test_a_realisation_has_the_response_of_its_entries(tops, pole):
         ([["1/(s+1)", "0"], ["0"]], "differ in length"),
         ([["1/(s+1)", "0"], ["0", "1/(z-2)"]], "both in s|partly|in z"),
         ([["(s-1)/((s-1)*(s+2))", "0"], ["0", "1/s"]], r"transfer\[0\]\[0\] has a factor common"),
-        ([["exp(-s)/(s+1)", "0"], ["0", "1/s"]], "with dead time a plant has one input and one output"),
+        ([["exp(-s)/(s+1)", "0"], ["0", "1/s"]], "has a dead time, with which a plant has one input and one output"),
         (control.frd(np.ones((2, 2, 1)), [1]), "the data have 2 inputs"),
         (control.rss(201, 2, 2, strictly_proper=True), "stop at 200 states"),
     ],

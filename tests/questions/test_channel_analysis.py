@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from matplotlib.figure import Figure
 
 from lure import (
     InputError,
@@ -64,7 +65,7 @@ def test_the_map_is_a_staircase_below_and_above_the_hyperbola(found):
 
 
 def test_the_map_is_drawn_and_marks_what_was_asked(found):
-    axes = plot_map(found.map)
+    axes = plot_map(found.map, ax=Figure().add_subplot())
     labels = axes.get_legend_handles_labels()[1]
     assert labels == ["proved", "open", "refuted", "asked about"]
     assert axes.get_xlim()[0] == 0
