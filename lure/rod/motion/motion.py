@@ -210,7 +210,7 @@ class Numerics:
         Called now and then with the time reached [s]; unlike ``on_window`` it costs nothing.
     compiled : bool or None
         Whether numba compiles the kernel (``pip install "lure[fast]"``): half a microsecond a round trip in flight,
-        and about as much for each piece between kinks in the wave, in place of some 0.2 ms, for half a minute at the
+        and about as much for each piece between kinks in the wave, in place of some 0.2 ms, for 40 s at the
         first call ever, more with power laws, which are kept on disk.  None compiles if that takes less time than it
         saves: what this process or, for motions of more than 2000 round trips, an earlier one has compiled is used, and
         motions of more than 40 000 are compiled for.  It is the same code either way, and gives the same numbers to
