@@ -157,7 +157,7 @@ def simulate_loop(
     --------
     >>> from lure import RationalPlant, Saturation
     >>> solution = simulate_loop(RationalPlant([1], [1, 3, 2, 0]), Saturation(gain=3), [1, 0, 0], until=40.0)
-    >>> print(f"sigma({motion.t[-1]:.0f}) = {motion.sigma[-1]:.5f}, from {motion.sigma[0]:.0f}: observed, no proof")
+    >>> print(f"sigma({solution.t[-1]:.0f}) = {solution.sigma[-1]:.5f}, from {solution.sigma[0]:.0f}: observed, no proof")
     sigma(40) = -0.00051, from 1: observed, no proof
     """
     dt = float(block.dt) if isinstance(block, RationalPlant) and block.dt is not None else None

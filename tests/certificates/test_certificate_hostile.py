@@ -5,6 +5,7 @@ import json
 import math
 import os
 import resource
+import signal
 import subprocess
 import sys
 import threading
@@ -46,24 +47,36 @@ def limited():
     resource.setrlimit(resource.RLIMIT_AS, (BYTES * 3 // 2,) * 2)
 
 
+# A process begins with the peak of the one that starts it, here a worker with all its modules: hence one in between.
+START = """
+import os, sys
+child = os.spawnv(os.P_NOWAIT, sys.executable, [sys.executable, "-I", *sys.argv[2:]])
+_, status, used = os.wait4(child, 0)
+os.write(int(sys.argv[1]), str(used.ru_maxrss).encode())
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+
+
 def verdict(path):
     """Status, stdout and stderr of the checker as a script, within the limit of memory."""
+    said, say = os.pipe()
     run = subprocess.Popen(
-        [sys.executable, "-I", str(CHECKER), str(path)],
+        [sys.executable, "-I", "-c", START, str(say), str(CHECKER), str(path)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=limited,
+        pass_fds=(say,),
+        start_new_session=True,
     )
-    alarm = threading.Timer(HANGS, run.kill)
+    os.close(say)
+    alarm = threading.Timer(HANGS, os.killpg, (run.pid, signal.SIGKILL))
     alarm.start()
-    out, err = run.stdout.read(), run.stderr.read()
-    _, status, used = os.wait4(run.pid, 0)
-    run.returncode = os.waitstatus_to_exitcode(status)
+    out, err = run.communicate()
     alarm.cancel()
-    run.stdout.close()
-    run.stderr.close()
-    assert used.ru_maxrss * 1024 < BYTES
+    used = int(os.read(said, 32))
+    os.close(said)
+    assert used * 1024 < BYTES
     return run.returncode, out, err
 
 
