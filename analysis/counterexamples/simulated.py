@@ -156,8 +156,8 @@ def simulate_loop(
     Examples
     --------
     >>> from lure import RationalPlant, Saturation
-    >>> solution = simulate_loop(RationalPlant([1], [1, 3, 2, 0]), Saturation(gain=3), [1, 0, 0], until=40.0)
-    >>> print(f"sigma({solution.t[-1]:.0f}) = {solution.sigma[-1]:.5f}, from {solution.sigma[0]:.0f}: observed, no proof")
+    >>> found = simulate_loop(RationalPlant([1], [1, 3, 2, 0]), Saturation(gain=3), [1, 0, 0], until=40.0)
+    >>> print(f"sigma({found.t[-1]:.0f}) = {found.sigma[-1]:.5f}, from {found.sigma[0]:.0f}: observed, no proof")
     sigma(40) = -0.00051, from 1: observed, no proof
     """
     dt = float(block.dt) if isinstance(block, RationalPlant) and block.dt is not None else None

@@ -52,7 +52,7 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
     Parameters
     ----------
     source : object
-        As for :func:`channel_plant`.
+        Anything :func:`lure.as_plant` takes.
     given : object
         A ``Diagonal``; a list of ``Sector``, ``SlopeBounds`` or ``NonlinearityClass`` in channel order, or of
         nonlinearities (objects or formulas); a mapping of the names of the channels to these; None for what the system
