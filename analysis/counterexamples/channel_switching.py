@@ -156,6 +156,7 @@ class SwitchedGains:
         """
 
         def judged(choice: NDArray[np.int_]) -> tuple[float, Reals]:
+            """The growth over one period, and what each gain in each bin would change of it."""
             value, left, right = _perron(steps[choice])
             rows, columns = left, np.roll(right, 1, axis=0)  # before and after each bin
             return value, np.einsum("bi,kij,bj->bk", rows, steps, columns).real if value > -math.inf else rows.real

@@ -84,6 +84,7 @@ class FullBlockInequality(ShiftedLoop):
         total = int(starts[-1])
 
         def block(order: int, parts: dict[int, NDArray[np.float64]]) -> Block:
+            """A matrix that is linear in the unknowns, from its slopes."""
             slopes = np.zeros((total, order, order))
             for which, part in parts.items():
                 slopes[starts[which] : starts[which + 1]] = part

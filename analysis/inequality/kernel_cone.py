@@ -396,6 +396,7 @@ def multiplier(found: Found, widths: Sequence[Fraction]) -> dict[str, Any]:
     m = len(widths)
 
     def near(value: float, j: int) -> Fraction:
+        """A mass in units of a width, of few decimal digits."""
         return Fraction(f"{value / float(widths[j]):.{_DIGITS}g}")
 
     gamma, rows, columns = [[Fraction(0)] * m for _ in range(m)], [Fraction(0)] * m, [Fraction(0)] * m

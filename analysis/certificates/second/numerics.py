@@ -140,6 +140,7 @@ def _inner_roots(p: fmpq_poly) -> list[int]:
     """Multiplicities of the distinct roots of ``p``, not the zero polynomial, in ``(-1, 1)``."""
 
     def inside(root: acb) -> bool:
+        """Whether its real part is known to lie between -1 and 1."""
         return bool(root.real > -1) and bool(root.real < 1)
 
     rest = _without_zeros(_without_zeros(p, 1), -1)
