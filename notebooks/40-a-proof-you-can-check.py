@@ -611,17 +611,17 @@ plt.show()
 #
 # ## 6. The checker alone
 #
-# `checker.py` and the six files beside it need Python and nothing else. We copy the seven into an empty folder and
+# `checker.py` and the nine files beside it need Python and nothing else. We copy the ten into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
 # %%
-KERNEL = ("checker.py", "arithmetic.py", "balls.py", "blocks.py", "channels.py", "frequencies.py", "states.py")
+BESIDE = ("arithmetic", "balls", "blocks", "channels", "frequencies", "gains", "several", "states", "windows")
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")
     kernel.mkdir()
-    for name in KERNEL:
-        shutil.copy(Path(checker.__file__).with_name(name), kernel)
+    for name in ("checker", *BESIDE):
+        shutil.copy(Path(checker.__file__).with_name(f"{name}.py"), kernel)
     statuses = []
     for text in (file, file.replace('"-77"', '"-76"'), "trust me"):
         Path(folder, "certificate.json").write_text(text, encoding="utf-8")

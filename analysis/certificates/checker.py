@@ -5,7 +5,7 @@
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
 Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``balls``, ``blocks``, ``channels``,
-``frequencies`` and ``states`` beside it compute.
+``frequencies``, ``gains``, ``several``, ``states`` and ``windows`` beside it compute.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if not __package__:  # run as a script: the files beside it are its package
     __package__ = Path(__file__).resolve().parent.name
 
 from . import arithmetic as exact
-from . import channels, states
+from . import several, states
 from .arithmetic import INF, ZERO, Form, Rejected, S, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
 from .blocks import MINUS, Block, block, critical_end, identity, mirrored, over_s, powers, realised, rod, shifted
@@ -357,7 +357,7 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
     form(phi is None or isinstance(phi, dict), "the nonlinearity is neither null nor an object")
     if isinstance(given, dict) and "channels" in given:
-        kind, end, found, assumed = channels.examined(verdict, name, data, system, given, phi, proof)
+        kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof)
         return (Proved if kind else Refuted), (ATTRACTS, MOVES, OTHERS, UNSOLVABLE)[end], found, assumed
     family = states.classes(given)
     facts, slopes = {"class": states.described(family)}, list[Fraction]()

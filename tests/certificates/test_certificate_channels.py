@@ -9,7 +9,7 @@ from importlib import resources
 import jsonschema
 import pytest
 
-from lure.analysis.certificates import channels
+from lure.analysis.certificates import several
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.drafts import complete_and_check
@@ -321,7 +321,7 @@ def test_what_is_taken_for_a_multiplier_is_nonnegative_for_random_gains(parts):
             for i in range(4 if parts else 2):
                 tried[i][i] = str(F(given[i][i]) + raised)
             try:
-                Pi = channels.full_block(tried, N, bounds)
+                Pi = several.full_block(tried, N, bounds)
             except Rejected:
                 continue
             taken += 1
@@ -446,9 +446,9 @@ def test_what_a_direct_term_with_a_cycle_assumes():
         )
 
     assert shown(slope=True).assumed == ""
-    assert shown(slope=False).assumed == channels.ONE_SOLUTION
-    assert channels.ordered([[F(0), F(0)], [F(1), F(0)]])
-    assert not channels.ordered([[F(1)]])
+    assert shown(slope=False).assumed == several.ONE_SOLUTION
+    assert several.ordered([[F(0), F(0)], [F(1), F(0)]])
+    assert not several.ordered([[F(1)]])
 
 
 def member(rng, low, high):

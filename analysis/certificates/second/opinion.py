@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from lure.analysis.certificates.second import channels, counterexamples, structure, theorems
+from lure.analysis.certificates.second import counterexamples, several, structure, theorems
 from lure.analysis.certificates.second.classes import read_nonlinearities, require_member
 from lure.analysis.certificates.second.reading import LONGEST, OUT_OF_TIME, NotShown, limited, read, require
 from lure.analysis.certificates.second.systems import RodData, read_system
@@ -63,7 +63,7 @@ def recheck(certificate: Mapping[str, object] | str | bytes, *, seconds: float =
 def _shown(certificate: Mapping[str, object] | str | bytes) -> str:
     document = read(certificate)
     if "channels" in document.nonlinearities:
-        shown = channels.shown(document)
+        shown = several.shown(document)
         require(document.conclusion == shown, f"what follows is: {shown}")
         return shown
     nonlinearities, system = read_nonlinearities(document.nonlinearities), read_system(document.system)

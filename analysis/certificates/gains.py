@@ -1,0 +1,146 @@
+"""Gains in several channels, constant or switched: what they refute, and boxes of constant ones; part of the checker.
+
+Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import pairwise, product
+from typing import Any
+
+from . import arithmetic as exact
+from . import states
+from .arithmetic import INF, ZERO, S, fields, form, integer, need, number, numbers, real, tick
+from .channels import Channels, Plant, characteristic, closed_by, each, member, plant, rank
+
+MOST_VERTICES, MOST_STEPS = 10, 1000
+
+
+def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """Gains ``mu_i = -g_i sigma_i`` of the class with which the loop is not asymptotically stable.
+
+    What follows, as in :func:`examined`, and what was found.
+    """
+    H, method = plant(system), proof["method"]
+    if method == "switched-gains":
+        return 1, switched(H, asked, proof)
+    need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
+    gains = member(fields(proof, "method", "gains")[1], asked)
+    words, closed = ", ".join(map(str, gains)), closed_by(H, gains)
+    if closed is None:
+        return 3, {"root": f"det(1 + H(inf) G) = 0 for the gains {words}"}
+    order, p = len(closed), characteristic(closed)
+    up, down = (real(1) + S, real(1) + exact.MINUS * S) if H.discrete else (S, real(1))
+    inner = exact.primitive(exact.ascending(exact.homogeneous(p, up, down, order)))
+    zeros = next(i for i, c in enumerate(inner) if c)
+    rest = exact.homogeneous([Fraction(c) for c in inner[zeros:][::-1]], S, real(1), len(inner) - 1 - zeros)
+    stable = len(inner) == order + 1 and exact.hurwitz(rest)  # shorter in discrete time: a root at z = -1
+    need(zeros > 0 or not stable, "the loop with these gains is stable")
+    if stable:
+        at = "z = 1" if H.discrete else "s = 0"
+        if zeros > order - rank(
+            [[v - (i == j) * H.discrete for j, v in enumerate(row)] for i, row in enumerate(closed)]
+        ):
+            return 1, {"root": f"with the gains {words} the eigenvalue {at} of the loop has too few eigenvectors"}
+        return 2, {"root": f"with the gains {words} the loop has an eigenvalue {at}, the others strictly inside"}
+    return 1, {"root": f"with the gains {words} the loop has an eigenvalue not strictly inside, by Routh's array"}
+
+
+def gain_box(H: Plant, asked: Channels, method: Any, tree: Any) -> dict[str, str]:
+    """Constant gains: ``p(s, G) = det(1 + G D) det(s - A + B G (1 + D G)^-1 C)`` has no root with ``Re s >= 0``.
+
+    It is affine in each gain, so that its values in a box lie in the convex hull of those at the vertices (mapping
+    theorem); where several channels have one gain, of the means over the vertices with equally many at the upper end,
+    Bernstein's coefficients.  A leaf of the tree splits the frequencies, and says for each part a direction ``u`` with
+    ``Re u* p(i omega) > 0`` for these: no gain of the box has a root on the axis.  The leading coefficient keeps its
+    sign, and the roots at one vertex lie to the left: so they do for every gain.  Discrete: ``z = (1 + s)/(1 - s)``.
+    """
+    form(method == "hull", "constant gains are proved by convex hulls")
+    m, known = len(H.D), dict[tuple[Fraction, ...], tuple[Fraction, exact.Form]]()
+    need(all(family.linear for family in asked.families), "a class is not one of constant gains")
+    need(INF not in [abs(end) for i in range(m) for end in asked.bounds(i)], "a channel has no finite bounds")
+    need(m <= MOST_VERTICES, f"boxes of gains have up to {MOST_VERTICES} channels")
+    low, high = ([asked.bounds(block[0])[end] for block in asked.blocks] for end in (0, 1))
+    pending, leaves = [(tree, low, high)], 0
+    start = polynomial(H, [low[j] for j, block in enumerate(asked.blocks) for _ in block])
+    need(
+        start[0] != 0 and top(start[1]) == len(H.A) and exact.hurwitz(start[1]),
+        "the loop at the lower bounds is unstable",
+    )
+    signs = [start[0] > 0, lead(start[1]) > 0]
+    while pending:
+        tick()
+        node, low, high = pending.pop()
+        if isinstance(node, dict) and "split" in node:
+            (which, at), parts = fields(node, "split", "parts")
+            j, at = integer(which, 0, len(low) - 1), number(at)
+            form(isinstance(parts, list) and len(parts) == 2 and low[j] < at < high[j], "a box is split into two")
+            pending += [
+                (parts[0], low, [*high[:j], at, *high[j + 1 :]]),
+                (parts[1], [*low[:j], at, *low[j + 1 :]], high),
+            ]
+            continue
+        omega, directions = fields(node, "omega", "directions")
+        leaves += 1
+        ends: list[Any] = [ZERO, *(numbers(omega) if omega else []), None]
+        form(isinstance(directions, list) and len(directions) == len(ends) - 1, "each part has one direction")
+        need(all(a < b for a, b in pairwise(ends[:-1])), "the frequencies are not in order")
+        turns = [exact.Form({(ZERO, 0): (a, -b)}) for a, b in (numbers(pair, 2) for pair in directions)]
+        groups = dict[tuple[int, ...], tuple[Fraction, exact.Form]]()
+        for ends_of in product((0, 1), repeat=m):
+            at_ends = tuple((low[j], high[j])[ends_of[i]] for j, block in enumerate(asked.blocks) for i in block)
+            if at_ends not in known:
+                known[at_ends] = polynomial(H, list(at_ends))
+            key = tuple(sum(ends_of[i] for i in block) for block in asked.blocks)
+            det, p = groups.get(key, (ZERO, exact.Form()))
+            need(known[at_ends][0] != 0, "1 + G D is singular at a vertex")
+            groups[key] = det + known[at_ends][0], p + known[at_ends][1]
+        for det, p in groups.values():
+            kept = det != 0 and top(p) == len(H.A) and [det > 0, lead(p) > 0] == signs
+            need(kept, "1 + G D, or a leading coefficient, changes its sign")
+            for turn, (a, b) in zip(turns, pairwise(ends)):
+                need(exact.positive((p * turn).part(), a, b), "a convex hull is not shown to exclude 0")
+    found = f"no gain of the class has a root on the axis: {leaves} boxes, each the convex hull of its vertices"
+    return {"stable": "the loop at the lower bounds is asymptotically stable", "gains": found}
+
+
+def polynomial(H: Plant, gains: list[Fraction]) -> tuple[Fraction, exact.Form]:
+    """``det(1 + G D)``, and it times the characteristic polynomial of the loop, on the axis; 0 if there is no loop."""
+    whole = [[(i == j) + g * v for j, v in enumerate(row)] for i, (g, row) in enumerate(zip(gains, H.D))]
+    det, closed, n = characteristic(whole)[-1] * (-1) ** len(whole), closed_by(H, gains), len(H.A)
+    if closed is None:
+        return ZERO, exact.Form()
+    up, down = (real(1) + S, real(1) + exact.MINUS * S) if H.discrete else (S, real(1))
+    return det, exact.homogeneous([det * c for c in characteristic(closed)], up, down, n)
+
+
+def top(p: exact.Form) -> int:
+    """The degree."""
+    return max((n for _, n in p), default=-1)
+
+
+def lead(p: exact.Form) -> Fraction:
+    """The leading coefficient of ``p(s)``."""
+    return exact.ascending(p)[top(p)]
+
+
+def switched(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """Gains that jump from one list to the next and repeat: some solution grows."""
+    keys = ("method", "gains", "squarings", "bits", *([] if H.discrete else ["times"]))
+    _, data, squarings, bits, *lengths = fields(proof, *keys)
+    form(isinstance(data, list) and 0 < len(data) <= MOST_STEPS, f"gains are 1 to {MOST_STEPS} lists")
+    need(len(H.A) <= 64, "orders up to 64 are needed")
+    rows = [member(one, asked) for one in data]
+    times = [None] * len(rows) if H.discrete else numbers(lengths[0], len(rows))
+    need(all(t is None or t > 0 for t in times), "a time is not positive")
+    for i, family in each(asked):
+        still = len({row[i] for row in rows}) == 1
+        need(
+            still or (family.varying and not family.linear),
+            f"the gain of channel {i + 1} does not vary",
+        )
+    closed = {tuple(row): closed_by(H, row) for row in rows}
+    need(None not in closed.values(), "1 + H(inf) G is singular for some of the gains", exact.IllPosed)
+    steps = [(closed[tuple(row)], t) for row, t in zip(rows, times)]
+    return states.grows(steps, integer(squarings, 0, 64), integer(bits, 64, 4096))

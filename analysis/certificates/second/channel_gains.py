@@ -1,0 +1,167 @@
+"""Gains in several channels, checked again: boxes of constant ones, and what constant or switched ones refute."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import pairwise, product
+
+from flint import arb_mat, fmpq, fmpq_mat, fmpq_poly
+
+from lure.analysis.certificates.second import classes as claims
+from lure.analysis.certificates.second.channels import Asked, balls, closed_by, diagonal, member
+from lure.analysis.certificates.second.matrix import BITS
+from lure.analysis.certificates.second.numerics import (
+    X,
+    ball,
+    even_odd,
+    half_plane_counts,
+    positive_from_zero,
+    to_fmpq,
+    to_fraction,
+    working_precision,
+)
+from lure.analysis.certificates.second.reading import (
+    Document,
+    NotShown,
+    count,
+    listed,
+    mapping,
+    number,
+    numbers,
+    record,
+    require,
+    tick,
+)
+from lure.analysis.certificates.second.systems import mapped
+
+MOST_VERTICES, MOST_BOXES, LONGEST, SQUARINGS = 10, 20_000, 10_000, 80
+
+
+def require_gains(document: Document, asked: Asked) -> None:
+    """Check boxes of constant gains: at each frequency Bernstein's coefficients lie in one open half-plane."""
+    record(document.multiplier)
+    proof, bounds = record(document.proof, "method", "tree"), asked.bounds
+    require(proof["method"] == "hull", "the method does not fit the theorem")
+    require(all(one.linear for one in asked.nonlinearities), "a class is not one of constant gains")
+    require(len(bounds) <= MOST_VERTICES, "there are too many channels for boxes of gains")
+    firsts = sorted(set(asked.repeated))
+    of = [firsts.index(first) for first in asked.repeated]  # which gain of the box a channel has
+    least = [bounds[first][0] for first in firsts]
+    det, p = _characteristic(asked, [least[j] for j in of])
+    n, counts = asked.A.nrows(), half_plane_counts(p)
+    require(p.degree() == n and counts.axis == counts.right == 0, "the loop at the lower bounds is unstable")
+    signs, known = (det > 0, p[n] > 0), dict[tuple[Fraction, ...], tuple[fmpq, fmpq_poly]]()
+    pending, boxes = [(proof["tree"], least, [bounds[first][1] for first in firsts])], 0
+    while pending:
+        tick()
+        node, low, high = pending.pop()
+        found, boxes = mapping(node), boxes + 1
+        require(boxes <= MOST_BOXES, "there are too many boxes")
+        if "split" in found:
+            which, value = listed(record(found, "split", "parts")["split"])
+            j, at, parts = count(which), number(value), listed(found["parts"])
+            require(len(parts) == 2 and j < len(low) and low[j] < at < high[j], "a box is not split into two")
+            left, right = list(high), list(low)
+            left[j] = right[j] = at
+            pending += [(parts[0], low, left), (parts[1], right, high)]
+            continue
+        record(found, "omega", "directions")
+        omega = [number(v) for v in listed(found["omega"])]
+        directions = [numbers(pair) for pair in listed(found["directions"])]
+        ends: list[Fraction | None] = [Fraction(0), *omega, None]
+        require(all(a < b for a, b in pairwise([Fraction(0), *omega])), "the frequencies are not in order")
+        require([len(pair) for pair in directions] == [2] * (len(ends) - 1), "each part has one direction")
+        hull = dict[tuple[int, ...], tuple[fmpq, fmpq_poly]]()  # sums over the corners that differ by turns of one gain
+        for upper in product((False, True), repeat=len(of)):
+            corner = tuple(high[j] if up else low[j] for j, up in zip(of, upper, strict=True))
+            if corner not in known:
+                known[corner] = _characteristic(asked, corner)
+            key = tuple(sum(up for i, up in zip(of, upper, strict=True) if i == j) for j in range(len(low)))
+            before = hull.get(key, (fmpq(0), fmpq_poly([0])))
+            hull[key] = before[0] + known[corner][0], before[1] + known[corner][1]
+        for det, p in hull.values():
+            require(p.degree() == n and (det > 0, p[n] > 0) == signs, "a leading coefficient changes its sign")
+            for (a, b), (real, imaginary) in zip(pairwise(ends), directions, strict=True):
+                even, odd = (half(X * X) for half in even_odd(p))
+                line = to_fmpq(real) * even + to_fmpq(imaginary) * X * odd  # Re u* (e + i w o)
+                require(_positive_between(line, a, b), "the vertices are not shown to lie in a half-plane")
+
+
+def _characteristic(asked: Asked, gains: Sequence[Fraction]) -> tuple[fmpq, fmpq_poly]:
+    """``det(1 + D G)``, and it times ``det(s - A + B G (1 + D G)^-1 C)``; in discrete time ``z = (1 + s)/(1 - s)``."""
+    closed = closed_by(asked, gains)
+    if closed is None:
+        raise NotShown("with some of the gains the loop has no solution")
+    det = (diagonal([Fraction(1)] * len(gains)) + asked.D * diagonal(gains)).det()
+    p = closed.charpoly()
+    return det, det * (mapped(p, p.degree()) if asked.discrete else p)
+
+
+def _positive_between(p: fmpq_poly, low: Fraction | None, high: Fraction | None) -> bool:
+    """Whether ``p > 0`` on ``[low, high]``; None: on ``[low, inf)``.  By ``x = (low + high y)/(1 + y)``, ``y >= 0``."""
+    a = to_fmpq(low or Fraction(0))
+    if high is None:
+        return positive_from_zero(p(X + a))
+    b, whole, power = to_fmpq(high), fmpq_poly([0]), fmpq_poly([1])
+    for c in reversed(p.coeffs()):
+        whole, power = whole * (X * b + a) + c * power, power * (X + 1)
+    return bool(p(b) > 0) and positive_from_zero(whole)
+
+
+def refuted(document: Document, asked: Asked) -> str:
+    """What gains do that are constant, or that jump and repeat."""
+    if document.proof.get("method") == "switched-gains":
+        _require_growth(document, asked)
+        return claims.NO_REST
+    proof = record(document.proof, "method", "gains")
+    require(proof["method"] == "linear-gains", "the method is unknown for several nonlinearities")
+    closed = closed_by(asked, member(proof["gains"], asked))
+    return claims.NO_SOLUTION if closed is None else _unstable(closed, discrete=asked.discrete)
+
+
+def _require_growth(document: Document, asked: Asked) -> None:
+    """Check ``|tr M^N| > n`` for the matrix ``M`` of one period: it has an eigenvalue outside the unit disc."""
+    found = record(document.proof, "method", "gains", "squarings", "bits", *([] if asked.discrete else ["times"]))
+    count(found["squarings"])
+    count(found["bits"], least=2)
+    rows = [member(one, asked) for one in listed(found["gains"])]
+    times = [Fraction(1)] * len(rows) if asked.discrete else numbers(found["times"])
+    require(0 < len(rows) == len(times) <= LONGEST and all(t > 0 for t in times), "gains and times do not fit")
+    for gains, nonlinearities in zip(zip(*rows, strict=True), asked.nonlinearities, strict=True):
+        varying = nonlinearities.time_varying and not nonlinearities.linear
+        require(varying or len(set(gains)) == 1, "the class has no gains that vary in time")
+    n, closed = asked.A.nrows(), {tuple(row): closed_by(asked, row) for row in rows}
+    for bits in BITS:
+        with working_precision(bits):
+            whole, steps = balls([Fraction(1)] * n), dict[tuple[tuple[Fraction, ...], Fraction], arb_mat]()
+            for row, time in zip(rows, times, strict=True):
+                matrix = closed[tuple(row)]
+                if matrix is None:
+                    raise NotShown("with some of the gains the loop has no solution")
+                if (tuple(row), time) not in steps:
+                    G = arb_mat(matrix)
+                    steps[tuple(row), time] = G if asked.discrete else (G * ball(time)).exp()
+                whole = steps[tuple(row), time] * whole
+            for _ in range(SQUARINGS):
+                tick()
+                if abs(whole.trace()) > n:
+                    return
+                whole = whole * whole
+    raise NotShown("no eigenvalue outside the unit disc is shown")
+
+
+def _unstable(closed: fmpq_mat, *, discrete: bool) -> str:
+    """The characteristic polynomial, its roots counted by their side."""
+    tick()
+    p = closed.charpoly()
+    require(p.degree() == closed.nrows(), "the characteristic polynomial has another degree")
+    inner = mapped(p, p.degree()) if discrete else p
+    counts = half_plane_counts(inner)
+    at_infinity = p.degree() - inner.degree()  # z = -1
+    at_zero = next(i for i in range(inner.degree() + 1) if to_fraction(inner[i]) != 0)
+    require(counts.right + counts.axis + at_infinity > 0, "the loop with these gains is asymptotically stable")
+    rests = counts.right == 0 and at_infinity == 0 and counts.axis == at_zero
+    if rests and at_zero:  # with too few eigenvectors some solution grows like t
+        rests = closed.nrows() - (closed - discrete * diagonal([Fraction(1)] * closed.nrows())).rank() == at_zero
+    return claims.OTHER_EQUILIBRIA if rests else claims.NO_REST

@@ -1,0 +1,234 @@
+r"""Several nonlinearities, checked again: the loop shifted by the lower bounds, and a Schur complement in balls.
+
+With ``phi = L sigma + psi``, ``psi_i`` in ``[0, w_i]``, and ``sigma = C x + D mu`` the loop is ``x' = A~ x - B~ psi``
+with ``sigma = C~ x - D~ psi``, ``E = (1 + D L)^{-1}``, ``C~ = E C``, ``D~ = E D``, ``A~ = A - B L C~``, ``B~ = B (1 - L
+D~)``.  The form ``V = x'P x + 2 sum theta_i int_0^{sigma_i} phi_i`` is ``x'Q x + 2 sum theta_i int psi_i``, where ``Q =
+P + C' L Theta C``.  With ``Pi`` for the form of the multiplier in ``(sigma, psi)`` and ``N = C~' (Pi_12 - Pi_11 D~) +
+A~' C' Theta``, what has to be positive definite is
+
+.. math::
+
+    \begin{pmatrix} -(\tilde A'Q + Q\tilde A) - \tilde C'\Pi_{11}\tilde C & Q\tilde B - N \\ \cdot &
+    \Pi_{21}\tilde D + \tilde D'\Pi_{12} - \Pi_{22} - \tilde D'\Pi_{11}\tilde D + \Theta C\tilde B + \tilde B'C'\Theta
+    \end{pmatrix},
+
+in discrete time, ``Theta = 0``, with ``Q - A~'Q A~``, ``A~'Q B~`` and ``- B~'Q B~`` for the terms of ``Q``.  ``V > 0``
+if ``Q + C' Theta^- W C > 0``, ``Theta^-`` the negative part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from itertools import product
+
+from flint import arb, arb_mat, fmpq_mat, fmpz
+
+from lure.analysis.certificates.second import classes as claims
+from lure.analysis.certificates.second.channel_gains import refuted, require_gains
+from lure.analysis.certificates.second.channels import Asked, balls, diagonal, joined, read, stacked, symmetric
+from lure.analysis.certificates.second.frequencies import (
+    Matrices,
+    read_multiplier,
+    require_frequencies,
+    require_vertices,
+)
+from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
+from lure.analysis.certificates.second.numerics import (
+    working_precision,
+)
+from lure.analysis.certificates.second.reading import (
+    Document,
+    NotShown,
+    count,
+    listed,
+    mapping,
+    numbers,
+    record,
+    require,
+)
+from lure.analysis.certificates.second.windows import require_windows
+
+MOST_VERTICES = 10
+
+
+def shown(document: Document) -> str:
+    """The sentence that a certificate about several nonlinearities shows.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+
+    Raises
+    ------
+    NotShown
+        It shows nothing.
+    """
+    asked = read(document)
+    require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
+    if document.verdict == "PROVED":
+        _proved(document, asked)
+        return claims.ATTRACTS
+    require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
+    require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
+    return refuted(document, asked)
+
+
+def _proved(document: Document, asked: Asked) -> None:
+    if document.theorem == "order-cones":
+        require_windows(document, asked)
+        return
+    if mapping(document.proof).get("method") == "determinant":
+        _over_frequencies(document, asked)
+        return
+    if document.theorem == "constant-gains":
+        require_gains(document, asked)
+        return
+    m, (kind, _, theorem) = asked.D.nrows(), document.theorem.rpartition("-")
+    popov, full = theorem == "popov", kind == "full-block"
+    require(theorem in ("circle", "popov") and (full or kind == "diagonal"), "the theorem is not one for channels")
+    names = {"Pi" if full else "lambda"} | ({"theta"} if popov else set())
+    given = record(document.multiplier, *names, *(("N",) if full and "N" in document.multiplier else ()))
+    theta = numbers(given["theta"]) if popov else [Fraction(0)] * m
+    require(len(theta) == m, "the multipliers are not one for each channel")
+    require(
+        not any(nonlinearities.rough for nonlinearities in asked.nonlinearities),
+        "the theorem is for locally Lipschitz nonlinearities",
+    )
+    require(not (popov and asked.discrete), "Popov's criterion is for continuous time")
+    for i, nonlinearities in enumerate(asked.nonlinearities):
+        state_only = all(asked.D[i, j] == 0 for j in range(m))
+        require(
+            theta[i] == 0 or (state_only and not nonlinearities.time_varying), "Popov's term does not fit its channel"
+        )
+    proof = record(document.proof, "method", "P", "exponent")
+    require(proof["method"] == "matrix", "the method does not fit the theorem")
+    exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
+    require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
+    shifted = _shifted(asked, asked.bounds)
+    Pi, needed = _full_block(given, asked) if full else (_diagonal_multiplier(numbers(given["lambda"]), asked), [])
+    rows = triangle(proof["P"], asked.A.nrows())
+    for bits in BITS:
+        with working_precision(bits):
+            forms = (*_forms(asked, shifted, (rows, exponent), Pi, theta), *map(arb_mat, needed))
+            if all(map(positive_definite, forms)):
+                return
+    raise NotShown("V, the multiplier or the matrix of the inequality is not shown to be positive definite")
+
+
+def _diagonal_multiplier(weights: Sequence[Fraction], asked: Asked) -> fmpq_mat:
+    """``2 sum lambda_i psi_i (w_i sigma_i - psi_i)``."""
+    require(len(weights) == asked.D.nrows(), "the multipliers are not one for each channel")
+    require(all(v >= 0 for v in weights), "a weight is negative")
+    side = diagonal([v * (high - low) for v, (low, high) in zip(weights, asked.bounds, strict=True)])
+    return joined(side * 0, side, diagonal([-2 * v for v in weights]))
+
+
+def _full_block(given: Mapping[str, object], asked: Asked) -> tuple[fmpq_mat, list[fmpq_mat]]:
+    """``Pi`` for ``(sigma, psi)``, and what has to be positive definite for its form to be nonnegative in the class."""
+    m, one = asked.D.nrows(), diagonal([Fraction(1)] * asked.D.nrows())
+    require(m <= MOST_VERTICES, "there are too many channels for full-block multipliers")
+    shift, width = diagonal([low for low, _ in asked.bounds]), [high - low for low, high in asked.bounds]
+    move = joined(one, 0 * one, one, lower_left=shift)  # phi = psi + l sigma
+    Pi = move.transpose() * symmetric(given["Pi"], 2 * m) * move
+    if "N" not in given:
+        require(all(Pi[i, i] <= 0 for i in range(m, 2 * m)), "the form is not concave in each gain")
+        views = [stacked(one, diagonal(list(ends))) for ends in product(*((Fraction(0), w) for w in width))]
+        return Pi, [view.transpose() * Pi * view for view in views]
+    shares = diagonal([1 / w for w in width])
+    view = joined(shares, shares, 0 * one, lower_left=one)  # (sigma, psi) of (psi, w sigma - psi)
+    inner, parts = view.transpose() * Pi * view, listed(given["N"])
+    patterns = [[Fraction(s) for s in (1, *rest)] for rest in product((1, -1), repeat=m - 1)]
+    require(len(parts) == len(patterns), "N has not one part for each pattern of signs")
+    needed = []
+    for signs, part in zip(patterns, parts, strict=True):
+        N, turn = symmetric(part, 2 * m), diagonal([*signs, *signs])
+        require(all(v >= 0 for v in N.entries()), "an entry of N is negative")
+        needed.append(turn * inner * turn - N)
+    return Pi, needed
+
+
+def _over_frequencies(document: Document, asked: Asked) -> None:
+    """The inequality over all frequencies, of the circle criterion, Popov's, or with kernels."""
+    m = asked.D.nrows()
+    record(document.proof, "method")
+    require(not asked.discrete, "over frequencies it is decided in continuous time only")
+    odd = [one.odd for one in asked.nonlinearities]
+    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated)
+    bounds = list[tuple[Fraction, Fraction]]()
+    for i, one in enumerate(asked.nonlinearities):
+        coupled = i in given.moved
+        low, high = one.slope if coupled and one.slope is not None else one.ends
+        if not (isinstance(low, Fraction) and isinstance(high, Fraction) and low < high):
+            raise NotShown("a channel has no finite bounds")
+        bounds.append((low, high))
+        require(not coupled or one.slope is not None, "a channel with kernels has no slope bounds")
+        require(not one.rough, "the theorem is for locally Lipschitz nonlinearities")
+        constant = given.theta[i] == 0 and not coupled
+        require(constant or not one.time_varying, "a nonlinearity depends on time, its multiplier must not")
+        state_only = all(asked.D[i, j] == 0 for j in range(m))
+        require(given.theta[i] == 0 or state_only, "Popov's term does not fit its channel")
+    shifted, widths = _shifted(asked, bounds), [high - low for low, high in bounds]
+    require_frequencies(shifted, asked.C, widths, given)
+    if document.theorem == "matrix-zames-falb" and _cyclic(asked.D):
+        for one, (low, high) in zip(asked.nonlinearities, bounds, strict=True):
+            require(one.slopes_within(low, high), "D has a cycle, and a slope is outside the bounds")
+        require_vertices(shifted[3], widths)
+
+
+def _cyclic(D: fmpq_mat) -> bool:
+    """Whether channels determine each other in a cycle: the pattern of ``D`` is not nilpotent."""
+    m = D.nrows()
+    pattern = fmpq_mat([[int(D[i, j] != 0) for j in range(m)] for i in range(m)])
+    power = pattern
+    for _ in range(m - 1):
+        power = power * pattern
+    return any(power[i, j] != 0 for i in range(m) for j in range(m))
+
+
+def _shifted(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> Matrices:
+    """``A~, B~, C~, D~``."""
+    m = asked.D.nrows()
+    lower, one = diagonal([low for low, _ in bounds]), diagonal([Fraction(1)] * m)
+    whole = one + asked.D * lower
+    require(bool(whole.det() != 0), "the loop is not well posed at the lower bounds")
+    inverse = whole.inv()
+    C, D = inverse * asked.C, inverse * asked.D
+    return asked.A - asked.B * lower * C, asked.B * (one - lower * D), C, D
+
+
+def _forms(
+    asked: Asked,
+    shifted: tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq_mat],
+    scaled: tuple[list[list[fmpz]], int],
+    multiplier: fmpq_mat,
+    theta: Sequence[Fraction],
+) -> tuple[arb_mat, arb_mat]:
+    """At the working precision what has to be positive definite: for ``V``, and for its fall."""
+    (rows, exponent), n, m = scaled, asked.A.nrows(), asked.D.nrows()
+    A, B, C, D = map(arb_mat, shifted)
+    own, unit = arb_mat(asked.C), arb(2) ** -exponent
+    P = arb_mat([[arb(rows[max(i, j)][min(i, j)]) * unit for j in range(n)] for i in range(n)])
+    low, width = [low for low, _ in asked.bounds], [high - low for low, high in asked.bounds]
+    turn, Pi = balls(theta), arb_mat(multiplier)
+    square, cross, last = (_part(Pi, *at, m) for at in ((0, 0), (0, m), (m, m)))
+    Q = P + own.transpose() * balls([t * v for t, v in zip(theta, low, strict=True)]) * own
+    least = Q + own.transpose() * balls([min(t, Fraction(0)) * v for t, v in zip(theta, width, strict=True)]) * own
+    moved = A.transpose() * Q
+    side, seen = C.transpose() * (cross - square * D), C.transpose() * square * C
+    both = cross.transpose() * D
+    corner = both + both.transpose() - last - D.transpose() * square * D
+    if asked.discrete:
+        main, edge, corner = Q - moved * A - seen, moved * B - side, corner - B.transpose() * Q * B
+    else:
+        rate = turn * own * B
+        main, edge = -(moved + moved.transpose() + seen), Q * B - side - A.transpose() * own.transpose() * turn
+        corner = corner + rate + rate.transpose()
+    top = [[*(main[i, j] for j in range(n)), *(edge[i, j] for j in range(m))] for i in range(n)]
+    bottom = [[*(edge[j, i] for j in range(n)), *(corner[i, j] for j in range(m))] for i in range(m)]
+    return least, arb_mat([*top, *bottom])
+
+
+def _part(M: arb_mat, top: int, left: int, m: int) -> arb_mat:
+    return arb_mat([[M[top + i, left + j] for j in range(m)] for i in range(m)])

@@ -1,0 +1,212 @@
+"""Several nonlinearities, one in each channel of a plant with as many inputs as outputs: part of the checker.
+
+Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+from . import frequencies, gains, states, windows
+from .arithmetic import INF, ZERO, fields, form, integer, need, numbers, tick
+from .balls import dot, positive_definite
+from .channels import Channels, Plant, Rows, channels, definite, described, each, moved, ordered, plant, seen, triangle
+
+ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
+MOST_VERTICES = 10
+THEOREMS = {  # whether with full-block multipliers, and whether with Popov's terms
+    "diagonal-circle": (False, False),
+    "diagonal-popov": (False, True),
+    "full-block-circle": (True, False),
+    "full-block-popov": (True, True),
+}
+
+
+def examined(
+    verdict: str, name: str, data: Any, system: Any, given: Any, phi: Any, proof: Any
+) -> tuple[bool, int, dict[str, str], str]:
+    """Whether it is a proof, and what follows; 0: 0 attracts, 1: one moves on, 2: other equilibria, 3: no loop.
+
+    And how every hypothesis was found to hold, and what is assumed.
+    """
+    asked = channels(given, len(plant(system).D))
+    need(phi is None, "no nonlinearity is given beside several classes")
+    facts = {"class": described(asked)}
+    if verdict == "PROVED":
+        found, assumed = proved(name, data, system, asked, proof)
+        return True, 0, facts | found, assumed
+    need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
+    end, found = gains.refuted(system, asked, proof)
+    return False, end, facts | found, ""
+
+
+def well_posed(D: Rows, asked: Channels) -> tuple[str, str]:
+    """Why the loop has a solution and what is assumed for it; the inequality holds at ``x = 0``.
+
+    There ``sum lambda_i (phi_i - l_i sigma_i)(u_i sigma_i - phi_i) < 0`` for ``sigma = -D phi != 0``.  Differences of
+    two solutions of ``sigma + D phi(sigma) = y`` would satisfy the opposite if the slopes lie in ``[l_i, u_i]``; with
+    ``y`` not equal too, ``|phi - phi'| <= K |y - y'|``: ``sigma`` is unique, Lipschitz in ``y``, and exists as a proper
+    injective continuous map of ``R^m`` is onto (Brouwer).
+    """
+    if ordered(D):
+        return "sigma is given channel after channel: D has no cycle", ""
+    inside = (
+        asked.bounds(i)[0] <= family.slope[0] and family.slope[1] <= asked.bounds(i)[1] for i, family in each(asked)
+    )
+    if all(inside):
+        return "the inequality at x = 0 bounds differences of solutions, the slopes being in the same bounds", ""
+    return "the inequality at x = 0 shows det(1 + D G) != 0 for the gains of the class", ONE_SOLUTION
+
+
+def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+    """The circle criterion, or Popov's, with diagonal or full-block multipliers: what was found, and what is assumed.
+
+    ``V = x'Px + 2 sum theta_i int_0^sigma_i phi_i`` is positive definite, and ``V' + (sigma, phi)' Pi (sigma, phi)``
+    (discrete: the difference of ``V``) negative definite in ``(x, phi)``, where the form of ``Pi`` is nonnegative.
+    """
+    H = plant(system)
+    if name == "constant-gains":
+        fields(data)
+        return gains.gain_box(H, asked, *fields(proof, "method", "tree")), ""
+    if name == "order-cones":
+        return windows.lifted(H, data, asked, proof)
+    if proof["method"] == "determinant":
+        return over_frequencies(name, data, H, asked, proof)
+    need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
+    (full, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
+    parts = ["N"] * (full and isinstance(data, dict) and "N" in data)
+    given, *turned = fields(data, "Pi" if full else "lambda", *["theta"] * popov, *parts)
+    theta = numbers(turned[0], m) if popov else [ZERO] * m
+    need(not (popov and H.discrete), f"{name} is for continuous time")
+    for i, family in each(asked):
+        need(INF not in map(abs, asked.bounds(i)), f"channel {i + 1} has no finite bounds")
+        need(not family.rough, "locally Lipschitz nonlinearities are needed")
+        need(not theta[i] or not family.varying, f"theta_{i + 1} needs a nonlinearity that does not depend on time")
+        need(not theta[i] or not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
+    method, rows, exponent = fields(proof, "method", "P", "exponent")
+    form(method == "matrix", "several nonlinearities are proved by a matrix")
+    P, q, whole = states.symmetric(rows, [*moved(H), *seen(H)], n)
+    R, Z, e = whole[:n], whole[n:], integer(exponent, 0, 10**5)  # q (A, -B) and q (C, -D)
+    bounds = [asked.bounds(i) for i in range(m)]
+    Pi = full_block(given, turned[popov:], bounds) if full else diagonal(numbers(given, m), bounds)
+    falls, above = inequality(P, (R, Z, q, e), Pi, theta, bounds, H.discrete)
+    need(positive_definite(above), "V > 0 fails, or is undecided")
+    need(positive_definite(falls), "the inequality of P fails, or is undecided")
+    posed, assumed = well_posed(H.D, asked)
+    V = "V = x^T P x + 2 sum theta_i int phi_i" if any(theta) else "V = x^T P x"
+    facts = {
+        "stable": f"{V} is positive definite (order {n})",
+        "inequality": f"the matrix of order {n + m} is positive definite: V falls",
+        "well-posed": posed,
+    }
+    return facts, assumed
+
+
+def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+    """The frequency inequality of the circle criterion, Popov's or Zames and Falb's: what was found, and is assumed.
+
+    With ``F > 0`` and a stable loop at the lower bounds there is a ``P`` for :func:`proved` where ``M`` is diagonal and
+    constant (Kalman, Yakubovich, Popov).  In general ``int a'M b >= 0`` for every ``tau phi``, ``tau`` in ``[0, 1]``,
+    after the shift, and ``F > 0`` bounds the solutions from ``tau = 0`` to ``tau = 1`` (Megretski, Rantzer).
+    """
+    fields(proof, "method")
+    need(not H.discrete, f"{name} by a determinant is for continuous time")
+    given = frequencies.multiplier(name, data, len(H.D))
+    frequencies.dominant(given, [one.odd for one in asked.families], asked.blocks)
+    bounds = [one.slope if i in given.moved else asked.bounds(i) for i, one in each(asked)]
+    for i, one in each(asked):
+        need(INF not in map(abs, bounds[i]), f"channel {i + 1} has no finite bounds")
+        need(not one.rough, "locally Lipschitz nonlinearities are needed")
+        constant = not given.theta[i] and i not in given.moved
+        need(constant or not one.varying, f"channel {i + 1} needs a nonlinearity that does not depend on time")
+        need(
+            not (given.theta[i] and any(H.D[i])),
+            f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone",
+        )
+    facts = frequencies.proved(H, given, bounds)
+    if name != "matrix-zames-falb":
+        posed, assumed = well_posed(H.D, asked)
+        return facts | {"well-posed": posed}, assumed
+    inside = all(l <= x.slope[0] and x.slope[1] <= u for (l, u), x in zip(bounds, asked.families))
+    return facts | {"well-posed": frequencies.solvable(H, inside, bounds)}, ""
+
+
+def diagonal(weights: list[Fraction], bounds: Any) -> Rows:
+    """``Pi`` of ``2 sum lambda_i (phi_i - l_i sigma_i)(u_i sigma_i - phi_i)``, ``lambda_i >= 0``."""
+    need(min(weights) >= 0, "a weight lambda is negative")
+    m = len(weights)
+    Pi = [[ZERO] * 2 * m for _ in range(2 * m)]
+    for i, (v, (l, u)) in enumerate(zip(weights, bounds)):
+        Pi[i][i], Pi[i][m + i], Pi[m + i][i], Pi[m + i][m + i] = -2 * v * l * u, v * (l + u), v * (l + u), -2 * v
+    return Pi
+
+
+def full_block(given: Any, parts: Any, bounds: Any) -> Rows:
+    """``Pi`` whose form is nonnegative for ``phi = Delta sigma``, ``Delta`` diagonal and within the bounds.
+
+    At every vertex ``(1; Delta)' Pi (1; Delta) > 0``, and ``Pi`` has no entry > 0 on the diagonal of ``phi``: the form
+    is concave in each ``Delta_ii``.  Or, with ``N``: ``phi_i - l_i sigma_i`` and ``u_i sigma_i - phi_i`` have one sign
+    ``s_i``; times it both are ``y >= 0``, and the form in ``y`` less that of ``N``, entries ``>= 0``, is positive
+    definite for all signs, up to a common one.
+    """
+    m = len(bounds)
+    need(m <= MOST_VERTICES, f"full-block multipliers are for up to {MOST_VERTICES} channels")
+    Pi = triangle(given, 2 * m)
+    if not parts:
+        need(max(Pi[m + i][m + i] for i in range(m)) <= 0, "Pi is not concave in each gain")
+        for ends in product(*bounds):
+            view = [[Fraction(i == j) for j in range(m)] for i in range(m)]
+            definite(Pi, [*view, *([d * v for v in row] for d, row in zip(ends, view))], "at a vertex of the gains")
+        return Pi
+    form(
+        isinstance(parts[0], list) and len(parts[0]) == 2 ** (m - 1), f"N has one part for each of {2 ** (m - 1)} signs"
+    )
+    for rest, part in zip(product((1, -1), repeat=m - 1), parts[0]):
+        N, view = triangle(part, 2 * m), [[ZERO] * 2 * m for _ in range(2 * m)]
+        need(min(map(min, N)) >= 0, "an entry of N is negative")
+        for i, (sign, (l, u)) in enumerate(zip((1, *rest), bounds)):
+            view[i][i] = view[i][m + i] = sign / (u - l)
+            view[m + i][i], view[m + i][m + i] = sign * u / (u - l), sign * l / (u - l)
+        definite(Pi, view, "for one of the signs", N)
+    return Pi
+
+
+def inequality(P: Any, scaled: Any, Pi: Rows, theta: Any, bounds: Any, discrete: bool) -> tuple[Any, Any]:
+    """Lower triangles of integers: of ``-V'`` less the form of ``Pi``, times ``2^e q^2 w``, and of a bound below ``V``.
+
+    ``int phi_i >= min(theta_i l_i, theta_i u_i) sigma_i^2/(2 theta_i)``, whatever the sign of ``theta_i``.
+    """
+    R, Z, q, e = scaled
+    n, m = len(P), len(Z)
+    least = [min(t * l, t * u) for t, (l, u) in zip(theta, bounds)]
+    w, N = states.unit([*Pi, theta, least]), n + m
+    t, low = [int(w * v) for v in theta], [int(w * v) for v in least]
+    PR = [[dot(row, column) for column in zip(*R)] for row in P]  # q P (A, -B)
+    M = [[0] * (i + 1) for i in range(N)]
+    for i in range(N):
+        tick()
+        for j in range(i + 1):
+            if discrete:
+                M[i][j] = (q * q * P[i][j] if i < n else 0) - sum(R[h][i] * PR[h][j] for h in range(n))
+            else:
+                M[i][j] = -q * ((PR[i][j] if i < n else 0) + (PR[j][i] if j < n else 0))
+            M[i][j] *= w
+    Y = [*Z, *([q * (i == n + h) for i in range(N)] for h in range(m))]  # q (sigma, phi)
+    for y, row in zip(Y, Pi):
+        tick()
+        whole = [(int(w * v), other) for v, other in zip(row, Y) if v]
+        side = [sum(v * other[j] for v, other in whole) << e for j in range(N)]  # of q w Pi (sigma, phi)
+        for i in (i for i in range(N) if y[i]):
+            M[i] = [v - y[i] * z for v, z in zip(M[i], side)]
+    for h in (h for h in range(m) if t[h]):
+        rate = [sum(Z[h][g] * R[g][i] for g in range(n)) for i in range(N)]  # q^2 sigma_h'
+        for i in range(N):
+            for j in range(i + 1):
+                M[i][j] -= t[h] * ((i == n + h) * rate[j] + (j == n + h) * rate[i]) << e
+    above = [
+        [w * q * q * P[i][j] + (sum(low[h] * Z[h][i] * Z[h][j] for h in range(m)) << e) for j in range(i + 1)]
+        for i in range(n)
+    ]
+    return M, above
