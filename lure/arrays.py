@@ -22,7 +22,10 @@ class _Later:
             raise ModuleNotFoundError(f"this step needs {package}, which cannot be imported", name=package) from error
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401  (whatever the module calls by that name)
-        return getattr(self._module, name)
+        found = getattr(self._module, name)
+        if self._name == "numpy":  # asked for in inner loops: kept here, where Python looks before it calls this
+            setattr(self, name, found)
+        return found
 
 
 np, linalg, optimize, integrate = map(_Later, ("numpy", "scipy.linalg", "scipy.optimize", "scipy.integrate"))

@@ -5,6 +5,7 @@ random, takes the large samples of `depth.sampled` and runs the tests marked `th
 `--motion compiled` and `--motion plain` compute exact motions that do not choose for themselves in that way.
 """
 
+import gc
 import os
 
 import pytest
@@ -43,13 +44,26 @@ def pytest_configure(config):
 
 
 @pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Look for no garbage while tests are collected, later not among them, and more rarely than Python would."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.set_threshold(50_000, 20, 20)
+        gc.enable()
+
+
+@pytest.hookimpl(wrapper=True)
 def pytest_collect_file():
     """Look for doctests in the packages alone: tests have none, and each of their modules would be collected twice."""
     return [found for found in (yield) if type(found) is pytest.Module]
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave the tests marked `thorough` to `make thorough`."""
+    """Leave the tests marked `thorough` to `make thorough`; begin with what is compiled, so that one process does it."""
+    items.sort(key=lambda item: not item.path.stem.startswith("test_motion"))
     if not thorough():
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker(THOROUGH)])
         items[:] = [item for item in items if not item.get_closest_marker(THOROUGH)]

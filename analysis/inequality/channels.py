@@ -12,7 +12,7 @@ frequencies are added.  Nothing here is believed: a checker decides with rationa
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import Proposal, ShiftedLoop
 from lure.arrays import NDArray, np, optimize
 
-_ROUNDS, _ZOOMS = 60, 6
+_ROUNDS, _ZOOMS, _MINIMA, _MOST_CUTS = 60, 6, 8, 120
 _SURE = 1e-10  # of the largest: below it a margin is rounding
 _LARGEST_THETA = 1e5
 
@@ -46,7 +46,9 @@ def _between(core: Multipliers, far: Multipliers) -> Multipliers:
 class ChannelInequality(ShiftedLoop):
     """The inequality with diagonal multipliers; the cuts are kept from one question to the next."""
 
-    cuts: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=list)
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.cuts = np.empty((0, 3, len(self.D)))
 
     def values(
         self, found: Multipliers, widths: NDArray[np.float64], omega: NDArray[np.float64] | None = None
@@ -60,11 +62,12 @@ class ChannelInequality(ShiftedLoop):
         inner = inner + np.diag(found.weights / widths)
         return np.asarray((inner + inner.conj().swapaxes(1, 2)) / 2)
 
-    def _cut(self, omega: float, v: NDArray[np.complex128]) -> None:
-        states, H = self.response(np.array([omega]))
-        turned = self.turned(np.array([omega]), states, H)
-        row = [np.abs(v) ** 2, (v.conj() * (H[0] @ v)).real, (v.conj() * (turned[0] @ v)).real * self.unit]
-        self.cuts.append((row[0], row[1], row[2]))
+    def _cut(self, omega: NDArray[np.float64], v: NDArray[np.complex128]) -> None:
+        """Cuts at frequencies, each with its direction: (k,) and (k, m)."""
+        states, H = self.response(omega)
+        of_rate = (self.turned(omega, states, H) @ v[:, :, None])[:, :, 0]
+        plain, turned = ((v.conj() * side).real for side in ((H @ v[:, :, None])[:, :, 0], of_rate))
+        self.cuts = np.concatenate([self.cuts, np.stack([np.abs(v) ** 2, plain, turned * self.unit], axis=1)])
 
     def multipliers(self, widths: NDArray[np.float64]) -> Multipliers | None:
         """Multipliers that serve on the grid and between its points, None if there are none.
@@ -74,10 +77,9 @@ class ChannelInequality(ShiftedLoop):
         widths : ndarray
             (m,) of the shifted sectors.
         """
-        if not self.cuts:
-            for j in range(len(widths)):
-                for omega in (0.0, self.omega[len(self.omega) // 2], self.omega[-1]):
-                    self._cut(float(omega), np.eye(len(widths))[j].astype(complex))
+        if not len(self.cuts):
+            for omega in (0.0, self.omega[len(self.omega) // 2], self.omega[-1]):
+                self._cut(np.full(len(widths), omega), np.eye(len(widths), dtype=complex))
         core: Multipliers | None = None
         for _ in range(_ROUNDS):
             checkpoint()
@@ -95,7 +97,7 @@ class ChannelInequality(ShiftedLoop):
     def _programme(self, widths: NDArray[np.float64]) -> Multipliers | None:
         """The linear programme over the cuts: ``sum lambda_i/w_i = 1``, largest margin."""
         m = len(widths)
-        squares, plain, turned = (np.array([cut[k] for cut in self.cuts]) for k in range(3))
+        squares, plain, turned = self.cuts.swapaxes(0, 1)
         # variables: a_i = lambda_i/w_i, theta_i/unit, t
         rows = np.hstack([-(squares + plain * widths), -turned, squares.sum(axis=1)[:, None]])
         most = [_LARGEST_THETA if free else 0.0 for free in self.free]
@@ -108,6 +110,8 @@ class ChannelInequality(ShiftedLoop):
         )
         if solved.status != 0:
             return None
+        if len(self.cuts) > _MOST_CUTS:  # those far from being met decide nothing
+            self.cuts = self.cuts[np.argsort(solved.slack)[: _MOST_CUTS // 2]]
         return Multipliers(solved.x[:m] * widths, solved.x[m : 2 * m] * self.unit, float(solved.x[-1]))
 
     def _worst(self, found: Multipliers, widths: NDArray[np.float64]) -> float:
@@ -116,20 +120,22 @@ class ChannelInequality(ShiftedLoop):
         least = least[:, 0]
         padded = np.concatenate([[np.inf], least, [np.inf]])
         local = np.flatnonzero((least <= padded[:-2]) & (least <= padded[2:]))
-        worst = float(least.min())
-        for i in local[np.argsort(least[local])][:8]:
-            omega, value, v = self.omega[i], least[i], vectors[i][:, 0]
-            low, high = self.omega[max(i - 1, 0)], self.omega[min(i + 1, len(self.omega) - 1)]
-            for _ in range(_ZOOMS if np.isfinite(high) and low < high else 0):
-                points = np.linspace(low, high, 9)
-                values, turned = np.linalg.eigh(self.values(found, widths, points))
-                k = int(values[:, 0].argmin())
-                if values[k, 0] < value:
-                    omega, value, v = points[k], values[k, 0], turned[k][:, 0]
-                low, high = points[max(k - 1, 0)], points[min(k + 1, 8)]
-            worst = min(worst, value)
-            self._cut(float(omega), v)
-        return worst
+        chosen = local[np.argsort(least[local])][:_MINIMA]
+        omega, value, v = self.omega[chosen], least[chosen], vectors[chosen, :, 0]
+        low, high = self.omega[np.maximum(chosen - 1, 0)], self.omega[np.minimum(chosen + 1, len(least) - 1)]
+        wide = np.flatnonzero(np.isfinite(high) & (low < high))
+        low, high = low[wide], high[wide]
+        for _ in range(_ZOOMS if len(wide) else 0):
+            points, each = np.linspace(low, high, 9), np.arange(len(wide))
+            values, turned = np.linalg.eigh(self.values(found, widths, points.ravel()))
+            values, turned = values[:, 0].reshape(points.shape), turned[:, :, 0].reshape(*points.shape, -1)
+            k = values.argmin(axis=0)
+            better = values[k, each] < value[wide]
+            at = wide[better]
+            omega[at], value[at], v[at] = (part[k, each][better] for part in (points, values, turned))
+            low, high = points[np.maximum(k - 1, 0), each], points[np.minimum(k + 1, 8), each]
+        self._cut(omega, v)
+        return float(value.min())
 
     def serves(self, widths: NDArray[np.float64]) -> bool:
         """Whether there are multipliers; see :meth:`multipliers`."""

@@ -193,19 +193,16 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
     if not any(sloped) or len(D) > MOST_CHANNELS or len(A) > MOST_STATES:
         return None
 
-    def ends(factor: Fraction) -> list[tuple[Fraction, Fraction]]:
-        scaled = classes.scaled(factor)
-        found = list(zip(classes.lower, scaled.upper, strict=True))
-        for i, one in enumerate(scaled.classes):
-            if sloped[i] and one.slope is not None:
-                found[i] = Fraction(one.slope.lower), Fraction(one.slope.upper)
-        return found
-
-    lower = np.array([float(low) for low, _ in ends(Fraction(1))])
-    plant = ChannelInequality(A, B, C, D, lower, _free(asked), popov=True, discrete=False)
+    ends = list(zip(classes.lower, classes.upper, strict=True))
+    for i, one in enumerate(classes.classes):
+        if sloped[i] and one.slope is not None:
+            ends[i] = Fraction(one.slope.lower), Fraction(one.slope.upper)
+    plant = ChannelInequality(
+        A, B, C, D, np.array([float(low) for low, _ in ends]), _free(asked), popov=True, discrete=False
+    )
     blocks = [block for block in classes.blocks if sloped[block[0]]]
     cone = KernelCone(plant, blocks, [one.odd for one in classes.classes])
-    return cone, lambda factor: [high - low for low, high in ends(factor)]
+    return cone, lambda factor: [factor * high - low for low, high in ends]
 
 
 def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:

@@ -93,13 +93,13 @@ def broken(monkeypatch):
         solvers = {getattr(np.linalg, name): (np.linalg, name) for name in NUMPY}
         solvers |= {getattr(scipy.linalg, name): (scipy.linalg, name) for name in SCIPY}
         solvers[scipy.optimize.linprog] = (scipy.optimize, "linprog")
+        failing = {id(solver): wrapped(solver, fault) for solver in solvers}
         for solver, (module, name) in solvers.items():
-            failing = wrapped(solver, fault)
-            monkeypatch.setattr(module, name, failing)
-            for other in [m for key, m in sys.modules.items() if key.startswith("lure.analysis.")]:
-                for at, value in list(vars(other).items()):
-                    if value is solver:
-                        monkeypatch.setattr(other, at, failing)
+            monkeypatch.setattr(module, name, failing[id(solver)])
+        for other in [m for key, m in sys.modules.items() if key.startswith("lure.analysis.")]:
+            for at, value in list(vars(other).items()):
+                if id(value) in failing:
+                    monkeypatch.setattr(other, at, failing[id(value)])
 
     yield replace
     for module in [module for key, module in sys.modules.items() if key.startswith("lure.analysis.")]:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from depth import sampled
 from flint import fmpq, fmpq_poly
-from hypothesis import find, given, settings
+from hypothesis import Phase, find, given, settings
 from hypothesis import strategies as st
 
 from lure import ExpressionNonlinearity, Sector
@@ -26,7 +26,13 @@ from lure.nonlinearities import GraphNonlinearity, Provenance, check_declared, p
 BOUNDS = st.tuples(st.fractions(-3, 3, max_denominator=7), st.fractions(F(1, 7), 4, max_denominator=7)).map(
     lambda pair: (pair[0], pair[0] + pair[1])
 )
-SETTINGS = settings(derandomize=True, database=None, deadline=None, max_examples=sampled(150, of=2000))
+SETTINGS = settings(
+    derandomize=True,
+    database=None,
+    deadline=None,
+    max_examples=sampled(150, of=2000),
+    phases=set(Phase) - {Phase.explain},  # `find` gives the example alone
+)
 
 
 def graph_of(nonlinearity):
