@@ -62,7 +62,7 @@ def pytest_collect_file():
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave the tests marked `thorough` to `make thorough`; begin with what is compiled, so that one process does it."""
+    """Begin with the tests of compiled code, so that one process compiles; leave thorough ones to `make thorough`."""
     items.sort(key=lambda item: not item.path.stem.startswith("test_motion"))
     if not thorough():
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker(THOROUGH)])
