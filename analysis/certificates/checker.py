@@ -358,7 +358,12 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
     form(phi is None or isinstance(phi, dict), "the nonlinearity is neither null nor an object")
     if isinstance(given, dict) and "channels" in given:
         kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof)
-        return (Proved if kind else Refuted), (ATTRACTS, MOVES, OTHERS, UNSOLVABLE)[end], found, assumed
+        return (
+            (Proved if kind else Refuted),
+            (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED)[end],
+            found,
+            assumed,
+        )
     family = states.classes(given)
     facts, slopes = {"class": states.described(family)}, list[Fraction]()
     if phi is not None:

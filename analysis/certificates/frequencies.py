@@ -94,25 +94,55 @@ def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]]) -> No
 def proved(H: Any, given: Multiplier, bounds: Any) -> dict[str, str]:
     r"""``F = He [M (1 + W H) + s Theta H] > 0`` on ``[0, inf]`` after the shift by ``l``, and a stable loop there.
 
-    ``det F`` times positive polynomials has no root, its full degree, and ``F(0)`` is positive definite.
+    Eigenvalues 0 of that loop are covered where :func:`residue` says so; ``F`` has a limit at 0 then.  ``det F`` times
+    positive polynomials has no root, its full degree, and ``F(0)`` is positive definite.
     """
     n, m = len(H.A), len(H.D)
     need(m <= MOST_CHANNELS, f"determinants are taken up to {MOST_CHANNELS} channels")
+    width = [u - l for l, u in bounds]
     d, N = transfer(*shifted(H, [l for l, _ in bounds]))
-    stable = exact.hurwitz(exact.homogeneous([Fraction(c) for c in d[::-1]], exact.S, exact.real(1), n))
+    zeros, N, found = residue(d, N, given, width)
+    own, d = d[zeros:], d[max(zeros - 1, 0) :]
+    stable = exact.hurwitz(exact.homogeneous([Fraction(c) for c in own[::-1]], exact.S, exact.real(1), n - zeros))
     need(stable, "the loop with the gains at the lower bounds is not asymptotically stable")
-    F, full = inequality(d, N, given, [u - l for l, u in bounds])
+    F, full = inequality(d, N, given, width)
+    if zeros:  # over omega^2, as |d|^2 is
+        need(not any(any(f[:2]) for row in F for f in row), "F has a pole at 0")
+        F, full = [[[-c for c in f[2:]] for f in row] for row in F], full - 1
     need(positive_definite([[f[0] for f in row[: i + 1]] for i, row in enumerate(F)]), "F(0) > 0 fails")
-    p, square = in_square(determinant(F)), in_square(times(d, conjugate(d)))
+    p, square = in_square(determinant(F)), in_square(times(own, conjugate(own)))
     for _ in range(m - 1):  # of |d|^2, of which every entry has one, det F keeps one
         p = quotient(p, square)
     p = exact.primitive(p)
     need(len(p) == full + 1, "F > 0 fails in the limit of high frequencies")
     need(exact.positive(p), "F > 0 fails at some frequency")
+    rest = "is asymptotically stable" if not zeros else "has all other eigenvalues in the open left half-plane"
     return {
-        "stable": f"the loop with the gains at the lower bounds is asymptotically stable (order {n})",
+        "stable": f"the loop with the gains at the lower bounds {rest} (order {n - zeros})",
         "inequality": f"F(0) > 0, and det F, of degree {full} in omega^2, has no root in [0, inf]",
-    }
+    } | found
+
+
+def residue(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -> tuple[int, Any, dict[str, str]]:
+    """How many roots ``r`` of ``d`` are 0, ``N/s^(r - 1)``, and what was found of ``R = lim s H``.
+
+    ``Lambda W R`` is symmetric, with ``r`` positive eigenvalues and else 0.  So 0 is semisimple, its modes
+    ``x_0' = B_0 mu`` are moved and seen, ``R = C_0 B_0``, and ``P_0 B_0 = C_0' Lambda W`` has a solution ``P_0 > 0``:
+    ``x_0' P_0 x_0`` is a part of ``V``, whose derivative is ``2 mu' Lambda W C_0 x_0``.
+    """
+    r, m = next(i for i, c in enumerate(d) if c), len(N)
+    if not r:
+        return 0, N, {}
+    need(not given.moved, "kernels do not cover an eigenvalue 0 at the lower bounds", exact.Critical)
+    need(not any(any(f[: r - 1]) for row in N for f in row), "H has a pole of higher order at 0", exact.Critical)
+    N = [[f[r - 1 :] for f in row] for row in N]
+    S = [[given.gamma[i][i] * width[i] * f[0] / d[r] for f in row] for i, row in enumerate(N)]
+    p, _, _ = resolvent(S, [], [])
+    positive = all(c * (-1) ** k > 0 for k, c in enumerate(p[: r + 1])) and not any(p[r + 1 :])
+    symmetric = all(S[i][j] == S[j][i] for i in range(m) for j in range(i))
+    need(symmetric, "Lambda W lim s H(s) is not symmetric", exact.Critical)
+    need(r <= m and positive, f"Lambda W lim s H(s) has not {r} positive eigenvalues, the others 0", exact.Critical)
+    return r, N, {"residue": f"Lambda W lim s H(s) is symmetric, with {r} positive eigenvalues and else 0"}
 
 
 def solvable(H: Any, inside: bool, bounds: Any) -> str:

@@ -12,7 +12,21 @@ from typing import Any
 from . import frequencies, gains, states, windows
 from .arithmetic import INF, ZERO, fields, form, integer, need, numbers, tick
 from .balls import dot, positive_definite
-from .channels import Channels, Plant, Rows, channels, definite, described, each, moved, ordered, plant, seen, triangle
+from .channels import (
+    Channels,
+    Plant,
+    Rows,
+    channels,
+    definite,
+    described,
+    each,
+    moved,
+    ordered,
+    plant,
+    rank,
+    seen,
+    triangle,
+)
 
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
 MOST_VERTICES = 10
@@ -29,6 +43,8 @@ def examined(
 ) -> tuple[bool, int, dict[str, str], str]:
     """Whether it is a proof, and what follows; 0: 0 attracts, 1: one moves on, 2: other equilibria, 3: no loop.
 
+    4: all converge to the set of equilibria, 5: they are bounded.
+
     And how every hypothesis was found to hold, and what is assumed.
     """
     asked = channels(given, len(plant(system).D))
@@ -36,7 +52,8 @@ def examined(
     facts = {"class": described(asked)}
     if verdict == "PROVED":
         found, assumed = proved(name, data, system, asked, proof)
-        return True, 0, facts | found, assumed
+        varying = any(one.varying for one in asked.families)
+        return True, (5 if varying else 4) if "residue" in found else 0, facts | found, assumed
     need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
     end, found = gains.refuted(system, asked, proof)
     return False, end, facts | found, ""
@@ -85,23 +102,54 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
         need(not family.rough, "locally Lipschitz nonlinearities are needed")
         need(not theta[i] or not family.varying, f"theta_{i + 1} needs a nonlinearity that does not depend on time")
         need(not theta[i] or not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
-    method, rows, exponent = fields(proof, "method", "P", "exponent")
+    method, rows, exponent, *zero = fields(proof, "method", "P", "exponent", *["zero"] * ("zero" in proof))
     form(method == "matrix", "several nonlinearities are proved by a matrix")
     P, q, whole = states.symmetric(rows, [*moved(H), *seen(H)], n)
     R, Z, e = whole[:n], whole[n:], integer(exponent, 0, 10**5)  # q (A, -B) and q (C, -D)
     bounds = [asked.bounds(i) for i in range(m)]
     Pi = full_block(given, turned[popov:], bounds) if full else diagonal(numbers(given, m), bounds)
     falls, above = inequality(P, (R, Z, q, e), Pi, theta, bounds, H.discrete)
+    rest = {}
+    if zero:
+        falls = at_rest(falls, H, [l for l, _ in bounds], zero[0])
+        rest["residue"] = (
+            f"the form is 0 at {len(zero[0])} independent equilibria with phi = L sigma, all seen by sigma"
+        )
     need(positive_definite(above), "V > 0 fails, or is undecided")
     need(positive_definite(falls), "the inequality of P fails, or is undecided")
     posed, assumed = well_posed(H.D, asked)
     V = "V = x^T P x + 2 sum theta_i int phi_i" if any(theta) else "V = x^T P x"
     facts = {
         "stable": f"{V} is positive definite (order {n})",
-        "inequality": f"the matrix of order {n + m} is positive definite: V falls",
+        "inequality": f"the matrix of order {len(falls)} is positive definite: V falls",
         "well-posed": posed,
     }
-    return facts, assumed
+    return facts | rest, assumed
+
+
+def at_rest(M: Any, H: Plant, low: list[Fraction], zero: Any) -> Any:
+    """The form of a lower triangle ``M`` on a complement of equilibria ``(x, phi)``, ``phi = L sigma``, where it is 0.
+
+    These have different ``sigma``, and each its own ``x_p = 1``, 0 for the others: without these ``x_p`` the
+    form is positive definite if and only if it is so modulo the equilibria.
+    """
+    n, m = len(H.A), len(H.D)
+    form(isinstance(zero, list) and 0 < len(zero) <= m, f"zero is a list of 1 to {m} vectors")
+    vectors = [numbers(v, n + m) for v in zero]
+    pivots = [next((i for i, c in enumerate(v) if c), n) for v in vectors]
+    outputs = [[dot(row, v) for row in seen(H)] for v in vectors]
+    alone = all(p < n and v[p] == (i == j) for i, p in enumerate(pivots) for j, v in enumerate(vectors))
+    need(alone, "the equilibria of zero are not in echelon form")
+    for v, sigma in zip(vectors, outputs):
+        tick()
+        still = [dot(row, v) == (c if H.discrete else 0) for row, c in zip(moved(H), v)]
+        need(all(still) and v[n:] == [l * s for l, s in zip(low, sigma)], "a vector of zero is no equilibrium")
+        flat = (sum(M[max(i, j)][min(i, j)] * c for j, c in enumerate(v) if c) for i in range(n + m))
+        need(not any(flat), "V' does not vanish at an equilibrium of zero")
+    need(
+        rank([*outputs, *([ZERO] * m for _ in range(m - len(outputs)))]) == len(outputs), "sigma does not see them all"
+    )
+    return [[v for j, v in enumerate(row) if j not in pivots] for i, row in enumerate(M) if i not in pivots]
 
 
 def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:

@@ -12,6 +12,7 @@ from lure.arrays import NDArray, np, optimize
 
 _ALL_VERTICES, _DRAWN, _SCALES, _POLISHED, _EVALUATIONS, _SEED = 6, 40, 90, 2, 80, 20261122
 _BEYOND = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2)  # of the crossing, so that rounding does not hide it
+_STILL = 1e-8  # of the largest eigenvalue
 _ZOOMS, _POINTS, _REFINED = 9, 16, 12  # of a crossing: 16^-9 of the interval
 
 
@@ -29,6 +30,8 @@ class GainSearch:
         The channels, counted from 0, that have equal gains.
     discrete : bool
         Whether in discrete time.
+    critical : bool
+        Whether the loop with the gains ``lower`` has an eigenvalue 0 (1).
     """
 
     A: NDArray[np.float64]
@@ -39,6 +42,7 @@ class GainSearch:
     upper: NDArray[np.float64]
     blocks: Sequence[Sequence[int]]
     discrete: bool
+    critical: bool = False
 
     def growth(self, gains: NDArray[np.float64]) -> NDArray[np.float64]:
         """The largest real part of the eigenvalues, in discrete time the largest modulus less 1, for gains (.., m).
@@ -55,8 +59,11 @@ class GainSearch:
         values = np.linalg.eigvals(
             self.A - self.B @ G @ np.linalg.solve(whole, np.broadcast_to(self.C, (*G.shape[:-2], *self.C.shape)))
         )
-        found = np.abs(values).max(axis=-1) - 1 if self.discrete else values.real.max(axis=-1)
-        return np.asarray(found)
+        found = np.abs(values) - 1 if self.discrete else values.real
+        if self.critical:  # eigenvalues 0 that stay there with some gains refute nothing
+            still = np.abs(values - self.discrete) < _STILL * np.abs(values).max(axis=-1, keepdims=True)
+            found = np.where(still, -np.inf, found)
+        return np.asarray(found.max(axis=-1))
 
     def _gains(self, shape: NDArray[np.float64], alpha: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(self.lower + shape * (alpha[..., None] * self.upper - self.lower))
@@ -83,6 +90,10 @@ class GainSearch:
         points = (
             np.exp(1j * np.linspace(0, np.pi, 40)) if self.discrete else 1j * np.unique(np.abs([*poles, *poles.imag]))
         )
+        if self.critical:  # H is infinite there, which says nothing about gains
+            size = np.abs(poles).max() or 1.0
+            away = np.abs(points[:, None] - poles).min(axis=1) > 1e-6 * size
+            points = np.append(points[away], np.exp(1j) if self.discrete else 1j * size)
         with np.errstate(all="ignore"):
             shifted = points[:, None, None] * np.eye(len(self.A)) - self.A + 1e-9 * np.eye(len(self.A))
             size = np.linalg.norm(self.C @ np.linalg.solve(shifted, self.B.astype(complex)) + self.D, axis=(1, 2)).max()

@@ -6,7 +6,8 @@ After the shift by the lower bounds ``psi_i`` lies in ``[0, w_i]``; the diagonal
 
 (``He M = (M + M^*)/2``) at every frequency, infinity included; in discrete time at ``z = e^{i omega}``, ``Theta = 0``.
 It is linear in them: the multipliers solve a linear programme over ``v^* F(omega) v >= t |v|^2``, to which the worst
-frequencies are added.  Nothing here is believed: a checker decides with rational ``P``, ``lambda`` and ``theta``.
+frequencies are added.  Eigenvalues 0 of the loop are taken apart (:mod:`lure.analysis.inequality.zero_modes`).
+Nothing here is believed: a checker decides with rational ``P``, ``lambda`` and ``theta``.
 """
 
 from __future__ import annotations
@@ -19,11 +20,13 @@ from typing import NamedTuple
 from lure.analysis.certificates.frequencies import MOST_CHANNELS
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import Proposal, ShiftedLoop
+from lure.analysis.inequality.zero_modes import ZeroModes, doubles, whole
 from lure.arrays import NDArray, np, optimize
 
 _ROUNDS, _ZOOMS, _MINIMA, _MOST_CUTS = 60, 6, 8, 120
 _SURE = 1e-10  # of the largest: below it a margin is rounding
 _LARGEST_THETA = 1e5
+_LEAST = 1e-6  # of the sum: a weight, where none may be 0
 
 MOST_STATES = 30  # determinants of larger loops take long
 
@@ -46,9 +49,22 @@ def _between(core: Multipliers, far: Multipliers) -> Multipliers:
 class ChannelInequality(ShiftedLoop):
     """The inequality with diagonal multipliers; the cuts are kept from one question to the next."""
 
+    modes: ZeroModes | None = None
+
     def __post_init__(self) -> None:
         super().__post_init__()
         self.cuts = np.empty((0, 3, len(self.D)))
+
+    def _apart(self) -> NDArray[np.float64]:
+        """``He Lambda R/(z - 1)`` is ``-Lambda R/2``; ``He Lambda R/(i omega)`` is 0, and ``i omega H`` keeps ``R``."""
+        if self.modes is None:
+            return super()._apart()
+        through, R = doubles(self.modes.right * self.modes.left), self.modes.residue()
+        far = 1.0 if self.discrete else float(np.abs(np.linalg.eigvals(self.A)).max()) or 1.0
+        self.A, self.B = self.A - far * through, self.B - through @ self.B
+        if self.discrete:
+            self.D = self.D - R / 2
+        return 0 * R if self.discrete else R
 
     def values(
         self, found: Multipliers, widths: NDArray[np.float64], omega: NDArray[np.float64] | None = None
@@ -101,12 +117,22 @@ class ChannelInequality(ShiftedLoop):
         # variables: a_i = lambda_i/w_i, theta_i/unit, t
         rows = np.hstack([-(squares + plain * widths), -turned, squares.sum(axis=1)[:, None]])
         most = [_LARGEST_THETA if free else 0.0 for free in self.free]
-        bounds = [(0, None)] * m + [(-top, top) for top in most] + [(None, None)]
-        total = np.concatenate([np.ones(m), np.zeros(m + 1)])[None]
+        bounds = [(0 if self.modes is None else _LEAST, None)] * m + [(-top, top) for top in most] + [(None, None)]
+        total = [np.concatenate([np.ones(m), np.zeros(m + 1)])]
+        for i, (first, ratio) in enumerate(() if self.modes is None else self.modes.ratios):
+            if i != first:  # a_i w_i = ratio a_first w_first
+                total.append(np.zeros(2 * m + 1))
+                total[-1][[i, first]] = widths[i], -float(ratio) * widths[first]
         cost = np.concatenate([np.zeros(2 * m), [-1.0]])
         scale = np.abs(rows).max(axis=1, keepdims=True)
         solved = optimize.linprog(
-            cost, A_ub=rows / scale, b_ub=np.zeros(len(rows)), A_eq=total, b_eq=[1.0], bounds=bounds, method="highs"
+            cost,
+            A_ub=rows / scale,
+            b_ub=np.zeros(len(rows)),
+            A_eq=np.array(total),
+            b_eq=[1.0] + [0.0] * (len(total) - 1),
+            bounds=bounds,
+            method="highs",
         )
         if solved.status != 0:
             return None
@@ -147,12 +173,26 @@ class ChannelInequality(ShiftedLoop):
         if found is None:
             return
         if not self.discrete and len(widths) <= MOST_CHANNELS and len(self.A) <= MOST_STATES:
-            weights, theta = ([Fraction(f"{v:.15g}") for v in side] for side in (found.weights, found.theta))
+            weights, theta = self._exact(found, 15)
             stated = {"lambda": [str(v / w) for v, w in zip(weights, widths, strict=True)]}
             yield Proposal(stated | self.popovs(theta), {"method": "determinant"})
-        weights, theta = ([Fraction(f"{v:.12g}") for v in side] for side in (found.weights, found.theta))
+        weights, theta = self._exact(found, 12)
         scaled = [v / w for v, w in zip(weights, widths, strict=True)]  # for psi (w sigma - psi)
         plain, ends = (np.diag([float(v) for v in side]) for side in (weights, scaled))
-        multiplier = {"lambda": [*map(str, scaled)]} | self.popovs(theta)
-        for proof in self.solutions(np.block([[0 * plain, plain], [plain, -2 * ends]]), theta, lower):
-            yield Proposal(multiplier, proof)
+        multiplier, Pi = (
+            {"lambda": [*map(str, scaled)]} | self.popovs(theta),
+            np.block([[0 * plain, plain], [plain, -2 * ends]]),
+        )
+        if self.modes is None:
+            for proof in self.solutions(Pi, theta, lower):
+                yield Proposal(multiplier, proof)
+            return
+        for Q in self.matrices(Pi, theta):
+            factor, proof = whole(self.modes, self.integers(Q), weights, theta, lower)
+            stated = {"lambda": [str(factor * v) for v in scaled]}
+            yield Proposal(stated | self.popovs([factor * v for v in theta]), proof)
+
+    def _exact(self, found: Multipliers, digits: int) -> tuple[list[Fraction], list[Fraction]]:
+        """``lambda`` and ``theta`` with so many digits; in the ratios that a residue demands."""
+        weights, theta = ([Fraction(f"{v:.{digits}g}") for v in side] for side in (found.weights, found.theta))
+        return weights if self.modes is None else self.modes.weights(weights), theta

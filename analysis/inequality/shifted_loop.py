@@ -12,6 +12,7 @@ is the matter of the classes that build on this one.  Nothing here is believed: 
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -101,6 +102,7 @@ class ShiftedLoop(ChannelSearch):
         inverse = np.linalg.inv(whole)
         self.C, self.D = inverse @ self.C, inverse @ self.D
         self.A, self.B = self.A - self.B @ gain @ self.C, self.B @ (np.eye(m) - gain @ self.D)
+        self.jump = self._apart()
         balanced, (self.units, _) = linalg.matrix_balance(self.A, permute=False, separate=True)
         self.A, self.B = np.asarray(balanced), self.B / self.units[:, None]
         self.C, self.own = self.C * self.units, self.own * self.units
@@ -111,6 +113,10 @@ class ShiftedLoop(ChannelSearch):
         self.omega = self._frequencies(poles)
         self.states, self.H = self.response(self.omega)
         self.unit = float(np.abs(poles).min() or 1.0) ** -1 if not self.discrete else 1.0
+
+    def _apart(self) -> NDArray[np.float64]:
+        """What is in ``i omega H`` beside the loop, once eigenvalues 0 are taken out of it; here there are none."""
+        return np.zeros_like(self.D)
 
     def _frequencies(self, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
         if self.discrete:
@@ -147,7 +153,7 @@ class ShiftedLoop(ChannelSearch):
         states, H : ndarray
             (k, n, m) and (k, m, m), as :meth:`response` has them.
         """
-        rate = self.own @ (self.A @ states + self.B)  # sigma' of a function of the state: C (A x + B mu)
+        rate = self.own @ (self.A @ states + self.B) + self.jump  # sigma' of a function of the state: C (A x + B mu)
         return np.asarray(np.where(np.asarray(self.free)[None, :, None], rate, 0))
 
     def popovs(self, theta: Sequence[Fraction]) -> dict[str, Any]:
@@ -172,6 +178,21 @@ class ShiftedLoop(ChannelSearch):
         theta, lower : sequence of Fraction
             Popov's terms, and the shift.
         """
+        low = np.diag([float(t * v) for t, v in zip(theta, lower, strict=True)])
+        for Q in self.matrices(Pi, theta):
+            rows, exponent = self.integers(Q - self.own.T @ low @ self.own)
+            yield {"method": "matrix", "P": [[*map(str, row)] for row in rows], "exponent": exponent}
+
+    def matrices(self, Pi: NDArray[np.float64], theta: Sequence[Fraction]) -> Iterator[NDArray[np.float64]]:
+        """Solutions of the inequality for the shifted loop in its balanced states, (n, n).
+
+        Parameters
+        ----------
+        Pi : ndarray
+            (2m, 2m) of the quadratic constraint in ``(sigma, psi)``.
+        theta : sequence of Fraction
+            Popov's terms.
+        """
         turn = np.array([float(v) for v in theta])[:, None]
         m, own, H = len(turn), turn * self.own, self.H
         Q, S, R = Pi[:m, :m], Pi[:m, m:], Pi[m:, m:]
@@ -181,16 +202,17 @@ class ShiftedLoop(ChannelSearch):
         size = np.linalg.norm(self.states, 2, axis=(1, 2)) ** 2
         with np.errstate(divide="ignore"):
             room = float(np.min(np.where(size > 0, F / size, np.inf)))
+        room = 1.0 if math.isinf(room) else room  # integrators alone have no states here
         side = S - Q @ self.D
         N = self.C.T @ side + (0 if self.discrete else self.A.T @ own.T)
         corner = side.T @ self.D + self.D.T @ S - R
-        corner = corner if self.discrete else corner + own @ self.B + (own @ self.B).T
-        low = np.diag([float(v) for v in lower]) * turn
+        rate = own @ self.B + turn * self.jump
+        corner = corner if self.discrete else corner + rate + rate.T
         for share in _SLACKS if room > 0 else ():
             checkpoint()
             P = self._riccati(self.C.T @ Q @ self.C + share * room * np.eye(len(self.A)), N, corner)
             if P is not None:
-                yield self._rounded(P - self.own.T @ low @ self.own)
+                yield P
 
     def _riccati(
         self, cost: NDArray[np.float64], N: NDArray[np.float64], R: NDArray[np.float64]
@@ -203,8 +225,15 @@ class ShiftedLoop(ChannelSearch):
             return None
         return (P + P.T) / 2 if np.isfinite(P).all() else None
 
-    def _rounded(self, P: NDArray[np.float64]) -> dict[str, Any]:
+    def integers(self, P: NDArray[np.float64]) -> tuple[list[list[int]], int]:
+        """The lower triangle of a matrix, in the states of the plant, as integers times ``2^-exponent``.
+
+        Parameters
+        ----------
+        P : ndarray
+            (n, n) in the balanced states.
+        """
         P = P / self.units[:, None] / self.units[None, :]
         exponent = max(0, _BITS - int(np.floor(np.log2(max(np.abs(np.diag(P)).min(), 1e-300)))))
-        rows = [[str(round(Fraction(float(P[i, j])) * 2**exponent)) for j in range(i + 1)] for i in range(len(P))]
-        return {"method": "matrix", "P": rows, "exponent": exponent}
+        rows = [[round(Fraction(float(P[i, j])) * 2**exponent) for j in range(i + 1)] for i in range(len(P))]
+        return rows, exponent

@@ -8,10 +8,10 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.channels import Plant, closed_by, rank
+from lure.analysis.certificates.channels import Plant
 from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
 from lure.analysis.certificates.drafts import checked
-from lure.analysis.certificates.frequencies import MOST_CHANNELS
+from lure.analysis.certificates.frequencies import MOST_CHANNELS, shifted
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
@@ -22,6 +22,7 @@ from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.kernel_cone import KernelCone, multiplier
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
+from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
@@ -33,7 +34,6 @@ _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _MEETING = 1e-7  # relative: so near to what is refuted nothing more is asked
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
 LARGEST = 1e6  # the largest factor that is tried
-_MOST_EXACT = 60  # states, for exact elimination
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 
@@ -75,6 +75,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
         constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
         found = [x for x in found if (x.row.time_varying or x.row.linear or not constant) and not (one and x.kind == 2)]
         found = [x for x in found if any(_sloped(asked)) or not x.row.slope]
+        if _critical(asked):
+            found = [x for x in found if not x.kind and not x.row.linear] or found
     if not found:
         names = ", ".join(name for row in rows for name in (row.name, *row.channels))
         raise InputError(
@@ -90,21 +92,28 @@ def _free(asked: Problem) -> list[bool]:
     return [alone and not one.time_varying for alone, one in zip(static, asked.classes.classes, strict=True)]
 
 
-def _require_no_zero(asked: Problem) -> None:
-    """Refuse a loop with eigenvalues at 0 (z = 1) with the gains at the lower bounds: the theorems need it stable."""
-    H, lower = channel_plant(asked.plant), asked.classes.lower
-    if H.order > _MOST_EXACT:
-        return
+def _modes(asked: Problem) -> ZeroModes | None:
+    """The eigenvalues 0 (z = 1) of the loop with the gains at the lower bounds; None if there are none."""
+    H = channel_plant(asked.plant)
     A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
-    closed, at = closed_by(Plant(A, B, C, D, H.dt is not None), list(lower)), int(H.dt is not None)
-    turned = [[v - (i == j) * at for j, v in enumerate(row)] for i, row in enumerate(closed or [])]
-    zeros = len(turned) - rank(turned)
-    if zeros:
-        gains, where = ", ".join(map(str, lower)), "z = 1" if at else "0"
+    A, B, C, _ = shifted(Plant(A, B, C, D, H.dt is not None), list(asked.classes.lower))
+    return zero_modes(A, B, C, discrete=H.dt is not None)
+
+
+def _critical(asked: Problem) -> bool:
+    """Whether there are such eigenvalues, covered by a theorem or not."""
+    try:
+        return _modes(asked) is not None
+    except (AssumptionError, Rejected):
+        return True
+
+
+def _require_no_zero(asked: Problem) -> None:
+    """Refuse a loop with such eigenvalues, for the theorems that need it stable."""
+    if _modes(asked) is not None:
         raise AssumptionError(
-            f"with the gains {gains} at the lower bounds the eigenvalue {where} of the loop has {zeros} "
-            f"eigenvector{'s' * (zeros > 1)}, on whose span every point is an equilibrium (the critical case), and the "
-            "criteria for several nonlinearities need asymptotic stability there; give lower bounds above these",
+            "the loop with the gains at the lower bounds has an eigenvalue 0, or z = 1 (the critical case), left to "
+            "the circle criterion and Popov's with a multiplier for each channel; give lower bounds above these",
             code=Reason.CRITICAL,
         )
 
@@ -127,8 +136,9 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     criterion : Criterion
         The criterion.
     """
-    _require_no_zero(asked)
     H, popov = channel_plant(asked.plant), not criterion.row.time_varying
+    if criterion.row.linear or criterion.kind:
+        _require_no_zero(asked)
     free, lower = [one and popov for one in _free(asked)], np.array([float(v) for v in asked.classes.lower])
     if criterion.row.linear:
         yield GainBox(*H.doubles(), lower, asked.classes.blocks, H.dt is not None)
@@ -141,7 +151,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
             yield ChannelWindows(*given, blocks=asked.classes.blocks, odd=odd, samples=min(2, most))
         return
     if criterion.kind == 0:
-        yield ChannelInequality(*given)
+        yield ChannelInequality(*given, modes=_modes(asked))
         return
     for orthants in (False, True):
         yield FullBlockInequality(*given, orthants=orthants)
@@ -332,7 +342,7 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
     A, B, C, D = H.doubles()
     one = asked.classes.upper
     lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, one))
-    search = GainSearch(A, B, C, D, lower, upper, asked.classes.blocks, H.dt is not None)
+    search = GainSearch(A, B, C, D, lower, upper, asked.classes.blocks, H.dt is not None, _critical(asked))
     found = search.found(double_above(asked.classes.least), most)
     for gains in search.proposals(*found, most=most) if found is not None else ():
         least = max((g / u for g, u in zip(gains, one, strict=True) if u > 0), default=Fraction(0))

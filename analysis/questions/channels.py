@@ -107,7 +107,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
         odd=asked.odd,
         time_varying=asked.time_varying,
         lower=Fraction(0),
-        critical=False,
+        critical=proof is not None and "residue" in proof[1].facts,
         proviso="" if proof is None else proviso(proof[1]),
         criterion="" if proof is None else proof[1].theorem,
         largest=Bracket(low, math.inf if high is None else max(low, high)),

@@ -7,7 +7,7 @@ of the certificate are compared with those asked about, and a given nonlinearity
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
@@ -249,8 +249,10 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
         if asked.several:
             member = f"classes to which these {'belong as declared' if words else 'are checked to belong'}"
         found = f", as for every {about}, {member}"
-        if not attracts and nonlinearity is not None and _rests_at_zero_only(nonlinearity, shown):
-            found = f": {head[0].lower()}{head[1:]}, {member}, and it vanishes at 0 only"
+        given = asked.known if nonlinearity is None else (nonlinearity,)
+        if not attracts and given and _rests_at_zero_only(given, shown):
+            only = "each meets its critical gain at 0 only" if asked.several else "it vanishes at 0 only"
+            found = f": {head[0].lower()}{head[1:]}, {member}, and {only}"
             says, attracts = says.partition(" converges")[0] + " converges to 0", True
         provisos = [words, f"if {assumed.removeprefix('for which ')}" if assumed else ""]
         head = f"{says} with {name}" + "".join(f", {said}" for said in provisos if said)
@@ -416,11 +418,12 @@ def _takes_a_value_twice(nonlinearity: Nonlinearity, shown: Proved) -> bool:
     return isinstance(nonlinearity, ExpressionNonlinearity) and both_signs(nonlinearity_bounds(nonlinearity, on=_NEAR))
 
 
-def _rests_at_zero_only(nonlinearity: Nonlinearity, shown: Proved) -> bool:
+def _rests_at_zero_only(given: Sequence[Nonlinearity], shown: Proved) -> bool:
     """Whether 0 is the only equilibrium of a loop whose solutions converge to the set of equilibria.
 
     With the gain ``l`` at the critical end the loop has one simple pole at 0 (``z = 1``), and a residue that is not 0:
-    an equilibrium then has ``phi(sigma) = l sigma``, and ``sigma`` determines its state.  See
+    an equilibrium then has ``phi(sigma) = l sigma``, and ``sigma`` determines its state; so it is with several
+    nonlinearities, where ``sigma`` sees every eigenvector for 0.  See
     ``notebooks/notes/0012-one-nonlinearity.md``.
     """
     from lure.analysis.nonlinearity.shape import zero_set
@@ -429,9 +432,12 @@ def _rests_at_zero_only(nonlinearity: Nonlinearity, shown: Proved) -> bool:
     certificate = shown.certificate
     if certificate["conclusion"] != "every motion converges to the set of equilibria":
         return False
-    if certificate["system"]["kind"] not in ("transfer", "state-space", "delay"):
+    kind, laws = certificate["system"]["kind"], certificate["laws"]
+    if kind not in ("transfer", "state-space", "delay", "multivariable"):
         return False
-    end = certificate["laws"]["sector"][1 if certificate["multiplier"] == {"mirrored": True} else 0]
-    gain = Fraction(end)
-    zeros = zero_set(shifted_nonlinearity(nonlinearity, gain) if gain else nonlinearity)
-    return zeros is not None and zeros.only_zero
+    if kind == "multivariable":
+        gains = [max(Fraction(end[0]) for end in (one["sector"], one["slope"]) if end) for one in laws["channels"]]
+    else:
+        gains = [Fraction(laws["sector"][1 if certificate["multiplier"] == {"mirrored": True} else 0])]
+    moved = [shifted_nonlinearity(one, gain) if gain else one for one, gain in zip(given, gains, strict=True)]
+    return all(zeros is not None and zeros.only_zero for zeros in map(zero_set, moved))

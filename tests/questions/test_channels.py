@@ -238,11 +238,11 @@ def test_gains_below_zero_destabilise_whatever_the_factor():
     assert "whatever the factor" in str(found)
 
 
-def test_poles_at_zero_are_refused_unless_the_lower_bounds_move_them():
-    plant = as_plant([["1/s", "0"], ["1/(s+1)", "1/(s^2+s)"]])
+def test_poles_at_zero_that_the_theorem_does_not_cover_are_refused_unless_the_lower_bounds_move_them():
+    plant = as_plant([["1/s", "1/s"], ["1/(s+1)", "1/(s^2+s)"]])
     critical = certify(plant, [ONE] * 2)
     assert (critical.verdict, critical.conclusion.code.identifier) == (Verdict.INCONCLUSIVE, "LURE-I012")
-    assert "the eigenvalue 0 of the loop has 2 eigenvectors" in str(critical)
-    assert certify(plant, [Sector(0.1, 100)] * 2).verdict is Verdict.PROVED  # 1/s and 1/(s^2 + s) alone have no limit
+    assert "no weights > 0 make Lambda R symmetric, R = [[1, 1], [0, 1]]" in str(critical)
+    assert certify(plant, [Sector(0.1, 0.2)] * 2).verdict is Verdict.PROVED
     double = max_sector(as_plant([["1/s^2", "0"], ["0", "1/(s+1)"]]), [ONE] * 2)
     assert double.verdict is Verdict.REFUTED  # with the gain 0 some solution grows like t

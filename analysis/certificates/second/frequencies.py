@@ -107,7 +107,9 @@ def read_multiplier(theorem: str, value: object, odd: Sequence[bool], same: Sequ
     return Multiplier(gamma, theta, list(chains.values()), frozenset(moved))
 
 
-def require_frequencies(shifted: Matrices, own: fmpq_mat, widths: Sequence[Fraction], given: Multiplier) -> None:
+def require_frequencies(
+    shifted: Matrices, own: fmpq_mat, widths: Sequence[Fraction], given: Multiplier, jump: fmpq_mat
+) -> None:
     """Check that the loop is stable at the lower bounds, and ``F > 0`` on the whole axis, infinity included.
 
     Parameters
@@ -120,6 +122,8 @@ def require_frequencies(shifted: Matrices, own: fmpq_mat, widths: Sequence[Fract
         ``u_i - l_i``.
     given : Multiplier
         The multiplier.
+    jump : fmpq_mat
+        ``lim s H`` at 0, if the integrators were taken apart, which the loop of ``shifted`` then lacks; else 0.
 
     Raises
     ------
@@ -129,7 +133,7 @@ def require_frequencies(shifted: Matrices, own: fmpq_mat, widths: Sequence[Fract
     n, m = shifted[0].nrows(), len(widths)
     require(m <= MOST_CHANNELS, "there are too many channels for determinants")
     require(half_plane_counts(shifted[0].charpoly()).left == n, "the loop at the lower bounds is not stable")
-    A, B, C, D = _realised(shifted, own, widths, given)
+    A, B, C, D = _realised(shifted, own, widths, given, jump)
     size = A.nrows()
     R = D + D.transpose()
     p = R.charpoly()  # all of its roots, which are real, are positive if its signs alternate
@@ -165,7 +169,9 @@ def require_vertices(D: fmpq_mat, widths: Sequence[Fraction]) -> None:
         require(bool(whole.det() > 0), "det(1 + D G) vanishes for gains within the bounds")
 
 
-def _realised(shifted: Matrices, own: fmpq_mat, widths: Sequence[Fraction], given: Multiplier) -> Matrices:
+def _realised(
+    shifted: Matrices, own: fmpq_mat, widths: Sequence[Fraction], given: Multiplier, apart: fmpq_mat
+) -> Matrices:
     """``Psi``: the loop, then a chain of first-order lags for each column, rate and side."""
     A, B, C, D = shifted
     n, m = A.nrows(), len(widths)
@@ -194,7 +200,7 @@ def _realised(shifted: Matrices, own: fmpq_mat, widths: Sequence[Fraction], give
             for i, c in rows:
                 outward[i][at + order - 1] -= to_fmpq(c)
         at += length
-    turned, jump = own * A, own * B
+    turned, jump = own * A, own * B + apart
     G = [[to_fmpq(v) for v in row] for row in given.gamma]
     through = [[fmpq(0)] * m for _ in range(m)]
     for i, theta in enumerate(map(to_fmpq, given.theta)):

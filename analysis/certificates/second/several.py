@@ -28,7 +28,6 @@ from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import refuted, require_gains
 from lure.analysis.certificates.second.channels import Asked, balls, diagonal, joined, read, stacked, symmetric
 from lure.analysis.certificates.second.frequencies import (
-    Matrices,
     read_multiplier,
     require_frequencies,
     require_vertices,
@@ -48,6 +47,7 @@ from lure.analysis.certificates.second.reading import (
     require,
 )
 from lure.analysis.certificates.second.windows import require_windows
+from lure.analysis.certificates.second.zero import integrators_apart, require_equilibria, shifted_by, without
 
 MOST_VERTICES = 10
 
@@ -68,23 +68,25 @@ def shown(document: Document) -> str:
     asked = read(document)
     require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
     if document.verdict == "PROVED":
-        _proved(document, asked)
-        return claims.ATTRACTS
+        if not _proved(document, asked):
+            return claims.ATTRACTS
+        varying = any(one.time_varying for one in asked.nonlinearities)
+        return claims.BOUNDED if varying else claims.EQUILIBRIA
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
     return refuted(document, asked)
 
 
-def _proved(document: Document, asked: Asked) -> None:
+def _proved(document: Document, asked: Asked) -> bool:
+    """Whether with an eigenvalue 0 at the lower bounds, if it is proved at all."""
     if document.theorem == "order-cones":
         require_windows(document, asked)
-        return
+        return False
     if mapping(document.proof).get("method") == "determinant":
-        _over_frequencies(document, asked)
-        return
+        return _over_frequencies(document, asked)
     if document.theorem == "constant-gains":
         require_gains(document, asked)
-        return
+        return False
     m, (kind, _, theorem) = asked.D.nrows(), document.theorem.rpartition("-")
     popov, full = theorem == "popov", kind == "full-block"
     require(theorem in ("circle", "popov") and (full or kind == "diagonal"), "the theorem is not one for channels")
@@ -102,18 +104,22 @@ def _proved(document: Document, asked: Asked) -> None:
         require(
             theta[i] == 0 or (state_only and not nonlinearities.time_varying), "Popov's term does not fit its channel"
         )
-    proof = record(document.proof, "method", "P", "exponent")
+    zero = ("zero",) if "zero" in mapping(document.proof) else ()
+    proof = record(document.proof, "method", "P", "exponent", *zero)
     require(proof["method"] == "matrix", "the method does not fit the theorem")
     exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
     require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
-    shifted = _shifted(asked, asked.bounds)
+    shifted = shifted_by(asked, asked.bounds)
     Pi, needed = _full_block(given, asked) if full else (_diagonal_multiplier(numbers(given["lambda"]), asked), [])
-    rows = triangle(proof["P"], asked.A.nrows())
+    rows, left_out = triangle(proof["P"], asked.A.nrows()), list[int]()
+    if zero:
+        require(not full, "full-block multipliers do not cover an eigenvalue 0")
+        left_out = require_equilibria(asked, shifted, (rows, exponent), Pi, theta, proof["zero"])
     for bits in BITS:
         with working_precision(bits):
-            forms = (*_forms(asked, shifted, (rows, exponent), Pi, theta), *map(arb_mat, needed))
-            if all(map(positive_definite, forms)):
-                return
+            least, whole = _forms(asked, shifted, (rows, exponent), Pi, theta)
+            if all(map(positive_definite, (least, without(whole, left_out), *map(arb_mat, needed)))):
+                return bool(zero)
     raise NotShown("V, the multiplier or the matrix of the inequality is not shown to be positive definite")
 
 
@@ -149,8 +155,8 @@ def _full_block(given: Mapping[str, object], asked: Asked) -> tuple[fmpq_mat, li
     return Pi, needed
 
 
-def _over_frequencies(document: Document, asked: Asked) -> None:
-    """The inequality over all frequencies, of the circle criterion, Popov's, or with kernels."""
+def _over_frequencies(document: Document, asked: Asked) -> bool:
+    """The inequality over all frequencies, of the circle criterion, Popov's, or with kernels; whether 0 is a pole."""
     m = asked.D.nrows()
     record(document.proof, "method")
     require(not asked.discrete, "over frequencies it is decided in continuous time only")
@@ -169,12 +175,17 @@ def _over_frequencies(document: Document, asked: Asked) -> None:
         require(constant or not one.time_varying, "a nonlinearity depends on time, its multiplier must not")
         state_only = all(asked.D[i, j] == 0 for j in range(m))
         require(given.theta[i] == 0 or state_only, "Popov's term does not fit its channel")
-    shifted, widths = _shifted(asked, bounds), [high - low for low, high in bounds]
-    require_frequencies(shifted, asked.C, widths, given)
+    shifted, widths = shifted_by(asked, bounds), [high - low for low, high in bounds]
+    critical, jump = bool(shifted[0].det() == 0), asked.D * 0
+    if critical:
+        require(not given.moved, "kernels do not cover an eigenvalue 0")
+        shifted, jump = integrators_apart(shifted, [given.gamma[i][i] * w for i, w in enumerate(widths)])
+    require_frequencies(shifted, asked.C, widths, given, jump)
     if document.theorem == "matrix-zames-falb" and _cyclic(asked.D):
         for one, (low, high) in zip(asked.nonlinearities, bounds, strict=True):
             require(one.slopes_within(low, high), "D has a cycle, and a slope is outside the bounds")
         require_vertices(shifted[3], widths)
+    return critical
 
 
 def _cyclic(D: fmpq_mat) -> bool:
@@ -185,17 +196,6 @@ def _cyclic(D: fmpq_mat) -> bool:
     for _ in range(m - 1):
         power = power * pattern
     return any(power[i, j] != 0 for i in range(m) for j in range(m))
-
-
-def _shifted(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> Matrices:
-    """``A~, B~, C~, D~``."""
-    m = asked.D.nrows()
-    lower, one = diagonal([low for low, _ in bounds]), diagonal([Fraction(1)] * m)
-    whole = one + asked.D * lower
-    require(bool(whole.det() != 0), "the loop is not well posed at the lower bounds")
-    inverse = whole.inv()
-    C, D = inverse * asked.C, inverse * asked.D
-    return asked.A - asked.B * lower * C, asked.B * (one - lower * D), C, D
 
 
 def _forms(
