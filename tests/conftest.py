@@ -14,7 +14,7 @@ from hypothesis import settings
 from sketches import sketches
 
 from lure.analysis.cli import main
-from lure.rod.motion import engine, motion
+from lure.rod.motion import engine
 
 os.environ["MPLBACKEND"] = "agg"  # figures are files, also where a display is at hand
 
@@ -38,8 +38,9 @@ def pytest_configure(config):
         os.environ.setdefault("NUMBA_CACHE_DIR", str(config.rootpath / ".pytest_cache" / "numba"))
     way = config.getoption("--motion")
     if way is not None:
-        motion.compilation_pays = lambda problem, wish: engine.compilation_pays(
-            problem, (way == "compiled") if wish is None else wish
+        pays = engine.compilation_pays
+        engine.compilation_pays = lambda problem, wish, seconds=0.0: pays(
+            problem, (way == "compiled") if wish is None else wish, seconds
         )
 
 

@@ -247,20 +247,39 @@ def test_compilation_is_chosen_where_it_pays(monkeypatch):
     monkeypatch.setattr(engine, "find_spec", lambda _: object())
     monkeypatch.setattr(engine, "_KERNELS", {})
     monkeypatch.setattr(engine, "compiled_kernel", lambda function: "with" if function is run_powers else "without")
-    for transits, kept, pays in ((2000, True, False), (6000, True, True), (6000, False, False), (90_000, False, True)):
-        problem.transits = transits
+    for left, kept, pays in ((0.5, True, False), (3.0, True, True), (3.0, False, False), (45.0, False, True)):
         monkeypatch.setattr(engine, "_on_disk", lambda made, kept=kept: kept and made == "without")
-        assert engine.compilation_pays(problem, None) is pays
-        assert engine.compilation_pays(problem, False) is False
-        assert engine.compilation_pays(problem, True) is True
-    problem.nonlinearity.segments[0].power, problem.transits = 2.0, 6000
+        assert engine.compilation_pays(problem, None, left) is pays
+        assert engine.compilation_pays(problem, False, left) is False
+        assert engine.compilation_pays(problem, True, left) is True
+    problem.nonlinearity.segments[0].power = 2.0
     monkeypatch.setattr(engine, "_on_disk", lambda made: made == "without")
-    assert engine.compilation_pays(problem, None) is False  # what is on disk knows no power laws
+    assert engine.compilation_pays(problem, None, 3.0) is False  # what is on disk knows no power laws
     monkeypatch.setattr(engine, "_KERNELS", {run: SimpleNamespace(signatures=[()])})
-    assert engine.compilation_pays(problem, None) is False
+    assert engine.compilation_pays(problem, None, 3.0) is False
     problem.nonlinearity.segments[0].power = 1.0
     assert engine.compilation_pays(problem, None) is True
+    monkeypatch.setattr(engine, "_KERNELS", {})
     monkeypatch.setattr(engine, "find_spec", lambda _: None)
-    assert engine.compilation_pays(problem, None) is False
+    assert engine.compilation_pays(problem, None, 45.0) is False
     with pytest.raises(InputError, match=r'needs numba: pip install "lure\[fast\]"'):
         engine.compilation_pays(problem, True)
+
+
+# The body force takes every round trip through the kernel; a piece that is said to cost 10 s makes up its mind at once.
+@WITH_NUMBA
+def test_a_motion_that_takes_long_is_compiled_on_the_way(monkeypatch):
+    scenario = Scenario.parse(body_force="0.01*sin(t)", velocity="0.2*cos(x)")
+    plain = exact_motion(other_rod(), scenario, 20.0, numerics=PLAIN)
+    exact_motion(other_rod(), scenario, 0.1, numerics=COMPILED)  # compiles, or loads what was compiled
+    kernels = dict(engine._KERNELS)
+    monkeypatch.setattr(engine, "_KERNELS", {})
+    monkeypatch.setattr(engine, "_FEW_WINDOWS", 3)
+    monkeypatch.setattr(engine, "_PIECE", 10.0)
+    monkeypatch.setattr(engine, "compiled_kernel", lambda function: kernels[function])
+    motion = exact_motion(other_rod(), scenario, 20.0)
+    assert motion.compiled
+    assert motion.crossings == plain.crossings > 0
+    assert differences(motion, plain)[0] < 1e-13
+    monkeypatch.setattr(engine, "_PIECE", 1e-9)
+    assert not exact_motion(other_rod(), scenario, 20.0).compiled

@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.rod.motion.event_free import EventFreeInterval, Finder, Functions
-from lure.rod.motion.kernel_follow import follow
-from lure.rod.motion.kernel_interval import sampled, unrolled
+from lure.rod.motion.event_free import EventFreeInterval
+from lure.rod.motion.event_search import Finder
 from lure.rod.motion.kernel_piece import MOST_POWERED
 from lure.rod.motion.kernel_series import (
     BLOCK,
@@ -36,7 +35,6 @@ from lure.rod.motion.kernel_series import (
     LARGEST,
     LATER,
     LAW,
-    LOOPS,
     LOW,
     MARKS,
     MERGED,
@@ -54,6 +52,7 @@ from lure.rod.motion.kernel_series import (
     PARTS,
     PEAK,
     PIECE,
+    PIECES,
     POWER,
     RATE,
     REST,
@@ -99,9 +98,9 @@ _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked 
 _PANELS = 20_000
 _MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
 _MOST_PACE = 1024
-_WORTH = 64  # round trips of the kernel as it stands that cost as much as a search
 _NOISE = 4e-16  # of the initial wave: what its fit leaves of coefficients that are zero
-_TRIP, _COMPILE, _LOAD = 5e-4, 20.0, 1.0  # [s] a round trip without compilation, compilation, loading what was compiled
+# [s] a piece without compilation, with a power law; compilation; loading what was compiled
+_PIECE, _POWERED, _COMPILE, _LOAD = 1e-4, 1e-3, 20.0, 1.0
 LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
 
 Kernel = Callable[..., Any]
@@ -114,17 +113,15 @@ class Engine:
     Attributes
     ----------
     compiled : bool
-        Whether the kernel is compiled.
+        Whether the kernel is compiled by now.
     f, q : ndarray
         Its memory, see :mod:`lure.rod.motion.kernel_series`; the sums in it hold for what has been done so far.
     """
 
-    def __init__(self, problem: Problem, *, compiled: bool, stretches: bool = True) -> None:
-        self._problem, self.compiled = problem, compiled
-        functions: Functions = follow, sampled, unrolled
-        if compiled:
-            functions = compiled_kernel(follow), compiled_kernel(sampled), compiled_kernel(unrolled)
-        self._finder = Finder(problem, functions, compiled=compiled) if stretches else None
+    def __init__(self, problem: Problem, *, wish: bool | None, stretches: bool = True) -> None:
+        self._problem, self._wish, self._spent = problem, wish, 0.0
+        self.compiled = compiled = compilation_pays(problem, wish)
+        self._finder = Finder(problem) if stretches else None
         self._asked, self._load, self._most_blocks = range(0), NO_LOAD, 1
         self._given: tuple[Load | None, Any] = None, None
         wave, error = problem.sources.initial_wave()
@@ -202,10 +199,9 @@ class Engine:
             if finder is not None and trip > 0:
                 pace, found = min(2 * pace, _MOST_PACE), None
                 if clear(self.f, self.q):
-                    found = finder.after(*self._memory, self.open_impact)
+                    found = finder.after(self.f, self.q, self.open_impact)
                 if found is not None:
-                    # what a search is worth that is not compiled does not begin at every event
-                    pace = 2 if self.compiled or len(found) > _WORTH else _WORTH // 8
+                    pace = 2
                     yield found
                     continue
             yield from self._until(min(trip + pace, total))
@@ -233,12 +229,22 @@ class Engine:
             reach = BLOCK * self._asked.stop if len(load[1]) else stop
             self.q[WINDOWS : IMPACTS + 1] = 0
             status = self._kernel(load, min(stop, reach))
+            if not self.compiled and self._wish is None:
+                self._reconsider()
             if self.q[WINDOWS]:
                 yield self._record(number)
             elif status == FULL:
                 self._enlarge()
             if status not in (DONE, FULL):
                 raise self._refusal(status)
+
+    def _reconsider(self) -> None:
+        """Compile from here on if that is likely to take less time than it saves."""
+        self._spent += int(self.q[PIECES]) * (_PIECE if _function(self._problem) is run else _POWERED)
+        trip = int(self.q[TRIP])
+        if self._spent > _LOAD and trip:
+            left = self._spent * (0.5 * self._problem.transits / trip - 1.0)
+            self.compiled = compilation_pays(self._problem, None, left)
 
     def _record(self, number: int) -> Record:
         f, q = self.f, self.q
@@ -340,8 +346,17 @@ def clear(f: Array, q: Counts) -> bool:
     return bool(f[nonlinearity + LOW] < z < f[nonlinearity + HIGH])
 
 
-def compilation_pays(problem: Problem, wish: bool | None) -> bool:  # noqa: FBT001  (an option passed on)
-    """Whether to compile: if asked to, or if it costs less than it saves.
+def compilation_pays(problem: Problem, wish: bool | None, seconds: float = 0.0) -> bool:  # noqa: FBT001  (an option)
+    """Whether to compile: if asked to, if it was done before, or if it costs less than it saves.
+
+    Parameters
+    ----------
+    problem : Problem
+        The motion.
+    wish : bool or None
+        What was asked for.
+    seconds : float
+        What is left is likely to take so long as it stands [s].
 
     Raises
     ------
@@ -350,14 +365,15 @@ def compilation_pays(problem: Problem, wish: bool | None) -> bool:  # noqa: FBT0
     """
     if wish is False:
         return False
+    if getattr(_KERNELS.get(_function(problem)), "signatures", None):
+        return True
+    if not wish and seconds <= _LOAD:
+        return False
     if find_spec("numba") is None:
         if wish:
             raise InputError('Numerics.compiled needs numba: pip install "lure[fast]"')
         return False
-    if wish or getattr(_KERNELS.get(_function(problem)), "signatures", None):
-        return True
-    seconds = 0.5 * problem.transits * _TRIP
-    return seconds > _COMPILE or (seconds > _LOAD and bool(_on_disk(compiled_kernel(_function(problem)))))
+    return bool(wish) or seconds > _COMPILE or bool(_on_disk(compiled_kernel(_function(problem))))
 
 
 def _function(problem: Problem) -> Kernel:
@@ -388,12 +404,10 @@ def compiled_kernel(function: Kernel) -> Kernel:
 @cache
 def _register() -> None:
     """Let numba compile the functions of the kernel where compiled code calls them; they stay as they are."""
-    from numba.extending import overload, register_jitable
+    from numba.extending import register_jitable
 
     for function, inline in PARTS:
         register_jitable(error_model="numpy", forceinline=inline)(function)
-    for function, loops in LOOPS:
-        overload(function, jit_options={"error_model": "numpy"}, strict=False)(loops)
 
 
 def _on_disk(made: Any) -> list[Path]:  # noqa: ANN401  (numba has no types)

@@ -1,32 +1,18 @@
-"""Intervals without events: many round trips as one state each, evaluated where it is asked for."""
+"""Intervals without events: many round trips by their states, evaluated where it is asked for."""
 
 from __future__ import annotations
 
-import math
-from array import array
-from collections.abc import Callable
-from copy import copy
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
-from lure.rod.motion import kernel_tables as kernel
-from lure.rod.motion.exponential_force import ExponentialForces
-from lure.rod.motion.kernel_follow import LEAST
-from lure.rod.motion.kernel_interval import PUSH_, RETURNED_, WAVE_, Z_
-from lure.rod.motion.kernel_series import COUNT, DEGREE, SEGMENT, TRIP
-from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds
+from lure.rod.motion.blocks import Block, Counts, Steps
+from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds, values
 from lure.rod.motion.record import Record, Series, Window
-from lure.rod.motion.sources import Problem
-from lure.rod.motion.trip_matrix import Doubles
 from lure.rod.sampled import Contact
 
 CHUNK = 1024
-_MOST_NUMBERS = 1 << 19  # in the states that are kept of an interval
-_MOST_PIECES = 64
-_NAMES = {"wave": WAVE_, "returned": RETURNED_, "push": PUSH_, "z": Z_}
-Functions = tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -37,30 +23,30 @@ class EventFreeInterval:
     ----------
     number, count : int
         The first round trip, and how many there are.
-    share : float
-        ``1/(1 + k_L/Z)``.
-    mobility : float
-        ``d`` with the share of a dashpot: from stresses to waves.
     index : int
         Place of the segment in the nonlinearity.
     impact : Contact or None
         As it was before.
-    memory : tuple
-        ``s``, ``d``, ``force`` and ``states``, see :mod:`lure.rod.motion.kernel_tables`.
-    functions : tuple
-        The functions of the kernel, compiled or as they stand.
+    mobility : float
+        ``d`` with the share of a dashpot: from stresses to waves.
+    error : float
+        Local error of a round trip [m].
+    steps : Steps
+        What a round trip does.
+    blocks : list of Block
+        The states.
     before : int
-        Round trips in the memory before the first.
+        Round trips in the blocks before the first.
     """
 
     number: int
     count: int
-    share: float
-    mobility: float
     index: int
     impact: Contact | None
-    memory: tuple[Any, Any, Any, Any]
-    functions: Functions
+    mobility: float
+    error: float
+    steps: Steps
+    blocks: list[Block]
     before: int = 0
     _made: dict[object, object] = field(default_factory=dict)
 
@@ -68,21 +54,15 @@ class EventFreeInterval:
         """Number of round trips."""
         return self.count
 
-    def _table(self, name: int, *shape: int) -> Array:
-        """One of the tables."""
-        s, d, *_ = self.memory
-        place, size = int(d[name]), int(np.prod(shape))
-        return np.asarray(s)[place : place + size].reshape(shape)
-
     @property
-    def span(self) -> Array:
-        """(P+1,) ends of the pieces in every round trip."""
-        return self._table(kernel.EDGES, int(self.memory[1][kernel.PIECES_]) + 1).copy()
+    def share(self) -> float:
+        """``1/(1 + k_L/Z)``."""
+        return self.steps.trip.setting.share
 
     @property
     def stop(self) -> float:
         """Where the last round trip ends, from its start [transits]."""
-        return float(self.span[-1])
+        return float(self.steps.trip.setting.edges[-1])
 
     @property
     def impacts(self) -> Array:
@@ -91,73 +71,80 @@ class EventFreeInterval:
 
     def edges(self, i: int) -> Array:
         """Edges of the pieces of the i-th round trip."""
-        return self.span
+        return self.steps.trip.setting.edges.copy()
 
     def at(self, t: Array, name: Series) -> Array:
         """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
-        order = None if np.all(t[1:] >= t[:-1]) else np.argsort(t, kind="stable")
-        given = np.ascontiguousarray(t if order is None else t[order])
-        found = np.empty(len(t))
-        self.functions[1](self.memory, (given, found), self.before + self.count, _NAMES[name])
-        if order is not None:
-            found[order] = found.copy()
-        return found
+        if (t[1:] < t[:-1]).any():
+            order = t.argsort(kind="stable")
+            found = np.empty(len(t))
+            found[order] = self.at(t[order], name)
+            return found
+        edges = self.steps.trip.setting.edges
+        trip = np.minimum(np.maximum(np.floor(0.5 * t) - float(self.number), 0.0), self.count - 1.0)
+        place = t - 2.0 * (trip + float(self.number))
+        piece = np.minimum(np.maximum(edges.searchsorted(place, side="right") - 1, 0), len(edges) - 2)
+        low, high = edges[piece], edges[piece + 1]
+        x = np.minimum(np.maximum(((place - low) - (high - place)) / (high - low), -1.0), 1.0)
+        if name != "returned":
+            return self._at(trip, piece, x, name)
+        return (2.0 * self.share - 1.0) * self._at(trip, piece, x, "wave") - 2.0 * self._at(trip, piece, x, "push")
 
-    def every(self, first: int, stop: int) -> Array:
-        """(stop - first + 1, S) the states in consecutive round trips, counted from the first, and the one after."""
-        out = np.empty((stop - first + 1) * self._size)
-        self.functions[2](self.memory, self.before + first, self.before + stop, out)
-        return out.reshape(-1, self._size)
+    def _at(self, trip: Array, piece: Counts, x: Array, name: Series) -> Array:
+        made, setting = self.steps.trip, self.steps.trip.setting
+        functions = made.wave if name == "wave" else made.series
+        coefficients = np.empty((len(x), functions.shape[1]))
+        for block, some, n in self._blocks(trip):
+            states, pieces, rows = block.table(self.steps), piece[some], coefficients[some]
+            for p in range(int(pieces.min()), int(pieces.max()) + 1):
+                here = (pieces == p).nonzero()[0]
+                if len(here):
+                    rows[here] = block.at(n[here], states @ functions[p].T)
+        found = values(coefficients, x[:, None])[:, 0]
+        if name == "wave":
+            return found
+        return found + setting.origin if name == "z" else setting.push + setting.rate * found
 
-    @property
-    def _size(self) -> int:
-        """Of a state."""
-        d = self.memory[1]
-        return kernel.HEAD + int(d[kernel.PIECES_]) * (int(d[kernel.TOP_DEGREE]) + 1)
+    def _blocks(self, trip: Array) -> Iterator[tuple[Block, slice, Array]]:
+        """The blocks of ascending round trips, counted from the first: where they are, and counted from the block's."""
+        cuts = trip.searchsorted([block.start - self.before for block in self.blocks[1:]]).tolist()
+        for block, low, high in zip(self.blocks, [0, *cuts], [*cuts, len(trip)], strict=True):
+            if low < high:
+                yield block, slice(low, high), trip[low:high] + float(self.before - block.start)
 
-    def series(self, X: Array) -> tuple[Array, Array]:
-        """``W`` (n, P, degree+1) and ``zeta`` (n, P, K) on the pieces, for states (n, S)."""
-        d = self.memory[1]
-        P, n, depth, width = (int(d[name]) for name in (kernel.PIECES_, kernel.TOP_DEGREE, kernel.DEPTH, kernel.WIDTH))
-        wave = X[:, kernel.HEAD :].reshape(len(X), n + 1, P).transpose(0, 2, 1)
-        own = self._table(kernel.OWN, P, width, width)[:, :depth, : n + 1]
-        hold, level = (self._table(name, P, width)[:, :depth] for name in (kernel.HOLD, kernel.LEVEL))
-        ends, hold_ends, level_ends = (
-            self._table(name, *shape)
-            for name, shape in ((kernel.OF_END, (n + 1, P)), (kernel.HOLD_END, (P,)), (kernel.LEVEL_END, (P,)))
-        )
-        starts, travelled = np.empty((len(X), P)), X[:, 1].copy()
-        for p in range(P):
-            starts[:, p] = X[:, 0] + travelled
-            travelled += wave[:, p] @ ends[:, p] + level_ends[p] + hold_ends[p] * starts[:, p]
-        zeta = np.einsum("pkj,ipj->ipk", own, wave) + hold * starts[:, :, None] + level
-        return wave, zeta
+    def every(self, first: int, stop: int) -> tuple[Array, Array]:
+        """The states (n, N) of consecutive round trips, counted from the first, and of the next; ``zeta`` (n, 2)."""
+        trips = np.arange(first, stop + 1.0)
+        states, levels = np.empty((len(trips), len(self.blocks[0].state))), np.empty((len(trips), 2))
+        for block, some, n in self._blocks(trips):
+            states[some] = block.at(n, block.table(self.steps))
+            levels[some, 0], levels[some, 1] = block.levels(n, self.steps)
+        return states, levels
 
     def record(self, first: int, stop: int) -> Record:
         """Some of the round trips, counted from the first, piece by piece."""
-        s, d, *_ = self.memory
-        count, P, width = stop - first, int(d[kernel.PIECES_]), int(d[kernel.WIDTH])
-        origin, T = float(s[kernel.FROM]), float(s[kernel.TIME])
-        X, edges, touching = self.every(first, stop), self.span, float(s[kernel.LOADING]) > 0.0
-        wave, zeta = self.series(X[:-1])
+        made, setting = self.steps.trip, self.steps.trip.setting
+        count, P, edges, touching = stop - first, len(made.wave), setting.edges, setting.loading > 0.0
+        states, levels = self.every(first, stop)
+        wave, zeta = (np.einsum("pkn,in->ipk", table, states[:-1]) for table in (made.wave, made.series))
         push = self._pushes(zeta)
         z = zeta.copy()
-        z[:, :, 0] += origin
+        z[:, :, 0] += setting.origin
         coef = np.concatenate((wave, z, push), axis=2)
         degree = np.tile([wave.shape[2] - 1, z.shape[2] - 1, push.shape[2] - 1], (count * P, 1))
         endings = np.zeros((count, 7))
-        endings[:, 0], endings[:, 1], endings[:, 2] = s[kernel.MISSED_], X[1:, 0], X[1:, 1]
+        endings[:, 0], endings[:, 1:3] = self.error, levels[1:]
         if touching:
-            since = T * 2.0 * self.number if self.impact is None else self.impact.start
-            endings[:, 3], endings[:, 5] = since, X[1:, 2]
+            T = setting.transit
+            endings[:, 3] = T * 2.0 * self.number if self.impact is None else self.impact.start
             endings[:, 4] = T * 2.0 * (self.number + np.arange(first, stop) + 1.0)
-            endings[:, 6] = self._peaks()[first:stop]
+            endings[:, 5], endings[:, 6] = states[1:, made.zeta + 1], self._peaks()[first:stop]
         marks = np.zeros((count, 4), dtype=np.int64)
         marks[:, 0], marks[:, 1] = self.index, touching
         return Record(
             number=self.number + first,
             share=self.share,
-            width=width,
+            width=setting.degree + 1,
             first=P * np.arange(count + 1),
             low=np.tile(edges[:-1], count),
             high=np.tile(edges[1:], count),
@@ -171,12 +158,12 @@ class EventFreeInterval:
 
     def pushes(self, first: int, stop: int) -> Array:
         """``d p`` (n, P, K) on the pieces of consecutive round trips, counted from the first."""
-        return self._pushes(self.series(self.every(first, stop)[:-1])[1])
+        return self._pushes(np.einsum("pkn,in->ipk", self.steps.trip.series, self.every(first, stop)[0][:-1]))
 
     def _pushes(self, zeta: Array) -> Array:
-        rate = float(self.memory[0][kernel.STIFFNESS])
-        push = rate * zeta if rate else np.zeros((*zeta.shape[:2], 1))
-        push[:, :, 0] += self.memory[0][kernel.PUSHED]
+        setting = self.steps.trip.setting
+        push = setting.rate * zeta if setting.rate else np.zeros((*zeta.shape[:2], 1))
+        push[:, :, 0] += setting.push
         return push
 
     def _peaks(self) -> Array:
@@ -201,69 +188,19 @@ class EventFreeInterval:
 
     def last(self, count: int) -> Record | EventFreeInterval:
         """The last round trips."""
-        if count >= self.count:
+        gone = self.count - count
+        if gone <= 0:
             return self
         if count <= CHUNK:
-            return self.record(self.count - count, self.count)
-        s, d, force, states = self.memory
-        before = self.before + self.count - count
-        row = before // int(d[kernel.STRIDE])
-        s, d = copy(s), copy(d)
-        s[kernel.AT_HAND] = -1.0  # none
-        d[kernel.NUMBER] += row * d[kernel.STRIDE]
-        states = states[row * self._size :]
+            return self.record(gone, self.count)
         return replace(
             self,
-            number=self.number + self.count - count,
+            number=self.number + gone,
             count=count,
-            before=before - row * int(d[kernel.STRIDE]),
-            impact=self.record(self.count - count - 1, self.count - count).window(0).end.impact,
-            memory=(s, d, force, states),
+            before=self.before + gone,
+            impact=self.record(gone - 1, gone).window(0).end.impact,
+            blocks=[block for block in self.blocks if block.start + block.count > self.before + gone],
             _made={},
-        )
-
-
-class Finder:
-    """Looks for event-free intervals of one motion."""
-
-    def __init__(self, problem: Problem, functions: Functions, *, compiled: bool) -> None:
-        self._problem, self.loads, self._functions = problem, ExponentialForces(problem.sources), functions
-        self._compiled, self._total = compiled, math.floor(0.5 * problem.transits)
-
-    def after(self, f: Any, q: Any, impact: Contact | None) -> EventFreeInterval | None:  # noqa: ANN401  (two kinds of array)
-        """The interval that begins with the next round trip; None if there is none of 16."""
-        number, pieces = int(q[TRIP]), int(q[COUNT])
-        states, end = self.loads.over(number)
-        most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number
-        if states is None or pieces > _MOST_PIECES:
-            return None
-        most = min(most, states.finite_until - number)
-        if most < LEAST:
-            return None
-        width, columns = int(q[DEGREE]) + 1, states.columns
-        d = np.zeros(kernel.PLACES, dtype=np.int64)
-        s = np.zeros(kernel.places(d, pieces, width, columns, len(states.powers)))
-        size = kernel.HEAD + pieces * width
-        d[kernel.STRIDE] = 1 << max(0, math.ceil(math.log2(most * size / _MOST_NUMBERS)))
-        rows = -(-most // int(d[kernel.STRIDE]))
-        kept, groups = np.empty(rows * size), np.empty(kernel.GROUP_SIZE * -(-most // kernel.GROUP))
-        arrays: tuple[Any, Any, Any, Any] = s, d, states.table, kept
-        if not self._compiled:
-            made = (array("q", d.tobytes()), array("d", states.table.tobytes()), array("d", kept.tobytes()))
-            arrays = (Doubles("d", s.tobytes()), *made)
-        count = int(self._functions[0]((f, q), arrays, groups, most))
-        if not count:
-            return None
-        used = -(-count // int(d[kernel.STRIDE])) * (kernel.HEAD + pieces * (int(arrays[1][kernel.TOP_DEGREE]) + 1))
-        return EventFreeInterval(
-            number=number,
-            count=count,
-            share=self._problem.share,
-            mobility=self._problem.sources.rod.mobility * self._problem.share,
-            index=int(q[SEGMENT]),
-            impact=impact,
-            memory=(*arrays[:3], arrays[3][:used]),
-            functions=self._functions,
         )
 
 

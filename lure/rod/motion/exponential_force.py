@@ -18,6 +18,7 @@ _MOST_COLUMNS = 24
 _MOST_POWER = 4
 _LARGEST = 250.0  # exponents of the force, per round trip and transit
 _RESOLVED, _NOISE = 1e-15, 1e-16
+_TINY = 2e-16
 Complex = NDArray[np.complex128]
 
 
@@ -29,15 +30,12 @@ class ExponentialForce:
     ----------
     rate : ndarray
         (r,) exponents per transit, one of each conjugate pair.
-    powers : tuple of int
-        (r,) highest power of ``t`` with each.
     weights : tuple of ndarray
-        (r,) weights for ``K = 0, ...``, time in transits since the force left ``x = 0``, in units of the wave [m/s],
-        twice those of the sum for a pair.
+        (r,) weights for the powers ``K = 0, ...`` of ``t`` with each, time in transits since the force left ``x = 0``,
+        in units of the wave [m/s], twice those of the sum for a pair.
     """
 
     rate: Complex
-    powers: tuple[int, ...]
     weights: tuple[Complex, ...]
 
     def __call__(self, t: Array) -> Array:
@@ -48,19 +46,68 @@ class ExponentialForce:
             total += (shares * np.exp(rate * late)).real
         return total
 
-    @property
-    def table(self) -> Array:
-        """As the kernel has it: see :func:`lure.rod.motion.kernel_follow.follow`."""
-        rows = [float(len(self.powers))]
-        for rate, power, weights in zip(self.rate.tolist(), self.powers, self.weights, strict=True):
-            rows += [rate.real, rate.imag, float(power)]
-            rows += [part for weight in weights.tolist() for part in (weight.real, weight.imag)]
-        return np.array(rows)
+    def columns(self, number: int, edges: Array, degree: int, least: float) -> Array | None:
+        """(C, P, n+1) the functions of the time in round trips from one on, as series on pieces.
+
+        In the m-th of them they are taken ``m^k e^{2 rate m}`` times: real part and, for a pair, imaginary part.  None
+        if the degree is not enough.
+
+        Parameters
+        ----------
+        number : int
+            The first round trip.
+        edges : ndarray
+            (P+1,) ends of the pieces [transits].
+        degree : int
+            The highest that a series may have.
+        least : float
+            What may be left out of a coefficient.
+        """
+        space, found = basis(degree), []
+        low, high = edges[:-1, None], edges[1:, None]
+        x = low + 0.5 * (high - low) * (space.inner + 1.0) - 1.0
+        since, n = x + 2.0 * number, 0
+        for rate, weights in zip(self.rate.tolist(), self.weights, strict=True):
+            grown = np.exp(rate * x) * np.exp(2.0 * number * rate)
+            for k in range(len(weights)):
+                shares = [2.0**k * math.comb(K, k) * weights[K] for K in range(k, len(weights))]
+                values = np.polynomial.polynomial.polyval(since, shares) * grown
+                for part in (values.real, -values.imag) if rate.imag else (values.real,):
+                    found.append(part @ space.from_inner.T)
+                    tiny = max(least, _TINY * (1.0 + abs(rate.real) + abs(rate.imag)) * float(np.abs(part).max()))
+                    n = max(n, *(np.abs(found[-1]).max(axis=0) > tiny).nonzero()[0][-1:].tolist(), 0)
+        if n == degree:
+            return None
+        return np.array(found).reshape(len(found), len(edges) - 1, degree + 1)[:, :, : n + 1]
 
     @property
-    def columns(self) -> int:
+    def start(self) -> Array:
+        """(C,) by what the functions are taken in the first round trip."""
+        firsts = [(1.0, 0.0) if rate.imag else (1.0,) for rate in self.rate.tolist()]
+        sizes = [len(w) for w in self.weights]
+        return np.array(
+            [x for first, n in zip(firsts, sizes, strict=True) for x in (*first, *([0.0] * len(first) * (n - 1)))]
+        )
+
+    @property
+    def turn(self) -> Array:
+        """(C, C) the change of that from each round trip to the next."""
+        found = np.zeros((self.count, self.count))
+        at = 0
+        for rate, weights in zip(self.rate.tolist(), self.weights, strict=True):
+            more, m = np.expm1(complex(2.0 * rate)), 2 if rate.imag else 1
+            for k in range(len(weights)):
+                for i in range(k + 1):
+                    share = more if i == k else math.comb(k, i) * (1.0 + more)
+                    block = np.array([[share.real, -share.imag], [share.imag, share.real]])[:m, :m]
+                    found[at + m * k : at + m * (k + 1), at + m * i : at + m * (i + 1)] = block
+            at += m * len(weights)
+        return found
+
+    @property
+    def count(self) -> int:
         """Number of real functions of the time in a round trip that it takes."""
-        return sum((power + 1) * (2 if rate.imag else 1) for rate, power in zip(self.rate, self.powers, strict=True))
+        return sum(len(w) * (2 if rate.imag else 1) for rate, w in zip(self.rate, self.weights, strict=True))
 
     @property
     def finite_until(self) -> int:
@@ -133,5 +180,5 @@ class ExponentialForces:
             for rate, power in zip(rates, powers, strict=True)
         )
         rate = np.array([T * rate for rate in rates], dtype=complex)
-        found = ExponentialForce(rate=rate, powers=powers, weights=weights)
-        return found if found.columns <= _MOST_COLUMNS else None
+        found = ExponentialForce(rate=rate, weights=weights)
+        return found if found.count <= _MOST_COLUMNS else None

@@ -23,29 +23,12 @@ from lure.rod.motion.pieces import Array, basis, products
 
 F = TypeVar("F", bound=Callable[..., object])
 PARTS: list[tuple[Callable[..., object], bool]] = []
-LOOPS: list[tuple[Callable[..., object], Callable[..., object]]] = []
 
 
 def kernel(function: F) -> F:
     """The function itself, entered among those that are compiled together."""
     PARTS.append((function, False))
     return function
-
-
-def in_loops(loops: Callable[..., object]) -> Callable[[F], F]:
-    """Enter the function in whole arrays, which are fast as they stand, with the one that compiled code has instead.
-
-    Parameters
-    ----------
-    loops : callable
-        Returns that function, which may be defined later.
-    """
-
-    def entered(function: F) -> F:
-        LOOPS.append((function, loops))
-        return function
-
-    return entered
 
 
 def inlined(function: F) -> F:

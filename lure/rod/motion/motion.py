@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from lure.errors import InputError
 from lure.record import Page, Record, quantity
 from lure.rod.motion.end_law import Boundary, end_law
-from lure.rod.motion.engine import Engine, compilation_pays
+from lure.rod.motion.engine import Engine
 from lure.rod.motion.fields import Fields
 from lure.rod.motion.pieces import Array
 from lure.rod.motion.record import Series, Trips, Window, Windows, impacts_of, timeline
@@ -209,16 +209,15 @@ class Numerics:
     on_progress : callable or None
         Called now and then with the time reached [s]; unlike ``on_window`` it costs nothing.
     compiled : bool or None
-        Whether numba compiles the kernel (``pip install "lure[fast]"``): half a microsecond a round trip in flight,
-        and about as much for each piece between kinks in the wave, in place of some 0.2 ms, for 40 s at the
-        first call ever, more with power laws, which are kept on disk.  None compiles if that takes less time than it
-        saves: what this process or, for motions of more than 2000 round trips, an earlier one has compiled is used, and
-        motions of more than 40 000 are compiled for.  It is the same code either way, and gives the same numbers to
-        rounding; ``Motion.compiled`` says which way was taken.
+        Whether numba compiles the kernel (``pip install "lure[fast]"``), which takes the round trips with events: half
+        a microsecond for each piece between kinks in the wave, in place of some 0.1 ms, for 16 s at the first call
+        ever, twice as long with power laws, which are kept on disk.  None compiles once a second was spent without, if
+        what is left is likely to take longer than compilation, or than loading what an earlier process has compiled.
+        It is the same code either way, and gives the same numbers to rounding; ``Motion.compiled`` says which way was
+        taken in the end.
     stretches : bool
-        Whether round trips in which nothing can happen are gone through on pieces that stay the same, at a twentieth of
-        the cost: without a body force, under a force that is a sum of exponentials, sines and powers between its
-        breakpoints.
+        Whether round trips in which nothing can happen are taken together, up to thousands at once: without a body
+        force, under a force that is a sum of exponentials, sines and powers between its breakpoints.
     """
 
     degree: int = 16
@@ -252,7 +251,7 @@ def motion_windows(
         Degree of the Chebyshev series on a piece.
     """
     problem = _problem(rod, scenario, until, boundary or Boundary(), degree)
-    engine = Engine(problem, compiled=compilation_pays(problem, None))
+    engine = Engine(problem, wish=None)
     return (window for record in engine.records() for window in Windows(record))
 
 
@@ -313,7 +312,7 @@ def exact_motion(
     """
     boundary, numerics = boundary or Boundary(), numerics or Numerics()
     problem = _problem(rod, scenario, until, boundary, numerics.degree)
-    engine = Engine(problem, compiled=compilation_pays(problem, numerics.compiled), stretches=numerics.stretches)
+    engine = Engine(problem, wish=numerics.compiled, stretches=numerics.stretches)
     record, impacts = _kept(engine, problem, numerics)
     return Motion(
         rod=rod,

@@ -99,6 +99,7 @@ def _inverse(points: Array, degree: int) -> Array:
     return np.asarray(np.linalg.inv(chebyshev.chebvander(points, degree)), dtype=float)
 
 
+@lru_cache(maxsize=32)
 def products(size: int) -> Array:
     """Integrals of ``T_i T_j`` (size, size) over ``[-1, 1]``."""
     i, j = np.arange(size, dtype=float)[:, None], np.arange(size, dtype=float)[None, :]

@@ -384,14 +384,14 @@ class Timeline:
 
     def at(self, t: Array, name: Series) -> Array:
         """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
-        found = np.empty(len(t))
-        trip = np.floor(0.5 * t)
-        part = np.clip(np.searchsorted(self._firsts, trip, side="right") - 1, 0, None)
-        order = np.argsort(part, kind="stable")
-        ends = np.flatnonzero(np.diff(part[order])) + 1
-        for some in np.split(order, ends) if len(t) else ():
-            found[some] = self._parts[part[some[0]]].at(t[some], name)
-        return found
+        if (t[1:] < t[:-1]).any():
+            order = t.argsort(kind="stable")
+            found = np.empty(len(t))
+            found[order] = self.at(t[order], name)
+            return found
+        cuts = t.searchsorted(2.0 * self._firsts[1:]).tolist()
+        ends = zip(self._parts, [0, *cuts], [*cuts, len(t)], strict=True)
+        return np.concatenate([part.at(t[low:high], name) for part, low, high in ends if low < high] or [np.empty(0)])
 
     def edges(self, i: int) -> Array:
         """Edges of the pieces of the i-th round trip."""

@@ -1,130 +1,246 @@
-"""A round trip in which nothing happens as one matrix, for the kernel where it is not compiled."""
+r"""One round trip in which nothing happens, as a matrix.
+
+On a straight segment, on pieces that stay the same, the state of a round trip gives that of the next, linearly.  The
+state is the wave, ``zeta`` where the round trip begins, the impulse so far, the functions of the force, and 1:
+
+.. math:: y_{n+1} = y_n + D y_n.
+
+In contact the coordinates of the wave are its coefficients on the pieces.  In flight it comes back as it was, times a
+number, so that the wave at hand and the functions of the force are a basis of all that follow: a handful of
+coordinates, however many pieces there are.
+
+On a piece ``zeta`` solves ``zeta' + s zeta = h`` on ``[-1, 1]``.  The integrated equation of its coefficients,
+``2 k z_k + s (z_{k-1} - z_{k+1}) = h_{k-1} - h_{k+1}``, is that of :mod:`lure.rod.motion.kernel_piece`.
+"""
 
 from __future__ import annotations
 
-from array import array
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
+from lure.rod.motion.exponential_force import ExponentialForce
 from lure.rod.motion.pieces import Array
+
+TOP = 1e-16  # of the wave: what its last coefficients may be
+_SEEN, _SMALL = 1e-17, 1e-19
+_WAY_BACK = 4e-16  # of all ways there and back in free flight
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Layout:
-    """Where the tables of an interval are; the names are those of :mod:`lure.rod.motion.kernel_tables`."""
+class Setting:
+    """What does not change in an interval without events.
 
-    pieces: int
+    Attributes
+    ----------
+    edges : ndarray
+        (P+1,) ends of the pieces [transits].
+    halves : ndarray
+        (P,) half their widths [s].
+    origin, push, rate : float
+        Of the segment: coordinate [m] from which ``zeta`` is counted, ``d p`` there [m/s], ``d p'`` [1/s].
+    transit, share, echo : float
+        ``T`` [s], ``1/(1 + k_L/Z)`` and ``-a``.
+    loading : float
+        Impulse per integral of ``d p`` [N s/m]; 0 without contact.
+    degree : int
+        The highest of a series.
+    """
+
+    edges: Array
+    halves: Array
+    origin: float
+    push: float
+    rate: float
+    transit: float
+    share: float
+    echo: float
+    loading: float
     degree: int
-    depth: int
-    width: int
-    numbers: dict[str, float]
-    tables: dict[str, Array]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class TripMatrix:
-    """What a round trip makes of its wave ``w``, (k, p) flattened, and of ``zeta`` where it begins.
+    """What a round trip makes of a state (N,): coordinates of the wave, ``zeta``, impulse, functions of the force, 1.
 
     Attributes
     ----------
-    matrix, held, level : ndarray
-        (T+2, T) per ``w``, (T+2,) per ``zeta``, (T+2,) constant: the wave that comes back without its load, the travel
-        of ``zeta``, and the impulse.
-    begins, begins_held, begins_level : ndarray
-        (P+1, T), (P+1,), (P+1,) the same of ``zeta`` where the pieces begin, less that at the start, and at the end.
-    columns : ndarray
-        (C, T) of the load.
-    own, hold, constant : ndarray
-        (P, K, n+1), (P, K), (P, K): the series of ``zeta`` on a piece per ``w`` on it, per its start, and constant.
-    flat : bool
-        Whether ``zeta`` is a quadrature, so that ways there and back cancel.
+    setting : Setting
+        Pieces, segment and rod.
+    step : ndarray
+        (N, N) the matrix ``D``.
+    wave : ndarray
+        (P, n+1, N) the coefficients of ``W`` on the pieces.
+    unit : ndarray
+        (P, K, n+1) the coefficients of the solution that starts at 0, for ``h = T_j``, in seconds.
+    begins : ndarray
+        (P+1, N) ``zeta`` where the pieces begin, and at the end.
+    zeta : int
+        Place of ``zeta`` in the state; the impulse is next, then the force.
     """
 
-    matrix: Array
-    held: Array
-    level: Array
+    setting: Setting
+    step: Array
+    wave: Array
+    unit: Array
     begins: Array
-    begins_held: Array
-    begins_level: Array
-    columns: Array
-    own: Array
-    hold: Array
-    constant: Array
-    flat: bool
+    zeta: int
+    _made: list[Array] = field(default_factory=list)
 
-    def ways(self, wave: Array) -> float:
-        """All ways there and back in free flight, regardless of sign; else 0."""
-        return float(np.abs(self.matrix[-2] * wave).sum()) if self.flat else 0.0
+    @property
+    def series(self) -> Array:
+        """(P, K, N) the coefficients of ``zeta`` on the pieces."""
+        if not self._made:
+            at, free = self.setting, self.unit[:, :, 0]
+            found = at.share * (self.unit @ self.wave)
+            if at.rate:
+                found -= (at.rate * free)[:, :, None] * self.begins[:-1, None, :]
+            found[:, :, -1] -= at.push * free
+            found[:, 0] += self.begins[:-1]
+            self._made.append(found)
+        return self._made[0]
 
-    def starts(self, heads: Array, waves: Array) -> Array:
-        """``zeta`` (m, P+1) where the pieces begin, and at the end, in round trips with their heads and waves."""
-        z = heads[:, :1]
-        return np.asarray(z + (heads[:, 1:2] + waves @ self.begins.T + z * self.begins_held + self.begins_level))
-
-    def loads(self, force: Array, number: Array) -> Array:
-        """(m, T) what the load adds in round trips."""
-        rows, at, flat = [], 1, np.asarray(force)
-        for _ in range(int(flat[0])):
-            re, im, power = 2.0 * flat[at], 2.0 * flat[at + 1], int(flat[at + 2])
-            grown = np.exp(re * number)
-            parts = [grown * np.cos(im * number)] + ([grown * np.sin(im * number)] if im else [])
-            for _k in range(power + 1):
-                rows += parts
-                parts = [part * number for part in parts]
-            at += 3 + 2 * (power + 1)
-        return np.asarray(np.array(rows).T @ self.columns) if rows else np.zeros((len(number), self.matrix.shape[1]))
+    def returned(self, state: Array) -> Array:
+        """(P, n+1) the wave that comes back after the round trip with a state, before the force adds to it."""
+        alone = state.copy()
+        alone[self.zeta + 2 : -1] = 0.0
+        alone[: self.zeta] += self.step[: self.zeta] @ alone
+        return np.asarray(self.wave @ alone)
 
 
-class Doubles(array):  # type: ignore[type-arg]  # before Python 3.12 it takes no argument
-    """Doubles of an interval, with the matrix of its round trip once that has been asked for."""
+def trip_matrix(setting: Setting, back: Array, force: ExponentialForce, number: int) -> tuple[TripMatrix, Array] | None:
+    """The matrix of the round trips from one on, and its state; None where these pieces will not do.
 
-    made: TripMatrix | None = None
+    Parameters
+    ----------
+    setting : Setting
+        Pieces, segment and rod.
+    back : ndarray
+        (P, degree+1) the wave that comes back to the round trip.
+    force : ExponentialForce
+        What adds to it.
+    number : int
+        The round trip.
+    """
+    size, flight = np.abs(back), setting.rate == 0.0
+    largest = float(size.sum(axis=1).max())
+    columns = force.columns(number, setting.edges, setting.degree, _SMALL * largest)
+    if columns is None:
+        return None
+    P, C = len(back), len(columns)
+    seen = np.flatnonzero((size > (_SEEN if flight else TOP) * largest).any(axis=0))
+    n = max(columns.shape[2] - 1, int(seen[-1]) if len(seen) else 0)
+    last = min(n + 1, setting.degree)
+    if not flight:
+        stiff, n, last = setting.rate * setting.halves, n + 1, n + 2
+        term = float(np.prod(stiff.max() / (2.0 * np.arange(1, last + 1))))
+        while term > _SMALL and last < setting.degree:
+            last += 1
+            term *= stiff.max() / (2.0 * last)
+        last = min(last, setting.degree)
+        if n > setting.degree or term > _SMALL:
+            return None
+    unit = setting.halves[:, None, None] * (_quadrature(n, last) if flight else _solutions(stiff, n, last))
+    loads = np.zeros((P, n + 1, C))
+    loads[:, : columns.shape[2]] = columns.transpose(1, 2, 0)
+    constant = -2.0 * setting.echo * setting.push
+    r = 1 + C + (constant != 0.0) if flight else P * (n + 1)
+    N = r + C + 3
+    wave, state, step = np.zeros((P, n + 1, N)), np.zeros(N), np.zeros((N, N))
+    state[r + 2 : -1], state[-1] = force.start, 1.0
+    if flight:
+        wave[:, :, 0], wave[:, :, 1 : 1 + C], wave[:, 0, 1 + C : r] = back[:, : n + 1], loads, 1.0
+        state[0], state[1 : 1 + C] = 1.0, force.start
+    else:
+        wave.reshape(-1, N)[:, :r] = np.eye(r)
+        state[:r] = (back[:, : n + 1] + loads @ force.start).ravel()
+    begins, step[r] = _begins(setting, wave, unit, r)
+    made = TripMatrix(setting=setting, step=step, wave=wave, unit=unit, begins=begins, zeta=r)
+    step[np.arange(r), np.arange(r)] = setting.echo * (2.0 * setting.share - 1.0) - 1.0
+    step[r + 1, -1] = 2.0 * setting.loading * setting.push * setting.transit
+    step[r + 2 : -1, r + 2 : -1] = force.turn
+    turned = force.turn + np.eye(C)
+    if flight:
+        step[1 : 1 + C, r + 2 : -1], step[1 + C : r, -1] = turned, constant
+    else:
+        echoes = (-2.0 * setting.echo * setting.rate) * made.series[:, : n + 1]
+        echoes[:, 0, -1] += constant
+        echoes[:, :, r + 2 : -1] += loads @ turned
+        step[:r] += echoes.reshape(r, N)
+        shares = 2.0 * setting.loading * setting.rate * setting.halves
+        step[r + 1] += np.tensordot(shares[:, None] * means(last + 1), made.series, 2)
+    return made, state
 
 
-def trip_matrix(layout: Layout) -> TripMatrix:
-    """The matrix of the tables of an interval."""
-    P, n, K, N = layout.pieces, layout.degree, layout.depth, layout.width
-    T, numbers, tables = (n + 1) * P, layout.numbers, layout.tables
-    end, mean = (tables[name].reshape(-1, P)[: n + 1] for name in ("end", "mean"))
-    begins, held, level = np.zeros((P + 1, n + 1, P)), np.zeros(P + 1), np.zeros(P + 1)
-    for p in range(P):
-        more = tables["hold_end"][p]
-        begins[p + 1] = (1.0 + more) * begins[p]
-        begins[p + 1, :, p] += end[:, p]
-        held[p + 1] = held[p] + more * (1.0 + held[p])
-        level[p + 1] = (1.0 + more) * level[p] + tables["level_end"][p]
-    own = tables["own"].reshape(P, N, N)[:, :K, : n + 1]
-    hold, constant = (tables[name].reshape(P, N)[:, :K] for name in ("hold", "level"))
-    flat = begins.reshape(P + 1, T)
-    matrix, per_zeta, fixed = np.zeros((T + 2, T)), np.zeros(T + 2), np.zeros(T + 2)
-    matrix[:T] = numbers["back_w"] * np.eye(T)
-    fixed[:P] = numbers["back_p"]
-    if numbers["back_z"]:
-        for p in range(P):
-            for k in range(min(n + 1, K)):
-                row, share = k * P + p, numbers["back_z"] * hold[p, k]
-                matrix[row] += share * flat[p]
-                matrix[row].reshape(n + 1, P)[:, p] += numbers["back_z"] * own[p, k]
-                per_zeta[row] = share * (1.0 + held[p])
-                fixed[row] += share * level[p] + numbers["back_z"] * constant[p, k]
-    matrix[T], per_zeta[T], fixed[T] = flat[P], held[P], level[P]
-    shares = 2.0 * numbers["loading"] * numbers["stiffness"] * tables["halves"]
-    held_mean, level_mean = tables["hold_mean"], tables["level_mean"]
-    matrix[T + 1] = ((shares * held_mean) @ flat[:P]) + (shares * mean).ravel()
-    per_zeta[T + 1] = (shares * held_mean) @ (1.0 + held[:P])
-    fixed[T + 1] = (shares * held_mean) @ level[:P] + shares @ level_mean
-    fixed[T + 1] += 2.0 * numbers["loading"] * numbers["pushed"] * numbers["time"]
-    return TripMatrix(
-        matrix=matrix,
-        held=per_zeta,
-        level=fixed,
-        begins=flat,
-        begins_held=held,
-        begins_level=level,
-        columns=tables["loads"].reshape(-1, N * P)[:, :T],
-        own=own,
-        hold=hold,
-        constant=constant,
-        flat=numbers["back_z"] == 0.0,
-    )
+def _begins(setting: Setting, wave: Array, unit: Array, zeta: int) -> tuple[Array, Array]:
+    """``zeta`` (P+1, N) where the pieces begin, and the way (N,) of a round trip."""
+    P, ends = len(wave), unit.sum(axis=1)
+    if setting.rate == 0.0:
+        ends[:, 1::2] = 0.0  # nothing, not rounding
+    ways = setting.share * (ends[:, None, :] @ wave)[:, 0]
+    ways[:, -1] -= setting.push * ends[:, 0]
+    begins = np.zeros((P + 1, wave.shape[2]))
+    begins[0, zeta] = 1.0
+    if setting.rate == 0.0:
+        begins[1:] = np.cumsum(ways, axis=0)
+        way = begins[-1].copy()
+        begins[1:, zeta] = 1.0
+        there_and_back = setting.share * np.tensordot(np.abs(ends), np.abs(wave), 2)
+        way[np.abs(way) <= _WAY_BACK * there_and_back] = 0.0
+        return begins, way
+    lost = setting.rate * ends[:, 0]
+    chain = np.eye(P + 1)
+    chain[np.arange(1, P + 1), np.arange(P)] = lost - 1.0
+    begins[1:] = ways
+    begins[:] = np.linalg.solve(chain, begins)
+    return begins, (ways - lost[:, None] * begins[:-1]).sum(axis=0)
+
+
+@lru_cache(maxsize=64)
+def _differences(n: int, last: int) -> Array:
+    """(K, n+1) the coefficients ``h_{k-1} - h_{k+1}`` of ``T_j``, 0 for ``k = 0``."""
+    found = np.zeros((last + 1, n + 1))
+    for j in range(n + 1):
+        if j < last:
+            found[j + 1, j] = 2.0 if j == 0 else 1.0
+        if j > 1:
+            found[j - 1, j] = -1.0
+    return found
+
+
+@lru_cache(maxsize=64)
+def _quadrature(n: int, last: int) -> Array:
+    """(K, n+1) the coefficients of the integrals of ``T_j`` from -1."""
+    found = _differences(n, last).copy()
+    found[1:] /= 2.0 * np.arange(1, last + 1)[:, None]
+    found[0] = -(_signs(last)[1:] @ found[1:])
+    return found
+
+
+def _solutions(stiff: Array, n: int, last: int) -> Array:
+    """(P, K, n+1) the same with ``s`` (P,) > 0; the last row takes its value at 1 for ``s -> inf`` from ``h``."""
+    right, k = _differences(n, last).copy(), np.arange(1, last + 1)
+    if last <= n:
+        right[last, last] += (last + 1.0) / last
+    system = np.zeros((len(stiff), last + 1, last + 1))
+    system[:, 0] = _signs(last)
+    system[:, k, k] = 2.0 * k
+    system[:, k, k - 1] = stiff[:, None]
+    system[:, 1, 0] *= 2.0
+    system[:, k[:-1], k[1:]] = -stiff[:, None]
+    system[:, last, last] += stiff * (last + 1.0) / last
+    return np.asarray(np.linalg.solve(system, np.broadcast_to(right, (len(stiff), *right.shape))))
+
+
+@lru_cache(maxsize=64)
+def _signs(last: int) -> Array:
+    """Values of the polynomials at -1."""
+    return np.asarray((-1.0) ** np.arange(last + 1))
+
+
+@lru_cache(maxsize=64)
+def means(size: int) -> Array:
+    """Means (size,) of the polynomials over ``[-1, 1]``."""
+    k = np.arange(float(size))
+    return np.where(k % 2 == 0, 1.0 / (1.0 - k * k * (k % 2 == 0)), 0.0)

@@ -1,0 +1,390 @@
+"""Intervals without events: bounds on ``zeta`` say how far nothing happens; and what the sums of the motion gain."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.rod.motion.blocks import PARTS, Block, Steps, block_after
+from lure.rod.motion.event_free import EventFreeInterval, largest_value
+from lure.rod.motion.exponential_force import ExponentialForces
+from lure.rod.motion.kernel_series import (
+    AREA,
+    COEF,
+    COUNT,
+    DEGREE,
+    ECHO,
+    ENERGY,
+    ERROR,
+    HIGH,
+    HIGHEST,
+    IMPEDANCE,
+    IMPULSE,
+    LATER,
+    LAW,
+    LOW,
+    MOBILITY,
+    OLD,
+    OLD_DEGREES,
+    OPEN,
+    ORIGIN,
+    PEAK,
+    RATE,
+    REST,
+    SCALE,
+    SEGMENT,
+    SEGMENT_SIZE,
+    SINCE,
+    SIZE,
+    STORED,
+    STRESS,
+    TOUCHING,
+    TRANSIT,
+    TRIP,
+    UNTIL,
+    VALUE,
+    WORK,
+    WORK_REST,
+    WORST,
+    Counts,
+)
+from lure.rod.motion.kernel_trip import stored
+from lure.rod.motion.pieces import Array, basis, products
+from lure.rod.motion.sources import Problem
+from lure.rod.motion.trip_matrix import TOP, Setting, means, trip_matrix
+from lure.rod.sampled import Contact
+
+LEAST = 16
+_MOST_PIECES = 64
+_SHARES = np.arange(PARTS + 1.0) / PARTS
+_LOST, _MARGIN = 1e-17, 1e-12
+_SLOW = 0.99
+
+
+class Finder:
+    """Looks for event-free intervals of one motion."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self.loads = problem, ExponentialForces(problem.sources)
+        self._total = math.floor(0.5 * problem.transits)
+
+    def after(self, f: Array, q: Counts, impact: Contact | None) -> EventFreeInterval | None:
+        """The interval that begins with the next round trip; None if there is none of 16.
+
+        Parameters
+        ----------
+        f, q : ndarray
+            The motion, which goes on after the interval; as it was if there is none.
+        impact : Contact or None
+            That goes on.
+        """
+        number, pieces = int(q[TRIP]), int(q[COUNT])
+        force, end = self.loads.over(number)
+        most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number
+        if force is None or pieces > _MOST_PIECES:
+            return None
+        most = min(most, force.finite_until - number)
+        if most < LEAST:
+            return None
+        setting, ends, back = _setting(f, q)
+        if _crosses(setting, ends, back, float(f[VALUE])):
+            return None
+        with np.errstate(over="ignore", invalid="ignore"):  # a wave that grows beyond the doubles has no bounds
+            found = trip_matrix(setting, back, force, number)
+            if found is None:
+                return None
+            walk = Walk(Steps(found[0]), ends, most)
+            walk.go(found[1], (float(f[VALUE]), float(f[REST])), float(f[IMPULSE]) if q[OPEN] else 0.0)
+        if walk.count < LEAST:
+            return None
+        _carried(f, q, walk)
+        return EventFreeInterval(
+            number=number,
+            count=walk.count,
+            index=int(q[SEGMENT]),
+            impact=impact,
+            mobility=self._problem.sources.rod.mobility * self._problem.share,
+            error=walk.missed,
+            steps=walk.steps,
+            blocks=walk.blocks,
+        )
+
+
+def _setting(f: Array, q: Counts) -> tuple[Setting, tuple[float, float], Array]:
+    """What does not change from here on; bounds on ``zeta``; the wave (P, degree+1) that comes back."""
+    width, at = int(q[DEGREE]) + 1 + COEF, int(q[OLD])
+    pieces = f[at : at + width * int(q[COUNT])].reshape(-1, width)
+    degrees = q[q[OLD_DEGREES] : q[OLD_DEGREES] + q[COUNT]]
+    back = np.where(np.arange(width - COEF) <= degrees[:, None], pieces[:, COEF:], 0.0)
+    edges = np.append(pieces[:, 0], pieces[-1, 1])
+    place = int(q[LAW] + SEGMENT_SIZE * q[SEGMENT])
+    segment = f[place : place + SEGMENT_SIZE].tolist()
+    transit, share, echo, _, area, mobility = f[TRANSIT : MOBILITY + 1].tolist()
+    setting = Setting(
+        edges=edges,
+        halves=0.5 * transit * (edges[1:] - edges[:-1]),
+        origin=segment[ORIGIN],
+        push=segment[STRESS],
+        rate=segment[RATE],
+        transit=transit,
+        share=share,
+        echo=echo,
+        loading=area / mobility if segment[TOUCHING] > 0.0 else 0.0,
+        degree=width - COEF - 1,
+    )
+    return setting, (segment[LOW] - segment[ORIGIN], segment[HIGH] - segment[ORIGIN]), back
+
+
+def _crosses(setting: Setting, ends: tuple[float, float], back: Array, zeta: float) -> bool:
+    """Whether an end is likely to be passed within 16 round trips, by the wave that comes back: then none is tried.
+
+    What each round trip adds is taken for the same in all of them where that is nearly so, else for one of them.
+    """
+    ways = (setting.share * (back @ means(back.shape[1])) - setting.push) * (2.0 * setting.halves)
+    edges = zeta + ways.cumsum()
+    slow = setting.echo * (2.0 * setting.share - 1.0) > _SLOW and setting.rate * setting.transit < 1.0 - _SLOW
+    last = (LEAST if slow else 0) * float(edges[-1] - zeta)
+    low, high = min(float(edges.min()), zeta), max(float(edges.max()), zeta)
+    return low + min(last, 0.0) < ends[0] or high + max(last, 0.0) > ends[1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Span:
+    """Bounds over parts of a block: round trips ``first[i], ..., last[i]``.
+
+    Attributes
+    ----------
+    block : Block
+        The block.
+    table : ndarray
+        What is watched in it.
+    others : ndarray
+        (P,) bounds on the coefficients of ``W`` beyond the first.
+    first, last : ndarray
+        (m,) round trips, counted from that of the block.
+    low, high : ndarray
+        (m,) bounds on ``zeta``.
+    tops : ndarray
+        (m,) the largest ``zeta`` at an edge in round trip ``first[i]``.
+    """
+
+    block: Block
+    table: Array
+    others: Array
+    first: Array
+    last: Array
+    low: Array
+    high: Array
+    tops: Array
+
+
+class Walk:
+    """Block after block, as far as nothing happens.
+
+    Attributes
+    ----------
+    count : int
+        Round trips so far.
+    blocks : list of Block
+        Their states.
+    missed : float
+        Local error of a round trip [m].
+    largest, size : float
+        Bounds on ``W`` [m/s] and on ``zeta`` [m].
+    """
+
+    def __init__(self, steps: Steps, ends: tuple[float, float], most: int) -> None:
+        self.steps, self._ends, self._most = steps, ends, most
+        self.blocks: list[Block] = []
+        self.count, self.missed, self.largest, self.size = 0, 0.0, 0.0, 0.0
+        self._spans: list[Span] = []
+        trip, setting = steps.trip, steps.trip.setting
+        P = len(trip.wave)
+        self._watched = np.empty((2 * P + 1, len(trip.step)))
+        self._watched[: P + 1] = trip.begins
+        self._watched[P + 1 :] = setting.share * trip.wave[:, 0] - setting.rate * trip.begins[:-1]
+        self._watched[P + 1 :, -1] -= setting.push
+        size = np.abs(trip.wave)
+        # of the wave: all coefficients on each piece, those beyond the first, and the last, which a segment with a
+        # slope makes of those before
+        self._sums = np.concatenate((size.sum(axis=1), setting.share * size[:, 1:].sum(axis=1), size[:, -1]))
+        if setting.rate == 0.0:
+            self._sums[2 * P :] = 0.0
+
+    def go(self, state: Array, level: tuple[float, float], impulse: float) -> None:
+        """Enter the blocks from a state on, whose ``zeta`` and impulse are these."""
+        zeta = self.steps.trip.zeta
+        state[zeta + 1], closed = impulse, False
+        while self.count < self._most and not closed:
+            state[zeta] = level[0] + level[1]
+            block = block_after(self.steps, self.blocks[-1] if self.blocks else None, state, level)
+            if block is None:
+                break
+            block.count = min(block.count, self._most - self.count)
+            closed = self._shortened(block)
+            if not block.count:
+                break
+            self.blocks.append(block)
+            self.count += block.count
+            (_, state), level = self.end()
+
+    def end(self) -> tuple[Array, tuple[float, float]]:
+        """The states (2, N) of the last round trip and of the next, and ``zeta`` in that."""
+        block = self.blocks[-1]
+        n = np.array([block.count - 1.0, block.count])
+        value, rest = block.levels(n, self.steps)
+        return block.at(n, block.table(self.steps)), (float(value[1]), float(rest[1]))
+
+    def _shortened(self, block: Block) -> bool:
+        """Shorten the block to round trips that are certainly free of events; whether one that is not may follow."""
+        setting, (least, most) = self.steps.trip.setting, self._ends
+        states, P = block.table(self.steps), len(setting.halves)
+        while True:
+            sums = self._sums @ block.sizes(states)
+            wave, top = float(sums[:P].max()), float(sums[2 * P :].max())
+            if top <= TOP * wave:
+                break
+            if block.rows is None or block.count < LEAST:
+                block.count = 0
+                return True
+            block.count //= 2
+        table = states @ self._watched.T
+        others, bends = sums[P : 2 * P], block.bends(table)
+        clear, (n, values), finest = block.count, block.grid(table), math.inf
+        while True:
+            span = self._bounds(block, table, (n, values), (others, bends))
+            size = np.maximum(-span.low, span.high)
+            tight = ~(np.minimum(span.low - least, most - span.high) > _MARGIN * (size + (span.high - span.low)))
+            tight &= span.last - span.first <= finest
+            if not tight.any():
+                self._enter(span, size, span.last - span.first <= finest)
+                break
+            self._enter(span, size, ~tight & (span.last - span.first <= finest))
+            first, last = span.first[tight][:PARTS], span.last[tight][:PARTS]
+            if tight.sum() > PARTS:
+                clear = min(clear, int(last[-1]))
+            shut = first[last - first <= 1.0]
+            if len(shut):
+                clear = min(clear, int(shut[0]))
+            wide = (last - first > 1.0) & (first < clear)
+            if not wide.any():
+                break
+            finest = math.ceil(float((last - first)[wide].max()) / PARTS)
+            n = np.unique(np.round(first[wide] + np.multiply.outer(_SHARES, (last - first)[wide])))
+            values = block.at(n, table)
+        self.missed = max(self.missed, 2.0 * setting.transit * (_LOST * wave + top))
+        self.largest = max(self.largest, wave)
+        closed = clear < block.count
+        block.count = clear
+        return closed
+
+    def _enter(self, span: Span, size: Array, open_: NDArray[np.bool_]) -> None:
+        """Parts in which nothing happens."""
+        if open_.any():
+            self.size = max(self.size, float(size[open_].max()))
+            if self.steps.trip.setting.loading:
+                names = ("first", "last", "low", "high", "tops")
+                self._spans.append(replace(span, **{name: getattr(span, name)[open_] for name in names}))
+
+    def _bounds(self, block: Block, table: Array, values: tuple[Array, Array], bounds: tuple[Array, Array]) -> Span:
+        """Where the slope keeps its sign on a piece its ends are the bounds; straight lines between, and what bends."""
+        (n, value), (others, bends), P = values, bounds, len(bounds[0])
+        step = n[1:] - n[:-1]
+        off = (0.5 * np.floor(0.25 * step * step))[:, None] * bends  # (m, F), at whole numbers: none between neighbours
+        low, high = np.minimum(value[:-1], value[1:]) - off, np.maximum(value[:-1], value[1:]) + off
+        swing = self._swing(low[:, P + 1 :], high[:, P + 1 :], others)
+        return Span(
+            block=block,
+            table=table,
+            others=others,
+            first=n[:-1],
+            last=n[1:],
+            low=(np.minimum(low[:, :P], low[:, 1 : P + 1]) - swing).min(axis=1),
+            high=(np.maximum(high[:, :P], high[:, 1 : P + 1]) + swing).max(axis=1),
+            tops=value[:-1, : P + 1].max(axis=1),
+        )
+
+    def _swing(self, low: Array, high: Array, others: Array) -> Array:
+        """How far ``zeta`` may leave its ends on a piece, from bounds on its slope: not where that keeps its sign."""
+        setting = self.steps.trip.setting
+        swing = 2.0 * setting.halves * (np.maximum(-low, high) + others)
+        swing[np.maximum(low, -high) >= others + setting.rate * swing] = 0.0
+        return np.asarray(swing)
+
+    def passing(self) -> tuple[float, float]:
+        """Largest ``int W^2 dt`` [m^2/s] and ``|int (z' - W + d p) dt|`` [m] of round trips with which blocks begin."""
+        trip, setting = self.steps.trip, self.steps.trip.setting
+        states = np.array([block.state for block in self.blocks])
+        wave, zeta = (np.tensordot(states, table, (1, 2)) for table in (trip.wave, trip.series))
+        square = ((wave @ products(wave.shape[2])) * wave).sum(axis=2) @ setting.halves
+        off = setting.rate * zeta
+        off[:, :, : wave.shape[2]] -= setting.share * wave
+        off[:, :, 0] += setting.push
+        off *= setting.halves[:, None]
+        off += zeta @ basis(zeta.shape[2] - 1).derivative.T
+        return float(square.max()), 2.0 * float(np.abs(off).sum(axis=(1, 2)).max())
+
+    def peak(self) -> float:
+        """The largest ``zeta``."""
+        best = max(float(span.tops[span.first < span.block.count].max(initial=-math.inf)) for span in self._spans)
+        if self.steps.trip.setting.rate == 0.0:
+            return best
+        for span in self._spans:
+            some = (span.high > best).nonzero()[0]
+            if not len(some):
+                continue
+            n = np.concatenate([np.arange(span.first[i], span.last[i]) for i in some])
+            n = n[n < span.block.count]
+            values, P = span.block.at(n, span.table), len(span.others)
+            best = max(best, float(values[:, : P + 1].max(initial=-math.inf)))
+            slopes = values[:, P + 1 :]
+            most = np.maximum(values[:, :P], values[:, 1 : P + 1]) + self._swing(slopes, slopes, span.others)
+            near = n[most.max(axis=1) > best]
+            if len(near):
+                states = span.block.at(near, span.block.table(self.steps))
+                series = np.tensordot(states, self.steps.trip.series, (1, 2))
+                best = max(best, largest_value(series.reshape(-1, series.shape[2])))
+        return best
+
+
+def _balanced(f: Array, q: Counts, walk: Walk, level: tuple[float, float]) -> None:
+    """The energy balance: the work follows from where the end begins and stops, up to the residual of its equation."""
+    setting, (value, rest) = walk.steps.trip.setting, level
+    first, last = float(f[VALUE] + f[REST]), value + rest
+    before, after = (float(stored(f, q, setting.origin + zeta)) for zeta in (first, last))
+    term = setting.push + 0.5 * setting.rate * (first + last)
+    term *= f[AREA] / f[MOBILITY] * (value - f[VALUE] + (rest - f[REST]))
+    push = abs(setting.push) + setting.rate * walk.size
+    off, total = f[WORK] + f[WORK_REST] - (before - f[STORED]), f[WORK] + term
+    square, residual = walk.passing()
+    imbalance = push * walk.count * f[AREA] / f[MOBILITY] * residual
+    f[WORST] = max(f[WORST], abs(off) + imbalance)
+    f[WORK_REST] += (f[WORK] - total) + term if abs(f[WORK]) >= abs(term) else (term - total) + f[WORK]
+    f[WORK] = total
+    f[ENERGY] = max(f[ENERGY], 0.25 * f[IMPEDANCE] * square, abs(before), abs(after), abs(f[STORED]))
+
+
+def _carried(f: Array, q: Counts, walk: Walk) -> None:
+    """Put the motion after the interval in the place of that before it, and enter what it adds to the sums."""
+    trip, count = walk.steps.trip, walk.count
+    (last, state), level = walk.end()
+    _balanced(f, q, walk, level)
+    back, width, at = trip.returned(last), int(q[DEGREE]) + 1 + COEF, int(q[OLD])
+    pieces, sizes = f[at : at + width * len(back)].reshape(-1, width), np.abs(back).sum(axis=1)
+    pieces[:, SIZE], pieces[:, COEF : COEF + back.shape[1]] = sizes, back
+    q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(back)] = back.shape[1] - 1
+    f[VALUE], f[REST] = level
+    loading, transit, number = trip.setting.loading, trip.setting.transit, int(q[TRIP])
+    if loading > 0.0:
+        if q[OPEN] == 0:
+            q[OPEN], f[SINCE], f[PEAK] = 1, transit * 2.0 * number, -math.inf
+        f[UNTIL], f[IMPULSE] = transit * 2.0 * (number + count), state[trip.zeta + 1]
+        f[PEAK] = max(f[PEAK], trip.setting.push + trip.setting.rate * walk.peak())
+    q[TRIP] += count
+    f[SCALE] = max(abs(f[ECHO]) ** count * f[SCALE], sizes.max())
+    f[HIGHEST] = max(f[HIGHEST], walk.largest)
+    f[ERROR] += walk.missed * count + f[LATER] * transit
+    f[LATER] = 0.0
