@@ -146,12 +146,15 @@ class NonlinearityClass(Record):
         Whether ``phi`` may depend on time; then ``slope`` and ``odd`` hold at each time.
     linear : bool
         Whether ``phi(sigma) = g sigma`` is assumed, the gain ``g`` constant and unknown; see :meth:`constant_gain`.
+    rectifier : bool
+        Whether ``phi`` is known but for its scale: the upper bound times ``sigma`` above 0 and the lower one times
+        ``sigma`` below; see :meth:`relu`.
 
     Raises
     ------
     InputError
         The slope bounds lie outside the sector's: members would leave the sector; or the bounds coincide; or constant
-        gains are said to depend on time.
+        gains are said to depend on time, or a ReLU to be odd, or its sector and slope bounds differ or are infinite.
 
     Examples
     --------
@@ -166,6 +169,7 @@ class NonlinearityClass(Record):
         "", label="time", form=lambda varying: f"phi {'may' if varying else 'does not'} depend on it", default=False
     )
     linear: bool = quantity("", label="", default=False)
+    rectifier: bool = quantity("", label="", key="relu", default=False)
     _kind, _said = "class of nonlinearities", "text"
 
     def __post_init__(self) -> None:
@@ -186,6 +190,18 @@ class NonlinearityClass(Record):
                 "NonlinearityClass has constant gains that are not odd, have no slope bounds, or depend on time; give "
                 "NonlinearityClass.constant_gain(lower, upper), or the sector for gains that depend on time"
             )
+        if self.rectifier and not self._is_relu:
+            raise InputError(
+                "NonlinearityClass has a ReLU that is odd, linear, depends on time, or whose sector and slope bounds "
+                "differ or are infinite; give NonlinearityClass.relu(lower, upper)"
+            )
+
+    @property
+    def _is_relu(self) -> bool:
+        """Whether the other fields are those of a ReLU."""
+        ends = (self.sector.lower, self.sector.upper)
+        same = self.slope is not None and (self.slope.lower, self.slope.upper) == ends
+        return same and not (self.odd or self.linear or self.time_varying or math.inf in map(abs, ends))
 
     @classmethod
     def slope_restricted(
@@ -204,6 +220,20 @@ class NonlinearityClass(Record):
         phi = g sigma, g in [0, 2]
         """
         return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), odd=True, linear=True)
+
+    @classmethod
+    def relu(cls, lower: float | Fraction = 0, upper: float | Fraction = 1) -> NonlinearityClass:
+        """The ReLU ``phi(sigma) = max(sigma, 0)``, or ``upper max(sigma, 0) + lower min(sigma, 0)``: a leaky one.
+
+        No linear gain is a member.  With ``u = phi - lower sigma`` and ``v = phi - upper sigma`` it is what ``u >= 0``,
+        ``v >= 0`` and ``u v = 0`` say.
+
+        Examples
+        --------
+        >>> print(NonlinearityClass.relu())
+        phi = max(sigma, 0)
+        """
+        return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), rectifier=True)
 
     @property
     def gains(self) -> tuple[float | Fraction, float | Fraction]:
@@ -229,6 +259,10 @@ class NonlinearityClass(Record):
     def __str__(self) -> str:
         if self.linear:
             return f"phi = g sigma, g in {self.sector}"
+        if self.rectifier:
+            low, high = self.gains
+            leak = f" + {_lower(low)} min(sigma, 0)" if low else ""
+            return f"phi = {'' if high == 1 else f'{_upper(high)} '}max(sigma, 0){leak}"
         words = "odd phi" if self.odd else "phi"
         bounds = f"slope in {self.slope}" if self.slope is not None else f"sector {self.sector}"
         if self.slope is not None and (self.slope.lower, self.slope.upper) != (self.sector.lower, self.sector.upper):

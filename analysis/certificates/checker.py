@@ -365,6 +365,7 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
             assumed,
         )
     family = states.classes(given)
+    form(not family.relu, "a ReLU is asked about as one of several channels")
     facts, slopes = {"class": states.described(family)}, list[Fraction]()
     if phi is not None:
         facts["law"], slopes = states.known(phi, family)

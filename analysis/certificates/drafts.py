@@ -197,6 +197,8 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
     """
     if "channels" in larger or "channels" in smaller:
         return _each_contains(larger, smaller)
+    if "relu" in larger and ("relu" not in smaller or smaller["slope"] != larger["slope"]):
+        return False  # it has one member
     line = smaller["linear"]  # phi = g sigma is odd, does not jump, and has the slope that its sector bounds
     slope = smaller["sector"] if line and smaller["slope"] is None else smaller["slope"]
     return (

@@ -23,6 +23,7 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     What follows, as in :func:`examined`, and what was found.
     """
     H, method = plant(system), proof["method"]
+    need(not any(family.relu for family in asked.families), "no gain is a ReLU")
     if method == "switched-gains":
         return 1, switched(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")

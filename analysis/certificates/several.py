@@ -30,11 +30,13 @@ from .channels import (
 
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
 MOST_VERTICES = 10
-THEOREMS = {  # whether with full-block multipliers, and whether with Popov's terms
-    "diagonal-circle": (False, False),
-    "diagonal-popov": (False, True),
-    "full-block-circle": (True, False),
-    "full-block-popov": (True, True),
+THEOREMS = {  # the key of the multiplier, and whether with Popov's terms
+    "diagonal-circle": ("lambda", False),
+    "diagonal-popov": ("lambda", True),
+    "coupled-circle": ("forms", False),
+    "coupled-popov": ("forms", True),
+    "full-block-circle": ("Pi", False),
+    "full-block-popov": ("Pi", True),
 }
 
 
@@ -87,14 +89,14 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     if name == "constant-gains":
         fields(data)
         return gains.gain_box(H, asked, *fields(proof, "method", "tree")), ""
-    if name == "order-cones":
-        return windows.lifted(H, data, asked, proof)
+    if name in ("order-cones", "coupled-windows"):
+        return windows.lifted(name, H, data, asked, proof)
     if proof["method"] == "determinant":
         return over_frequencies(name, data, H, asked, proof)
     need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
-    (full, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
-    parts = ["N"] * (full and isinstance(data, dict) and "N" in data)
-    given, *turned = fields(data, "Pi" if full else "lambda", *["theta"] * popov, *parts)
+    (key, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
+    parts = ["N"] * (key == "Pi" and isinstance(data, dict) and "N" in data)
+    given, *turned = fields(data, key, *["theta"] * popov, *parts)
     theta = numbers(turned[0], m) if popov else [ZERO] * m
     need(not (popov and H.discrete), f"{name} is for continuous time")
     for i, family in each(asked):
@@ -107,17 +109,21 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     P, q, whole = states.symmetric(rows, [*moved(H), *seen(H)], n)
     R, Z, e = whole[:n], whole[n:], integer(exponent, 0, 10**5)  # q (A, -B) and q (C, -D)
     bounds = [asked.bounds(i) for i in range(m)]
-    Pi = full_block(given, turned[popov:], bounds) if full else diagonal(numbers(given, m), bounds)
+    if key == "forms":
+        Pi, bounds = windows.static(given, asked)
+    else:
+        Pi = full_block(given, turned[popov:], bounds) if key == "Pi" else diagonal(numbers(given, m), bounds)
     falls, above = inequality(P, (R, Z, q, e), Pi, theta, bounds, H.discrete)
     rest = {}
     if zero:
+        need(key != "forms", "multipliers that couple channels do not cover an eigenvalue 0")
         falls = at_rest(falls, H, [l for l, _ in bounds], zero[0])
         rest["residue"] = (
             f"the form is 0 at {len(zero[0])} independent equilibria with phi = L sigma, all seen by sigma"
         )
     need(positive_definite(above), "V > 0 fails, or is undecided")
     need(positive_definite(falls), "the inequality of P fails, or is undecided")
-    posed, assumed = well_posed(H.D, asked)
+    posed, assumed = well_posed(H.D, asked) if key != "forms" else (solvable(H, asked, bounds), "")
     V = "V = x^T P x + 2 sum theta_i int phi_i" if any(theta) else "V = x^T P x"
     facts = {
         "stable": f"{V} is positive definite (order {n})",
@@ -152,6 +158,13 @@ def at_rest(M: Any, H: Plant, low: list[Fraction], zero: Any) -> Any:
     return [[v for j, v in enumerate(row) if j not in pivots] for i, row in enumerate(M) if i not in pivots]
 
 
+def solvable(H: Plant, asked: Channels, bounds: Any) -> str:
+    """Why there is one solution where a multiplier couples channels, whose form says nothing about differences."""
+    need(ordered(H.D) or len(H.D) <= MOST_VERTICES, f"D has a cycle, and there are more than {MOST_VERTICES} channels")
+    inside = all(l <= x.slope[0] and x.slope[1] <= u for (l, u), x in zip(bounds, asked.families))
+    return frequencies.solvable(H, inside, bounds)
+
+
 def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
     """The frequency inequality of the circle criterion, Popov's or Zames and Falb's: what was found, and is assumed.
 
@@ -177,8 +190,7 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
     if name != "matrix-zames-falb":
         posed, assumed = well_posed(H.D, asked)
         return facts | {"well-posed": posed}, assumed
-    inside = all(l <= x.slope[0] and x.slope[1] <= u for (l, u), x in zip(bounds, asked.families))
-    return facts | {"well-posed": frequencies.solvable(H, inside, bounds)}, ""
+    return facts | {"well-posed": solvable(H, asked, bounds)}, ""
 
 
 def diagonal(weights: list[Fraction], bounds: Any) -> Rows:

@@ -32,6 +32,7 @@ class Family(NamedTuple):
     varying: bool
     linear: bool
     rough: bool = False  # of any regularity, else locally Lipschitz
+    relu: bool = False  # the upper bound times sigma above 0, the lower one times sigma below
 
 
 def classes(data: Any) -> Family:
@@ -39,9 +40,11 @@ def classes(data: Any) -> Family:
     keys = [
         *["sector", "slope", "odd", "time_varying", "linear"],
         *["regularity"] * (isinstance(data, dict) and "regularity" in data),
+        *["relu"] * (isinstance(data, dict) and "relu" in data),
     ]
-    sector, slope, odd, varying, linear, *regular = fields(data, *keys)
-    form(regular in ([], ["any"]), "regularity is left out or any")
+    sector, slope, odd, varying, linear, *_ = fields(data, *keys)
+    form(data.get("regularity", "any") == "any", "regularity is left out or any")
+    form(data.get("relu", True) is True, "relu is left out or true")
     form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")
     form(
         all(isinstance(x, list) and len(x) == 2 for x in (sector, slope or [0, 0])),
@@ -53,15 +56,11 @@ def classes(data: Any) -> Family:
         max(bounds[0][0], bounds[1][0]) <= min(bounds[0][1], bounds[1][1]),
         "no nonlinearity has both the sector and the slopes",
     )
-    return Family(
-        bounds[0],
-        bounds[1],
-        (sector[1] == "inf", slope is None or slope[1] == "inf"),
-        odd,
-        varying,
-        linear,
-        regular != [],
-    )
+    rough, relu = "regularity" in data, "relu" in data
+    known = bounds[0] == bounds[1] and INF not in map(abs, bounds[0]) and not (odd or varying or linear or rough)
+    form(known or not relu, "a ReLU has equal finite bounds of sector and slope, and no other property")
+    endless = (sector[1] == "inf", slope is None or slope[1] == "inf")
+    return Family(bounds[0], bounds[1], endless, odd, varying, linear, rough, relu)
 
 
 def regular(family: Family, without: bool) -> None:
@@ -76,6 +75,8 @@ def regular(family: Family, without: bool) -> None:
 def described(family: Family) -> str:
     """The class of nonlinearities in words."""
     kind = "constant gains" if family.linear else "time-varying laws" if family.varying else "time-invariant laws"
+    if family.relu:
+        return f"phi = {family.slope[1]} max(sigma, 0) + {family.slope[0]} min(sigma, 0)"
     words = [f"all {'odd ' * family.odd}{kind} with phi(0) = 0, {'continuous or not' if family.rough else REGULAR}"]
     for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), family[:2], family.endless):
         near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"

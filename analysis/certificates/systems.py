@@ -149,6 +149,7 @@ def class_entry(
         "time_varying": nonlinearity_class.time_varying,
         "linear": linear or nonlinearity_class.linear,
         **({"regularity": "any"} if rough else {}),
+        **({"relu": True} if nonlinearity_class.rectifier else {}),
     }
 
 
@@ -185,7 +186,11 @@ def nonlinearity_class_of(nonlinearities: Mapping[str, Any]) -> NonlinearityClas
     if within is not None:  # nonlinearities with these slopes lie in the sector of the same bounds
         sector = Sector(max(sector.lower, within.lower), min(sector.upper, within.upper))
     return NonlinearityClass(
-        sector=sector, slope=within, odd=nonlinearities["odd"], time_varying=nonlinearities["time_varying"]
+        sector=sector,
+        slope=within,
+        odd=nonlinearities["odd"],
+        time_varying=nonlinearities["time_varying"],
+        rectifier="relu" in nonlinearities,
     )
 
 

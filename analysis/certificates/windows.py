@@ -1,32 +1,126 @@
-"""Several nonlinearities in discrete time: forms of several samples, part of the checker.
+"""Several nonlinearities: forms that couple channels, and samples in discrete time; part of the checker.
 
 Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from . import states
-from .arithmetic import INF, ZERO, fields, form, integer, need
+from .arithmetic import INF, ZERO, fields, form, integer, need, numbers
 from .balls import dot, positive_definite
-from .channels import Channels, Plant, Rows, closed_by, ordered, within
+from .channels import Channels, Plant, Rows, closed_by, ordered, triangle, within
+
+LONGEST = 40
 
 
-def lifted(H: Plant, data: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
-    """Forms of ``T`` samples in discrete time, of each nonlinearity: what was found, and what is assumed.
+class Form(NamedTuple):
+    """``w'M w >= 0``, ``w = (u, v)``, sample after sample; ``u = phi - l sigma``, ``v = h sigma - phi``."""
 
-    ``P`` has either sign.  For ``xi = (x_1, phi_1, .., phi_(T-1))``, ``V = xi'P xi`` and ``w_b`` the samples of a block
-    ``V(xi+) - V(xi) + sum w_b' M_b w_b <= -e |(xi, phi_T)|^2``, and ``w_b' M_b w_b >= 0`` along each solution.  For
-    signals in l2 the sum over time bounds ``e sum |(xi, phi)|^2`` by ``V`` at the start, with an input too.  That they
-    are in l2 follows by continuation from the stable loop ``phi = l sigma`` to ``l sigma + tau (phi - l sigma)``.
+    channels: list[int]
+    M: Rows
+
+
+class Window(NamedTuple):
+    """Forms of so many samples, those of one less that bound ``V`` from below, if ``P`` has to, and ``(l, h)``."""
+
+    samples: int
+    forms: list[Form]
+    start: list[Form] | None
+    bounds: list[tuple[Any, Any]]
+
+
+def coupled(given: Any, asked: Channels, samples: int, summed: bool) -> tuple[list[Form], list[tuple[Any, Any]]]:
+    """Forms of so many samples of a few channels each, and the bounds ``(l, h)`` of ``u`` and ``v``.
+
+    sector: ``sum q_k u_k v_k``, ``q_k >= 0``.  monotone, odd: ``2 u'Q v`` of channels with one nonlinearity whose
+    slopes are in ``[l, h]``; ``u`` and ``v`` ascend with ``sigma``, so that ``sum_k u_k v_k >= sum_k u_k v_p(k)`` for
+    every permutation ``p``, of some of the samples too: ``Q`` doubly hyperdominant, for odd ones (``|u|``, ``|v|``
+    ascend with ``|sigma|``) doubly dominant.  relu: ``u >= 0 >= v`` and ``u_k v_k = 0`` of any ReLUs.  ``summed``: over
+    all time the sum of the form is nonnegative, by the same argument about all samples at once.
     """
+    m, found, used = len(asked.families), list[Form](), set[int]()
+    bounds: list[tuple[Any, Any]] = [asked.bounds(i) for i in range(m)]
+    form(isinstance(given, list), "the forms are no list")
+    for one in given:
+        kind, where, rows = fields(one, "kind", "channels", "rows")
+        form(isinstance(where, list) and isinstance(rows, list) and where != [], "a form has channels and rows")
+        channels = [integer(i, 1, m) - 1 for i in where]
+        need(len({*channels, *used}) == len(channels) + len(used), "a channel stands twice in the forms")
+        used.update(channels)
+        families, p = [asked.families[i] for i in channels], samples * len(channels)
+        if kind == "relu":
+            need(all(family.relu for family in families), "a form is for ReLUs, and a channel has another class")
+            need(not summed, "forms for ReLUs need a bound of V from below")
+            M = triangle(rows, 2 * p)
+            sign = [1] * p + [-1] * p
+            right = (M[i][j] * sign[i] * sign[j] >= 0 for i in range(2 * p) for j in range(i + 1) if i != j + p)
+            need(all(right), "an entry of a form for ReLUs has the wrong sign")
+        else:
+            form(kind in ("sector", "monotone", "odd") and len(rows) == p, "a form has a kind, and a row each sample")
+            Q = [numbers(row, p) for row in rows]
+            if kind == "sector":
+                right = (v >= 0 if k == l else v == 0 for k, row in enumerate(Q) for l, v in enumerate(row))
+                need(all(right), "a form of the sector has an entry below 0, or beside the diagonal")
+            else:
+                same = any(set(channels) <= set(block) for block in asked.blocks)
+                need(same, "a form couples channels with different nonlinearities")
+                need(not any(family.varying for family in families), "nonlinearities fixed in time are needed")
+                need(kind != "odd" or families[0].odd, "a form needs an odd nonlinearity")
+                dominant(Q, len(channels), summed, kind == "odd")
+                for i, family in zip(channels, families):
+                    bounds[i] = family.slope
+            across = [list(column) for column in zip(*Q)]
+            M = [*([ZERO] * p + row for row in Q), *(row + [ZERO] * p for row in across)]
+        found.append(Form(channels, M))
+    need(not any(family.rough for family in asked.families), "locally Lipschitz nonlinearities are needed")
+    for i, ends in enumerate(bounds):
+        need(INF not in map(abs, ends), f"channel {i + 1} has no finite bounds")
+    return found, bounds
+
+
+def dominant(Q: Rows, count: int, summed: bool, odd: bool) -> None:
+    """Each entry on the diagonal is at least what ``|q|`` of its row, and of its column, add up to beside it.
+
+    ``summed``: of the sums of the entries between two channels with one distance in time.
+    """
+    total, rows, columns = (defaultdict[Any, Fraction](Fraction) for _ in range(3))
+    for k, row in enumerate(Q):
+        for l, v in enumerate(row):
+            total[(k % count, l % count, k // count - l // count) if summed else (k, l, 0)] += v
+    for (i, j, shift), v in total.items():
+        beside = (i, shift) != (j, 0)
+        need(odd or not beside or v <= 0, "an entry beside the diagonal is above 0, and the form is not for odd ones")
+        rows[i] += -abs(v) if beside else v
+        columns[j] += -abs(v) if beside else v
+    need(min([*rows.values(), *columns.values()]) >= 0, "a form is not doubly dominant")
+
+
+def static(given: Any, asked: Channels) -> tuple[Rows, list[tuple[Any, Any]]]:
+    """``Pi`` of ``(sigma, phi)`` of forms of one sample, and the bounds that they are about."""
+    found, bounds = coupled(given, asked, 1, False)
+    m = len(bounds)
+    Pi = [[ZERO] * 2 * m for _ in range(2 * m)]
+    for channels, M in found:
+        lines = [((i, -bounds[i][0]), (m + i, 1)) for i in channels]
+        lines += [((i, bounds[i][1]), (m + i, -1)) for i in channels]
+        for row, left in zip(M, lines):
+            for v, right in zip(row, lines):
+                for a, x in left if v else ():
+                    for b, y in right:
+                        Pi[a][b] += v * x * y
+    return Pi, bounds
+
+
+def of_orders(data: Any, asked: Channels) -> Window:
+    """Forms that are positive on every order cone of the samples of a nonlinearity and 0."""
     given, odd = fields(data, "windows", "odd")
     count = len(asked.blocks)
     form(all(isinstance(x, list) and len(x) == count for x in (given, odd)), f"{count} windows are needed, in order")
-    need(H.discrete and ordered(H.D), "forms of several samples are for discrete time, D without a cycle of channels")
-    blocks, samples = list[tuple[range, Rows]](), 0
+    found, samples = list[Form](), 0
     for block, rows, own in zip(asked.blocks, given, odd):
         family = asked.families[block[0]]
         need(INF not in map(abs, family.slope), f"channel {block[0] + 1} has no finite slope bounds")
@@ -35,10 +129,38 @@ def lifted(H: Plant, data: Any, asked: Channels, proof: Any) -> tuple[dict[str, 
         need(not own or family.odd, f"the form of channel {block[0] + 1} needs an odd nonlinearity")
         samples = samples or len(M) // (2 * len(block))
         form(0 < len(M) == 2 * samples * len(block), "all windows have the same number of samples")
-        blocks.append((block, M))
-    lower = [family.slope[0] for family in asked.families]
-    closed, n, m = closed_by(H, lower), len(H.A), len(H.D)
-    need(closed is not None and within(closed, True), "the loop with the least slopes is not stable")
+        found.append(Form(list(block), M))
+    return Window(samples, found, None, [family.slope for family in asked.families])
+
+
+def of_pairs(data: Any, asked: Channels) -> Window:
+    """Forms of pairs of samples; with ``start`` those that bound ``V`` from below."""
+    length, given, first = fields(data, "samples", "forms", "start")
+    samples = integer(length, 2, LONGEST)
+    found, bounds = coupled(given, asked, samples, first is None)
+    if first is None:
+        return Window(samples, found, None, bounds)
+    start, others = coupled(first, asked, samples - 1, False)
+    need(others == bounds, "the forms at the start are about other bounds")
+    return Window(samples, found, start, bounds)
+
+
+def lifted(name: str, H: Plant, data: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+    """Forms of ``T`` samples in discrete time: what was found, and what is assumed.
+
+    For ``xi = (x_1, phi_1, .., phi_(T-1))``, ``V = xi'P xi`` and the forms ``w_b' M_b w_b`` of samples of some channels
+    ``V(xi+) - V(xi) + sum w_b' M_b w_b <= -e |(xi, phi_T)|^2``, and ``w_b' M_b w_b >= 0`` along each solution, or
+    summed over time.  With forms ``N_b`` of ``T - 1`` samples and ``V - sum w_b' N_b w_b >= e |xi|^2``, ``V`` is
+    positive along it and falls.  Else ``P`` has either sign: for signals in l2 the sum over time bounds ``e sum |(xi,
+    phi)|^2`` by ``V`` at the start, with an input too.  That they are in l2 follows by continuation from the stable
+    loop ``phi = l sigma`` to ``l sigma + tau (phi - l sigma)``, for which the forms are nonnegative too.
+    """
+    need(H.discrete and ordered(H.D), "forms of several samples are for discrete time, D without a cycle of channels")
+    samples, forms, start, bounds = (of_orders if name == "order-cones" else of_pairs)(data, asked)
+    lower, n, m = [l for l, _ in bounds], len(H.A), len(H.D)
+    if start is None:
+        closed = closed_by(H, lower)
+        need(closed is not None and within(closed, True), "the loop with the least slopes is not stable")
     N = n + m * samples
     phi = [[Fraction(i == n + j) for i in range(N)] for j in range(m * samples)]
     x, after, sigma = [[Fraction(i == j) for i in range(N)] for j in range(n)], Rows(), Rows()
@@ -50,24 +172,42 @@ def lifted(H: Plant, data: Any, asked: Channels, proof: Any) -> tuple[dict[str, 
     order = N - m
     method, half, exponent = fields(proof, "method", "P", "exponent")
     form(method == "matrix", "several nonlinearities are proved by a matrix")
-    P, e = states.symmetric(half, [[ZERO] * order], order)[0], integer(exponent, 0, 10**5)
-    falls = [[Fraction(P[i][j] if i < order else 0, 2**e) for j in range(i + 1)] for i in range(N)]
-    parts = [([[Fraction(v, 2**e) for v in row] for row in P], after)]
-    for block, M in blocks:
-        places = [m * t + i for t in range(samples) for i in block]
-        u = [[p - lower[k % m] * s for p, s in zip(phi[k], sigma[k])] for k in places]
-        v = [[asked.families[k % m].slope[1] * s - p for p, s in zip(phi[k], sigma[k])] for k in places]
-        parts.append((M, [*u, *v]))
-    for M, view in parts:
-        columns = [*zip(*view)]
-        turned = [[dot(row, column) for row in M] for column in columns]
-        falls = [[v - dot(turned[i], columns[j]) for j, v in enumerate(row)] for i, row in enumerate(falls)]
-    q = states.unit(falls)
-    need(positive_definite([[int(q * v) for v in row] for row in falls]), "the inequality of P fails, or is undecided")
+    whole, e = states.symmetric(half, [[ZERO] * order], order)[0], integer(exponent, 0, 10**5)
+    P = [[Fraction(v, 2**e) for v in row] for row in whole]
+
+    def views(some: list[Form], length: int) -> list[tuple[Rows, Rows]]:
+        """``M`` and the rows of ``w``."""
+        found = []
+        for channels, M in some:
+            places = [(m * t + i, i) for t in range(length) for i in channels]
+            u = [[p - bounds[i][0] * s for p, s in zip(phi[k], sigma[k])] for k, i in places]
+            v = [[bounds[i][1] * s - p for p, s in zip(phi[k], sigma[k])] for k, i in places]
+            found.append((M, [*u, *v]))
+        return found
+
+    padded = [[P[i][j] if i < order else ZERO for j in range(i + 1)] for i in range(N)]
+    definite(padded, [(P, after), *views(forms, samples)], "the inequality of P fails, or is undecided")
+    stable = f"the loop with the least slopes, {', '.join(map(str, lower))}: all eigenvalues are strictly inside"
+    if start is not None:
+        definite(padded[:order], views(start, samples - 1), "V > 0 fails, or is undecided")
+        stable = f"V less the forms at the start is positive definite (order {order})"
+    cones = f"the forms are positive on every order cone of {samples} samples of each channel and 0"
+    if name != "order-cones":
+        cones = f"the forms of {samples} samples are nonnegative: signs, and sums of rows and columns"
     facts = {
-        "stable": f"the loop with the least slopes, {', '.join(map(str, lower))}: all eigenvalues are strictly inside",
-        "cones": f"the forms are positive on every order cone of {samples} samples of each channel and 0",
+        "stable": stable,
+        "cones": cones,
         "inequality": f"the matrix of order {N} is positive definite: V falls",
         "well-posed": "sigma is given channel after channel: D has no cycle",
     }
     return facts, ""
+
+
+def definite(lower: Rows, less: list[tuple[Rows, Rows]], failure: str) -> None:
+    """The matrix of a lower triangle less ``view' M view`` for each pair is positive definite."""
+    for M, view in less:
+        columns = [*zip(*view)][: len(lower)]
+        turned = [[dot(row, column) for row in M] for column in columns]
+        lower = [[v - dot(turned[i], columns[j]) for j, v in enumerate(row)] for i, row in enumerate(lower)]
+    q = states.unit(lower)
+    need(positive_definite([[int(q * v) for v in row] for row in lower]), failure)

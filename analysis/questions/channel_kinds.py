@@ -34,6 +34,8 @@ def has_channels(loop: object, given: object) -> bool:
     InputError
         A system that says itself what closes the loop has classes beside it.
     """
+    if isinstance(given, NonlinearityClass) and given.rectifier:
+        given = [given]
     if isinstance(given, Diagonal | list | tuple | Mapping):
         if isinstance(loop, LoopSystem) and not loop.open:
             raise InputError(
@@ -51,7 +53,7 @@ def has_channels(loop: object, given: object) -> bool:
 def channel_kinds(problem: Problem) -> list[Problem]:
     """The questions for the largest factors of an analysis: larger classes before smaller ones, the given one too.
 
-    Constant gains stay constant gains in each; the bounds are those of the classes given.
+    Constant gains stay constant gains in each, and ReLUs stay such; the bounds are those of the classes given.
 
     Parameters
     ----------
@@ -60,7 +62,12 @@ def channel_kinds(problem: Problem) -> list[Problem]:
     """
     classes = [problem.classes]
     for kind in _KINDS:
-        changed = tuple(one if one.linear else _of_kind(one, kind) for one in problem.classes.classes)
+        known = [one.linear or one.rectifier for one in problem.classes.classes]
+        if all(known):
+            break
+        changed = tuple(
+            one if keeps else _of_kind(one, kind) for one, keeps in zip(problem.classes.classes, known, strict=True)
+        )
         same = problem.classes.repeated if kind != _KINDS[0] else False
         classes.append(Diagonal(changed, repeated=same))
     unique = list(dict.fromkeys(classes))
@@ -94,7 +101,8 @@ def kind_name(classes: Diagonal) -> str:
     classes : Diagonal
         Of several channels.
     """
-    kinds = list(dict.fromkeys("gain" if one.linear else _kind(one) for one in classes.classes))
+    named = ("gain" if one.linear else "ReLU" if one.rectifier else _kind(one) for one in classes.classes)
+    kinds = list(dict.fromkeys(named))
     same = ", one in all" if len(classes.blocks) == 1 else ", some the same" if classes.repeated else ""
     return (kinds[0] if len(kinds) == 1 else "/".join(kinds)) + same
 

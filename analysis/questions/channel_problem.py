@@ -19,7 +19,6 @@ from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
-from lure.plants.realisation import companion
 
 
 def channel_plant(source: object) -> MultivariablePlant:
@@ -37,8 +36,7 @@ def channel_plant(source: object) -> MultivariablePlant:
     """
     found = source.block if isinstance(source, LoopSystem) else as_plant(source)
     if isinstance(found, RationalPlant):
-        r = found.matrices or companion(found)
-        found = MultivariablePlant(r.A, tuple((v,) for v in r.b), (r.c,), ((r.d,),), found.dt)
+        found = MultivariablePlant.of_one_channel(found)
     if not isinstance(found, MultivariablePlant):
         raise InputError(
             f"several nonlinearities need a rational plant with exact entries; this is a {type(found).__name__}"
@@ -76,6 +74,8 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
     if given is None:
         kind = "slope" if kind == "class" else kind
         given = [Sector(0, 1) if kind == "sector" else SlopeBounds(0, 1)] * plant.inputs
+    if isinstance(given, NonlinearityClass):
+        given = [given]
     if isinstance(given, Mapping):
         given = _in_order(plant, given)
     settings: dict[str, Any] = {"plant": plant, "kind": kind, "criterion": criterion, **named}

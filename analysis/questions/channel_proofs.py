@@ -18,6 +18,7 @@ from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channel_windows import ChannelWindows
 from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
+from lure.analysis.inequality.coupled_forms import CoupledForms, Group
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.kernel_cone import KernelCone, multiplier
@@ -37,6 +38,18 @@ LARGEST = 1e6  # the largest factor that is tried
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 
+KINDS = (  # how the names begin, the multipliers in words, and their letter
+    ("diagonal", "a multiplier for each channel", "Lambda"),
+    ("matrix", "kernels for the channels", "M"),
+    ("coupled-windows", "forms of several samples", "M"),
+    ("coupled", "forms that couple the channels", "M"),
+    ("full-block", "one multiplier for all channels", "Pi"),
+    ("order", "a form for each nonlinearity", "M"),
+)
+_KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS = range(1, 6)
+_SAMPLES = (2, 3, 4)
+
+
 class Criterion(NamedTuple):
     """A row of the table with one kind of multipliers: its name in a certificate."""
 
@@ -45,10 +58,8 @@ class Criterion(NamedTuple):
 
     @property
     def kind(self) -> int:
-        """0: a multiplier for each channel; while a gap is left 1: kernels, 2: one multiplier, 3: forms of samples."""
-        if self.row.stage == LAST:
-            return 3
-        return 1 if self.row.slope else 2 * self.row.channels.index(self.name)
+        """Its place among the :data:`KINDS`; those after the first are asked while a gap is left."""
+        return next((k for k, (name, _, _) in enumerate(KINDS) if self.name.startswith(name)), 0)
 
 
 def criteria_for(asked: Problem) -> list[Criterion]:
@@ -73,8 +84,17 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
     if wanted == BEST:  # one channel needs no full block
         constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
-        found = [x for x in found if (x.row.time_varying or x.row.linear or not constant) and not (one and x.kind == 2)]
-        found = [x for x in found if any(_sloped(asked)) or not x.row.slope]
+        known = any(each.rectifier for each in asked.classes.classes)
+        left = {_COUPLED} if not known else {_FULL, _ORDERS}
+        left |= {_FULL} if one else set()
+        sloped = any(_sloped(asked))
+        found = [
+            x
+            for x in found
+            if (x.row.time_varying or x.row.linear or x.row.slope or not constant)
+            and x.kind not in left
+            and (sloped or not x.row.slope)
+        ]
         if _critical(asked):
             found = [x for x in found if not x.kind and not x.row.linear] or found
     if not found:
@@ -144,7 +164,14 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         yield GainBox(*H.doubles(), lower, asked.classes.blocks, H.dt is not None)
         return
     given = (*H.doubles(), lower, free, popov, H.dt is not None)
-    if criterion.kind == 3:
+    if criterion.kind in (_COUPLED, _WINDOWS):
+        for samples in _SAMPLES if criterion.kind == _WINDOWS else (1,):
+            theta = free if criterion.kind == _COUPLED else [False] * len(free)
+            coupled = CoupledForms(*H.doubles(), lower, _groups(asked), samples, theta, popov, H.dt is not None)
+            if coupled.possible:
+                yield coupled
+        return
+    if criterion.kind == _ORDERS:
         odd = [asked.classes.classes[block[0]].odd for block in asked.classes.blocks]
         most = 4 // max(map(len, asked.classes.blocks))  # a form is about up to 4 samples
         if most > 0:
@@ -155,6 +182,23 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         return
     for orthants in (False, True):
         yield FullBlockInequality(*given, orthants=orthants)
+
+
+def _groups(asked: Problem) -> list[Group]:
+    """The channels that one form is about: the ReLUs; those of one nonlinearity with slope bounds; each other one."""
+    classes, sloped, found = asked.classes.classes, _sloped(asked), list[Group]()
+    rectifiers = tuple(i for i, one in enumerate(classes) if one.rectifier)
+    if rectifiers:
+        found.append(Group("relu", rectifiers))
+    for block in asked.classes.blocks:
+        one = classes[block[0]]
+        if one.rectifier:
+            continue
+        if sloped[block[0]] and one.slope is not None and (one.slope.lower, one.slope.upper) == one.gains:
+            found.append(Group("odd" if one.odd else "monotone", tuple(block)))
+        else:
+            found += [Group("sector", (i,)) for i in block]
+    return found
 
 
 def proved_at(asked: Problem, name: str, search: ChannelSearch, alpha: Fraction) -> Proved | None:
@@ -249,7 +293,7 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
         The criterion.
     """
     one = Fraction(1)
-    if criterion.kind != 1:
+    if criterion.kind != _KERNELS:
         tried = (proved_at(asked, criterion.name, search, one) for search in searches(asked, criterion))
         return next((shown for shown in tried if shown is not None), None)
     search = _kernel_search(asked)
@@ -277,7 +321,7 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     most : float
         The smallest factor that is refuted, or infinity.
     """
-    if criterion.kind == 1:
+    if criterion.kind == _KERNELS:
         return _farthest_by_kernels(asked, criterion.name, known, most)
     best: tuple[Fraction, Proved] | None = None
     for search in searches(asked, criterion):

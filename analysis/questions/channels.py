@@ -21,6 +21,7 @@ from lure.analysis.certificates.systems import class_entries
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import (
+    KINDS,
     LARGEST,
     Criterion,
     constant_gains,
@@ -40,12 +41,6 @@ from lure.errors import AssumptionError, InputError, Reason
 
 Tell = Callable[[str, float], None]
 _NO_MULTIPLIER = "no multiplier was found"
-_KINDS = (
-    "a multiplier for each channel",
-    "kernels for the channels",
-    "one multiplier for all channels",
-    "a form for each nonlinearity",
-)
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
 
 
@@ -158,10 +153,10 @@ def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved]
         )
     alpha, shown = found
     scaled = asked.classes.scaled(alpha)
-    multiplier, row, letter = shown.certificate["multiplier"], criterion.row, ("Lambda", "M", "Pi", "M")[criterion.kind]
+    multiplier, row, (_, words, letter) = shown.certificate["multiplier"], criterion.row, KINDS[criterion.kind]
     return CriterionResult(
         criterion=criterion.name,
-        theorem=row.title if row.linear else f"{row.title}, with {_KINDS[criterion.kind]}",
+        theorem=row.title if row.linear else f"{row.title}, with {words}",
         largest=Bracket(double_below(alpha), math.inf),
         nonlinearity_class=scaled.classes[0],
         classes=scaled,

@@ -131,6 +131,7 @@ def class_dict(nonlinearity_class: NonlinearityClass) -> dict[str, Any]:
         "time_varying": nonlinearity_class.time_varying,
         "text": str(nonlinearity_class),
         **({"linear": True} if nonlinearity_class.linear else {}),
+        **({"relu": True} if nonlinearity_class.rectifier else {}),
     }
 
 

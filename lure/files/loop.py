@@ -51,6 +51,8 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     """
     identity = (tables.name or "loop", tables.title or title, source)
     block = _block(tables.plant)
+    if any(table.relu for table in tables.nonlinearity_class):
+        block = _only_channel(block)
     if isinstance(block, MultivariablePlant):
         return _with_channels(identity, block, tables, folder)
     for word, listed in (("class", tables.nonlinearity_class), ("nonlinearity", tables.nonlinearity)):
@@ -67,6 +69,15 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
         return loop_system(identity, block, nonlinearity_table=table, nonlinearity_class=nonlinearity_class)
     except InputError as error:
         raise InputError(f"nonlinearity: {error}") from None
+
+
+def _only_channel(block: Block) -> MultivariablePlant:
+    """The plant of a ReLU, which is asked about by the theorems on several nonlinearities, with one channel too."""
+    if isinstance(block, RationalPlant):
+        block = MultivariablePlant.of_one_channel(block)
+    if not isinstance(block, MultivariablePlant):
+        raise InputError("class: relu needs a plant with exact rational entries; leave the dead time out, or relu")
+    return block
 
 
 def _with_channels(
@@ -128,16 +139,26 @@ def _block(plant: PlantTable) -> Block:
 
 def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
     if table.gain is not None:
-        if table.sector is not None or table.slope is not None or table.odd or table.time_varying:
+        if table.sector is not None or table.slope is not None or table.odd or table.time_varying or table.relu:
             raise InputError(
                 "class: gain is given beside other keys; a constant gain has no other properties, so give "
                 "gain = [a, b] alone, or a sector"
             )
         return NonlinearityClass.constant_gain(*table.gain)
+    if table.relu:
+        if table.sector is not None or table.odd or table.time_varying:
+            raise InputError(
+                "class: relu is given beside other keys; a ReLU is known but for its slopes, so give relu = true "
+                "alone, or with slope = [l, k] for k max(sigma, 0) + l min(sigma, 0)"
+            )
+        try:
+            return NonlinearityClass.relu(*(table.slope or (0, 1)))
+        except InputError as error:
+            raise InputError(f"class: {error}") from None
     slope = None if table.slope is None else SlopeBounds(*table.slope)
     bounds = table.sector if table.sector is not None else table.slope
     if bounds is None:
-        raise InputError("class: neither sector, slope nor gain is given; give one, such as sector = [0, 5.9]")
+        raise InputError("class: neither sector, slope, gain nor relu is given; give one, such as sector = [0, 5.9]")
     try:
         return NonlinearityClass(sector=Sector(*bounds), slope=slope, odd=table.odd, time_varying=table.time_varying)
     except InputError as error:
@@ -233,6 +254,8 @@ def _plant(system: LoopSystem) -> dict[str, object]:
 def _class(asked: NonlinearityClass) -> dict[str, object]:
     if asked.linear:
         return {"gain": (asked.sector.lower, asked.sector.upper)}
+    if asked.rectifier:
+        return {"relu": True, "slope": (asked.sector.lower, asked.sector.upper)}
     table: dict[str, object] = {"sector": (asked.sector.lower, asked.sector.upper)}
     if asked.slope is not None:
         table["slope"] = (asked.slope.lower, asked.slope.upper)

@@ -191,6 +191,10 @@ class ClassTable(BaseModel):
     odd: Truth = Field(default=False, description="whether phi(-sigma) = -phi(sigma)")
     time_varying: Truth = Field(default=False, description="whether phi may depend on time")
     gain: Pair = Field(default=None, description="bounds of a constant gain, phi(sigma) = g sigma, instead of these")
+    relu: Truth = Field(
+        default=False,
+        description="whether phi(sigma) = max(sigma, 0), with slope = [l, k] k max(sigma, 0) + l min(sigma, 0)",
+    )
     repeated: Count = Field(default=1, description="in how many channels in turn one such nonlinearity acts")
 
 

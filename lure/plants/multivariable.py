@@ -44,7 +44,7 @@ class MultivariablePlant(Record, kw_only=False):
     Raises
     ------
     InputError
-        Shapes do not fit, there are more than 200 states or 50 channels, ``dt`` is not positive, or the names are not
+        Shapes do not fit, there are more than 200 states or 100 channels, ``dt`` is not positive, or the names are not
         one for each of as many inputs as outputs.
 
     Examples
@@ -78,6 +78,18 @@ class MultivariablePlant(Record, kw_only=False):
         if self.names and not (len(set(self.names)) == len(self.names) == m == p):
             raise InputError(f"the channels have the names {list(self.names)!r:.80}; give one for each of {m}, or none")
         object.__setattr__(self, "dt", sampling_period(self.dt, "MultivariablePlant.dt"))
+
+    @classmethod
+    def of_one_channel(cls, block: RationalPlant) -> MultivariablePlant:
+        """A plant with one input and one output, with the matrices it was given by, or in companion form.
+
+        Parameters
+        ----------
+        block : RationalPlant
+            The plant.
+        """
+        r = block.matrices or companion(block)
+        return cls(r.A, tuple((v,) for v in r.b), (r.c,), ((r.d,),), block.dt)
 
     @property
     @derived(label="states")

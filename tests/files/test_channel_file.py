@@ -91,7 +91,7 @@ def test_a_table_of_an_array_is_changed_by_its_number():
         (
             THREE + GAIN + "[[class]]\nodd = true\n",
             (),
-            r"\[\[class\]\] number 2: class: neither sector, slope nor gain",
+            r"\[\[class\]\] number 2: class: neither sector, slope, gain nor relu",
         ),
         (THREE + "[[class]]\ngain = [0, 1]\nodd = true\n", (), "gain is given beside other keys"),
         (THREE + "[[class]]\ngain = [0, 1]\nrepeated = 0\n", (), "class.repeated is 0; give in how many channels"),
@@ -125,3 +125,38 @@ def test_a_table_of_an_array_is_changed_by_its_number():
 )
 def test_what_is_wrong_is_one_sentence(text, settings, said):
     assert re.search(said, refusal(parsed, text, *settings))
+
+
+def test_rectifiers_are_read_and_written_back():
+    text = THREE + "[[class]]\nrelu = true\n[[class]]\nrelu = true\nslope = [0.1, 2]\nrepeated = 2\n"
+    found = parsed(text)
+    leaky = NonlinearityClass.relu(F(1, 10), 2)
+    assert found.classes == Diagonal((NonlinearityClass.relu(), leaky, leaky), repeated=(1, 2))
+    assert parsed(loop_to_toml(found)).classes == found.classes
+    assert str(leaky) == "phi = 2 max(sigma, 0) + 0.1 min(sigma, 0)"
+    assert leaky.scaled(F(3)) == NonlinearityClass.relu(F(1, 10), 6)
+    # around one channel the theorems on several are asked
+    alone = parsed("[plant]\nnum = [1]\nden = [1, 1]\n[class]\nrelu = true\n")
+    assert (alone.block.inputs, alone.classes) == (1, Diagonal((NonlinearityClass.relu(),)))
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (THREE + "[[class]]\nrelu = true\nodd = true\nrepeated = 3\n", "relu is given beside other keys"),
+        (THREE + "[[class]]\nrelu = true\nsector = [0, 1]\nrepeated = 3\n", "give relu = true alone, or with slope"),
+        (THREE + "[[class]]\nrelu = true\nslope = [0, inf]\nrepeated = 3\n", "bounds differ or are infinite"),
+        (THREE + "[[class]]\nrelu = 1\nrepeated = 3\n", "class.relu is 1; give true or false"),
+        (THREE + "[[class]]\nrelu = true\ngain = [0, 1]\nrepeated = 3\n", "gain is given beside other keys"),
+        (
+            "[plant]\ntransfer = 'exp(-s)/(s+1)'\n[class]\nrelu = true\n",
+            "relu needs a plant with exact rational entries; leave the dead time out",
+        ),
+        (
+            THREE + LIMITS + "[[class]]\nrelu = true\nrepeated = 3\n",
+            "the class is phi = max(sigma, 0) alone, and a nonlinearity is given beside it",
+        ),
+    ],
+)
+def test_a_rectifier_with_other_properties_is_refused(text, sentence):
+    assert sentence in refusal(parsed, text)

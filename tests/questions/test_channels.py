@@ -8,6 +8,7 @@ import pytest
 
 from lure import Diagonal, InputError, NonlinearityClass, Sector, SlopeBounds, as_plant, certify, max_sector, max_slope
 from lure.analysis import Verdict
+from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.inequality.shifted_loop import ShiftedLoop
 from lure.analysis.questions.answers import ContradictionError, answer
@@ -246,3 +247,19 @@ def test_poles_at_zero_that_the_theorem_does_not_cover_are_refused_unless_the_lo
     assert certify(plant, [Sector(0.1, 0.2)] * 2).verdict is Verdict.PROVED
     double = max_sector(as_plant([["1/s^2", "0"], ["0", "1/(s+1)"]]), [ONE] * 2)
     assert double.verdict is Verdict.REFUTED  # with the gain 0 some solution grows like t
+
+
+def test_a_rectifier_around_one_channel():
+    # x+ = x/2 - k max(x, 0): below 0 it decays by itself, so that every k serves; a gain fails from 3/2 on
+    plant, relu = as_plant(([1], [1, "-1/2"]), dt=1), NonlinearityClass.relu(0, 2)
+    found = certify(plant, relu)
+    assert found.verdict is Verdict.PROVED
+    assert str(found).startswith("PROVED")
+    assert certify(plant, Sector(0, 2)).verdict is Verdict.REFUTED
+    with pytest.raises(InputError, match="need a rational plant with exact entries"):
+        certify("exp(-s)/(s+1)", relu)
+    # the certificate speaks of no slope class, nor that of a slope class of more than its bounds
+    about = found.shown.certificate["laws"]
+    slopes = certify(plant, [SlopeBounds(0, 1)]).shown.certificate["laws"]
+    assert not contains(about, slopes)
+    assert contains(slopes, certify(plant, [NonlinearityClass.relu()]).shown.certificate["laws"])

@@ -134,6 +134,7 @@ class Nonlinearities:
     time_varying: bool
     linear: bool
     rough: bool = False  # continuous or not; else locally Lipschitz
+    relu: bool = False  # piecewise linear, with its least slope left of 0 and its greatest right of it
 
     def mirrored(self) -> Nonlinearities:
         """The class of ``-phi``, which the loop of ``-H`` has; ``[-k, -l]`` in place of ``[l, k]``."""
@@ -155,11 +156,15 @@ class Nonlinearities:
 
     def has_gain(self, gain: Fraction) -> bool:
         """Whether ``phi = gain sigma``, an odd nonlinearity that does not depend on time, is in the class."""
+        if self.relu:
+            return False
         inside = at_least(gain, self.lower) and at_most(gain, self.upper)
         return inside and (self.slope is None or (at_least(gain, self.slope[0]) and at_most(gain, self.slope[1])))
 
     def has(self, nonlinearity: Graph) -> bool:
-        """Whether a piecewise-linear nonlinearity is in the class."""
+        """Whether a piecewise-linear nonlinearity is in the class, which is not that of a ReLU."""
+        if self.relu:
+            return False
         inside = at_least(min(nonlinearity.chords), self.lower) and at_most(max(nonlinearity.chords), self.upper)
         if self.slope is not None:
             inside = (
@@ -186,8 +191,8 @@ def at_least(bound: Lower, limit: Lower) -> bool:
 
 def read_nonlinearities(value: Mapping[str, object]) -> Nonlinearities:
     """The class of a certificate."""
-    rough = "regularity" in value
-    found = record(value, "sector", "slope", "odd", "time_varying", "linear", *(["regularity"] if rough else []))
+    rough, more = "regularity" in value, [key for key in ("regularity", "relu") if key in value]
+    found = record(value, "sector", "slope", "odd", "time_varying", "linear", *more)
     require(found.get("regularity", "any") == "any", "the regularity is unknown")
     lower, upper = _bounds(found["sector"])
     nonlinearities = Nonlinearities(
@@ -198,7 +203,15 @@ def read_nonlinearities(value: Mapping[str, object]) -> Nonlinearities:
         time_varying=flag(found["time_varying"]),
         linear=flag(found["linear"]),
         rough=rough,
+        relu="relu" in value,
     )
+    if nonlinearities.relu:
+        require(
+            found["relu"] is True and nonlinearities.slope == (lower, upper), "a ReLU has slopes that fill its sector"
+        )
+        require(isinstance(lower, Fraction) and isinstance(upper, Fraction), "the bounds of a ReLU are finite")
+        others = (nonlinearities.odd, nonlinearities.time_varying, nonlinearities.linear, rough)
+        require(not any(others), "a ReLU has no other property")
     least, greatest = nonlinearities.ends
     require(
         least is None or greatest is None or least <= greatest, "no nonlinearity has both the sector and the slopes"

@@ -67,6 +67,7 @@ def _shown(certificate: Mapping[str, object] | str | bytes) -> str:
         require(document.conclusion == shown, f"what follows is: {shown}")
         return shown
     nonlinearities, system = read_nonlinearities(document.nonlinearities), read_system(document.system)
+    require(not nonlinearities.relu, "a ReLU is asked about as one of several channels")
     if document.nonlinearity is not None:
         require_member(document.nonlinearity, nonlinearities)
     if document.verdict == "PROVED":

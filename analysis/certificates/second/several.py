@@ -26,7 +26,7 @@ from flint import arb, arb_mat, fmpq_mat, fmpz
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import refuted, require_gains
-from lure.analysis.certificates.second.channels import Asked, balls, diagonal, joined, read, stacked, symmetric
+from lure.analysis.certificates.second.channels import Asked, acyclic, balls, diagonal, joined, read, stacked, symmetric
 from lure.analysis.certificates.second.frequencies import (
     read_multiplier,
     require_frequencies,
@@ -46,10 +46,11 @@ from lure.analysis.certificates.second.reading import (
     record,
     require,
 )
-from lure.analysis.certificates.second.windows import require_windows
+from lure.analysis.certificates.second.windows import require_windows, static_form
 from lure.analysis.certificates.second.zero import integrators_apart, require_equilibria, shifted_by, without
 
 MOST_VERTICES = 10
+_MULTIPLIERS = {"diagonal": "lambda", "coupled": "forms", "full-block": "Pi"}
 
 
 def shown(document: Document) -> str:
@@ -79,7 +80,7 @@ def shown(document: Document) -> str:
 
 def _proved(document: Document, asked: Asked) -> bool:
     """Whether with an eigenvalue 0 at the lower bounds, if it is proved at all."""
-    if document.theorem == "order-cones":
+    if document.theorem in ("order-cones", "coupled-windows"):
         require_windows(document, asked)
         return False
     if mapping(document.proof).get("method") == "determinant":
@@ -89,8 +90,8 @@ def _proved(document: Document, asked: Asked) -> bool:
         return False
     m, (kind, _, theorem) = asked.D.nrows(), document.theorem.rpartition("-")
     popov, full = theorem == "popov", kind == "full-block"
-    require(theorem in ("circle", "popov") and (full or kind == "diagonal"), "the theorem is not one for channels")
-    names = {"Pi" if full else "lambda"} | ({"theta"} if popov else set())
+    require(theorem in ("circle", "popov") and kind in _MULTIPLIERS, "the theorem is not one for channels")
+    names = {_MULTIPLIERS[kind]} | ({"theta"} if popov else set())
     given = record(document.multiplier, *names, *(("N",) if full and "N" in document.multiplier else ()))
     theta = numbers(given["theta"]) if popov else [Fraction(0)] * m
     require(len(theta) == m, "the multipliers are not one for each channel")
@@ -109,15 +110,22 @@ def _proved(document: Document, asked: Asked) -> bool:
     require(proof["method"] == "matrix", "the method does not fit the theorem")
     exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
     require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
-    shifted = shifted_by(asked, asked.bounds)
-    Pi, needed = _full_block(given, asked) if full else (_diagonal_multiplier(numbers(given["lambda"]), asked), [])
+    bounds, needed = asked.bounds, list[fmpq_mat]()
+    if kind == "coupled":
+        Pi, bounds = static_form(given["forms"], asked)
+        _require_one_solution(asked, bounds)
+    elif full:
+        Pi, needed = _full_block(given, asked)
+    else:
+        Pi = _diagonal_multiplier(numbers(given["lambda"]), asked)
+    shifted = shifted_by(asked, bounds)
     rows, left_out = triangle(proof["P"], asked.A.nrows()), list[int]()
     if zero:
-        require(not full, "full-block multipliers do not cover an eigenvalue 0")
+        require(kind == "diagonal", "multipliers that couple channels do not cover an eigenvalue 0")
         left_out = require_equilibria(asked, shifted, (rows, exponent), Pi, theta, proof["zero"])
     for bits in BITS:
         with working_precision(bits):
-            least, whole = _forms(asked, shifted, (rows, exponent), Pi, theta)
+            least, whole = _forms((asked.C, bounds, asked.discrete), shifted, (rows, exponent), Pi, theta)
             if all(map(positive_definite, (least, without(whole, left_out), *map(arb_mat, needed)))):
                 return bool(zero)
     raise NotShown("V, the multiplier or the matrix of the inequality is not shown to be positive definite")
@@ -181,36 +189,34 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
         require(not given.moved, "kernels do not cover an eigenvalue 0")
         shifted, jump = integrators_apart(shifted, [given.gamma[i][i] * w for i, w in enumerate(widths)])
     require_frequencies(shifted, asked.C, widths, given, jump)
-    if document.theorem == "matrix-zames-falb" and _cyclic(asked.D):
-        for one, (low, high) in zip(asked.nonlinearities, bounds, strict=True):
-            require(one.slopes_within(low, high), "D has a cycle, and a slope is outside the bounds")
-        require_vertices(shifted[3], widths)
+    if document.theorem == "matrix-zames-falb":
+        _require_one_solution(asked, bounds)
     return critical
 
 
-def _cyclic(D: fmpq_mat) -> bool:
-    """Whether channels determine each other in a cycle: the pattern of ``D`` is not nilpotent."""
-    m = D.nrows()
-    pattern = fmpq_mat([[int(D[i, j] != 0) for j in range(m)] for i in range(m)])
-    power = pattern
-    for _ in range(m - 1):
-        power = power * pattern
-    return any(power[i, j] != 0 for i in range(m) for j in range(m))
+def _require_one_solution(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> None:
+    """Check that ``sigma + D phi(sigma) = y`` has one solution, whatever the multiplier says about differences."""
+    if acyclic(asked.D):
+        return
+    for one, (low, high) in zip(asked.nonlinearities, bounds, strict=True):
+        require(one.slopes_within(low, high), "D has a cycle, and a slope is outside the bounds")
+    require(len(bounds) <= MOST_VERTICES, "D has a cycle, and there are too many channels")
+    require_vertices(shifted_by(asked, bounds)[3], [high - low for low, high in bounds])
 
 
 def _forms(
-    asked: Asked,
+    loop: tuple[fmpq_mat, Sequence[tuple[Fraction, Fraction]], bool],
     shifted: tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq_mat],
     scaled: tuple[list[list[fmpz]], int],
     multiplier: fmpq_mat,
     theta: Sequence[Fraction],
 ) -> tuple[arb_mat, arb_mat]:
     """At the working precision what has to be positive definite: for ``V``, and for its fall."""
-    (rows, exponent), n, m = scaled, asked.A.nrows(), asked.D.nrows()
+    (rows, exponent), (seen_by, bounds, discrete), n, m = scaled, loop, shifted[0].nrows(), shifted[3].nrows()
     A, B, C, D = map(arb_mat, shifted)
-    own, unit = arb_mat(asked.C), arb(2) ** -exponent
+    own, unit = arb_mat(seen_by), arb(2) ** -exponent
     P = arb_mat([[arb(rows[max(i, j)][min(i, j)]) * unit for j in range(n)] for i in range(n)])
-    low, width = [low for low, _ in asked.bounds], [high - low for low, high in asked.bounds]
+    low, width = [low for low, _ in bounds], [high - low for low, high in bounds]
     turn, Pi = balls(theta), arb_mat(multiplier)
     square, cross, last = (_part(Pi, *at, m) for at in ((0, 0), (0, m), (m, m)))
     Q = P + own.transpose() * balls([t * v for t, v in zip(theta, low, strict=True)]) * own
@@ -219,7 +225,7 @@ def _forms(
     side, seen = C.transpose() * (cross - square * D), C.transpose() * square * C
     both = cross.transpose() * D
     corner = both + both.transpose() - last - D.transpose() * square * D
-    if asked.discrete:
+    if discrete:
         main, edge, corner = Q - moved * A - seen, moved * B - side, corner - B.transpose() * Q * B
     else:
         rate = turn * own * B

@@ -1,12 +1,30 @@
-"""Forms of several samples, checked again."""
+r"""Forms that couple channels and samples, checked again.
+
+With ``u = phi - l sigma`` and ``v = h sigma - phi`` of all samples of some channels, ``w = (u, v)``, a form ``w'M w``
+is nonnegative for ReLUs if ``M``, the signs of ``v`` turned, has no entry below 0 but between ``u_k`` and ``v_k`` of
+one sample, where ``u_k v_k = 0``; for channels of one monotone nonlinearity if ``w'M w = 2 u'Q v`` and ``Q`` maps the
+vector of ones, from both sides, to nonnegative ones with no entry above 0 beside the diagonal (for odd ones with
+``-|q|`` there).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import arb_mat, fmpq, fmpq_mat
 
-from lure.analysis.certificates.second.channels import Asked, acyclic, closed_by, cut, half_plane_stable, stacked
+from lure.analysis.certificates.second.channels import (
+    Asked,
+    acyclic,
+    closed_by,
+    cut,
+    half_plane_stable,
+    joined,
+    stacked,
+    symmetric,
+)
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
 from lure.analysis.certificates.second.numerics import (
     to_fmpq,
@@ -19,30 +37,204 @@ from lure.analysis.certificates.second.reading import (
     count,
     flag,
     listed,
+    mapping,
     numbers,
     record,
     require,
 )
 
-LARGEST, MOST_VERTICES, MOST_BOXES, LONGEST, SQUARINGS = 400, 10, 20_000, 10_000, 80
+Bounds = tuple[Fraction, Fraction]
+MOST_SAMPLES = 100
 
 
-def require_windows(document: Document, asked: Asked) -> None:
-    """Forms of ``T`` samples: ``V(xi+) - V(xi) + sum w' M w < 0``, and ``w' M w > 0`` on the order cones."""
-    found, proof = record(document.multiplier, "windows", "odd"), record(document.proof, "method", "P", "exponent")
-    require(proof["method"] == "matrix" and asked.discrete, "forms of several samples: by matrices, in discrete time")
+@dataclass(frozen=True)
+class Form:
+    """A form ``w' M w`` of the samples of some channels, sample after sample."""
+
+    channels: list[int]
+    M: fmpq_mat
+
+
+@dataclass(frozen=True)
+class Forms:
+    """Forms of one number of samples; the bounds that ``u`` and ``v`` of each channel are about."""
+
+    samples: int
+    each: list[Form]
+    bounds: list[Bounds]
+
+
+def read_forms(value: object, asked: Asked, samples: int, *, over_time: bool) -> Forms:
+    """The forms of a certificate.
+
+    Parameters
+    ----------
+    value : object
+        Kind, channels and rows of each.
+    asked : Asked
+        The classes.
+    samples : int
+        Of each channel.
+    over_time : bool
+        Whether the sum of each form over all time has to be nonnegative, else the form itself.
+
+    Raises
+    ------
+    NotShown
+        A form is not nonnegative for every nonlinearity of the class.
+    """
+    m, found, taken = asked.D.nrows(), list[Form](), list[int]()
+    sloped = dict[int, Bounds]()
+    for one in map(mapping, listed(value)):
+        given = record(one, "kind", "channels", "rows")
+        channels = [count(i, least=1) - 1 for i in listed(given["channels"])]
+        require(bool(channels) and max(channels) < m, "a form is about no channel, or one that there is not")
+        taken += channels
+        require(len(set(taken)) == len(taken), "a channel stands twice in the forms")
+        own, size = [asked.nonlinearities[i] for i in channels], samples * len(channels)
+        if given["kind"] == "relu":
+            require(all(one.relu for one in own) and not over_time, "the form does not fit the classes")
+            M = symmetric(given["rows"], 2 * size)
+            _require_rectified(M, size)
+        else:
+            rows = [numbers(row) for row in listed(given["rows"])]
+            require(len(rows) == size and all(len(row) == size for row in rows), "the rows of a form do not fit")
+            if given["kind"] == "sector":
+                off = all(row[j] == 0 for i, row in enumerate(rows) for j in range(size) if i != j)
+                require(
+                    off and all(rows[i][i] >= 0 for i in range(size)), "the form of a sector is not diagonal, or < 0"
+                )
+            else:
+                require(given["kind"] in ("monotone", "odd"), "the kind of a form is unknown")
+                require(len({asked.repeated[i] for i in channels}) == 1, "a form couples different nonlinearities")
+                require(given["kind"] == "monotone" or own[0].odd, "a form is for odd nonlinearities")
+                require(not own[0].time_varying, "the nonlinearities depend on time")
+                low, high = own[0].slope or (None, None)
+                if not (isinstance(low, Fraction) and isinstance(high, Fraction)):
+                    raise NotShown("a channel has no finite slope bounds")
+                sloped |= dict.fromkeys(channels, (low, high))
+                _require_dominant(rows, len(channels), over_time=over_time, odd=given["kind"] == "odd")
+            Q = fmpq_mat([[to_fmpq(v) for v in row] for row in rows])
+            M = joined(0 * Q, Q, 0 * Q)
+        found.append(Form(channels, M))
+    require(not any(one.rough for one in asked.nonlinearities), "the nonlinearities are locally Lipschitz")
+    if len(sloped) < m:
+        sloped = dict(enumerate(asked.bounds)) | sloped
+    return Forms(samples, found, [sloped[i] for i in range(m)])
+
+
+def _require_rectified(M: fmpq_mat, size: int) -> None:
+    for i in range(2 * size):
+        for j in range(2 * size):
+            sign = 1 if (i < size) == (j < size) else -1
+            require(abs(i - j) == size or sign * M[i, j] >= 0, "an entry of a form for ReLUs has the wrong sign")
+
+
+def _require_dominant(rows: Sequence[Sequence[Fraction]], width: int, *, over_time: bool, odd: bool) -> None:
+    size, samples = len(rows), len(rows) // width
+    folded = rows
+    if over_time:  # the later of two samples moved to the middle of a window of 2 T - 1
+        wide = [[Fraction(0)] * (width * (2 * samples - 1)) for _ in range(width)]
+        for i in range(size):
+            for j in range(size):
+                apart = j // width - i // width + samples - 1
+                wide[i % width][apart * width + j % width] += rows[i][j]
+        middle = (samples - 1) * width
+        out = [2 * row[middle + i] - sum(map(abs, row)) for i, row in enumerate(wide)]
+        into = [2 * wide[j][middle + j] for j in range(width)]
+        for row in wide:
+            for at, value in enumerate(row):
+                into[at % width] -= abs(value)
+        beside = [v for i, row in enumerate(wide) for at, v in enumerate(row) if at != middle + i]
+        negative = any(wide[i][middle + i] < 0 for i in range(width))
+    else:
+        out = [2 * row[i] - sum(map(abs, row)) for i, row in enumerate(folded)]
+        into = [2 * folded[j][j] - sum(abs(row[j]) for row in folded) for j in range(size)]
+        beside = [v for i, row in enumerate(folded) for j, v in enumerate(row) if i != j]
+        negative = any(folded[i][i] < 0 for i in range(size))
+    require(not negative and min(*out, *into, Fraction(0)) >= 0, "the form is not doubly dominant")
+    require(odd or all(v <= 0 for v in beside), "an entry beside the diagonal is above 0")
+
+
+def static_form(value: object, asked: Asked) -> tuple[fmpq_mat, list[Bounds]]:
+    """``Pi`` for ``(sigma, psi)``, ``psi = phi - l sigma``, of forms of one sample, and the bounds ``(l, h)``.
+
+    Parameters
+    ----------
+    value : object
+        The forms.
+    asked : Asked
+        The classes.
+    """
+    forms = read_forms(value, asked, 1, over_time=False)
+    m = len(forms.bounds)
+    total = [[fmpq(0)] * 2 * m for _ in range(2 * m)]  # of (psi, w sigma - psi)
+    for one in forms.each:
+        places = [*one.channels, *(m + i for i in one.channels)]
+        for i, a in enumerate(places):
+            for j, b in enumerate(places):
+                total[a][b] += one.M[i, j]
+    unit = fmpq_mat([[int(i == j) for j in range(m)] for i in range(m)])
+    width = fmpq_mat(m, m)
+    for i, (low, high) in enumerate(forms.bounds):
+        width[i, i] = to_fmpq(high - low)
+    view = joined(0 * unit, unit, -unit, lower_left=width)
+    return view.transpose() * fmpq_mat(total) * view, forms.bounds
+
+
+def _ordered_forms(given: Mapping[str, object], asked: Asked) -> Forms:
+    """Forms that are positive on the order cones."""
+    found = record(given, "windows", "odd")
     firsts = sorted(set(asked.repeated))
     windows = [[numbers(row) for row in listed(one)] for one in listed(found["windows"])]
     odd = [flag(one) for one in listed(found["odd"])]
     require(len(firsts) == len(windows) == len(odd), "there is not one form for each nonlinearity")
-    n, m, T = asked.A.nrows(), asked.D.nrows(), len(windows[0]) // (2 * asked.repeated.count(0))
-    require(T > 0 and acyclic(asked.D), "there are no samples, or D has a cycle of channels")
+    m, T = asked.D.nrows(), len(windows[0]) // (2 * asked.repeated.count(0))
+    require(T > 0, "there are no samples")
     slopes = [nonlinearities.slope for nonlinearities in asked.nonlinearities]
     ends = [one for one in slopes if one is not None and all(isinstance(end, Fraction) for end in one)]
     require(len(ends) == m, "a channel has no finite slope bounds")
-    low, high = ([Fraction(one[side]) for one in ends] for side in (0, 1))
-    closed = closed_by(asked, low)
-    require(closed is not None and half_plane_stable(closed), "the loop with the least slopes is not stable")
+    forms = list[Form]()
+    for first, rows, only_odd in zip(firsts, windows, odd, strict=True):
+        block = [i for i in range(m) if asked.repeated[i] == first]
+        own = asked.nonlinearities[first]
+        require(len(rows) == 2 * T * len(block), "a form has another number of samples")
+        require(not (own.time_varying or own.rough), "the nonlinearities are fixed in time and locally Lipschitz")
+        require(own.odd or not only_odd, "a form is for odd nonlinearities")
+        require_positive_on_orders(rows, odd=only_odd)
+        M = fmpq_mat([[to_fmpq(rows[max(i, j)][min(i, j)]) for j in range(len(rows))] for i in range(len(rows))])
+        forms.append(Form(block, M))
+    return Forms(T, forms, [(Fraction(low), Fraction(high)) for low, high in ends])
+
+
+def require_windows(document: Document, asked: Asked) -> None:
+    """Forms of ``T`` samples: ``V(xi+) - V(xi) + sum w' M w < 0``, nonnegative along solutions, or summed over time.
+
+    With forms at the start ``V - sum w' N w > 0``; else the loop with the least slopes is stable.
+
+    Raises
+    ------
+    NotShown
+        One of these is not shown.
+    """
+    proof = record(document.proof, "method", "P", "exponent")
+    require(proof["method"] == "matrix" and asked.discrete, "forms of several samples: by matrices, in discrete time")
+    require(acyclic(asked.D), "D has a cycle of channels")
+    start: Forms | None = None
+    if document.theorem == "order-cones":
+        forms = _ordered_forms(document.multiplier, asked)
+    else:
+        given = record(document.multiplier, "samples", "forms", "start")
+        T = count(given["samples"], least=2)
+        require(T <= MOST_SAMPLES, "there are too many samples")
+        forms = read_forms(given["forms"], asked, T, over_time=given["start"] is None)
+        if given["start"] is not None:
+            start = read_forms(given["start"], asked, T - 1, over_time=False)
+            require(start.bounds == forms.bounds, "the forms at the start are about other bounds")
+    if start is None:
+        closed = closed_by(asked, [low for low, _ in forms.bounds])
+        require(closed is not None and half_plane_stable(closed), "the loop with the least slopes is not stable")
+    n, m, T = asked.A.nrows(), asked.D.nrows(), forms.samples
     size, order = n + m * T, n + m * (T - 1)
     unit = fmpq_mat([[int(i == j) for j in range(size)] for i in range(size)])
     phi = [cut(unit, n + m * t, m) for t in range(T)]
@@ -51,27 +243,38 @@ def require_windows(document: Document, asked: Asked) -> None:
         sigma.append(asked.C * x - asked.D * phi[t])
         x = asked.A * x - asked.B * phi[t]
         later = stacked(x, cut(unit, n + m, order - n)) if t == 0 else later
-    total = fmpq_mat(size, size)
-    for first, rows, only_odd in zip(firsts, windows, odd, strict=True):
-        block = [i for i in range(m) if asked.repeated[i] == first]
-        given = asked.nonlinearities[first]
-        require(len(rows) == 2 * T * len(block), "a form has another number of samples")
-        require(not (given.time_varying or given.rough), "the nonlinearities are fixed in time and locally Lipschitz")
-        require(given.odd or not only_odd, "a form is for odd nonlinearities")
-        require_positive_on_orders(rows, odd=only_odd)
-        M = fmpq_mat([[to_fmpq(rows[max(i, j)][min(i, j)]) for j in range(len(rows))] for i in range(len(rows))])
-        u = [cut(phi[t], i, 1) - to_fmpq(low[i]) * cut(sigma[t], i, 1) for t in range(T) for i in block]
-        v = [to_fmpq(high[i]) * cut(sigma[t], i, 1) - cut(phi[t], i, 1) for t in range(T) for i in block]
-        w = fmpq_mat([[line[0, j] for j in range(size)] for line in (*u, *v)])
-        total += w.transpose() * M * w
     exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
     require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
     half, scale = triangle(proof["P"], order), to_fmpq(Fraction(2)) ** -exponent
     P = fmpq_mat([[fmpq(half[max(i, j)][min(i, j)]) * scale for j in range(order)] for i in range(order)])
     now = cut(unit, 0, order)
-    falls = now.transpose() * P * now - later.transpose() * P * later - total
+    before = now.transpose() * P * now
+    needed = [before - later.transpose() * P * later - _total(forms, phi, sigma)]
+    if start is not None:
+        whole = before - _total(start, phi, sigma)
+        needed.append(fmpq_mat([[whole[i, j] for j in range(order)] for i in range(order)]))
     for bits in BITS:
         with working_precision(bits):
-            if positive_definite(arb_mat(falls)):
+            if all(positive_definite(arb_mat(one)) for one in needed):
                 return
     raise NotShown("the matrix of the inequality is not shown to be positive definite")
+
+
+def _total(forms: Forms, phi: Sequence[fmpq_mat], sigma: Sequence[fmpq_mat]) -> fmpq_mat:
+    """``sum w' M w`` in the coordinates of the rows."""
+    size = phi[0].ncols()
+    total = fmpq_mat(size, size)
+    for one in forms.each:
+        lines = list[fmpq_mat]()
+        for side in (0, 1):
+            for t in range(forms.samples):
+                for i in one.channels:
+                    end, sign = to_fmpq(forms.bounds[i][side]), 1 - 2 * side
+                    lines.append(sign * (cut(phi[t], i, 1) - end * cut(sigma[t], i, 1)))
+        w = _rows(lines)
+        total += w.transpose() * one.M * w
+    return total
+
+
+def _rows(lines: Iterable[fmpq_mat]) -> fmpq_mat:
+    return fmpq_mat([[line[0, j] for j in range(line.ncols())] for line in lines])

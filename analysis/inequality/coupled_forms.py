@@ -1,0 +1,318 @@
+r"""Forms that couple channels and samples, in floating point: one semidefinite programme in ``P`` and the forms.
+
+For ``phi = l sigma + psi`` let ``u = psi`` and ``v = w sigma - psi`` of ``T`` samples (in continuous time one) of some
+channels.  The forms ``M`` in ``(u, v)`` are those that the checkers take (``lure.analysis.certificates.windows``):
+
+ReLU: ``u >= 0 >= v``, ``u_k v_k = 0``, so that the entries of ``M`` have the sign of the product, and those of ``u_k
+v_k`` either sign.  One nonlinearity in all channels, slopes in ``[0, w]``: ``2 u'Q v``, ``Q`` doubly hyperdominant, for
+odd ones doubly dominant.  A sector: ``sum q_k u_k v_k``, ``q_k >= 0``.
+
+With ReLUs, and with one sample, ``V`` is bounded from below, by forms of ``T - 1`` samples; entries between later
+samples alone are of no use then, as moving them to earlier ones changes ``V`` by what these forms hold.  Without ReLUs
+``P`` has either sign, and ``Q`` has to be dominant only summed over time: Zames and Falb's multipliers with ``T - 1``
+taps on each side.  Nothing here is believed: a checker decides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, ClassVar, Literal, NamedTuple
+
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
+from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
+from lure.arrays import NDArray, Reals, linalg, np
+
+Kind = Literal["relu", "monotone", "odd", "sector"]
+MOST_UNKNOWNS, MOST_ROWS = 1500, 60
+_SURE, _LARGEST, _LARGEST_THETA, _BITS, _SMALL = 1e-7, 100.0, 1e4, 56, 1e-12
+
+
+class Group(NamedTuple):
+    """Channels whose samples one form is about."""
+
+    kind: Kind
+    channels: tuple[int, ...]
+
+
+class Entry(NamedTuple):
+    """An unknown of a form: ``sign`` times it stands in ``M`` at a place; it is nonnegative unless ``free``."""
+
+    row: int
+    column: int
+    sign: int
+    free: bool = False
+
+
+class Cone(NamedTuple):
+    """The entries of one form, and of which of them the signed sums have to be nonnegative."""
+
+    entries: list[Entry]
+    sums: list[dict[int, float]]
+
+
+def cone_of(kind: Kind, width: int, samples: int, *, summed: bool, first: bool) -> Cone:
+    """What a form of so many channels and samples may hold.
+
+    Parameters
+    ----------
+    kind : {"relu", "monotone", "odd", "sector"}
+        The kind of form.
+    width, samples : int
+        Numbers of channels and of samples.
+    summed : bool
+        Whether the form has to be nonnegative over all time only.
+    first : bool
+        Whether entries without the first sample are left out, as they change nothing.
+    """
+    p = width * samples
+
+    def used(*places: int) -> bool:
+        return not first or min((place % p) // width for place in places) == 0
+
+    if kind == "relu":
+        pairs = ((i, j) for i in range(2 * p) for j in range(i + 1) if used(i, j))
+        return Cone([Entry(i, j, 1 if (i < p) == (j < p) else -1, i == j + p) for i, j in pairs], [])
+    if kind == "sector":
+        return Cone([Entry(p + k, k, 1) for k in range(p) if used(k)], [])
+    entries, rows, columns = list[Entry](), dict[int, dict[int, float]](), dict[int, dict[int, float]]()
+    fold = width if summed else p
+    for k in range(p):
+        for j in (j for j in range(p) if not summed or used(k, j)):
+            for sign in (1,) if k == j else (-1, 1) if kind == "odd" else (-1,):
+                for sums, at in ((rows, k), (columns, j)):
+                    sums.setdefault(at % fold, {})[len(entries)] = 1.0 if k == j else -1.0
+                entries.append(Entry(p + j, k, sign))
+    return Cone(entries, [*rows.values(), *columns.values()])
+
+
+class Solved(NamedTuple):
+    """A solution of the programme: ``P``, the unknowns of the forms and of those at the start, ``theta``."""
+
+    P: NDArray[np.float64]
+    forms: list[NDArray[np.float64]]
+    start: list[NDArray[np.float64]]
+    theta: NDArray[np.float64]
+
+
+@dataclass
+class CoupledForms(ChannelSearch):
+    """The search for one plant and lower bounds.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray
+        (n, n), (n, m), (m, n) and (m, m) [floating point].
+    lower : ndarray
+        (m,) lower bounds.
+    groups : sequence of Group
+        Each channel stands in one.
+    samples : int
+        Number ``T``; one in continuous time.
+    free : sequence of bool
+        Which ``theta`` may differ from 0.
+    popov : bool
+        Whether a certificate states ``theta``.
+    discrete : bool
+        Whether in discrete time.
+    """
+
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+    C: NDArray[np.float64]
+    D: NDArray[np.float64]
+    lower: NDArray[np.float64]
+    groups: Sequence[Group]
+    samples: int
+    free: Sequence[bool]
+    popov: bool
+    discrete: bool
+    precision: ClassVar[float] = 1e-6
+
+    def __post_init__(self) -> None:
+        n, T = len(self.A), self.samples
+        self.bounded = T == 1 or any(group.kind == "relu" for group in self.groups)
+        summed, sizes = not self.bounded, [len(group.channels) for group in self.groups]
+        self.cones = [
+            cone_of(group.kind, size, T, summed=summed, first=T > 1)
+            for group, size in zip(self.groups, sizes, strict=True)
+        ]
+        self.starts = [
+            cone_of(group.kind, size, T - 1, summed=False, first=False)
+            for group, size in zip(self.groups, sizes, strict=True)
+            if self.bounded and T > 1
+        ]
+        self.order = n + len(self.D) * (T - 1)
+        self.unit = float(np.abs(np.linalg.eigvals(self.A)).max() or 1.0) ** -1
+
+    @property
+    def possible(self) -> bool:
+        """Whether the programme is small enough to be solved in seconds."""
+        unknowns = self.order * (self.order + 1) // 2 + sum(len(cone.entries) for cone in (*self.cones, *self.starts))
+        return unknowns <= MOST_UNKNOWNS and self.order + len(self.D) <= MOST_ROWS
+
+    def serves(self, widths: NDArray[np.float64]) -> bool:
+        """Whether the programme finds forms; see :meth:`solved`."""
+        return self.solved(widths) is not None
+
+    def _scales(self, widths: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Units of the states and of ``phi``, by which the solutions are about as large as the inputs."""
+        top = np.maximum(np.abs(self.lower), np.abs(self.lower + widths))
+        closed = np.linalg.solve(np.eye(len(self.D)) + self.D * self.lower, self.C)
+        A, B = self.A - (self.B * self.lower) @ closed, self.B * top
+        try:
+            with np.errstate(all="ignore"):
+                W = (
+                    linalg.solve_discrete_lyapunov(A, B @ B.T)
+                    if self.discrete
+                    else linalg.solve_continuous_lyapunov(A, -B @ B.T)
+                )
+        except (np.linalg.LinAlgError, ValueError):
+            W = np.eye(len(A))
+        sizes = np.abs(np.diag(W))
+        usable = bool(np.isfinite(sizes).all() and sizes.max() > 0)
+        return np.sqrt(np.maximum(sizes, 1e-8 * sizes.max())) if usable else np.ones(len(A)), top
+
+    def solved(self, widths: NDArray[np.float64]) -> Solved | None:
+        """``P`` and forms with a margin that is more than rounding; None if there are none, or too many unknowns.
+
+        Parameters
+        ----------
+        widths : ndarray
+            (m,) upper bounds less lower ones.
+        """
+        if not self.possible:
+            return None
+        checkpoint()
+        n, m, T, order = len(self.A), len(self.D), self.samples, self.order
+        units, top = self._scales(widths)
+        size = np.concatenate([units, *[top] * T])
+        A, C = self.A * units / units[:, None], self.C * units
+        B, phi = self.B / units[:, None], np.eye(n + m * T)[n:] * size
+        x, sigma, states = np.eye(n, n + m * T), list[Reals](), list[Reals]()
+        for t in range(T):
+            at = phi[m * t : m * (t + 1)]
+            sigma.append(C @ x - self.D @ at)
+            x = A @ x - B @ at
+            states.append(x)
+        seen, low = np.vstack(sigma), np.tile(self.lower, T)[:, None]
+        u, v = phi - low * seen, (low + np.tile(widths, T)[:, None]) * seen - phi
+        now, basis = np.eye(order, n + m * T), symmetric_basis(order)
+        if self.discrete:
+            later = np.vstack([states[0], np.eye(n + m * T)[n + m :]])
+            falls = now.T @ basis @ now - later.T @ basis @ later
+        else:
+            falls = -(now.T @ basis @ states[0] + states[0].T @ basis @ now)
+        turning = [-np.outer(phi[i], C[i] @ states[0]) * self.unit for i in range(m) if self.free[i]]
+        turns = np.array([sign * (t + t.T) for t in turning for sign in (1, -1)]).reshape(-1, n + m * T, n + m * T)
+        parts = [falls, *(-self._products(g, c, u, v, T) for g, c in zip(self.groups, self.cones, strict=True)), turns]
+        begun = [
+            -self._products(g, c, u, v, T - 1)[:, :order, :order]
+            for g, c in zip(self.groups, self.starts or [Cone([], [])] * len(self.groups), strict=True)
+        ]
+        counts = [*map(len, parts), *map(len, begun), 1]
+        places = np.concatenate([[0], np.cumsum(counts)])
+        total, spare = int(places[-1]), len(parts)
+        first, second = np.zeros((total, n + m * T, n + m * T)), np.zeros((total, order, order))
+        first[: places[spare]] = np.concatenate(parts)
+        first[-1] = -np.eye(n + m * T)
+        second[: len(basis)] = basis
+        second[places[spare] : places[-2]] = np.concatenate(begun)
+        second[-1] = -np.eye(order)
+        ends = [(self.lower[i], self.lower[i] + widths[i]) for i in range(m) if self.free[i]]
+        rows = [C[i] for i in range(m) if self.free[i]]
+        for k, ((below, above), c) in enumerate(zip(ends, rows, strict=True)):
+            for sign, end in ((0, below), (1, -above)):
+                second[places[spare - 1] + 2 * k + sign] = end * np.outer(c, c) * self.unit
+        limits = self._limits(places, total)
+        blocks = [Block(np.zeros(first.shape[1:]), first)]
+        blocks += [Block(np.zeros(second.shape[1:]), second)] * self.bounded
+        cost = np.zeros(total)
+        cost[-1] = 1.0
+        found = proposed(cost, blocks, *limits)
+        if found is None or found[-1] <= _SURE:
+            return None
+        each = [found[a:b] for a, b in pairwise(places)]
+        whole = np.tensordot(each[0], basis, 1) / size[:order] / size[:order, None]
+        theta, turned = np.zeros(m), each[spare - 1]
+        theta[[i for i in range(m) if self.free[i]]] = (turned[::2] - turned[1::2]) * self.unit
+        return Solved(whole, each[1 : spare - 1], each[spare:-1][: len(self.starts)], theta)
+
+    def _products(
+        self, group: Group, cone: Cone, u: NDArray[np.float64], v: NDArray[np.float64], samples: int
+    ) -> NDArray[np.float64]:
+        """The form of each entry, in the coordinates of the rows of ``u`` and ``v``."""
+        m = len(self.D)
+        places = [m * t + i for t in range(samples) for i in group.channels]
+        w = np.concatenate([u[places], v[places]])
+        found = np.zeros((len(cone.entries), w.shape[1], w.shape[1]))
+        for k, one in enumerate(cone.entries):
+            product = one.sign * np.outer(w[one.row], w[one.column])
+            found[k] = product if one.row == one.column else product + product.T
+        return found
+
+    def _limits(self, places: NDArray[np.intp], total: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Signs, sums and sizes of the unknowns, as rows and what these are at most."""
+        rows, most = list[Reals](), list[float]()
+
+        def add(bound: float, *terms: tuple[int, float]) -> None:
+            row = np.zeros(total)
+            for k, factor in terms:
+                row[k] = factor
+            rows.append(row)
+            most.append(bound)
+
+        cones = [*zip(self.cones, places[1:], strict=False)]
+        cones += [*zip(self.starts, places[2 + len(self.cones) :], strict=False)]
+        for cone, at in cones:
+            for k, entry in enumerate(cone.entries):
+                add(_LARGEST, (at + k, 1.0))
+                add(_LARGEST if entry.free else 0.0, (at + k, -1.0))
+            for terms in cone.sums:
+                add(0.0, *((at + k, -factor) for k, factor in terms.items()))
+        for k in range(places[1 + len(self.cones)], places[2 + len(self.cones)]):
+            add(_LARGEST_THETA, (k, 1.0))
+            add(0.0, (k, -1.0))
+        add(_LARGEST, (total - 1, 1.0))
+        return np.array(rows), np.array(most)
+
+    def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
+        """The solution of the programme, rounded."""
+        found = self.solved(np.array([float(w) for w in widths]))
+        if found is None:
+            return
+        multiplier: dict[str, Any] = {"forms": self._stated(self.cones, found.forms, self.samples)}
+        if self.samples > 1:
+            start = self._stated(self.starts, found.start, self.samples - 1) if self.bounded else None
+            multiplier |= {"samples": self.samples, "start": start}
+        elif self.popov:
+            multiplier["theta"] = [str(Fraction(f"{v:.12g}")) for v in found.theta]
+        sizes = np.abs(np.diag(found.P))
+        exponent = max(0, _BITS - math.floor(math.log2(max(sizes.min(), sizes.max() * _SMALL, 1e-300))))
+        rows = [[str(round(Fraction(float(v)) * 2**exponent)) for v in row[: i + 1]] for i, row in enumerate(found.P)]
+        yield Proposal(multiplier, {"method": "matrix", "P": rows, "exponent": exponent})
+
+    def _stated(
+        self, cones: Sequence[Cone], found: Sequence[NDArray[np.float64]], samples: int
+    ) -> list[Mapping[str, Any]]:
+        """The forms as a certificate has them, so that signs and sums hold exactly."""
+        stated = list[Mapping[str, Any]]()
+        for group, cone, x in zip(self.groups, cones, found, strict=True):
+            p = samples * len(group.channels)
+            values = [Fraction(f"{v if e.free else max(v, 0.0):.12g}") for v, e in zip(x, cone.entries, strict=True)]
+            M = [[Fraction(0)] * 2 * p for _ in range(2 * p)]
+            for terms in cone.sums:
+                own = next(k for k, factor in terms.items() if factor > 0)
+                values[own] += max(Fraction(0), -sum(values[k] * int(factor) for k, factor in terms.items()))
+            for value, one in zip(values, cone.entries, strict=True):
+                M[one.row][one.column] += one.sign * value
+            rows = [row[: i + 1] for i, row in enumerate(M)]
+            if group.kind != "relu":
+                rows = [[M[p + j][k] for j in range(p)] for k in range(p)]
+            texts = [[str(v) for v in row] for row in rows]
+            stated.append({"kind": group.kind, "channels": [i + 1 for i in group.channels], "rows": texts})
+        return stated
