@@ -328,6 +328,20 @@ class Diagonal(Record, kw_only=False):
         ends = list(accumulate(sizes))
         return tuple(range(end - size, end) for end, size in zip(ends, sizes, strict=True))
 
+    def require_no_rectifier(self) -> None:
+        """Refuse ReLUs where linear gains are taken for members, as they are around one channel.
+
+        Raises
+        ------
+        InputError
+            A class is that of a ReLU.
+        """
+        if any(one.rectifier for one in self.classes):
+            raise InputError(
+                "a ReLU is asked about around a rational plant alone, as the class of each channel, of its only one "
+                "too: classes=[NonlinearityClass.relu()]"
+            )
+
     @property
     def lower(self) -> tuple[Fraction, ...]:
         """Lower bounds of ``phi_i(sigma)/sigma``, which are finite."""

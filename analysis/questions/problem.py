@@ -102,12 +102,7 @@ class Problem:
     def __post_init__(self) -> None:
         H, given = self.plant, self.classes.classes
         if not isinstance(H, MultivariablePlant):
-            if any(one.rectifier for one in given):
-                raise InputError(
-                    "a ReLU is asked about around a rational plant alone, as the class of its only channel: "
-                    "classes=[NonlinearityClass.relu()]"
-                )
-            return
+            return self.classes.require_no_rectifier()
         if H.inputs != H.outputs:
             raise InputError(f"the plant has {H.size}; nonlinearities mu_i = -phi_i(sigma_i) need as many of both")
         if not H.order:
