@@ -8,9 +8,10 @@ from fractions import Fraction
 from itertools import product
 
 from lure.analysis.deadline import checkpoint
-from lure.arrays import NDArray, np, optimize
+from lure.arrays import NDArray, Reals, np
 
-_ALL_VERTICES, _DRAWN, _SCALES, _POLISHED, _EVALUATIONS, _SEED = 6, 40, 90, 2, 80, 20261122
+_ALL_VERTICES, _DRAWN, _SCALES, _POLISHED, _SEED = 6, 40, 90, 2, 20261122
+_STEPS, _TRIED, _NEAR, _ROUGHLY, _ENOUGH = 25, 8, 32, 5, 1e-9  # of the search that starts there
 _BEYOND = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2)  # of the crossing, so that rounding does not hide it
 _STILL = 1e-8  # of the largest eigenvalue
 _ZOOMS, _POINTS, _REFINED = 9, 16, 12  # of a crossing: 16^-9 of the interval
@@ -59,11 +60,14 @@ class GainSearch:
         values = np.linalg.eigvals(
             self.A - self.B @ G @ np.linalg.solve(whole, np.broadcast_to(self.C, (*G.shape[:-2], *self.C.shape)))
         )
+        return np.asarray(self._grows(values).max(axis=-1))
+
+    def _grows(self, values: NDArray[np.complex128]) -> Reals:
         found = np.abs(values) - 1 if self.discrete else values.real
         if self.critical:  # eigenvalues 0 that stay there with some gains refute nothing
             still = np.abs(values - self.discrete) < _STILL * np.abs(values).max(axis=-1, keepdims=True)
             found = np.where(still, -np.inf, found)
-        return np.asarray(found.max(axis=-1))
+        return np.asarray(found)
 
     def _gains(self, shape: NDArray[np.float64], alpha: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(self.lower + shape * (alpha[..., None] * self.upper - self.lower))
@@ -100,28 +104,39 @@ class GainSearch:
         unit = 1 / max(float(size) * float(np.abs(self.upper).max()), 1e-12)
         return np.asarray(unit * np.geomspace(1e-2, 1e6, _SCALES))
 
-    def first(self, shape: NDArray[np.float64], scales: NDArray[np.float64]) -> float:
-        """The smallest factor among the scales, sharpened, at which this shape of gains destabilises; inf if none.
+    def first(self, shapes: NDArray[np.float64], scales: NDArray[np.float64], zooms: int = _ZOOMS) -> Reals:
+        """For each shape the smallest factor among the scales, sharpened, at which it destabilises; inf if none.
 
         Parameters
         ----------
-        shape : ndarray
-            (m,) ``tau``.
+        shapes : ndarray
+            (k, m) ``tau``.
         scales : ndarray
             Ascending factors.
+        zooms : int
+            How often the interval of the crossing is divided.
         """
-        unstable = np.flatnonzero(self.growth(self._gains(shape, scales)) > 0)
-        if not unstable.size:
-            return np.inf
-        k = int(unstable[0])
-        if not k:
-            return float(scales[0])
-        low, high = float(scales[k - 1]), float(scales[k])
-        for _ in range(_ZOOMS):
-            points = np.linspace(low, high, _POINTS + 1)
-            j = int(np.flatnonzero(self.growth(self._gains(shape, points[1:])) > 0)[:1].sum()) + 1
-            low, high = float(points[j - 1]), float(points[j])
-        return high
+        checkpoint()
+        beyond = self.growth(self._gains(shapes[:, None], scales)) > 0
+        at, never = beyond.argmax(axis=1), ~beyond.any(axis=1)
+        low, high = scales[np.maximum(at - 1, 0)], scales[at]
+        steps, row = np.linspace(0, 1, _POINTS + 1), np.arange(len(shapes))
+        for _ in range(zooms):
+            points = low[:, None] + (high - low)[:, None] * steps
+            j = 1 + (self.growth(self._gains(shapes[:, None], points[:, 1:])) > 0).argmax(axis=1)
+            low, high = points[row, j - 1], points[row, j]
+        return np.where(never, np.inf, high)
+
+    def _rough(self, shapes: Reals, scales: Reals) -> Reals:
+        """The smallest factor at which each shape destabilises, between two scales as if growth were a line."""
+        found = []
+        for shape in shapes:
+            checkpoint()
+            values = self.growth(self._gains(shape, scales))
+            k = int((values > 0).argmax())
+            share = values[k] / (values[k] - values[k - 1]) if k else 0.0
+            found.append(scales[k] - share * (scales[k] - scales[k - 1]) if values[k] > 0 else np.inf)
+        return np.array(found)
 
     def found(self, least: float, most: float) -> tuple[float, NDArray[np.float64]] | None:
         """The smallest factor that was found with its ``tau``; None if there is none up to ``most``.
@@ -135,32 +150,53 @@ class GainSearch:
         scales = np.unique(np.concatenate([scales, [max(least, 0.0) * (1 + 1e-9), 2 * max(least, 0.0)]]))
         scales = scales[(scales > least) & (scales < most)]
         scales = np.append(scales, most) if most < np.inf else scales
-        shapes, rough = self.shapes(), []
-        for shape in shapes:
-            checkpoint()
-            unstable = np.flatnonzero(self.growth(self._gains(shape, scales)) > 0)
-            rough.append(float(scales[unstable[0]]) if unstable.size else np.inf)
-        nearest = np.argsort(rough, kind="stable")[:_REFINED]
-        reached = sorted((self.first(shapes[i], scales), tuple(shapes[i])) for i in nearest)
-        best = reached[0]
-        firsts = [block[0] for block in self.blocks]
-        for start in [] if len(firsts) == 1 else [one for one in reached[:_POLISHED] if np.isfinite(one[0])]:
-            near = start[0] * np.linspace(0.02, 1.02, 40)
-            near = near[near > least]
+        shapes = self.shapes()
+        nearest = np.argsort(self._rough(shapes, scales), kind="stable")[:_REFINED]
+        sharp = self.first(shapes[nearest], scales)
+        order = np.argsort(sharp, kind="stable")
+        reached = [(float(sharp[i]), shapes[nearest[i]]) for i in order if np.isfinite(sharp[i])]
+        if len(self.blocks) > 1:
+            reached += [self._polished(*one, least) for one in reached[:_POLISHED]]
+        best = min(reached, key=lambda one: one[0], default=None)
+        return best if best is not None and best[0] <= most else None
 
-            def factor(shape: NDArray[np.float64], near: NDArray[np.float64] = near) -> float:
-                """The factor of a shape inside the box."""
-                checkpoint()
-                return min(self.first(self._spread(np.clip(shape, 0, 1)), near), float(near[-1]) * 2)
+    def _polished(self, factor: float, shape: Reals, least: float) -> tuple[float, Reals]:
+        """From there, steps to the shape that grows most at the factor, and back to the factor where it begins to."""
+        rng = np.random.default_rng(_SEED)
+        for step in range(_STEPS):
+            slope = self._slope(self._gains(shape, np.array(factor)))
+            slope = slope * (factor * self.upper - self.lower)
+            slope = slope / (np.abs(slope).max() or 1.0)
+            moves = [shape + slope * 2.0**-k for k in range(9)]
+            each = self._spread(np.eye(len(self.blocks)))
+            moves += [np.where(one > 0, end, shape) for one in each for end in (0.0, 1.0)]
+            moves += [shape + self._spread(rng.normal(size=len(self.blocks))) * 0.3 / (1 + step) for _ in range(_TRIED)]
+            tried = np.clip(moves, 0, 1)
+            grown = self.growth(self._gains(tried, np.full(len(tried), factor)))
+            near = factor * np.append(np.linspace(0.02, 0.98, _NEAR), 1.0)
+            best = tried[np.argsort(-grown)[:1]]
+            reached = float(self.first(best, near[near > least], _ROUGHLY)[0]) if grown.max() > 0 else np.inf
+            if not reached < factor * (1 - _ENOUGH):
+                break
+            factor, shape = reached, best[0]
+        return float(self.first(shape[None], np.array([max(least, 0.9 * factor), factor]))[0]), shape
 
-            polished = optimize.minimize(
-                factor,
-                np.array(start[1])[firsts],
-                method="Nelder-Mead",
-                options={"maxfev": _EVALUATIONS},
-            )
-            best = min(best, (float(polished.fun), tuple(self._spread(np.clip(polished.x, 0, 1)))))
-        return (best[0], np.array(best[1])) if np.isfinite(best[0]) and best[0] <= most else None
+    def _slope(self, gains: Reals) -> Reals:
+        """What the growth rises with each gain, the gains of a block together: from eigenvectors on both sides."""
+        G, one = np.diag(gains), np.eye(len(gains))
+        right = np.linalg.solve(one + self.D @ G, self.C)
+        values, turned = np.linalg.eig(self.A - self.B @ G @ right)
+        k = int(self._grows(values).argmax())
+        try:
+            left = np.linalg.inv(turned)[k]
+        except np.linalg.LinAlgError:
+            return np.zeros(len(gains))
+        rises = -(left @ self.B @ np.linalg.inv(one + G @ self.D)) * (right @ turned[:, k])
+        rises = rises * np.conj(values[k]) / (np.abs(values[k]) or 1.0) if self.discrete else rises
+        found = rises.real.copy()
+        for block in self.blocks:
+            found[[*block]] = found[[*block]].sum()
+        return np.asarray(found)
 
     def proposals(self, alpha: float, shape: NDArray[np.float64], *, most: float) -> Iterator[list[Fraction]]:
         """Gains a little beyond the crossing, within the class of the factor ``most``.

@@ -21,18 +21,19 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.channels import ChannelInequality
 from lure.arrays import NDArray, np
 
 if TYPE_CHECKING:
-    Widths = Callable[[float], NDArray[np.float64]]  # of a factor: (m,)
+    from lure.analysis.inequality.shifted_loop import ShiftedLoop, Widths
+
     Parts = tuple[NDArray[np.complex128], NDArray[np.complex128]]
 
 _ROUNDS, _FLAT, _FIRST, _MORE, _ZOOMS, _DIPS = 40, 3, 24, 8, 6, 4
 _ORDERS, _BESIDE, _SPACING = (1, 2, 3), 16.0, 2.0
-_GAIN, _LEAST_PRICE, _UNUSED, _DIGITS = 1e-3, 1e-9, 1e-9, 15
+_GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED, _DIGITS = 1e-3, 1e-8, 1e-9, 1e-9, 15
 _LARGEST_THETA = 1e4
-_LOWEST, _CLOSE, _EASED = 1e-6, 1e-11, 1e-3
+_LEAST = 1e-6  # of the sum: a weight, where none may be 0
+_LOWEST, _CLOSE, _EASED, _BEYOND = 1e-6, 1e-11, 1e-3, 1.001
 
 
 class Kernel(NamedTuple):
@@ -173,32 +174,58 @@ def _programme(
     return x, z[first:last], z[last:].reshape(positive.shape[:2])
 
 
+def _crossing(value: Callable[[float], float], low: float, high: float) -> float:
+    """The largest number found, from ``low`` on, where a falling function is positive; by false position (Illinois)."""
+    first, last = value(low), value(high)
+    if last > 0:
+        return high
+    side = steps = 0
+    while high > low * (1 + _CLOSE):
+        middle, steps = (low * last - high * first) / (last - first), steps + 1
+        if not low < middle < high or steps % 4 == 0:
+            middle = (low + high) / 2
+        found = value(middle)
+        if found > 0:
+            low, first, last = middle, found, last / 2 if side > 0 else last
+            side = 1
+        else:
+            high, last, first = middle, found, first / 2 if side < 0 else first
+            side = -1
+    return low
+
+
 @dataclass
 class KernelCone:
     """The multipliers of one loop, for any widths.
 
     Parameters
     ----------
-    plant : ChannelInequality
-        The loop after the shift by the lower bounds, in continuous time.
+    plant : ShiftedLoop
+        The loop after the shift by the lower bounds; kernels are for continuous time.
     blocks : sequence of sequence of int
         Channels that share one nonlinearity which has slope bounds and does not depend on time; others have none.
     odd : sequence of bool
         Whether the nonlinearity of each channel is odd.
+    ratios : sequence of (int, float)
+        For each channel: ``gamma`` is the ratio times that of the channel, counted from 0, and not 0; none: any.
     """
 
-    plant: ChannelInequality
+    plant: ShiftedLoop
     blocks: Sequence[Sequence[int]]
     odd: Sequence[bool]
+    ratios: Sequence[tuple[int, float]] = ()
 
     def __post_init__(self) -> None:
-        size = np.abs(np.linalg.eigvals(self.plant.A))
-        self.omega, self.H, self.turned = np.zeros(0), *2 * [np.zeros((0, len(self.odd), len(self.odd)), dtype=complex)]
-        self.look_at(self.plant.omega)
+        size, plant = np.abs(np.linalg.eigvals(self.plant.A)), self.plant
+        self.omega, self.H = plant.omega, plant.H
+        self.turned = plant.turned(plant.omega, plant.states, plant.H)
+        self.points = self.omega[np.unique(np.linspace(0, len(self.omega) - 1, _FIRST).astype(int))]
         self.pairs = [(i, j) for block in self.blocks for i in block for j in block]
-        low, high = size.min() / _BESIDE, 4 * _BESIDE * size.max()
-        count = 1 + math.ceil(math.log(high / low, _SPACING))
-        self.rates = [Fraction(f"{low * _SPACING**i:.3g}") for i in range(count)]
+        self.rates = list[Fraction]()
+        if self.pairs:
+            low, high = size.min() / _BESIDE, 4 * _BESIDE * size.max()
+            count = 1 + math.ceil(math.log(high / low, _SPACING))
+            self.rates = [Fraction(f"{low * _SPACING**i:.3g}") for i in range(count)]
         self.shapes = [Kernel(0, 0, 1, rate, n, side) for rate in self.rates for n in _ORDERS for side in (1, -1)]
 
     def look_at(self, omega: NDArray[np.float64]) -> None:
@@ -239,37 +266,55 @@ class KernelCone:
         most : float
             More is not asked.
         """
-        middle = self.rates[len(self.rates) // 2]
         kernels = [Kernel(i, j, s, Fraction(0), 0, 1) for i, j in self.pairs if i != j for s in self.signs(i)]
-        kernels += [Kernel(i, i, 1, middle, 1, side) for i, j in self.pairs if i == j for side in (1, -1)]
-        points = self.omega[np.unique(np.linspace(0, len(self.omega) - 1, _FIRST).astype(int))]
+        kernels += [
+            Kernel(i, i, 1, self.rates[len(self.rates) // 2], 1, side)
+            for i, j in self.pairs
+            if i == j
+            for side in (1, -1)
+        ]
         best, last, flat, factor = Found.none(len(self.odd)), Found.none(len(self.odd)), 0, start
+        gain = 1 + (_GAIN if self.pairs else _EXACTLY)
         for _ in range(_ROUNDS):
             checkpoint()
-            seen = points
+            seen = self.points
             solved = self._solved(np.searchsorted(self.omega, seen), widths(factor), kernels, last)
-            if solved is None or (best.factor == 0 and solved.margin <= 0):
+            tried = None if solved is None else Found(factor, solved.gamma, solved.theta, kernels, solved.masses)
+            serves = 0.0 if tried is None else self._serves(tried, widths, factor, best.factor, most)
+            if solved is None or tried is None or (best.factor == 0 == serves):
                 factor /= 4
                 if best.factor or factor < _LOWEST or widths(factor).min() <= 0:
                     break
                 continue
-            last = Found(factor, solved.gamma, solved.theta, kernels, solved.masses)
-            serves = self._serves(last, widths, factor, best.factor, most)
-            flat = 0 if serves > best.factor * (1 + _GAIN) else flat + 1
+            last = tried
+            flat = 0 if serves > best.factor * gain else flat + 1
             best = last._replace(factor=serves) if serves > best.factor else best
             if best.factor >= most or flat >= _FLAT:
                 break
             inner, M = self._parts(last)
             least = np.asarray(np.linalg.eigvalsh(_hermitian(inner + M / widths(factor)))[:, 0])
             weight = np.trace(solved.weights, axis1=1, axis2=2).real
-            points = np.union1d(seen[weight > _UNUSED * weight.max()], self._deepest(last, widths(factor), least))
-            self.look_at(points)
-            used = last.without(_UNUSED * 100)
-            kernels = used.kernels + self._wanted(
-                np.searchsorted(self.omega, seen), widths(factor), solved, used.kernels
-            )
-            last, factor = used, max(best.factor, factor * (best.factor == 0))
+            used = seen[weight > _UNUSED * weight.max()]
+            self.points = np.union1d(used, self._deepest(last, widths(factor), least))
+            self.look_at(self.points)
+            if self.pairs:
+                last = last.without(_UNUSED * 100)
+                kernels = last.kernels + self._wanted(
+                    np.searchsorted(self.omega, seen), widths(factor), solved, last.kernels
+                )
+            factor = max(best.factor, factor * (best.factor == 0))
         return best.without(_UNUSED) if best.factor else None
+
+    def serving(self, widths: NDArray[np.float64]) -> Found | None:
+        """A multiplier that serves for these widths and a little more, None if none was found.
+
+        Parameters
+        ----------
+        widths : ndarray
+            (m,) upper bounds less lower ones.
+        """
+        found = self.largest(lambda factor: factor * widths, 1.0, _BEYOND)
+        return found if found is not None and found.factor > 1 else None
 
     def _parts(self, found: Found, at: NDArray[np.int64] | None = None) -> Parts:
         """``M H + i omega Theta H`` and ``M``, at all frequencies or at some."""
@@ -293,10 +338,7 @@ class KernelCone:
                     return 0.0
             while low < high and least(min(2 * low, high)).min() > 0:
                 low = min(2 * low, high)
-            high = min(2 * low, high)
-            while high > low * (1 + _CLOSE):
-                middle = (low + high) / 2
-                low, high = (middle, high) if least(middle).min() > 0 else (low, middle)
+            low = _crossing(lambda factor: float(least(factor).min()), low, min(2 * low, high))
             if low <= known:
                 break
             deepest = self._deepest(found, widths(low), least(low))
@@ -349,9 +391,15 @@ class KernelCone:
             sides[m + kernel.column, 2 * m + k] += 1
         sides[2 * m : 4 * m, m : 2 * m] = np.vstack([np.eye(m), -np.eye(m)])
         sides[4 * m :, 2 * m : -1] = -np.eye(count)
-        total = np.concatenate([1 / widths, np.zeros(size - m)])
-        limits = np.concatenate([np.zeros(2 * m), np.full(2 * m, _LARGEST_THETA), np.zeros(count)])
-        found = _programme(np.eye(size)[-1], (total[None], np.ones(1)), (sides, limits), np.moveaxis(rows, 0, -1))
+        total = np.zeros((1 + len(self.ratios), size))
+        total[0, :m] = 1 / widths
+        for i, (first, ratio) in enumerate(self.ratios):
+            total[1 + i, first] -= ratio
+            total[1 + i, i] += 1
+        low = -_LEAST * widths if self.ratios else np.zeros(m)
+        limits = np.concatenate([low, low, np.full(2 * m, _LARGEST_THETA), np.zeros(count)])
+        equal = total, np.eye(len(total))[0]
+        found = _programme(np.eye(size)[-1], equal, (sides, limits), np.moveaxis(rows, 0, -1))
         if found is None:
             return None
         x, prices, weights = found

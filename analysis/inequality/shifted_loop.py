@@ -14,15 +14,19 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, linalg, np
 from lure.errors import AssumptionError
 
+Widths: TypeAlias = "Callable[[float], NDArray[np.float64]]"  # of a factor: (m,)
+
+LARGEST = 1e6  # the largest factor that is tried
+MEETING = 1e-7  # relative: so near to what is refuted nothing more is asked
 _GRID, _DECADES = 100, 4
 _SLACKS = (0.5, 0.2, 1e-1, 1e-2, 1e-3, 1e-4)
 _BITS = 56  # of the smallest entry on the diagonal of P
@@ -39,6 +43,43 @@ class ChannelSearch(ABC):
     """What may prove the classes of several channels: lower bounds, which stay, and widths above them."""
 
     precision: ClassVar[float] = 1e-7  # relative, to which a largest factor is worth its time
+
+    def largest(self, widths: Widths, start: float, most: float) -> float:
+        """The largest factor for which something was found, by halving; 0 if nothing.
+
+        Parameters
+        ----------
+        widths : callable
+            (m,) of a factor, increasing with it; not positive where there is no class.
+        start : float
+            A factor that is known to serve, or 0.
+        most : float
+            Only smaller factors are of interest.
+        """
+
+        def serves(factor: float) -> bool:
+            found = widths(factor)
+            return bool(found.min() > 0) and self.serves(found)
+
+        low, high = self._between(serves, start, most)
+        while high - low > self.precision * high:
+            checkpoint()
+            middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
+            if middle * LARGEST < min(most, 1.0) / LARGEST:
+                return 0.0
+            low, high = (middle, high) if serves(middle) else (low, middle)
+        return low
+
+    def _between(self, serves: Callable[[float], bool], known: float, most: float) -> tuple[float, float]:
+        """A factor that serves, or what is known to begin with, and one that does not; just below ``most`` first."""
+        if most < math.inf:
+            near = [most * (1 - step) for step in (MEETING, 1e-4)]
+            served = next((alpha for alpha in near if serves(alpha)), None)
+            return (served, served * (1 + 1e-16)) if served == near[0] else (served or known, most)
+        low, high = known, max(2 * known, 1.0)
+        while high < LARGEST and serves(high):
+            low, high = high, 4 * high
+        return (low, low) if high >= LARGEST else (low, high)
 
     @abstractmethod
     def serves(self, widths: NDArray[np.float64]) -> bool:

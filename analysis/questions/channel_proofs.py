@@ -22,19 +22,17 @@ from lure.analysis.inequality.coupled_forms import CoupledForms, Group
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.kernel_cone import KernelCone, multiplier
-from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
+from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
-from lure.arrays import np
+from lure.arrays import NDArray, np
 from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-_MEETING = 1e-7  # relative: so near to what is refuted nothing more is asked
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
-LARGEST = 1e6  # the largest factor that is tried
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 
@@ -265,7 +263,7 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
         return None
     cone, widths = search
     start = max(float(known) or min(1.0, most / 2), 1.01 * double_above(least))
-    top = min(most * (1 - _MEETING), LARGEST)
+    top = min(most * (1 - MEETING), LARGEST)
     if 4 * start > LARGEST:  # more is not asked
         return None
     found = cone.largest(lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
@@ -335,41 +333,20 @@ def _farthest_by(
 ) -> tuple[Fraction, Proved] | None:
     least, lower = asked.classes.least, asked.classes.lower
 
-    def serves(alpha: float) -> bool:
-        if alpha <= least:
-            return False
-        upper = asked.classes.scaled(Fraction(alpha)).upper
-        widths = np.array([float(high - low) for high, low in zip(upper, lower, strict=True)])
-        return bool(widths.min() > 0) and search.serves(widths)
+    def widths(alpha: float) -> NDArray[np.float64]:
+        upper = asked.classes.scaled(Fraction(alpha)).upper if alpha > least else lower
+        return np.array([float(high - low) for high, low in zip(upper, lower, strict=True)])
 
-    if known and not serves(float(known) * (1 + _WORTH)):
+    if known and not search.serves(widths(float(known) * (1 + _WORTH))):
         return None
-    low, high = _between(asked, serves, max(float(known), double_above(least)), most)
-    while high - low > search.precision * high:
-        checkpoint()
-        middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
-        if middle * LARGEST < min(most, 1.0) / LARGEST:
-            return None
-        low, high = (middle, high) if serves(middle) else (low, middle)
-    for step in _STEPS_DOWN:
+    low = search.largest(widths, max(float(known), double_above(least)), most)
+    for step in _STEPS_DOWN if low > known else ():
         checkpoint()
         alpha = Fraction(double_below(Fraction(low) * (1 - Fraction(step))))
         shown = proved_at(asked, name, search, alpha) if alpha > max(least, known) else None
         if shown is not None:
             return alpha, shown
     return None
-
-
-def _between(asked: Problem, serves: Callable[[float], bool], known: float, most: float) -> tuple[float, float]:
-    """A factor that serves, or what is known to begin with, and one that does not; just below ``most`` first."""
-    if most < math.inf:
-        near = [most * (1 - step) for step in (1e-7, 1e-4)]
-        served = next((alpha for alpha in near if serves(alpha)), None)
-        return (served, served * (1 + 1e-16)) if served == near[0] else (served or known, most)
-    low, high = known, max(2 * known or 1.0, 2 * double_above(asked.classes.least))
-    while high < LARGEST and serves(high):
-        low, high = high, 4 * high
-    return (low, low) if high >= LARGEST else (low, high)
 
 
 def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:

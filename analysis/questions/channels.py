@@ -18,11 +18,11 @@ from lure.analysis.certificates.arithmetic import Rejected, eliminated
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import Failure, checked, contains, guarded
 from lure.analysis.certificates.systems import class_entries
+from lure.analysis.inequality.shifted_loop import LARGEST
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
-    LARGEST,
     Criterion,
     constant_gains,
     criteria_for,
