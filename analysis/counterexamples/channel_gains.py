@@ -60,7 +60,7 @@ class GainSearch:
         values = np.linalg.eigvals(
             self.A - self.B @ G @ np.linalg.solve(whole, np.broadcast_to(self.C, (*G.shape[:-2], *self.C.shape)))
         )
-        return np.asarray(self._grows(values).max(axis=-1))
+        return np.asarray(self._grows(np.asarray(values, dtype=complex)).max(axis=-1))
 
     def _grows(self, values: NDArray[np.complex128]) -> Reals:
         found = np.abs(values) - 1 if self.discrete else values.real
@@ -186,7 +186,7 @@ class GainSearch:
         G, one = np.diag(gains), np.eye(len(gains))
         right = np.linalg.solve(one + self.D @ G, self.C)
         values, turned = np.linalg.eig(self.A - self.B @ G @ right)
-        k = int(self._grows(values).argmax())
+        k = int(self._grows(np.asarray(values, dtype=complex)).argmax())
         try:
             left = np.linalg.inv(turned)[k]
         except np.linalg.LinAlgError:
