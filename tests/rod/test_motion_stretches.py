@@ -124,6 +124,19 @@ def test_figure_8_goes_the_same_way_uncompiled_and_by_doubling(monkeypatch):
     assert_same(motion, doubled)
 
 
+# In the last contact z turns slowly, 128 round trips from one that is looked at to the next: all of them keep the bounds.
+def test_bounds_hold_between_the_round_trips_that_are_looked_at(monkeypatch):
+    seen, bounds = [], Walk._bounds
+    monkeypatch.setattr(Walk, "_bounds", lambda *arguments: seen.append(bounds(*arguments)) or seen[-1])
+    figure_8(2.0, PLAIN)
+    assert max((span.last - span.first).max() for span in seen) > 100
+    for span in seen:
+        for low, high, first, last in zip(span.low, span.high, span.first, span.last, strict=True):
+            edges = span.block.at(np.arange(first, last + 1), span.table)[:, : len(span.others) + 1]
+            assert low <= edges.min() + 1e-17
+            assert edges.max() <= high + 1e-17
+
+
 # Every bound that is looked at holds: zeta at random places of random round trips of the parts it speaks of.
 @settings(max_examples=10)
 @given(problem=problems(), seed=st.integers(0, 99))
