@@ -124,12 +124,12 @@ def test_figure_8_goes_the_same_way_uncompiled_and_by_doubling(monkeypatch):
     assert_same(motion, doubled)
 
 
-# In the last contact z turns slowly, 128 round trips from one that is looked at to the next: all of them keep the bounds.
+# In the last contact z turns slowly, 32 round trips from one that is looked at to the next: all of them keep the bounds.
 def test_bounds_hold_between_the_round_trips_that_are_looked_at(monkeypatch):
     seen, bounds = [], Walk._bounds
     monkeypatch.setattr(Walk, "_bounds", lambda *arguments: seen.append(bounds(*arguments)) or seen[-1])
     figure_8(2.0, PLAIN)
-    assert max((span.last - span.first).max() for span in seen) > 100
+    assert max((span.last - span.first).max() for span in seen) > 30
     for span in seen:
         for low, high, first, last in zip(span.low, span.high, span.first, span.last, strict=True):
             edges = span.block.at(np.arange(first, last + 1), span.table)[:, : len(span.others) + 1]

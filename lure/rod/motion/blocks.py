@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,20 +21,28 @@ from lure.rod.motion.trip_matrix import TripMatrix
 
 Counts = NDArray[np.int64]
 TERMS = 32
-PARTS = 16  # of a block
+PARTS = 64  # of a block
 _LENGTHS = np.array([16 * round(2 ** (k / 2)) for k in range(4, 19)])
 _LEFT_OUT = 1e-17  # of the wave: what the series leaves out
 _CANCELLED = 8.0  # what its terms may exceed the wave by
 _WAY_BACK = 4e-16  # of all ways there and back
 _FIRST, _MOST = 64, 1024  # round trips made by doubling
+_FEW = 16  # coordinates: powers of the matrix cost less than calls
 LARGEST = 128  # state for which they are
+_MANY = 128  # numbers for which calls cost less than steps along short rows
 _OVER = np.append(0.0, 1.0 / np.arange(1, TERMS + 1))
 _LESS = np.append(-1.0, np.arange(TERMS) * _OVER[1:])
 
 
 def binomials(n: Array) -> Array:
     """(len(n), TERMS+1) the numbers ``n`` over ``0, ..., TERMS``, for whole ``n``."""
-    return np.multiply.accumulate(np.multiply.outer(n, _OVER) - _LESS, axis=1)
+    if len(n) < _MANY:
+        return np.asarray(np.multiply.accumulate(np.multiply.outer(n, _OVER) - _LESS, axis=1))
+    rows = np.multiply.outer(_OVER, n)
+    rows -= _LESS[:, None]
+    for before, row in pairwise(rows):
+        row *= before
+    return np.asarray(rows.T)
 
 
 @lru_cache(maxsize=1)
@@ -63,7 +72,7 @@ class Steps:
         """(TERMS+1, N) the terms ``D^j y`` of the series."""
         rows, zeta = np.empty((TERMS + 1, len(state))), self.trip.zeta
         rows[0] = state
-        if len(state) <= PARTS:
+        if len(state) <= _FEW:
             power = self.trip.step
             for m in (1, 2, 4, 8, 16):
                 np.dot(rows[:m], power.T, out=rows[m : 2 * m])
@@ -173,16 +182,19 @@ class Block:
             return np.zeros(table.shape[1])
         return np.asarray(_grid(self.count)[1][-1, :-2] @ np.abs(table[2:]))
 
-    def levels(self, n: Array, steps: Steps) -> tuple[Array, Array]:
-        """``zeta`` there, and what rounding lost of it."""
+    def states(self, n: Array, steps: Steps) -> tuple[Array, Array]:
+        """The states (len(n), N) there; ``zeta`` (len(n), 2) and what rounding lost of it."""
         if self.rows is None:
-            gained = steps.states(self.state, self.length)[1][n.astype(np.int64)]
+            rows, gained = (found[n.astype(np.int64)] for found in steps.states(self.state, self.length))
         else:
-            gained = binomials(n)[:, 1:] @ self.rows[1:, steps.trip.zeta]
+            shares = binomials(n)
+            rows, gained = shares @ self.rows, shares[:, 1:] @ self.rows[1:, steps.trip.zeta]
         small = self.rest + gained
-        total = self.value + small
+        levels = np.empty((len(n), 2))
+        levels[:, 0] = total = self.value + small
         back = total - self.value
-        return total, (self.value - (total - back)) + (small - back)
+        levels[:, 1] = (self.value - (total - back)) + (small - back)
+        return rows, levels
 
 
 def block_after(steps: Steps, last: Block | None, state: Array, level: tuple[float, float]) -> Block | None:

@@ -117,8 +117,7 @@ class EventFreeInterval:
         trips = np.arange(first, stop + 1.0)
         states, levels = np.empty((len(trips), len(self.blocks[0].state))), np.empty((len(trips), 2))
         for block, some, n in self._blocks(trips):
-            states[some] = block.at(n, block.table(self.steps))
-            levels[some, 0], levels[some, 1] = block.levels(n, self.steps)
+            states[some], levels[some] = block.states(n, self.steps)
         return states, levels
 
     def record(self, first: int, stop: int) -> Record:

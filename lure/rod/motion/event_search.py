@@ -194,12 +194,16 @@ class Walk:
         Local error of a round trip [m].
     largest, size : float
         Bounds on ``W`` [m/s] and on ``zeta`` [m].
+    last, end : ndarray, tuple
+        The state in the last round trip; that after it, and ``zeta`` there.
     """
 
     def __init__(self, steps: Steps, ends: tuple[float, float], most: int) -> None:
         self.steps, self._ends, self._most = steps, ends, most
         self.blocks: list[Block] = []
         self.count, self.missed, self.largest, self.size = 0, 0.0, 0.0, 0.0
+        self.last: Array = np.empty(0)
+        self.end: tuple[Array, tuple[float, float]] = self.last, (0.0, 0.0)
         self._spans: list[Span] = []
         trip, setting = steps.trip, steps.trip.setting
         P = len(trip.wave)
@@ -229,14 +233,9 @@ class Walk:
                 break
             self.blocks.append(block)
             self.count += block.count
-            (_, state), level = self.end()
-
-    def end(self) -> tuple[Array, tuple[float, float]]:
-        """The states (2, N) of the last round trip and of the next, and ``zeta`` in that."""
-        block = self.blocks[-1]
-        n = np.array([block.count - 1.0, block.count])
-        value, rest = block.levels(n, self.steps)
-        return block.at(n, block.table(self.steps)), (float(value[1]), float(rest[1]))
+            states, levels = block.states(np.array([block.count - 1.0, block.count]), self.steps)
+            self.last, state, level = states[0], states[1], (float(levels[1, 0]), float(levels[1, 1]))
+            self.end = state, level
 
     def _shortened(self, block: Block) -> bool:
         """Shorten the block to round trips that are certainly free of events; whether one that is not may follow."""
@@ -318,7 +317,10 @@ class Walk:
         """Largest ``int W^2 dt`` [m^2/s] and ``|int (z' - W + d p) dt|`` [m] of round trips with which blocks begin."""
         trip, setting = self.steps.trip, self.steps.trip.setting
         states = np.array([block.state for block in self.blocks])
-        wave, zeta = (np.tensordot(states, table, (1, 2)) for table in (trip.wave, trip.series))
+        wave, zeta = (
+            (states @ table.reshape(-1, table.shape[2]).T).reshape(len(states), *table.shape[:2])
+            for table in (trip.wave, trip.series)
+        )
         square = ((wave @ products(wave.shape[2])) * wave).sum(axis=2) @ setting.halves
         off = setting.rate * zeta
         off[:, :, : wave.shape[2]] -= setting.share * wave
@@ -345,7 +347,7 @@ class Walk:
             near = n[most.max(axis=1) > best]
             if len(near):
                 states = span.block.at(near, span.block.table(self.steps))
-                series = np.tensordot(states, self.steps.trip.series, (1, 2))
+                series = np.einsum("pkn,in->ipk", self.steps.trip.series, states)
                 best = max(best, largest_value(series.reshape(-1, series.shape[2])))
         return best
 
@@ -370,9 +372,9 @@ def _balanced(f: Array, q: Counts, walk: Walk, level: tuple[float, float]) -> No
 def _carried(f: Array, q: Counts, walk: Walk) -> None:
     """Put the motion after the interval in the place of that before it, and enter what it adds to the sums."""
     trip, count = walk.steps.trip, walk.count
-    (last, state), level = walk.end()
+    state, level = walk.end
     _balanced(f, q, walk, level)
-    back, width, at = trip.returned(last), int(q[DEGREE]) + 1 + COEF, int(q[OLD])
+    back, width, at = trip.returned(walk.last), int(q[DEGREE]) + 1 + COEF, int(q[OLD])
     pieces, sizes = f[at : at + width * len(back)].reshape(-1, width), np.abs(back).sum(axis=1)
     pieces[:, SIZE], pieces[:, COEF : COEF + back.shape[1]] = sizes, back
     q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(back)] = back.shape[1] - 1

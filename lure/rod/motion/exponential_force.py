@@ -6,13 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.expressions.exponentials import Sum, exponentials
 from lure.rod.motion.pieces import Array, basis, tails
-from lure.rod.motion.sources import SPAN, Load, Sources, panel_table
+from lure.rod.motion.sources import SPAN, Load, Sources, panel_rows
 
 _MOST_COLUMNS = 24
 _MOST_POWER = 4
@@ -22,7 +23,7 @@ _TINY = 2e-16
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ExponentialForce:
     """What a force adds to the wave between two of its breakpoints, a sum of ``w t^K e^{rate t}``.
 
@@ -63,24 +64,25 @@ class ExponentialForce:
         least : float
             What may be left out of a coefficient.
         """
-        space, found = basis(degree), []
         low, high = edges[:-1, None], edges[1:, None]
-        x = low + 0.5 * (high - low) * (space.inner + 1.0) - 1.0
-        since, n = x + 2.0 * number, 0
+        x = low + 0.5 * (high - low) * (basis(degree).inner + 1.0) - 1.0
+        found: list[Array] = []
         for rate, weights in zip(self.rate.tolist(), self.weights, strict=True):
             grown = np.exp(rate * x) * np.exp(2.0 * number * rate)
             for k in range(len(weights)):
                 shares = [2.0**k * math.comb(K, k) * weights[K] for K in range(k, len(weights))]
-                values = np.polynomial.polynomial.polyval(since, shares) * grown
-                for part in (values.real, -values.imag) if rate.imag else (values.real,):
-                    found.append(part @ space.from_inner.T)
-                    tiny = max(least, _TINY * (1.0 + abs(rate.real) + abs(rate.imag)) * float(np.abs(part).max()))
-                    n = max(n, *(np.abs(found[-1]).max(axis=0) > tiny).nonzero()[0][-1:].tolist(), 0)
-        if n == degree:
-            return None
-        return np.array(found).reshape(len(found), len(edges) - 1, degree + 1)[:, :, : n + 1]
+                flat = len(shares) == 1
+                values = grown * (shares[0] if flat else np.polynomial.polynomial.polyval(x + 2.0 * number, shares))
+                found += [values.real, -values.imag] if rate.imag else [values.real]
+        if not found:
+            return np.zeros((0, len(x), 1))
+        table = np.array(found)
+        series = np.abs(table).max(axis=(1, 2)), table @ basis(degree).from_inner.T
+        tiny = np.maximum(least, _TINY * (1.0 + float(np.abs(self.rate).max())) * series[0])
+        n = int((np.abs(series[1]).max(axis=1) > tiny[:, None]).any(axis=0).nonzero()[0].max(initial=0))
+        return None if n == degree else series[1][:, :, : n + 1]
 
-    @property
+    @cached_property
     def start(self) -> Array:
         """(C,) by what the functions are taken in the first round trip."""
         firsts = [(1.0, 0.0) if rate.imag else (1.0,) for rate in self.rate.tolist()]
@@ -89,7 +91,7 @@ class ExponentialForce:
             [x for first, n in zip(firsts, sizes, strict=True) for x in (*first, *([0.0] * len(first) * (n - 1)))]
         )
 
-    @property
+    @cached_property
     def turn(self) -> Array:
         """(C, C) the change of that from each round trip to the next."""
         found = np.zeros((self.count, self.count))
@@ -135,17 +137,19 @@ class ExponentialForces:
         if force is None or end < SPAN * (first + count) or (not first and count > 1):
             return None
         low, space = (0.0 if first else 1.0), basis(degree)  # the force needs a transit to arrive
-        block, none = np.arange(first, first + count, dtype=float), np.zeros(count)
+        block = np.arange(first, first + count, dtype=float)
         with np.errstate(over="ignore", invalid="ignore"):  # a force that grows beyond the doubles is no panel
             values = force(SPAN * block[:, None] + (low + 0.5 * (SPAN - low) * (space.inner + 1.0)))
             coef = np.einsum("ij,kj->ik", values, space.from_inner)  # rounds each row alike, however many there are
         size = np.abs(coef).sum(axis=1)
-        if not np.all(tails(coef) <= _RESOLVED * size):
+        if not (tails(coef) <= _RESOLVED * size).all():
             return None
-        done = [(block, none + low, none + SPAN, coef, size, none, _NOISE * size)]
-        if not first:
-            done.insert(0, (block, none, none + 1.0, 0.0 * coef, none, none, none))
-        return panel_table(first, count, done)
+        none = 0.0 * block
+        if first:
+            return panel_rows(first, np.arange(count + 1), (none, none + SPAN, coef, size, none, _NOISE * size))
+        before = np.zeros((1, degree + 1))
+        rows = [np.array([0.0, low]), np.array([low, SPAN]), np.concatenate((before, coef)), np.append(0.0, size)]
+        return panel_rows(0, np.array([0, 2]), (*rows, np.zeros(2), _NOISE * rows[3]))
 
     def over(self, number: int) -> tuple[ExponentialForce | None, float]:
         """The force from a round trip on, None if it is no such sum; the instant [transits] up to which it holds."""

@@ -104,7 +104,7 @@ class Room:
 
 
 def memory(room: Room) -> tuple[Array, Counts]:
-    """``f`` and ``q`` with the tables in them, and zeros."""
+    """``f`` and ``q`` with the tables in them, zeros before them, and what is written before it is read."""
     size, pieces, windows, recorded = room.degree + 1, room.pieces, room.windows, room.recorded
     wave, numbers = pieces * (size + COEF), 3 * size * recorded
     constants = _constants(room.degree)
@@ -113,7 +113,8 @@ def memory(room: Room) -> tuple[Array, Counts]:
     places = np.cumsum((FIXED_F, *tables, wave, wave, wave, *record))
     counts = (pieces, pieces, pieces, PIECE * recorded, MARKS * windows)
     heads = np.cumsum((HEADS, *counts))
-    f, q = np.zeros(places[-1]), np.zeros(heads[-1], dtype=np.int64)
+    f, q = np.empty(places[-1]), np.empty(heads[-1], dtype=np.int64)
+    f[: places[0]], q[: heads[0]] = 0.0, 0
     q[DEGREE:INNER] = room.degree, room.segments, pieces, windows, recorded, numbers
     q[INNER : OUT_IMPACTS + 1], q[OLD_DEGREES : OUT_MARKS + 1] = places[:-1], heads[:-1]
     for place, table in zip(places, constants, strict=False):

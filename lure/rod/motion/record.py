@@ -152,10 +152,10 @@ class Record:
 
     def found(self, t: Array) -> tuple[NDArray[np.int64], Array]:
         """The piece (n,) of each instant [transits], and the instant from the start of its round trip."""
-        trip = np.clip(np.floor(0.5 * t).astype(np.int64) - self.number, 0, len(self) - 1)
+        trip = np.minimum(np.maximum(np.floor(0.5 * t).astype(np.int64) - self.number, 0), len(self) - 1)
         local = t - 2.0 * (trip + self.number)
         piece, last = self.first[trip], self.first[trip + 1] - 1
-        while np.any(piece < last):
+        while (piece < last).any():
             middle = (piece + last + 1) // 2
             right = self.low[middle] <= local
             piece, last = np.where(right, middle, piece), np.where(right, last, middle - 1)
@@ -164,7 +164,7 @@ class Record:
     def _at(self, t: Array, name: Series) -> Array:
         piece, local = self.found(t)
         low, high = self.low[piece], self.high[piece]
-        x = np.clip(((local - low) - (high - local)) / (high - low), -1.0, 1.0)
+        x = np.minimum(np.maximum(((local - low) - (high - local)) / (high - low), -1.0), 1.0)
         if name == "returned":
             return (2.0 * self.share - 1.0) * self._values(piece, x, 0) - 2.0 * self._values(piece, x, 2)
         return self._values(piece, x, _COLUMNS[name])

@@ -413,13 +413,20 @@ def panel_table(first: int, count: int, done: Sequence[tuple[Array, ...]]) -> Lo
     """Panels of some blocks, see :meth:`Panels.over`, from their blocks, ends, series, sizes, errors and noise."""
     block, low, high, series, size, miss, tiny = (np.concatenate(parts) for parts in zip(*done, strict=True))
     order = np.lexsort((low, block))
-    block, low, high, series, size, miss, tiny = (v[order] for v in (block, low, high, series, size, miss, tiny))
+    starts = np.searchsorted(block[order], np.arange(first, first + count + 1))
+    return panel_rows(first, starts, (low[order], high[order], series[order], size[order], miss[order], tiny[order]))
+
+
+def panel_rows(first: int, starts: Counts, rows: tuple[Array, ...]) -> Load:
+    """The same from panels in order, and where those of each block start: ends, series, size, error, noise."""
+    low, high, series, size, miss, tiny = rows
     seen = np.abs(series) > tiny[:, None]
     last = series.shape[1] - 1
     degree = np.where(seen.any(axis=1), last - seen[:, ::-1].argmax(axis=1), 0)
     series = np.where(np.arange(last + 1) <= degree[:, None], series, 0.0)
-    table = np.column_stack((low, high, size, miss, series, _rowwise(np.abs(series), _growth(last).T)))
-    starts = np.searchsorted(block, np.arange(first, first + count + 1))
+    table = np.empty((len(low), 2 * last + 6))
+    table[:, 0], table[:, 1], table[:, 2], table[:, 3] = low, high, size, miss
+    table[:, 4 : last + 5], table[:, last + 5 :] = series, _rowwise(np.abs(series), _growth(last).T)
     return table.ravel(), np.concatenate(([first], starts, degree)).astype(np.int64)
 
 

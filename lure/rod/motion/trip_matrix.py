@@ -169,7 +169,7 @@ def trip_matrix(setting: Setting, back: Array, force: ExponentialForce, number: 
         echoes[:, :, r + 2 : -1] += loads @ turned
         step[:r] += echoes.reshape(r, N)
         shares = 2.0 * setting.loading * setting.rate * setting.halves
-        step[r + 1] += np.tensordot(shares[:, None] * means(last + 1), made.series, 2)
+        step[r + 1] += (shares[:, None] * means(last + 1)).ravel() @ made.series.reshape(-1, N)
     return made, state
 
 
@@ -186,7 +186,7 @@ def _begins(setting: Setting, wave: Array, unit: Array, zeta: int) -> tuple[Arra
         begins[1:] = np.cumsum(ways, axis=0)
         way = begins[-1].copy()
         begins[1:, zeta] = 1.0
-        there_and_back = setting.share * np.tensordot(np.abs(ends), np.abs(wave), 2)
+        there_and_back = setting.share * (np.abs(ends).ravel() @ np.abs(wave).reshape(-1, len(way)))
         way[np.abs(way) <= _WAY_BACK * there_and_back] = 0.0
         return begins, way
     lost = setting.rate * ends[:, 0]
