@@ -124,7 +124,7 @@ def test_figure_8_goes_the_same_way_uncompiled_and_by_doubling(monkeypatch):
     assert_same(motion, doubled)
 
 
-# In the last contact z turns slowly, 32 round trips from one that is looked at to the next: all of them keep the bounds.
+# In the last contact z turns slowly, 32 round trips from one that is looked at to the next: all keep the bounds.
 def test_bounds_hold_between_the_round_trips_that_are_looked_at(monkeypatch):
     seen, bounds = [], Walk._bounds
     monkeypatch.setattr(Walk, "_bounds", lambda *arguments: seen.append(bounds(*arguments)) or seen[-1])
