@@ -7,4 +7,10 @@ __version__ = "0.1.0"
 
 __getattr__, __dir__, __all__ = lazy_exports(__name__, __file__)
 
-extend("system file", {"lure.rod.systems:RodSystem": "lure.rod.file:ROD_FILE"})
+extend(
+    "system file",
+    {
+        "lure.rod.systems:RodSystem": "lure.rod.file:ROD_FILE",
+        "lure.rod.assembly:RodAssembly": "lure.rod.assembly_file:ASSEMBLY_FILE",
+    },
+)

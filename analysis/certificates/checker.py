@@ -37,6 +37,7 @@ CONVERGES = "every motion converges to the set of equilibria"
 BOUNDED = "every motion is bounded"
 FINITE_ENERGY = "0 attracts every motion with inputs to the block and initial functions of finite energy"
 RESTS = "every motion of finite energy comes to rest, its end at a zero of the law"
+RESTING = "every motion of finite energy comes to rest, and the pressure of every contact tends to 0"
 LINEAR = "every constant gain of the class makes the loop asymptotically stable"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHERS = "a loop of the class has equilibria other than 0"
@@ -360,7 +361,7 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
         kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof)
         return (
             (Proved if kind else Refuted),
-            (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED)[end],
+            (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING)[end],
             found,
             assumed,
         )

@@ -10,7 +10,7 @@ from itertools import product
 from typing import Any
 
 from . import frequencies, gains, states, windows
-from .arithmetic import INF, ZERO, fields, form, integer, need, numbers, tick
+from .arithmetic import INF, ZERO, fields, form, integer, need, number, numbers, tick
 from .balls import dot, positive_definite
 from .channels import (
     Channels,
@@ -45,13 +45,18 @@ def examined(
 ) -> tuple[bool, int, dict[str, str], str]:
     """Whether it is a proof, and what follows; 0: 0 attracts, 1: one moves on, 2: other equilibria, 3: no loop.
 
-    4: all converge to the set of equilibria, 5: they are bounded.
+    4: all converge to the set of equilibria, 5: they are bounded, 6: rods come to rest.
 
     And how every hypothesis was found to hold, and what is assumed.
     """
-    asked = channels(given, len(plant(system).D))
+    touching = system.get("kind") == "rods"
+    asked = channels(given, contacts(system) if touching else len(plant(system).D))
     need(phi is None, "no nonlinearity is given beside several classes")
     facts = {"class": described(asked)}
+    if touching:
+        need(verdict == "PROVED" and (name, proof) == ("rods-energy", {"method": "structure"}), "rods: energy alone")
+        fields(data)
+        return True, 6, facts | resting(system, asked), ""
     if verdict == "PROVED":
         found, assumed = proved(name, data, system, asked, proof)
         varying = any(one.varying for one in asked.families)
@@ -59,6 +64,34 @@ def examined(
     need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
     end, found = gains.refuted(system, asked, proof)
     return False, end, facts | found, ""
+
+
+def contacts(system: Any) -> int:
+    """How many contacts there are between rods with dashpots, and that their parameters are such of rods."""
+    _, arrangement, rods, plate = fields(system, "kind", "arrangement", "rods", "obstacle")
+    form(isinstance(rods, list) and 0 < len(rods) <= 8, "there are 1 to 8 rods")
+    known = {("both-ends", 1): 2, ("across-gap", 2): 1} | {("one-obstacle", i): i for i in range(1, 9)}
+    form(isinstance(arrangement, str) and (arrangement, len(rods)) in known, "there is no such arrangement of rods")
+    for one in rods:
+        E, rho, L, A, _ = map(number, fields(one, "E", "rho", "L", "A", "k"))
+        form(min(E, rho, L, A) > 0, "E, rho, L and A are positive")
+    form(plate is None or (arrangement == "one-obstacle" and number(plate) > 0), "an obstacle that moves has k_o > 0")
+    return known[arrangement, len(rods)]
+
+
+def resting(system: Any, asked: Channels) -> dict[str, str]:
+    """The energy of rods with a dashpot each, and of their contacts: what was found; docs/theory/several-rods.md.
+
+    It falls by ``k v(t, 0)^2`` at each dashpot, so that these ends come to rest, and with them the waves: at an end
+    without contact ``r_1 = -a r_2`` and ``v = (1 - a) r_2/2``, and at one with a contact ``r_1`` and ``r_2`` tend to
+    what a constant pressure holds; where all is at rest, virtual work leaves no pressure.
+    """
+    for i, family in each(asked):
+        need(asked.bounds(i)[0] >= 0, f"the pressure of contact {i + 1} may pull: a sector from 0 on is needed")
+        need(not (family.varying or family.rough), f"contact {i + 1}: locally Lipschitz and the same at all times")
+    damping = [number(one["k"]) for one in system["rods"]]
+    need(min(damping) > 0, "a dashpot does not damp")
+    return {"dissipation": f"k = {', '.join(map(str, damping))} > 0, so that energy is lost wherever a rod moves"}
 
 
 def well_posed(D: Rows, asked: Channels) -> tuple[str, str]:

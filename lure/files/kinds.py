@@ -69,6 +69,8 @@ class FileKind:
         Symbols of the formulas and the keys they stand for.
     free : str
         The table that takes keys besides those of its model; empty if there is none.
+    beside : tuple of str
+        First tables of other kinds that stand in files of this one.
     """
 
     word: str
@@ -82,6 +84,7 @@ class FileKind:
     single: tuple[str, ...] = ("name",)
     letters: Mapping[str, str] = field(default_factory=dict)
     free: str = ""
+    beside: tuple[str, ...] = ()
 
     @property
     def first(self) -> str:

@@ -42,9 +42,12 @@ def kind_of(tables: Tables) -> FileKind:
         The file is of two kinds.
     """
     known = kinds()
-    both = [kind.first for kind in known if kind.first in tables]
-    if len(both) > 1:
-        raise InputError(f"the file has both [{both[0]}] and [{both[1]}]; give one of them, or two files")
+    told = [kind for kind in known if kind.first in tables]
+    told = [kind for kind in told if not any(kind.first in other.beside for other in told)]
+    if len(told) > 1:
+        raise InputError(f"the file has both [{told[0].first}] and [{told[1].first}]; give one of them, or two files")
+    if told:
+        return told[0]
     for kind in known:
         if any(table in tables for table in kind.tables):
             return kind

@@ -34,7 +34,7 @@ def _number(value: object, info: ValidationInfo) -> Fraction:
     return number_of(value, field_key(info))
 
 
-def _damping(value: object, info: ValidationInfo) -> Fraction | str:
+def damping_of(value: object, info: ValidationInfo) -> Fraction | str:
     """A number, or a multiple of the impedance as text, which the rod itself reads."""
     name = field_key(info)
     if isinstance(value, str) and impedance_multiple(value, name) is not None:
@@ -87,7 +87,7 @@ class RodTable(BaseModel):
     density: Number = Field(description="rho [kg/m^3]")
     length: Number = Field(description="L [m]")
     area: Number = Field(description="A, cross-section [m^2]")
-    damping: Annotated[Fraction | str, BeforeValidator(_damping)] = Field(
+    damping: Annotated[Fraction | str, BeforeValidator(damping_of)] = Field(
         description='k, dashpot at x = 0 [N s/m], or a multiple of A sqrt(rho E) such as "2 Z"'
     )
     compliance: Number = Field(description="eps, of the contact law p(r) = max(r, 0)^m / eps [m^m/Pa]")

@@ -76,19 +76,33 @@ def read(document: Document) -> Asked:
     for name, height, width in (("A", n, n), ("B", n, m), ("C", m, n), ("D", m, m)):
         fits = len(rows[name]) == height and all(len(row) == width for row in rows[name])
         require(fits, f"{name} does not fit the other matrices")
+    nonlinearities, repeated = read_classes(document, m)
+    sides = {name: fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for name, side in rows.items()}
+    return Asked(
+        **sides,
+        discrete=found["time"] == "discrete",
+        nonlinearities=nonlinearities,
+        repeated=repeated,
+    )
+
+
+def read_classes(document: Document, m: int) -> tuple[tuple[Nonlinearities, ...], tuple[int, ...]]:
+    """The class of each channel, and for each the first channel with the same nonlinearity.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+    m : int
+        How many channels there are.
+    """
     stated = record(document.nonlinearities, "channels", "repeated")
     given = [mapping(one) for one in listed(stated["channels"])]
     repeated = _repeated(stated["repeated"], len(given))
     require(len(given) == m, "there is not one class for each channel")
     same = all(dict(given[first]) == dict(one) for first, one in zip(repeated, given, strict=True))
     require(same, "one nonlinearity has one class")
-    sides = {name: fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for name, side in rows.items()}
-    return Asked(
-        **sides,
-        discrete=found["time"] == "discrete",
-        nonlinearities=tuple(map(read_nonlinearities, given)),
-        repeated=repeated,
-    )
+    return tuple(map(read_nonlinearities, given)), repeated
 
 
 def _repeated(stated: object, m: int) -> tuple[int, ...]:

@@ -11,11 +11,13 @@ from collections import defaultdict
 from fractions import Fraction
 
 from lure.analysis.certificates.second import classes as claims
+from lure.analysis.certificates.second.channels import read_classes
 from lure.analysis.certificates.second.classes import Nonlinearities, at_least, at_most
-from lure.analysis.certificates.second.reading import Document, number, record, require, tick
+from lure.analysis.certificates.second.reading import Document, listed, mapping, number, record, require, tick
 from lure.analysis.certificates.second.systems import RodData
 
 LARGEST_SCHEME = 2_000_000
+MOST_RODS = 8
 
 
 def proved(document: Document, rod: RodData, nonlinearities: Nonlinearities) -> str:
@@ -58,6 +60,42 @@ def proved(document: Document, rod: RodData, nonlinearities: Nonlinearities) -> 
     if rod.cells is None:  # the inequality is a theorem about the scheme
         return claims.INEQUALITY
     return claims.BOUNDED if nonlinearities.time_varying else claims.EQUILIBRIA
+
+
+def rods(document: Document) -> str:
+    """The sentence that is proved about rods with several contacts: energy is lost at each dashpot.
+
+    Virtual work leaves no pressure at rest where every pressure has the sign of ``sigma``, see the first checker's
+    reference; here the classes are looked at by their least gain, and each dashpot by its sign.
+
+    Raises
+    ------
+    NotShown
+        A hypothesis fails, or it is another theorem.
+    """
+    require(document.verdict == "PROVED" and document.theorem == "rods-energy", "rods are proved by their energy")
+    require(record(document.proof, "method")["method"] == "structure", "rods are proved by their structure")
+    record(document.multiplier)
+    require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
+    found = record(document.system, "kind", "arrangement", "rods", "obstacle")
+    bars = [record(mapping(bar), "E", "rho", "L", "A", "k") for bar in listed(found["rods"])]
+    require(all(number(value) > 0 for bar in bars for value in bar.values()), "a parameter of a rod is not positive")
+    plate, arrangement = found["obstacle"], found["arrangement"]
+    require(plate is None or (arrangement == "one-obstacle" and number(plate) > 0), "the obstacle cannot move so")
+    if arrangement == "both-ends":
+        require(len(bars) == 1, "one rod has two ends")
+        m = 2
+    elif arrangement == "across-gap":
+        require(len(bars) == 2, "two rods meet")
+        m = 1
+    else:
+        require(arrangement == "one-obstacle" and 0 < len(bars) <= MOST_RODS, "the arrangement is unknown")
+        m = len(bars)
+    for one in read_classes(document, m)[0]:
+        low, _ = one.ends
+        require(low is not None and low >= 0, "a pressure may have the sign against its contact")
+        require(not one.rough and not one.time_varying, "a pressure jumps or depends on time")
+    return claims.PRESSURELESS
 
 
 def refuted(document: Document, rod: RodData, nonlinearities: Nonlinearities) -> str:

@@ -1,0 +1,159 @@
+"""Files with a ``[contact]``: several rods or contacts, which are read as the loop of their upwind scheme."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Annotated
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+
+from lure.errors import InputError
+from lure.files.kinds import FileKind
+from lure.files.system import LoopSystem, channel_system, loop_system
+from lure.files.values import STRICT, field_key, number_of, one_line, shown
+from lure.plants.multivariable import MultivariablePlant
+from lure.rod.assembly import ARRANGEMENTS, MOST_CELLS, Arrangement, RodAssembly
+from lure.rod.file import Cells, Positive, damping_of
+from lure.rod.parameters import Rod
+
+
+def _arrangement(value: object, info: ValidationInfo) -> object:
+    if value not in ARRANGEMENTS:
+        raise InputError(f"{field_key(info)} is {shown(value)}; give one of {', '.join(map(repr, ARRANGEMENTS))}")
+    return value
+
+
+def _values(value: object, info: ValidationInfo) -> tuple[Fraction, ...]:
+    name = field_key(info)
+    listed = value if isinstance(value, list) else [value]
+    if not listed:
+        raise InputError(f"{name} is an empty list; give a number, or one for each contact")
+    return tuple(number_of(one, name) for one in listed)
+
+
+def _array(value: object) -> object:
+    return [value] if isinstance(value, dict) else value
+
+
+class BarTable(BaseModel):
+    """``[[rod]]``: a rod with a dashpot at its end ``x = 0``."""
+
+    model_config = ConfigDict(**STRICT, title="rod")
+    youngs_modulus: Positive = Field(description="E, Young's modulus [Pa]")
+    density: Positive = Field(description="rho [kg/m^3]")
+    length: Positive = Field(description="L [m]")
+    area: Positive = Field(description="A, cross-section [m^2]")
+    damping: Annotated[Fraction | str, BeforeValidator(damping_of)] = Field(
+        description='k, dashpot at x = 0 [N s/m], or a multiple of A sqrt(rho E) such as "2 Z"'
+    )
+
+
+class ContactTable(BaseModel):
+    """``[contact]``: which ends touch what."""
+
+    model_config = ConfigDict(**STRICT, title="contact")
+    arrangement: Annotated[Arrangement, BeforeValidator(_arrangement)] = Field(
+        description='"both-ends", "across-gap" or "one-obstacle"'
+    )
+    compliance: Annotated[tuple[Fraction, ...], BeforeValidator(_values)] = Field(
+        description="eps of p(r) = max(r, 0)/eps [m/Pa], one or a list with one for each contact"
+    )
+    gap: Annotated[tuple[Fraction, ...], BeforeValidator(_values)] = Field(
+        default=(Fraction(0),), description="free distance [m], one or a list with one for each contact"
+    )
+    obstacle_damping: Positive | None = Field(
+        default=None, description="k_o of an obstacle that moves [N s/m], for one-obstacle"
+    )
+
+
+class SchemeTable(BaseModel):
+    """``[discretisation]``: the scheme that is analysed."""
+
+    model_config = ConfigDict(**STRICT, title="discretisation")
+    cells: Cells = Field(default=3, description=f"N of the scheme that is analysed, 1 to {MOST_CELLS}")
+
+
+class AssemblyTables(BaseModel):
+    """A whole file."""
+
+    model_config = ConfigDict(**STRICT)
+    name: Annotated[str | None, BeforeValidator(one_line)] = Field(default=None, description="name for the report")
+    contact: ContactTable
+    rod: Annotated[list[BarTable], BeforeValidator(_array)]
+    discretisation: SchemeTable = SchemeTable()
+
+
+def assembly_of(tables: AssemblyTables) -> RodAssembly:
+    """The rods of a file.
+
+    Parameters
+    ----------
+    tables : AssemblyTables
+        Its checked tables.
+
+    Raises
+    ------
+    InputError
+        A rod or the assembly refuses its parameters.
+    """
+    given = tables.contact
+    rods = tuple(Rod(**{key: getattr(one, key) for key in BarTable.model_fields}, compliance=1) for one in tables.rod)
+    contacts = {"both-ends": 2, "across-gap": 1}.get(given.arrangement, len(rods))
+    compliances, gaps = (values * contacts if len(values) == 1 else values for values in (given.compliance, given.gap))
+    return RodAssembly(
+        arrangement=given.arrangement,
+        rods=rods,
+        compliances=compliances,
+        gaps=gaps,
+        obstacle_damping=given.obstacle_damping,
+    )
+
+
+def assembly_loop(assembly: RodAssembly, cells: int, *, name: str = "rods", source: str = "") -> LoopSystem:
+    """The upwind scheme of some rods with their contact laws, as a loop of as many channels as there are contacts.
+
+    What is shown of it is about the scheme; what is shown of the rods themselves is in
+    :func:`lure.analysis.rod.assembly.rods_at_rest`.
+
+    Parameters
+    ----------
+    assembly : RodAssembly
+        The rods.
+    cells : int
+        ``N``, of each rod.
+    name, source : str
+        For the report.
+
+    Raises
+    ------
+    InputError
+        There is no such scheme.
+    """
+    scheme = f"upwind scheme with {cells} cell{'s' * (cells > 1)} a rod"
+    identity = (f"{name}, {scheme}", f"the {scheme} of {assembly.words}", source)
+    plant, tables = assembly.scheme(cells), assembly.nonlinearity_tables()
+    if isinstance(plant, MultivariablePlant):
+        return channel_system(identity, plant, nonlinearity_tables=tables)
+    return loop_system(identity, plant, nonlinearity_table=tables[0])
+
+
+def _built(tables: AssemblyTables, *, title: str, source: str, folder: object) -> LoopSystem:
+    return assembly_loop(assembly_of(tables), tables.discretisation.cells, name=tables.name or "rods", source=source)
+
+
+def _none(name: str) -> LoopSystem:
+    raise AssertionError(f"there are no built-in rods, and none called {name}")
+
+
+ASSEMBLY_FILE = FileKind(
+    word="rods",
+    tables={"contact": ContactTable, "rod": BarTable, "discretisation": SchemeTable},
+    model=AssemblyTables,
+    build=_built,
+    written=lambda system: {"name": system.name},
+    names=tuple,
+    builtin=_none,
+    texts=("name", "contact.arrangement"),
+    beside=("rod",),
+)
+"""Files with a ``[contact]``."""
