@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -15,6 +16,7 @@ from lure.arrays import Reals, np, optimize
 
 BITS = 128
 ROUNDS = 30
+LARGEST = 1e9  # a limit whose 1/k is larger in the units of the plant is not compared
 STEPS_UP = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 
 
@@ -40,7 +42,7 @@ class PhaseLimit:
     odd: bool
 
 
-def phase_limit(discrete: DiscretePlant, period: int, *, odd: bool) -> PhaseLimit | None:
+def phase_limit(discrete: DiscretePlant, period: int, *, odd: bool, below: float = math.inf) -> PhaseLimit | None:
     r"""The slope from which the harmonics of one period rule out every Zames-Falb multiplier; None if they do not.
 
     Every multiplier is a mean of ``1`` and of ``1 - z^-i``, ``i != 0`` (for odd ``phi`` also of ``1 + z^-i``), so that
@@ -60,6 +62,8 @@ def phase_limit(discrete: DiscretePlant, period: int, *, odd: bool) -> PhaseLimi
         At least 2.
     odd : bool
         Which multipliers.
+    below : float
+        A limit that is known: one that is not lower is not looked for.
 
     Notes
     -----
@@ -76,7 +80,9 @@ def phase_limit(discrete: DiscretePlant, period: int, *, odd: bool) -> PhaseLimi
         return None
     factors = _factors(period, odd=odd)
     multipliers = np.array([[_value(r * shift, period, sign) for r in range(len(H))] for sign, shift in factors])
-    found = _best_weights((multipliers * H).real, multipliers.real)
+    width = (below - float(discrete.lower)) * float(discrete.gain)
+    known = 1 / width if width > 1 / LARGEST else 0.0
+    found = _best_weights((multipliers * H).real, multipliers.real, known)
     if found is None:
         return None
     weights, inverse = found
@@ -90,8 +96,10 @@ def phase_limit(discrete: DiscretePlant, period: int, *, odd: bool) -> PhaseLimi
     return None
 
 
-def lowest_phase_limit(discrete: DiscretePlant, periods: range, *, odd: bool) -> PhaseLimit | None:
-    """The lowest of the limits of several periods; None if there is none.
+def lowest_phase_limit(
+    discrete: DiscretePlant, periods: range, *, odd: bool, below: float = math.inf
+) -> PhaseLimit | None:
+    """The lowest of the limits of several periods; None if none is lower than what is known.
 
     Parameters
     ----------
@@ -99,11 +107,15 @@ def lowest_phase_limit(discrete: DiscretePlant, periods: range, *, odd: bool) ->
         The stable block.
     periods : range
         Each at least 2.
-    odd : bool
+    odd, below : bool, float
         As for :func:`phase_limit`.
     """
-    limits = [limit for period in periods if (limit := phase_limit(discrete, period, odd=odd)) is not None]
-    return min(limits, key=lambda limit: limit.k, default=None)
+    lowest = None
+    for period in periods:
+        found = phase_limit(discrete, period, odd=odd, below=below)
+        if found is not None and found.k < below:
+            lowest, below = found, found.k
+    return lowest
 
 
 def _factors(period: int, *, odd: bool) -> list[tuple[int, int]]:
@@ -120,10 +132,10 @@ def _vanishes(steps: int, period: int, sign: int) -> bool:
     return (sign == 1 and steps % period == 0) or (sign == -1 and 2 * steps % (2 * period) == period)
 
 
-def _best_weights(A: Reals, B: Reals) -> tuple[Reals, float] | None:
-    """Weights and the largest ``x > 0`` with ``(A + x B) weights <= 0``, by Dinkelbach's method."""
+def _best_weights(A: Reals, B: Reals, known: float) -> tuple[Reals, float] | None:
+    """Weights and the largest ``x > known`` with ``(A + x B) weights <= 0``, by Dinkelbach's method, or None."""
     count = A.shape[1]
-    weights, x = np.full(count, 1 / count), 0.0
+    weights, x = np.full(count, 1 / count), known
     scale = np.abs(A).max(axis=1)
     scale = np.maximum(scale, 1e-12 * scale.max() or 1.0)
     for _ in range(ROUNDS):
@@ -148,7 +160,7 @@ def _best_weights(A: Reals, B: Reals) -> tuple[Reals, float] | None:
         if not new > x * (1 + 1e-14):
             break
         weights, x = trial, new
-    return (weights, x) if x > 0 else None
+    return (weights, x) if x > known else None
 
 
 def _rules_out(

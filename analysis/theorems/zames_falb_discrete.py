@@ -219,8 +219,8 @@ def _criterion(*, odd: bool) -> Criterion:
 def _ceiling(block: RationalPlant, discrete: DiscretePlant, *, odd: bool) -> tuple[float, str]:
     """A slope that no multiplier reaches, and why."""
     linear = hurwitz_limit(block, discrete.lower).high
-    limit = lowest_phase_limit(discrete, PERIODS, odd=odd)
-    if limit is not None and limit.k < linear:
+    limit = lowest_phase_limit(discrete, PERIODS, odd=odd, below=linear)
+    if limit is not None:
         return (
             limit.k,
             f"the harmonics of period {limit.period} rule out every multiplier from {text_above(limit.k)} on",

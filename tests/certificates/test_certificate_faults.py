@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.optimize
-from depth import thorough
+from depth import sampled, thorough
 from scipy.optimize import OptimizeResult
 
 from lure import NonlinearityClass, RationalPlant, Sector, StateSpace

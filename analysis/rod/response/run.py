@@ -234,13 +234,13 @@ def response(rod: Rod, force: Load, *, plan: Plan | None = None, progress: Progr
 
     Examples
     --------
-    A bar pressed against a stiff stop and shaken: the period has doubled.
+    A bar pressed against a stiff stop and shaken: the period has doubled twice.
 
     >>> from lure.rod import Rod
-    >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.2, compliance=0.01)
-    >>> seen = response(rod, "0.3 + 0.7*sin(t/2)", plan=Plan(settle=1500, run=24))
+    >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.3, compliance=0.01)
+    >>> seen = response(rod, "0.3 + 0.7*sin(t)", plan=Plan(settle=200, run=16))
     >>> seen.regime.kind, seen.regime.multiple, seen.transients.trend
-    ('periodic', 2, 'over')
+    ('periodic', 4, 'over')
     >>> print(f"{seen.balance.contact / seen.balance.force:.9f}")
     1.000000000
     """

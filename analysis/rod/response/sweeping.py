@@ -235,11 +235,11 @@ def bifurcation(
     Examples
     --------
     >>> from lure.rod import Rod
-    >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.2, compliance=0.01)
-    >>> plan = Plan(settle=1500, run=16, samples=8)
-    >>> seen = bifurcation(rod, "0.3 + F*sin(t/2)", "F", [0.2, 0.7], sweep=Sweep(plan=plan))
+    >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.3, compliance=0.01)
+    >>> plan = Plan(settle=200, run=16, samples=8)
+    >>> seen = bifurcation(rod, "0.3 + F*sin(t)", "F", [0.6, 0.7], sweep=Sweep(plan=plan))
     >>> [point.multiple for point in seen.points]
-    [1, 2]
+    [2, 4]
     """
     sweep = sweep or Sweep()
     wanted = checked_values(values)
