@@ -23,7 +23,7 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     "a loop of the class has equilibria other than 0": "gives the loop other equilibria than 0",
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
-_ORBITS = ("orbit", "flow-orbit")
+_ORBITS, _MOVING = ("orbit", "flow-orbit"), ("switched-gains", "ramped-gains")
 
 
 def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled: Spelled | None = None) -> str:
@@ -53,6 +53,9 @@ def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled
     bounds = sector if slope is None else interval(slope, inwards=inwards, spelled=spelled)
     words = f"{kind_words(nonlinearities)} {bounds}"
     words += "" if slope is None or list(slope) == list(nonlinearities["sector"]) else f", in the sector {sector}"
+    if "rate" in nonlinearities:
+        rate = _number(Fraction(nonlinearities["rate"]), up=not inwards, spelled=spelled)
+        words += f", its gain at a rate of at most {rate}"
     return words
 
 
@@ -141,7 +144,7 @@ def destroys(shown: Refuted) -> str:
     moves = conclusion.endswith("converge to an equilibrium")
     does = "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
     verb, _, rest = does.partition(" ")
-    return f"{verb[:-1]} {rest}" if _method(shown) in ("linear-gains", "switched-gains") else does
+    return f"{verb[:-1]} {rest}" if _method(shown) in ("linear-gains", *_MOVING) else does
 
 
 def counterexample(shown: Refuted) -> str:
@@ -158,9 +161,11 @@ def counterexample(shown: Refuted) -> str:
         return "phi = 0" if gain == 0 else f"phi = {_near(gain)} sigma"
     if method == "linear-gains":
         return f"the gains {', '.join(_near(Fraction(gain)) for gain in proof['gains'])}"
-    if method == "switched-gains":
+    if method in _MOVING:
         first, second = (", ".join(_near(Fraction(gain)) for gain in row) for row in proof["gains"][:2])
         more = f" and {len(proof['gains']) - 2} more" if len(proof["gains"]) > 2 else ""
+        if method == "ramped-gains":
+            return f"gains that go linearly from ({first}) to ({second}){more}, over and over again"
         return f"the gains ({first}), then ({second}){more}, over and over again"
     if method == "crossing":
         return f"phi = k sigma with k about {_near(Fraction(proof['gains'][0]))}"

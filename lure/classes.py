@@ -149,12 +149,15 @@ class NonlinearityClass(Record):
     rectifier : bool
         Whether ``phi`` is known but for its scale: the upper bound times ``sigma`` above 0 and the lower one times
         ``sigma`` below; see :meth:`relu`.
+    rate : Fraction or None
+        Of a linear ``phi`` that depends on time: a bound on how fast ``g`` changes; see :meth:`varying_gain`.
 
     Raises
     ------
     InputError
         The slope bounds lie outside the sector's: members would leave the sector; or the bounds coincide; or constant
-        gains are said to depend on time, or a ReLU to be odd, or its sector and slope bounds differ or are infinite.
+        gains are said to depend on time, or a rate is given of others; or a ReLU is said to be odd, or its sector and
+        slope bounds differ or are infinite.
 
     Examples
     --------
@@ -170,6 +173,7 @@ class NonlinearityClass(Record):
     )
     linear: bool = quantity("", label="", default=False)
     rectifier: bool = quantity("", label="", key="relu", default=False)
+    rate: Fraction | None = quantity("", label="", default=None)
     _kind, _said = "class of nonlinearities", "text"
 
     def __post_init__(self) -> None:
@@ -185,11 +189,26 @@ class NonlinearityClass(Record):
                 "nonlinearity with these "
                 "slopes lies in the sector of the same bounds; give a sector inside the slope bounds"
             )
-        if self.linear and (self.time_varying or self.slope is None or not self.odd):
+        paced = self.rate is not None
+        if (self.linear or paced) and (self.time_varying is not paced or self.slope is None or not self.odd):
             raise InputError(
                 "NonlinearityClass has constant gains that are not odd, have no slope bounds, or depend on time; give "
-                "NonlinearityClass.constant_gain(lower, upper), or the sector for gains that depend on time"
+                "NonlinearityClass.constant_gain(lower, upper), the sector for gains that depend on time, or "
+                "NonlinearityClass.varying_gain(lower, upper, rate=r) for those that change slowly"
             )
+        if self.rate is not None:
+            if not self.linear:
+                raise InputError(
+                    "NonlinearityClass has a rate and is not linear; give NonlinearityClass.varying_gain(lower, upper, "
+                    "rate=r), or leave the rate out"
+                )
+            rate = exact_number(self.rate, "NonlinearityClass.rate")
+            if rate <= 0:
+                raise InputError(
+                    f"NonlinearityClass.rate is {float(rate):g}; give how fast the gain may change, a positive number, "
+                    "or for constant gains NonlinearityClass.constant_gain"
+                )
+            object.__setattr__(self, "rate", rate)
         if self.rectifier and not self._is_relu:
             raise InputError(
                 "NonlinearityClass has a ReLU that is odd, linear, depends on time, or whose sector and slope bounds "
@@ -235,6 +254,30 @@ class NonlinearityClass(Record):
         """
         return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), rectifier=True)
 
+    @classmethod
+    def varying_gain(
+        cls, lower: float | Fraction, upper: float | Fraction, *, rate: float | Fraction
+    ) -> NonlinearityClass:
+        """The gains ``phi(sigma) = g(t) sigma`` with ``g`` in ``[lower, upper]`` that change slowly.
+
+        In continuous time ``|g(t) - g(s)| <= rate |t - s|``, in discrete time ``|g(t + 1) - g(t)| <= rate``.
+
+        Parameters
+        ----------
+        lower, upper : int, float or Fraction
+            Bounds of the gain.
+        rate : int, float or Fraction
+            The bound on its change, positive [unit of the gain / s; discrete: / sample].
+
+        Examples
+        --------
+        >>> print(NonlinearityClass.varying_gain(0, 2, rate=0.5))
+        phi = g(t) sigma, g in [0, 2], rate at most 0.5
+        """
+        bounds = Sector(lower, upper), SlopeBounds(lower, upper)
+        paced: Fraction = rate  # type: ignore[assignment]  # made exact there
+        return cls(sector=bounds[0], slope=bounds[1], odd=True, time_varying=True, linear=True, rate=paced)
+
     @property
     def gains(self) -> tuple[float | Fraction, float | Fraction]:
         """Bounds of ``phi(sigma)/sigma``: those of the sector and, as ``phi(0) = 0``, those of the slopes."""
@@ -242,7 +285,7 @@ class NonlinearityClass(Record):
         return max(self.sector.lower, slope.lower), min(self.sector.upper, slope.upper)
 
     def scaled(self, alpha: Fraction) -> NonlinearityClass:
-        """The class with its upper bounds times ``alpha``; lower bounds stay.
+        """The class with its upper bounds times ``alpha``; lower bounds and rates stay.
 
         Parameters
         ----------
@@ -257,6 +300,8 @@ class NonlinearityClass(Record):
         return replace(self, sector=Sector(self.sector.lower, top(self.sector.upper)), slope=slope)
 
     def __str__(self) -> str:
+        if self.rate is not None:
+            return f"phi = g(t) sigma, g in {self.sector}, rate at most {_upper(self.rate)}"
         if self.linear:
             return f"phi = g sigma, g in {self.sector}"
         if self.rectifier:

@@ -611,12 +611,23 @@ plt.show()
 #
 # ## 6. The checker alone
 #
-# `checker.py` and the nine files beside it need Python and nothing else. We copy the ten into an empty folder and
+# `checker.py` and the ten files beside it need Python and nothing else. We copy the eleven into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
 # %%
-BESIDE = ("arithmetic", "balls", "blocks", "channels", "frequencies", "gains", "several", "states", "windows")
+BESIDE = (
+    "arithmetic",
+    "balls",
+    "blocks",
+    "channels",
+    "frequencies",
+    "gains",
+    "parametric",
+    "several",
+    "states",
+    "windows",
+)
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")
     kernel.mkdir()

@@ -75,6 +75,31 @@ def exponential(G: Any, t: Fraction, bits: int) -> Ball:
     return total
 
 
+def ramp(first: Any, last: Any, t: Fraction, bits: int) -> Ball:
+    """The solution at ``t`` of ``Y' = G(s) Y``, ``Y(0) = 1``, where ``G`` goes linearly from the first to the last.
+
+    On each of ``s`` pieces ``Y = sum Y_k``, ``Y_(k+1) = (X Y_k + Z Y_(k-1))/(k + 1)``, ``X = h G``, ``Z = h^2 G'``.
+    Their norms are at most the coefficients of ``exp(|X| z + |Z| z^2/2)``, ``w = |X| + |Z|/2 <= 1/2``: from the k-th on
+    they add up to at most ``2 w^j/j!``, ``j = k/2`` rounded up.
+    """
+    n, s = len(first), int(4 * t * max(size(first), size(last))) + 1
+    need(s <= 2**14, "a stay is too long")
+    whole = ball(identity(n), bits)
+    for i in range(s):
+        G = [[(u + (v - u) * Fraction(i, s)) * t / s for u, v in zip(*rows)] for rows in zip(first, last)]
+        turn = [[(v - u) * t / s**2 for u, v in zip(*rows)] for rows in zip(first, last)]
+        X, Z, w = ball(G, bits), ball(turn, bits), size(G) + size(turn) / 2
+        older, term = ball([[ZERO] * n for _ in range(n)], bits), ball(identity(n), bits)
+        total, k, rest = term, 1, int(w * 2 ** (bits + 1)) + 1
+        while rest > 1:
+            both = plus(product(X, term), product(Z, older))
+            older, term = term, Ball([[v // k for v in row] for row in both.rows], both.error // k + 1 + n, bits)
+            total, k = plus(total, term), k + 1
+            rest = int(rest * w / ((k + 1) // 2)) + 1 if k % 2 else rest
+        whole = product(total._replace(error=total.error + 1), whole)
+    return whole
+
+
 def dot(u: Any, v: Any) -> Any:
     """U . v, as far as both go."""
     tick()

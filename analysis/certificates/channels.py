@@ -61,7 +61,7 @@ def channels(data: Any, m: int) -> Channels:
     ends = list(accumulate(integer(size, 1, m) for size in sizes))
     form(ends[-1:] == [m], f"the channels with the same nonlinearity do not add up to {m}")
     blocks = [range(end - size, end) for end, size in zip(ends, sizes)]
-    families = [states.classes(one) for one in given]
+    families = [states.classes(one, paced=True) for one in given]
     same = all(given[i] == given[block[0]] for block in blocks for i in block)
     form(same, "a repeated nonlinearity has one class")
     return Channels(families, blocks)

@@ -5,7 +5,7 @@
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
 Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``balls``, ``blocks``, ``channels``,
-``frequencies``, ``gains``, ``several``, ``states`` and ``windows`` beside it compute.
+``frequencies``, ``gains``, ``parametric``, ``several``, ``states`` and ``windows`` beside it compute.
 """
 
 from __future__ import annotations

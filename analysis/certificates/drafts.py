@@ -207,6 +207,7 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
         and (smaller["odd"] or line or not larger["odd"])
         and (larger["time_varying"] or not smaller["time_varying"])
         and (line or not larger["linear"])
+        and ("rate" not in larger or Fraction(smaller.get("rate", "0")) <= Fraction(larger["rate"]))
         and (line or larger.get("regularity") == "any" or smaller.get("regularity") is None)
     )
 

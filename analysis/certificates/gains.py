@@ -26,6 +26,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     need(not any(family.relu for family in asked.families), "no gain is a ReLU")
     if method == "switched-gains":
         return 1, switched(H, asked, proof)
+    if method == "ramped-gains":
+        return 1, ramped(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
     gains = member(fields(proof, "method", "gains")[1], asked)
     words, closed = ", ".join(map(str, gains)), closed_by(H, gains)
@@ -59,7 +61,8 @@ def gain_box(H: Plant, asked: Channels, method: Any, tree: Any) -> dict[str, str
     """
     form(method == "hull", "constant gains are proved by convex hulls")
     m, known = len(H.D), dict[tuple[Fraction, ...], tuple[Fraction, exact.Form]]()
-    need(all(family.linear for family in asked.families), "a class is not one of constant gains")
+    constant = all(family.linear and family.rate is None for family in asked.families)
+    need(constant, "a class is not one of constant gains")
     need(INF not in [abs(end) for i in range(m) for end in asked.bounds(i)], "a channel has no finite bounds")
     need(m <= MOST_VERTICES, f"boxes of gains have up to {MOST_VERTICES} channels")
     low, high = ([asked.bounds(block[0])[end] for block in asked.blocks] for end in (0, 1))
@@ -136,12 +139,35 @@ def switched(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     times = [None] * len(rows) if H.discrete else numbers(lengths[0], len(rows))
     need(all(t is None or t > 0 for t in times), "a time is not positive")
     for i, family in each(asked):
-        still = len({row[i] for row in rows}) == 1
-        need(
-            still or (family.varying and not family.linear),
-            f"the gain of channel {i + 1} does not vary",
-        )
+        moves = [abs(after[i] - row[i]) for row, after in zip(rows, [*rows[1:], rows[0]])]
+        slow = H.discrete and family.rate is not None and max(moves) <= family.rate
+        free = family.varying and not family.linear
+        need(free or slow or not any(moves), f"the gain of channel {i + 1} does not vary so fast, or at all")
     closed = {tuple(row): closed_by(H, row) for row in rows}
     need(None not in closed.values(), "1 + H(inf) G is singular for some of the gains", exact.IllPosed)
     steps = [(closed[tuple(row)], t) for row, t in zip(rows, times)]
+    return states.grows(steps, integer(squarings, 0, 64), integer(bits, 64, 4096))
+
+
+def ramped(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """Gains that go linearly from one list to the next, from the last to the first, and repeat: some solution grows.
+
+    Where they move ``sigma_i`` is a function of the state alone, so that the matrix of the loop goes linearly too.
+    """
+    _, data, squarings, bits, lengths = fields(proof, "method", "gains", "squarings", "bits", "times")
+    form(isinstance(data, list) and 0 < len(data) <= MOST_STEPS, f"gains are 1 to {MOST_STEPS} lists")
+    need(len(H.A) <= 64 and not H.discrete, "continuous time and orders up to 64 are needed")
+    rows, times = [member(one, asked) for one in data], numbers(lengths, len(data))
+    need(all(t > 0 for t in times), "a time is not positive")
+    following = [*rows[1:], rows[0]]
+    for i, family in each(asked):
+        moves = [(abs(after[i] - row[i]), t) for row, after, t in zip(rows, following, times)]
+        slow = family.rate is not None and all(move <= family.rate * t for move, t in moves)
+        free = slow or (family.varying and not family.linear)
+        still = not any(move for move, _ in moves)
+        need(still or free, f"the gain of channel {i + 1} does not vary so fast, or at all")
+        need(still or not any(H.D[i]), f"sigma_{i + 1}, whose gain moves, is no function of the state alone")
+    closed = {tuple(row): closed_by(H, row) for row in rows}
+    need(None not in closed.values(), "1 + H(inf) G is singular for some of the gains", exact.IllPosed)
+    steps = [(closed[tuple(a)], t, *([closed[tuple(b)]] if a != b else [])) for a, b, t in zip(rows, following, times)]
     return states.grows(steps, integer(squarings, 0, 64), integer(bits, 64, 4096))

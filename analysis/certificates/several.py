@@ -9,7 +9,7 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from . import frequencies, gains, states, windows
+from . import frequencies, gains, parametric, states, windows
 from .arithmetic import INF, ZERO, fields, form, integer, need, number, numbers, tick
 from .balls import dot, positive_definite
 from .channels import (
@@ -122,6 +122,9 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     if name == "constant-gains":
         fields(data)
         return gains.gain_box(H, asked, *fields(proof, "method", "tree")), ""
+    if name == "parameter-dependent":
+        posed, assumed = well_posed(H.D, asked)
+        return parametric.proved(H, data, asked, proof) | {"well-posed": posed}, assumed
     if name in ("order-cones", "coupled-windows"):
         return windows.lifted(name, H, data, asked, proof)
     if proof["method"] == "determinant":

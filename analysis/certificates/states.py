@@ -14,7 +14,7 @@ from itertools import product as signings
 from typing import Any, NamedTuple
 
 from .arithmetic import INF, ZERO, IllPosed, eliminated, extended, fields, form, integer, need, number, numbers, tick
-from .balls import Ball, ball, dot, exponential, identity, norm, plus, positive_definite, product, size
+from .balls import Ball, ball, dot, exponential, identity, norm, plus, positive_definite, product, ramp, size
 
 FLOW_ORBIT = "method points left right pieces durations state half inverse radius bits"
 SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
@@ -33,18 +33,23 @@ class Family(NamedTuple):
     linear: bool
     rough: bool = False  # of any regularity, else locally Lipschitz
     relu: bool = False  # the upper bound times sigma above 0, the lower one times sigma below
+    rate: Any = None  # of linear ones that depend on time: how fast the gain changes
 
 
-def classes(data: Any) -> Family:
-    """The class of nonlinearities of a certificate."""
+def classes(data: Any, paced: bool = False) -> Family:
+    """The class of nonlinearities of a certificate; ``paced`` says whether gains with a rate are among those known."""
+    own = isinstance(data, dict) and paced and "rate" in data
     keys = [
         *["sector", "slope", "odd", "time_varying", "linear"],
         *["regularity"] * (isinstance(data, dict) and "regularity" in data),
         *["relu"] * (isinstance(data, dict) and "relu" in data),
+        *["rate"] * own,
     ]
-    sector, slope, odd, varying, linear, *_ = fields(data, *keys)
+    sector, slope, odd, varying, linear, *rest = fields(data, *keys)
     form(data.get("regularity", "any") == "any", "regularity is left out or any")
     form(data.get("relu", True) is True, "relu is left out or true")
+    rate = number(rest[-1]) if own else None
+    form(rate is None or (rate > 0 and linear is varying is True), "a rate > 0 is one of gains that depend on time")
     form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")
     form(
         all(isinstance(x, list) and len(x) == 2 for x in (sector, slope or [0, 0])),
@@ -60,7 +65,7 @@ def classes(data: Any) -> Family:
     known = bounds[0] == bounds[1] and INF not in map(abs, bounds[0]) and not (odd or varying or linear or rough)
     form(known or not relu, "a ReLU has equal finite bounds of sector and slope, and no other property")
     endless = (sector[1] == "inf", slope is None or slope[1] == "inf")
-    return Family(bounds[0], bounds[1], endless, odd, varying, linear, rough, relu)
+    return Family(bounds[0], bounds[1], endless, odd, varying, linear, rough, relu, rate)
 
 
 def regular(family: Family, without: bool) -> None:
@@ -77,7 +82,9 @@ def described(family: Family) -> str:
     kind = "constant gains" if family.linear else "time-varying laws" if family.varying else "time-invariant laws"
     if family.relu:
         return f"phi = {family.slope[1]} max(sigma, 0) + {family.slope[0]} min(sigma, 0)"
-    words = [f"all {'odd ' * family.odd}{kind} with phi(0) = 0, {'continuous or not' if family.rough else REGULAR}"]
+    kind = kind if family.rate is None else f"gains that change at rates up to {family.rate}"
+    odd, any_of = "odd " * (family.odd and family.rate is None), "continuous or not" if family.rough else REGULAR
+    words = [f"all {odd}{kind} with phi(0) = 0, {any_of}"]
     for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), family[:2], family.endless):
         near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"
         top = "without upper bound" if endless else "up to any finite bound" if k == INF else f"up to {k}{near}"
@@ -272,13 +279,17 @@ def switched_gain(realised: Any, discrete: bool, family: Family, proof: Any) -> 
 
 
 def grows(steps: Any, squarings: int, bits: int) -> dict[str, str]:
-    """Matrices ``G`` in turn, each for a time ``t`` (None: one step): the period's ``M`` has ``|trace M^N| > n``."""
+    """Matrices ``G`` in turn, each for a time ``t`` (None: one step): the period's ``M`` has ``|trace M^N| > n``.
+
+    Or going linearly to a third one in that time.
+    """
     n, known = len(steps[0][0]), dict[Any, Ball]()
     M = ball(identity(n), bits)
-    for G, t in steps:
-        if (id(G), t) not in known:
-            known[id(G), t] = ball(G, bits) if t is None else exponential(G, t, bits)
-        M = product(known[id(G), t], M)
+    for G, t, *last in steps:
+        key = id(G), t, *map(id, last)
+        if key not in known:
+            known[key] = ball(G, bits) if t is None else ramp(G, last[0], t, bits) if last else exponential(G, t, bits)
+        M = product(known[key], M)
     for _ in range(squarings):
         M = product(M, M)
     trace = abs(sum(row[i] for i, row in enumerate(M.rows))) - n * M.error

@@ -150,6 +150,7 @@ def class_entry(
         "linear": linear or nonlinearity_class.linear,
         **({"regularity": "any"} if rough else {}),
         **({"relu": True} if nonlinearity_class.rectifier else {}),
+        **({} if nonlinearity_class.rate is None else {"rate": str(nonlinearity_class.rate)}),
     }
 
 

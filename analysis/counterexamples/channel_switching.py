@@ -119,7 +119,7 @@ class SwitchedGains:
     def _steps(self, closed: Reals, times: Reals) -> Reals:
         if self.discrete:
             return np.array([np.linalg.matrix_power(G, int(t)) for G, t in zip(closed, times, strict=True)])
-        return _exponentials(closed * np.asarray(times)[:, None, None])
+        return exponentials(closed * np.asarray(times)[:, None, None])
 
     def growth(self, ends: NDArray[np.int_], pattern: Pattern, alpha: float) -> float:
         """Logarithm of the spectral radius over one period.
@@ -411,8 +411,14 @@ def _perron(steps: Reals) -> tuple[float, Reals, Reals]:
     return math.log(abs(value)), left, right
 
 
-def _exponentials(X: Reals) -> Reals:
-    """``exp`` of each of many small matrices: Taylor's formula to order 14, and squarings."""
+def exponentials(X: Reals) -> Reals:
+    """``exp`` of each of many small matrices: Taylor's formula to order 14, and squarings.
+
+    Parameters
+    ----------
+    X : ndarray
+        (.., n, n).
+    """
     size = float(np.abs(X).sum(axis=-1).max())
     halvings = max(0, math.ceil(math.log2(max(size, 1e-300))) + 1) if size < 2.0**40 else 41
     X, one = X / 2.0**halvings, np.eye(X.shape[-1])

@@ -34,9 +34,8 @@ def has_channels(loop: object, given: object) -> bool:
     InputError
         A system that says itself what closes the loop has classes beside it.
     """
-    if isinstance(given, NonlinearityClass) and given.rectifier:
-        given = [given]
-    if isinstance(given, Diagonal | list | tuple | Mapping):
+    own = isinstance(given, NonlinearityClass) and (given.rectifier or given.rate is not None)
+    if own or isinstance(given, Diagonal | list | tuple | Mapping):
         if isinstance(loop, LoopSystem) and not loop.open:
             raise InputError(
                 "a LoopSystem closes the loop itself and classes are given beside it; leave one of the two out, or "

@@ -14,6 +14,7 @@ from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.frequencies import MOST_CHANNELS, shifted
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
+from lure.analysis.counterexamples.channel_ramps import RampedGains
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channel_windows import ChannelWindows
@@ -21,6 +22,7 @@ from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
 from lure.analysis.inequality.coupled_forms import CoupledForms, Group
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
+from lure.analysis.inequality.gain_splines import SPLINES, GainSplines
 from lure.analysis.inequality.kernel_cone import KernelCone, multiplier
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
@@ -33,6 +35,7 @@ from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
+RAMPS = "ramped-gains"
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 
@@ -43,8 +46,9 @@ KINDS = (  # how the names begin, the multipliers in words, and their letter
     ("coupled", "forms that couple the channels", "M"),
     ("full-block", "one multiplier for all channels", "Pi"),
     ("order", "a form for each nonlinearity", "M"),
+    ("parameter", "a matrix that depends on the gains", "Lambda"),
 )
-_KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS = range(1, 6)
+_KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC = range(1, 7)
 _SAMPLES = (2, 3, 4)
 
 
@@ -75,11 +79,13 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     """
     wanted = asked.criterion.replace("_", "-").lower()
     rows = [row for row in reversed(TABLE) if row.channels and time_of(asked.plant) in row.times]
-    if not all(one.linear for one in asked.classes.classes):
+    if not all(one.linear and one.rate is None for one in asked.classes.classes):
         rows = [row for row in rows if not row.linear]
     if not all(_sloped(asked)):
         rows = [row for row in rows if row.stage != LAST]
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
+    if not _parametric(asked):
+        found = [x for x in found if x.kind != PARAMETRIC]
     if wanted == BEST:  # one channel needs no full block
         constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
         known = any(each.rectifier for each in asked.classes.classes)
@@ -108,6 +114,14 @@ def _free(asked: Problem) -> list[bool]:
     """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time."""
     static = [not any(line) for line in channel_plant(asked.plant).D]
     return [alone and not one.time_varying for alone, one in zip(static, asked.classes.classes, strict=True)]
+
+
+def _parametric(asked: Problem) -> bool:
+    """Whether there are unknown gains beside anything but constant ones, none of which ``D`` connects."""
+    D, linear = channel_plant(asked.plant).D, [i for i, one in enumerate(asked.classes.classes) if one.linear]
+    more = len(linear) < len(D) or any(asked.classes.classes[i].rate is not None for i in linear)
+    gains = sum(asked.classes.classes[block[0]].linear for block in asked.classes.blocks)
+    return more and 0 < gains <= max(SPLINES) and not any(D[i][j] for i in linear for j in linear)
 
 
 def _modes(asked: Problem) -> ZeroModes | None:
@@ -160,6 +174,14 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     free, lower = [one and popov for one in _free(asked)], np.array([float(v) for v in asked.classes.lower])
     if criterion.row.linear:
         yield GainBox(*H.doubles(), lower, asked.classes.blocks, H.dt is not None)
+        return
+    if criterion.kind == PARAMETRIC:
+        classes = asked.classes
+        gains = [block for block in classes.blocks if classes.classes[block[0]].linear]
+        rates = [float(classes.classes[block[0]].rate or 0) for block in gains]
+        for degree, pieces in SPLINES[len(gains)]:
+            loop = (*H.doubles(), lower, gains, rates, _free(asked), H.dt is not None)
+            yield GainSplines(*loop, degree=degree, pieces=pieces)
         return
     given = (*H.doubles(), lower, free, popov, H.dt is not None)
     if criterion.kind in (_COUPLED, _WINDOWS):
@@ -380,7 +402,7 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
 def switching_refuting(
     asked: Problem, known: Fraction, most: float, *, whole: bool = False
 ) -> tuple[Fraction, Refuted] | None:
-    """The smallest factor above what is known and up to ``most`` with gains that jump, if classes depend on time.
+    """The smallest factor above what is known and up to ``most`` with gains that jump, or move as fast as they may.
 
     Parameters
     ----------
@@ -399,7 +421,7 @@ def switching_refuting(
         *H.doubles(),
         low,
         high,
-        varying=tuple(one.time_varying for one in asked.classes.classes),
+        varying=tuple(one.time_varying and not one.linear for one in asked.classes.classes),
         blocks=asked.classes.blocks,
         discrete=H.dt is not None,
     )
@@ -410,6 +432,21 @@ def switching_refuting(
         proof: dict[str, Any] = {"method": "switched-gains", "gains": [texts(row) for row in gains]}
         proof |= {} if search.discrete else {"times": texts(one.times)}
         shown = refutation(asked, alpha, proof | {"squarings": one.squarings, "bits": one.bits})
+        if shown is not None:
+            return alpha, shown
+    return _ramps_refuting(asked, known, most, whole=whole)
+
+
+def _ramps_refuting(asked: Problem, known: Fraction, most: float, *, whole: bool) -> tuple[Fraction, Refuted] | None:
+    """The same with gains that move no faster than their rates."""
+    H, classes = channel_plant(asked.plant), asked.classes
+    rates = [classes.classes[block[0]].rate for block in classes.blocks]
+    search = RampedGains(*H.doubles(), classes.lower, classes.upper, rates, classes.blocks, H.dt is not None)
+    for one in search.proposals(double_above(known), most, lowest=not whole):
+        alpha = Fraction(1) if whole else Fraction(one.factor)
+        proof: dict[str, Any] = {"gains": [texts(row) for row in one.gains], "squarings": one.squarings}
+        proof |= {"method": "switched-gains"} if search.discrete else {"method": RAMPS, "times": texts(one.times)}
+        shown = refutation(asked, alpha, proof | {"bits": one.bits})
         if shown is not None:
             return alpha, shown
     return None

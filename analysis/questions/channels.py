@@ -23,6 +23,8 @@ from lure.analysis.numerics.doubles import bound_below, double_above, double_bel
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
+    PARAMETRIC,
+    RAMPS,
     Criterion,
     constant_gains,
     criteria_for,
@@ -40,6 +42,7 @@ from lure.analysis.wording import counterexample, destroys, proviso
 from lure.errors import AssumptionError, InputError, Reason
 
 Tell = Callable[[str, float], None]
+MOVING = ("switched-gains", RAMPS)
 _NO_MULTIPLIER = "no multiplier was found"
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
 
@@ -82,7 +85,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
     never = against is not None and against[0] == 0
     low = 0.0 if proof is None else double_below(proof[0])
     high = None if against is None else double_above(against[0])
-    jumps = against is not None and against[1].certificate["proof"]["method"] == "switched-gains"
+    jumps = against is not None and against[1].certificate["proof"]["method"] in MOVING
     witness = None if against is None else _witness(against[1], double_above(against[0]))
     about = asked.scaled(Fraction(1) if proof is None else proof[0])
     told: tuple[Problem, Proved | Refuted | None] = (about, None if proof is None else proof[1])
@@ -124,9 +127,10 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
 
 def _witness(shown: Refuted, factor: float) -> Witness:
     gains = shown.certificate["proof"]["gains"]
-    jumps = shown.certificate["proof"]["method"] == "switched-gains"
+    method = shown.certificate["proof"]["method"]
+    jumps, moves = method in MOVING, method == RAMPS
     return Witness(
-        kind="switched gain" if jumps else "linear gains",
+        kind="varying gain" if moves else "switched gain" if jumps else "linear gains",
         k=factor,
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
@@ -319,7 +323,12 @@ def _sees(criterion: Criterion, asked: Problem, before: StabilityBound) -> bool:
     assert before.classes is not None, "of several channels"
     varying = [[one.time_varying for one in each.classes] for each in (asked.classes, before.classes)]
     row, tried = criterion.row, any(one.criterion == criterion.name for one in before.answers)
-    return row.slope or row.odd or not tried or (varying[0] != varying[1] and not row.time_varying)
+    return (
+        row.slope
+        or row.odd
+        or not tried
+        or (varying[0] != varying[1] and (not row.time_varying or criterion.kind == PARAMETRIC))
+    )
 
 
 def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, Refuted] | None:

@@ -51,8 +51,8 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     """
     identity = (tables.name or "loop", tables.title or title, source)
     block = _block(tables.plant)
-    if any(table.relu for table in tables.nonlinearity_class):
-        block = _only_channel(block)
+    if any(table.relu or table.rate is not None for table in tables.nonlinearity_class):
+        block = _only_channel(block)  # what is known of such gains is known of channels
     if isinstance(block, MultivariablePlant):
         return _with_channels(identity, block, tables, folder)
     for word, listed in (("class", tables.nonlinearity_class), ("nonlinearity", tables.nonlinearity)):
@@ -72,11 +72,13 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
 
 
 def _only_channel(block: Block) -> MultivariablePlant:
-    """The plant of a ReLU, which is asked about by the theorems on several nonlinearities, with one channel too."""
+    """The plant of a ReLU or a slow gain, which the theorems on several nonlinearities are about."""
     if isinstance(block, RationalPlant):
         block = MultivariablePlant.of_one_channel(block)
     if not isinstance(block, MultivariablePlant):
-        raise InputError("class: relu needs a plant with exact rational entries; leave the dead time out, or relu")
+        raise InputError(
+            "class: relu and rate need a plant with exact rational entries; leave the dead time out, or these"
+        )
     return block
 
 
@@ -144,7 +146,11 @@ def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
                 "class: gain is given beside other keys; a constant gain has no other properties, so give "
                 "gain = [a, b] alone, or a sector"
             )
+        if table.rate is not None:
+            return NonlinearityClass.varying_gain(*table.gain, rate=table.rate)
         return NonlinearityClass.constant_gain(*table.gain)
+    if table.rate is not None:
+        raise InputError("class: rate is given without gain; give gain = [a, b] beside it, whose change it bounds")
     if table.relu:
         if table.sector is not None or table.odd or table.time_varying:
             raise InputError(
@@ -253,7 +259,8 @@ def _plant(system: LoopSystem) -> dict[str, object]:
 
 def _class(asked: NonlinearityClass) -> dict[str, object]:
     if asked.linear:
-        return {"gain": (asked.sector.lower, asked.sector.upper)}
+        paced = {} if asked.rate is None else {"rate": asked.rate}
+        return {"gain": (asked.sector.lower, asked.sector.upper), **paced}
     if asked.rectifier:
         return {"relu": True, "slope": (asked.sector.lower, asked.sector.upper)}
     table: dict[str, object] = {"sector": (asked.sector.lower, asked.sector.upper)}

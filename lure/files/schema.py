@@ -84,10 +84,20 @@ def _entry(value: object, name: str) -> str | Fraction:
 
 
 def _step(value: object, info: ValidationInfo) -> Fraction:
-    step = _exact(value, field_key(info))
-    if step <= 0:
-        raise InputError(f"{field_key(info)} is {float(step):g}; give a positive time, or leave dt out")
-    return step
+    return _positive(value, info, "a positive time, or leave dt out")
+
+
+def _rate(value: object, info: ValidationInfo) -> Fraction:
+    return _positive(
+        value, info, "how fast the gain may change, a positive number, or leave rate out for constant ones"
+    )
+
+
+def _positive(value: object, info: ValidationInfo, wanted: str) -> Fraction:
+    found = _exact(value, field_key(info))
+    if found <= 0:
+        raise InputError(f"{field_key(info)} is {float(found):g}; give {wanted}")
+    return found
 
 
 def _pair(value: object, info: ValidationInfo) -> tuple[float | Fraction, float | Fraction]:
@@ -191,6 +201,9 @@ class ClassTable(BaseModel):
     odd: Truth = Field(default=False, description="whether phi(-sigma) = -phi(sigma)")
     time_varying: Truth = Field(default=False, description="whether phi may depend on time")
     gain: Pair = Field(default=None, description="bounds of a constant gain, phi(sigma) = g sigma, instead of these")
+    rate: Annotated[Fraction | None, BeforeValidator(_rate)] = Field(
+        default=None, description="beside gain: it varies in time, by at most this [1/s, or in a sample]"
+    )
     relu: Truth = Field(
         default=False,
         description="whether phi(sigma) = max(sigma, 0), with slope = [l, k] k max(sigma, 0) + l min(sigma, 0)",

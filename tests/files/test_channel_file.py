@@ -7,6 +7,7 @@ import pytest
 from refusals import refusal
 
 from lure.classes import Diagonal, NonlinearityClass, Sector
+from lure.errors import InputError
 from lure.files import loop_to_toml, parse_system
 from lure.files.builtin import builtin_loop
 from lure.nonlinearities import Saturation, Tanh
@@ -31,6 +32,31 @@ def test_the_classes_of_the_channels_in_order():
     assert [list(block) for block in found.classes.blocks] == [[0], [1, 2]]
     assert found.block.D == ((0, 0, 0),) * 3
     assert parsed(THREE + GAIN * 3).classes.classes[2] == NonlinearityClass.constant_gain(0, 1)
+
+
+def test_gains_that_change_slowly_are_read_and_written():
+    rate = NonlinearityClass.varying_gain(0, 1, rate=F("0.1"))
+    found = parsed(THREE + GAIN + "rate = 0.1\nrepeated = 2\n" + GAIN)
+    assert found.classes == Diagonal((rate, rate, NonlinearityClass.constant_gain(0, 1)), repeated=(2, 1))
+    one = parsed("[plant]\nnum = [1]\nden = [1, 1, 2]\n" + GAIN + "rate = 0.1\n")  # one channel is one of several
+    assert one.classes == Diagonal((rate,))
+    for loop in (found, one):
+        again = parsed(loop_to_toml(loop))
+        assert (again.block, again.classes) == (loop.block, loop.classes)
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        ("gain = [0, 1]\nrate = 0", "class.rate is 0; give how fast the gain may change"),
+        ("gain = [0, 1]\nrate = -1", "class.rate is -1; give"),
+        ("gain = [0, 1]\nrate = 'inf'", "class.rate"),
+        ("sector = [0, 1]\nrate = 1", "rate is given without gain; give gain = [a, b]"),
+    ],
+)
+def test_a_rate_that_is_none_is_refused(said, why):
+    with pytest.raises(InputError, match=re.escape(why)):
+        parsed("[plant]\nnum = [1]\nden = [1, 1, 2]\n[class]\n" + said + "\n")
 
 
 @pytest.mark.parametrize("rows", ['[["1/(s+1)", 0.5], ["0", "1/(s+2)"]]', '[["1/(s+1)", "1/2"], [0, "1/(s+2)"]]'])
@@ -150,7 +176,7 @@ def test_rectifiers_are_read_and_written_back():
         (THREE + "[[class]]\nrelu = true\ngain = [0, 1]\nrepeated = 3\n", "gain is given beside other keys"),
         (
             "[plant]\ntransfer = 'exp(-s)/(s+1)'\n[class]\nrelu = true\n",
-            "relu needs a plant with exact rational entries; leave the dead time out",
+            "relu and rate need a plant with exact rational entries; leave the dead time out",
         ),
         (
             THREE + LIMITS + "[[class]]\nrelu = true\nrepeated = 3\n",

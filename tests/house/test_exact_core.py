@@ -28,7 +28,12 @@ EXACT = (  # and of these, those that compute with nothing else: no array at all
     *("analysis/theorems/criterion.py", "analysis/theorems/differences.py", "analysis/theorems/off_axis.py"),
     *("analysis/certificates/checker.py", "analysis/certificates/states.py", "analysis/certificates/blocks.py"),
     *("analysis/certificates/channels.py", "analysis/certificates/several.py"),
-    *("analysis/certificates/gains.py", "analysis/certificates/windows.py", "analysis/certificates/frequencies.py"),
+    *(
+        "analysis/certificates/gains.py",
+        "analysis/certificates/windows.py",
+        "analysis/certificates/parametric.py",
+        "analysis/certificates/frequencies.py",
+    ),
     *("analysis/certificates/arithmetic.py", "analysis/certificates/balls.py", "analysis/certificates/second/*.py"),
     *("analysis/certificates/codes.py", "analysis/certificates/drafts.py", "analysis/questions/conclusion.py"),
     *("analysis/questions/answers.py", "analysis/questions/search.py", "analysis/wording.py"),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import pairwise, product
 
-from flint import arb_mat, fmpq, fmpq_mat, fmpq_poly
+from flint import arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channels import Asked, balls, closed_by, diagonal, member
@@ -43,7 +43,8 @@ def require_gains(document: Document, asked: Asked) -> None:
     record(document.multiplier)
     proof, bounds = record(document.proof, "method", "tree"), asked.bounds
     require(proof["method"] == "hull", "the method does not fit the theorem")
-    require(all(one.linear for one in asked.nonlinearities), "a class is not one of constant gains")
+    constant = all(one.linear and one.rate is None for one in asked.nonlinearities)
+    require(constant, "a class is not one of constant gains")
     require(len(bounds) <= MOST_VERTICES, "there are too many channels for boxes of gains")
     firsts = sorted(set(asked.repeated))
     of = [firsts.index(first) for first in asked.repeated]  # which gain of the box a channel has
@@ -111,7 +112,7 @@ def _positive_between(p: fmpq_poly, low: Fraction | None, high: Fraction | None)
 
 def refuted(document: Document, asked: Asked) -> str:
     """What gains do that are constant, or that jump and repeat."""
-    if document.proof.get("method") == "switched-gains":
+    if document.proof.get("method") in ("switched-gains", "ramped-gains"):
         _require_growth(document, asked)
         return claims.NO_REST
     proof = record(document.proof, "method", "gains")
@@ -123,32 +124,79 @@ def refuted(document: Document, asked: Asked) -> str:
 def _require_growth(document: Document, asked: Asked) -> None:
     """Check ``|tr M^N| > n`` for the matrix ``M`` of one period: it has an eigenvalue outside the unit disc."""
     found = record(document.proof, "method", "gains", "squarings", "bits", *([] if asked.discrete else ["times"]))
+    ramps = found["method"] == "ramped-gains"
+    require(not (ramps and asked.discrete), "gains go linearly in continuous time only")
     count(found["squarings"])
     count(found["bits"], least=2)
     rows = [member(one, asked) for one in listed(found["gains"])]
     times = [Fraction(1)] * len(rows) if asked.discrete else numbers(found["times"])
     require(0 < len(rows) == len(times) <= LONGEST and all(t > 0 for t in times), "gains and times do not fit")
-    for gains, nonlinearities in zip(zip(*rows, strict=True), asked.nonlinearities, strict=True):
-        varying = nonlinearities.time_varying and not nonlinearities.linear
-        require(varying or len(set(gains)) == 1, "the class has no gains that vary in time")
+    for i, (gains, nonlinearities) in enumerate(zip(zip(*rows, strict=True), asked.nonlinearities, strict=True)):
+        if len(set(gains)) == 1:
+            continue
+        free, rate = nonlinearities.time_varying and not nonlinearities.linear, nonlinearities.rate
+        if rate is not None and (asked.discrete or ramps):
+            ends = zip(gains, gains[1:] + gains[:1], times, strict=True)
+            free = all(-rate * t <= b - a <= rate * t for a, b, t in ends)
+        require(free, "the class has no gains that vary so fast")
+        alone = all(asked.D[i, j] == 0 for j in range(asked.D.ncols()))
+        require(alone or not ramps, "a gain moves whose sigma is no function of the state alone")
     n, closed = asked.A.nrows(), {tuple(row): closed_by(asked, row) for row in rows}
-    for bits in BITS:
+    for bits in BITS[: 2 if ramps else len(BITS)]:
         with working_precision(bits):
-            whole, steps = balls([Fraction(1)] * n), dict[tuple[tuple[Fraction, ...], Fraction], arb_mat]()
-            for row, time in zip(rows, times, strict=True):
-                matrix = closed[tuple(row)]
-                if matrix is None:
+            whole, steps = balls([Fraction(1)] * n), dict[tuple[tuple[Fraction, ...], ...], arb_mat]()
+            for row, after, time in zip(rows, rows[1:] + rows[:1], times, strict=True):
+                matrix, last = closed[tuple(row)], closed[tuple(after)]
+                if matrix is None or last is None:
                     raise NotShown("with some of the gains the loop has no solution")
-                if (tuple(row), time) not in steps:
+                key = (tuple(row), tuple(after) if ramps else (), (time,))
+                if key not in steps:
                     G = arb_mat(matrix)
-                    steps[tuple(row), time] = G if asked.discrete else (G * ball(time)).exp()
-                whole = steps[tuple(row), time] * whole
+                    if ramps and row != after:
+                        steps[key] = _ramp(G, arb_mat(last), ball(time))
+                    else:
+                        steps[key] = G if asked.discrete else (G * ball(time)).exp()
+                whole = steps[key] * whole
             for _ in range(SQUARINGS):
                 tick()
                 if abs(whole.trace()) > n:
                     return
                 whole = whole * whole
     raise NotShown("no eigenvalue outside the unit disc is shown")
+
+
+def _ramp(first: arb_mat, last: arb_mat, time: arb) -> arb_mat:
+    """The solution at ``t`` of ``Y' = G Y``, ``Y(0) = 1``, ``G`` going linearly from the first to the last.
+
+    By Taylor's series on short pieces: ``(k + 1) Y_(k+1) = X Y_k + Z Y_(k-1)``, so that with ``|X| + |Z| <= q < 1/2``
+    the term ``Y_k`` is at most ``q^(ceil(k/2))`` in norm, and all from the N-th on at most ``4 q^(N/2)``.
+    """
+    n, bits = first.nrows(), ctx.prec
+    pieces = int(8 * float((time * _norm(first).max(_norm(last))).upper())) + 1
+    require(pieces <= 2**15, "a stay is too long")
+    whole = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
+    turn = (last - first) * (time / pieces / pieces)
+    for i in range(pieces):
+        tick()
+        X = (first + (last - first) * (arb(i) / pieces)) * (time / pieces)
+        q = _norm(X) + _norm(turn)
+        require(q < arb(1) / 2, "the pieces of a stay are too long")
+        older, term = arb_mat(n, n), arb_mat(n, n, [int(a == b) for a in range(n) for b in range(n)])
+        total = term
+        for k in range(1, bits):
+            older, term = term, (X * term + turn * older) * (1 / arb(k))
+            total += term
+        rest = 4 * q ** (bits // 2)
+        whole = (total + arb_mat(n, n, [arb(0, rest.upper())] * (n * n))) * whole
+    return whole
+
+
+def _norm(matrix: arb_mat) -> arb:
+    """The largest sum of absolute values in a row."""
+    largest = arb(0)
+    for i in range(matrix.nrows()):
+        largest = largest.max(sum((abs(matrix[i, j]) for j in range(matrix.ncols())), arb(0)))
+    return largest
 
 
 def _unstable(closed: fmpq_mat, *, discrete: bool) -> str:

@@ -102,7 +102,7 @@ def read_classes(document: Document, m: int) -> tuple[tuple[Nonlinearities, ...]
     require(len(given) == m, "there is not one class for each channel")
     same = all(dict(given[first]) == dict(one) for first, one in zip(repeated, given, strict=True))
     require(same, "one nonlinearity has one class")
-    return tuple(map(read_nonlinearities, given)), repeated
+    return tuple(read_nonlinearities(one, rates=True) for one in given), repeated
 
 
 def _repeated(stated: object, m: int) -> tuple[int, ...]:

@@ -136,6 +136,7 @@ class Nonlinearities:
     linear: bool
     rough: bool = False  # continuous or not; else locally Lipschitz
     relu: bool = False  # piecewise linear, with its least slope left of 0 and its greatest right of it
+    rate: Fraction | None = None  # of gains that depend on time: |g(t) - g(s)| <= rate |t - s|
 
     def mirrored(self) -> Nonlinearities:
         """The class of ``-phi``, which the loop of ``-H`` has; ``[-k, -l]`` in place of ``[l, k]``."""
@@ -190,9 +191,10 @@ def at_least(bound: Lower, limit: Lower) -> bool:
     return limit == "-inf" or (isinstance(bound, Fraction) and bound >= limit)
 
 
-def read_nonlinearities(value: Mapping[str, object]) -> Nonlinearities:
-    """The class of a certificate."""
-    rough, more = "regularity" in value, [key for key in ("regularity", "relu") if key in value]
+def read_nonlinearities(value: Mapping[str, object], *, rates: bool = False) -> Nonlinearities:
+    """The class of a certificate; with ``rates`` gains may change at a bounded rate."""
+    known = ("regularity", "relu", *(["rate"] if rates else []))
+    rough, more = "regularity" in value, [key for key in known if key in value]
     found = record(value, "sector", "slope", "odd", "time_varying", "linear", *more)
     require(found.get("regularity", "any") == "any", "the regularity is unknown")
     lower, upper = _bounds(found["sector"])
@@ -205,6 +207,7 @@ def read_nonlinearities(value: Mapping[str, object]) -> Nonlinearities:
         linear=flag(found["linear"]),
         rough=rough,
         relu="relu" in value,
+        rate=number(found["rate"]) if "rate" in found else None,
     )
     if nonlinearities.relu:
         require(
@@ -213,6 +216,9 @@ def read_nonlinearities(value: Mapping[str, object]) -> Nonlinearities:
         require(isinstance(lower, Fraction) and isinstance(upper, Fraction), "the bounds of a ReLU are finite")
         others = (nonlinearities.odd, nonlinearities.time_varying, nonlinearities.linear, rough)
         require(not any(others), "a ReLU has no other property")
+    if nonlinearities.rate is not None:
+        moving = nonlinearities.linear and nonlinearities.time_varying
+        require(nonlinearities.rate > 0 and moving, "a rate is positive, and one of linear gains that depend on time")
     least, greatest = nonlinearities.ends
     require(
         least is None or greatest is None or least <= greatest, "no nonlinearity has both the sector and the slopes"

@@ -36,6 +36,7 @@ from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, pos
 from lure.analysis.certificates.second.numerics import (
     working_precision,
 )
+from lure.analysis.certificates.second.parametric import require_parametric
 from lure.analysis.certificates.second.reading import (
     Document,
     NotShown,
@@ -80,6 +81,9 @@ def shown(document: Document) -> str:
 
 def _proved(document: Document, asked: Asked) -> bool:
     """Whether with an eigenvalue 0 at the lower bounds, if it is proved at all."""
+    if document.theorem == "parameter-dependent":
+        require_parametric(document, asked)
+        return False
     if document.theorem in ("order-cones", "coupled-windows"):
         require_windows(document, asked)
         return False

@@ -1,0 +1,341 @@
+"""Gains of several channels that move no faster than a rate, over and over, in floating point.
+
+A gain goes up at its rate from one level to another, stays, goes down, stays: bounds on a gain and on its rate leave
+little else to the worst of them.  Over one period the state is multiplied by a matrix ``M``; with an eigenvalue outside
+the unit disc some solution grows.  Levels and stays are moved downhill from a few of each, then the factor of the
+classes is lowered, again and again.  That finds a good pattern, not the worst; a checker decides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import NamedTuple
+
+from lure.analysis.counterexamples.channel_switching import exponentials
+from lure.analysis.deadline import checkpoint
+from lure.arrays import NDArray, Reals, np, optimize
+
+MOST_STATES, MOST_SAMPLES = 12, 400
+_STEPS, _MOST_STEPS, _KEPT, _ROUNDS, _MOST_SETS, _CLOSE = 8, 256, 3, 8, 8, 1e-4
+_LEVELS = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.65, 1.0), (0.0, 0.35))
+_STAYS = (0.02, 0.25, 0.5, 1.0)  # of half a period of the fastest turn between the ends
+_RUNGS = (1.5, 3.0, 10.0)
+_SURE, _BEYOND, _BITS = 1e-9, (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), (192, 512)
+
+
+class Ramps(NamedTuple):
+    """For the classes of a factor: lists of gains, how long from one to the next, and what a certificate needs."""
+
+    factor: float
+    gains: list[list[Fraction]]
+    times: list[Fraction]
+    squarings: int
+    bits: int
+
+
+class _Shape(NamedTuple):
+    """Shares of the intervals between which the gains move, and how long they stay at the upper and lower end."""
+
+    low: float
+    high: float
+    above: float
+    below: float
+
+    def inside(self) -> _Shape:
+        """The nearest shape that there is."""
+        low, high = sorted((min(max(self.low, 0.0), 1.0), min(max(self.high, 0.0), 1.0)))
+        return _Shape(low, high, max(self.above, 0.0), max(self.below, 0.0))
+
+
+_Set = tuple[tuple[int, ...], tuple[int, ...]]  # the blocks that move, and the ends at which the others stay
+
+
+@dataclass(frozen=True)
+class RampedGains:
+    """The search for one plant and the classes ``[l_i, alpha u_i]``.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray
+        (n, n), (n, m), (m, n) and (m, m) [floating point].
+    lower, upper : sequence of Fraction
+        Bounds at ``alpha = 1``.
+    rates : sequence of Fraction or None
+        For each block how fast its gain may change, None for one that stays.
+    blocks : sequence of range
+        The channels with one gain each.
+    discrete : bool
+        Whether in discrete time.
+    """
+
+    A: Reals
+    B: Reals
+    C: Reals
+    D: Reals
+    lower: Sequence[Fraction]
+    upper: Sequence[Fraction]
+    rates: Sequence[Fraction | None]
+    blocks: Sequence[range]
+    discrete: bool
+
+    def sets(self) -> list[_Set]:
+        """Which blocks move, together or one alone, and the end, 0 or 1, at which each of the others stays."""
+        free = [j for j, rate in enumerate(self.rates) if rate is not None and self._alone(self.blocks[j])]
+        groups = [*dict.fromkeys([tuple(free), *((j,) for j in free)])] if free else []
+        found = []
+        for group in groups:
+            still = len(self.blocks) - len(group)
+            ends = [*product((1, 0), repeat=still)][:_MOST_SETS]
+            found += [(group, one) for one in ends]
+        return found
+
+    def _alone(self, block: range) -> bool:
+        """Whether its gain enters the matrix of the loop affinely."""
+        return self.discrete or not self.D[list(block)].any()
+
+    def gains(self, moving: tuple[int, ...], ends: tuple[int, ...], share: Fraction, alpha: Fraction) -> list[Fraction]:
+        """One gain a channel: of those that move this share of the interval above the lower end.
+
+        Parameters
+        ----------
+        moving, ends : tuple of int
+            One of the sets.
+        share : Fraction
+            From 0 to 1.
+        alpha : Fraction
+            The factor.
+        """
+        found, rest = [Fraction(0)] * len(self.lower), iter(ends)
+        for j, block in enumerate(self.blocks):
+            part = share if j in moving else Fraction(next(rest))
+            for i in block:
+                found[i] = self.lower[i] + part * (alpha * self.upper[i] - self.lower[i])
+        return found
+
+    def rise(self, moving: tuple[int, ...], alpha: Fraction) -> Fraction:
+        """How long the slowest of the gains takes from one end to the other.
+
+        Parameters
+        ----------
+        moving : tuple of int
+            The blocks that move.
+        alpha : Fraction
+            The factor.
+        """
+        times = list[Fraction]()
+        for j in moving:
+            i, rate = self.blocks[j][0], self.rates[j]
+            assert rate is not None, "it moves"
+            times.append((alpha * self.upper[i] - self.lower[i]) / rate)
+        return max(times)
+
+    def shares(self, shape: Sequence[Fraction], needed: Fraction) -> tuple[list[Fraction], list[Fraction]]:
+        """The shares of the intervals that follow one another, and the times from one to the next.
+
+        In discrete time a share a sample, no two of which are farther apart than the rate permits.
+
+        Parameters
+        ----------
+        shape : sequence of Fraction
+            Levels and stays.
+        needed : Fraction
+            How long the gains need from one level to the other.
+        """
+        low, high, above, below = shape
+        if self.discrete:
+            steps, stays = max(math.ceil(needed), 1), [round(float(v)) for v in (above, below)]
+            up = [low + (high - low) * i / steps for i in range(steps)]
+            down = [high - (high - low) * i / steps for i in range(steps)]
+            found = [*up, *[high] * stays[0], *down, *[low] * stays[1]]
+            return found, [Fraction(1)] * len(found)
+        both = [(low, needed), (high, above), (high, needed), (low, below)]
+        kept = [(share, time) for share, time in both if time > 0]
+        return [share for share, _ in kept], [time for _, time in kept]
+
+    def pattern(self, which: _Set, shape: _Shape, alpha: float) -> tuple[list[list[Fraction]], list[Fraction]]:
+        """Lists of gains and the times from one to the next, exact.
+
+        Parameters
+        ----------
+        which : tuple
+            One of the sets.
+        shape : tuple of float
+            Levels and stays.
+        alpha : float
+            The factor.
+        """
+        factor, exact = Fraction(alpha), [_short(v) for v in shape]
+        needed = (exact[1] - exact[0]) * self.rise(which[0], factor)
+        needed = needed if self.discrete else Fraction(math.ceil(needed * 2**40) + 1, 2**40)
+        shares, times = self.shares(exact, needed)
+        return [self.gains(*which, share, factor) for share in shares], times
+
+    def growth(self, which: _Set, shape: _Shape, alpha: float) -> tuple[float, float]:
+        """Logarithm of the spectral radius over one period, and the period.
+
+        Parameters
+        ----------
+        which : tuple
+            One of the sets.
+        shape : tuple of float
+            Levels and stays.
+        alpha : float
+            The factor.
+        """
+        ends = [np.array([float(v) for v in self.gains(*which, Fraction(s), Fraction(alpha))]) for s in (0, 1)]
+        needed = Fraction(shape.high - shape.low) * self.rise(which[0], Fraction(alpha))
+        shares, times = self.shares([Fraction(v) for v in shape], needed)
+        if not 0 < len(shares) <= MOST_SAMPLES:
+            return -math.inf, 1.0
+        levels = np.array([float(share) for share in shares])[:, None]
+        closed = self._closed((1 - levels) * ends[0] + levels * ends[1])
+        steps = closed
+        if not self.discrete:
+            after = np.roll(closed, -1, axis=0)
+            size = float(np.abs(closed).sum(axis=2).max())
+            pairs = zip(closed, after, times, strict=True)
+            steps = np.array([_ramp(first, last, float(time), size) for first, last, time in pairs])
+        whole = _chained(steps)
+        radius = float(np.abs(np.linalg.eigvals(whole)).max()) if np.isfinite(whole).all() else 0.0
+        return (math.log(radius) if 0 < radius < math.inf else -math.inf), float(sum(times))
+
+    def _closed(self, gains: Reals) -> Reals:
+        """The matrices of the loop: (k, n, n)."""
+        G = gains[:, :, None] * np.eye(gains.shape[1])
+        seen = np.linalg.solve(np.eye(gains.shape[1]) + self.D @ G, np.broadcast_to(self.C, (len(G), *self.C.shape)))
+        return np.asarray(self.A - self.B @ G @ seen)
+
+    def best(self, which: _Set, alpha: float, start: _Shape | None = None) -> tuple[float, _Shape]:
+        """The fastest growth per unit of time that is found at a factor, and its shape.
+
+        Parameters
+        ----------
+        which : tuple
+            One of the sets.
+        alpha : float
+            The factor.
+        start : tuple of float, optional
+            A shape to begin with; others only if nothing grows near it.
+        """
+
+        def rate(shape: _Shape) -> float:
+            """Growth per unit of time."""
+            rise, period = self.growth(which, shape.inside(), alpha)
+            return rise / period if period > 0 else -math.inf
+
+        unit = self._unit(which, alpha)
+        if start is not None:
+            found = self._near(rate, start, unit)
+            if found[0] > _SURE:
+                return found
+        drawn = [_Shape(*levels, a * unit, b * unit) for levels in _LEVELS for a in _STAYS for b in _STAYS]
+        ranked = sorted(((rate(one), one) for one in drawn), key=lambda pair: -pair[0])
+        if self.discrete:
+            return ranked[0]
+        return max(ranked[0], *(self._near(rate, one, unit) for _, one in ranked[:_KEPT]))
+
+    def _near(self, rate: Callable[[_Shape], float], start: _Shape, unit: float) -> tuple[float, _Shape]:
+        """The fastest growth that is found downhill from a shape, and the shape there."""
+        checkpoint()
+        if self.discrete:
+            return rate(start), start
+        scale = np.array([1.0, 1.0, *(max(v, unit / 8) for v in start[2:])])
+        solved = optimize.minimize(
+            lambda v: -rate(_Shape(*(float(u) for u in v * scale))),
+            np.array(start) / scale,
+            method="Nelder-Mead",
+            options={"maxiter": 120, "xatol": 1e-4, "fatol": 1e-8},
+        )
+        shape = _Shape(*(float(v) for v in solved.x * scale)).inside()
+        return rate(shape), shape
+
+    def _unit(self, which: _Set, alpha: float) -> float:
+        """Half a period of the fastest turn at the ends, or in the time of the fastest eigenvalue."""
+        rows = [[float(v) for v in self.gains(*which, Fraction(s), Fraction(alpha))] for s in (0, 1)]
+        values = np.linalg.eigvals(self._closed(np.array(rows))).ravel().astype(complex)
+        if self.discrete:
+            values = np.log(np.where(np.abs(values) < 1e-9, 1e-9, values))
+        turning = float(np.abs(values.imag).max())
+        return math.pi / max(turning, float(np.abs(values).max()) / 10, 1e-9)
+
+    def found(self, low: float, most: float, *, lowest: bool) -> tuple[float, _Set, _Shape] | None:
+        """A factor, the smallest that was found if that is asked for, the set and the shape; None if nothing grows.
+
+        Parameters
+        ----------
+        low : float
+            Up to it the loop is stable.
+        most : float
+            The largest factor of interest; infinity: none.
+        lowest : bool
+            Whether smaller ones than the first found are of interest.
+        """
+        rungs = [most] if most < math.inf else [(low or 1.0) * step for step in _RUNGS]
+        for top in rungs:
+            hits = [(*self.best(which, top), which) for which in self.sets()]
+            rate, shape, which = max(hits, key=lambda hit: hit[0])
+            if rate <= _SURE:
+                continue
+            alpha, floor = top, low
+            for _ in range(_ROUNDS if lowest else 0):
+                if alpha - floor < _CLOSE * alpha:
+                    break
+                middle = (floor + alpha) / 2
+                rate, near = self.best(which, middle, shape)
+                alpha, shape, floor = (middle, near, floor) if rate > _SURE else (alpha, shape, middle)
+            return alpha, which, shape
+        return None
+
+    def proposals(self, low: float, most: float, *, lowest: bool) -> Iterator[Ramps]:
+        """What to certify; nothing if no gain has a rate or the plant is too large.
+
+        Parameters
+        ----------
+        low : float
+            Up to it the loop is stable.
+        most : float
+            The largest factor of interest; infinity: none.
+        lowest : bool
+            Whether smaller ones than the first found are of interest.
+        """
+        if not self.sets() or not 0 < len(self.A) <= MOST_STATES or low >= most:
+            return
+        with np.errstate(all="ignore"):
+            found = self.found(low, most, lowest=lowest)
+            if found is None:
+                return
+            alpha, which, shape = found
+            for step in (0.0, *_BEYOND):
+                factor = min(alpha * (1 + step), most)
+                rows, times = self.pattern(which, shape, factor)
+                rate, _ = self.growth(which, shape, factor)
+                if rate > _SURE:
+                    enough = math.log2((math.log(4 * len(self.A)) + 2) / rate)
+                    squarings = min(max(math.ceil(enough) + 2, 0), 64)
+                    yield from (Ramps(factor, rows, times, squarings, bits) for bits in _BITS)
+
+
+def _ramp(first: Reals, last: Reals, time: float, size: float) -> NDArray[np.float64]:
+    """The solution of ``Y' = G Y``, ``Y(0) = 1``, at a time at which ``G`` has gone linearly to the last (Magnus)."""
+    steps = 1 if (first == last).all() else max(_STEPS, min(math.ceil(2 * time * size), _MOST_STEPS))
+    h, turn = time / steps, last - first
+    middles = first + turn * ((np.arange(steps) + 0.5) / steps)[:, None, None]
+    twist = (turn @ first - first @ turn) * (h * h / 12 / steps)
+    return _chained(exponentials(middles * h + twist))
+
+
+def _chained(steps: Reals) -> NDArray[np.float64]:
+    """The product of matrices, each after those before it."""
+    while len(steps) > 1:
+        pairs = steps[1::2] @ steps[: len(steps) - 1 : 2]
+        steps = pairs if len(steps) % 2 == 0 else np.concatenate([pairs, steps[-1:]])
+    return np.asarray(steps[0])
+
+
+def _short(value: float) -> Fraction:
+    """A double cut to 30 bits after the point."""
+    return Fraction(round(value * 2**30), 2**30)

@@ -1,0 +1,238 @@
+"""Gains that change slowly: what is proved and refuted, and what both checkers reject."""
+
+import copy
+import json
+import math
+from fractions import Fraction as F
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from lure import NonlinearityClass, Sector, as_plant, certify, max_sector
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.balls import ramp
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.questions.certify import ProofOptions
+
+gain = NonlinearityClass.varying_gain
+MOVING = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
+A, B, C = np.array([[-0.21, -1], [1, 0]]), np.array([[-0.8], [0]]), np.array([[0, 1.0]])
+# IQCbeta's slow variation: |delta| <= 1 is stable for |delta'| <= .311, unstable for some above .46 (published)
+PUBLISHED = as_plant(([["-.21", "-1"], ["1", "0"]], [["-.8"], ["0"]], [["0", "1"]], [["0"]]))
+# x'' + x'/2 + (1 + g) x + phi(x) = 0
+SPRING = as_plant(([["0", "1"], ["-1", "-1/2"]], [["0", "0"], ["1", "1"]], [["1", "0"]] * 2, [["0", "0"]] * 2))
+TURNING = as_plant(([["9/10", "-2/5"], ["2/5", "9/10"]], [["1/2"], ["0"]], [["0", "1"]], [["0"]]), dt=1)
+
+
+@pytest.fixture(scope="module")
+def proof():
+    return dict(certify(PUBLISHED, gain(-1, 1, rate=F("0.335"))).certificate)
+
+
+@pytest.fixture(scope="module")
+def refutation():
+    return dict(certify(PUBLISHED, gain(-1, 1, rate=F("0.42"))).certificate)
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    classes = [gain(0, 10, rate=F(1, 10)), MOVING]
+    return dict(certify(SPRING, classes, ways=ProofOptions(criterion="parameter-dependent")).certificate)
+
+
+@pytest.fixture(scope="module")
+def sampled():
+    return dict(certify(TURNING, gain(0, F(11, 100), rate=F(1, 50))).certificate)
+
+
+def number(text):
+    return float(F(text))
+
+
+def test_the_published_gain_is_proved_beyond_the_published_rate_and_refuted_below_it(proof, refutation):
+    assert (proof["verdict"], proof["theorem"]) == ("PROVED", "parameter-dependent")
+    assert (refutation["verdict"], refutation["proof"]["method"]) == ("REFUTED", "ramped-gains")
+    for one in (proof, refutation):
+        check(json.dumps(one))
+        assert recheck(one).accepted
+
+
+def test_the_refuting_gain_is_slow_and_its_period_has_an_eigenvalue_outside(refutation):
+    gains = [number(row[0]) for row in refutation["proof"]["gains"]]
+    state = np.eye(2)
+    for (a, b), time in zip(pairwise([*gains, gains[0]]), map(number, refutation["proof"]["times"]), strict=True):
+        assert abs(b - a) <= 0.42 * time * (1 + 1e-12)
+        for k in range(400):  # exponentials in the middle of short pieces
+            state = expm((A - B @ C * (a + (b - a) * (k + 0.5) / 400)) * time / 400) @ state
+    assert np.abs(np.linalg.eigvals(state)).max() > 1
+
+
+# Constant gains: x'' + .21 x' + (1 - .8 g) x is stable for g < 5/4.  Gains that jump: the circle criterion proves
+# .469874, and at .69 some grow.
+@pytest.mark.parametrize(
+    ("rate", "end", "verdict"),
+    [
+        (F(1, 1000), "1.249", "PROVED"),
+        (1000, "0.47", "PROVED"),
+        (1000, "0.7", "REFUTED"),
+        (F(1, 1000), "1.251", "REFUTED"),
+    ],
+)
+def test_slow_gains_approach_constant_ones_and_fast_gains_those_that_jump(rate, end, verdict):
+    assert certify(PUBLISHED, gain(0, F(end), rate=rate)).verdict.name == verdict
+
+
+def test_the_largest_factor_of_slow_gains_says_their_rate():
+    found = max_sector(PUBLISHED, gain(0, 1, rate=1), criterion="circle")
+    assert 0.46987 < found.largest.low < found.refuted_at < 1
+    assert "its gain at a rate of at most 1:" in str(found)
+
+
+# Frozen at g the circle criterion proves k < 1/4 + sqrt(1 + g), so that a constant g >= 0 leaves k < 5/4; if g jumps as
+# phi does, the two share k: 11 k < 5/4.
+def test_a_slow_gain_beside_a_nonlinearity_is_told_apart_from_one_that_jumps(mixed):
+    assert mixed["verdict"] == "PROVED"
+    check(json.dumps(mixed))
+    assert recheck(mixed).accepted
+    jumping = NonlinearityClass(sector=Sector(0, 10), time_varying=True)
+    assert max_sector(SPRING, [jumping, MOVING]).largest.low < 1.25 / 11
+
+
+def value(certificate, g, rate):
+    """``P`` at a gain, and its derivative in time."""
+    proof, (low, high) = certificate["proof"], map(number, certificate["laws"]["channels"][0]["sector"])
+    d, (pieces,) = proof["degree"], proof["pieces"]
+    coefficients = np.array(
+        [
+            [[int(half[max(i, j)][min(i, j)]) * 2.0 ** -proof["exponent"] for j in range(2)] for i in range(2)]
+            for half in proof["P"]
+        ]
+    )
+    at = (g - low) / (high - low) * pieces
+    k = min(int(at), pieces - 1)
+    own, s = coefficients[d * k : d * k + d + 1], at - k
+
+    def bernstein(n):
+        return [math.comb(n, i) * s**i * (1 - s) ** (n - i) for i in range(n + 1)]
+
+    turn = d * pieces / (high - low) * rate
+    return np.tensordot(bernstein(d), own, 1), turn * np.tensordot(bernstein(d - 1), np.diff(own, axis=0), 1), k
+
+
+# The falsifier: members of the class, and the worst of what they may do at an instant.
+@pytest.mark.parametrize(("share", "falls"), [(1, True), (3, False)])
+def test_v_falls_for_random_gains_rates_and_nonlinearities_of_the_class_and_not_for_larger_ones(mixed, share, falls):
+    random, found = np.random.default_rng(11), []
+    for g, speed, d in zip(
+        random.uniform(0, 10, 3000), random.choice([-0.1, 0.1], 3000), random.random(3000), strict=True
+    ):
+        P, turn, _ = value(mixed, g, share * speed)
+        closed = np.array([[0, 1], [-1 - g - share * round(d), -0.5]])
+        found.append(np.linalg.eigvalsh(P @ closed + closed.T @ P + turn).max())
+    assert bool(max(found) < 0) is falls
+
+
+def test_in_discrete_time_v_falls_for_random_steps_of_the_gain(sampled):
+    assert sampled["verdict"] == "PROVED"
+    assert recheck(sampled).accepted
+    random = np.random.default_rng(12)
+    for g, step in zip(random.uniform(0, 0.11, 500), random.uniform(-0.02, 0.02, 500), strict=True):
+        after = min(max(g + step, 0), 0.11)
+        G = np.array([[0.9, -0.4], [0.4, 0.9]]) - g * np.array([[0, 0.5], [0, 0]])
+        fall = value(sampled, g, 0)[0] - G.T @ value(sampled, after, 0)[0] @ G
+        assert np.linalg.eigvalsh(fall).min() > 0
+
+
+def both_reject(certificate):
+    text = json.dumps(certificate)
+    with pytest.raises((Rejected, Malformed)):
+        check(text, draft=True)
+    assert not recheck(text).accepted
+
+
+def edited(given, path, change):
+    certificate = copy.deepcopy(given)
+    *inner, last = path
+    part = certificate
+    for key in inner:
+        part = part[key]
+    part[last] = change(part[last]) if callable(change) else change
+    return certificate
+
+
+CHANNEL = ("laws", "channels", 0)
+
+
+@pytest.mark.parametrize(
+    ("path", "change"),
+    [
+        ((*CHANNEL, "rate"), "1"),
+        ((*CHANNEL, "rate"), "0"),
+        ((*CHANNEL, "rate"), "-1/3"),
+        (CHANNEL, lambda laws: {**laws, "sector": ["-1", "9/8"], "slope": ["-1", "9/8"]}),
+        ((*CHANNEL, "linear"), False),
+        ((*CHANNEL, "time_varying"), False),
+        (CHANNEL, lambda laws: {key: laws[key] for key in laws if key != "rate"}),
+        (("proof", "P", 3, 0, 0), lambda v: str(-int(v))),
+        (("proof", "P"), lambda v: v[:-1]),
+        (("proof", "P"), lambda v: v[::-1]),
+        (("proof", "degree"), lambda d: d + 1),
+        (("proof", "pieces"), lambda v: [v[0] + 1]),
+        (("multiplier", "lambda"), lambda v: v[:-1]),
+        (("multiplier", "theta"), ["1"]),
+        (("theorem",), "constant-gains"),
+        (("system", "D"), [["1/100"]]),
+        (("system", "A", 0, 0), "21/100"),
+        (("system", "time"), "discrete"),
+    ],
+)
+def test_a_proof_that_was_tampered_with_is_rejected_by_both(proof, path, change):
+    both_reject(edited(proof, path, change))
+
+
+@pytest.mark.parametrize(
+    ("path", "change"),
+    [
+        (("multiplier", "lambda", 0, 0), lambda v: f"-{v}"),
+        (("multiplier", "lambda", 0, 0), "0"),
+        (("multiplier", "theta"), ["1/1000"]),  # phi depends on time
+        (("laws", "channels", 1, "sector"), ["0", "4"]),
+        (("laws", "repeated"), True),
+    ],
+)
+def test_a_proof_about_gains_and_nonlinearities_that_was_tampered_with_is_rejected_by_both(mixed, path, change):
+    both_reject(edited(mixed, path, change))
+
+
+@pytest.mark.parametrize(
+    ("path", "change"),
+    [
+        ((*CHANNEL, "rate"), "1/3"),
+        ((*CHANNEL, "sector"), ["-1", "9/10"]),
+        (("proof", "method"), "switched-gains"),  # it does not jump
+        (("proof", "times", 0), lambda t: str(F(t) / 2)),
+        (("proof", "times", 0), lambda t: f"-{t}"),
+        (("proof", "gains"), lambda rows: [rows[0]] * len(rows)),
+        (("system", "D"), [["1/10"]]),
+    ],
+)
+def test_a_refutation_that_was_tampered_with_is_rejected_by_both(refutation, path, change):
+    both_reject(edited(refutation, path, change))
+
+
+def test_a_step_in_discrete_time_is_no_larger_than_the_rate(sampled):
+    both_reject(edited(sampled, (*CHANNEL, "rate"), "1/2"))
+
+
+# Y' = (0, 1; -t, 0) Y: its first column solves Airy's y'' = -t y; y = 1 - t^3/6 + t^6/180 - ..
+def test_the_solution_of_a_ramp_is_enclosed():
+    found = ramp([[F(0), F(1)], [F(0), F(0)]], [[F(0), F(1)], [F(-2), F(0)]], F(2), 128)
+    term, total, k = 1.0, 0.0, 0
+    while abs(term) > 1e-18:
+        total, k = total + term, k + 3
+        term *= -8 / (k * (k - 1))
+    assert abs(found.rows[0][0] / 2**128 - total) < 1e-14
+    assert 0 < found.error < 2**40
