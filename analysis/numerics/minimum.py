@@ -105,11 +105,12 @@ def minimum(
         """Bound a box from below and queue it."""
         box = a.union(b)
         middle = box.mid()
-        offer(middle)
         bound = f(box).lower()
-        by_taylor = _taylor_bound(f, box, middle)
-        if by_taylor.is_finite() and not bound >= by_taylor:
-            bound = by_taylor
+        if not bound >= best - width(best):  # a box that is not looked into needs no better one
+            offer(middle)
+            by_taylor = _taylor_bound(f, box, middle)
+            if by_taylor.is_finite() and not bound >= by_taylor:
+                bound = by_taylor
         if floor is not None and not bound >= floor:
             bound = floor.lower()
         if not bound.is_finite():

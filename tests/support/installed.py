@@ -62,7 +62,16 @@ class Environment:
         for have in needed("lure", extras):
             link(have, self.packages)
         # pip checks that everything the wheel's metadata asks for is there, in a version that will do
-        pip = [sys.executable, "-m", "pip", "--python", self.bin / "python", "--disable-pip-version-check", "install"]
+        pip = [
+            sys.executable,
+            "-m",
+            "pip",
+            "--python",
+            self.bin / "python",
+            "--disable-pip-version-check",
+            "install",
+            "--no-compile",
+        ]
         run([*pip, "--no-index", "--quiet", f"{self.wheel}[{','.join(extras)}]" if extras else self.wheel])
 
     def run(self, *command, cwd, status=0):
