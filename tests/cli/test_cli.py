@@ -317,13 +317,19 @@ def watched(*arguments, patch="", **environment):
     return seen.decode(), out
 
 
+# The stage lasts until the bar is shown: to import what draws it can take longer than any time chosen here.
 PAUSE = """
-import time
-import lure.analysis.cli.progress
-lure.analysis.cli.progress.PATIENCE = 0.1
+import threading
+from lure.analysis.cli import progress as bars
+bars.PATIENCE = 0.1
+shown, show = threading.Event(), bars._Bar._show
+def told(bar):
+    show(bar)
+    shown.set()
+bars._Bar._show = told
 def paused(system, *, progress=None, command=None):
     progress("a stage [red]", 0.25)
-    time.sleep(0.4)
+    shown.wait(60)
     return build_report(system, command=command)
 sys.modules["lure.analysis.rod.report.build"].build_report = paused
 """
@@ -345,7 +351,7 @@ def test_no_color_is_honoured(here):
 
 
 def test_a_bar_waits_until_the_work_takes_long(here):
-    assert watched("report", patch=PAUSE.replace("0.1", "1000"))[0] == ""
+    assert watched("report", patch=PAUSE.replace("0.1", "1000").replace("60", "0.4"))[0] == ""
 
 
 def test_quiet_shows_no_progress_even_on_a_terminal(here):
