@@ -14,7 +14,7 @@ from . import frequencies, states
 from .arithmetic import S, eliminated, fields, form, integer, need, numbers, real, tick
 from .balls import dot, positive_definite
 
-MOST_STATES, MOST_CHANNELS = 200, 50
+MOST_STATES, MOST_CHANNELS = 200, 100
 Rows = list[list[Fraction]]
 
 

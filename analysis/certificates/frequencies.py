@@ -168,6 +168,8 @@ def solvable(H: Any, inside: bool, bounds: Any) -> str:
 def shifted(H: Any, low: list[Fraction]) -> tuple[Rows, Rows, Rows, Rows]:
     """``A - B L C~``, ``B (1 - L D~)``, ``C~`` and ``D~``, where ``(C~, D~) = (1 + D L)^-1 (C, D)``."""
     n = len(H.A)
+    if not any(low):
+        return H.A, H.B, H.C, H.D
     left = [[(i == j) + v * low[j] for j, v in enumerate(row)] for i, row in enumerate(H.D)]
     seen = eliminated(left, [[*c, *d] for c, d in zip(H.C, H.D)])
     if seen is None:

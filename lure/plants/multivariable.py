@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from flint import fmpq_mat
 
 Rows = tuple[Row, ...]
-MOST_STATES, MOST_CHANNELS = 200, 50
+MOST_STATES, MOST_CHANNELS = 200, 100
 _SHAPES = "give A (n, n), B (n, m), C (p, n) and D (p, m)"
 
 
