@@ -24,6 +24,7 @@ from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.gain_splines import SPLINES, GainSplines
 from lure.analysis.inequality.kernel_cone import KernelCone, multiplier
+from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
 from lure.analysis.numerics.doubles import double_above, double_below
@@ -49,7 +50,7 @@ KINDS = (  # how the names begin, the multipliers in words, and their letter
     ("parameter", "a matrix that depends on the gains", "Lambda"),
 )
 _KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC = range(1, 7)
-_SAMPLES = (2, 3, 4)
+_SAMPLES, _MANY = (2, 3, 4), 20
 
 
 class Criterion(NamedTuple):
@@ -78,7 +79,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
         There is no such criterion.
     """
     wanted = asked.criterion.replace("_", "-").lower()
-    rows = [row for row in reversed(TABLE) if row.channels and time_of(asked.plant) in row.times]
+    cheap = asked.kind == "class" and len(asked.classes.classes) > _MANY  # then the first proof will do
+    rows = [row for row in (TABLE if cheap else reversed(TABLE)) if row.channels and time_of(asked.plant) in row.times]
     if not all(one.linear and one.rate is None for one in asked.classes.classes):
         rows = [row for row in rows if not row.linear]
     if not all(_sloped(asked)):
@@ -196,6 +198,10 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         most = 4 // max(map(len, asked.classes.blocks))  # a form is about up to 4 samples
         if most > 0:
             yield ChannelWindows(*given, blocks=asked.classes.blocks, odd=odd, samples=min(2, most))
+        return
+    if criterion.kind == 0 and len(H.D) > _MANY:
+        _require_no_zero(asked)
+        yield ManyChannels(*given)
         return
     if criterion.kind == 0:
         yield ChannelInequality(*given, modes=_modes(asked))
@@ -381,6 +387,8 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
     most : float
         The largest factor of interest; finite: gains of the classes of that factor.
     """
+    if any(one.rectifier for one in asked.classes.classes):  # no gain is a member
+        return None
     H = channel_plant(asked.plant)
     A, B, C, D = H.doubles()
     one = asked.classes.upper

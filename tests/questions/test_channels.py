@@ -263,3 +263,17 @@ def test_a_rectifier_around_one_channel():
     slopes = certify(plant, [SlopeBounds(0, 1)]).shown.certificate["laws"]
     assert not contains(about, slopes)
     assert contains(slopes, certify(plant, [NonlinearityClass.relu()]).shown.certificate["laws"])
+
+
+@pytest.mark.thorough
+def test_a_hundred_rectifiers():
+    # x+ = A x + B w, w = max(C x, 0) in 100 channels; |A| = 0.7 and |B| |C| k < 0.3, so that |x+| <= (0.7 + 0.3) |x|
+    rng = np.random.default_rng(20261122)
+    A, B, C = (rng.normal(size=size) for size in ((8, 8), (8, 100), (100, 8)))
+    sides = [side / np.linalg.norm(side, 2) for side in (0.7 * A, B, C)]
+    sides[0] *= 0.7
+    whole = [[[Fraction(round(v * 1000), 1000) for v in row] for row in side.tolist()] for side in sides]
+    plant = MultivariablePlant(*whole, [[Fraction(0)] * 100] * 100, dt=1)
+    found = certify(plant, Diagonal((NonlinearityClass.relu(0, Fraction(1, 4)),) * 100, repeated=True))
+    assert found.verdict is Verdict.PROVED
+    assert recheck(dict(found.shown.certificate)).accepted
