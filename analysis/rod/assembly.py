@@ -11,6 +11,23 @@ from lure.rod.assembly import RodAssembly
 from lure.rod.transfer import certificate_parameters
 
 
+def of_the_rods(assembly: RodAssembly) -> tuple[str, Proved | None]:
+    """What a report on their scheme says of the rods themselves, and what the checker accepted; None if nothing.
+
+    Parameters
+    ----------
+    assembly : RodAssembly
+        The rods.
+    """
+    head = f"All other answers are about the upwind scheme. Of the rods themselves, {assembly.words}, "
+    try:
+        shown = rods_at_rest(assembly)
+    except AssumptionError as refused:
+        return f"{head}nothing is proved: {refused}.", None
+    laws = "whatever the pressures are, if they oppose the closing of their contacts and are locally Lipschitz"
+    return f"{head}it is proved without loads that {shown.certificate['conclusion']}, {laws} (certified).", shown
+
+
 def rods_at_rest(assembly: RodAssembly) -> Proved:
     """That every motion of the rods comes to rest, for all pressures that oppose the closing of their contacts.
 

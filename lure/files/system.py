@@ -52,6 +52,9 @@ class LoopSystem(Record):
     nonlinearity_tables: tuple[Mapping[str, object], ...] = quantity(
         "The tables ``[[nonlinearity]]`` that mean them", key="", default=()
     )
+    approximates: object = quantity(
+        "What the block is an approximation of, if that is known", hidden=True, default=None
+    )
     _kind = "loop system"
     _notes = ("sigma = H mu, mu = -phi(sigma); lure.analysis.analyse(system) decides.",)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import Annotated
 
@@ -112,8 +113,8 @@ def assembly_of(tables: AssemblyTables) -> RodAssembly:
 def assembly_loop(assembly: RodAssembly, cells: int, *, name: str = "rods", source: str = "") -> LoopSystem:
     """The upwind scheme of some rods with their contact laws, as a loop of as many channels as there are contacts.
 
-    What is shown of it is about the scheme; what is shown of the rods themselves is in
-    :func:`lure.analysis.rod.assembly.rods_at_rest`.
+    What is shown of it is about the scheme; what is shown of the rods themselves is
+    :func:`lure.analysis.rod.assembly.rods_at_rest`, and stands in the report.
 
     Parameters
     ----------
@@ -133,8 +134,10 @@ def assembly_loop(assembly: RodAssembly, cells: int, *, name: str = "rods", sour
     identity = (f"{name}, {scheme}", f"the {scheme} of {assembly.words}", source)
     plant, tables = assembly.scheme(cells), assembly.nonlinearity_tables()
     if isinstance(plant, MultivariablePlant):
-        return channel_system(identity, plant, nonlinearity_tables=tables)
-    return loop_system(identity, plant, nonlinearity_table=tables[0])
+        found = channel_system(identity, plant, nonlinearity_tables=tables)
+    else:
+        found = loop_system(identity, plant, nonlinearity_table=tables[0])
+    return replace(found, approximates=assembly)
 
 
 def _built(tables: AssemblyTables, *, title: str, source: str, folder: object) -> LoopSystem:

@@ -11,10 +11,12 @@ import pytest
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.rod.assembly import rods_at_rest
+from lure.analysis.report.loop.build import build_loop_report
+from lure.analysis.rod.assembly import of_the_rods, rods_at_rest
 from lure.errors import AssumptionError
 from lure.rod import Rod
 from lure.rod.assembly import RodAssembly
+from lure.rod.assembly_file import assembly_loop
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 RESTS = "every motion of finite energy comes to rest, and the pressure of every contact tends to 0"
@@ -90,5 +92,21 @@ def test_what_was_tampered_with_is_accepted_by_neither(name, path):
 
 
 def test_a_rod_without_damping_is_not_proved():
+    undamped = rods("both-ends", 1, 2, damping=0)
     with pytest.raises(AssumptionError, match="number 1: its damping is 0"):
-        rods_at_rest(rods("both-ends", 1, 2, damping=0))
+        rods_at_rest(undamped)
+    text, shown = of_the_rods(undamped)
+    assert shown is None
+    assert "nothing is proved: [[rod]] number 1" in text
+
+
+def test_the_report_on_the_scheme_says_what_is_proved_of_the_rods():
+    one = Rod(youngs_modulus=4, density=1, length=1, area=1, damping=1, compliance=1)
+    across = RodAssembly(arrangement="across-gap", rods=(one, one), compliances=(F(1),), gaps=(F(0),))
+    found = build_loop_report(assembly_loop(across, 1))
+    assert "All other answers are about the upwind scheme. Of the rods themselves, two rods that meet" in str(found)
+    data = found.to_dict()
+    assert RESTS in data["beyond"]
+    assert data["certificates"][-1]["theorem"] == "rods-energy"
+    schema = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))
+    jsonschema.Draft202012Validator(schema).validate(json.loads(json.dumps(data)))

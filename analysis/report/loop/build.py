@@ -12,6 +12,7 @@ from lure.analysis.questions import analyse
 from lure.analysis.report.loop.document import balance_hints
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.observed import observed
+from lure.extensions import extension
 from lure.files.system import LoopSystem
 
 PACKAGES = ("numpy", "scipy", "control", "python-flint", "matplotlib", "jinja2")
@@ -50,11 +51,15 @@ def build_loop_report(
     found = analyse(system, seconds=seconds, progress=lambda stage, done: say(stage, 0.8 * done))
     say("simulation", 0.8)
     seen = observed(found)
+    told = extension("beyond", system.approximates)
+    beyond, shown = ("", None) if told is None else told(system.approximates)
     return LoopReport(
         analysis=found,
         observed=seen.sentences,
         trajectories=seen.trajectories,
         hints=balance_hints(found.problem),
+        beyond=beyond,
+        beyond_shown=shown,
         command=command or f"lure report {shlex.quote(system.name)}",
         versions={"lure": __version__, "python": platform.python_version()}
         | {name: version(name) for name in PACKAGES},

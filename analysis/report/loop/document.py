@@ -67,14 +67,14 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     keys: tuple[str, ...] = ("name", "title", "source", "block", "case", "class")
     keys += tuple(key for key in ("channels", "repeated", "classes", "map") if key in found)
     system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
-    return {
+    return ({"beyond": report.beyond} if report.beyond else {}) | {
         "schema": SCHEMA,
         "system": system,
         "conclusion": {key: found[key] for key in _KEYS.split()},
         "transformation": list(transformation(about)),
         "gains": found["gains"] if isinstance(about.plant, RationalPlant) else None,
         "answers": found["answers"],
-        "certificates": certificate_list(report.analysis.certificates),
+        "certificates": certificate_list(report.certificates),
         "observed": list(report.observed),
         "hints": list(report.hints),
         "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(about, found)},

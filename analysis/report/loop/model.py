@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from lure.analysis.certificates.checker import Checked, Proved
 from lure.analysis.questions import LoopAnalysis
 from lure.analysis.verdict import Verdict
 from lure.record import Column, Page, Record, quantity
@@ -27,6 +28,12 @@ class LoopReport(Record):
     )
     command: str = quantity("The command that makes this report again", label="")
     versions: Mapping[str, str] = quantity("Versions of lure, Python and the packages the numbers come from", label="")
+    beyond: str = quantity(
+        "What is proved of that which the block approximates, such as a rod by its scheme; empty if of nothing",
+        label="",
+        default="",
+    )
+    beyond_shown: Proved | None = quantity("What the checker accepted of it", label="", default=None)
     trajectories: tuple[Trajectory, ...] = quantity(
         "A few simulated solutions, ``sigma`` and ``mu`` over time: of the given nonlinearity, or of members of the "
         "class "
@@ -45,7 +52,12 @@ class LoopReport(Record):
 
     def __str__(self) -> str:
         lines = [f"Observed: {text}" for text in self.observed] + [f"Hint: {text}" for text in self.hints]
-        return "\n\n".join([str(self.analysis), *lines])
+        return "\n\n".join([str(self.analysis), *[self.beyond] * bool(self.beyond), *lines])
+
+    @property
+    def certificates(self) -> tuple[Checked, ...]:
+        """What the checker accepted, of the loop and of that which it approximates."""
+        return (*self.analysis.certificates, *([] if self.beyond_shown is None else [self.beyond_shown]))
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """One bar a class; see :meth:`lure.analysis.questions.LoopAnalysis.plot`.

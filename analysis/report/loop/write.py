@@ -60,7 +60,7 @@ def write_loop_report(report: LoopReport, directory: str | os.PathLike[str], *, 
     """
     data, drawn, diagram = loop_document(report), loop_figures(report), loop_diagram(report)
     texts = {"report.json": to_json(data), "report.html": loop_page(data, drawn, diagram)}
-    texts |= certificate_files(report.analysis.certificates)
+    texts |= certificate_files(report.certificates)
     printed = pdf_of(loop_page(data, drawn, diagram, paper=True)) if pdf else None
     return write_files(texts, drawn, directory, printed=printed)
 

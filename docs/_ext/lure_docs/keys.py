@@ -28,18 +28,22 @@ _WORDS = {
 
 
 class Keys(SphinxDirective):
-    """Tables of the keys of a ``rod`` file or of a ``plant`` file."""
+    """Tables of the keys of a ``rod`` file, of one of ``rods``, or of a ``plant`` file."""
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
         """One table for the keys outside every table of the file, and one for each table."""
         from lure.files.schema import PLANT_TABLES, PlantTables
+        from lure.rod.assembly_file import ASSEMBLY_FILE, AssemblyTables
         from lure.rod.file import TABLES, SystemTables
 
-        plant = self.arguments[0] == "plant"
-        whole: type[BaseModel] = PlantTables if plant else SystemTables
-        tables = PLANT_TABLES if plant else TABLES
+        whole: type[BaseModel]
+        whole, tables = {
+            "plant": (PlantTables, PLANT_TABLES),
+            "rod": (SystemTables, TABLES),
+            "rods": (AssemblyTables, ASSEMBLY_FILE.tables),
+        }[self.arguments[0]]
         lines = _table("At the top of the file", whole, leave_out=set(whole.model_fields) - {"name", "title"})
         for name, model in tables.items():
             lines += _table(f"[{name}]", model, leave_out=set())
@@ -79,6 +83,8 @@ def _type(field: FieldInfo) -> str:
     kind = field.annotation
     if isinstance(kind, types.UnionType) or typing.get_origin(kind) is typing.Union:
         kind = next(part for part in typing.get_args(kind) if part is not type(None))
+    if typing.get_origin(kind) is typing.Annotated:
+        kind = typing.get_args(kind)[0]
     if typing.get_origin(kind) is typing.Literal:
         return " or ".join(f'``"{choice}"``' for choice in typing.get_args(kind))
     if kind is str:
@@ -94,6 +100,8 @@ def _default(field: FieldInfo) -> str:
         return ""
     if isinstance(value, bool):
         return f"``{str(value).lower()}``"
+    if isinstance(value, tuple):
+        return ", ".join(f"``{one}``" for one in value)
     return f'``"{value}"``' if isinstance(value, str) else f"``{value}``"
 
 
