@@ -345,7 +345,11 @@ def answers(
 def _nothing_yet(problem: Problem) -> Found:
     if problem.kind == "class":
         return Attempts(problem, list(problem.refusals))
-    return Factors(problem) if problem.several else Findings(problem, Bracket(double_below(problem.lower), math.inf))
+    return (
+        Factors(problem)
+        if problem.several
+        else Findings(problem, hurwitz=Bracket(double_below(problem.lower), math.inf))
+    )
 
 
 # One class: from what was tried to the answer.

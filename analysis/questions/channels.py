@@ -35,7 +35,7 @@ from lure.analysis.questions.channel_proofs import (
     switching_refuting,
 )
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of, undecided
-from lure.analysis.questions.largest import StabilityBound, Stopped
+from lure.analysis.questions.largest import SoFar, StabilityBound, Stopped
 from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
 from lure.analysis.wording import counterexample, destroys, proviso
@@ -175,34 +175,19 @@ def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved]
 
 
 @dataclass(slots=True)
-class Factors:
-    """What was found about the largest factor so far: true at any moment, complete if ``stopped`` is None at the end.
+class Factors(SoFar):
+    """What was found about the largest factor.
 
     Attributes
     ----------
-    asked : Problem
-        The question.
     against : tuple of Fraction, Refuted, or None
         The smallest factor refuted, and by what.
     proofs : list of tuple of Fraction, Proved
         The factors proved, and by what.
-    answers : list of CriterionResult
-        Of the criteria asked so far.
-    complete : bool
-        Whether every step was made that could have found more.
-    stopped : {"time", "interrupt"} or None
-        What ended the search early.
-    left_out : str
-        The steps that could not be made, because a package is missing, and which.
     """
 
-    asked: Problem
     against: tuple[Fraction, Refuted] | None = None
     proofs: list[tuple[Fraction, Proved]] = field(default_factory=list)
-    answers: list[CriterionResult] = field(default_factory=list)
-    complete: bool = False
-    stopped: Stopped | None = None
-    left_out: str = ""
 
     @property
     def closed(self) -> bool:

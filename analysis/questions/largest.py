@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -24,6 +24,7 @@ from lure.record import Column, Page, Record, derived, plain, quantity
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.drawing import Axes
+    from lure.analysis.questions.problem import Problem
     from lure.analysis.questions.table import LoopAnalysis
 
 # Answers as tables for a notebook and as datasets: the verdict, what it rests on, and what it does not say.
@@ -82,6 +83,33 @@ def _number(value: float | None) -> float:
 
 CLOSED, SMALL = 1e-6, 1e-3
 Stopped = Literal["time", "interrupt"]
+
+
+@dataclass(slots=True)
+class SoFar:
+    """What was found about one question so far: true at any moment, complete if ``stopped`` is None at the end.
+
+    Attributes
+    ----------
+    asked : Problem
+        The question.
+    answers : list of CriterionResult
+        Of the criteria asked so far.
+    complete : bool
+        Whether every step was made that could have found more.
+    stopped : {"time", "interrupt"} or None
+        What ended the search early.
+    left_out : str
+        The steps that could not be made, because a package is missing, and which.
+    """
+
+    asked: Problem
+    answers: list[CriterionResult] = field(default_factory=list)
+    complete: bool = False
+    stopped: Stopped | None = None
+    left_out: str = ""
+
+
 UNFINISHED: Mapping[Stopped, str] = {
     "time": "The time allowed ended the search (LURE-I007): these are the best bounds so far.",
     "interrupt": "The search was interrupted: these are the best bounds so far.",

@@ -27,7 +27,7 @@ from lure.analysis.questions.counterexample_search import (
     linear_witnesses,
     nonlinear_witnesses,
 )
-from lure.analysis.questions.largest import StabilityBound, Stopped, meet
+from lure.analysis.questions.largest import SoFar, StabilityBound, Stopped, meet
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.proofs import (
     NOT_NEEDED,
@@ -41,7 +41,7 @@ from lure.analysis.questions.proofs import (
     silent,
 )
 from lure.analysis.theorems.table import BEST, LAST, Theorem, theorems_for
-from lure.analysis.verdict import Bracket, CriterionResult, Verdict, Witness
+from lure.analysis.verdict import Bracket, Verdict, Witness
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
@@ -58,38 +58,23 @@ _COUNTER, _AFTER = 3, LAST + 1  # the stages of the searches for nonlinear count
 _ENOUGH = "what is proved and what is refuted meet without it"
 
 
-@dataclass(slots=True)
-class Findings:
-    """What was found about a largest class so far: true at any moment, complete if ``stopped`` is None at the end.
+@dataclass(slots=True, kw_only=True)
+class Findings(SoFar):
+    """What was found about a largest class.
 
     Attributes
     ----------
-    asked : Problem
-        The question.
     hurwitz : Bracket
         Supremum of the ``k`` for which the linear gains in ``[lower, k]`` are stable; ``[lower, inf]`` until known.
     critical : bool
         Whether the loop has a pole at 0 with the least gain; True, the weaker conclusion, until known.
-    answers : list of CriterionResult
-        Of the criteria asked so far.
     witnesses : list of Witness
         Destabilising members found so far.
-    complete : bool
-        Whether every step was made that could have found more.
-    stopped : {"time", "interrupt"} or None
-        What ended the search early.
-    left_out : str
-        The steps that could not be made, because a package is missing, and which.
     """
 
-    asked: Problem
     hurwitz: Bracket
     critical: bool = True
-    answers: list[CriterionResult] = field(default_factory=list)
     witnesses: list[Witness] = field(default_factory=list)
-    complete: bool = False
-    stopped: Stopped | None = None
-    left_out: str = ""
 
     @property
     def empty(self) -> bool:
