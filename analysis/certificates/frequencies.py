@@ -71,13 +71,14 @@ def multiplier(name: str, data: Any, m: int) -> Multiplier:
     return Multiplier([numbers(row, m) for row in gamma], numbers(theta, m), found)
 
 
-def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]]) -> None:
+def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]], gains: Any) -> None:
     """The conditions on ``M``: no kernel between different nonlinearities; doubly dominant; signs unless they are odd.
 
     With ``Phi_i' = a_i b_i'``, ``a_i(x) b_j(y) <= a_i(x) b_i(x) - Phi_i(x) + Phi_j(y)`` where ``i`` and ``j`` have one
     nonlinearity, and ``Phi_i, a_i b_i - Phi_i >= 0``.  So a kernel ``>= 0`` of mass ``c`` between ``i`` and ``j`` takes
     at most ``c`` times the integral of ``a_i b_i - Phi_i`` and of ``Phi_j``: what rows and columns add up to is paid by
-    ``gamma_ii`` of ``a_i b_i``.  For odd ones the same with ``-y``.
+    ``gamma_ii`` of ``a_i b_i``.  For odd ones the same with ``-y``.  Where ``gains`` says so ``phi_i`` is a constant
+    gain in one channel, ``a_i`` and ``b_i`` are multiples of ``sigma_i`` of one sign, and ``Re M_ii > 0`` is enough.
     """
     m, block = len(given.gamma), {i: set(one) for one in blocks for i in one}
     rows, columns = [ZERO] * m, [ZERO] * m
@@ -87,8 +88,21 @@ def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]]) -> No
         need(c >= 0 or odd[i], f"M has a kernel below 0 for channel {i + 1}, whose nonlinearity need not be odd")
         rows[i], columns[j] = rows[i] + abs(c), columns[j] + abs(c)
     for i in range(m):
+        if gains[i] and len(block[i]) == 1:
+            need(given.gamma[i][i] >= 0 and real_part(given, i), f"Re M_{i + 1}{i + 1} > 0 fails at some frequency")
+            continue
         most, gain = max(rows[i], columns[i]), given.gamma[i][i]
         need(gain >= most, f"gamma_{i + 1}{i + 1} = {gain} is less than the kernels of its row or column, {most}")
+
+
+def real_part(given: Multiplier, i: int) -> bool:
+    """Whether ``Re M_ii > 0`` on ``[0, inf]``, or ``M_ii = 0``."""
+    kernels = [kernel for kernel in given.kernels if kernel.row == i]
+    alone = Multiplier([[given.gamma[i][i]]], [ZERO], [kernel._replace(row=0, column=0) for kernel in kernels])
+    q, M = entries(alone)
+    even = in_square(total(M[0][0], conjugate(M[0][0])))
+    p = exact.primitive(even)
+    return not p or (len(p) == len(in_square(q)) and exact.positive(p))
 
 
 def proved(H: Any, given: Multiplier, bounds: Any) -> dict[str, str]:
@@ -205,9 +219,9 @@ def transfer(A: Rows, B: Rows, C: Rows, D: Rows) -> tuple[list[int], list[list[l
     return d, [[total([D[i][j] * c for c in d], f) for j, f in enumerate(row)] for i, row in enumerate(terms)]
 
 
-def inequality(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -> tuple[list[list[list[int]]], int]:
-    """``F`` times ``2 |d|^2 q`` and a number, ``q = prod (a^2 - s^2)^n > 0``; degree of ``det F`` in ``omega^2``."""
-    m, top = len(N), dict[Fraction, int]()
+def entries(given: Multiplier) -> tuple[list[Fraction], list[list[list[Fraction]]]]:
+    """``q = prod (a^2 - s^2)^n > 0`` and ``q M``."""
+    top = dict[Fraction, int]()
     for kernel in given.kernels:
         top[kernel.rate] = max(kernel.order, top.get(kernel.rate, 0))
 
@@ -220,6 +234,12 @@ def inequality(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -
     M = [[[v * c for c in q] for v in row] for row in given.gamma]
     for i, j, c, a, n, side in given.kernels:  # (a/(a + side s))^n = a^n (a - side s)^n/(a^2 - s^2)^n
         M[i][j] = total(M[i][j], [-c * a**n * v for v in times(chained([[a, Fraction(-side)]] * n), below(a, n))])
+    return q, M
+
+
+def inequality(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -> tuple[list[list[list[int]]], int]:
+    """``F`` times ``2 |d|^2 q`` and a number, ``q = prod (a^2 - s^2)^n > 0``; degree of ``det F`` in ``omega^2``."""
+    m, (q, M) = len(N), entries(given)
     G = [
         [total([w * c for c in f], d if i == j else []) for j, f in enumerate(row)]
         for i, (w, row) in enumerate(zip(width, N))
@@ -236,7 +256,7 @@ def inequality(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -
     Z = [[times(y, conjugate(d)) for y in row] for row in Y]
     F = [[total(Z[i][j], conjugate(Z[j][i])) for j in range(m)] for i in range(m)]
     scale = unit([f for row in F for f in row])
-    return [[[int(scale * c) for c in f] for f in row] for row in F], len(d) - 1 + m * sum(top.values())
+    return [[[int(scale * c) for c in f] for f in row] for row in F], len(d) - 1 + m * (len(q) - 1) // 2
 
 
 # -- polynomials in s

@@ -211,7 +211,8 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
     fields(proof, "method")
     need(not H.discrete, f"{name} by a determinant is for continuous time")
     given = frequencies.multiplier(name, data, len(H.D))
-    frequencies.dominant(given, [one.odd for one in asked.families], asked.blocks)
+    constant_gains = [one.linear and not one.varying for one in asked.families]
+    frequencies.dominant(given, [one.odd for one in asked.families], asked.blocks, constant_gains)
     bounds = [one.slope if i in given.moved else asked.bounds(i) for i, one in each(asked)]
     for i, one in each(asked):
         need(INF not in map(abs, bounds[i]), f"channel {i + 1} has no finite bounds")

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 _ROUNDS, _FLAT, _FIRST, _MORE, _ZOOMS, _DIPS = 40, 3, 24, 8, 6, 4
 _ORDERS, _BESIDE, _SPACING = (1, 2, 3), 16.0, 2.0
 _GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED, _DIGITS = 1e-3, 1e-8, 1e-9, 1e-9, 15
+_WATCHED, _REAL, _LARGEST_MASS = 80, 1e-7, 1e3
 _LARGEST_THETA = 1e4
 _LEAST = 1e-6  # of the sum: a weight, where none may be 0
 _LOWEST, _CLOSE, _EASED, _BEYOND = 1e-6, 1e-11, 1e-3, 1.001
@@ -122,6 +123,7 @@ class _Solved(NamedTuple):
     margin: float
     weights: NDArray[np.complex128]
     prices: NDArray[np.float64]
+    real: NDArray[np.float64]  # prices of Re M_ii > 0, for each gain at each frequency
 
 
 def _hermitian(X: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -208,12 +210,15 @@ class KernelCone:
         Whether the nonlinearity of each channel is odd.
     ratios : sequence of (int, float)
         For each channel: ``gamma`` is the ratio times that of the channel, counted from 0, and not 0; none: any.
+    gains : sequence of int
+        The channels with a constant gain each: ``Re M_ii > 0`` at every frequency takes the place of a bound on masses.
     """
 
     plant: ShiftedLoop
     blocks: Sequence[Sequence[int]]
     odd: Sequence[bool]
     ratios: Sequence[tuple[int, float]] = ()
+    gains: Sequence[int] = ()
 
     def __post_init__(self) -> None:
         size, plant = np.abs(np.linalg.eigvals(self.plant.A)), self.plant
@@ -226,6 +231,10 @@ class KernelCone:
             low, high = size.min() / _BESIDE, 4 * _BESIDE * size.max()
             count = 1 + math.ceil(math.log(high / low, _SPACING))
             self.rates = [Fraction(f"{low * _SPACING**i:.3g}") for i in range(count)]
+        self.watched = np.zeros(0)
+        if self.gains:
+            ends = float(self.rates[0]) / 4, 4 * float(self.rates[-1])
+            self.watched = np.concatenate([[0.0], np.geomspace(*ends, _WATCHED), [np.inf]])
         self.shapes = [Kernel(0, 0, 1, rate, n, side) for rate in self.rates for n in _ORDERS for side in (1, -1)]
 
     def look_at(self, omega: NDArray[np.float64]) -> None:
@@ -386,7 +395,14 @@ class KernelCone:
         size = len(columns)
         sides = np.zeros((4 * m + count, size))  # rows and columns of M, theta, masses
         sides[: 2 * m, :m] = -np.vstack([np.eye(m)] * 2)
+        real = np.zeros((len(self.gains), len(self.watched), size))  # -Re M_ii of constant gains
+        for at_gain, i in enumerate(self.gains):
+            real[at_gain, :, i] = -1
         for k, kernel in enumerate(kernels):
+            if kernel.row in self.gains:
+                values = kernel.sign * kernel.at(self.watched).real
+                real[self.gains.index(kernel.row), :, 2 * m + k] = values
+                continue
             sides[kernel.row, 2 * m + k] += 1
             sides[m + kernel.column, 2 * m + k] += 1
         sides[2 * m : 4 * m, m : 2 * m] = np.vstack([np.eye(m), -np.eye(m)])
@@ -397,7 +413,11 @@ class KernelCone:
             total[1 + i, first] -= ratio
             total[1 + i, i] += 1
         low = -_LEAST * widths if self.ratios else np.zeros(m)
-        limits = np.concatenate([low, low, np.full(2 * m, _LARGEST_THETA), np.zeros(count)])
+        bounded = np.zeros((count if self.gains else 0, size))
+        bounded[:, 2 * m : -1] = np.eye(len(bounded), count)
+        sides = np.concatenate([sides, bounded, real.reshape(-1, size)])
+        most = [np.full(len(bounded), _LARGEST_MASS), np.full(real.shape[0] * real.shape[1], -_REAL)]
+        limits = np.concatenate([low, low, np.full(2 * m, _LARGEST_THETA), np.zeros(count), *most])
         equal = total, np.eye(len(total))[0]
         found = _programme(np.eye(size)[-1], equal, (sides, limits), np.moveaxis(rows, 0, -1))
         if found is None:
@@ -410,6 +430,7 @@ class KernelCone:
             float(x[-1]),
             _from_cone(weights, m),
             prices[: 2 * m].reshape(2, m),
+            prices[4 * m + count + len(bounded) :].reshape(len(self.gains), len(self.watched)),
         )
 
     def _wanted(
@@ -417,12 +438,15 @@ class KernelCone:
     ) -> list[Kernel]:
         """The kernels by which the margin would grow fastest, up to two for each entry and sign."""
         values = np.array([shape.at(self.omega[at]) for shape in self.shapes])
+        beside = np.array([shape.at(self.watched).real for shape in self.shapes])
         GZ = (self.H[at] + np.diag(1 / widths)) @ solved.weights
         found = list[tuple[float, Kernel]]()
         for i, j in self.pairs:
             gain = -(values @ GZ[:, j, i]).real
+            if i in self.gains:
+                gain = gain - beside @ solved.real[self.gains.index(i)]
             for sign in self.signs(i):
-                worth = sign * gain - solved.prices[0, i] - solved.prices[1, j]
+                worth = sign * gain - (0 if i in self.gains else solved.prices[0, i] + solved.prices[1, j])
                 for k in np.argsort(-worth)[:2]:
                     kernel = self.shapes[k]._replace(row=i, column=j, sign=sign)
                     if worth[k] > _LEAST_PRICE and kernel not in have:
@@ -431,7 +455,7 @@ class KernelCone:
         return [kernel for _, kernel in found[:_MORE]]
 
 
-def multiplier(found: Found, widths: Sequence[Fraction]) -> dict[str, Any]:
+def multiplier(found: Found, widths: Sequence[Fraction], gains: Sequence[int] = ()) -> dict[str, Any]:
     """The multiplier of a certificate: rational, and doubly dominant exactly.
 
     Parameters
@@ -440,6 +464,8 @@ def multiplier(found: Found, widths: Sequence[Fraction]) -> dict[str, Any]:
         A multiplier for ``(w_i sigma_i - psi_i)/w_i``.
     widths : sequence of Fraction
         ``w_i``, equal ones where kernels stand between two channels.
+    gains : sequence of int
+        The channels with a constant gain each, whose ``gamma`` makes ``Re M_ii > 0``.
     """
     m = len(widths)
 
@@ -457,7 +483,13 @@ def multiplier(found: Found, widths: Sequence[Fraction]) -> dict[str, Any]:
             kernels.append({**where, "order": order, "side": "causal" if side > 0 else "anticausal"})
         else:
             gamma[i][j] -= sign * c
-    for i in range(m):
+    rates = [float(one.rate) for one in found.kernels if one.rate]
+    points = np.geomspace(min(rates, default=1.0) / 1e2, max(rates, default=1.0) * 1e2, 2000)
+    for i in gains:
+        own = found.at(np.array([0.0, *points, np.inf]))[:, i, i].real
+        lacking = max(0.0, 1e-9 * float(found.gamma[i]) - float(own.min()))
+        gamma[i][i] = near(float(found.gamma[i]) + 2 * lacking, i)
+    for i in (i for i in range(m) if i not in gains):
         gamma[i][i] = max(near(float(found.gamma[i]), i), rows[i], columns[i])
     theta = [Fraction(f"{value:.{_DIGITS}g}") for value in found.theta]
     return {"gamma": [[*map(str, row)] for row in gamma], "theta": [*map(str, theta)], "kernels": kernels}

@@ -265,6 +265,13 @@ def _accepted(asked: Problem, name: str, alpha: Fraction, one: Proposal) -> Prov
     return shown if isinstance(shown, Proved) else None
 
 
+def _constant(asked: Problem) -> list[int]:
+    """The channels with a constant gain of their own."""
+    classes = asked.classes.classes
+    alone = (block[0] for block in asked.classes.blocks if len(block) == 1)
+    return [i for i in alone if classes[i].linear and classes[i].rate is None]
+
+
 def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], list[Fraction]]] | None:
     """The search for kernels, and the widths of a factor: of the slopes where they are bounded; None if nowhere."""
     _require_no_zero(asked)
@@ -281,7 +288,7 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
         A, B, C, D, np.array([float(low) for low, _ in ends]), _free(asked), popov=True, discrete=False
     )
     blocks = [block for block in classes.blocks if sloped[block[0]]]
-    cone = KernelCone(plant, blocks, [one.odd for one in classes.classes])
+    cone = KernelCone(plant, blocks, [one.odd for one in classes.classes], gains=_constant(asked))
     return cone, lambda factor: [factor * high - low for low, high in ends]
 
 
@@ -290,7 +297,8 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
     if search is None:
         return None
     cone, widths = search
-    start = max(float(known) or min(1.0, most / 2), 1.01 * double_above(least))
+    begin = min(1.0, most / 2) if cone.gains else float(known) or min(1.0, most / 2)
+    start = max(begin, 1.01 * double_above(least))
     top = min(most * (1 - MEETING), LARGEST)
     if 4 * start > LARGEST:  # more is not asked
         return None
@@ -301,7 +309,7 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
         checkpoint()
         alpha = Fraction(double_below(Fraction(found.factor) * (1 - Fraction(step))))
         if alpha > max(known, least):
-            proposal = Proposal(multiplier(found, widths(alpha)), {"method": "determinant"})
+            proposal = Proposal(multiplier(found, widths(alpha), cone.gains), {"method": "determinant"})
             shown = _accepted(asked, name, alpha, proposal)
             if shown is not None:
                 return alpha, shown
@@ -329,7 +337,7 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
     found = cone.largest(lambda factor: np.array([*map(float, widths(Fraction(factor)))]), 1.0, 1.001)
     if found is None or found.factor <= 1:
         return None
-    proposal = Proposal(multiplier(found, widths(one)), {"method": "determinant"})
+    proposal = Proposal(multiplier(found, widths(one), cone.gains), {"method": "determinant"})
     return _accepted(asked, criterion.name, one, proposal)
 
 

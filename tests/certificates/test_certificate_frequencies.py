@@ -6,6 +6,7 @@ with one odd nonlinearity in all channels up to 5.5, and with three different on
 
 import copy
 import json
+from contextlib import nullcontext
 from fractions import Fraction as F
 from importlib import resources
 
@@ -13,11 +14,15 @@ import jsonschema
 import numpy as np
 import pytest
 
+from lure import NonlinearityClass, as_plant, max_slope
 from lure.analysis.certificates import frequencies
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second.frequencies import read_multiplier
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.second.reading import NotShown
+from lure.files.builtin import builtin_loop
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SYSTEM = {
@@ -294,7 +299,7 @@ def multiplier_of(gamma, listed):
 def covers(multiplier, *, odd, repeated):
     m = len(multiplier.gamma)
     try:
-        frequencies.dominant(multiplier, [odd] * m, [range(m)] if repeated else [[i] for i in range(m)])
+        frequencies.dominant(multiplier, [odd] * m, [range(m)] if repeated else [[i] for i in range(m)], [False] * m)
     except Rejected:
         return False
     return True
@@ -341,3 +346,73 @@ def test_what_the_checker_takes_for_a_multiplier_no_signal_refutes():
                     taken += 1
                     assert worst(multiplier, odd=odd, repeated=repeated, rounds=2, rng=rng) > -1e-9
     assert taken > 15
+
+
+# Constant gains: a = g sigma, b = (1 - g) sigma, so that int a'(M b) = g (1 - g) int sigma'(M sigma): Re M >= 0
+# alone: 1 - 3 h + 3 h^* has Re = 1, 1 - .6 h - .6 h^* has Re = 1 - 1.2/(1 + omega^2), which is below 0 at omega = 0.
+@pytest.mark.parametrize(
+    ("listed", "right"),
+    [([(0, 0, 3, 1, 1), (0, 0, -3, 1, -1)], True), ([(0, 0, 0.6, 1, 1), (0, 0, 0.6, 1, -1)], False)],
+)
+def test_a_constant_gain_needs_no_more_than_a_real_part(listed, right):
+    given = multiplier_of([[1]], listed)
+    assert frequencies.real_part(given, 0) is right
+    sides = {1: "causal", -1: "anticausal"}
+    kernels = [
+        {"channels": [1, 1], "coefficient": str(F(str(c))), "rate": "1", "order": 1, "side": sides[side]}
+        for _, _, c, _, side in listed
+    ]
+    value = {"gamma": [["1"]], "theta": ["0"], "kernels": kernels}
+    with nullcontext() if right else pytest.raises(NotShown, match="Re M"):
+        read_multiplier("matrix-zames-falb", value, [True], [0], [True])
+    with pytest.raises(NotShown, match="outweigh"):
+        read_multiplier("matrix-zames-falb", value, [True], [0], [False])
+    assert not covers(given, odd=True, repeated=False)
+    Q = form(given)
+    assert bool(np.linalg.eigvalsh(Q + Q.T).min() > -1e-9) is right
+
+
+@pytest.fixture(scope="module")
+def beside():
+    """Fitts' plant, stable with all constant gains, not nonlinearities, beside a saturation around 8/(s+1)^3."""
+    den = " + ".join(f"({c})*s^{4 - i}" for i, c in enumerate(builtin_loop("kalman-fitts").block.denominator))
+    plant = as_plant([[f"s^2/({den})", "0"], ["0", "8/(s+1)^3"]])
+    classes = [NonlinearityClass.constant_gain(0, 5), NonlinearityClass.slope_restricted(0, 1, odd=True)]
+    return max_slope(plant, classes, criterion="zames-falb")
+
+
+# Block-diagonal: the least of the parts, for 8/(s+1)^3 the gain 1, at which it oscillates.
+def test_a_constant_gain_beside_a_nonlinearity_is_proved_as_far_as_the_truth(beside):
+    assert 0.9999 < beside.largest.low < 1 < beside.refuted_at < 1 + 1e-6
+    text = json.dumps(beside.proof.certificate)
+    check(text)
+    assert recheck(text).accepted
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"linear": False},
+        {"time_varying": True, "rate": "1/1000"},
+        {"linear": False, "time_varying": True},
+    ],
+)
+def test_a_multiplier_for_a_constant_gain_is_for_no_other_class(beside, change):
+    certificate = copy.deepcopy(dict(beside.proof.certificate))
+    certificate["laws"]["channels"][0] |= change
+    both_reject(certificate)
+
+
+def both_reject(certificate):
+    text = json.dumps(certificate)
+    with pytest.raises((Rejected, Malformed)):
+        check(text, draft=True)
+    assert not recheck(text).accepted
+
+
+def test_kernels_of_a_constant_gain_with_other_signs_are_rejected_by_both(beside):
+    certificate = copy.deepcopy(dict(beside.proof.certificate))
+    for kernel in certificate["multiplier"]["kernels"]:
+        if kernel["channels"] == [1, 1]:
+            kernel["coefficient"] = str(-F(kernel["coefficient"]))
+    both_reject(certificate)

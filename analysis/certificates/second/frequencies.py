@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
+from math import comb
 
 from flint import fmpq, fmpq_mat, fmpq_poly
 
@@ -46,7 +47,9 @@ class Multiplier:
     moved: frozenset[int]
 
 
-def read_multiplier(theorem: str, value: object, odd: Sequence[bool], same: Sequence[int]) -> Multiplier:
+def read_multiplier(
+    theorem: str, value: object, odd: Sequence[bool], same: Sequence[int], gains: Sequence[bool]
+) -> Multiplier:
     """The multiplier of a certificate, doubly dominant: else it is no multiplier for these classes.
 
     Parameters
@@ -59,6 +62,8 @@ def read_multiplier(theorem: str, value: object, odd: Sequence[bool], same: Sequ
         Whether their nonlinearities are odd.
     same : sequence of int
         For each channel the first that has the same nonlinearity.
+    gains : sequence of bool
+        Whether it is a constant gain, for which ``Re M_ii > 0`` is enough where it has one channel.
 
     Raises
     ------
@@ -81,6 +86,7 @@ def read_multiplier(theorem: str, value: object, odd: Sequence[bool], same: Sequ
     partner = {(i, j) for i in range(m) for j in range(m) if same[i] == same[j]}
     chains, moved = dict[tuple[int, Fraction, bool], Chain](), set[int]()
     share = [[Fraction(0)] * m for _ in range(m)]  # absolute masses
+    own = [list[tuple[Fraction, Fraction, int]]() for _ in range(m)]
     for i, j in ((i, j) for i in range(m) for j in range(m) if i != j and gamma[i][j] != 0):
         require((i, j) in partner, "gamma couples different nonlinearities")
         require(odd[i] or gamma[i][j] < 0, "gamma has a positive entry beside the diagonal")
@@ -97,14 +103,31 @@ def read_multiplier(theorem: str, value: object, odd: Sequence[bool], same: Sequ
         require((i, j) in partner, "a kernel couples different nonlinearities")
         require(odd[i] or c >= 0, "a kernel is negative")
         share[i][j] += abs(c)
+        own[i].append((c, rate, order))
         moved |= {i, j}
         causal = kernel["side"] == "causal"
         chain = chains.setdefault((j, rate, causal), Chain(j, rate, causal, {}))
         chain.rows.setdefault(order, []).append((i, c))
     for i in range(m):
+        if gains[i] and list(same).count(same[i]) == 1:
+            _require_real_part(gamma[i][i], own[i])
+            continue
         enough = gamma[i][i] >= sum(share[i]) and gamma[i][i] >= sum(row[i] for row in share)
         require(enough, "the kernels of a row or a column outweigh gamma")
     return Multiplier(gamma, theta, list(chains.values()), frozenset(moved))
+
+
+def _require_real_part(gamma: Fraction, kernels: Sequence[tuple[Fraction, Fraction, int]]) -> None:
+    """Check ``Re M_ii > 0`` on the axis: ``Re (1 + i t)^-n = sum_k C(n, 2k) (-x)^k/(1 + x)^n`` in ``x = t^2``."""
+    require(gamma > 0 or (gamma == 0 and not kernels), "gamma of a gain is negative, or 0 beside kernels")
+    total, below = fmpq_poly([to_fmpq(gamma)]), fmpq_poly([1])
+    for c, rate, order in kernels:
+        square = to_fmpq(1 / rate**2)
+        top = [comb(order, 2 * k) * (-square) ** k for k in range(order // 2 + 1)]
+        bottom = fmpq_poly([1, square]) ** order
+        total = total * bottom - to_fmpq(c) * fmpq_poly(top) * below
+        below *= bottom
+    require(gamma == 0 or (positive_from_zero(total) and total.degree() == below.degree()), "Re M is not positive")
 
 
 def require_frequencies(

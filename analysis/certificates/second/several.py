@@ -173,7 +173,8 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
     record(document.proof, "method")
     require(not asked.discrete, "over frequencies it is decided in continuous time only")
     odd = [one.odd for one in asked.nonlinearities]
-    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated)
+    gains = [one.linear and not one.time_varying for one in asked.nonlinearities]
+    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated, gains)
     bounds = list[tuple[Fraction, Fraction]]()
     for i, one in enumerate(asked.nonlinearities):
         coupled = i in given.moved
