@@ -49,6 +49,10 @@ def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled
     if "channels" in nonlinearities:
         each = [class_words(one, inwards=inwards, spelled=spelled) for one in nonlinearities["channels"]]
         return in_channels(each, same_in(nonlinearities))
+    if "relu" in nonlinearities:
+        low, high = map(Fraction, nonlinearities["slope"])
+        leak = f" + {_number(low, up=inwards, spelled=spelled)} min(sigma, 0)" if low else ""
+        return f"phi = {'' if high == 1 else _number(high, up=not inwards, spelled=spelled) + ' '}max(sigma, 0){leak}"
     sector, slope = interval(nonlinearities["sector"], inwards=inwards, spelled=spelled), nonlinearities["slope"]
     bounds = sector if slope is None else interval(slope, inwards=inwards, spelled=spelled)
     words = f"{kind_words(nonlinearities)} {bounds}"

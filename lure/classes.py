@@ -373,6 +373,11 @@ class Diagonal(Record, kw_only=False):
         ends = list(accumulate(sizes))
         return tuple(range(end - size, end) for end, size in zip(ends, sizes, strict=True))
 
+    @property
+    def rectified(self) -> bool:
+        """Whether a class is that of a ReLU; then the classes of a smaller factor are others, and not contained."""
+        return any(one.rectifier for one in self.classes)
+
     def require_no_rectifier(self) -> None:
         """Refuse ReLUs where linear gains are taken for members, as they are around one channel.
 
@@ -381,7 +386,7 @@ class Diagonal(Record, kw_only=False):
         InputError
             A class is that of a ReLU.
         """
-        if any(one.rectifier for one in self.classes):
+        if self.rectified:
             raise InputError(
                 "a ReLU is asked about around a rational plant alone, as the class of each channel, of its only one "
                 "too: classes=[NonlinearityClass.relu()]"

@@ -122,7 +122,7 @@ def channel_hints(
     conclusion : Conclusion
         What follows for the classes asked about.
     """
-    if conclusion.verdict is Verdict.PROVED:
+    if conclusion.verdict is Verdict.PROVED or problem.classes.rectified:
         return ()
     found: list[str] = []
     if asked is not None and asked.verdict is Verdict.PROVED and asked.largest.low > 0:

@@ -124,6 +124,8 @@ def stability_map(
     """
     if len(problem.classes.blocks) != 2 or len(problem.classes.classes) != 2 or min(problem.classes.upper) <= 0:
         return None
+    if problem.classes.rectified:  # ReLUs of smaller slopes are others
+        return None
     k1, k2 = problem.classes.upper
     directions = [(k1 * Fraction(2 ** max(-e, 0.0)), k2 * Fraction(2 ** max(e, 0.0))) for e in _DIRECTIONS]
     rays, tell = list[Ray](), progress or (lambda _step, _done: None)

@@ -90,8 +90,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
         found = [x for x in found if x.kind != PARAMETRIC]
     if wanted == BEST:  # one channel needs no full block
         constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
-        known = any(each.rectifier for each in asked.classes.classes)
-        left = {_COUPLED} if not known else {_FULL, _ORDERS}
+        left = {_COUPLED} if not asked.classes.rectified else {_FULL, _ORDERS}
         left |= {_FULL} if one else set()
         sloped = any(_sloped(asked))
         found = [
@@ -395,7 +394,7 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
     most : float
         The largest factor of interest; finite: gains of the classes of that factor.
     """
-    if any(one.rectifier for one in asked.classes.classes):  # no gain is a member
+    if asked.classes.rectified:  # no gain is a member
         return None
     H = channel_plant(asked.plant)
     A, B, C, D = H.doubles()

@@ -109,7 +109,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
         proviso="" if proof is None else proviso(proof[1]),
         criterion="" if proof is None else proof[1].theorem,
         largest=Bracket(low, math.inf if high is None else max(low, high)),
-        hurwitz=Bracket(low, math.inf if high is None or jumps else max(low, high)),
+        hurwitz=Bracket(0.0 if asked.classes.rectified else low, math.inf if high is None or jumps else max(low, high)),
         verdict=concluded.verdict,
         evidence=Evidence.CERTIFIED,
         theta=None,
@@ -382,6 +382,8 @@ def proposals(
     """
     require_well_posed(asked)
     own = asked.class_entry
+    if asked.classes.rectified:  # what was proved of other factors says nothing about these
+        rows = ()
 
     def gains() -> Refuted | None:
         if rows:

@@ -206,11 +206,14 @@ class StabilityBound(Record):
     @property
     @derived()
     def proved_text(self) -> str:
-        """The largest ``k`` proved, rounded down, as it is printed everywhere; empty unless PROVED."""
+        """The largest ``k`` proved, rounded down, as it is printed everywhere; empty unless PROVED.
+
+        With ReLUs it is proved alone: those of smaller factors are other nonlinearities, and none contains another.
+        """
         if self.verdict is not Verdict.PROVED or self.proof is None:
             return ""
         if self.classes is not None:
-            return bound_below(self.largest.low)
+            return bound_below(self.largest.low) + " alone" * self.classes.rectified
         end = self.proof.certificate["laws"]["sector"][1]
         return _exactly(end, self.largest.low, double_below, bound_below)
 

@@ -474,7 +474,8 @@ def _of_channels(problem: Problem, seconds: float | None, progress: Progress | N
         map_of_two = None if isinstance(drawn, Failure) else drawn
     conclusion = found[-1].conclusion if asked else _farthest(rows).conclusion
     row = next((each for each in rows if each.classes == problem.classes), None)
-    proved = any(each.verdict is Verdict.PROVED and not any(problem.classes.lower) for each in rows)
+    zero = not any(problem.classes.lower) and not problem.classes.rectified  # a member
+    proved = zero and any(each.verdict is Verdict.PROVED for each in rows)
     poles = np.linalg.eigvals(channel_plant(problem.plant).doubles()[0])
     inside = (poles.real < 0).all() if problem.plant.dt is None else (np.abs(poles) < 1).all()
     return LoopAnalysis(

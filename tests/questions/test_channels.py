@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lure import Diagonal, InputError, NonlinearityClass, Sector, SlopeBounds, as_plant, certify, max_sector, max_slope
-from lure.analysis import Verdict
+from lure.analysis import Verdict, analyse
 from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.inequality.shifted_loop import ShiftedLoop
@@ -277,3 +277,17 @@ def test_a_hundred_rectifiers():
     found = certify(plant, Diagonal((NonlinearityClass.relu(0, Fraction(1, 4)),) * 100, repeated=True))
     assert found.verdict is Verdict.PROVED
     assert recheck(dict(found.shown.certificate)).accepted
+
+
+def test_a_factor_of_rectifiers_is_proved_alone():
+    # mutual inhibition, x_1' = -x_1 - k max(x_2, 0) and the same turned round, is stable for every k, gains for k < 1
+    plant = as_plant(([[-1, 0], [0, -1]], [[0, 1], [1, 0]], [[1, 0], [0, 1]]))
+    found = max_sector(plant, [NonlinearityClass.relu()] * 2)
+    assert found.largest.low > 1  # two gains of 1 leave an eigenvalue 0: the factor is that of ReLUs
+    assert "slope in" not in str(found)
+    assert found.proved_text.endswith(" alone")
+    assert found.hurwitz.low == 0
+    shown = analyse(plant, [NonlinearityClass.relu(0, 3)] * 2)
+    assert (shown.conclusion.verdict, shown.map, shown.hints) == (Verdict.PROVED, None, ())
+    assert "phi_1 = 3 max(sigma, 0); phi_2 = 3 max(sigma, 0)" in shown.conclusion.headline
+    assert not contains(found.proof.certificate["laws"], shown.problem.class_entry)
