@@ -101,8 +101,9 @@ def _factors(found: StabilityBound) -> list[str]:
     tried = ", the largest tried" if found.search_limited else ""
     said = [f"Classes: {found.classes}; every upper bound times k."]
     if proved:
-        span = "for" if found.classes is not None and found.classes.rectified else "up to"
-        said.append(f"Proved {span} k = {found.proved_text}{tried}, by {found.criterion} ({found.evidence}).")
+        alone = found.classes is not None and found.classes.rectified
+        span = f"for k = {found.proved_text} alone" if alone else f"up to k = {found.proved_text}{tried}"
+        said.append(f"Proved {span}, by {found.criterion} ({found.evidence}).")
         said.append(found.conclusion.headline)
     else:
         said.append("Not stable whatever k." if refuted else f"Nothing is proved: {found.reason}.")

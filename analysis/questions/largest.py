@@ -206,14 +206,11 @@ class StabilityBound(Record):
     @property
     @derived()
     def proved_text(self) -> str:
-        """The largest ``k`` proved, rounded down, as it is printed everywhere; empty unless PROVED.
-
-        With ReLUs it is proved alone: those of smaller factors are other nonlinearities, and none contains another.
-        """
+        """The largest ``k`` proved, rounded down, as it is printed everywhere; empty unless PROVED."""
         if self.verdict is not Verdict.PROVED or self.proof is None:
             return ""
         if self.classes is not None:
-            return bound_below(self.largest.low) + " alone" * self.classes.rectified
+            return bound_below(self.largest.low)
         end = self.proof.certificate["laws"]["sector"][1]
         return _exactly(end, self.largest.low, double_below, bound_below)
 
@@ -455,6 +452,8 @@ def proved_up_to(row: StabilityBound) -> str:
     row : StabilityBound
         An answer whose verdict is PROVED.
     """
+    if row.classes is not None and row.classes.rectified:  # ReLUs of a smaller factor are other nonlinearities
+        return f"{row.proved_text} alone"
     return f"{row.proved_text}, the largest k tried" if row.search_limited else row.proved_text
 
 
