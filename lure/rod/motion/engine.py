@@ -148,12 +148,11 @@ class Engine:
     def _kernel(self, load: Load, stop: int) -> int:
         """Go on to a round trip: see :func:`lure.rod.motion.kernel_trip.run`."""
         if self.compiled:
-            return int(compiled_kernel(_function(self._problem))(self.f, self.q, *load, stop))
+            return int(compiled_kernel(_function(self._problem))(self.f, self.q, load, stop))
         if load is not self._given[0]:
             self._given = load, (load[0].tolist(), load[1].tolist())
         with np.errstate(all="ignore"):  # as in compiled code
-            f, q, (table, heads) = *self._memory, self._given[1]
-            return run_powers(f, q, table, heads, stop)
+            return run_powers(*self._memory, self._given[1], stop)
 
     def _begin(self, wave: Pieces, error: float) -> None:
         f, q, problem = self.f, self.q, self._problem

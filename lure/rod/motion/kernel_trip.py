@@ -8,6 +8,8 @@ pass, and free flight is a multiplication by ``-a``.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from types import FunctionType
 
 import numpy as np
 
@@ -151,18 +153,11 @@ _LAYER = 3.0
 LARGEST_WAVE = 1e100
 
 
-def run(f: Array, q: Counts, load: Array, heads: Counts, stop: int) -> int:
-    """Go on to round trip ``stop`` or as far as there is room; ``DONE``, ``FULL`` or why it does not go on."""
-    return _run(f, q, (load, heads), stop, None)
+def run(f: Array, q: Counts, loads: tuple[Array, Counts], stop: int, powers: int | None = None) -> int:
+    """Go on to round trip ``stop`` or as far as there is room; ``DONE``, ``FULL`` or why it does not go on.
 
-
-def run_powers(f: Array, q: Counts, load: Array, heads: Counts, stop: int) -> int:
-    """The same with power laws, which take twice as long to compile."""
-    return _run(f, q, (load, heads), stop, 1)
-
-
-@kernel
-def _run(f: Array, q: Counts, loads: tuple[Array, Counts], stop: int, powers: int | None) -> int:
+    In one function, since each that calls others is compiled with all of them in it.
+    """
     while q[TRIP] < stop:
         if q[WINDOWS] == q[MOST_WINDOWS]:
             return FULL
@@ -170,42 +165,41 @@ def _run(f: Array, q: Counts, loads: tuple[Array, Counts], stop: int, powers: in
             f[SAVED_F + k] = f[k]
         for k in range(STATE):
             q[SAVED + k] = q[k]
-        found = _window(f, q, loads, powers)
-        if found == HUGE:
-            return found
+        f[TERM], f[PASSED], q[ARCS], q[LEFT] = 0.0, 0.0, 0, 0
+        pieces, found = incoming(f, q, loads, min(2.0, f[TRANSITS] - 2.0 * q[TRIP])), FULL
+        if pieces != NO_ROOM:
+            if not f[SCALE] < LARGEST_WAVE:
+                return HUGE
+            largest_wave(f, q, pieces, q[NOW])
+            q[BEFORE] = q[PIECES]
+            found = _followed(f, q, pieces, powers)
         if found != DONE:
             for k in range(WAVE):
                 f[k] = f[SAVED_F + k]
             for k in range(STATE):
                 q[k] = q[SAVED + k]
             return found
+        settled(f, q)
+        entered(f, q)
+        q[COUNT], q[TRIP] = q[LEFT], q[TRIP] + 1
+        q[OLD], q[NEW] = q[NEW], q[OLD]
+        q[OLD_DEGREES], q[NEW_DEGREES] = q[NEW_DEGREES], q[OLD_DEGREES]
+        if q[COUNT] > 1.25 * q[MERGED]:
+            before = 2 * q[COUNT]
+            while q[COUNT] < 0.9 * before:
+                before = q[COUNT]
+                merged(f, q)
     return DONE
 
 
-@kernel
-def _window(f: Array, q: Counts, loads: tuple[Array, Counts], powers: int | None) -> int:
-    f[TERM], f[PASSED], q[ARCS], q[LEFT] = 0.0, 0.0, 0, 0
-    pieces = incoming(f, q, loads, min(2.0, f[TRANSITS] - 2.0 * q[TRIP]))
-    if pieces == NO_ROOM:
-        return FULL
-    if not f[SCALE] < LARGEST_WAVE:
-        return HUGE
-    largest_wave(f, q, pieces, q[NOW])
-    q[BEFORE] = q[PIECES]
-    found = _followed(f, q, pieces, powers)
-    if found != DONE:
-        return found
-    settled(f, q)
-    entered(f, q)
-    q[COUNT], q[TRIP] = q[LEFT], q[TRIP] + 1
-    q[OLD], q[NEW] = q[NEW], q[OLD]
-    q[OLD_DEGREES], q[NEW_DEGREES] = q[NEW_DEGREES], q[OLD_DEGREES]
-    if q[COUNT] > 1.25 * q[MERGED]:
-        before = 2 * q[COUNT]
-        while q[COUNT] < 0.9 * before:
-            before = q[COUNT]
-            merged(f, q)
-    return DONE
+def with_powers(function: Callable[..., int]) -> Callable[..., int]:
+    """The same code, which numba compiles and keeps under another name, with power laws: that takes twice as long."""
+    found = FunctionType(function.__code__, function.__globals__, "run_powers", (1,))
+    found.__qualname__, found.__module__ = "run_powers", function.__module__
+    return found
+
+
+run_powers = with_powers(run)
 
 
 @kernel
@@ -250,15 +244,17 @@ def _followed(f: Array, q: Counts, pieces: int, powers: int | None) -> int:
         step, x = departure(f, q, nz, np_) if low >= until - SAME else (0, NEVER)
         if x == UNDECIDED:
             return NEAR
-        if x == NEVER:
-            if not emitted(f, q, (low, high), (n, nz, np_)):
-                return FULL
-            moved(f, q, nz)
-        else:
+        instant = high
+        if x != NEVER:
             instant = low + 0.5 * (high - low) * (x + 1.0)
             instant = low if instant - low <= SAME else high if high - instant <= SAME else instant
-            if instant > low and not _shortened(f, q, (low, instant), (n, nz, np_), x if instant < high else 1.0):
-                return FULL
+            if low < instant < high:
+                n, nz, np_ = _shortened(f, q, (n, nz, np_), x)
+        if instant > low and not emitted(f, q, (low, instant), (n, nz, np_)):
+            return FULL
+        if x == NEVER:
+            moved(f, q, nz)
+        else:
             _passed(f, q, step)
             turns, moment, keep = _turned((last, step), instant - since, turns, moment)
             if f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + POWER] != 1.0:
@@ -278,14 +274,14 @@ def _followed(f: Array, q: Counts, pieces: int, powers: int | None) -> int:
 
 
 @kernel
-def _shortened(f: Array, q: Counts, span: tuple[float, float], degrees: tuple[int, int, int], x: float) -> bool:
-    """Enter the part of the piece up to the place ``x``; whether there was room."""
-    (n, nz, np_), cut = degrees, (-1.0, x)
-    if x < 1.0:
-        n = short_part(f, q, (WAVE, n), cut, WAVE)
-        nz = short_part(f, q, (ZETA, nz), cut, ZETA)
-        np_ = short_part(f, q, (PUSH, np_), cut, PUSH)
-    return emitted(f, q, span, (n, nz, np_))
+def _shortened(f: Array, q: Counts, degrees: Degrees, x: float) -> Degrees:
+    """Leave of the series of the piece the part up to the place ``x``; its degrees."""
+    n, nz, np_ = degrees
+    return (
+        short_part(f, q, (WAVE, n), (-1.0, x), WAVE),
+        short_part(f, q, (ZETA, nz), (-1.0, x), ZETA),
+        short_part(f, q, (PUSH, np_), (-1.0, x), PUSH),
+    )
 
 
 @kernel

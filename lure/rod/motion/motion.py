@@ -210,7 +210,7 @@ class Numerics:
         Called now and then with the time reached [s]; unlike ``on_window`` it costs nothing.
     compiled : bool or None
         Whether numba compiles the kernel (``pip install "lure[fast]"``), which takes the round trips with events: half
-        a microsecond for each piece between kinks in the wave, in place of some 0.1 ms, for 16 s at the first call
+        a microsecond for each piece between kinks in the wave, in place of some 0.1 ms, for 15 s at the first call
         ever, twice as long with power laws, which are kept on disk.  None compiles once a second was spent without, if
         what is left is likely to take longer than compilation, or than loading what an earlier process has compiled.
         It is the same code either way, and gives the same numbers to rounding; ``Motion.compiled`` says which way was
