@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol, TypeVar
 
-from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.arithmetic import Malformed, Rejected, parsed
 from lure.analysis.certificates.blocks import block
 from lure.analysis.certificates.checker import (
     CONVENTION,
@@ -177,14 +177,17 @@ def check_for_class(question: Asked, draft: Draft) -> Proved | Refuted:
 
 
 def checked(draft: Draft) -> Proved | Refuted:
-    """What the checker makes of the certificate of a draft, written to text and read again.
+    """What the checker makes of the certificate of a draft, which read again from its text is the same.
 
     Parameters
     ----------
     draft : Mapping
         A certificate without what the checker fills in.
     """
-    return check(json.dumps(completed(draft)))
+    found = complete_and_check(draft)
+    if parsed(json.dumps(dict(found.certificate))) != found.certificate:
+        raise Rejected("the text of the certificate says something else")
+    return found
 
 
 def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:

@@ -15,6 +15,7 @@ The diagonal multipliers are those with ``Q = 0``, ``S`` and ``R`` diagonal.  No
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -22,7 +23,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.shifted_loop import Proposal, ShiftedLoop
+from lure.analysis.inequality.shifted_loop import LARGEST, Proposal, ShiftedLoop, Widths
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.arrays import NDArray, np
 
@@ -34,11 +35,12 @@ Rows = list[list[Fraction]]
 
 
 class FullBlock(NamedTuple):
-    """``Pi`` for ``(sigma, psi/w)``, ``theta``, and ``N`` for each pattern of signs (none: vertices)."""
+    """``Pi`` for ``(sigma, psi/w)``, ``theta``, ``N`` for each pattern of signs (none: vertices), and what is left."""
 
     Pi: NDArray[np.float64]
     theta: NDArray[np.float64]
     parts: list[NDArray[np.float64]]
+    margin: float
 
 
 def signs(m: int) -> list[tuple[int, ...]]:
@@ -128,7 +130,32 @@ class FullBlockInequality(ShiftedLoop):
         theta = np.zeros(m)
         theta[free] = found[starts[2] : starts[3]] * self.unit
         parts = [np.tensordot(found[starts[at] : starts[at + 1]], form, 1) for at in range(4, 4 + len(patterns))]
-        return FullBlock(np.tensordot(found[starts[1] : starts[2]], form, 1), theta, parts)
+        return FullBlock(np.tensordot(found[starts[1] : starts[2]], form, 1), theta, parts, float(found[starts[3]]))
+
+    def largest(self, widths: Widths, start: float, most: float) -> float:
+        """The largest factor for which the programme finds multipliers, where its margins would end; see the base."""
+        margins = list[tuple[float, float]]()
+
+        def serves(factor: float) -> bool:
+            at = widths(factor)
+            found = self.multipliers(at) if at.min() > 0 else None
+            if found is not None:
+                margins.append((factor, found.margin))
+            return found is not None
+
+        low, high = self._between(serves, start, most)
+        side = 1 - self.precision / 3
+        while high - low > self.precision * high:
+            checkpoint()
+            middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
+            if middle * LARGEST < min(most, 1.0) / LARGEST:
+                return 0.0
+            (a, s), (b, t) = sorted(margins)[-2:] if len(margins) > 1 else ((0.0, 0.0), (0.0, 0.0))
+            ends = b + t * (b - a) / (s - t) if s > t else 0.0
+            ends, side = ends * side, 2 - side  # below it, then above
+            middle = ends if low < ends < high and ends - b < 0.9 * (high - b) else middle
+            low, high = (middle, high) if serves(middle) else (low, middle)
+        return low
 
     def serves(self, widths: NDArray[np.float64]) -> bool:
         """Whether the programme finds multipliers; see :meth:`multipliers`."""

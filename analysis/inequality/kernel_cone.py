@@ -28,9 +28,10 @@ if TYPE_CHECKING:
 
     Parts = tuple[NDArray[np.complex128], NDArray[np.complex128]]
 
+_NARROW = 24  # frequencies at which a crossing is looked for first
 _ROUNDS, _FLAT, _FIRST, _MORE, _ZOOMS, _DIPS = 40, 3, 24, 8, 6, 4
 _ORDERS, _BESIDE, _SPACING = (1, 2, 3), 16.0, 2.0
-_GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED, _DIGITS = 1e-3, 1e-8, 1e-9, 1e-9, 15
+_GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED, _DIGITS = 1e-3, 1e-7, 1e-9, 1e-9, 15
 _WATCHED, _REAL, _LARGEST_MASS = 80, 1e-7, 1e3
 _LARGEST_THETA = 1e4
 _LEAST = 1e-6  # of the sum: a weight, where none may be 0
@@ -224,8 +225,10 @@ class KernelCone:
         size, plant = np.abs(np.linalg.eigvals(self.plant.A)), self.plant
         self.omega, self.H = plant.omega, plant.H
         self.turned = plant.turned(plant.omega, plant.states, plant.H)
-        self.points = self.omega[np.unique(np.linspace(0, len(self.omega) - 1, _FIRST).astype(int))]
+        self.last: Found | None = None
         self.pairs = [(i, j) for block in self.blocks for i in block for j in block]
+        count = _FIRST if self.pairs else _FIRST // 2
+        self.points = self.omega[np.unique(np.linspace(0, len(self.omega) - 1, count).astype(int))]
         self.rates = list[Fraction]()
         if self.pairs:
             low, high = size.min() / _BESIDE, 4 * _BESIDE * size.max()
@@ -298,7 +301,8 @@ class KernelCone:
             last = tried
             flat = 0 if serves > best.factor * gain else flat + 1
             best = last._replace(factor=serves) if serves > best.factor else best
-            if best.factor >= most or flat >= _FLAT:
+            nothing_more = not self.pairs and solved.margin < _EXACTLY
+            if best.factor >= most or flat >= _FLAT or nothing_more:
                 break
             inner, M = self._parts(last)
             least = np.asarray(np.linalg.eigvalsh(_hermitian(inner + M / widths(factor)))[:, 0])
@@ -312,7 +316,8 @@ class KernelCone:
                     np.searchsorted(self.omega, seen), widths(factor), solved, last.kernels
                 )
             factor = max(best.factor, factor * (best.factor == 0))
-        return best.without(_UNUSED) if best.factor else None
+        self.last = best.without(_UNUSED) if best.factor else None
+        return self.last
 
     def serving(self, widths: NDArray[np.float64]) -> Found | None:
         """A multiplier that serves for these widths and a little more, None if none was found.
@@ -322,6 +327,10 @@ class KernelCone:
         widths : ndarray
             (m,) upper bounds less lower ones.
         """
+        if self.last is not None:
+            inner, M = self._parts(self.last)
+            if np.linalg.eigvalsh(_hermitian(inner + M / widths))[:, 0].min() > 0:
+                return self.last
         found = self.largest(lambda factor: factor * widths, 1.0, _BEYOND)
         return found if found is not None and found.factor > 1 else None
 
@@ -341,16 +350,28 @@ class KernelCone:
                 return np.asarray(np.linalg.eigvalsh(_hermitian(parts[0] + parts[1] / widths(factor)))[:, 0])
 
             low = min(start, high)
-            while least(low).min() <= 0:
+            while (values := least(low)).min() <= 0:
                 low, high = low / 2, low
                 if low < _LOWEST or widths(low).min() <= 0:
                     return 0.0
-            while low < high and least(min(2 * low, high)).min() > 0:
-                low = min(2 * low, high)
-            low = _crossing(lambda factor: float(least(factor).min()), low, min(2 * low, high))
+            while low < high and (further := least(min(2 * low, high))).min() > 0:
+                low, values = min(2 * low, high), further
+            top, at = min(2 * low, high), np.argsort(values)[:_NARROW]
+            while True:  # where it is least, until it is least there
+                some = inner[at], M[at]
+
+                def lowest(factor: float, some: Parts = some) -> float:
+                    return float(least(factor, some).min())
+
+                reached = _crossing(lowest, low, top)
+                values = least(reached)
+                if values.min() > 0:
+                    break
+                top, at = reached, np.union1d(at, np.argsort(values)[:_NARROW])
+            low = reached
             if low <= known:
                 break
-            deepest = self._deepest(found, widths(low), least(low))
+            deepest = self._deepest(found, widths(low), values)
             self.look_at(deepest)
             if least(low, self._parts(found, np.searchsorted(self.omega, deepest))).min() > 0:
                 break
@@ -359,19 +380,22 @@ class KernelCone:
 
     def _deepest(self, found: Found, widths: NDArray[np.float64], least: NDArray[np.float64]) -> NDArray[np.float64]:
         """The frequencies about the lowest local minima where ``F`` is least."""
-        padded, last, lowest = np.concatenate([[np.inf], least, [np.inf]]), len(self.omega) - 1, list[float]()
+        padded, last = np.concatenate([[np.inf], least, [np.inf]]), len(self.omega) - 1
         local = np.flatnonzero((least <= padded[:-2]) & (least <= padded[2:]))
-        for i in local[np.argsort(least[local])[:_DIPS]]:
-            low, omega, high = self.omega[max(i - 1, 0)], self.omega[i], self.omega[min(i + 1, last)]
-            for _ in range(_ZOOMS if np.isfinite(high) else 0):
-                points = np.linspace(low, high, 9)
-                states, H = self.plant.response(points)
-                M = found.at(points)
-                inner = M @ H + found.theta[:, None] * self.plant.turned(points, states, H)
-                k = int(np.linalg.eigvalsh(_hermitian(inner + M / widths))[:, 0].argmin())
-                low, omega, high = points[max(k - 1, 0)], points[k], points[min(k + 1, 8)]
-            lowest.append(float(omega))
-        return np.unique(lowest)
+        at = local[np.argsort(least[local])[:_DIPS]]
+        omega, low, high = self.omega[at], self.omega[np.maximum(at - 1, 0)], self.omega[np.minimum(at + 1, last)]
+        wide = np.isfinite(high)
+        low, high, each = low[wide], high[wide], np.arange(int(wide.sum()))
+        for _ in range(_ZOOMS if len(each) else 0):
+            points = np.linspace(low, high, 9)
+            states, H = self.plant.response(points.ravel())
+            M = found.at(points.ravel())
+            inner = M @ H + found.theta[:, None] * self.plant.turned(points.ravel(), states, H)
+            values = np.linalg.eigvalsh(_hermitian(inner + M / widths))[:, 0].reshape(points.shape)
+            k = values.argmin(axis=0)
+            omega[wide] = points[k, each]
+            low, high = points[np.maximum(k - 1, 0), each], points[np.minimum(k + 1, 8), each]
+        return np.unique(omega)
 
     def _solved(
         self, at: NDArray[np.int64], widths: NDArray[np.float64], kernels: Sequence[Kernel], last: Found

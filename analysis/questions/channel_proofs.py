@@ -366,11 +366,11 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
 def _farthest_by(
     asked: Problem, name: str, search: ChannelSearch, known: Fraction, most: float
 ) -> tuple[Fraction, Proved] | None:
-    least, lower = asked.classes.least, asked.classes.lower
+    least = asked.classes.least
+    lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, asked.classes.upper))
 
     def widths(alpha: float) -> NDArray[np.float64]:
-        upper = asked.classes.scaled(Fraction(alpha)).upper if alpha > least else lower
-        return np.array([float(high - low) for high, low in zip(upper, lower, strict=True)])
+        return np.asarray(alpha * upper - lower)
 
     if known and not search.serves(widths(float(known) * (1 + _WORTH))):
         return None
