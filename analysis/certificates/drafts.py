@@ -183,6 +183,11 @@ def checked(draft: Draft) -> Proved | Refuted:
     ----------
     draft : Mapping
         A certificate without what the checker fills in.
+
+    Raises
+    ------
+    Rejected
+        It proves nothing, or its text says something else.
     """
     found = complete_and_check(draft)
     if parsed(json.dumps(dict(found.certificate))) != found.certificate:

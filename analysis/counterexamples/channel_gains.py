@@ -13,6 +13,7 @@ from lure.arrays import NDArray, Reals, np
 _ALL_VERTICES, _DRAWN, _SCALES, _POLISHED, _SEED = 6, 40, 90, 2, 20261122
 _STEPS, _TRIED, _NEAR, _ROUGHLY, _ENOUGH = 25, 8, 32, 5, 1e-9  # of the search that starts there
 _BEYOND = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2)  # of the crossing, so that rounding does not hide it
+_WORK = 4e8  # evaluations times the cube of the order, for shapes and scales
 _STILL = 1e-8  # of the largest eigenvalue
 _ZOOMS, _POINTS, _REFINED = 9, 16, 12  # of a crossing: 16^-9 of the interval
 
@@ -150,7 +151,12 @@ class GainSearch:
         scales = np.unique(np.concatenate([scales, [max(least, 0.0) * (1 + 1e-9), 2 * max(least, 0.0)]]))
         scales = scales[(scales > least) & (scales < most)]
         scales = np.append(scales, most) if most < np.inf else scales
-        shapes = self.shapes()
+        shapes, count = self.shapes(), _WORK / len(self.A) ** 3
+        if len(shapes) * len(scales) > count:  # fewer of both
+            share = (count / len(shapes) / len(scales)) ** 0.5
+            keep = np.linspace(len(shapes) - 1, 0, max(3, int(share * len(shapes)))).astype(int)
+            shapes = np.concatenate([np.ones((1, len(self.upper))), shapes[keep]])
+            scales = scales[np.linspace(0, len(scales) - 1, max(10, int(share * len(scales)))).astype(int)]
         nearest = np.argsort(self._rough(shapes, scales), kind="stable")[:_REFINED]
         sharp = self.first(shapes[nearest], scales)
         order = np.argsort(sharp, kind="stable")

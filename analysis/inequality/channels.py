@@ -67,13 +67,16 @@ class ChannelInequality(ShiftedLoop):
 
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
         """Multipliers that serve, rounded: over all frequencies, then with ``P`` of Riccati equations."""
-        found = self.cone.serving(np.array([float(w) for w in widths]))
+        at = np.array([float(w) for w in widths])
+        exact = not self.discrete and len(widths) <= MOST_CHANNELS and len(self.A) <= MOST_STATES
+        known = self.cone.known(at) if exact else None
+        if known is not None:
+            yield self._by_determinant(known, widths)
+        found = self.cone.serving(at)
         if found is None:
             return
-        if not self.discrete and len(widths) <= MOST_CHANNELS and len(self.A) <= MOST_STATES:
-            weights, theta = self._exact(found, 15)
-            stated = {"lambda": [str(v / w) for v, w in zip(weights, widths, strict=True)]}
-            yield Proposal(stated | self.popovs(theta), {"method": "determinant"})
+        if exact:
+            yield self._by_determinant(found, widths)
         weights, theta = self._exact(found, 12)
         scaled = [v / w for v, w in zip(weights, widths, strict=True)]  # for psi (w sigma - psi)
         plain, ends = (np.diag([float(v) for v in side]) for side in (weights, scaled))
@@ -89,6 +92,11 @@ class ChannelInequality(ShiftedLoop):
             factor, proof = whole(self.modes, self.integers(Q), weights, theta, lower)
             stated = {"lambda": [str(factor * v) for v in scaled]}
             yield Proposal(stated | self.popovs([factor * v for v in theta]), proof)
+
+    def _by_determinant(self, found: Found, widths: Sequence[Fraction]) -> Proposal:
+        weights, theta = self._exact(found, 15)
+        stated = {"lambda": [str(v / w) for v, w in zip(weights, widths, strict=True)]}
+        return Proposal(stated | self.popovs(theta), {"method": "determinant"})
 
     def _exact(self, found: Found, digits: int) -> tuple[list[Fraction], list[Fraction]]:
         """``lambda`` and ``theta`` with so many digits; in the ratios that a residue demands."""

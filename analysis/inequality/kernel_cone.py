@@ -299,15 +299,16 @@ class KernelCone:
                     break
                 continue
             last = tried
+            before = best.factor
             flat = 0 if serves > best.factor * gain else flat + 1
             best = last._replace(factor=serves) if serves > best.factor else best
-            nothing_more = not self.pairs and solved.margin < _EXACTLY
-            if best.factor >= most or flat >= _FLAT or nothing_more:
+            nothing_more = not self.pairs and factor <= before and solved.margin < _EXACTLY
+            if best.factor >= most or flat >= _FLAT * (1 if self.pairs else 4) or nothing_more:
                 break
             inner, M = self._parts(last)
             least = np.asarray(np.linalg.eigvalsh(_hermitian(inner + M / widths(factor)))[:, 0])
             weight = np.trace(solved.weights, axis1=1, axis2=2).real
-            used = seen[weight > _UNUSED * weight.max()]
+            used = seen if flat and not self.pairs else seen[weight > _UNUSED * weight.max()]
             self.points = np.union1d(used, self._deepest(last, widths(factor), least))
             self.look_at(self.points)
             if self.pairs:
@@ -319,6 +320,19 @@ class KernelCone:
         self.last = best.without(_UNUSED) if best.factor else None
         return self.last
 
+    def known(self, widths: NDArray[np.float64]) -> Found | None:
+        """The multiplier found last, if it serves for these widths at the frequencies looked at.
+
+        Parameters
+        ----------
+        widths : ndarray
+            (m,) upper bounds less lower ones.
+        """
+        if self.last is None:
+            return None
+        inner, M = self._parts(self.last)
+        return self.last if np.linalg.eigvalsh(_hermitian(inner + M / widths))[:, 0].min() > 0 else None
+
     def serving(self, widths: NDArray[np.float64]) -> Found | None:
         """A multiplier that serves for these widths and a little more, None if none was found.
 
@@ -327,10 +341,6 @@ class KernelCone:
         widths : ndarray
             (m,) upper bounds less lower ones.
         """
-        if self.last is not None:
-            inner, M = self._parts(self.last)
-            if np.linalg.eigvalsh(_hermitian(inner + M / widths))[:, 0].min() > 0:
-                return self.last
         found = self.largest(lambda factor: factor * widths, 1.0, _BEYOND)
         return found if found is not None and found.factor > 1 else None
 

@@ -17,6 +17,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from lure.analysis.deadline import checkpoint
@@ -27,7 +28,7 @@ Widths: TypeAlias = "Callable[[float], NDArray[np.float64]]"  # of a factor: (m,
 
 LARGEST = 1e6  # the largest factor that is tried
 MEETING = 1e-7  # relative: so near to what is refuted nothing more is asked
-_GRID, _DECADES = 100, 4
+_GRID, _DECADES, _MANY = 100, 4, 40
 _SLACKS = (0.5, 0.2, 1e-1, 1e-2, 1e-3, 1e-4)
 _BITS = 56  # of the smallest entry on the diagonal of P
 
@@ -169,6 +170,14 @@ class ShiftedLoop(ChannelSearch):
         points = np.concatenate([[0.0], np.geomspace(low, high, 3 * _GRID), *around])
         return np.append(np.unique(points[points >= 0]), np.inf)
 
+    @cached_property
+    def modal(self) -> tuple[NDArray[np.complex128], ...] | None:
+        """Eigenvalues, eigenvectors and ``B`` in their basis for many states, if that loses few digits; else None."""
+        if len(self.A) < _MANY:
+            return None
+        values, turn = np.linalg.eig(self.A)
+        return (values, turn, np.linalg.solve(turn, self.B.astype(complex))) if np.linalg.cond(turn) < 1e6 else None
+
     def response(self, omega: NDArray[np.float64]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         """``(i omega - A)^-1 B`` and ``H``; at infinity 0 and ``D``.
 
@@ -178,7 +187,11 @@ class ShiftedLoop(ChannelSearch):
             (k,) frequencies [rad/s].
         """
         points = np.exp(1j * omega) if self.discrete else 1j * np.where(np.isinf(omega), 0, omega)
-        states = np.linalg.solve(points[:, None, None] * np.eye(len(self.A)) - self.A, self.B.astype(complex))
+        if self.modal is None:
+            states = np.linalg.solve(points[:, None, None] * np.eye(len(self.A)) - self.A, self.B.astype(complex))
+        else:
+            values, turn, inputs = self.modal
+            states = turn @ (inputs / (points[:, None, None] - values[:, None]))
         states[np.isinf(omega)] = 0
         return np.asarray(states, dtype=complex), np.asarray(self.C @ states + self.D, dtype=complex)
 

@@ -37,6 +37,7 @@ from lure.errors import AssumptionError, InputError, Reason
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
 RAMPS = "ramped-gains"
+_SURE = 1e-6  # of the largest entry: a growth below is more than rounding
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 
@@ -382,6 +383,21 @@ def _farthest_by(
         if shown is not None:
             return alpha, shown
     return None
+
+
+def unsettled(asked: Problem) -> bool:
+    """Whether the loop with the gains at the lower bounds is not stable, or floating point leaves it open.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    H = channel_plant(asked.plant)
+    A, B, C, D = H.doubles()
+    lower = np.array([float(v) for v in asked.classes.lower])
+    search = GainSearch(A, B, C, D, lower, lower, asked.classes.blocks, H.dt is not None)
+    return bool(search.growth(lower) > -_SURE * (1 + np.abs(A).max()))
 
 
 def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:

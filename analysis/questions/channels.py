@@ -33,6 +33,7 @@ from lure.analysis.questions.channel_proofs import (
     proved_whole,
     refutation,
     switching_refuting,
+    unsettled,
 )
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of, undecided
 from lure.analysis.questions.largest import SoFar, StabilityBound, Stopped
@@ -44,6 +45,7 @@ from lure.errors import AssumptionError, InputError, Reason
 Tell = Callable[[str, float], None]
 MOVING = ("switched-gains", RAMPS)
 _NO_MULTIPLIER = "no multiplier was found"
+_MOST_ROUTH = 40  # states; beyond them exact arrays take a minute, and come after the criteria
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
 
 
@@ -239,12 +241,17 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
     require_well_posed(asked)
     before: StabilityBound | None = None
     criteria, said = criteria_for(asked), list[tuple[Fraction, Proved] | Failure | None]()
+    late = channel_plant(asked.plant).order > _MOST_ROUTH
+
+    def afterwards() -> None:
+        against = guarded("constant gains", partial(_against, asked, before), passing=(TimeoutError,))
+        found.against = against if isinstance(against, tuple) else None
 
     def gains() -> None:
         nonlocal before
         rows = (each.bound for each in reversed(earlier) if each.complete)
         before = next((row for row in rows if _larger(row, asked)), None)
-        found.against = _against(asked, before)
+        found.against = None if late else _against(asked, before)
         if before is not None and (carried := _carried(asked, before)) is not None:
             found.proofs.append((carried.factor, carried.shown))
             found.answers.append(carried.answer)
@@ -274,6 +281,9 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
                 break  # gains are decided as far as the boxes go
             if isinstance(said[-1], tuple) or (said[-1] is None and one.kind):
                 kind = one.kind  # the others of this kind prove less
+        if late:
+            yield "constant gains", afterwards
+            most = math.inf if found.against is None else float(found.against[0])
         if found.known < most * (1 - _NEAR):
             yield "switched gains", switch
     found.complete = found.stopped is None
@@ -326,7 +336,7 @@ def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, R
         shown = refutation(asked, alpha or Fraction(1), shown.certificate["proof"])
         if shown is not None:
             return alpha, shown
-    never = refutation(asked, Fraction(1), constant_gains(asked.classes.lower))
+    never = refutation(asked, Fraction(1), constant_gains(asked.classes.lower)) if unsettled(asked) else None
     return (Fraction(0), never) if never is not None else gains_refuting(asked, most=math.inf)
 
 
@@ -402,10 +412,14 @@ def proposals(
             raise AssumptionError(_NO_MULTIPLIER, code=Reason.NO_MULTIPLIER)
         return shown
 
-    yield "constant gains", gains
+    late = channel_plant(asked.plant).order > _MOST_ROUTH and not rows
+    if not late:
+        yield "constant gains", gains
     larger = [row.proof for row in rows if row.proof is not None and contains(row.proof.certificate["laws"], own)]
     for criterion in criteria_for(asked) if larger or not rows else ():
         yield criterion.name, partial(whole, criterion)
+    if late:
+        yield "constant gains", gains
     if not rows and asked.time_varying:
         yield "switched gains", jumping
     if rows and not larger:
