@@ -20,10 +20,10 @@ from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np, optimize
 
 MOST_STATES, MOST_SAMPLES = 12, 400
-_STEPS, _MOST_STEPS, _KEPT, _ROUNDS, _MOST_SETS, _CLOSE = 8, 256, 3, 8, 8, 1e-4
+_STEPS, _MOST_STEPS, _KEPT, _ROUNDS, _MOST_SETS, _CLOSE = 8, 48, 2, 7, 4, 1e-3
 _LEVELS = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.65, 1.0), (0.0, 0.35))
 _STAYS = (0.02, 0.25, 0.5, 1.0)  # of half a period of the fastest turn between the ends
-_RUNGS = (1.5, 3.0, 10.0)
+_RUNGS = (1.5, 6.0)
 _SURE, _BEYOND, _BITS = 1e-9, (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), (192, 512)
 
 
@@ -248,7 +248,7 @@ class RampedGains:
             lambda v: -rate(_Shape(*(float(u) for u in v * scale))),
             np.array(start) / scale,
             method="Nelder-Mead",
-            options={"maxiter": 120, "xatol": 1e-4, "fatol": 1e-8},
+            options={"maxiter": 80, "xatol": 1e-4, "fatol": 1e-8},
         )
         shape = _Shape(*(float(v) for v in solved.x * scale)).inside()
         return rate(shape), shape
