@@ -164,6 +164,48 @@ def test_an_unmoved_and_unseen_integrator_is_left_out_of_no_sentence():
         assert not recheck(whole | {"system": system, "proof": one}).accepted
 
 
+def two_states(A, seen):
+    """``x' = A x - phi`` in the channels that are seen, ``V = |x|^2``: the form is ``-2 |phi|^2`` for phi in [0, 1]."""
+    side = [[str(int(i == j and i < seen)) for j in range(2)] for i in range(2)]
+    system = {"kind": "multivariable", "time": "continuous", "A": A, "B": side, "C": side, "D": [["0", "0"]] * 2}
+    proof = {"method": "matrix", "P": [["1"], ["0", "1"]], "exponent": 0, "zero": [["1", *"000"], ["0", "1", *"00"]]}
+    laws = {"channels": [nonlinearity("0", "1")] * 2, "repeated": False}
+    return MATRIX | {"system": system, "laws": laws, "multiplier": {"lambda": ["1", "1"]}, "proof": proof}
+
+
+# x_1' = -phi_1, x_2' = -phi_2 converges; with x_1' = x_2, x_2' = -x_1 and phi = 0 the solutions go round, though V does
+# not rise; and where sigma_2 = 0 for all x_2, phi_2 may vanish at 0 only and x_2 stays where it is
+@pytest.mark.parametrize("why", ["an oscillation", "unseen"])
+def test_where_v_does_not_fall_there_are_equilibria_that_sigma_tells_apart(why):
+    still = [["0", "0"], ["0", "0"]]
+    fine = dict(complete_and_check(two_states(still, 2)).certificate)
+    assert recheck(fine).accepted
+    draft = two_states([["0", "1"], ["-1", "0"]] if why == "an oscillation" else still, 2 - (why == "unseen"))
+    with pytest.raises(Rejected, match="no equilibrium" if why == "an oscillation" else "does not see them all"):
+        complete_and_check(draft)
+    assert not recheck(fine | {"system": draft["system"]}).accepted
+
+
+def test_a_left_eigenvector_is_no_equilibrium():
+    # x_1' = -phi_1, x_2' = x_1 - x_2 - phi_2: (1, 0) A = 0 and the form vanishes at (1, 0), with A (1, 0)' not 0
+    fine = dict(complete_and_check(two_states([["0", "0"], ["0", "0"]], 2)).certificate)
+    draft = two_states([["0", "0"], ["1", "-1"]], 2)
+    draft["proof"]["zero"] = draft["proof"]["zero"][:1]
+    with pytest.raises(Rejected, match="no equilibrium"):
+        complete_and_check(draft)
+    assert not recheck(fine | {"system": draft["system"], "proof": draft["proof"]}).accepted
+
+
+def test_p_that_mixes_integrators_with_the_rest_is_seen_where_the_inputs_do_not_show_it():
+    # 40 times P of MATRIX, and a symmetric matrix that B' maps to 0 for x_01 and x_02: V' is indefinite near x_1 = 0
+    mixed = MATRIX["proof"] | {"P": [["76"], ["-38", "79"], ["6", "-3", "120"]]}
+    draft = MATRIX | {"multiplier": {"lambda": ["240", "240"]}, "proof": mixed}
+    with pytest.raises(Rejected, match="does not vanish"):
+        complete_and_check(draft)
+    whole = dict(complete_and_check(MATRIX).certificate)
+    assert not recheck(whole | {"multiplier": draft["multiplier"], "proof": mixed}).accepted
+
+
 def test_v_falls_for_random_members_of_the_class():
     # phi_i = g_i sigma_i with g_i in [0, 1/2]: V' <= -(|x_1|^2 + |phi|^2)/10 with V of MATRIX, by hand above
     rng = random.Random(20261122)
