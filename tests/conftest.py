@@ -7,6 +7,7 @@ random, takes the large samples of `depth.sampled` and runs the tests marked `th
 
 import gc
 import os
+import sys
 
 import pytest
 from depth import THOROUGH, thorough
@@ -68,6 +69,14 @@ def pytest_collection_modifyitems(config, items):
     if not thorough():
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker(THOROUGH)])
         items[:] = [item for item in items if not item.get_closest_marker(THOROUGH)]
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown():
+    """Close the figures a test left open: others, in whatever order they run, count those of their own."""
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if pyplot is not None:
+        pyplot.close("all")
 
 
 @pytest.fixture

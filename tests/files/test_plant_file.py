@@ -204,7 +204,7 @@ def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
         ("[plant]\ntransfer = 1", "plant.transfer is 1; give a formula in quotes"),
         ("[plant]\ntransfer = '1/(s+1'", "plant: transfer: expected ')'"),
         ("[plant]\ntransfer = '1/s'\ndt = 1", "the formula is in s but dt asks for discrete time"),
-        (PLANT + "[class]\nodd = true", "class: neither sector, slope nor gain is given"),
+        (PLANT + "[class]\nodd = true", "class: neither sector, slope, gain nor relu is given"),
         (PLANT + "[class]\nsector = [1, 0]", "class.sector is [1, 0]; the first must be smaller"),
         (PLANT + "[class]\nsector = [0, 0]", "the first must be smaller"),
         (PLANT + "[class]\nsector = [0, nan]", "class.sector[1] is NaN"),
