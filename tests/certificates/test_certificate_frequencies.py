@@ -96,7 +96,7 @@ def accepted(given):
     return json.loads(json.dumps(dict(complete_and_check(given).certificate)))
 
 
-def refused_by_both(name, given):
+def assert_refused_by_both(name, given):
     with pytest.raises((Rejected, Malformed)):
         complete_and_check(given)
     whole = accepted(draft(name)) | given
@@ -117,7 +117,7 @@ def test_small_multipliers_prove_more_than_was_published(name):
 @pytest.mark.parametrize("name", KEPT)
 def test_they_prove_no_more_than_the_inequality_says(name):
     most = F(KEPT[name][3])
-    refused_by_both(name, draft(name, str(most * 9 / 8)))
+    assert_refused_by_both(name, draft(name, str(most * 9 / 8)))
 
 
 def changed(given, *path_and_value):
@@ -171,7 +171,7 @@ TAMPERED = {
 @pytest.mark.parametrize("what", TAMPERED)
 def test_what_was_tampered_with_is_accepted_by_neither(what):
     name, path = TAMPERED[what]
-    refused_by_both(name, changed(draft(name), *path))
+    assert_refused_by_both(name, changed(draft(name), *path))
 
 
 # 1/(s + 1) in each of two channels, phi_i in [0, 4], lambda = 1: F = 1 + 4/(1 + x) is positive; Popov's term i omega H

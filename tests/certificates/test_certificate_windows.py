@@ -38,7 +38,7 @@ def test_two_loops_side_by_side_are_proved_as_far_as_one(found):
     assert recheck(text).accepted
 
 
-def both_reject(certificate):
+def assert_both_reject(certificate):
     text = json.dumps(certificate)
     with pytest.raises((Rejected, Malformed)):
         check(text, draft=True)
@@ -75,7 +75,7 @@ def edited(found, *path, value):
     ],
 )
 def test_what_was_tampered_with_is_rejected_by_both(found, path, value):
-    both_reject(edited(found, *path, value=value))
+    assert_both_reject(edited(found, *path, value=value))
 
 
 # P has either sign, so that a mode which nothing sees or drives can satisfy the inequality and grow: x+ = 2 x with
@@ -90,7 +90,7 @@ def test_an_unstable_mode_that_the_inequality_does_not_see_is_rejected(found):
     grown["system"]["C"] = [[*row, "0"] for row in system["C"]]
     P = [[*row[:n], *(["0"] if i >= n else []), *row[n:]] for i, row in enumerate(proof["P"])]
     grown["proof"]["P"] = [*P[:n], ["0"] * n + [unit], *P[n:]]
-    both_reject(grown)
+    assert_both_reject(grown)
     grown["system"]["A"][-1][-1] = "1/2"  # with V = x^2 the same mode, stable, is no obstacle
     grown["proof"]["P"][n][n] = unit.removeprefix("-")
     assert isinstance(check(json.dumps(grown), draft=True), Proved)

@@ -291,12 +291,12 @@ def test_the_verdicts_are_these(verdict, names):
 @pytest.mark.parametrize("varying", [False, True])
 def test_the_largest_sector_is_told_as_its_certificate_has_it(varying, lower):
     # 1/(s+1)^3: gains from 0 up to 8; the circle and Popov reach 4 and 8
-    one_question(max_sector("1/(s+1)^3", time_varying=varying, lower=lower))
+    assert_one_answer(max_sector("1/(s+1)^3", time_varying=varying, lower=lower))
 
 
 @pytest.mark.parametrize("odd", [False, True])
 def test_the_largest_slope_is_told_as_its_certificate_has_it(odd):
-    one_question(max_slope("1/(s+1)^3", odd=odd))
+    assert_one_answer(max_slope("1/(s+1)^3", odd=odd))
 
 
 def test_where_every_gain_destabilises_no_class_is_refuted_but_those_of_the_certificate():
@@ -355,7 +355,7 @@ def table_of(found):
     return {cell[0]: cell[1] for cell in cells}
 
 
-def one_question(found):
+def assert_one_answer(found):
     data, nonlinearities, table = found.to_dict(), found.proof.certificate["laws"], found.to_xarray()
     assert data["verdict"] == table.attrs["verdict"] == str(found.verdict) == "PROVED"
     is_class(str(found), nonlinearities, inside=True)

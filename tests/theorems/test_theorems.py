@@ -71,7 +71,7 @@ def supporting_proof(block, lower):
     )
 
 
-def same(one, other, *, scale=1, shift=0, rel=1e-6):
+def assert_same(one, other, *, scale=1, shift=0, rel=1e-6):
     """Assert that two ends, one of them rescaled, are the same number, as far as a search determines it."""
     assert float(scale) * other.largest.low + float(shift) == pytest.approx(one.largest.low, rel=rel)
     assert one.verdict is other.verdict
@@ -80,13 +80,13 @@ def same(one, other, *, scale=1, shift=0, rel=1e-6):
 @pytest.mark.parametrize("speed", [F(1, 10**6), F(3), F(10**4)])
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_the_unit_of_time_changes_nothing(row, time, speed):
-    same(usual(row, time), reach(row, with_time(FOUND[time], time, speed)))
+    assert_same(usual(row, time), reach(row, with_time(FOUND[time], time, speed)))
 
 
 @pytest.mark.parametrize("gain", [F(1, 10**9), F(3000)])
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_a_gain_moves_between_the_block_and_the_class(row, time, gain):
-    same(usual(row, time), reach(row, with_gain(FOUND[time], gain)), scale=gain)
+    assert_same(usual(row, time), reach(row, with_gain(FOUND[time], gain)), scale=gain)
 
 
 # phi = l sigma + phi': the class [l, l + k] of H is the class [0, k] of H/(1 + l H)
@@ -94,7 +94,7 @@ def test_a_gain_moves_between_the_block_and_the_class(row, time, gain):
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_a_shift_of_the_class_is_a_shift_of_the_loop(row, time, lower):
     found = reach(row, FOUND[time], lower)
-    same(found, reach(row, supporting_proof(FOUND[time], lower)), shift=lower)
+    assert_same(found, reach(row, supporting_proof(FOUND[time], lower)), shift=lower)
     assert found.nonlinearity_class.sector.lower == lower
 
 
@@ -131,9 +131,9 @@ FEW = settings(max_examples=sampled(8, of=1000))  # for each row
 def test_the_symmetries_hold_for_random_blocks(row, time, data, speed, lower):
     block = data.draw(RANDOM[time])
     moved = with_gain(with_time(block, time, speed), speed)
-    same(reach(row, block), reach(row, moved), scale=speed)
+    assert_same(reach(row, block), reach(row, moved), scale=speed)
     assume(1 + lower * block.feedthrough != 0 and is_stable_gain(block, lower))
-    same(reach(row, block, lower), reach(row, supporting_proof(block, lower)), shift=lower)
+    assert_same(reach(row, block, lower), reach(row, supporting_proof(block, lower)), shift=lower)
 
 
 @pytest.mark.parametrize(("row", "time"), RANDOMLY)
