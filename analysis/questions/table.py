@@ -264,7 +264,8 @@ class LoopAnalysis(Record):
 
     problem: Problem = quantity("The loop: its name, plant, nonlinearity and the class asked about")
     case: Case = quantity(
-        "Its poles: all stable, one simple one at 0 (``z = 1``) besides stable ones, or anything else"
+        "Its poles: all stable; one simple one at 0 (``z = 1``), or of several channels some, besides stable ones; or "
+        "anything else"
     )
     gains: tuple[GainInterval, ...] | None = quantity(
         "All linear gains for which the loop is stable; None where they were not computed"
@@ -474,13 +475,9 @@ def _of_channels(problem: Problem, seconds: float | None, progress: Progress | N
         map_of_two = None if isinstance(drawn, Failure) else drawn
     conclusion = found[-1].conclusion if asked else _farthest(rows).conclusion
     row = next((each for each in rows if each.classes == problem.classes), None)
-    zero = not any(problem.classes.lower) and not problem.classes.rectified  # a member
-    proved = zero and any(each.verdict is Verdict.PROVED for each in rows)
-    poles = np.linalg.eigvals(channel_plant(problem.plant).doubles()[0])
-    inside = (poles.real < 0).all() if problem.plant.dt is None else (np.abs(poles) < 1).all()
     return LoopAnalysis(
         problem=problem,
-        case="stable" if proved or inside else "unstable",
+        case=_channel_case(problem, rows),
         gains=None,
         rows=tuple(sorted(rows, key=lambda each: (each.verdict is not Verdict.PROVED, -each.largest.low))),
         asked=row if asked else None,
@@ -489,6 +486,17 @@ def _of_channels(problem: Problem, seconds: float | None, progress: Progress | N
         not_shown=_not_shown(rows, conclusion),
         map=map_of_two,
     )
+
+
+def _channel_case(problem: Problem, rows: list[StabilityBound]) -> Case:
+    """By a proof with the gains 0 as a member, else by poles in floating point, of which those at the edge are out."""
+    zero = not any(problem.classes.lower) and not problem.classes.rectified
+    proved = [row for row in rows if zero and row.verdict is Verdict.PROVED]
+    if proved:
+        return "critical" if any(row.critical for row in proved) else "stable"
+    poles = np.linalg.eigvals(channel_plant(problem.plant).doubles()[0])
+    size = poles.real if problem.plant.dt is None else np.abs(poles) - 1
+    return "stable" if (size < -1e-12 * np.abs(poles).max()).all() else "unstable"
 
 
 def _farthest(rows: list[StabilityBound]) -> StabilityBound:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lure import NonlinearityClass, Sector, as_plant, certify, max_sector
+from lure.analysis import analyse
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.inequality import channels
 from lure.analysis.inequality.zero_modes import zero_modes
@@ -97,6 +98,12 @@ def test_where_the_solutions_go_depends_on_what_is_known():
     assert not flat.conclusion.attracts
     moving = certify(beside(PARTS[0][0], "1/s"), [NonlinearityClass(sector=ONE, time_varying=True)] * 2)
     assert moving.conclusion.meaning == "Every solution is bounded"
+
+
+def test_an_analysis_says_that_the_plant_has_integrators():
+    found = analyse(as_plant(([[0, 0]] * 2, ((2, 1), (1, 2)), ((1, 0), (0, 1)), [[0, 0]] * 2)), [ONE] * 2)
+    assert (found.case, found.verdict) == ("critical", Verdict.PROVED)
+    assert "the loop with the smallest gain of the class has a pole at 0" in found.not_shown[0]
 
 
 def matrices(B, C, A=((0, 0, 0), (0, 0, 0), (0, 0, -1))):
