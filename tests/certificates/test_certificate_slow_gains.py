@@ -16,6 +16,7 @@ from lure.analysis.certificates.balls import ramp
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.certify import ProofOptions
+from lure.analysis.wording import class_words
 
 gain = NonlinearityClass.varying_gain
 MOVING = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
@@ -85,7 +86,14 @@ def test_slow_gains_approach_constant_ones_and_fast_gains_those_that_jump(rate, 
     assert certify(PUBLISHED, gain(0, F(end), rate=rate)).verdict.name == verdict
 
 
-def test_the_largest_factor_of_slow_gains_says_their_rate():
+def test_a_sentence_about_slow_gains_says_their_rate(proof):
+    words = "time-varying odd linear phi_1 with slope in [-1, 1], its gain at a rate of at most 0.335"
+    assert class_words(proof["laws"]) == words
+    assert "rates up to 67/200" in proof["hypotheses"]["class"]
+
+
+@pytest.mark.thorough
+def test_the_largest_factor_of_slow_gains_lies_between_a_proof_and_a_refutation():
     found = max_sector(PUBLISHED, gain(0, 1, rate=1), criterion="circle")
     assert 0.46987 < found.largest.low < found.refuted_at < 1
     assert "its gain at a rate of at most 1:" in str(found)
