@@ -8,7 +8,7 @@ from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any
 
 from lure.analysis.numerics.doubles import bound_above, bound_below
-from lure.classes import in_channels
+from lure.classes import in_channels, operator_words
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -21,6 +21,7 @@ Spelled = Mapping[Fraction, str]
 _DOES = {  # by the conclusion of a refutation, from the checker
     "a loop of the class has a motion that does not converge to an equilibrium": "destabilises the loop",
     "a loop of the class has equilibria other than 0": "gives the loop other equilibria than 0",
+    "the L2 gain from w to z is above gamma in a loop of the class": "gives the loop a larger L2 gain",
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
 _ORBITS, _MOVING = ("orbit", "flow-orbit"), ("switched-gains", "ramped-gains")
@@ -53,6 +54,10 @@ def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled
         low, high = map(Fraction, nonlinearities["slope"])
         leak = f" + {_number(low, up=inwards, spelled=spelled)} min(sigma, 0)" if low else ""
         return f"phi = {'' if high == 1 else _number(high, up=not inwards, spelled=spelled) + ' '}max(sigma, 0){leak}"
+    if "operator" in nonlinearities:
+        bound, gain = Fraction(nonlinearities["sector"][1]), nonlinearities["operator"] == "performance"
+        about = _number(1 / bound if gain else bound, up=inwards is gain, spelled=spelled)
+        return operator_words(nonlinearities["operator"], about)
     sector, slope = interval(nonlinearities["sector"], inwards=inwards, spelled=spelled), nonlinearities["slope"]
     bounds = sector if slope is None else interval(slope, inwards=inwards, spelled=spelled)
     words = f"{kind_words(nonlinearities)} {bounds}"
@@ -148,7 +153,7 @@ def destroys(shown: Refuted) -> str:
     moves = conclusion.endswith("converge to an equilibrium")
     does = "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
     verb, _, rest = does.partition(" ")
-    return f"{verb[:-1]} {rest}" if _method(shown) in ("linear-gains", *_MOVING) else does
+    return f"{verb[:-1]} {rest}" if _method(shown) in ("linear-gains", "linear-members", *_MOVING) else does
 
 
 def counterexample(shown: Refuted) -> str:
@@ -163,6 +168,11 @@ def counterexample(shown: Refuted) -> str:
     if method in ("linear-gain", "matrix-gain"):
         gain = Fraction(proof["gain"])
         return "phi = 0" if gain == 0 else f"phi = {_near(gain)} sigma"
+    if method == "linear-members":
+        kinds = shown.certificate["laws"]["channels"]
+        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
+        words = [f"the gains {', '.join(_near(Fraction(gain)) for gain in own)}"] if own else []
+        return " and ".join(words + ["all-pass operators"] * bool(proof["operators"])) or "the linear loop"
     if method == "linear-gains":
         return f"the gains {', '.join(_near(Fraction(gain)) for gain in proof['gains'])}"
     if method in _MOVING:

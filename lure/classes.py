@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import accumulate
-from typing import Self
+from typing import Literal, Self
 
 from lure.errors import InputError, Reason
 from lure.exact import exact_number
@@ -15,6 +15,9 @@ from lure.record import Record, quantity, rounded
 from lure.record.values import Towards
 
 # Sectors and slope bounds: what is known of a nonlinearity, as exact numbers.
+
+Operator = Literal["", "any", "linear time-invariant", "performance"]
+OPERATORS = ("any", "linear time-invariant")
 
 _LONGEST = 24
 _A_BOUND = "an int, a float, a Fraction or math.inf"
@@ -151,13 +154,16 @@ class NonlinearityClass(Record):
         ``sigma`` below; see :meth:`relu`.
     rate : Fraction or None
         Of a linear ``phi`` that depends on time: a bound on how fast ``g`` changes; see :meth:`varying_gain`.
+    operator : {"", "any", "linear time-invariant", "performance"}
+        Not ``""``: an operator ``mu_b = -Delta sigma_b`` that acts on all channels of its block together; see
+        :meth:`norm_bounded` and :meth:`performance`.
 
     Raises
     ------
     InputError
         The slope bounds lie outside the sector's: members would leave the sector; or the bounds coincide; or constant
         gains are said to depend on time, or a rate is given of others; or a ReLU is said to be odd, or its sector and
-        slope bounds differ or are infinite.
+        slope bounds differ or are infinite; or an operator has other properties than a bound of its norm.
 
     Examples
     --------
@@ -174,6 +180,7 @@ class NonlinearityClass(Record):
     linear: bool = quantity("", label="", default=False)
     rectifier: bool = quantity("", label="", key="relu", default=False)
     rate: Fraction | None = quantity("", label="", default=None)
+    operator: Operator = quantity("", key="", label="", default="")
     _kind, _said = "class of nonlinearities", "text"
 
     def __post_init__(self) -> None:
@@ -214,6 +221,8 @@ class NonlinearityClass(Record):
                 "NonlinearityClass has a ReLU that is odd, linear, depends on time, or whose sector and slope bounds "
                 "differ or are infinite; give NonlinearityClass.relu(lower, upper)"
             )
+        if self.operator:
+            self._check_operator()
 
     @property
     def _is_relu(self) -> bool:
@@ -221,6 +230,17 @@ class NonlinearityClass(Record):
         ends = (self.sector.lower, self.sector.upper)
         same = self.slope is not None and (self.slope.lower, self.slope.upper) == ends
         return same and not (self.odd or self.linear or self.time_varying or math.inf in map(abs, ends))
+
+    def _check_operator(self) -> None:
+        if self.operator not in (*OPERATORS, "performance"):
+            raise InputError(f"NonlinearityClass.operator is {self.operator!r:.40}; choose from {', '.join(OPERATORS)}")
+        low, high = self.sector.lower, self.sector.upper
+        if self.slope is not None or self.odd or self.linear or low != -high or high == math.inf:
+            raise InputError(
+                "NonlinearityClass is an operator with other properties than a finite bound of its norm; give "
+                "NonlinearityClass.norm_bounded(bound)"
+            )
+        object.__setattr__(self, "time_varying", self.operator != OPERATORS[1])
 
     @classmethod
     def slope_restricted(
@@ -278,6 +298,55 @@ class NonlinearityClass(Record):
         paced: Fraction = rate  # type: ignore[assignment]  # made exact there
         return cls(sector=bounds[0], slope=bounds[1], odd=True, time_varying=True, linear=True, rate=paced)
 
+    @classmethod
+    def norm_bounded(cls, bound: float | Fraction, *, dynamics: str = "any") -> NonlinearityClass:
+        r"""The operators ``mu_b = -Delta sigma_b`` with ``|Delta| <= bound`` on a block ``b`` of channels.
+
+        ``"any"``: causal operators with :math:`\int_0^T |\mu_b|^2 \le \mathrm{bound}^2 \int_0^T |\sigma_b|^2` for every
+        ``T``, nonlinear and time-varying ones too.  ``"linear time-invariant"``: stable transfer matrices with
+        :math:`\|\Delta\|_\infty \le` bound.  In a :class:`Diagonal` the class stands once for each channel of the
+        block, and ``repeated`` says how many these are.
+
+        Parameters
+        ----------
+        bound : int, float or Fraction
+            Largest gain in the Euclidean norm, positive and finite [unit of mu / unit of sigma].
+        dynamics : {"any", "linear time-invariant"}
+            Which operators.
+
+        Raises
+        ------
+        InputError
+            The bound is not positive and finite, or there are no such operators.
+
+        Examples
+        --------
+        >>> print(NonlinearityClass.norm_bounded(2))
+        operator phi of norm <= 2
+        >>> one = NonlinearityClass.norm_bounded(1, dynamics="linear time-invariant")
+        >>> print(Diagonal((one, one, NonlinearityClass(sector=Sector(0, 1))), repeated=(2, 1)))
+        linear time-invariant operator (phi_1, phi_2) of norm <= 1; phi_3 in the sector [0, 1]
+        """
+        return cls._of_norm(bound, dynamics, "bound")
+
+    @classmethod
+    def performance(cls, bound: float | Fraction = 1) -> NonlinearityClass:
+        """What closes the loop from ``z`` to ``w`` where the L2 gain is asked for: it is below ``1/bound``.
+
+        Parameters
+        ----------
+        bound : int, float or Fraction
+            The inverse of the gain, positive and finite.
+        """
+        return cls._of_norm(bound, "performance", "bound")
+
+    @classmethod
+    def _of_norm(cls, bound: float | Fraction, operator: str, name: str) -> NonlinearityClass:
+        number = isinstance(bound, int | float | Fraction) and not isinstance(bound, bool)
+        if not number or not 0 < bound < math.inf:
+            raise InputError(f"the {name} of a norm is {bound!r:.40}; give a positive finite number")
+        return cls(sector=Sector(-bound, bound), operator=operator)  # type: ignore[arg-type]  # checked there
+
     @property
     def gains(self) -> tuple[float | Fraction, float | Fraction]:
         """Bounds of ``phi(sigma)/sigma``: those of the sector and, as ``phi(0) = 0``, those of the slopes."""
@@ -285,13 +354,16 @@ class NonlinearityClass(Record):
         return max(self.sector.lower, slope.lower), min(self.sector.upper, slope.upper)
 
     def scaled(self, alpha: Fraction) -> NonlinearityClass:
-        """The class with its upper bounds times ``alpha``; lower bounds and rates stay.
+        """The class with its upper bounds times ``alpha``; lower bounds and rates stay, but of a norm both are ``+-``.
 
         Parameters
         ----------
         alpha : Fraction
             The factor.
         """
+        if self.operator:
+            bound = alpha * Fraction(self.sector.upper)
+            return replace(self, sector=Sector(-bound, bound))
 
         def top(value: float | Fraction) -> float | Fraction:
             return value if value in (math.inf, -math.inf) else alpha * Fraction(value)
@@ -308,6 +380,9 @@ class NonlinearityClass(Record):
             low, high = self.gains
             leak = f" + {_lower(low)} min(sigma, 0)" if low else ""
             return f"phi = {'' if high == 1 else f'{_upper(high)} '}max(sigma, 0){leak}"
+        if self.operator:
+            bound, gain = self.sector.upper, self.operator == "performance"
+            return operator_words(self.operator, _upper(1 / Fraction(bound)) if gain else _lower(bound))
         words = "odd phi" if self.odd else "phi"
         bounds = f"slope in {self.slope}" if self.slope is not None else f"sector {self.sector}"
         if self.slope is not None and (self.slope.lower, self.slope.upper) != (self.sector.lower, self.sector.upper):
@@ -320,6 +395,21 @@ class NonlinearityClass(Record):
         return f"Class of nonlinearities: {self}"
 
 
+def operator_words(operator: str, bound: str) -> str:
+    """A norm-bounded block, or the performance channel, in words.
+
+    Parameters
+    ----------
+    operator : str
+        ``operator`` of a class.
+    bound : str
+        The bound of the norm; of the performance channel the gain, its inverse.
+    """
+    if operator == "performance":
+        return f"an L2 gain of {bound} from w to z"
+    return f"{'' if operator == 'any' else operator + ' '}operator phi of norm <= {bound}"
+
+
 class Diagonal(Record, kw_only=False):
     """The classes of several nonlinearities, one for each channel: ``mu_i = -phi_i(sigma_i)``.
 
@@ -329,12 +419,14 @@ class Diagonal(Record, kw_only=False):
         One for each channel.
     repeated : bool or tuple of int
         Whether all channels have the same nonlinearity; or how many channels in turn have the same one: ``(1, 2)`` is
-        one in channel 1 and another in channels 2 and 3.  The classes of the same nonlinearity are equal.
+        one in channel 1 and another in channels 2 and 3.  The classes of the same nonlinearity are equal.  Of a class
+        with an ``operator``: the channels on which one operator acts.
 
     Raises
     ------
     InputError
-        There is no class, those of the same nonlinearity differ, or the numbers of channels do not add up.
+        There is no class, those of the same nonlinearity differ, or the numbers of channels do not add up; or a
+        performance channel is not the last block.
 
     Examples
     --------
@@ -364,6 +456,18 @@ class Diagonal(Record, kw_only=False):
             if len({self.classes[i] for i in block}) > 1:
                 told = "; ".join(f"channel {i + 1}: {self.classes[i]}" for i in block)
                 raise InputError(f"Diagonal repeats one nonlinearity, and its classes differ: {told}")
+        if any(self.classes[block[0]].operator == "performance" for block in self.blocks[:-1]):
+            raise InputError("Diagonal has a performance channel before other channels; give it as the last block")
+
+    @property
+    def performance(self) -> range | None:
+        """The channels from ``z`` to ``w``, None where no gain is asked for."""
+        return self.blocks[-1] if self.classes[-1].operator == "performance" else None
+
+    @property
+    def operators(self) -> tuple[range, ...]:
+        """The blocks of channels with an operator, the performance channel among them."""
+        return tuple(block for block in self.blocks if self.classes[block[0]].operator)
 
     @property
     def blocks(self) -> tuple[range, ...]:
@@ -379,13 +483,15 @@ class Diagonal(Record, kw_only=False):
         return any(one.rectifier for one in self.classes)
 
     def require_no_rectifier(self) -> None:
-        """Refuse ReLUs where linear gains are taken for members, as they are around one channel.
+        """Refuse ReLUs where linear gains are taken for members, as they are around one channel, and operators.
 
         Raises
         ------
         InputError
-            A class is that of a ReLU.
+            A class is that of a ReLU, or of an operator.
         """
+        if self.operators:
+            raise InputError("a norm-bounded operator closes a channel of several; give the classes as a list")
         if self.rectified:
             raise InputError(
                 "a ReLU is asked about around a rational plant alone, as the class of each channel, of its only one "
@@ -394,8 +500,8 @@ class Diagonal(Record, kw_only=False):
 
     @property
     def lower(self) -> tuple[Fraction, ...]:
-        """Lower bounds of ``phi_i(sigma)/sigma``, which are finite."""
-        return tuple(Fraction(one.gains[0]) for one in self.classes)
+        """Gains by which the loop is shifted: the finite lower bounds of ``phi_i(sigma)/sigma``, 0 for operators."""
+        return tuple(Fraction(0 if one.operator else one.gains[0]) for one in self.classes)
 
     @property
     def upper(self) -> tuple[Fraction, ...]:
@@ -405,17 +511,21 @@ class Diagonal(Record, kw_only=False):
     @property
     def least(self) -> Fraction:
         """Of the factors beyond it each leaves every upper bound above the lower one."""
+        if self.performance is not None:
+            return Fraction(0)
         return max(Fraction(0), *(low / high for low, high in zip(self.lower, self.upper, strict=True) if high > 0))
 
     def scaled(self, alpha: Fraction) -> Diagonal:
-        """The classes with every upper bound times ``alpha``; lower bounds stay.
+        """The classes with every upper bound times ``alpha``; lower bounds stay.  Of a gain: that gain over ``alpha``.
 
         Parameters
         ----------
         alpha : Fraction
             The factor.
         """
-        return Diagonal(tuple(one.scaled(alpha) for one in self.classes), repeated=self.repeated)
+        whole = self.performance is None
+        scaled = tuple(one.scaled(alpha) if whole or one.operator == "performance" else one for one in self.classes)
+        return Diagonal(scaled, repeated=self.repeated)
 
     def __str__(self) -> str:
         if len(self.classes) == 1:
@@ -434,5 +544,7 @@ def in_channels(words: Sequence[str], blocks: Iterable[Sequence[int]]) -> str:
         The channels, counted from 0, of each nonlinearity.
     """
     same = {block[0]: [f"phi_{i + 1}" for i in block] for block in blocks}
-    names = {i: " = ".join(each if len(each) < 4 else [each[0], "...", each[-1]]) for i, each in same.items()}
+    shown = {i: each if len(each) < 4 else [each[0], "...", each[-1]] for i, each in same.items()}
+    names = {i: " = ".join(each) for i, each in shown.items()}
+    names |= {i: f"({', '.join(each)})" for i, each in shown.items() if "operator" in words[i] and len(each) > 1}
     return "; ".join(words[i].replace("phi", name, 1) for i, name in names.items())

@@ -14,6 +14,7 @@ from . import frequencies, states
 from .arithmetic import S, eliminated, fields, form, integer, need, numbers, real, tick
 from .balls import dot, positive_definite
 
+EXISTS = "every initial state has a solution with the operators at rest"
 MOST_STATES, MOST_CHANNELS = 200, 100
 Rows = list[list[Fraction]]
 
@@ -33,6 +34,21 @@ class Channels(NamedTuple):
 
     families: list[states.Family]
     blocks: list[range]
+
+    @property
+    def operators(self) -> list[range]:
+        """The channels of each operator, that of the performance channel last."""
+        return [block for block in self.blocks if self.families[block[0]].operator]
+
+    @property
+    def performance(self) -> range | None:
+        """The channels from ``z`` to ``w``; None where no gain is asked for."""
+        return self.blocks[-1] if self.families[-1].operator == "performance" else None
+
+    @property
+    def functions(self) -> list[int]:
+        """The channels without an operator."""
+        return [i for i, family in enumerate(self.families) if not family.operator]
 
     def bounds(self, i: int) -> tuple[Any, Any]:
         """Bounds of ``phi_i(sigma)/sigma``: those of the sector and, as ``phi_i(0) = 0``, those of the slope."""
@@ -61,7 +77,9 @@ def channels(data: Any, m: int) -> Channels:
     ends = list(accumulate(integer(size, 1, m) for size in sizes))
     form(ends[-1:] == [m], f"the channels with the same nonlinearity do not add up to {m}")
     blocks = [range(end - size, end) for end, size in zip(ends, sizes)]
-    families = [states.classes(one, paced=True) for one in given]
+    families = [states.classes(one, several=True) for one in given]
+    asked = [families[block[0]].operator for block in blocks]
+    form("performance" not in asked[:-1], "the performance channel is one, and the last")
     same = all(given[i] == given[block[0]] for block in blocks for i in block)
     form(same, "a repeated nonlinearity has one class")
     return Channels(families, blocks)
@@ -70,18 +88,36 @@ def channels(data: Any, m: int) -> Channels:
 def described(asked: Channels) -> str:
     """The classes in words."""
     words = "; ".join(f"channel {i}: {states.described(family)}" for i, family in enumerate(asked.families, 1))
-    same = [f"{block[0] + 1} to {block[-1] + 1}" for block in asked.blocks if len(block) > 1]
+    joint = [(block, f"{block[0] + 1} to {block[-1] + 1}") for block in asked.blocks if len(block) > 1]
+    words += "".join(f"; one operator on the channels {where}" for block, where in joint if block in asked.operators)
+    same = [where for block, where in joint if block not in asked.operators]
     if len(asked.blocks) == 1 and same:
         return f"{words}; one nonlinearity in all channels"
     return "".join([words, *(f"; one nonlinearity in the channels {channels}" for channels in same)])
 
 
-def ordered(D: Rows) -> bool:
-    """Whether the channels can be taken one after the other, each ``sigma_i`` given by those before it."""
-    left = set(range(len(D)))
-    while free := {i for i in left if not any(D[i][j] for j in left)}:
+def ordered(D: Rows, asked: Channels) -> bool:
+    """Whether the channels can be taken one after the other, each ``sigma_i`` given by those before it.
+
+    The channels of an operator are taken together; ``w`` is given, and ``z`` determines nothing.
+    """
+    together = [block for block in asked.operators if block != asked.performance]
+    left = {tuple(block) for block in [*together, *([i] for i in asked.functions)]}
+    while free := {one for one in left if not any(D[i][j] for i in one for other in left for j in other)}:
         left -= free
     return not left
+
+
+def existing(asked: Channels) -> str:
+    """What is assumed of operators."""
+    return EXISTS if any(block != asked.performance for block in asked.operators) else ""
+
+
+def uniform(weights: Any, asked: Channels) -> None:
+    """An operator has one weight for all of its channels, the performance channel one > 0."""
+    one = all(weights[i] == weights[block[0]] for block in asked.operators for i in block)
+    need(one, "the channels of an operator have different weights")
+    need(asked.performance is None or weights[-1] > 0, "the weight of the performance channel is not positive")
 
 
 def each(asked: Channels) -> Any:
@@ -109,12 +145,28 @@ def definite(Pi: Rows, view: Rows, where: str, less: Any = None) -> None:
 
 def closed_by(H: Plant, gains: list[Fraction]) -> Rows | None:
     """The matrix of the loop with constant gains; None if it has no solution."""
-    # mu = -G sigma and sigma = C x + D mu: (1 + G D) mu = -G C x
-    left = [[(i == j) + g * v for j, v in enumerate(row)] for i, (g, row) in enumerate(zip(gains, H.D))]
-    solved = eliminated(left, [[-g * v for v in row] for g, row in zip(gains, H.C)])
+    found = closed_loop(H, [[g * (i == j) for j in range(len(gains))] for i, g in enumerate(gains)])
+    return None if found is None else found.A
+
+
+def closed_loop(H: Plant, G: Rows) -> Plant | None:
+    """``x' = A x + B w``, ``sigma = C x + D w`` with ``mu = w - G sigma``; None if it has no solution."""
+    m = len(G)
+    # sigma = C x + D mu: (1 + G D) mu = w - G C x
+    left = [[(i == j) + dot(g, column) for j, column in enumerate(zip(*H.D))] for i, g in enumerate(G)]
+    right = [
+        [*(-dot(g, column) for column in zip(*H.C)), *(Fraction(i == j) for j in range(m))] for i, g in enumerate(G)
+    ]
+    solved = eliminated(left, right)
     if solved is None:
         return None
-    return [[a + dot(b, column) for a, column in zip(row, zip(*solved))] for row, b in zip(H.A, H.B)]
+    columns, n = [*zip(*solved)], len(H.A)
+    sides = [[[dot(b, column) for column in columns] for b in side] for side in (H.B, H.D)]
+    A, C = (
+        [[v + w for v, w in zip(row, more)] for row, more in zip(own, side)] for own, side in zip((H.A, H.C), sides)
+    )
+    B, D = ([row[n:] for row in side] for side in sides)
+    return Plant(A, B, C, D, H.discrete)
 
 
 def within(A: Rows, discrete: bool) -> bool:
@@ -147,6 +199,7 @@ def member(data: Any, asked: Channels) -> list[Fraction]:
     """One gain for each channel, all of the class."""
     gains = numbers(data, len(asked.families))
     inside = all(low <= g <= high for g, (low, high) in zip(gains, map(asked.bounds, range(len(gains)))))
+    need(not any(gains[i] for i in asked.performance or ()), "the performance channel is no part of the loop")
     need(
         inside and all(len({gains[i] for i in block}) == 1 for block in asked.blocks), "the gains are outside the class"
     )

@@ -39,6 +39,8 @@ FINITE_ENERGY = "0 attracts every motion with inputs to the block and initial fu
 RESTS = "every motion of finite energy comes to rest, its end at a zero of the law"
 RESTING = "every motion of finite energy comes to rest, and the pressure of every contact tends to 0"
 LINEAR = "every constant gain of the class makes the loop asymptotically stable"
+GAIN = "the L2 gain from w to z is at most gamma in every loop of the class"
+EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
@@ -359,12 +361,8 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
     form(phi is None or isinstance(phi, dict), "the nonlinearity is neither null nor an object")
     if isinstance(given, dict) and "channels" in given:
         kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof)
-        return (
-            (Proved if kind else Refuted),
-            (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING)[end],
-            found,
-            assumed,
-        )
+        ends = (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED)
+        return (Proved if kind else Refuted), ends[end], found, assumed
     family = states.classes(given)
     form(not family.relu, "a ReLU is asked about as one of several channels")
     facts, slopes = {"class": states.described(family)}, list[Fraction]()

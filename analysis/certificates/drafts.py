@@ -207,6 +207,11 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
         return _each_contains(larger, smaller)
     if "relu" in larger and ("relu" not in smaller or smaller["slope"] != larger["slope"]):
         return False  # it has one member
+    if "operator" in larger or "operator" in smaller:
+        kinds = larger.get("operator"), smaller.get("operator")
+        return _inside(smaller["sector"], larger["sector"]) and (
+            kinds[0] == kinds[1] or kinds == ("any", "linear time-invariant")
+        )
     line = smaller["linear"]  # phi = g sigma is odd, does not jump, and has the slope that its sector bounds
     slope = smaller["sector"] if line and smaller["slope"] is None else smaller["slope"]
     return (
@@ -227,6 +232,8 @@ def _each_contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> boo
     whole, same = ({(b[0], i) for b in same_in(one) for i in b} for one in (larger, smaller))
     firsts = {i: first for first, i in same}
     alike = all(firsts[first] == firsts[i] for first, i in whole)
+    if any("operator" in one for each in (larger, smaller) for one in each["channels"]):
+        alike = alike and same_in(larger) == same_in(smaller)  # one operator in two channels is not one in each
     return alike and all(map(contains, larger["channels"], smaller["channels"]))
 
 

@@ -71,7 +71,7 @@ def multiplier(name: str, data: Any, m: int) -> Multiplier:
     return Multiplier([numbers(row, m) for row in gamma], numbers(theta, m), found)
 
 
-def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]], gains: Any) -> None:
+def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]], gains: Any, operators: Any = ()) -> None:
     """The conditions on ``M``: no kernel between different nonlinearities; doubly dominant; signs unless they are odd.
 
     With ``Phi_i' = a_i b_i'``, ``a_i(x) b_j(y) <= a_i(x) b_i(x) - Phi_i(x) + Phi_j(y)`` where ``i`` and ``j`` have one
@@ -79,11 +79,16 @@ def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]], gains
     at most ``c`` times the integral of ``a_i b_i - Phi_i`` and of ``Phi_j``: what rows and columns add up to is paid by
     ``gamma_ii`` of ``a_i b_i``.  For odd ones the same with ``-y``.  Where ``gains`` says so ``phi_i`` is a constant
     gain in one channel, ``a_i`` and ``b_i`` are multiples of ``sigma_i`` of one sign, and ``Re M_ii > 0`` is enough.
+    An operator of norm up to ``u_i = -l_i`` has ``Re a_b^* d b_b = d (u_i^2 |sigma_b|^2 - |mu_b|^2)``, ``d > 0`` real,
+    one for its channels.
     """
+    for channels in operators:
+        scaling(given, channels)
+    joint = {i for channels in operators for i in channels}
     m, block = len(given.gamma), {i: set(one) for one in blocks for i in one}
     rows, columns = [ZERO] * m, [ZERO] * m
     beside = [(i, j, -v) for i, row in enumerate(given.gamma) for j, v in enumerate(row) if i != j and v]
-    for i, j, c in [*beside, *(kernel[:3] for kernel in given.kernels)]:
+    for i, j, c in [*beside, *(kernel[:3] for kernel in given.kernels if kernel.row not in joint)]:
         need(j in block[i], f"channels {i + 1} and {j + 1} have different nonlinearities, and M has an entry for both")
         need(c >= 0 or odd[i], f"M has a kernel below 0 for channel {i + 1}, whose nonlinearity need not be odd")
         rows[i], columns[j] = rows[i] + abs(c), columns[j] + abs(c)
@@ -103,6 +108,19 @@ def real_part(given: Multiplier, i: int) -> bool:
     even = in_square(total(M[0][0], conjugate(M[0][0])))
     p = exact.primitive(even)
     return not p or (len(p) == len(in_square(q)) and exact.positive(p))
+
+
+def scaling(given: Multiplier, channels: Iterable[int]) -> None:
+    """``M`` is a real, even function ``d > 0`` times the identity on the channels of an operator, and 0 beside them."""
+    own = set(channels)
+    beside = [row[j] for i, row in enumerate(given.gamma) for j in range(len(row)) if i != j and own & {i, j}]
+    apart = [k for k in given.kernels if k.row != k.column and own & {k.row, k.column}]
+    need(not any(beside) and not apart, "M couples the channels of an operator")
+    gains = {given.gamma[i][i] for i in own}
+    lists = [sorted(k[2:] for k in given.kernels if k.row == i) for i in own]
+    even = sorted((c, a, n, -side) for c, a, n, side in lists[0])
+    need(len(gains) == 1 and all(one == even for one in lists), "M is no real multiple of 1 for an operator")
+    need(gains == {ZERO} or real_part(given, min(own)), "d > 0 fails for an operator")
 
 
 def proved(H: Any, given: Multiplier, bounds: Any) -> dict[str, str]:

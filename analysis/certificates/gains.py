@@ -1,4 +1,4 @@
-"""Gains in several channels, constant or switched: what they refute, and boxes of constant ones; part of the checker.
+"""Linear members of classes in several channels: what they refute, and boxes of constant gains; part of the checker.
 
 Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
 """
@@ -12,13 +12,14 @@ from typing import Any
 from . import arithmetic as exact
 from . import states
 from .arithmetic import INF, ZERO, S, fields, form, integer, need, number, numbers, real, tick
-from .channels import Channels, Plant, characteristic, closed_by, each, member, plant, rank
+from .balls import dot
+from .channels import Channels, Plant, Rows, characteristic, closed_by, closed_loop, each, member, plant, rank, within
 
 MOST_VERTICES, MOST_STEPS = 10, 1000
 
 
 def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
-    """Gains ``mu_i = -g_i sigma_i`` of the class with which the loop is not asymptotically stable.
+    """Linear members of the class, ``mu_i = -g_i sigma_i`` or operators, for which no proof is true.
 
     What follows, as in :func:`examined`, and what was found.
     """
@@ -28,11 +29,18 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
         return 1, switched(H, asked, proof)
     if method == "ramped-gains":
         return 1, ramped(H, asked, proof)
+    if method == "linear-members":
+        return linear_members(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
     gains = member(fields(proof, "method", "gains")[1], asked)
     words, closed = ", ".join(map(str, gains)), closed_by(H, gains)
     if closed is None:
         return 3, {"root": f"det(1 + H(inf) G) = 0 for the gains {words}"}
+    return unstable(H, closed, words)
+
+
+def unstable(H: Plant, closed: Rows, words: str) -> tuple[int, dict[str, str]]:
+    """What follows of a loop that is not asymptotically stable, its matrix being given."""
     order, p = len(closed), characteristic(closed)
     up, down = (real(1) + S, real(1) + exact.MINUS * S) if H.discrete else (S, real(1))
     inner = exact.primitive(exact.ascending(exact.homogeneous(p, up, down, order)))
@@ -48,6 +56,108 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
             return 1, {"root": f"with the gains {words} the eigenvalue {at} of the loop has too few eigenvectors"}
         return 2, {"root": f"with the gains {words} the loop has an eigenvalue {at}, the others strictly inside"}
     return 1, {"root": f"with the gains {words} the loop has an eigenvalue not strictly inside, by Routh's array"}
+
+
+def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """Constant gains, and operators ``Delta = u v'`` of all-passes: an unstable loop, or one with a larger gain.
+
+    ``u_i = c_i a_i(s)``, ``|a_i| = 1`` on the axis, likewise ``v``: ``|Delta|`` is the product of the lengths of the
+    coefficients at every frequency.  The gain is above ``gamma`` if ``|T(i omega) w| > gamma |w|`` for some ``w``.
+    """
+    keys = ["omega", "input"] if "omega" in proof else []
+    _, data, listed, *at = fields(proof, "method", "gains", "operators", *keys)
+    m, blocks = len(H.D), [block for block in asked.operators if block != asked.performance]
+    gains = member(data, asked)
+    need(not any(gains[i] for block in blocks for i in block), "an operator has a gain as well")
+    form(isinstance(listed, list) and len(listed) == len(blocks), f"{len(blocks)} operators are needed, in order")
+    G = [[g * (i == j) for j in range(m)] for i, g in enumerate(gains)]
+    ends = list[list[Any]]([[None] * m, [None] * m])
+    for block, item in zip(blocks, listed):
+        sides = list[list[Fraction]]()
+        for rates, side in zip(ends, fields(item, "left", "right")):
+            pairs = all(isinstance(x, list) and len(x) == 2 for x in side) if isinstance(side, list) else False
+            form(pairs and len(side) == len(block), "an operator has pairs of a coefficient and a rate, or null")
+            for i, (_, rate) in zip(block, side):
+                rates[i] = None if rate is None else number(rate)
+            sides.append([number(c) for c, _ in side])
+        (left, right), most = sides, asked.bounds(block[0])[1] ** 2
+        need(dot(left, left) * dot(right, right) <= most, "an operator has a larger norm than its class")
+        for i, u in zip(block, left):
+            for j, v in zip(block, right):
+                G[i][j] = u * v
+    found = closed_loop(filtered(H, *ends), G)
+    words = f"{', '.join(map(str, gains))}{' and operators of rank one' * bool(blocks)}"
+    need(found is not None, "the loop with these operators has no solution", exact.IllPosed)
+    assert found is not None
+    if not keys:  # the operators at rest at first: some solution of the plant alone is not at rest, if they stay so
+        n = len(H.A)
+        apart = [row[n:] for row in found.A[n:]]
+        need(not apart or within(apart, H.discrete), "the operators are not stable with D alone")
+        return unstable(found, found.A, words)
+    need(asked.performance is not None, "a gain is asked of a performance channel")
+    need(within(found.A, H.discrete), "the loop with these members is not stable")
+    own = list(asked.performance or ())
+    form(isinstance(at[1], list) and len(at[1]) == len(own), "the input has one entry for each channel")
+    w, omega = [numbers(pair, 2) for pair in at[1]], None if at[0] is None else number(at[0])
+    z = response(found, own, [[pair[0] for pair in w], [pair[1] for pair in w]], omega)
+    size, gamma = sum((v * v for pair in w for v in pair), ZERO), 1 / asked.bounds(own[0])[1]
+    need(dot(z, z) > gamma**2 * size, "the gain of this loop is not shown to be larger")
+    where = f"omega = {'inf' if omega is None else omega}{', the tangent of half the angle' * H.discrete}"
+    return 8, {"stable": f"with {words} the loop is asymptotically stable", "gain": f"|T w| > gamma |w| at {where}"}
+
+
+def filtered(H: Plant, left: list[Any], right: list[Any]) -> Plant:
+    """The plant with ``(s - a)/(s + a)``, in discrete time ``(1 - a z)/(z - a)``, before inputs and after outputs."""
+    for rate in (a for a in (*left, *right) if a is not None):
+        need(abs(rate) < 1 if H.discrete else rate > 0, "an all-pass is not stable")
+    given = [{i: a for i, a in enumerate(side) if a is not None} for side in (left, right)]
+    steps = [(a, 1 - a * a, -a) if H.discrete else (-a, -2 * a, Fraction(1)) for side in given for a in side.values()]
+    before, after = map(list, given)
+    parts = steps[: len(before)], steps[len(before) :]
+    n, m, p, q = len(H.A), len(H.D), len(before), len(after)
+    ahead = dict(zip(before, parts[0]))
+    direct = [ahead[i][2] if i in ahead else Fraction(1) for i in range(m)]
+
+    def through(state: Any, into: Any) -> tuple[list[Fraction], list[Fraction]]:
+        """A row of ``(A, B)`` or ``(C, D)`` with the filters before the inputs."""
+        more = [into[i] * gain for i, (_, gain, _) in zip(before, parts[0])]
+        return [*state, *more], [v * d for v, d in zip(into, direct)]
+
+    pairs = [through(a, b) for a, b in zip(H.A, H.B)]
+    A, B = [[*a, *[ZERO] * q] for a, _ in pairs], [b for _, b in pairs]
+    A += [[*[ZERO] * n, *(part[0] * (i == k) for i in range(p)), *[ZERO] * q] for k, part in enumerate(parts[0])]
+    B += [[Fraction(i == j) for j in range(m)] for i in before]
+    seen = [through(c, d) for c, d in zip(H.C, H.D)]
+    C, D = [[*c, *[ZERO] * q] for c, _ in seen], [d for _, d in seen]
+    for k, (i, (pole, gain, straight)) in enumerate(zip(after, parts[1])):
+        A.append([*C[i][: n + p], *(pole * (j == k) for j in range(q))])
+        B.append(D[i])
+        C[i] = [*(straight * v for v in C[i][: n + p]), *(gain * (j == k) for j in range(q))]
+        D[i] = [straight * v for v in D[i]]
+    return Plant(A, B, C, D, H.discrete)
+
+
+def response(H: Plant, own: list[int], w: Any, omega: Fraction | None) -> list[Fraction]:
+    """Real, then imaginary parts of ``T w`` at a frequency, None for infinity."""
+    n, (re, im) = len(H.A), w
+    direct = [[dot([H.D[i][j] for j in own], side) for i in own] for side in (re, im)]
+    if omega is None and not H.discrete:
+        return [*direct[0], *direct[1]]
+    c, d = ZERO, omega or ZERO
+    if H.discrete:  # z = e^(i theta), omega the tangent of theta/2
+        c, d = Fraction(-1), ZERO
+        if omega is not None:
+            c, d = (1 - omega**2) / (1 + omega**2), 2 * omega / (1 + omega**2)
+    real_part = [[c * (i == j) - v for j, v in enumerate(row)] for i, row in enumerate(H.A)]
+    turn = [[d * (i == j) for j in range(n)] for i in range(n)]
+    top = [[*row, *(-v for v in more)] for row, more in zip(real_part, turn)]
+    low = [[*more, *row] for row, more in zip(real_part, turn)]
+    driven = [[dot([b[j] for j in own], side)] for side in (re, im) for b in H.B]
+    x = exact.eliminated([*top, *low], driven)
+    need(x is not None, "the frequency is that of a pole")
+    state = [row[0] for row in x or []]
+    seen = [[dot(H.C[i], part) for i in own] for part in (state[:n], state[n:])]
+    return [v + u for side, more in zip(seen, direct) for v, u in zip(side, more)]
 
 
 def gain_box(H: Plant, asked: Channels, method: Any, tree: Any) -> dict[str, str]:

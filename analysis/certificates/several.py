@@ -20,12 +20,14 @@ from .channels import (
     definite,
     described,
     each,
+    existing,
     moved,
     ordered,
     plant,
     rank,
     seen,
     triangle,
+    uniform,
 )
 
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
@@ -45,7 +47,8 @@ def examined(
 ) -> tuple[bool, int, dict[str, str], str]:
     """Whether it is a proof, and what follows; 0: 0 attracts, 1: one moves on, 2: other equilibria, 3: no loop.
 
-    4: all converge to the set of equilibria, 5: they are bounded, 6: rods come to rest.
+    4: all converge to the set of equilibria, 5: they are bounded, 6: rods come to rest.  Of a gain, 7: it is at most
+    that of the class, 8: one is above.
 
     And how every hypothesis was found to hold, and what is assumed.
     """
@@ -59,8 +62,10 @@ def examined(
         return True, 6, facts | resting(system, asked), ""
     if verdict == "PROVED":
         found, assumed = proved(name, data, system, asked, proof)
-        varying = any(one.varying for one in asked.families)
-        return True, (5 if varying else 4) if "residue" in found else 0, facts | found, assumed
+        if "residue" in found:
+            need(not asked.operators, "with operators an eigenvalue 0 is not covered")
+            return True, 5 if any(one.varying for one in asked.families) else 4, facts | found, assumed
+        return True, 0 if asked.performance is None else 7, facts | found, assumed
     need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
     end, found = gains.refuted(system, asked, proof)
     return False, end, facts | found, ""
@@ -102,21 +107,27 @@ def well_posed(D: Rows, asked: Channels) -> tuple[str, str]:
     ``y`` not equal too, ``|phi - phi'| <= K |y - y'|``: ``sigma`` is unique, Lipschitz in ``y``, and exists as a proper
     injective continuous map of ``R^m`` is onto (Brouwer).
     """
-    if ordered(D):
-        return "sigma is given channel after channel: D has no cycle", ""
+    more = existing(asked)
+    if ordered(D, asked):
+        return "sigma is given channel after channel: D has no cycle", more
     inside = (
-        asked.bounds(i)[0] <= family.slope[0] and family.slope[1] <= asked.bounds(i)[1] for i, family in each(asked)
+        asked.bounds(i)[0] <= family.slope[0] and family.slope[1] <= asked.bounds(i)[1]
+        for i, family in each(asked)
+        if family.operator != "performance"
     )
     if all(inside):
         return "the inequality at x = 0 bounds differences of solutions, the slopes being in the same bounds", ""
-    return "the inequality at x = 0 shows det(1 + D G) != 0 for the gains of the class", ONE_SOLUTION
+    both = f"{ONE_SOLUTION} and {more}" if more else ONE_SOLUTION
+    return "the inequality at x = 0 shows det(1 + D G) != 0 for the gains of the class", both
 
 
 def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
     """The circle criterion, or Popov's, with diagonal or full-block multipliers: what was found, and what is assumed.
 
     ``V = x'Px + 2 sum theta_i int_0^sigma_i phi_i`` is positive definite, and ``V' + (sigma, phi)' Pi (sigma, phi)``
-    (discrete: the difference of ``V``) negative definite in ``(x, phi)``, where the form of ``Pi`` is nonnegative.
+    (discrete: the difference of ``V``) negative definite in ``(x, phi)``, where the form of ``Pi`` is nonnegative.  For
+    an operator it is ``lambda (r^2 |sigma_b|^2 - |mu_b|^2)``, whose integral up to any time is, and from ``z`` to ``w``
+    that with ``r = 1/gamma``: with ``x(0) = 0`` the integral of ``|z|^2 - gamma^2 |w|^2`` is at most 0.
     """
     H = plant(system)
     if name == "constant-gains":
@@ -124,6 +135,7 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
         return gains.gain_box(H, asked, *fields(proof, "method", "tree")), ""
     if name == "parameter-dependent":
         posed, assumed = well_posed(H.D, asked)
+        need(not asked.operators, "operators are not covered beside unknown gains")
         return parametric.proved(H, data, asked, proof) | {"well-posed": posed}, assumed
     if name in ("order-cones", "coupled-windows"):
         return windows.lifted(name, H, data, asked, proof)
@@ -131,24 +143,34 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
         return over_frequencies(name, data, H, asked, proof)
     need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
     (key, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
-    parts = ["N"] * (key == "Pi" and isinstance(data, dict) and "N" in data)
-    given, *turned = fields(data, key, *["theta"] * popov, *parts)
+    parts, beside = ["N"] * (key == "Pi" and isinstance(data, dict) and "N" in data), key != "lambda"
+    given, *turned = fields(data, key, *["theta"] * popov, *parts, *["lambda"] * (beside and bool(asked.operators)))
     theta = numbers(turned[0], m) if popov else [ZERO] * m
     need(not (popov and H.discrete), f"{name} is for continuous time")
     for i, family in each(asked):
         need(INF not in map(abs, asked.bounds(i)), f"channel {i + 1} has no finite bounds")
         need(not family.rough, "locally Lipschitz nonlinearities are needed")
-        need(not theta[i] or not family.varying, f"theta_{i + 1} needs a nonlinearity that does not depend on time")
+        fixed = not (family.varying or family.operator)
+        need(not theta[i] or fixed, f"theta_{i + 1} needs a nonlinearity that does not depend on time")
         need(not theta[i] or not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
-    method, rows, exponent, *zero = fields(proof, "method", "P", "exponent", *["zero"] * ("zero" in proof))
+    method, half, exponent, *zero = fields(proof, "method", "P", "exponent", *["zero"] * ("zero" in proof))
     form(method == "matrix", "several nonlinearities are proved by a matrix")
-    P, q, whole = states.symmetric(rows, [*moved(H), *seen(H)], n)
-    R, Z, e = whole[:n], whole[n:], integer(exponent, 0, 10**5)  # q (A, -B) and q (C, -D)
+    P, q, rows = states.symmetric(half, [*moved(H), *seen(H)], n)
+    R, Z, e = rows[:n], rows[n:], integer(exponent, 0, 10**5)  # q (A, -B) and q (C, -D)
     bounds = [asked.bounds(i) for i in range(m)]
-    if key == "forms":
-        Pi, bounds = windows.static(given, asked)
-    else:
-        Pi = full_block(given, turned[popov:], bounds) if key == "Pi" else diagonal(numbers(given, m), bounds)
+    weights = numbers(turned.pop() if beside else given, m) if asked.operators or not beside else [ZERO] * m
+    uniform(weights, asked)
+    Pi, own = diagonal(weights, bounds), asked.functions
+    if beside:
+        need(bool(own) and not any(weights[i] for i in own), "lambda is of operators alone")
+        places = [*range(2 * m)] if key == "forms" else [*own, *(m + i for i in own)]
+        if key == "forms":
+            part, bounds = windows.static(given, asked)
+        else:
+            part = full_block(given, turned[popov:], [bounds[i] for i in own])
+        for i, row in zip(places, part):
+            for j, v in zip(places, row):
+                Pi[i][j] += v
     falls, above = inequality(P, (R, Z, q, e), Pi, theta, bounds, H.discrete)
     rest = {}
     if zero:
@@ -196,9 +218,13 @@ def at_rest(M: Any, H: Plant, low: list[Fraction], zero: Any) -> Any:
 
 def solvable(H: Plant, asked: Channels, bounds: Any) -> str:
     """Why there is one solution where a multiplier couples channels, whose form says nothing about differences."""
-    need(ordered(H.D) or len(H.D) <= MOST_VERTICES, f"D has a cycle, and there are more than {MOST_VERTICES} channels")
-    inside = all(l <= x.slope[0] and x.slope[1] <= u for (l, u), x in zip(bounds, asked.families))
-    return frequencies.solvable(H, inside, bounds)
+    if ordered(H.D, asked):
+        return "sigma is given channel after channel: D has no cycle"
+    own = [i for i in range(len(H.D)) if i not in (asked.performance or ())]
+    need(len(own) <= MOST_VERTICES, f"D has a cycle, and there are more than {MOST_VERTICES} channels")
+    inside = all(bounds[i][0] <= asked.families[i].slope[0] and asked.families[i].slope[1] <= bounds[i][1] for i in own)
+    rows = [[H.D[i][j] for j in own] for i in own]
+    return frequencies.solvable(H._replace(D=rows), inside, [bounds[i] for i in own])
 
 
 def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
@@ -212,20 +238,21 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
     need(not H.discrete, f"{name} by a determinant is for continuous time")
     given = frequencies.multiplier(name, data, len(H.D))
     constant_gains = [one.linear and not one.varying for one in asked.families]
-    frequencies.dominant(given, [one.odd for one in asked.families], asked.blocks, constant_gains)
-    bounds = [one.slope if i in given.moved else asked.bounds(i) for i, one in each(asked)]
+    odd = [one.odd for one in asked.families]
+    frequencies.dominant(given, odd, asked.blocks, constant_gains, asked.operators)
+    bounds = [one.slope if i in given.moved and not one.operator else asked.bounds(i) for i, one in each(asked)]
     for i, one in each(asked):
         need(INF not in map(abs, bounds[i]), f"channel {i + 1} has no finite bounds")
         need(not one.rough, "locally Lipschitz nonlinearities are needed")
         constant = not given.theta[i] and i not in given.moved
         need(constant or not one.varying, f"channel {i + 1} needs a nonlinearity that does not depend on time")
         need(
-            not (given.theta[i] and any(H.D[i])),
+            not (given.theta[i] and (any(H.D[i]) or one.operator)),
             f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone",
         )
     facts = frequencies.proved(H, given, bounds)
-    if name != "matrix-zames-falb":
-        posed, assumed = well_posed(H.D, asked)
+    posed, assumed = well_posed(H.D, asked)
+    if name != "matrix-zames-falb" or ordered(H.D, asked):
         return facts | {"well-posed": posed}, assumed
     return facts | {"well-posed": solvable(H, asked, bounds)}, ""
 

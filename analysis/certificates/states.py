@@ -34,22 +34,36 @@ class Family(NamedTuple):
     rough: bool = False  # of any regularity, else locally Lipschitz
     relu: bool = False  # the upper bound times sigma above 0, the lower one times sigma below
     rate: Any = None  # of linear ones that depend on time: how fast the gain changes
+    operator: str = ""  # which mu_b = -Delta sigma_b, of norm up to the upper bound; else a function of sigma
 
 
-def classes(data: Any, paced: bool = False) -> Family:
-    """The class of nonlinearities of a certificate; ``paced`` says whether gains with a rate are among those known."""
-    own = isinstance(data, dict) and paced and "rate" in data
+OPERATORS = {
+    "any": "causal operators",
+    "linear time-invariant": "stable linear time-invariant operators",
+    "performance": "from z to w",
+}
+
+
+def classes(data: Any, several: bool = False) -> Family:
+    """The class of nonlinearities of a certificate; of ``several`` also gains with a rate, and operators."""
+    own = isinstance(data, dict) and several and "rate" in data
+    operator = data["operator"] if several and isinstance(data, dict) and "operator" in data else None
     keys = [
         *["sector", "slope", "odd", "time_varying", "linear"],
         *["regularity"] * (isinstance(data, dict) and "regularity" in data),
         *["relu"] * (isinstance(data, dict) and "relu" in data),
         *["rate"] * own,
+        *["operator"] * (operator is not None),
     ]
-    sector, slope, odd, varying, linear, *rest = fields(data, *keys)
+    sector, slope, odd, varying, linear, *_ = fields(data, *keys)
     form(data.get("regularity", "any") == "any", "regularity is left out or any")
     form(data.get("relu", True) is True, "relu is left out or true")
-    rate = number(rest[-1]) if own else None
+    rate = number(data["rate"]) if own else None
     form(rate is None or (rate > 0 and linear is varying is True), "a rate > 0 is one of gains that depend on time")
+    if operator is not None:
+        plain = (slope, odd, linear, len(keys)) == (None, False, False, 6)
+        form(isinstance(operator, str) and operator in OPERATORS, "operator is of no kind there is")
+        form(plain and varying is (operator != "linear time-invariant"), "an operator has a bound of its norm alone")
     form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")
     form(
         all(isinstance(x, list) and len(x) == 2 for x in (sector, slope or [0, 0])),
@@ -64,8 +78,9 @@ def classes(data: Any, paced: bool = False) -> Family:
     rough, relu = "regularity" in data, "relu" in data
     known = bounds[0] == bounds[1] and INF not in map(abs, bounds[0]) and not (odd or varying or linear or rough)
     form(known or not relu, "a ReLU has equal finite bounds of sector and slope, and no other property")
+    form(operator is None or -bounds[0][0] == bounds[0][1] < INF, "the bounds of an operator are -r and r, finite")
     endless = (sector[1] == "inf", slope is None or slope[1] == "inf")
-    return Family(bounds[0], bounds[1], endless, odd, varying, linear, rough, relu, rate)
+    return Family(bounds[0], bounds[1], endless, odd, varying, linear, rough, relu, rate, operator or "")
 
 
 def regular(family: Family, without: bool) -> None:
@@ -79,6 +94,11 @@ def regular(family: Family, without: bool) -> None:
 
 def described(family: Family) -> str:
     """The class of nonlinearities in words."""
+    if family.operator:
+        bound = family.sector[1]
+        if family.operator == "performance":
+            return f"{OPERATORS[family.operator]}, gamma = {1 / bound} (about {float(1 / bound):.9g})"
+        return f"all {OPERATORS[family.operator]} of L2 gain up to {bound}, at rest at first"
     kind = "constant gains" if family.linear else "time-varying laws" if family.varying else "time-invariant laws"
     if family.relu:
         return f"phi = {family.slope[1]} max(sigma, 0) + {family.slope[0]} min(sigma, 0)"

@@ -151,6 +151,7 @@ def class_entry(
         **({"regularity": "any"} if rough else {}),
         **({"relu": True} if nonlinearity_class.rectifier else {}),
         **({} if nonlinearity_class.rate is None else {"rate": str(nonlinearity_class.rate)}),
+        **({"operator": nonlinearity_class.operator} if nonlinearity_class.operator else {}),
     }
 
 
@@ -182,6 +183,8 @@ def nonlinearity_class_of(nonlinearities: Mapping[str, Any]) -> NonlinearityClas
             math.inf if high in ("finite", "inf") else Fraction(high)
         )
 
+    if "operator" in nonlinearities:
+        return NonlinearityClass(sector=Sector(*bounds(nonlinearities["sector"])), operator=nonlinearities["operator"])
     sector, slope = Sector(*bounds(nonlinearities["sector"])), nonlinearities["slope"]
     within = None if slope is None else SlopeBounds(*bounds(slope))
     if within is not None:  # nonlinearities with these slopes lie in the sector of the same bounds

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from . import states
 from .arithmetic import INF, ZERO, fields, form, integer, need, numbers
 from .balls import dot, positive_definite
-from .channels import Channels, Plant, Rows, closed_by, ordered, triangle, within
+from .channels import Channels, Plant, Rows, closed_by, existing, ordered, triangle, uniform, within
 
 LONGEST = 40
 
@@ -52,6 +52,7 @@ def coupled(given: Any, asked: Channels, samples: int, summed: bool) -> tuple[li
         need(len({*channels, *used}) == len(channels) + len(used), "a channel stands twice in the forms")
         used.update(channels)
         families, p = [asked.families[i] for i in channels], samples * len(channels)
+        need(not any(family.operator for family in families), "a form is of functions, an operator has a weight")
         if kind == "relu":
             need(all(family.relu for family in families), "a form is for ReLUs, and a channel has another class")
             need(not summed, "forms for ReLUs need a bound of V from below")
@@ -118,10 +119,11 @@ def static(given: Any, asked: Channels) -> tuple[Rows, list[tuple[Any, Any]]]:
 def of_orders(data: Any, asked: Channels) -> Window:
     """Forms that are positive on every order cone of the samples of a nonlinearity and 0."""
     given, odd = fields(data, "windows", "odd")
-    count = len(asked.blocks)
+    blocks = [block for block in asked.blocks if block not in asked.operators]
+    count = len(blocks)
     form(all(isinstance(x, list) and len(x) == count for x in (given, odd)), f"{count} windows are needed, in order")
     found, samples = list[Form](), 0
-    for block, rows, own in zip(asked.blocks, given, odd):
+    for block, rows, own in zip(blocks, given, odd):
         family = asked.families[block[0]]
         need(INF not in map(abs, family.slope), f"channel {block[0] + 1} has no finite slope bounds")
         need(not family.varying and not family.rough, "locally Lipschitz nonlinearities fixed in time are needed")
@@ -130,7 +132,8 @@ def of_orders(data: Any, asked: Channels) -> Window:
         samples = samples or len(M) // (2 * len(block))
         form(0 < len(M) == 2 * samples * len(block), "all windows have the same number of samples")
         found.append(Form(list(block), M))
-    return Window(samples, found, None, [family.slope for family in asked.families])
+    ends = [asked.bounds(i) if family.operator else family.slope for i, family in enumerate(asked.families)]
+    return Window(samples, found, None, ends)
 
 
 def of_pairs(data: Any, asked: Channels) -> Window:
@@ -154,10 +157,19 @@ def lifted(name: str, H: Plant, data: Any, asked: Channels, proof: Any) -> tuple
     positive along it and falls.  Else ``P`` has either sign: for signals in l2 the sum over time bounds ``e sum |(xi,
     phi)|^2`` by ``V`` at the start, with an input too.  That they are in l2 follows by continuation from the stable
     loop ``phi = l sigma`` to ``l sigma + tau (phi - l sigma)``, for which the forms are nonnegative too.
+    Operators have ``lambda (r^2 |sigma_b|^2 - |mu_b|^2)`` of the last sample, of nonnegative sums, and ``l = 0``.
     """
-    need(H.discrete and ordered(H.D), "forms of several samples are for discrete time, D without a cycle of channels")
+    need(H.discrete and ordered(H.D, asked), "forms of several samples: discrete time, D without a cycle of channels")
+    weights = [ZERO] * len(H.D)
+    if asked.operators:
+        form(isinstance(data, dict) and "lambda" in data, "lambda is missing")
+        weights = numbers(data["lambda"], len(H.D))
+        data = {key: value for key, value in data.items() if key != "lambda"}
+        need(min(weights) >= 0 and not any(weights[i] for i in asked.functions), "lambda is of operators, and >= 0")
+    uniform(weights, asked)
     samples, forms, start, bounds = (of_orders if name == "order-cones" else of_pairs)(data, asked)
-    lower, n, m = [l for l, _ in bounds], len(H.A), len(H.D)
+    lower = [ZERO if family.operator else l for family, (l, _) in zip(asked.families, bounds)]
+    n, m = len(H.A), len(H.D)
     if start is None:
         closed = closed_by(H, lower)
         need(closed is not None and within(closed, True), "the loop with the least slopes is not stable")
@@ -185,8 +197,13 @@ def lifted(name: str, H: Plant, data: Any, asked: Channels, proof: Any) -> tuple
             found.append((M, [*u, *v]))
         return found
 
+    places = [(m * (samples - 1) + i, i) for block in asked.operators for i in block]
+    signs = [weights[i] * bounds[i][1] ** 2 for _, i in places] + [-weights[i] for _, i in places]
+    weighted = [[v * (a == b) for b in range(len(signs))] for a, v in enumerate(signs)]
+    last = [rows[k] for rows in (sigma, phi) for k, _ in places]
+    less = [(P, after), *[(weighted, last)] * bool(places), *views(forms, samples)]
     padded = [[P[i][j] if i < order else ZERO for j in range(i + 1)] for i in range(N)]
-    definite(padded, [(P, after), *views(forms, samples)], "the inequality of P fails, or is undecided")
+    definite(padded, less, "the inequality of P fails, or is undecided")
     stable = f"the loop with the least slopes, {', '.join(map(str, lower))}: all eigenvalues are strictly inside"
     if start is not None:
         definite(padded[:order], views(start, samples - 1), "V > 0 fails, or is undecided")
@@ -200,7 +217,7 @@ def lifted(name: str, H: Plant, data: Any, asked: Channels, proof: Any) -> tuple
         "inequality": f"the matrix of order {N} is positive definite: V falls",
         "well-posed": "sigma is given channel after channel: D has no cycle",
     }
-    return facts, ""
+    return facts, existing(asked)
 
 
 def definite(lower: Rows, less: list[tuple[Rows, Rows]], failure: str) -> None:

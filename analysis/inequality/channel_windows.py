@@ -3,7 +3,8 @@ r"""Several nonlinearities in discrete time: forms of ``T`` samples of each, or 
 With ``phi_i = l_i sigma_i + psi_i`` the samples ``psi_i`` and ``w_i sigma_i - psi_i`` of one nonlinearity lie in an
 order cone (``lure.analysis.inequality.order_cones``).  For a block ``b`` of channels with one nonlinearity let
 ``W_b`` hold the rows ``z^t e_i`` and ``-z^t (w_i H_i + e_i)``, ``t < T``; forms ``M_b`` that are positive on the order
-cones serve if ``sum_b W_b^* M_b W_b < 0`` on the circle.  Nothing here is believed: a checker decides.
+cones serve if ``sum_b W_b^* M_b W_b < 0`` on the circle.  Operators of norm up to ``w_b`` add ``a_b (w_b^2 H_b^* H_b -
+1_b)``, ``a_b >= 0``.  Nothing here is believed: a checker decides.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from lure.analysis.certificates.states import order_positive
 from lure.analysis.deadline import checkpoint
@@ -56,7 +57,7 @@ class ChannelWindows(ShiftedLoop):
         return self.forms(widths) is not None
 
     def forms(self, widths: NDArray[np.float64]) -> list[Reals] | None:
-        """A form for each block that serves with a margin, None if there are none.
+        """A form for each block that serves with a margin, None if there are none; last the weights of the operators.
 
         Parameters
         ----------
@@ -97,6 +98,12 @@ class ChannelWindows(ShiftedLoop):
         left, right = np.tril_indices(size)
         return left, right, np.where(left == right, 1.0, 2.0)
 
+    def _acted(self, widths: Reals, H: NDArray[np.complex128], v: NDArray[np.complex128]) -> Reals:
+        """``w_b^2 |H_b v|^2 - |v_b|^2`` for each operator, in columns: (frequencies, operators)."""
+        seen = np.einsum("fij,fj->fi", H, v)
+        values = widths**2 * np.abs(seen) ** 2 - np.abs(v) ** 2
+        return np.stack([values[:, [*block]].sum(axis=1) for block in self.operators] or [values[:, :0]], axis=-1)
+
     def _unpacked(self, x: Reals) -> list[Reals]:
         found, start = list[Reals](), 0
         for cone in self.cones:
@@ -104,7 +111,10 @@ class ChannelWindows(ShiftedLoop):
             left, right, _ = self._entries(len(M))
             M[left, right] = M[right, left] = x[start : start + len(left)]
             found, start = [*found, M], start + len(left)
-        return found
+        weights = np.zeros(len(self.D))
+        for block, weight in zip(self.operators, x[start:], strict=True):
+            weights[[*block]] = max(weight, 0.0)
+        return [*found, weights]
 
     def _programme(self, widths: NDArray[np.float64]) -> tuple[Reals, float]:
         """The forms of the largest margin that the cuts leave, and that margin."""
@@ -115,6 +125,9 @@ class ChannelWindows(ShiftedLoop):
             left, right, twice = self._entries(w.shape[1])
             columns.append((w[:, left].conj() * w[:, right]).real * twice)
             sizes += (np.abs(w) ** 2).sum(axis=1)
+        if self.operators:
+            columns.append(self._acted(widths, self.response(omega)[1], turned).reshape(len(omega), -1))
+            sizes += np.abs(columns[-1]).sum(axis=1)
         top = np.hstack(columns) / sizes[:, None]
         starts = np.cumsum([0, *(column.shape[1] for column in columns)])
         lines = [top]
@@ -130,14 +143,14 @@ class ChannelWindows(ShiftedLoop):
             np.append(np.zeros(count), -1.0),
             A_ub=np.column_stack([A, np.ones(len(A))]),
             b_ub=np.zeros(len(A)),
-            bounds=[(-1, 1)] * count + [(None, 1)],
+            bounds=[(-1, 1)] * (count - len(self.operators)) + [(0, 1)] * len(self.operators) + [(None, 1)],
             method="highs",
         )
         return (np.zeros(count), 0.0) if solved.x is None else (np.asarray(solved.x[:-1]), float(solved.x[-1]))
 
     def _cone_cuts(self, forms: list[Reals], margin: float) -> float:
         found = math.inf
-        for cone, M in zip(self.cones, forms, strict=True):
+        for cone, M in zip(self.cones, forms[:-1], strict=True):
             least, points = cone.least(M)
             cone.cuts += [w for w in points if w @ M @ w < margin / 2]
             found = min(found, least)
@@ -147,8 +160,10 @@ class ChannelWindows(ShiftedLoop):
         """The least margin over the grid; cuts at the local ones."""
         m = len(widths)
         total = np.zeros((len(self.omega), m, m), complex)
-        scale = total
-        for side, M in zip(self._sides(widths, self.omega), forms, strict=True):
+        adjoint, weights = self.H.conj().swapaxes(1, 2), forms[-1]
+        total = total + adjoint @ ((weights * widths**2)[:, None] * self.H) - np.diag(weights)
+        scale = adjoint @ ((self.acting * widths**2)[:, None] * self.H) + np.diag(self.acting)
+        for side, M in zip(self._sides(widths, self.omega), forms[:-1], strict=True):
             adjoint = side.conj().swapaxes(1, 2)
             total, scale = total + adjoint @ M @ side, scale + adjoint @ side
         factor = np.linalg.inv(np.linalg.cholesky(scale))
@@ -166,6 +181,7 @@ class ChannelWindows(ShiftedLoop):
         if forms is None:
             return
         exact = list[list[list[Fraction]]]()
+        weights = [Fraction(round(v * _DIGITS), _DIGITS) for v in forms.pop().tolist()]
         for M, odd in zip(forms, self.odd, strict=True):
             for raised in _RAISED:
                 near = (M + raised * np.eye(len(M))) * _DIGITS
@@ -176,8 +192,10 @@ class ChannelWindows(ShiftedLoop):
         if len(exact) < len(forms):
             return
         windows = [[[str(v) for v in row[: i + 1]] for i, row in enumerate(M)] for M in exact]
-        multiplier = {"windows": windows, "odd": [bool(odd) for odd in self.odd]}
+        multiplier: dict[str, Any] = {"windows": windows, "odd": [bool(odd) for odd in self.odd]}
+        multiplier |= {"lambda": [*map(str, weights)]} if self.operators else {}
         stated = [np.array([[float(v) for v in row] for row in M]) for M in exact]
+        stated.append(np.array([float(v) for v in weights]))
         for P in self._solutions(stated, [float(w) for w in widths], [float(v) for v in lower]):
             exponent = max(0, _BITS - math.floor(math.log2(float(np.abs(P).max()) or 1.0)))
             rows = [[round(Fraction(float(v)) * 2**exponent) for v in row[: i + 1]] for i, row in enumerate(P)]
@@ -196,7 +214,10 @@ class ChannelWindows(ShiftedLoop):
             states.append(x)
         inputs = np.eye(n + m * T)[n:]
         moved, S = np.vstack([states[1], inputs[m:]]), np.zeros((n + m * T,) * 2)
-        for block, M in zip(self.blocks, forms, strict=True):
+        for i, weight in enumerate(forms[-1]):
+            last, out = inputs[(T - 1) * m + i], seen[T - 1][i]
+            S += weight * (widths[i] ** 2 * np.outer(out, out) - np.outer(last, last))
+        for block, M in zip(self.blocks, forms[:-1], strict=True):
             points = [(inputs[t * m + i], seen[t][i], i) for t in range(T) for i in block]
             u = [p - lower[i] * s for p, s, i in points]
             w = np.array([*u, *((lower[i] + widths[i]) * s - p for p, s, i in points)])

@@ -5,6 +5,7 @@ After the shift by the lower bounds ``psi_i`` lies in ``[0, w_i]``; the diagonal
 .. math:: F(\omega) = \Lambda W^{-1} + \mathrm{He}\, (\Lambda + i \omega \Theta) H(i \omega) > 0
 
 (``He M = (M + M^*)/2``) at every frequency, infinity included; in discrete time at ``z = e^{i omega}``, ``Theta = 0``.
+For an operator of norm up to ``w`` the term is ``lambda (1/w - w H_b^* H_b)``.
 It is linear in them; semidefinite programmes over the worst frequencies propose them.  Eigenvalues 0 of the loop are
 taken apart (:mod:`lure.analysis.inequality.zero_modes`).  Nothing here is believed: a checker decides with rational
 ``P``, ``lambda`` and ``theta``.
@@ -79,11 +80,8 @@ class ChannelInequality(ShiftedLoop):
             yield self._by_determinant(found, widths)
         weights, theta = self._exact(found, 12)
         scaled = [v / w for v, w in zip(weights, widths, strict=True)]  # for psi (w sigma - psi)
-        plain, ends = (np.diag([float(v) for v in side]) for side in (weights, scaled))
-        multiplier, Pi = (
-            {"lambda": [*map(str, scaled)]} | self.popovs(theta),
-            np.block([[0 * plain, plain], [plain, -2 * ends]]),
-        )
+        ends, wide = (np.array([float(v) for v in side]) for side in (scaled, widths))
+        multiplier, Pi = {"lambda": [*map(str, scaled)]} | self.popovs(theta), self.form(ends, wide)
         if self.modes is None:
             for proof in self.solutions(Pi, theta, lower):
                 yield Proposal(multiplier, proof)

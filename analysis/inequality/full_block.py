@@ -10,7 +10,8 @@ concave in each ``Delta_ii``.
 Orthants: ``psi_i`` and ``w_i sigma_i - psi_i`` have one sign ``s_i``.  With ``J`` for the form in these, ``S J S - N >=
 0`` and ``N >= 0`` entry by entry, for each of the ``2^(m - 1)`` pairs of signs ``s``, ``-s``, ``S = diag(s, s)``.
 
-The diagonal multipliers are those with ``Q = 0``, ``S`` and ``R`` diagonal.  Nothing here is believed.
+The diagonal multipliers are those with ``Q = 0``, ``S`` and ``R`` diagonal.  Operators have a weight beside ``Pi``,
+which is about the other channels.  Nothing here is believed.
 """
 
 from __future__ import annotations
@@ -35,12 +36,16 @@ Rows = list[list[Fraction]]
 
 
 class FullBlock(NamedTuple):
-    """``Pi`` for ``(sigma, psi/w)``, ``theta``, ``N`` for each pattern of signs (none: vertices), and what is left."""
+    """``Pi`` for ``(sigma, psi/w)``, ``theta``, ``N`` for each pattern of signs (none: vertices), and what is left.
+
+    ``weights``: of ``w^2 sigma^2 - psi^2`` for the channels of operators, 0 for those of ``Pi``.
+    """
 
     Pi: NDArray[np.float64]
     theta: NDArray[np.float64]
     parts: list[NDArray[np.float64]]
     margin: float
+    weights: NDArray[np.float64]
 
 
 def signs(m: int) -> list[tuple[int, ...]]:
@@ -74,14 +79,15 @@ class FullBlockInequality(ShiftedLoop):
         widths : ndarray
             (m,) of the shifted sectors.
         """
-        n, m = self.B.shape
-        if n > MOST_STATES or m > (MOST_ORTHANTS if self.orthants else MOST_CHANNELS):
+        (n, m), own = self.B.shape, self.own_channels
+        k = len(own)
+        if n > MOST_STATES or not 0 < k <= (MOST_ORTHANTS if self.orthants else MOST_CHANNELS):
             return None
         checkpoint()
         free = [i for i in range(m) if self.free[i]]
-        state, form = symmetric_basis(n), symmetric_basis(2 * m)
-        patterns = signs(m) if self.orthants else []
-        sizes = [len(state), len(form), len(free), 1, *(len(form) for _ in patterns)]
+        state, form = symmetric_basis(n), symmetric_basis(2 * k)
+        patterns = signs(k) if self.orthants else []
+        sizes = [len(state), len(form), len(free), 1, *(len(form) for _ in patterns), len(self.operators)]
         starts = np.concatenate([[0], np.cumsum(sizes)])
         total = int(starts[-1])
 
@@ -102,26 +108,33 @@ class FullBlockInequality(ShiftedLoop):
         turns = [-np.outer(Y[m + i], widths[i] * self.own[i] @ moves) * self.unit for i in free]
         turning = np.array([t + t.T for t in turns]).reshape(len(free), n + m, n + m)
         margin = np.diag([0.0] * n + [1.0] * m)
-        blocks = [block(n + m, {0: falls, 1: -(Y.T @ form @ Y), 2: turning, 3: -margin[None]})]
+        seen, last = Y[[*own, *(m + i for i in own)]], len(sizes) - 1
+        acting = [widths[[*b]][:, None] * Y[[*b]] for b in self.operators]
+        acted = [Y[[m + i for i in b]] * widths[[*b]][:, None] for b in self.operators]
+        scale = [float(widths[[*b]].max()) ** 2 for b in self.operators]
+        norms = np.array([(v.T @ v - u.T @ u) / c for u, v, c in zip(acting, acted, scale, strict=True)])
+        parts = {0: falls, 1: -(seen.T @ form @ seen), 2: turning, 3: -margin[None]}
+        blocks = [block(n + m, parts | ({last: norms} if self.operators else {}))]
         bounds: list[tuple[int, float, float]] = []  # of entry k: factor, and what it times the entry is at most
-        diagonal = starts[1] + np.array([i * (i + 1) // 2 + i for i in range(2 * m)])
+        bounds += [(j, sign, most) for j in range(starts[last], total) for sign, most in ((-1.0, 0.0), (1.0, _LARGEST))]
+        diagonal = starts[1] + np.array([i * (i + 1) // 2 + i for i in range(2 * k)])
         if self.orthants:
-            view = _view(m)
+            view = _view(k)
             inner = view.T @ form @ view
             for at, pattern in enumerate(patterns, 4):
                 both = np.array([*pattern, *pattern])
-                blocks.append(block(2 * m, {1: inner * both[:, None] * both, at: -form}))
-                bounds += [(k, -1.0, 0.0) for k in range(starts[at], starts[at + 1])]
+                blocks.append(block(2 * k, {1: inner * both[:, None] * both, at: -form}))
+                bounds += [(j, -1.0, 0.0) for j in range(starts[at], starts[at + 1])]
         else:
-            for ends in product((0.0, 1.0), repeat=m):
-                view = np.vstack([np.eye(m), np.diag(ends)])
-                blocks.append(block(m, {1: view.T @ form @ view}))
-            bounds += [(k, 1.0, 0.0) for k in diagonal[m:]]
-        bounds += [(k, sign, _LARGEST) for k in diagonal for sign in (1.0, -1.0)]
-        bounds += [(k, sign, _LARGEST_THETA) for k in range(starts[2], starts[3]) for sign in (1.0, -1.0)]
+            for ends in product((0.0, 1.0), repeat=k):
+                view = np.vstack([np.eye(k), np.diag(ends)])
+                blocks.append(block(k, {1: view.T @ form @ view}))
+            bounds += [(j, 1.0, 0.0) for j in diagonal[k:]]
+        bounds += [(j, sign, _LARGEST) for j in diagonal for sign in (1.0, -1.0)]
+        bounds += [(j, sign, _LARGEST_THETA) for j in range(starts[2], starts[3]) for sign in (1.0, -1.0)]
         bounds += [(starts[3], 1.0, _LARGEST)]
         rows = np.zeros((len(bounds), total))
-        rows[np.arange(len(bounds)), [k for k, *_ in bounds]] = [factor for _, factor, _ in bounds]
+        rows[np.arange(len(bounds)), [j for j, *_ in bounds]] = [factor for _, factor, _ in bounds]
         cost = np.zeros(total)
         cost[starts[3]] = 1.0
         found = proposed(cost, blocks, rows, np.array([most for *_, most in bounds]))
@@ -129,8 +142,18 @@ class FullBlockInequality(ShiftedLoop):
             return None
         theta = np.zeros(m)
         theta[free] = found[starts[2] : starts[3]] * self.unit
-        parts = [np.tensordot(found[starts[at] : starts[at + 1]], form, 1) for at in range(4, 4 + len(patterns))]
-        return FullBlock(np.tensordot(found[starts[1] : starts[2]], form, 1), theta, parts, float(found[starts[3]]))
+        signed = [np.tensordot(found[starts[at] : starts[at + 1]], form, 1) for at in range(4, 4 + len(patterns))]
+        weights = np.zeros(m)
+        for at, b in enumerate(self.operators):
+            weights[[*b]] = max(found[starts[last] + at], 0.0) / scale[at] / 2
+        return FullBlock(
+            np.tensordot(found[starts[1] : starts[2]], form, 1), theta, signed, float(found[starts[3]]), weights
+        )
+
+    @property
+    def own_channels(self) -> list[int]:
+        """The channels of ``Pi``."""
+        return [i for i, acting in enumerate(self.acting) if not acting]
 
     def largest(self, widths: Widths, start: float, most: float) -> float:
         """The largest factor for which the programme finds multipliers, where its margins would end; see the base."""
@@ -166,8 +189,10 @@ class FullBlockInequality(ShiftedLoop):
         found = self.multipliers(np.array([float(w) for w in widths]))
         if found is None:
             return
-        m = len(widths)
+        own, total = self.own_channels, len(widths)
+        m = len(own)
         theta = [Fraction(f"{v:.12g}") for v in found.theta]
+        weights = [Fraction(f"{v:.12g}") for v in found.weights]
         size = float(np.abs(found.Pi).max())
         parts = [np.maximum(part, 0) for part in found.parts]
         lacking = self._lacking(found.Pi, parts)
@@ -180,13 +205,16 @@ class FullBlockInequality(ShiftedLoop):
                 raised[np.diag_indices(m)] += lacking + room * size
                 raised[corner, corner] = np.minimum(raised[corner, corner], 0)
             grid = Fraction(2) ** (int(np.floor(np.log2(size))) - _BITS)
-            units = [Fraction(1)] * m + [1 / w for w in widths]  # of psi/w
+            units = [Fraction(1)] * m + [1 / widths[i] for i in own]  # of psi/w
             Pi = _congruent(_exact(raised, grid), units)
             ends = [*units[m:], *units[m:]]  # of (psi, w sigma - psi)/w
-            multiplier: dict[str, Any] = {"Pi": _texts(_moved(Pi, lower))}
+            multiplier: dict[str, Any] = {"Pi": _texts(_moved(Pi, [lower[i] for i in own]))}
+            multiplier |= {"lambda": [*map(str, weights)]} if self.operators else {}
             if parts:
                 multiplier["N"] = [_texts(_congruent(_exact(part, grid), ends)) for part in parts]
-            near = np.array([[float(v) for v in row] for row in Pi])
+            near = self.form(*(np.array([float(v) for v in side]) for side in (weights, widths)))
+            places = [*own, *(total + i for i in own)]
+            near[np.ix_(places, places)] += np.array([[float(v) for v in row] for row in Pi])
             for proof in self.solutions(near, theta, lower):
                 yield Proposal(multiplier | self.popovs(theta), proof)
 

@@ -9,7 +9,10 @@ After the shift by the lower bounds ``psi_i`` has its slope in ``[0, w_i]``.  So
 channels with one nonlinearity; what the rows and columns of ``|c|`` add up to is at most ``gamma_ii``, and ``c >= 0``
 unless the nonlinearities are odd.  For a given factor ``F`` is linear in all of them.  Frequencies are added where
 ``F`` is worst, kernels where the dual prices of the programme say that one would help, and the factor is raised to what
-the multiplier found serves (Dinkelbach).  Nothing here is believed: a checker decides with rational multipliers.
+the multiplier found serves (Dinkelbach).  On the channels of an operator of norm up to ``w`` the multiplier is ``d``
+times the identity, for the term ``d (1/w - w H_b^* H_b)``; of a time-invariant one ``d`` has even kernels too, added,
+or subtracted up to ``gamma``: ``d`` is then a sum of low and high passes.  Nothing here is believed: a checker decides
+with rational multipliers.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ from lure.arrays import NDArray, np
 if TYPE_CHECKING:
     from lure.analysis.inequality.shifted_loop import ShiftedLoop, Widths
 
-    Parts = tuple[NDArray[np.complex128], NDArray[np.complex128]]
+    Parts = tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]
 
 _NARROW = 24  # frequencies at which a crossing is looked for first
 _ROUNDS, _FLAT, _FIRST, _MORE, _ZOOMS, _DIPS = 40, 3, 24, 8, 6, 4
@@ -39,7 +42,10 @@ _LOWEST, _CLOSE, _EASED, _BEYOND = 1e-6, 1e-11, 1e-3, 1.001
 
 
 class Kernel(NamedTuple):
-    """``sign (rate/(rate + side s))^order`` in a row and a column; rate 0: ``sign`` alone, beside the diagonal."""
+    """``sign (rate/(rate + side s))^order`` in a row and a column; rate 0: ``sign`` alone, beside the diagonal.
+
+    Side 0: the mean of both sides, on the diagonal of ``row`` and of the other channels of an operator, ``also``.
+    """
 
     row: int
     column: int
@@ -47,6 +53,7 @@ class Kernel(NamedTuple):
     rate: Fraction
     order: int
     side: int
+    also: tuple[int, ...] = ()
 
     def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         """The value at ``i omega`` without the sign, 0 at infinity; in floating point.
@@ -59,8 +66,9 @@ class Kernel(NamedTuple):
         if not self.rate:
             return np.ones(len(omega), dtype=complex)
         finite = np.isfinite(omega)
-        lag = self.side * np.where(finite, omega, 0.0) / float(self.rate)
-        return np.asarray(np.where(finite, (1 + 1j * lag) ** -float(self.order), 0))
+        lag = (self.side or 1) * np.where(finite, omega, 0.0) / float(self.rate)
+        found = np.where(finite, (1 + 1j * lag) ** -float(self.order), 0)
+        return np.asarray(found if self.side else found.real + 0j)
 
 
 class Found(NamedTuple):
@@ -95,7 +103,8 @@ class Found(NamedTuple):
         M = np.zeros((len(omega), m, m), dtype=complex)
         M[:, range(m), range(m)] = self.gamma
         for mass, kernel in zip(self.masses, self.kernels, strict=True):
-            M[:, kernel.row, kernel.column] -= mass * kernel.sign * kernel.at(omega)
+            for i in (kernel.row, *kernel.also):
+                M[:, i, kernel.column if i == kernel.row else i] -= mass * kernel.sign * kernel.at(omega)
         return M
 
     def without(self, share: float) -> Found:
@@ -213,6 +222,8 @@ class KernelCone:
         For each channel: ``gamma`` is the ratio times that of the channel, counted from 0, and not 0; none: any.
     gains : sequence of int
         The channels with a constant gain each: ``Re M_ii > 0`` at every frequency takes the place of a bound on masses.
+    fixed : sequence of sequence of int
+        The channels of each operator that does not depend on time.
     """
 
     plant: ShiftedLoop
@@ -220,6 +231,7 @@ class KernelCone:
     odd: Sequence[bool]
     ratios: Sequence[tuple[int, float]] = ()
     gains: Sequence[int] = ()
+    fixed: Sequence[Sequence[int]] = ()
 
     def __post_init__(self) -> None:
         size, plant = np.abs(np.linalg.eigvals(self.plant.A)), self.plant
@@ -230,7 +242,7 @@ class KernelCone:
         count = _FIRST if self.pairs else _FIRST // 2
         self.points = self.omega[np.unique(np.linspace(0, len(self.omega) - 1, count).astype(int))]
         self.rates = list[Fraction]()
-        if self.pairs:
+        if self.pairs or self.fixed:
             low, high = size.min() / _BESIDE, 4 * _BESIDE * size.max()
             count = 1 + math.ceil(math.log(high / low, _SPACING))
             self.rates = [Fraction(f"{low * _SPACING**i:.3g}") for i in range(count)]
@@ -286,7 +298,7 @@ class KernelCone:
             for side in (1, -1)
         ]
         best, last, flat, factor = Found.none(len(self.odd)), Found.none(len(self.odd)), 0, start
-        gain = 1 + (_GAIN if self.pairs else _EXACTLY)
+        gain = 1 + (_GAIN if self.pairs or self.fixed else _EXACTLY)
         for _ in range(_ROUNDS):
             checkpoint()
             seen = self.points
@@ -305,13 +317,12 @@ class KernelCone:
             nothing_more = not self.pairs and factor <= before and solved.margin < _EXACTLY
             if best.factor >= most or flat >= _FLAT * (1 if self.pairs else 4) or nothing_more:
                 break
-            inner, M = self._parts(last)
-            least = np.asarray(np.linalg.eigvalsh(_hermitian(inner + M / widths(factor)))[:, 0])
+            least = self._least(self._parts(last), widths(factor))
             weight = np.trace(solved.weights, axis1=1, axis2=2).real
             used = seen if flat and not self.pairs else seen[weight > _UNUSED * weight.max()]
             self.points = np.union1d(used, self._deepest(last, widths(factor), least))
             self.look_at(self.points)
-            if self.pairs:
+            if self.pairs or self.fixed:
                 last = last.without(_UNUSED * 100)
                 kernels = last.kernels + self._wanted(
                     np.searchsorted(self.omega, seen), widths(factor), solved, last.kernels
@@ -330,8 +341,7 @@ class KernelCone:
         """
         if self.last is None:
             return None
-        inner, M = self._parts(self.last)
-        return self.last if np.linalg.eigvalsh(_hermitian(inner + M / widths))[:, 0].min() > 0 else None
+        return self.last if self._least(self._parts(self.last), widths).min() > 0 else None
 
     def serving(self, widths: NDArray[np.float64]) -> Found | None:
         """A multiplier that serves for these widths and a little more, None if none was found.
@@ -345,19 +355,39 @@ class KernelCone:
         return found if found is not None and found.factor > 1 else None
 
     def _parts(self, found: Found, at: NDArray[np.int64] | None = None) -> Parts:
-        """``M H + i omega Theta H`` and ``M``, at all frequencies or at some."""
+        """``M H + i omega Theta H`` without operators, ``M`` and ``H``, at all frequencies or at some."""
         at = np.arange(len(self.omega)) if at is None else at
-        M = found.at(self.omega[at])
-        return M @ self.H[at] + found.theta[:, None] * self.turned[at], M
+        return self._parted(found, self.omega[at], self.H[at], self.turned[at])
+
+    def _parted(
+        self,
+        found: Found,
+        omega: NDArray[np.float64],
+        H: NDArray[np.complex128],
+        turned: NDArray[np.complex128],
+    ) -> Parts:
+        M = found.at(omega)
+        functions = (1 - self.plant.acting)[:, None] * M
+        return functions @ H + found.theta[:, None] * turned, M, H
+
+    def _least(self, parts: Parts, widths: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The least eigenvalue of ``F`` at each frequency."""
+        inner, M, H = parts
+        F = _hermitian(inner + M / widths)
+        if self.plant.operators:
+            gains = np.diagonal(M, axis1=1, axis2=2).real * self.plant.acting * widths
+            F = F - H.conj().swapaxes(1, 2) @ (gains[:, :, None] * H)
+        return np.asarray(np.linalg.eigvalsh(F)[:, 0])
 
     def _serves(self, found: Found, widths: Widths, start: float, known: float, most: float) -> float:
         """The largest factor up to ``most`` for which the multiplier serves at the frequencies, and between; or 0."""
         high, low = most, 0.0
         for _ in range(_ZOOMS):
-            inner, M = self._parts(found)
+            whole = self._parts(found)
 
-            def least(factor: float, parts: Parts = (inner, M)) -> NDArray[np.float64]:
-                return np.asarray(np.linalg.eigvalsh(_hermitian(parts[0] + parts[1] / widths(factor)))[:, 0])
+            def least(factor: float, parts: Parts = whole) -> NDArray[np.float64]:
+                """The least eigenvalues of ``F`` for a factor."""
+                return self._least(parts, widths(factor))
 
             low = min(start, high)
             while (values := least(low)).min() <= 0:
@@ -368,7 +398,7 @@ class KernelCone:
                 low, values = min(2 * low, high), further
             top, at = min(2 * low, high), np.argsort(values)[:_NARROW]
             while True:  # where it is least, until it is least there
-                some = inner[at], M[at]
+                some = whole[0][at], whole[1][at], whole[2][at]
 
                 def lowest(factor: float, some: Parts = some) -> float:
                     return float(least(factor, some).min())
@@ -399,9 +429,8 @@ class KernelCone:
         for _ in range(_ZOOMS if len(each) else 0):
             points = np.linspace(low, high, 9)
             states, H = self.plant.response(points.ravel())
-            M = found.at(points.ravel())
-            inner = M @ H + found.theta[:, None] * self.plant.turned(points.ravel(), states, H)
-            values = np.linalg.eigvalsh(_hermitian(inner + M / widths))[:, 0].reshape(points.shape)
+            parts = self._parted(found, points.ravel(), H, self.plant.turned(points.ravel(), states, H))
+            values = self._least(parts, widths).reshape(points.shape)
             k = values.argmin(axis=0)
             omega[wide] = points[k, each]
             low, high = points[np.maximum(k - 1, 0), each], points[np.minimum(k + 1, 8), each]
@@ -415,48 +444,64 @@ class KernelCone:
         ``N = He M W^-1`` of the last multiplier, so that ``t`` is about the gain of factor that is left.
         """
         m, count = len(widths), len(kernels)
-        G = self.H[at] + np.diag(1 / widths)
-        unit = self.plant.unit
+        G, joint = self.H[at] + np.diag(1 / widths), {i for block in self.plant.operators for i in block}
+        unit, norms = self.plant.unit, self._norms(at, widths)
         columns = np.zeros((2 * m + count + 1, len(at), m, m), dtype=complex)
         for i in range(m):
             columns[i, :, i] = G[:, i]
+            if i in joint:
+                columns[i] = norms[i]
             columns[m + i, :, i] = self.turned[at, i] * unit
         for k, kernel in enumerate(kernels):
-            columns[2 * m + k, :, kernel.row] = -kernel.sign * kernel.at(self.omega[at])[:, None] * G[:, kernel.column]
-        _, M = self._parts(last, at)
+            lag = -kernel.sign * kernel.at(self.omega[at])[:, None]
+            if kernel.side or not kernel.rate:
+                columns[2 * m + k, :, kernel.row] = lag * G[:, kernel.column]
+            else:
+                columns[2 * m + k] = lag[:, None] * sum(norms[i] for i in (kernel.row, *kernel.also))
+        _, M, _ = self._parts(last, at)
         columns[-1] = -(M + _EASED * np.diag(np.ones(m))) / widths
         rows = _cone_rows(_hermitian(columns))
         size = len(columns)
         sides = np.zeros((4 * m + count, size))  # rows and columns of M, theta, masses
         sides[: 2 * m, :m] = -np.vstack([np.eye(m)] * 2)
+        total = np.concatenate([1 / widths, np.zeros(size - m)])
         real = np.zeros((len(self.gains), len(self.watched), size))  # -Re M_ii of constant gains
         for at_gain, i in enumerate(self.gains):
             real[at_gain, :, i] = -1
         for k, kernel in enumerate(kernels):
+            even = bool(kernel.rate) and not kernel.side
             if kernel.row in self.gains:
                 values = kernel.sign * kernel.at(self.watched).real
                 real[self.gains.index(kernel.row), :, 2 * m + k] = values
                 continue
-            sides[kernel.row, 2 * m + k] += 1
-            sides[m + kernel.column, 2 * m + k] += 1
+            if not even or kernel.sign > 0:
+                sides[kernel.row, 2 * m + k] += 1
+            if not even:
+                sides[m + kernel.column, 2 * m + k] += 1
+            elif kernel.sign < 0:
+                total[2 * m + k] = 1 / widths[kernel.row]
         sides[2 * m : 4 * m, m : 2 * m] = np.vstack([np.eye(m), -np.eye(m)])
         sides[4 * m :, 2 * m : -1] = -np.eye(count)
-        total = np.zeros((1 + len(self.ratios), size))
-        total[0, :m] = 1 / widths
+        same = [(block[0], i) for block in self.plant.operators for i in block[1:]]
+        equal = np.zeros((1 + len(self.ratios) + len(same), size))
+        equal[0] = total
         for i, (first, ratio) in enumerate(self.ratios):
-            total[1 + i, first] -= ratio
-            total[1 + i, i] += 1
+            equal[1 + i, first] -= ratio
+            equal[1 + i, i] += 1
+        for k, (first, i) in enumerate(same, 1 + len(self.ratios)):
+            equal[k, [first, i]] = 1, -1
         low = -_LEAST * widths if self.ratios else np.zeros(m)
         bounded = np.zeros((count if self.gains else 0, size))
         bounded[:, 2 * m : -1] = np.eye(len(bounded), count)
         sides = np.concatenate([sides, bounded, real.reshape(-1, size)])
         most = [np.full(len(bounded), _LARGEST_MASS), np.full(real.shape[0] * real.shape[1], -_REAL)]
         limits = np.concatenate([low, low, np.full(2 * m, _LARGEST_THETA), np.zeros(count), *most])
-        equal = total, np.eye(len(total))[0]
-        found = _programme(np.eye(size)[-1], equal, (sides, limits), np.moveaxis(rows, 0, -1))
+        found = _programme(np.eye(size)[-1], (equal, np.eye(len(equal))[0]), (sides, limits), np.moveaxis(rows, 0, -1))
         if found is None:
             return None
         x, prices, weights = found
+        for block in self.plant.operators:
+            x[[*block]] = x[block[0]]
         return _Solved(
             x[:m],
             x[m : 2 * m] * unit,
@@ -467,6 +512,15 @@ class KernelCone:
             prices[4 * m + count + len(bounded) :].reshape(len(self.gains), len(self.watched)),
         )
 
+    def _norms(self, at: NDArray[np.int64], widths: NDArray[np.float64]) -> dict[int, NDArray[np.complex128]]:
+        """``E_i/w_i - w_i H_i^* H_i`` for the channels of operators."""
+        found: dict[int, NDArray[np.complex128]] = {}
+        for i in (i for block in self.plant.operators for i in block):
+            row = self.H[at, i]
+            found[i] = -widths[i] * row.conj()[:, :, None] * row[:, None, :]
+            found[i][:, i, i] += 1 / widths[i]
+        return found
+
     def _wanted(
         self, at: NDArray[np.int64], widths: NDArray[np.float64], solved: _Solved, have: Sequence[Kernel]
     ) -> list[Kernel]:
@@ -475,6 +529,19 @@ class KernelCone:
         beside = np.array([shape.at(self.watched).real for shape in self.shapes])
         GZ = (self.H[at] + np.diag(1 / widths)) @ solved.weights
         found = list[tuple[float, Kernel]]()
+        norms = self._norms(at, widths)
+        lags = [k for k, shape in enumerate(self.shapes) if (shape.order, shape.side) == (1, 1)]  # between 0 and 1
+        for block in self.fixed:
+            own = np.einsum("kij,kji->k", sum(norms[i] for i in block), solved.weights).real
+            gain = -(values[lags].real @ own)
+            for sign in (1, -1):
+                worth = sign * gain - (sign > 0) * solved.prices[0, block[0]]
+                for k in np.argsort(-worth)[:2]:
+                    kernel = self.shapes[lags[k]]._replace(
+                        row=block[0], column=block[0], sign=sign, side=0, also=tuple(block[1:])
+                    )
+                    if worth[k] > _LEAST_PRICE and kernel not in have:
+                        found.append((float(worth[k]), kernel))
         for i, j in self.pairs:
             gain = -(values @ GZ[:, j, i]).real
             if i in self.gains:
@@ -508,12 +575,18 @@ def multiplier(found: Found, widths: Sequence[Fraction], gains: Sequence[int] = 
         return Fraction(f"{value / float(widths[j]):.{_DIGITS}g}")
 
     gamma, rows, columns = [[Fraction(0)] * m for _ in range(m)], [Fraction(0)] * m, [Fraction(0)] * m
-    kernels = []
-    for mass, (i, j, sign, rate, order, side) in zip(found.masses, found.kernels, strict=True):
+    kernels, where = list[dict[str, Any]](), dict[str, Any]()
+    for mass, (i, j, sign, rate, order, side, also) in zip(found.masses, found.kernels, strict=True):
         c = near(float(mass), j)
+        if rate and not side:  # of an operator: the mean of both sides
+            for k in (i, *also):
+                where = {"channels": [k + 1, k + 1], "coefficient": str(sign * c / 2), "rate": str(rate)}
+                kernels += [{**where, "order": order, "side": word} for word in ("causal", "anticausal")]
+                rows[k] += c if sign > 0 else 0
+            continue
         rows[i], columns[j] = rows[i] + c, columns[j] + c
         if rate:
-            where: dict[str, Any] = {"channels": [i + 1, j + 1], "coefficient": str(sign * c), "rate": str(rate)}
+            where = {"channels": [i + 1, j + 1], "coefficient": str(sign * c), "rate": str(rate)}
             kernels.append({**where, "order": order, "side": "causal" if side > 0 else "anticausal"})
         else:
             gamma[i][j] -= sign * c

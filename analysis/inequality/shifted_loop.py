@@ -119,6 +119,8 @@ class ShiftedLoop(ChannelSearch):
         Whether a certificate states ``theta``.
     discrete : bool
         Whether in discrete time.
+    operators : sequence of sequence of int
+        The channels of each operator: ``|mu_b| <= w |sigma_b|``, the shift being 0.
 
     Raises
     ------
@@ -134,6 +136,7 @@ class ShiftedLoop(ChannelSearch):
     free: Sequence[bool]
     popov: bool
     discrete: bool
+    operators: Sequence[Sequence[int]] = ()
 
     def __post_init__(self) -> None:
         m, gain = len(self.D), np.diag(self.lower)
@@ -209,6 +212,24 @@ class ShiftedLoop(ChannelSearch):
         """
         rate = self.own @ (self.A @ states + self.B) + self.jump  # sigma' of a function of the state: C (A x + B mu)
         return np.asarray(np.where(np.asarray(self.free)[None, :, None], rate, 0))
+
+    @property
+    def acting(self) -> NDArray[np.float64]:
+        """1 for the channels of operators, 0 for others: (m,)."""
+        found = np.zeros(len(self.D))
+        found[[i for block in self.operators for i in block]] = 1.0
+        return found
+
+    def form(self, weights: NDArray[np.float64], widths: NDArray[np.float64]) -> NDArray[np.float64]:
+        """``Pi`` of ``2 a psi (w sigma - psi)``, for operators of ``2 a (w^2 sigma^2 - psi^2)``, in ``(sigma, psi)``.
+
+        Parameters
+        ----------
+        weights, widths : ndarray
+            (m,) ``a`` and ``w``.
+        """
+        side, square = weights * widths * (1 - self.acting), 2 * weights * widths**2 * self.acting
+        return np.block([[np.diag(square), np.diag(side)], [np.diag(side), -2 * np.diag(weights)]])
 
     def popovs(self, theta: Sequence[Fraction]) -> dict[str, Any]:
         """Popov's part of the multiplier of a certificate, empty for the circle criterion.

@@ -34,8 +34,8 @@ def has_channels(loop: object, given: object) -> bool:
     InputError
         A system that says itself what closes the loop has classes beside it.
     """
-    own = isinstance(given, NonlinearityClass) and (given.rectifier or given.rate is not None)
-    if own or isinstance(given, Diagonal | list | tuple | Mapping):
+    one = isinstance(given, NonlinearityClass) and (given.rectifier or given.operator or given.rate is not None)
+    if one or isinstance(given, Diagonal | list | tuple | Mapping):
         if isinstance(loop, LoopSystem) and not loop.open:
             raise InputError(
                 "a LoopSystem closes the loop itself and classes are given beside it; leave one of the two out, or "
@@ -61,20 +61,30 @@ def channel_kinds(problem: Problem) -> list[Problem]:
     """
     classes = [problem.classes]
     for kind in _KINDS:
-        known = [one.linear or one.rectifier for one in problem.classes.classes]
+        known = [bool(one.linear or one.rectifier or one.operator) for one in problem.classes.classes]
         if all(known):
             break
         changed = tuple(
             one if keeps else _of_kind(one, kind) for one, keeps in zip(problem.classes.classes, known, strict=True)
         )
-        same = problem.classes.repeated if kind != _KINDS[0] else False
+        same = problem.classes.repeated if kind != _KINDS[0] else _apart(problem.classes)
         classes.append(Diagonal(changed, repeated=same))
     unique = list(dict.fromkeys(classes))
-    unique.sort(key=lambda one: [_KINDS.index(_kind(each)) for each in one.classes])
+    unique.sort(key=lambda one: [_KINDS.index(_kind(each)) for each in one.classes if not each.operator])
     return [
         replace(problem, classes=one, kind="sector" if "sector" in kind_name(one) else "slope", known=())
         for one in unique
     ]
+
+
+def _named(one: NonlinearityClass) -> str:
+    return "operator" if one.operator else "gain" if one.linear else "ReLU" if one.rectifier else _kind(one)
+
+
+def _apart(classes: Diagonal) -> bool | tuple[int, ...]:
+    """Every nonlinearity by itself, operators as they are."""
+    sizes = [(len(block),) if block in classes.operators else (1,) * len(block) for block in classes.blocks]
+    return tuple(size for block in sizes for size in block) if classes.operators else False
 
 
 def _kind(one: NonlinearityClass) -> str:
@@ -100,8 +110,7 @@ def kind_name(classes: Diagonal) -> str:
     classes : Diagonal
         Of several channels.
     """
-    named = ("gain" if one.linear else "ReLU" if one.rectifier else _kind(one) for one in classes.classes)
-    kinds = list(dict.fromkeys(named))
+    kinds = list(dict.fromkeys(map(_named, classes.classes)))
     same = ", one in all" if len(classes.blocks) == 1 else ", some the same" if classes.repeated else ""
     return (kinds[0] if len(kinds) == 1 else "/".join(kinds)) + same
 

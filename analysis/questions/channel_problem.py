@@ -78,6 +78,8 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
         given = [given]
     if isinstance(given, Mapping):
         given = _in_order(plant, given)
+    if isinstance(given, NonlinearityClass):
+        given = [given]
     settings: dict[str, Any] = {"plant": plant, "kind": kind, "criterion": criterion, **named}
     if isinstance(given, Diagonal):
         return _sloped(Problem(classes=given, **settings))
@@ -99,7 +101,7 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
 
 def _sloped(problem: Problem) -> Problem:
     """The problem, if it does not ask for slopes of classes that bound none."""
-    lacking = [i for i, one in enumerate(problem.classes.classes, 1) if one.slope is None]
+    lacking = [i for i, one in enumerate(problem.classes.classes, 1) if one.slope is None and not one.operator]
     if problem.kind == "slope" and lacking:
         raise InputError(
             f"the class of channel {lacking[0]} has no slope bounds; give SlopeBounds, or ask for the largest "

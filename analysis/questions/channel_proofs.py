@@ -84,22 +84,22 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     rows = [row for row in (TABLE if cheap else reversed(TABLE)) if row.channels and time_of(asked.plant) in row.times]
     if not all(one.linear and one.rate is None for one in asked.classes.classes):
         rows = [row for row in rows if not row.linear]
-    if not all(_sloped(asked)):
+    if not all(map(bool.__or__, _sloped(asked), (bool(one.operator) for one in asked.classes.classes))):
         rows = [row for row in rows if row.stage != LAST]
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
     if not _parametric(asked):
         found = [x for x in found if x.kind != PARAMETRIC]
     if wanted == BEST:  # one channel needs no full block
-        constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
+        constant, functions = not any(_free(asked)), [one for one in asked.classes.classes if not one.operator]
         left = {_COUPLED} if not asked.classes.rectified else {_FULL, _ORDERS}
-        left |= {_FULL} if one else set()
+        left |= {_FULL} if len(functions) <= 1 else set()
         sloped = any(_sloped(asked))
         found = [
             x
             for x in found
             if (x.row.time_varying or x.row.linear or x.row.slope or not constant)
             and x.kind not in left
-            and (sloped or not x.row.slope)
+            and (sloped or not x.row.slope or (x.kind == _KERNELS and bool(_fixed(asked))))
         ]
         if _critical(asked):
             found = [x for x in found if not x.kind and not x.row.linear] or found
@@ -115,7 +115,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
 def _free(asked: Problem) -> list[bool]:
     """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time."""
     static = [not any(line) for line in channel_plant(asked.plant).D]
-    return [alone and not one.time_varying for alone, one in zip(static, asked.classes.classes, strict=True)]
+    functions = [not (one.time_varying or one.operator) for one in asked.classes.classes]
+    return [alone and one for alone, one in zip(static, functions, strict=True)]
 
 
 def _parametric(asked: Problem) -> bool:
@@ -123,6 +124,7 @@ def _parametric(asked: Problem) -> bool:
     D, linear = channel_plant(asked.plant).D, [i for i, one in enumerate(asked.classes.classes) if one.linear]
     more = len(linear) < len(D) or any(asked.classes.classes[i].rate is not None for i in linear)
     gains = sum(asked.classes.classes[block[0]].linear for block in asked.classes.blocks)
+    more = more and not asked.classes.operators
     return more and 0 < gains <= max(SPLINES) and not any(D[i][j] for i in linear for j in linear)
 
 
@@ -150,6 +152,11 @@ def _require_no_zero(asked: Problem) -> None:
             "the circle criterion and Popov's with a multiplier for each channel; give lower bounds above these",
             code=Reason.CRITICAL,
         )
+
+
+def _fixed(asked: Problem) -> list[range]:
+    """The channels of each operator that does not depend on time."""
+    return [block for block in asked.classes.operators if not asked.classes.classes[block[0]].time_varying]
 
 
 def _sloped(asked: Problem) -> list[bool]:
@@ -185,7 +192,8 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
             loop = (*H.doubles(), lower, gains, rates, _free(asked), H.dt is not None)
             yield GainSplines(*loop, degree=degree, pieces=pieces)
         return
-    given = (*H.doubles(), lower, free, popov, H.dt is not None)
+    operators = asked.classes.operators
+    given = (*H.doubles(), lower, free, popov, H.dt is not None, operators)
     if criterion.kind in (_COUPLED, _WINDOWS):
         for samples in _SAMPLES if criterion.kind == _WINDOWS else (1,):
             theta = free if criterion.kind == _COUPLED else [False] * len(free)
@@ -194,10 +202,11 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
                 yield coupled
         return
     if criterion.kind == _ORDERS:
-        odd = [asked.classes.classes[block[0]].odd for block in asked.classes.blocks]
-        most = 4 // max(map(len, asked.classes.blocks))  # a form is about up to 4 samples
+        blocks = [block for block in asked.classes.blocks if block not in operators]
+        odd = [asked.classes.classes[block[0]].odd for block in blocks]
+        most = 4 // max(map(len, blocks))  # a form is about up to 4 samples
         if most > 0:
-            yield ChannelWindows(*given, blocks=asked.classes.blocks, odd=odd, samples=min(2, most))
+            yield ChannelWindows(*given, blocks=blocks, odd=odd, samples=min(2, most))
         return
     if criterion.kind == 0 and len(H.D) > _MANY:
         _require_no_zero(asked)
@@ -277,19 +286,18 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
     _require_no_zero(asked)
     H, sloped, classes = channel_plant(asked.plant), _sloped(asked), asked.classes
     A, B, C, D = H.doubles()
-    if not any(sloped) or len(D) > MOST_CHANNELS or len(A) > MOST_STATES:
+    if not (any(sloped) or _fixed(asked)) or len(D) > MOST_CHANNELS or len(A) > MOST_STATES:
         return None
 
     ends = list(zip(classes.lower, classes.upper, strict=True))
     for i, one in enumerate(classes.classes):
         if sloped[i] and one.slope is not None:
             ends[i] = Fraction(one.slope.lower), Fraction(one.slope.upper)
-    plant = ChannelInequality(
-        A, B, C, D, np.array([float(low) for low, _ in ends]), _free(asked), popov=True, discrete=False
-    )
-    blocks = [block for block in classes.blocks if sloped[block[0]]]
-    cone = KernelCone(plant, blocks, [one.odd for one in classes.classes], gains=_constant(asked))
-    return cone, lambda factor: [factor * high - low for low, high in ends]
+    lower = np.array([float(low) for low, _ in ends])
+    plant = ChannelInequality(A, B, C, D, lower, _free(asked), popov=True, discrete=False, operators=classes.operators)
+    blocks, scaled = [block for block in classes.blocks if sloped[block[0]]], classes.performance or range(len(ends))
+    cone = KernelCone(plant, blocks, [one.odd for one in classes.classes], fixed=_fixed(asked), gains=_constant(asked))
+    return cone, lambda factor: [(factor if i in scaled else 1) * high - low for i, (low, high) in enumerate(ends)]
 
 
 def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
@@ -446,6 +454,8 @@ def switching_refuting(
     whole : bool
         Whether as a refutation of the classes as they are given.
     """
+    if asked.classes.operators:
+        return None
     H, lower = channel_plant(asked.plant), asked.classes.lower
     low, high = (np.array([float(v) for v in side]) for side in (lower, asked.classes.upper))
     search = SwitchedGains(

@@ -20,6 +20,7 @@ from lure.analysis.certificates.drafts import Failure, checked, contains, guarde
 from lure.analysis.certificates.systems import class_entries
 from lure.analysis.inequality.shifted_loop import LARGEST
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
+from lure.analysis.questions.channel_members import members_refuting
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
@@ -29,7 +30,6 @@ from lure.analysis.questions.channel_proofs import (
     constant_gains,
     criteria_for,
     farthest,
-    gains_refuting,
     proved_whole,
     refutation,
     switching_refuting,
@@ -236,7 +236,7 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
         not positive, so that no factor enlarges its class.
     """
     asked = found.asked
-    if min(asked.classes.upper) <= 0:
+    if min(asked.classes.upper) <= 0 and asked.classes.performance is None:
         raise InputError("an upper bound is not positive; the largest factor is asked of classes with upper bounds > 0")
     require_well_posed(asked)
     before: StabilityBound | None = None
@@ -337,7 +337,7 @@ def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, R
         if shown is not None:
             return alpha, shown
     never = refutation(asked, Fraction(1), constant_gains(asked.classes.lower)) if unsettled(asked) else None
-    return (Fraction(0), never) if never is not None else gains_refuting(asked, most=math.inf)
+    return (Fraction(0), never) if never is not None else members_refuting(asked, most=math.inf)
 
 
 def _larger(row: StabilityBound, asked: Problem) -> bool:
@@ -399,7 +399,7 @@ def proposals(
         if rows:
             seen = (shown for row in rows for shown in row.refutations)
             return next((shown for shown in seen if contains(own, shown.certificate["laws"])), None)
-        found = gains_refuting(asked, most=1.0)
+        found = members_refuting(asked, most=1.0)
         return None if found is None else found[1]
 
     def jumping() -> Refuted | None:

@@ -21,6 +21,7 @@ from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
 from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
+from lure.plants.interconnection import padded
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 
@@ -51,8 +52,9 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     """
     identity = (tables.name or "loop", tables.title or title, source)
     block = _block(tables.plant)
-    if any(table.relu or table.rate is not None for table in tables.nonlinearity_class):
-        block = _only_channel(block)  # what is known of such gains is known of channels
+    channels = (table.relu or table.rate is not None or table.norm is not None for table in tables.nonlinearity_class)
+    if any(channels):
+        block = _only_channel(block)  # what is known of these is known of channels
     if isinstance(block, MultivariablePlant):
         return _with_channels(identity, block, tables, folder)
     for word, listed in (("class", tables.nonlinearity_class), ("nonlinearity", tables.nonlinearity)):
@@ -72,12 +74,12 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
 
 
 def _only_channel(block: Block) -> MultivariablePlant:
-    """The plant of a ReLU or a slow gain, which the theorems on several nonlinearities are about."""
+    """The plant of a ReLU, a slow gain or an operator, which the theorems on several nonlinearities are about."""
     if isinstance(block, RationalPlant):
         block = MultivariablePlant.of_one_channel(block)
     if not isinstance(block, MultivariablePlant):
         raise InputError(
-            "class: relu and rate need a plant with exact rational entries; leave the dead time out, or these"
+            "class: relu, rate and norm need a plant with exact rational entries; leave the dead time out, or these"
         )
     return block
 
@@ -86,10 +88,14 @@ def _with_channels(
     identity: tuple[str, str, str], plant: MultivariablePlant, tables: PlantTables, folder: Path
 ) -> LoopSystem:
     """The loop of a file whose plant has several channels."""
-    listed, repeated = list[NonlinearityClass](), tuple(table.repeated for table in tables.nonlinearity_class)
-    for number, table in enumerate(tables.nonlinearity_class, 1):
+    sizes = [table.size or (table.repeated, table.repeated) for table in tables.nonlinearity_class]
+    listed, repeated = list[NonlinearityClass](), tuple(map(max, sizes))
+    for number, (table, size) in enumerate(zip(tables.nonlinearity_class, repeated, strict=True), 1):
         with _numbered("class", number, len(repeated)):
-            listed += [_nonlinearity_class(table)] * table.repeated
+            listed += [_nonlinearity_class(table)] * size
+    if any(ins != outs for ins, outs in sizes):
+        with _numbered("class", 1, 1):
+            plant = padded(plant, sizes)
     known = list[dict[str, object]]()
     for number, entry in enumerate(tables.nonlinearity, 1):
         with _numbered("nonlinearity", number, len(tables.nonlinearity)):
@@ -140,6 +146,16 @@ def _block(plant: PlantTable) -> Block:
 
 
 def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
+    if table.norm is not None:
+        given = [table.sector, table.slope, table.gain]
+        if any(one is not None for one in given) or table.odd or table.time_varying or table.repeated > 1:
+            raise InputError(
+                "class: norm is given beside other keys; of an operator give norm = r, with size and dynamics if it is "
+                "not of one channel, or not any"
+            )
+        return NonlinearityClass.norm_bounded(table.norm, dynamics=table.dynamics or "any")
+    if table.size is not None or table.dynamics is not None:
+        raise InputError("class: size and dynamics are of an operator, whose norm is not given; give norm = r")
     if table.gain is not None:
         if table.sector is not None or table.slope is not None or table.odd or table.time_varying or table.relu:
             raise InputError(
@@ -198,7 +214,9 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
         tables["class"] = _class(system.nonlinearity_class)
     if system.classes is not None:
         alike = [(system.classes.classes[block[0]], len(block)) for block in system.classes.blocks]
-        tables["class"] = [_class(one) | ({"repeated": size} if size > 1 else {}) for one, size in alike]
+        tables["class"] = [
+            _class(one) | ({"size" if one.operator else "repeated": size} if size > 1 else {}) for one, size in alike
+        ]
     return tables
 
 
@@ -258,6 +276,8 @@ def _plant(system: LoopSystem) -> dict[str, object]:
 
 
 def _class(asked: NonlinearityClass) -> dict[str, object]:
+    if asked.operator:
+        return {"norm": asked.sector.upper, "dynamics": asked.operator}
     if asked.linear:
         paced = {} if asked.rate is None else {"rate": asked.rate}
         return {"gain": (asked.sector.lower, asked.sector.upper), **paced}

@@ -13,6 +13,7 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
+from lure.classes import OPERATORS
 from lure.errors import InputError
 from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.plants import coefficients
@@ -139,6 +140,24 @@ def _count(value: object, info: ValidationInfo) -> int:
     return value
 
 
+def _norm(value: object, info: ValidationInfo) -> Fraction:
+    return _positive(value, info, "a positive bound")
+
+
+def _size(value: object, info: ValidationInfo) -> tuple[int, int]:
+    pair = [value, value] if isinstance(value, int) else value
+    plain = isinstance(pair, list) and all(type(v) is int and 0 < v <= MOST_CHANNELS for v in pair)
+    if isinstance(value, bool) or not plain or not isinstance(pair, list) or len(pair) != 2:
+        raise InputError(f"{field_key(info)} is {shown(value)}; give the rows and columns of the operator, as [2, 3]")
+    return pair[0], pair[1]
+
+
+def _dynamics(value: object, info: ValidationInfo) -> str:
+    if value not in OPERATORS:
+        raise InputError(f"{field_key(info)} is {shown(value)}; give 'any' or 'linear time-invariant'")
+    return str(value)
+
+
 def _listed(value: object) -> object:
     """An array of tables; of a single table the array with this one."""
     return [value] if isinstance(value, dict) else value
@@ -149,6 +168,9 @@ Matrix: TypeAlias = Annotated[list[Any] | None, BeforeValidator(_matrix)]
 Pair: TypeAlias = Annotated[tuple[float | Fraction, float | Fraction] | None, BeforeValidator(_pair)]
 Truth: TypeAlias = Annotated[bool, BeforeValidator(_truth)]
 Count: TypeAlias = Annotated[int, BeforeValidator(_count)]
+Bound: TypeAlias = Annotated[Fraction | None, BeforeValidator(_norm)]
+Size: TypeAlias = Annotated[tuple[int, int] | None, BeforeValidator(_size)]
+Dynamics: TypeAlias = Annotated[str | None, BeforeValidator(_dynamics)]
 Line: TypeAlias = Annotated[str | None, BeforeValidator(one_line)]
 
 
@@ -209,6 +231,9 @@ class ClassTable(BaseModel):
         description="whether phi(sigma) = max(sigma, 0), with slope = [l, k] k max(sigma, 0) + l min(sigma, 0)",
     )
     repeated: Count = Field(default=1, description="in how many channels in turn one such nonlinearity acts")
+    norm: Bound = Field(default=None, description="bound of the norm of an operator mu_b = -Delta sigma_b, instead")
+    size: Size = Field(default=None, description="rows and columns of that operator, or one number for both")
+    dynamics: Dynamics = Field(default=None, description="its kind: 'any', or 'linear time-invariant'")
 
 
 class PlantTables(BaseModel):

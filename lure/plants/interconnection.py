@@ -5,16 +5,60 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Literal, cast
 
 from lure.errors import InputError
 from lure.plants.conversion import as_plant
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
-from lure.plants.realisation import companion
 
 Place = str | int
 Pair = tuple[Place, Place]
+
+
+def padded(plant: MultivariablePlant, sizes: Sequence[tuple[int, int]]) -> MultivariablePlant:
+    """The plant with inputs that do nothing and outputs that are 0, so that each block has as many of both.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The plant.
+    sizes : sequence of (int, int)
+        Inputs and outputs of each block, in order.
+
+    Raises
+    ------
+    InputError
+        The sizes do not add up to the inputs and outputs of the plant.
+    """
+    totals = tuple(sum(size[side] for size in sizes) for side in (0, 1))
+    if totals != (plant.inputs, plant.outputs):
+        raise InputError(
+            f"the blocks have {totals[0]} inputs and {totals[1]} outputs together, and the plant has {plant.size}; "
+            "give as many"
+        )
+    if all(ins == outs for ins, outs in sizes):
+        return plant
+    places: list[list[int | None]] = [[], []]  # which input and output stands where, None for a new one
+    for size in sizes:
+        for found, own in zip(places, size, strict=True):
+            start = sum(at is not None for at in found)
+            found += [*range(start, start + own), *[None] * (max(size) - own)]
+    columns, rows = places
+    zero = Fraction(0)
+
+    def across(row: Sequence[Fraction]) -> tuple[Fraction, ...]:
+        """A row of ``B`` or ``D``."""
+        return tuple(zero if j is None else row[j] for j in columns)
+
+    return replace(
+        plant,
+        B=tuple(across(row) for row in plant.B),
+        C=tuple((zero,) * plant.order if i is None else plant.C[i] for i in rows),
+        D=tuple((zero,) * len(columns) if i is None else across(plant.D[i]) for i in rows),
+        names=(),
+    )
 
 
 def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
@@ -68,8 +112,7 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
     """
     found = as_plant(plant, dt=dt)
     if isinstance(found, RationalPlant):
-        r = found.matrices or companion(found)
-        found = MultivariablePlant(r.A, tuple((v,) for v in r.b), (r.c,), ((r.d,),), found.dt)
+        found = MultivariablePlant.of_one_channel(found)
     if not isinstance(found, MultivariablePlant):
         raise InputError(f"lft needs a rational plant with exact entries, and this is a {type(found).__name__}")
     if feedback not in ("negative", "positive"):

@@ -447,8 +447,9 @@ def test_what_a_direct_term_with_a_cycle_assumes():
 
     assert shown(slope=True).assumed == ""
     assert shown(slope=False).assumed == several.ONE_SOLUTION
-    assert several.ordered([[F(0), F(0)], [F(1), F(0)]])
-    assert not several.ordered([[F(1)]])
+    one, two = (several.channels({"channels": [nonlinearity(0, 1)] * m, "repeated": False}, m) for m in (1, 2))
+    assert several.ordered([[F(0), F(0)], [F(1), F(0)]], two)
+    assert not several.ordered([[F(1)]], one)
 
 
 def member(rng, low, high):

@@ -118,7 +118,7 @@ def refuted(document: Document, asked: Asked) -> str:
     proof = record(document.proof, "method", "gains")
     require(proof["method"] == "linear-gains", "the method is unknown for several nonlinearities")
     closed = closed_by(asked, member(proof["gains"], asked))
-    return claims.NO_SOLUTION if closed is None else _unstable(closed, discrete=asked.discrete)
+    return claims.NO_SOLUTION if closed is None else unstable(closed, discrete=asked.discrete)
 
 
 def _require_growth(document: Document, asked: Asked) -> None:
@@ -199,8 +199,8 @@ def _norm(matrix: arb_mat) -> arb:
     return largest
 
 
-def _unstable(closed: fmpq_mat, *, discrete: bool) -> str:
-    """The characteristic polynomial, its roots counted by their side."""
+def unstable(closed: fmpq_mat, *, discrete: bool) -> str:
+    """What follows of the characteristic polynomial of a loop, its roots counted by their side."""
     tick()
     p = closed.charpoly()
     require(p.degree() == closed.nrows(), "the characteristic polynomial has another degree")

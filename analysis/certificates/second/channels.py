@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from flint import arb, arb_mat, fmpq_mat
 
-from lure.analysis.certificates.second.classes import Nonlinearities, read_nonlinearities
+from lure.analysis.certificates.second.classes import Nonlinearities, read_nonlinearities, read_operator
 from lure.analysis.certificates.second.numerics import (
     ball,
     half_plane_counts,
@@ -43,6 +43,17 @@ class Asked:
     discrete: bool
     nonlinearities: tuple[Nonlinearities, ...]
     repeated: tuple[int, ...]
+
+    @property
+    def operators(self) -> list[list[int]]:
+        """The channels of each operator, those from ``z`` to ``w`` among them."""
+        firsts = [i for i in sorted(set(self.repeated)) if self.nonlinearities[i].operator]
+        return [[i for i, first in enumerate(self.repeated) if first == own] for own in firsts]
+
+    @property
+    def performance(self) -> list[int]:
+        """The channels from ``z`` to ``w``, none where no gain is asked for."""
+        return [i for i, one in enumerate(self.nonlinearities) if one.operator == "performance"]
 
     @property
     def bounds(self) -> list[tuple[Fraction, Fraction]]:
@@ -102,7 +113,10 @@ def read_classes(document: Document, m: int) -> tuple[tuple[Nonlinearities, ...]
     require(len(given) == m, "there is not one class for each channel")
     same = all(dict(given[first]) == dict(one) for first, one in zip(repeated, given, strict=True))
     require(same, "one nonlinearity has one class")
-    return tuple(read_nonlinearities(one, rates=True) for one in given), repeated
+    classes = tuple(read_operator(one) if "operator" in one else read_nonlinearities(one, rates=True) for one in given)
+    last = [repeated[i] for i, one in enumerate(classes) if one.operator == "performance"]
+    require(all(first == repeated[-1] for first in last), "there is more than one performance channel, or not the last")
+    return classes, repeated
 
 
 def _repeated(stated: object, m: int) -> tuple[int, ...]:
@@ -131,11 +145,38 @@ def cut(M: fmpq_mat, top: int, rows: int) -> fmpq_mat:
     return fmpq_mat([[M[top + i, j] for j in range(M.ncols())] for i in range(rows)])
 
 
-def acyclic(D: fmpq_mat) -> bool:
-    """Whether no product of entries of ``D`` leads from a channel back to it: the pattern is nilpotent."""
-    m = D.nrows()
-    pattern = fmpq_mat([[int(D[i, j] != 0) for j in range(m)] for i in range(m)])
-    return bool(pattern**m == fmpq_mat(m, m))
+def acyclic(asked: Asked) -> bool:
+    """Whether no product of entries of ``D`` leads from a channel back to it: the pattern is nilpotent.
+
+    An operator leads from each of its channels to all of them; from ``z`` nothing leads to ``w``.
+    """
+    m, alike = asked.D.nrows(), {(i, j) for block in asked.operators for i in block for j in block}
+    out = set(asked.performance)
+    pattern = fmpq_mat([[int(asked.D[i, j] != 0 and not {i, j} & out) for j in range(m)] for i in range(m)])
+    spread = fmpq_mat([[int(i == j or (i, j) in alike) for j in range(m)] for i in range(m)])
+    return bool((pattern * spread) ** m == fmpq_mat(m, m))
+
+
+def require_uniform(weights: Sequence[Fraction], asked: Asked) -> None:
+    """Check that an operator has one weight for its channels, that of the gain being positive.
+
+    Parameters
+    ----------
+    weights : sequence of Fraction
+        One for each channel.
+    asked : Asked
+        The classes.
+
+    Raises
+    ------
+    NotShown
+        It is not so.
+    """
+    require(len(weights) == asked.D.nrows(), "the multipliers are not one for each channel")
+    require(min(weights) >= 0, "a weight is negative")
+    for block in asked.operators:
+        require(len({weights[i] for i in block}) == 1, "an operator has several weights")
+    require(all(weights[i] > 0 for i in asked.performance), "the performance channel has no weight")
 
 
 def half_plane_stable(closed: fmpq_mat) -> bool:
@@ -213,6 +254,7 @@ def member(value: object, asked: Asked) -> list[Fraction]:
     """
     gains = numbers(value)
     require(len(gains) == len(asked.nonlinearities), "there is not one gain for each channel")
+    require(all(gains[i] == 0 for i in asked.performance), "the loop is closed from z to w")
     require(
         all(nonlinearities.has_gain(g) for nonlinearities, g in zip(asked.nonlinearities, gains, strict=True)),
         "a gain is not in its class",

@@ -24,6 +24,8 @@ GAINS = "every constant gain of the class makes the loop asymptotically stable"
 NO_REST = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHER_EQUILIBRIA = "a loop of the class has equilibria other than 0"
 INEQUALITY = "the frequency inequality holds at every frequency, which alone proves nothing about the rod"
+GAIN = "the L2 gain from w to z is at most gamma in every loop of the class"
+EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
 NO_SOLUTION = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 
 
@@ -137,6 +139,7 @@ class Nonlinearities:
     rough: bool = False  # continuous or not; else locally Lipschitz
     relu: bool = False  # piecewise linear, with its least slope left of 0 and its greatest right of it
     rate: Fraction | None = None  # of gains that depend on time: |g(t) - g(s)| <= rate |t - s|
+    operator: str = ""  # which operators of norm up to ``upper``, acting on a block of channels; else functions
 
     def mirrored(self) -> Nonlinearities:
         """The class of ``-phi``, which the loop of ``-H`` has; ``[-k, -l]`` in place of ``[l, k]``."""
@@ -189,6 +192,27 @@ def at_most(bound: Upper, limit: Upper) -> bool:
 def at_least(bound: Lower, limit: Lower) -> bool:
     """``bound >= limit`` for lower bounds."""
     return limit == "-inf" or (isinstance(bound, Fraction) and bound >= limit)
+
+
+def read_operator(value: Mapping[str, object]) -> Nonlinearities:
+    """The operators of a certificate: of nothing but their norm is there a bound."""
+    found = record(value, "sector", "slope", "odd", "time_varying", "linear", "operator")
+    kinds = {"any": True, "linear time-invariant": False, "performance": True}
+    operator = found["operator"]
+    require(isinstance(operator, str) and operator in kinds, "the kind of operator is unknown")
+    lower, upper = _bounds(found["sector"])
+    require(isinstance(upper, Fraction) and lower == -upper, "the norm of an operator has no bound")
+    bare = found["slope"] is None and not flag(found["odd"]) and not flag(found["linear"])
+    require(bare and flag(found["time_varying"]) is kinds[str(operator)], "an operator has no other properties")
+    return Nonlinearities(
+        lower=lower,
+        upper=upper,
+        slope=None,
+        odd=False,
+        time_varying=kinds[str(operator)],
+        linear=False,
+        operator=str(operator),
+    )
 
 
 def read_nonlinearities(value: Mapping[str, object], *, rates: bool = False) -> Nonlinearities:

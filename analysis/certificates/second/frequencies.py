@@ -47,8 +47,13 @@ class Multiplier:
     moved: frozenset[int]
 
 
-def read_multiplier(
-    theorem: str, value: object, odd: Sequence[bool], same: Sequence[int], gains: Sequence[bool]
+def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each channel)
+    theorem: str,
+    value: object,
+    odd: Sequence[bool],
+    same: Sequence[int],
+    gains: Sequence[bool],
+    operators: Sequence[Sequence[int]] = (),
 ) -> Multiplier:
     """The multiplier of a certificate, doubly dominant: else it is no multiplier for these classes.
 
@@ -64,6 +69,8 @@ def read_multiplier(
         For each channel the first that has the same nonlinearity.
     gains : sequence of bool
         Whether it is a constant gain, for which ``Re M_ii > 0`` is enough where it has one channel.
+    operators : sequence of sequence of int
+        The channels of each operator, whose multiplier is a positive function of the frequency times the identity.
 
     Raises
     ------
@@ -84,11 +91,12 @@ def read_multiplier(
     gamma, theta = [numbers(row) for row in listed(given["gamma"])], numbers(given["theta"])
     require(len(gamma) == len(theta) == m and all(len(row) == m for row in gamma), "gamma or theta does not fit")
     partner = {(i, j) for i in range(m) for j in range(m) if same[i] == same[j]}
+    joint = {i for block in operators for i in block}
     chains, moved = dict[tuple[int, Fraction, bool], Chain](), set[int]()
     share = [[Fraction(0)] * m for _ in range(m)]  # absolute masses
-    own = [list[tuple[Fraction, Fraction, int]]() for _ in range(m)]
+    own = [list[tuple[Fraction, Fraction, int, bool]]() for _ in range(m)]
     for i, j in ((i, j) for i in range(m) for j in range(m) if i != j and gamma[i][j] != 0):
-        require((i, j) in partner, "gamma couples different nonlinearities")
+        require((i, j) in partner and not {i, j} & joint, "gamma couples different nonlinearities")
         require(odd[i] or gamma[i][j] < 0, "gamma has a positive entry beside the diagonal")
         share[i][j] += abs(gamma[i][j])
         moved |= {i, j}
@@ -101,16 +109,28 @@ def read_multiplier(
         require(kernel["side"] in ("causal", "anticausal") and rate > 0 and order <= 20, "a kernel is unknown")
         i, j = where
         require((i, j) in partner, "a kernel couples different nonlinearities")
-        require(odd[i] or c >= 0, "a kernel is negative")
-        share[i][j] += abs(c)
-        own[i].append((c, rate, order))
-        moved |= {i, j}
         causal = kernel["side"] == "causal"
+        if i in joint:
+            require(i == j, "a kernel couples the channels of an operator")
+            own[i].append((c, rate, order, causal))
+        else:
+            require(odd[i] or c >= 0, "a kernel is negative")
+            share[i][j] += abs(c)
+            own[i].append((c, rate, order, causal))
+        moved |= {i, j}
         chain = chains.setdefault((j, rate, causal), Chain(j, rate, causal, {}))
         chain.rows.setdefault(order, []).append((i, c))
-    for i in range(m):
+    for block in operators:
+        for i in block:
+            require(gamma[i][i] == gamma[block[0]][block[0]], "an operator has several multipliers")
+            require(sorted(own[i]) == sorted(own[block[0]]), "an operator has several multipliers")
+        each = own[block[0]]
+        before, after = (sorted(one[:3] for one in each if one[3] is side) for side in (True, False))
+        require(before == after, "the multiplier of an operator is not real")
+        _require_real_part(gamma[block[0]][block[0]], [one[:3] for one in each])
+    for i in set(range(m)) - joint:
         if gains[i] and list(same).count(same[i]) == 1:
-            _require_real_part(gamma[i][i], own[i])
+            _require_real_part(gamma[i][i], [kernel[:3] for kernel in own[i]])
             continue
         enough = gamma[i][i] >= sum(share[i]) and gamma[i][i] >= sum(row[i] for row in share)
         require(enough, "the kernels of a row or a column outweigh gamma")

@@ -26,16 +26,25 @@ from flint import arb, arb_mat, fmpq_mat, fmpz
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import refuted, require_gains
-from lure.analysis.certificates.second.channels import Asked, acyclic, balls, diagonal, joined, read, stacked, symmetric
+from lure.analysis.certificates.second.channels import (
+    Asked,
+    acyclic,
+    balls,
+    diagonal,
+    joined,
+    read,
+    require_uniform,
+    stacked,
+    symmetric,
+)
 from lure.analysis.certificates.second.frequencies import (
     read_multiplier,
     require_frequencies,
     require_vertices,
 )
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
-from lure.analysis.certificates.second.numerics import (
-    working_precision,
-)
+from lure.analysis.certificates.second.members import refuted_by_members
+from lure.analysis.certificates.second.numerics import working_precision
 from lure.analysis.certificates.second.parametric import require_parametric
 from lure.analysis.certificates.second.reading import (
     Document,
@@ -71,17 +80,20 @@ def shown(document: Document) -> str:
     require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
     if document.verdict == "PROVED":
         if not _proved(document, asked):
-            return claims.ATTRACTS
+            return claims.GAIN if asked.performance else claims.ATTRACTS
+        require(not asked.operators, "with operators an eigenvalue 0 is not covered")
         varying = any(one.time_varying for one in asked.nonlinearities)
         return claims.BOUNDED if varying else claims.EQUILIBRIA
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
-    return refuted(document, asked)
+    members = document.proof.get("method") == "linear-members"
+    return refuted_by_members(document, asked) if members else refuted(document, asked)
 
 
 def _proved(document: Document, asked: Asked) -> bool:
     """Whether with an eigenvalue 0 at the lower bounds, if it is proved at all."""
     if document.theorem == "parameter-dependent":
+        require(not asked.operators, "operators are not covered beside unknown gains")
         require_parametric(document, asked)
         return False
     if document.theorem in ("order-cones", "coupled-windows"):
@@ -95,7 +107,7 @@ def _proved(document: Document, asked: Asked) -> bool:
     m, (kind, _, theorem) = asked.D.nrows(), document.theorem.rpartition("-")
     popov, full = theorem == "popov", kind == "full-block"
     require(theorem in ("circle", "popov") and kind in _MULTIPLIERS, "the theorem is not one for channels")
-    names = {_MULTIPLIERS[kind]} | ({"theta"} if popov else set())
+    names = {_MULTIPLIERS[kind]} | ({"theta"} if popov else set()) | ({"lambda"} if asked.operators else set())
     given = record(document.multiplier, *names, *(("N",) if full and "N" in document.multiplier else ()))
     theta = numbers(given["theta"]) if popov else [Fraction(0)] * m
     require(len(theta) == m, "the multipliers are not one for each channel")
@@ -107,7 +119,8 @@ def _proved(document: Document, asked: Asked) -> bool:
     for i, nonlinearities in enumerate(asked.nonlinearities):
         state_only = all(asked.D[i, j] == 0 for j in range(m))
         require(
-            theta[i] == 0 or (state_only and not nonlinearities.time_varying), "Popov's term does not fit its channel"
+            theta[i] == 0 or (state_only and not nonlinearities.time_varying and not nonlinearities.operator),
+            "Popov's term does not fit its channel",
         )
     zero = ("zero",) if "zero" in mapping(document.proof) else ()
     proof = record(document.proof, "method", "P", "exponent", *zero)
@@ -115,13 +128,20 @@ def _proved(document: Document, asked: Asked) -> bool:
     exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
     require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
     bounds, needed = asked.bounds, list[fmpq_mat]()
+    weights = numbers(given["lambda"]) if "lambda" in given else [Fraction(0)] * m
+    require_uniform(weights, asked)
+    Pi = _diagonal_multiplier(weights, asked)
+    rest = [i for i in range(m) if not asked.nonlinearities[i].operator]
+    if kind != "diagonal":
+        require(bool(rest) and all(weights[i] == 0 for i in rest), "a full block and weights for the same channels")
     if kind == "coupled":
-        Pi, bounds = static_form(given["forms"], asked)
+        part, bounds = static_form(given["forms"], asked)
         _require_one_solution(asked, bounds)
+        Pi += part
     elif full:
-        Pi, needed = _full_block(given, asked)
-    else:
-        Pi = _diagonal_multiplier(numbers(given["lambda"]), asked)
+        part, needed = _full_block(given, [asked.bounds[i] for i in rest])
+        place = fmpq_mat([[int(i == j) for i in (*rest, *(m + i for i in rest))] for j in range(2 * m)])
+        Pi += place * part * place.transpose()
     shifted = shifted_by(asked, bounds)
     rows, left_out = triangle(proof["P"], asked.A.nrows()), list[int]()
     if zero:
@@ -137,17 +157,17 @@ def _proved(document: Document, asked: Asked) -> bool:
 
 def _diagonal_multiplier(weights: Sequence[Fraction], asked: Asked) -> fmpq_mat:
     """``2 sum lambda_i psi_i (w_i sigma_i - psi_i)``."""
-    require(len(weights) == asked.D.nrows(), "the multipliers are not one for each channel")
-    require(all(v >= 0 for v in weights), "a weight is negative")
     side = diagonal([v * (high - low) for v, (low, high) in zip(weights, asked.bounds, strict=True)])
     return joined(side * 0, side, diagonal([-2 * v for v in weights]))
 
 
-def _full_block(given: Mapping[str, object], asked: Asked) -> tuple[fmpq_mat, list[fmpq_mat]]:
+def _full_block(
+    given: Mapping[str, object], bounds: Sequence[tuple[Fraction, Fraction]]
+) -> tuple[fmpq_mat, list[fmpq_mat]]:
     """``Pi`` for ``(sigma, psi)``, and what has to be positive definite for its form to be nonnegative in the class."""
-    m, one = asked.D.nrows(), diagonal([Fraction(1)] * asked.D.nrows())
+    m, one = len(bounds), diagonal([Fraction(1)] * len(bounds))
     require(m <= MOST_VERTICES, "there are too many channels for full-block multipliers")
-    shift, width = diagonal([low for low, _ in asked.bounds]), [high - low for low, high in asked.bounds]
+    shift, width = diagonal([low for low, _ in bounds]), [high - low for low, high in bounds]
     move = joined(one, 0 * one, one, lower_left=shift)  # phi = psi + l sigma
     Pi = move.transpose() * symmetric(given["Pi"], 2 * m) * move
     if "N" not in given:
@@ -174,7 +194,8 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
     require(not asked.discrete, "over frequencies it is decided in continuous time only")
     odd = [one.odd for one in asked.nonlinearities]
     gains = [one.linear and not one.time_varying for one in asked.nonlinearities]
-    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated, gains)
+    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated, gains, asked.operators)
+    require_uniform([given.gamma[i][i] for i in range(m)], asked)
     bounds = list[tuple[Fraction, Fraction]]()
     for i, one in enumerate(asked.nonlinearities):
         coupled = i in given.moved
@@ -182,12 +203,15 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
         if not (isinstance(low, Fraction) and isinstance(high, Fraction) and low < high):
             raise NotShown("a channel has no finite bounds")
         bounds.append((low, high))
-        require(not coupled or one.slope is not None, "a channel with kernels has no slope bounds")
+        require(
+            not coupled or one.slope is not None or one.operator != "", "a channel with kernels has no slope bounds"
+        )
         require(not one.rough, "the theorem is for locally Lipschitz nonlinearities")
         constant = given.theta[i] == 0 and not coupled
         require(constant or not one.time_varying, "a nonlinearity depends on time, its multiplier must not")
         state_only = all(asked.D[i, j] == 0 for j in range(m))
-        require(given.theta[i] == 0 or state_only, "Popov's term does not fit its channel")
+        fits = state_only and not one.operator
+        require(given.theta[i] == 0 or fits, "Popov's term does not fit its channel")
     shifted, widths = shifted_by(asked, bounds), [high - low for low, high in bounds]
     critical, jump = bool(shifted[0].det() == 0), asked.D * 0
     if critical:
@@ -201,12 +225,17 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
 
 def _require_one_solution(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> None:
     """Check that ``sigma + D phi(sigma) = y`` has one solution, whatever the multiplier says about differences."""
-    if acyclic(asked.D):
+    if acyclic(asked):
         return
-    for one, (low, high) in zip(asked.nonlinearities, bounds, strict=True):
-        require(one.slopes_within(low, high), "D has a cycle, and a slope is outside the bounds")
-    require(len(bounds) <= MOST_VERTICES, "D has a cycle, and there are too many channels")
-    require_vertices(shifted_by(asked, bounds)[3], [high - low for low, high in bounds])
+    own = [i for i in range(len(bounds)) if i not in asked.performance]
+    for i in own:
+        require(asked.nonlinearities[i].slopes_within(*bounds[i]), "D has a cycle, and a slope is outside the bounds")
+    require(len(own) <= MOST_VERTICES, "D has a cycle, and there are too many channels")
+    direct = fmpq_mat([[asked.D[i, j] for j in own] for i in own])
+    low, one = diagonal([bounds[i][0] for i in own]), diagonal([Fraction(1)] * len(own))
+    whole = one + direct * low
+    require(bool(whole.det() != 0), "the loop is not well posed at the lower bounds")
+    require_vertices(whole.inv() * direct, [bounds[i][1] - bounds[i][0] for i in own])
 
 
 def _forms(

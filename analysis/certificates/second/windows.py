@@ -20,8 +20,10 @@ from lure.analysis.certificates.second.channels import (
     acyclic,
     closed_by,
     cut,
+    diagonal,
     half_plane_stable,
     joined,
+    require_uniform,
     stacked,
     symmetric,
 )
@@ -91,6 +93,7 @@ def read_forms(value: object, asked: Asked, samples: int, *, over_time: bool) ->
         require(bool(channels) and max(channels) < m, "a form is about no channel, or one that there is not")
         taken += channels
         require(len(set(taken)) == len(taken), "a channel stands twice in the forms")
+        require(not any(asked.nonlinearities[i].operator for i in channels), "a form is about an operator")
         own, size = [asked.nonlinearities[i] for i in channels], samples * len(channels)
         if given["kind"] == "relu":
             require(all(one.relu for one in own) and not over_time, "the form does not fit the classes")
@@ -185,13 +188,14 @@ def static_form(value: object, asked: Asked) -> tuple[fmpq_mat, list[Bounds]]:
 def _ordered_forms(given: Mapping[str, object], asked: Asked) -> Forms:
     """Forms that are positive on the order cones."""
     found = record(given, "windows", "odd")
-    firsts = sorted(set(asked.repeated))
+    firsts = sorted({i for i in asked.repeated if not asked.nonlinearities[i].operator})
     windows = [[numbers(row) for row in listed(one)] for one in listed(found["windows"])]
     odd = [flag(one) for one in listed(found["odd"])]
     require(len(firsts) == len(windows) == len(odd), "there is not one form for each nonlinearity")
-    m, T = asked.D.nrows(), len(windows[0]) // (2 * asked.repeated.count(0))
+    require(bool(firsts), "there are no forms")
+    m, T = asked.D.nrows(), len(windows[0]) // (2 * asked.repeated.count(firsts[0]))
     require(T > 0, "there are no samples")
-    slopes = [nonlinearities.slope for nonlinearities in asked.nonlinearities]
+    slopes = [asked.bounds[i] if one.operator else one.slope for i, one in enumerate(asked.nonlinearities)]
     ends = [one for one in slopes if one is not None and all(isinstance(end, Fraction) for end in one)]
     require(len(ends) == m, "a channel has no finite slope bounds")
     forms = list[Form]()
@@ -219,12 +223,19 @@ def require_windows(document: Document, asked: Asked) -> None:
     """
     proof = record(document.proof, "method", "P", "exponent")
     require(proof["method"] == "matrix" and asked.discrete, "forms of several samples: by matrices, in discrete time")
-    require(acyclic(asked.D), "D has a cycle of channels")
+    require(acyclic(asked), "D has a cycle of channels")
     start: Forms | None = None
+    stated, weights = dict(document.multiplier), [Fraction(0)] * asked.D.nrows()
+    if asked.operators:
+        require("lambda" in stated, "the operators have no weights")
+        weights = numbers(stated.pop("lambda"))
+        others = [i for i, one in enumerate(asked.nonlinearities) if not one.operator]
+        require(len(weights) == asked.D.nrows() and not any(weights[i] for i in others), "a weight is of no operator")
+    require_uniform(weights, asked)
     if document.theorem == "order-cones":
-        forms = _ordered_forms(document.multiplier, asked)
+        forms = _ordered_forms(stated, asked)
     else:
-        given = record(document.multiplier, "samples", "forms", "start")
+        given = record(stated, "samples", "forms", "start")
         T = count(given["samples"], least=2)
         require(T <= MOST_SAMPLES, "there are too many samples")
         forms = read_forms(given["forms"], asked, T, over_time=given["start"] is None)
@@ -232,7 +243,11 @@ def require_windows(document: Document, asked: Asked) -> None:
             start = read_forms(given["start"], asked, T - 1, over_time=False)
             require(start.bounds == forms.bounds, "the forms at the start are about other bounds")
     if start is None:
-        closed = closed_by(asked, [low for low, _ in forms.bounds])
+        rest = [
+            Fraction(0) if one.operator else low
+            for one, (low, _) in zip(asked.nonlinearities, forms.bounds, strict=True)
+        ]
+        closed = closed_by(asked, rest)
         require(closed is not None and half_plane_stable(closed), "the loop with the least slopes is not stable")
     n, m, T = asked.A.nrows(), asked.D.nrows(), forms.samples
     size, order = n + m * T, n + m * (T - 1)
@@ -250,6 +265,11 @@ def require_windows(document: Document, asked: Asked) -> None:
     now = cut(unit, 0, order)
     before = now.transpose() * P * now
     needed = [before - later.transpose() * P * later - _total(forms, phi, sigma)]
+    for block in asked.operators:  # at the last of the samples
+        r, weight = asked.bounds[block[0]][1], weights[block[0]]
+        w = _rows([cut(side[T - 1], i, 1) for side in (sigma, phi) for i in block])
+        form = diagonal([weight * r * r] * len(block) + [-weight] * len(block))
+        needed[0] -= w.transpose() * form * w
     if start is not None:
         whole = before - _total(start, phi, sigma)
         needed.append(fmpq_mat([[whole[i, j] for j in range(order)] for i in range(order)]))

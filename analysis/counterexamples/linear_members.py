@@ -1,0 +1,259 @@
+r"""Linear members of the classes of several channels with a large gain, in floating point.
+
+After the shift by the lower bounds a member is ``mu = w - Delta sigma``: ``Delta_i`` a constant gain in ``[0, w_i]``,
+or on the channels of an operator a matrix of norm ``r_b`` at each frequency.  From ``w`` to ``sigma`` on some of the
+channels the response is the block of ``S = (1 + H Delta)^{-1} H``.  At a frequency an operator that enlarges ``|p^* S
+q|`` fastest has rank one: ``-r l^* s^*/(|l| |s|)``, ``l = p^* S``, ``s = S q`` on its channels; so it is changed, over
+and over again.  Such a matrix is the value of ``u v'`` with all-passes ``u_i``, ``v_j`` in place of the phases.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import Any, NamedTuple
+
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.channels import ChannelInequality
+from lure.arrays import Complexes, Reals, np
+
+_VERTICES, _DRAWN, _REFINED, _GRID, _TURNS, _ZOOMS, _SEED = 6, 24, 3, 9, 12, 7, 20261122
+_BITS, _NEAR = 40, 1e-9
+
+
+class Found(NamedTuple):
+    """A member, the frequency of its largest gain (infinite: the limit), the input, and that gain."""
+
+    gain: float
+    shape: Reals  # of the functions, the share of their widths
+    gains: Reals
+    operators: list[tuple[Complexes, Complexes]]  # of each: r u and v, Delta = r u v'
+    omega: float
+    direction: Complexes
+
+
+@dataclass
+class MemberSearch:
+    """The search for one plant.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray
+        (n, n), (n, m), (m, n) and (m, m) [floating point].
+    lower : ndarray
+        (m,) the shift.
+    functions, operators : sequence of sequence of int
+        The channels with one gain each, and those of each operator.
+    out : sequence of int
+        The channels from whose ``w`` to whose ``sigma`` the gain is asked for, in none of these.
+    discrete : bool
+        Whether in discrete time.
+
+    Raises
+    ------
+    AssumptionError
+        The loop with the gains ``lower`` is not well posed, or not asymptotically stable.
+    """
+
+    A: Reals
+    B: Reals
+    C: Reals
+    D: Reals
+    lower: Reals
+    functions: Sequence[Sequence[int]]
+    operators: Sequence[Sequence[int]]
+    out: Sequence[int]
+    discrete: bool
+
+    def __post_init__(self) -> None:
+        m = len(self.D)
+        given = (self.A, self.B, self.C, self.D, self.lower)
+        self.loop = ChannelInequality(*given, [False] * m, popov=False, discrete=self.discrete)
+        self.H, self.omega = self.loop.H, self.loop.omega
+
+    def _stable(self, gains: Reals) -> bool:
+        """Whether the loop of these gains alone is stable."""
+        G, loop = np.diag(gains), self.loop
+        whole = np.eye(len(G)) + loop.D @ G
+        if abs(np.linalg.det(whole)) < 1e-12:
+            return False
+        poles = np.linalg.eigvals(loop.A - loop.B @ G @ np.linalg.solve(whole, loop.C))
+        return bool((np.abs(poles).max() - 1 if self.discrete else poles.real.max()) < 0)
+
+    def _response(self, H: Complexes, Delta: Complexes) -> tuple[Complexes, Reals, Complexes, Complexes]:
+        """``S``, and the largest singular value of its block with its vectors, at each frequency."""
+        S = np.linalg.solve(np.eye(len(self.D)) + H @ Delta, H)
+        p, sizes, q = np.linalg.svd(S[:, self.out][:, :, self.out])
+        return np.asarray(S), np.asarray(sizes[:, 0]), np.asarray(p[:, :, 0]), np.asarray(q[:, 0].conj())
+
+    def gains_at(self, H: Complexes, gains: Reals, radii: Reals) -> tuple[Reals, Complexes]:
+        """The largest gain found at each frequency, and ``Delta``: (frequencies,) and (frequencies, m, m).
+
+        Parameters
+        ----------
+        H : ndarray
+            (frequencies, m, m).
+        gains : ndarray
+            (m,) above the lower bounds.
+        radii : ndarray
+            Of the operators.
+        """
+        Delta = np.zeros(H.shape, dtype=complex) + np.diag(gains)
+        S, best, p, q = self._response(H, Delta)
+        kept, value = Delta.copy(), best.copy()
+        for _ in range(_TURNS if len(self.operators) else 0):
+            for block, radius in zip(self.operators, radii, strict=True):
+                left = np.einsum("fi,fij->fj", p.conj(), S[:, self.out][:, :, [*block]])
+                right = np.einsum("fij,fj->fi", S[:, [*block]][:, :, self.out], q)
+                size = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
+                turned = -left.conj()[:, :, None] * right.conj()[:, None, :]
+                where = np.ix_(range(len(H)), block, block)
+                Delta[where] = radius * turned / np.maximum(size, 1e-300)[:, None, None]
+            S, best, p, q = self._response(H, Delta)
+            better = best > value
+            kept[better], value = Delta[better], np.maximum(best, value)
+        return value, kept
+
+    def found(self, widths: Reals, shape: Reals | None = None) -> Found | None:
+        """The member of the largest gain that is found; None if the loops of all gains tried are unstable.
+
+        Parameters
+        ----------
+        widths : ndarray
+            (m,) upper bounds less lower ones, of operators the bound of the norm.
+        shape : ndarray, optional
+            Gains over widths, one for each of the functions, of which alone the gain is asked for.
+        """
+        radii = np.array([widths[block[0]] for block in self.operators])
+
+        def peak(shape: Reals) -> float:
+            """The largest gain over the frequencies of the grid; 0 for an unstable loop."""
+            checkpoint()
+            gains = self._spread(shape) * widths
+            return float(self.gains_at(self.H, gains, radii)[0].max()) if self._stable(gains) else 0.0
+
+        count = len(self.functions)
+        if shape is not None:
+            return self._sharpened(np.array(shape), widths, radii) if peak(shape) else None
+        rng = np.random.default_rng(_SEED)
+        corners = [np.array(v) for v in product((0.0, 1.0), repeat=count)] if count <= _VERTICES else []
+        corners += [np.round(v) for v in rng.random((_DRAWN, count))] if count > _VERTICES else [np.full(count, 0.5)]
+        ranked = sorted(((peak(shape), tuple(shape)) for shape in corners), reverse=True)
+        best, at = 0.0, np.zeros(count)
+        for value, start in ranked[:_REFINED]:
+            shape, reached = np.array(start), value
+            for step in (1.0, 0.1, 0.01) if count and value else ():
+                for i in range(count):
+                    for part in np.linspace(-1, 1, _GRID) * step:
+                        tried = shape.copy()
+                        tried[i] = min(max(shape[i] + part, 0.0), 1.0)
+                        if tried[i] != shape[i] and (found := peak(tried)) > reached:
+                            reached, shape = found, tried
+            best, at = (reached, shape) if reached > best else (best, at)
+        return self._sharpened(at, widths, radii) if best else None
+
+    def _spread(self, shape: Reals) -> Reals:
+        found = np.zeros(len(self.D))
+        for block, value in zip(self.functions, shape, strict=True):
+            found[[*block]] = value
+        return found
+
+    def _sharpened(self, shape: Reals, widths: Reals, radii: Reals) -> Found:
+        """The frequency of the largest gain, more exactly, and what is there."""
+        gains = self._spread(shape) * widths
+        values, _ = self.gains_at(self.H, gains, radii)
+        i = int(values.argmax())
+        low, omega, high = (float(self.omega[max(min(k, len(values) - 1), 0)]) for k in (i - 1, i, i + 1))
+        best = float(values[i])
+        for _ in range(_ZOOMS if math.isfinite(high) else 0):
+            points = np.linspace(low, high, _GRID)
+            inner = self.gains_at(self.loop.response(points)[1], gains, radii)[0]
+            k = int(inner.argmax())
+            if inner[k] > best:
+                best, omega = float(inner[k]), float(points[k])
+            low, high = float(points[max(k - 1, 0)]), float(points[min(k + 1, _GRID - 1)])
+        H = self.loop.response(np.array([omega]))[1]
+        value, Delta = self.gains_at(H, gains, radii)
+        _, _, _, q = self._response(H, Delta)
+        operators = []
+        for block in self.operators:
+            u, size, v = np.linalg.svd(Delta[0][np.ix_(block, block)])
+            operators.append((size[0] * u[:, 0], v[0]))
+        return Found(float(value[0]), shape, gains, operators, omega, q[0])
+
+    def exact_gains(self, found: Found, lower: Sequence[Fraction], upper: Sequence[Fraction]) -> list[Fraction]:
+        """The gains of a member, at the ends of the classes exactly; 0 for operators.
+
+        Parameters
+        ----------
+        found : Found
+            The member.
+        lower, upper : sequence of Fraction
+            Bounds of the classes.
+        """
+        gains = [Fraction(0)] * len(lower)
+        for block in self.functions:
+            low, high = lower[block[0]], upper[block[0]]
+            share = found.gains[block[0]] / float(high - low)
+            inside = min(max(low + Fraction(f"{share:.9g}") * (high - low), low), high)
+            for i in block:
+                gains[i] = low if share < _NEAR else high if share > 1 - _NEAR else inside
+        return gains
+
+    def realised(self, found: Found, radii: Sequence[Fraction]) -> Iterator[dict[str, Any]]:
+        """The operators of a certificate, of norms up to the radii.
+
+        Parameters
+        ----------
+        found : Found
+            The member.
+        radii : sequence of Fraction
+            Largest norms.
+        """
+        for (left, right), radius in zip(found.operators, radii, strict=True):
+            sides, turn = [], right[np.abs(right).argmax()]
+            turn = turn / abs(turn) if turn else 1.0  # real where H is
+            for values, size in (
+                (left * turn, radius * (1 - Fraction(1, 2 ** (_BITS - 4)))),
+                (right / turn, Fraction(1)),
+            ):
+                unit = values / (np.linalg.norm(values) or 1.0)
+                passes = [allpass(complex(v), found.omega, discrete=self.discrete) for v in unit]
+                sides.append([[str(c * size), rate] for c, rate in passes])
+            yield {"left": sides[0], "right": sides[1]}
+
+
+def allpass(value: complex, omega: float, *, discrete: bool) -> tuple[Fraction, str | None]:
+    """``c`` and the rate of an all-pass that has about this value at a frequency; None for a constant.
+
+    ``c (s - a)/(s + a)`` at ``s = i omega`` has the angle ``pi - 2 arctan(omega/a)``, ``c (1 - a z)/(z - a)`` at ``z =
+    e^(i omega)`` the angle ``-omega - 2 psi``, ``tan psi = a sin(omega)/(1 - a cos(omega))``.
+
+    Parameters
+    ----------
+    value : complex
+        The value.
+    omega : float
+        The frequency [rad/s], in discrete time the angle.
+    discrete : bool
+        Whether in discrete time.
+    """
+    size = Fraction(round(abs(value) * 2**_BITS), 2**_BITS)
+    angle = cmath.phase(value) if value else 0.0
+    real = (
+        abs(math.sin(angle)) < _NEAR or not math.isfinite(omega) or abs(math.sin(omega) if discrete else omega) < 1e-12
+    )
+    if real:
+        return (size if math.cos(angle) >= 0 else -size), None
+    if discrete:
+        turned = angle if angle < 0 else angle - math.pi  # in (-pi, 0)
+        psi = -(turned + omega) / 2
+        rate = math.sin(psi) / math.sin(omega + psi)
+    else:
+        turned = angle if angle > 0 else angle + math.pi  # in (0, pi)
+        rate = omega / math.tan((math.pi - turned) / 2)
+    return (size if turned == angle else -size), str(Fraction(f"{rate:.15g}"))

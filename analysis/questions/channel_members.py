@@ -1,0 +1,175 @@
+"""Linear members with operators, and members with a large gain: what they refute, as checked."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+from lure.analysis.certificates.checker import Refuted
+from lure.analysis.certificates.systems import texts
+from lure.analysis.counterexamples.channel_gains import GainSearch
+from lure.analysis.counterexamples.linear_members import Found, MemberSearch
+from lure.analysis.deadline import checkpoint
+from lure.analysis.numerics.doubles import double_above
+from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.channel_proofs import constant_gains, gains_refuting, refutation
+from lure.analysis.questions.problem import Problem
+from lure.arrays import Reals, np, optimize
+
+_STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+_SHAPES, _LARGEST = 3, 1e6
+
+
+def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
+    """The smallest factor that linear members refute; of a gain, members with a larger one, or that are unstable.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    most : float
+        The largest factor of interest.
+    """
+    if not asked.classes.operators:
+        return gains_refuting(asked, most=most)
+    if asked.classes.performance is not None:
+        return _unstable(asked) or _largest_gain(asked, most)
+    found = [one for one in (_by_gains(asked, most), _by_operators(asked, most)) if one is not None]
+    return min(found, key=lambda one: one[0], default=None)
+
+
+def _functions(asked: Problem) -> list[range]:
+    return [block for block in asked.classes.blocks if block not in asked.classes.operators]
+
+
+def _gain_search(asked: Problem) -> tuple[GainSearch, list[int]]:
+    """The search over gains of the channels without operators, and which these are."""
+    blocks = _functions(asked)
+    own, H = [i for block in blocks for i in block], channel_plant(asked.plant)
+    A, B, C, D = H.doubles()
+    lower, upper = (np.array([float(side[i]) for i in own]) for side in (asked.classes.lower, asked.classes.upper))
+    places = [[own.index(i) for i in block] for block in blocks]
+    return GainSearch(A, B[:, own], C[own], D[np.ix_(own, own)], lower, upper, places, H.dt is not None), own
+
+
+def _by_gains(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """Constant gains of the channels without operators."""
+    if not _functions(asked):
+        return None
+    (search, own), one = _gain_search(asked), asked.classes.upper
+    found = search.found(double_above(asked.classes.least), most)
+    for gains in search.proposals(*found, most=most) if found is not None else ():
+        whole = [Fraction(0)] * len(one)
+        for i, gain in zip(own, gains, strict=True):
+            whole[i] = gain
+        least = max((whole[i] / one[i] for i in own if one[i] > 0), default=Fraction(0))
+        alpha = Fraction(double_above(least)) if math.isinf(most) else Fraction(most)
+        shown = refutation(asked, alpha, constant_gains(whole)) if alpha > 0 else None
+        if shown is not None:
+            return alpha, shown
+    return None
+
+
+def _unstable(asked: Problem) -> tuple[Fraction, Refuted] | None:
+    """Gains of the class with which the loop is unstable: then no gain is finite, and the factor is 0."""
+    if not _functions(asked):
+        return None
+    search, own = _gain_search(asked)
+    found = search.found(double_above(Fraction(0)), 1.0)
+    for gains in search.proposals(*found, most=1.0) if found is not None else ():
+        whole = [Fraction(0)] * len(asked.classes.classes)
+        for i, gain in zip(own, gains, strict=True):
+            whole[i] = gain
+        shown = refutation(asked, Fraction(1), constant_gains(whole))
+        if shown is not None:
+            return Fraction(0), shown
+    return None
+
+
+def _members(asked: Problem, out: range) -> tuple[MemberSearch, list[range]]:
+    """The search for members with a large gain from ``w`` to ``sigma`` on some channels, and its operators."""
+    H, operators = channel_plant(asked.plant), [block for block in asked.classes.operators if block != out]
+    lower = np.array([float(v) for v in asked.classes.lower])
+    return MemberSearch(*H.doubles(), lower, _functions(asked), operators, out, H.dt is not None), operators
+
+
+def _proof(asked: Problem, search: MemberSearch, found: Found, operators: list[dict[str, Any]]) -> dict[str, Any]:
+    gains = search.exact_gains(found, asked.classes.lower, asked.classes.upper)
+    return {"method": "linear-members", "gains": texts(gains), "operators": operators}
+
+
+def _largest_gain(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """The inverse of the gain of a member; 0 where that member is unstable."""
+    out = asked.classes.performance
+    assert out is not None, "of a gain"
+    search, operators = _members(asked, out)
+    widths = np.array([float(v) for v in asked.classes.upper]) - search.lower
+    found = search.found(widths)
+    if found is None or not found.gain > 0:
+        return None
+    radii = [asked.classes.upper[block[0]] for block in operators]
+    proof = _proof(asked, search, found, list(search.realised(found, radii)))
+    omega = None if not math.isfinite(found.omega) else Fraction(f"{found.omega:.12g}")
+    if search.discrete and omega is not None:
+        omega = None if math.pi - found.omega < 1e-9 else Fraction(f"{math.tan(found.omega / 2):.12g}")
+    units = [[str(Fraction(round(part * 2**40), 2**40)) for part in (v.real, v.imag)] for v in found.direction]
+    at = {"omega": None if omega is None else str(omega), "input": units}
+    for step in _STEPS:
+        checkpoint()
+        alpha = Fraction(double_above(1 / Fraction(found.gain * (1 - step))))
+        shown = refutation(asked, alpha, proof | at) if alpha < most else None
+        if shown is not None:
+            return alpha, shown
+    shown = refutation(asked, Fraction(1), proof) if operators else None
+    return None if shown is None else (Fraction(0), shown)
+
+
+def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """The smallest factor of operators with which the loop is unstable: one of them closes the loop of the others."""
+    out = asked.classes.operators[0]
+    search, operators = _members(asked, out)
+    upper, top = np.array([float(v) for v in asked.classes.upper]), min(most, _LARGEST)
+
+    def excess(logarithm: float, shape: Reals | None) -> float:
+        """The logarithm of what the gain of the loop is times the operator; large for an unstable loop."""
+        alpha = math.exp(logarithm)
+        found = search.found(alpha * upper - search.lower, shape)
+        return 50.0 if found is None else math.log(max(found.gain * alpha * upper[out[0]], 1e-30))
+
+    first = search.found(min(1.0, top) * upper - search.lower)
+    if first is None:
+        return None
+    least, end, shape = (
+        max(math.log(double_above(asked.classes.least) or 1e-9), math.log(1e-9)),
+        math.log(top),
+        first.shape,
+    )
+    for _ in range(_SHAPES):
+        checkpoint()
+        if excess(end, shape) <= 0 or excess(least, shape) >= 0:
+            return None
+        end = float(optimize.brentq(excess, least, end, args=(shape,), xtol=1e-12, rtol=1e-12))
+        better = search.found(math.exp(end) * upper - search.lower)
+        if better is None or not len(shape) or np.allclose(better.shape, shape):
+            break
+        shape = better.shape
+    for step in _STEPS:
+        alpha = Fraction(double_above(Fraction(math.exp(end) * (1 + step))))
+        found = search.found(float(alpha) * upper - search.lower, shape) if alpha <= top else None
+        if found is None:
+            return None
+        # the operator on these channels: 1 + S Delta = 0 on the direction of the largest gain
+        H = search.loop.response(np.array([found.omega]))[1]
+        Delta = np.diag(found.gains).astype(complex)
+        for block, (left, right) in zip(operators, found.operators, strict=True):
+            Delta[np.ix_(block, block)] = np.outer(left, right)
+        S = np.linalg.solve(np.eye(len(Delta)) + H[0] @ Delta, H[0])[np.ix_(out, out)]
+        u, _, v = np.linalg.svd(S)
+        whole = found._replace(operators=[(-v[0].conj(), u[:, 0].conj()), *found.operators])
+        scaled = asked.scaled(alpha)
+        listed = list(search.realised(whole, [scaled.classes.upper[block[0]] for block in asked.classes.operators]))
+        shown = refutation(asked, alpha, _proof(scaled, search, whole, listed))
+        if shown is not None:
+            return alpha, shown
+    return None

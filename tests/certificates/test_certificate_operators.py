@@ -1,0 +1,258 @@
+"""Norm-bounded operators and the L2 gain: certificates by hand, and what neither checker accepts."""
+
+import copy
+import json
+import random
+from fractions import Fraction as F
+from importlib import resources
+
+import jsonschema
+import pytest
+
+from lure.analysis.certificates import frequencies
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check, contains
+from lure.analysis.certificates.second.opinion import recheck
+
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+ATTRACTS, GAIN = "0 attracts every motion", "the L2 gain from w to z is at most gamma in every loop of the class"
+MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
+EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
+
+
+def function(low, high, **more):
+    bounds = [str(low), str(high)]
+    return {"sector": bounds, "slope": None, "odd": False, "time_varying": False, "linear": False} | more
+
+
+def operator(kind, bound):
+    return function(-F(bound), bound, operator=kind, time_varying=kind != "linear time-invariant")
+
+
+def loop(A, B, C, D, time="continuous"):
+    sides = {name: [[str(v) for v in row] for row in side] for name, side in zip("ABCD", (A, B, C, D), strict=True)}
+    return {"kind": "multivariable", "time": time, **sides}
+
+
+def draft(system, channels, theorem, multiplier, proof, repeated=False):
+    laws = {"channels": channels, "repeated": repeated}
+    verdict = "REFUTED" if theorem == "counterexample" else "PROVED"
+    found = {"verdict": verdict, "system": system, "laws": laws, "theorem": theorem, "proof": proof}
+    return found | ({} if verdict == "REFUTED" else {"multiplier": multiplier})
+
+
+# x' = -x + mu, sigma = x: |H| = 1/|1 + i omega| <= 1.  V = x^2, lambda = 1/2, r = 9/10: -V' - (r^2 x^2 - mu^2) is
+# (2 - .81) x^2 - 2 x mu + mu^2, of determinant .19; in discrete time x+ = x/2 + mu, |H| <= 2, r = 2/5, lambda = 1: of
+# -dV - 2 (r^2 x^2 - mu^2) is left (3/4 - .32) x^2 - x mu + mu^2, of determinant .18
+LAG = loop([[-1]], [[1]], [[1]], [[0]])
+MAP = loop([["1/2"]], [[1]], [[1]], [[0]], "discrete")
+P1 = {"method": "matrix", "P": [["1"]], "exponent": 0}
+ANY = draft(LAG, [operator("any", "9/10")], "diagonal-circle", {"lambda": ["1/2"]}, P1)
+INVARIANT = ANY | {"laws": {"channels": [operator("linear time-invariant", "9/10")], "repeated": False}}
+EVEN = [
+    {"channels": [1, 1], "coefficient": "1/4", "rate": "2", "order": 2, "side": side}
+    for side in ("causal", "anticausal")
+]
+SCALED = INVARIANT | {
+    "theorem": "matrix-zames-falb",
+    "multiplier": {"gamma": [["1"]], "theta": ["0"], "kernels": EVEN},
+    "proof": {"method": "determinant"},
+}
+OF_MAP = ANY | {
+    "system": MAP,
+    "laws": {"channels": [operator("any", "2/5")], "repeated": False},
+    "multiplier": {"lambda": ["1"]},
+}
+# beside an operator of two channels a sector: three lags, each by itself; for the third, with lambda = 1/2, the form is
+# 2 x^2 + 2 x phi - phi (x - phi) = 2 x^2 + x phi + phi^2
+THREE = loop(*([[-v * (i == j) for j in range(3)] for i in range(3)] for v in (1, -1, -1, 0)))
+I3 = {"method": "matrix", "P": [["1"], ["0", "1"], ["0", "0", "1"]], "exponent": 0}
+MIXED = draft(
+    THREE,
+    [operator("any", "9/10")] * 2 + [function(0, 1)],
+    "diagonal-circle",
+    {"lambda": ["1/2", "1/2", "1/2"]},
+    I3,
+    [2, 1],
+)
+# the same with Pi for the third alone: its form phi (x - phi), and a little at both vertices
+FULL = MIXED | {
+    "theorem": "full-block-circle",
+    "multiplier": {"Pi": [["1/10"], ["1/2", "-1"]], "lambda": ["1/2", "1/2", "0"]},
+}
+# x' = -x - phi + w, sigma = z = x, phi in [0, 1]: the gain is 1, with phi = 0; V = x^2, lambda_1 = 1/10, that of w to z
+# 1/2, gamma = 10/9, lambda_1 = 1: 1.19 x^2 + 2 phi^2 - 2 x w + w^2, of determinant 2 (.19)
+LOOP = loop([[-1]], [[1, 1]], [[1], [1]], [[0, 0], [0, 0]])
+PERFORMANCE = draft(
+    LOOP, [function(0, 1), operator("performance", "9/10")], "diagonal-circle", {"lambda": ["1", "1/2"]}, P1
+)
+OVER_ALL = PERFORMANCE | {"proof": {"method": "determinant"}}
+PROOFS = {
+    "any": (ANY, ATTRACTS),
+    "invariant": (INVARIANT, ATTRACTS),
+    "scaled": (SCALED, ATTRACTS),
+    "discrete": (OF_MAP, ATTRACTS),
+    "mixed": (MIXED, ATTRACTS),
+    "full": (FULL, ATTRACTS),
+    "gain": (PERFORMANCE, GAIN),
+    "gain over all frequencies": (OVER_ALL, GAIN),
+}
+# the gain with phi = 0 is 1 at omega = 0, above 1/r = 10/11
+ABOVE = draft(
+    LOOP,
+    [function(0, 1), operator("performance", "11/10")],
+    "counterexample",
+    {},
+    {"method": "linear-members", "gains": ["0", "0"], "operators": [], "omega": "0", "input": [["1", "0"]]},
+)
+# H = 1/(s + 1)^2 is 1/(2i) at s = i, where c (s - 1)/(s + 1) is c i: 1 + c i/(2 i) = 0 for c = -2
+TWICE = loop([[-2, -1], [1, 0]], [[1], [0]], [[0, 1]], [[0]])
+PASSES = draft(
+    TWICE,
+    [operator("linear time-invariant", 2)],
+    "counterexample",
+    {},
+    {"method": "linear-members", "gains": ["0"], "operators": [{"left": [["-2", "1"]], "right": [["1", None]]}]},
+)
+# x+ = x/2 + mu with |H(-1)| = 2/3: z = -1 is the frequency without a tangent
+BELOW = ABOVE | {
+    "system": MAP,
+    "laws": {"channels": [operator("performance", "8/5")], "repeated": False},
+    "proof": {"method": "linear-members", "gains": ["0"], "operators": [], "omega": None, "input": [["1", "2"]]},
+}
+
+
+def changed(one, *path_and_value):
+    *path, last, value = path_and_value
+    found = copy.deepcopy(one)
+    at = found
+    for key in path:
+        at = at[key]
+    at[last] = value
+    return found
+
+
+def both_refuse(tampered):
+    """Neither checker accepts what was changed in a certificate that both accept."""
+    with pytest.raises((Rejected, Malformed)):
+        check(tampered)
+    assert not recheck(tampered).accepted
+
+
+@pytest.mark.parametrize("name", PROOFS)
+def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(name):
+    one, conclusion = PROOFS[name]
+    shown = complete_and_check(one)
+    assert shown.certificate["conclusion"] == conclusion
+    assert recheck(dict(shown.certificate)).accepted
+    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+
+
+@pytest.mark.parametrize(("one", "conclusion"), [(ABOVE, EXCEEDED), (PASSES, MOVES), (BELOW, EXCEEDED)])
+def test_linear_members_refute_for_both_checkers(one, conclusion):
+    shown = complete_and_check(one)
+    assert shown.certificate["conclusion"] == conclusion
+    assert recheck(dict(shown.certificate)).accepted
+    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+
+
+SIDES = ("laws", "channels", 0, "sector")
+TAMPERED = [
+    (ANY, *SIDES, ["-1", "1"]),  # |H| = 1
+    (ANY, *SIDES, ["-1/2", "9/10"]),  # no norm
+    (ANY, "laws", "channels", 0, "time_varying", False),
+    (ANY, "laws", "channels", 0, "operator", "anything"),
+    (ANY, "laws", "channels", 0, "odd", True),
+    (ANY, "laws", "channels", 0, "slope", ["-9/10", "9/10"]),
+    (ANY, "multiplier", "lambda", ["-1/2"]),
+    (SCALED, "laws", "channels", 0, operator("any", "9/10")),  # which may depend on time
+    (SCALED, "multiplier", "kernels", EVEN[:1]),  # not real
+    (SCALED, "multiplier", "kernels", [one | {"coefficient": "2/3"} for one in EVEN]),  # negative at omega = 0
+    (SCALED, "multiplier", "theta", ["1/10"]),
+    (MIXED, "multiplier", "lambda", ["1/2", "3/5", "1/2"]),  # two weights for one operator
+    (FULL, "multiplier", "lambda", ["1/2", "1/2", "1/10"]),
+    (FULL, "multiplier", "Pi", [["-1/10"], ["1/2", "-1"]]),
+    (PERFORMANCE, "laws", "channels", 1, operator("performance", "11/10")),
+    (PERFORMANCE, "multiplier", "lambda", ["1", "0"]),
+    (PERFORMANCE, "laws", "channels", [operator("performance", "9/10")] * 2),
+    (PERFORMANCE, "laws", "channels", [operator("performance", "9/10"), function(0, 1)]),
+    (PERFORMANCE, "conclusion", ATTRACTS),
+    (OVER_ALL, "system", "C", [["1"], ["2"]]),
+    (ABOVE, "laws", "channels", 1, operator("performance", "9/10")),
+    (ABOVE, "proof", "gains", ["0", "1/2"]),  # the loop is not closed from z to w
+    (ABOVE, "proof", "gains", ["-1/2", "0"]),
+    (ABOVE, "proof", "gains", ["1", "0"]),
+    (ABOVE, "proof", "omega", "1"),
+    (PASSES, "proof", "operators", 0, "left", [["-21/10", "1"]]),  # of a larger norm
+    (PASSES, "proof", "operators", 0, "left", [["-2", "-1"]]),  # not stable
+    (PASSES, "proof", "operators", 0, "left", [["1/2", "1"]]),
+    (PASSES, "proof", "operators", 0, "left", [["-2", "2"]]),
+    (PASSES, "proof", "operators", []),
+    (PASSES, "conclusion", EXCEEDED),
+]
+
+
+@pytest.mark.parametrize("change", TAMPERED, ids=range(len(TAMPERED)))
+def test_what_is_changed_is_accepted_by_neither(change):
+    one, *path = change
+    both_refuse(changed(json.loads(json.dumps(dict(complete_and_check(one).certificate))), *path))
+
+
+def test_one_operator_on_two_channels_is_another_class_than_one_on_each():
+    # [[0, 1], [1, 0]] is a matrix of norm 1 and not diagonal; diag(1, 1) is both
+    joint = {"channels": [operator("any", 1)] * 2, "repeated": True}
+    apart = {"channels": [operator("any", 1)] * 2, "repeated": False}
+    invariant = {"channels": [operator("linear time-invariant", "1/2")] * 2, "repeated": True}
+    assert not contains(joint, apart)
+    assert not contains(apart, joint)
+    assert contains(joint, invariant)
+    assert not contains(invariant, joint)
+    mixed = complete_and_check(MIXED).certificate
+    assert "one operator on the channels 1 to 2" in mixed["hypotheses"]["class"]
+
+
+def test_an_operator_that_d_leads_back_to_is_no_chain_of_channels():
+    # D = [[0, 1], [0, 0]]: sigma_1 needs mu_2, which an operator on both makes of sigma_1 as well
+    system = loop([[-1, 0], [0, -1]], [[1, 0], [0, 1]], [["1/10", 0], [0, "1/10"]], [[0, "1/10"], [0, 0]])
+    proof = {"method": "matrix", "P": [["1"], ["0", "1"]], "exponent": 0}
+    one = [operator("any", "1/2")] * 2
+    for repeated, posed in ((False, "channel after channel"), (True, "det(1 + D G) != 0")):
+        made = draft(system, one, "diagonal-circle", {"lambda": ["1", "1"]}, proof, repeated)
+        shown = complete_and_check(made)
+        assert posed in shown.facts["well-posed"]
+        assert ("exactly one solution" in shown.assumed) is repeated
+        assert recheck(dict(shown.certificate)).accepted
+
+
+def test_members_of_each_class_keep_the_constraints_of_its_multipliers():
+    # Re a* M b at a frequency, a = mu + r sigma (mu = -Delta sigma there, phi = Delta sigma), b = r sigma - phi
+    rng = random.Random(20261122)
+
+    def vector(size):
+        found = [complex(rng.gauss(0, 1), rng.gauss(0, 1)) for _ in range(size)]
+        length = sum(abs(v) ** 2 for v in found) ** 0.5
+        return [v / length for v in found]
+
+    r, worst = 1.5, 0.0
+    for _ in range(300):
+        sigma, omega, gamma = vector(2), abs(rng.gauss(0, 3)), F(rng.randint(1, 9), 4)
+        u, v = vector(2), vector(2)
+        phi = [r * x * sum(a * b for a, b in zip(v, sigma, strict=True)) for x in u]  # of a matrix of norm r
+        c, rate, order = F(rng.randint(-8, 8), 8), F(rng.randint(1, 8), 2), rng.randint(1, 3)
+        kernels = [frequencies.Kernel(i, i, c, rate, order, side) for i in (0, 1) for side in (1, -1)]
+        given = frequencies.Multiplier([[gamma, F(0)], [F(0), gamma]], [F(0)] * 2, kernels)
+        try:
+            frequencies.dominant(given, [False] * 2, [range(2)], [False] * 2, [range(2)])
+        except Rejected:
+            continue
+        lag = (float(rate) / (float(rate) + 1j * omega)) ** order
+        d = float(gamma) - float(c) * 2 * lag.real
+        form = sum(((p + r * s).conjugate() * d * (r * s - p)).real for p, s in zip(phi, sigma, strict=True))
+        worst = min(worst, form)
+    assert worst > -1e-9
+    # diag(1, 2): r^2 |sigma_1|^2 - 2 |phi_2|^2 < 0 for sigma = e_1, which the operator turns to phi = r e_2
+    coupled = frequencies.Multiplier([[F(1), F(1, 2)], [F(1, 2), F(1)]], [F(0)] * 2, [])
+    for wrong in (coupled, frequencies.Multiplier([[F(2), F(0)], [F(0), F(1)]], [F(0)] * 2, [])):
+        with pytest.raises(Rejected):
+            frequencies.dominant(wrong, [False] * 2, [range(2)], [False] * 2, [range(2)])

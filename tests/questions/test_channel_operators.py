@@ -1,0 +1,85 @@
+"""Norm-bounded operators in several channels: both sides of the largest factor against values known otherwise."""
+
+import numpy as np
+import pytest
+
+from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, max_sector
+from lure.files import find_system
+from lure.files.loop import loop_to_toml
+
+ANY = NonlinearityClass.norm_bounded(1)
+INVARIANT = NonlinearityClass.norm_bounded(1, dynamics="linear time-invariant")
+
+
+def largest_singular_value(plant, points):
+    return np.linalg.norm(plant.transfer(points), 2, axis=(1, 2)).max()
+
+
+# one block alone: the small gain theorem is sharp, |Delta| < 1/||H||, for any causal operator and for linear ones
+@pytest.mark.parametrize("one", [ANY, INVARIANT])
+@pytest.mark.parametrize("dt", [None, 1])
+def test_one_operator_alone_reaches_the_inverse_of_the_norm_from_both_sides(one, dt):
+    A = [[-0.4, -1.0], [1.0, -0.2]] if dt is None else [[0.5, -0.6], [0.6, 0.2]]
+    plant = as_plant((A, [[1, 0.5], [0, 1]], [[1, 0], [0.3, 1]], [[0, 0], [0, 0]]), dt=dt)
+    points = 1j * np.linspace(0, 4, 40001) if dt is None else np.exp(1j * np.linspace(0, np.pi, 40001))
+    found = max_sector(plant, Diagonal((one, one), repeated=True))
+    assert found.closed
+    assert found.largest.low * largest_singular_value(plant, points) == pytest.approx(1, abs=1e-6)
+
+
+def test_time_invariant_operators_have_scalings_that_others_have_not():
+    # H = [[0, a], [b, 0]] with |a| = 1/|1 + s|, |b| = |s|/|1 + s|: det(1 + H Delta) = 1 - a b Delta_1 Delta_2, so the
+    # truth is 1/r^2 = max |a b| = 1/2 for linear ones; with constant scalings max(|a| d, |b|/d) >= 1
+    rows = [["0", "1/(s+1)"], ["s/(s+1)", "0"]]
+    found = [max_sector(as_plant(rows), [one, one]) for one in (ANY, INVARIANT)]
+    assert found[0].largest.low == pytest.approx(1, rel=1e-6)
+    assert found[1].criterion == "matrix-zames-falb"
+    assert 1.4 < found[1].largest.low < 2**0.5
+    assert found[1].refuted_at == pytest.approx(2**0.5, rel=1e-6)
+
+
+def test_operators_beside_a_sector_and_a_file_of_blocks_that_are_not_square(tmp_path):
+    # x' = -x + mu_1 + mu_2, sigma_1 = (x, x): mu_1 = -Delta sigma_1, Delta a row of norm r, so |mu_1| <= sqrt(2) r |x|;
+    # phi_2 in [0, k] helps: the factor of both is 1/(sqrt 2 r), with phi_2 = 0
+    path = tmp_path / "loop.toml"
+    path.write_text(
+        'name = "block"\n[plant]\nA = [[-1]]\nB = [[1, 1]]\nC = [[1], [1], [1]]\nD = [[0, 0], [0, 0], [0, 0]]\n'
+        "[[class]]\nnorm = 0.5\nsize = [1, 2]\n[[class]]\nsector = [0, 1]\n"
+    )
+    system = find_system(str(path), [])
+    assert str(system.classes) == "operator (phi_1, phi_2) of norm <= 0.5; phi_3 in the sector [0, 1]"
+    assert system.block.inputs == 3
+    found = max_sector(system.block, system.classes)
+    assert found.largest.low == pytest.approx(2**0.5, rel=1e-6)
+    assert found.refuted_at == pytest.approx(2**0.5, rel=1e-6)
+    assert "at rest" in str(found)
+    again = tmp_path / "again.toml"
+    again.write_text(loop_to_toml(system))
+    assert find_system(str(again), []).classes == system.classes
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("norm = -1", "class.norm is -1; give a positive bound"),
+        ("norm = 1\nodd = true", "norm is given beside other keys"),
+        ("size = 2\nsector = [0, 1]", "size and dynamics are of an operator"),
+        ('norm = 1\ndynamics = "fast"', "give 'any' or 'linear time-invariant'"),
+        ("norm = 1\nsize = [1, 2]", "the blocks have 1 inputs and 2 outputs together"),
+        ("norm = 1\nsize = 0", "give the rows and columns of the operator"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, message):
+    path = tmp_path / "loop.toml"
+    path.write_text(f"[plant]\nnum = [1]\nden = [1, 1]\n[[class]]\n{table}\n")
+    with pytest.raises(InputError, match=message.replace("[", r"\[")):
+        find_system(str(path), [])
+
+
+def test_one_channel_may_have_an_operator_and_a_list_says_so():
+    assert certify("1/(s+1)", NonlinearityClass.norm_bounded(0.9)).verdict.name == "PROVED"
+    assert certify("1/(s+1)", [NonlinearityClass.norm_bounded(1.1)]).verdict.name == "REFUTED"
+    with pytest.raises(InputError, match="positive finite number"):
+        NonlinearityClass.norm_bounded(0)
+    with pytest.raises(InputError, match="last block"):
+        Diagonal((NonlinearityClass.performance(), NonlinearityClass(sector=Sector(0, 1))))
