@@ -360,11 +360,7 @@ class KernelCone:
         return self._parted(found, self.omega[at], self.H[at], self.turned[at])
 
     def _parted(
-        self,
-        found: Found,
-        omega: NDArray[np.float64],
-        H: NDArray[np.complex128],
-        turned: NDArray[np.complex128],
+        self, found: Found, omega: NDArray[np.float64], H: NDArray[np.complex128], turned: NDArray[np.complex128]
     ) -> Parts:
         M = found.at(omega)
         functions = (1 - self.plant.acting)[:, None] * M
