@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     Parts = tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]
 
 _NARROW = 24  # frequencies at which a crossing is looked for first
-_ROUNDS, _FLAT, _FIRST, _MORE, _ZOOMS, _DIPS = 40, 3, 24, 8, 6, 4
+_ROUNDS, _FLAT, _FIRST, _MORE, _ZOOMS, _DIPS = 40, 6, 24, 8, 6, 4
 _ORDERS, _BESIDE, _SPACING = (1, 2, 3), 16.0, 2.0
 _GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED, _DIGITS = 1e-3, 1e-7, 1e-9, 1e-9, 15
 _WATCHED, _REAL, _LARGEST_MASS = 80, 1e-7, 1e3
@@ -315,7 +315,7 @@ class KernelCone:
             flat = 0 if serves > best.factor * gain else flat + 1
             best = last._replace(factor=serves) if serves > best.factor else best
             nothing_more = not self.pairs and factor <= before and solved.margin < _EXACTLY
-            if best.factor >= most or flat >= _FLAT * (1 if self.pairs else 4) or nothing_more:
+            if best.factor >= most or flat >= _FLAT * (1 if self.pairs else 2) or nothing_more:
                 break
             least = self._least(self._parts(last), widths(factor))
             weight = np.trace(solved.weights, axis1=1, axis2=2).real
