@@ -5,7 +5,8 @@ channels.  The forms ``M`` in ``(u, v)`` are those that the checkers take (``lur
 
 ReLU: ``u >= 0 >= v``, ``u_k v_k = 0``, so that the entries of ``M`` have the sign of the product, and those of ``u_k
 v_k`` either sign.  One nonlinearity in all channels, slopes in ``[0, w]``: ``2 u'Q v``, ``Q`` doubly hyperdominant, for
-odd ones doubly dominant.  A sector: ``sum q_k u_k v_k``, ``q_k >= 0``.
+odd ones doubly dominant.  A sector: ``sum q_k u_k v_k``, ``q_k >= 0``.  An operator of norm ``w``: ``lambda (w^2
+|sigma|^2 - |psi|^2)`` of the last sample, which is nonnegative summed up to any time.
 
 With ReLUs, and with one sample, ``V`` is bounded from below, by forms of ``T - 1`` samples; entries between later
 samples alone are of no use then, as moving them to earlier ones changes ``V`` by what these forms hold.  Without ReLUs
@@ -27,7 +28,7 @@ from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, linalg, np
 
-Kind = Literal["relu", "monotone", "odd", "sector"]
+Kind = Literal["relu", "monotone", "odd", "sector", "operator"]
 MOST_UNKNOWNS, MOST_ROWS = 1500, 60
 _SURE, _LARGEST, _LARGEST_THETA, _BITS, _SMALL = 1e-7, 100.0, 1e4, 56, 1e-12
 
@@ -60,8 +61,8 @@ def cone_of(kind: Kind, width: int, samples: int, *, summed: bool, first: bool) 
 
     Parameters
     ----------
-    kind : {"relu", "monotone", "odd", "sector"}
-        The kind of form.
+    kind : {"relu", "monotone", "odd", "sector", "operator"}
+        The kind of form; of an operator there is one unknown, its weight.
     width, samples : int
         Numbers of channels and of samples.
     summed : bool
@@ -70,6 +71,8 @@ def cone_of(kind: Kind, width: int, samples: int, *, summed: bool, first: bool) 
         Whether entries without the first sample are left out, as they change nothing.
     """
     p = width * samples
+    if kind == "operator":
+        return Cone([Entry(0, 0, 1)], [])
 
     def used(*places: int) -> bool:
         return not first or min((place % p) // width for place in places) == 0
@@ -142,7 +145,7 @@ class CoupledForms(ChannelSearch):
             for group, size in zip(self.groups, sizes, strict=True)
         ]
         self.starts = [
-            cone_of(group.kind, size, T - 1, summed=False, first=False)
+            Cone([], []) if group.kind == "operator" else cone_of(group.kind, size, T - 1, summed=False, first=False)
             for group, size in zip(self.groups, sizes, strict=True)
             if self.bounded and T > 1
         ]
@@ -247,6 +250,10 @@ class CoupledForms(ChannelSearch):
     ) -> NDArray[np.float64]:
         """The form of each entry, in the coordinates of the rows of ``u`` and ``v``."""
         m = len(self.D)
+        if group.kind == "operator":
+            last = [m * (samples - 1) + i for i in group.channels]
+            both = u[last] + v[last]  # w sigma
+            return np.asarray(both.T @ both - u[last].T @ u[last])[None][: len(cone.entries)]
         places = [m * t + i for t in range(samples) for i in group.channels]
         w = np.concatenate([u[places], v[places]])
         found = np.zeros((len(cone.entries), w.shape[1], w.shape[1]))
@@ -286,6 +293,12 @@ class CoupledForms(ChannelSearch):
         if found is None:
             return
         multiplier: dict[str, Any] = {"forms": self._stated(self.cones, found.forms, self.samples)}
+        weights = [Fraction(0)] * len(self.D)
+        for group, x in zip(self.groups, found.forms, strict=True):
+            for i in group.channels if group.kind == "operator" else ():
+                weights[i] = Fraction(f"{max(float(x[0]), 0.0):.12g}")
+        if any(group.kind == "operator" for group in self.groups):
+            multiplier["lambda"] = [str(v) for v in weights]
         if self.samples > 1:
             start = self._stated(self.starts, found.start, self.samples - 1) if self.bounded else None
             multiplier |= {"samples": self.samples, "start": start}
@@ -302,6 +315,8 @@ class CoupledForms(ChannelSearch):
         """The forms as a certificate has them, so that signs and sums hold exactly."""
         stated = list[Mapping[str, Any]]()
         for group, cone, x in zip(self.groups, cones, found, strict=True):
+            if group.kind == "operator":
+                continue
             p = samples * len(group.channels)
             values = [Fraction(f"{v if e.free else max(v, 0.0):.12g}") for v, e in zip(x, cone.entries, strict=True)]
             M = [[Fraction(0)] * 2 * p for _ in range(2 * p)]
