@@ -296,7 +296,7 @@ class CoupledForms(ChannelSearch):
         weights = [Fraction(0)] * len(self.D)
         for group, x in zip(self.groups, found.forms, strict=True):
             for i in group.channels if group.kind == "operator" else ():
-                weights[i] = Fraction(f"{max(float(x[0]), 0.0):.12g}")
+                weights[i] = Fraction(f"{max(float(x[0]), 0.0):.12g}") / (1 + (self.samples == 1))  # there of twice it
         if any(group.kind == "operator" for group in self.groups):
             multiplier["lambda"] = [str(v) for v in weights]
         if self.samples > 1:
