@@ -210,7 +210,8 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         return
     if criterion.kind == 0 and len(H.D) > _MANY:
         _require_no_zero(asked)
-        yield ManyChannels(*given)
+        if not operators:
+            yield ManyChannels(*given)
         return
     if criterion.kind == 0:
         yield ChannelInequality(*given, modes=_modes(asked))
@@ -225,9 +226,10 @@ def _groups(asked: Problem) -> list[Group]:
     rectifiers = tuple(i for i, one in enumerate(classes) if one.rectifier)
     if rectifiers:
         found.append(Group("relu", rectifiers))
+    found += [Group("operator", tuple(block)) for block in asked.classes.operators]
     for block in asked.classes.blocks:
         one = classes[block[0]]
-        if one.rectifier:
+        if one.rectifier or one.operator:
             continue
         if sloped[block[0]] and one.slope is not None and (one.slope.lower, one.slope.upper) == one.gains:
             found.append(Group("odd" if one.odd else "monotone", tuple(block)))
