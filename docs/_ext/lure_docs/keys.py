@@ -24,6 +24,7 @@ _WORDS = {
     tuple[Fraction, ...]: "list of numbers",
     list[typing.Any]: "list of rows",
     tuple[float | Fraction, float | Fraction]: "two numbers, inf allowed",
+    tuple[int, int]: "two whole numbers, or one",
 }
 
 
