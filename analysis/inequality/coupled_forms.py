@@ -75,6 +75,7 @@ def cone_of(kind: Kind, width: int, samples: int, *, summed: bool, first: bool) 
         return Cone([Entry(0, 0, 1)], [])
 
     def used(*places: int) -> bool:
+        """Whether an entry of these places is kept."""
         return not first or min((place % p) // width for place in places) == 0
 
     if kind == "relu":
@@ -267,6 +268,7 @@ class CoupledForms(ChannelSearch):
         rows, most = list[Reals](), list[float]()
 
         def add(bound: float, *terms: tuple[int, float]) -> None:
+            """Add the row: the sum of the terms is at most the bound."""
             row = np.zeros(total)
             for k, factor in terms:
                 row[k] = factor

@@ -147,6 +147,7 @@ class GainSplines(ChannelSearch):
         rows, most = list[Reals](), list[float]()
 
         def at_most(parts: dict[int, float], limit: float) -> None:
+            """Add the row: the sum of the parts is at most the limit."""
             row = np.zeros(total)
             row[list(parts)] = list(parts.values())
             rows.append(row)

@@ -97,7 +97,7 @@ def test_taps_reach_the_limit_of_a_known_loop():
     assert 175 / 192 * (1 - 1e-5) < found.largest.low < 175 / 192
 
 
-def both_reject(certificate):
+def assert_both_reject(certificate):
     with pytest.raises((Rejected, Malformed)):
         check(certificate, draft=True)
     assert not recheck(certificate).accepted
@@ -148,7 +148,7 @@ START = ("multiplier", "start", 0)
     ],
 )
 def test_a_proof_for_a_rectifier_that_was_tampered_with_is_rejected_by_both(turning, path, value):
-    both_reject(edited(turning.proof, *path, value=value))
+    assert_both_reject(edited(turning.proof, *path, value=value))
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_a_proof_for_a_rectifier_that_was_tampered_with_is_rejected_by_both(turn
     ],
 )
 def test_taps_that_were_tampered_with_are_rejected_by_both(network, path, value):
-    both_reject(edited(network, *path, value=value))
+    assert_both_reject(edited(network, *path, value=value))
 
 
 # Two gains 20 give the eigenvalue 19: without relu the class is refuted.
@@ -184,7 +184,7 @@ def test_taps_that_were_tampered_with_are_rejected_by_both(network, path, value)
     ],
 )
 def test_a_static_form_that_was_tampered_with_is_rejected_by_both(inhibition, path, value):
-    both_reject(edited(inhibition, *path, value=value))
+    assert_both_reject(edited(inhibition, *path, value=value))
 
 
 def test_gains_do_not_refute_rectifiers(inhibition):
@@ -196,7 +196,7 @@ def test_gains_do_not_refute_rectifiers(inhibition):
     }
     refuting = json.loads(json.dumps({**inhibition.certificate, **draft}))
     refuting["conclusion"] = "a loop of the class has a motion that does not converge to an equilibrium"
-    both_reject(refuting)
+    assert_both_reject(refuting)
     for one in refuting["laws"]["channels"]:
         del one["relu"]
     check(refuting, draft=True)  # as slopes they do
@@ -239,7 +239,7 @@ def test_the_gain_of_the_network_is_certified(one, theorem, gamma):
         (("multiplier", "lambda", 0), "1"),
         (("multiplier", "lambda"), lambda v: [f"-{one}" for one in v]),
     ]:
-        both_reject(edited(shown, *path, value=value))
+        assert_both_reject(edited(shown, *path, value=value))
 
 
 # -- the falsifier: random elements of each cone, random members, random signals

@@ -400,10 +400,10 @@ def test_a_constant_gain_beside_a_nonlinearity_is_proved_as_far_as_the_truth(bes
 def test_a_multiplier_for_a_constant_gain_is_for_no_other_class(beside, change):
     certificate = copy.deepcopy(dict(beside.proof.certificate))
     certificate["laws"]["channels"][0] |= change
-    both_reject(certificate)
+    assert_both_reject(certificate)
 
 
-def both_reject(certificate):
+def assert_both_reject(certificate):
     text = json.dumps(certificate)
     with pytest.raises((Rejected, Malformed)):
         check(text, draft=True)
@@ -415,4 +415,4 @@ def test_kernels_of_a_constant_gain_with_other_signs_are_rejected_by_both(beside
     for kernel in certificate["multiplier"]["kernels"]:
         if kernel["channels"] == [1, 1]:
             kernel["coefficient"] = str(-F(kernel["coefficient"]))
-    both_reject(certificate)
+    assert_both_reject(certificate)

@@ -154,7 +154,7 @@ def test_in_discrete_time_v_falls_for_random_steps_of_the_gain(sampled):
         assert np.linalg.eigvalsh(fall).min() > 0
 
 
-def both_reject(certificate):
+def assert_both_reject(certificate):
     text = json.dumps(certificate)
     with pytest.raises((Rejected, Malformed)):
         check(text, draft=True)
@@ -198,7 +198,7 @@ CHANNEL = ("laws", "channels", 0)
     ],
 )
 def test_a_proof_that_was_tampered_with_is_rejected_by_both(proof, path, change):
-    both_reject(edited(proof, path, change))
+    assert_both_reject(edited(proof, path, change))
 
 
 @pytest.mark.parametrize(
@@ -212,7 +212,7 @@ def test_a_proof_that_was_tampered_with_is_rejected_by_both(proof, path, change)
     ],
 )
 def test_a_proof_about_gains_and_nonlinearities_that_was_tampered_with_is_rejected_by_both(mixed, path, change):
-    both_reject(edited(mixed, path, change))
+    assert_both_reject(edited(mixed, path, change))
 
 
 @pytest.mark.parametrize(
@@ -228,11 +228,11 @@ def test_a_proof_about_gains_and_nonlinearities_that_was_tampered_with_is_reject
     ],
 )
 def test_a_refutation_that_was_tampered_with_is_rejected_by_both(refutation, path, change):
-    both_reject(edited(refutation, path, change))
+    assert_both_reject(edited(refutation, path, change))
 
 
 def test_a_step_in_discrete_time_is_no_larger_than_the_rate(sampled):
-    both_reject(edited(sampled, (*CHANNEL, "rate"), "1/2"))
+    assert_both_reject(edited(sampled, (*CHANNEL, "rate"), "1/2"))
 
 
 # Y' = (0, 1; -t, 0) Y: its first column solves Airy's y'' = -t y; y = 1 - t^3/6 + t^6/180 - ..
