@@ -192,17 +192,13 @@ def homogeneous(p: list[Fraction], up: Form, down: Form, degree: int) -> Form:
 # -- real polynomials, ascending
 def primitive(p: Any) -> list[int]:
     """Integers without common divisor, a positive multiple of p; no zeros at the end."""
-    exact = [Fraction(a) for a in p]
+    exact = [a if isinstance(a, int) else Fraction(a) for a in p]
     while exact and not exact[-1]:
         exact.pop()
-    unit, shared = 1, 0
-    for a in exact:
-        tick()
-        unit = math.lcm(unit, a.denominator)
+    tick()
+    unit = math.lcm(*(a.denominator for a in exact))
     whole = [a.numerator * (unit // a.denominator) for a in exact]
-    for v in whole:
-        tick()
-        shared = math.gcd(shared, v)
+    shared = math.gcd(*whole)
     return [v // shared for v in whole]
 
 
@@ -247,7 +243,7 @@ def positive(p: Any, low: Fraction = ZERO, high: Fraction | None = None) -> bool
     if low == 0 and high is not None and p[0] + sum(min(a, 0) * high**i for i, a in enumerate(p) if i) > 0:
         return True
     p = p[::2] if low == 0 and high is None and not any(p[1::2]) else p
-    if low == 0 and high is None and len(p) > 12:  # Sturm's chains are long
+    if low == 0 and high is None and len(p) > 4:  # Sturm's chains are long
         whole = primitive(p)
         near = positive_near(whole)
         found = positive_near(whole[::-1]) if near else near  # at 1/x

@@ -216,17 +216,22 @@ def resolvent(A: Rows, B: Rows, C: Rows) -> tuple[list[int], int, list[Rows]]:
 
     By Faddeev and Leverrier, in integers.
     """
-    n, q = len(A), unit(A)
-    need(n <= 60, "characteristic polynomials are formed up to order 60")
-    a = [[v.numerator * (q // v.denominator) for v in row] for row in A]
+    need(len(A) <= 60, "characteristic polynomials are formed up to order 60")
+    n, (a, q), (b, left), (c, right) = len(A), whole(A), whole(B), whole(C)
     X, p, found = [[0] * n for _ in range(n)], [1], list[Rows]()
     for k in range(1, n + 1):
         tick()
         X = [[dot(row, column) + p[-1] * (i == j) for j, column in enumerate(zip(*X))] for i, row in enumerate(a)]
-        XB = [[dot(row, column) for column in zip(*B)] for row in X]
-        found.append([[dot(row, column) for column in zip(*XB)] for row in C])
+        XB = [[dot(row, column) for column in zip(*b)] for row in X]
+        found.append([[Fraction(dot(row, column), left * right) for column in zip(*XB)] for row in c])
         p.append(-sum(dot(row, [X[h][i] for h in range(n)]) for i, row in enumerate(a)) // k)
     return p, q, found
+
+
+def whole(rows: Any) -> tuple[list[list[int]], int]:
+    """The rows times their common denominator, and that."""
+    a = unit(rows)
+    return [[v.numerator * (a // v.denominator) for v in row] for row in rows], a
 
 
 def transfer(A: Rows, B: Rows, C: Rows, D: Rows) -> tuple[list[int], list[list[list[Fraction]]]]:
@@ -257,24 +262,28 @@ def entries(given: Multiplier) -> tuple[list[Fraction], list[list[list[Fraction]
 
 def inequality(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -> tuple[list[list[list[int]]], int]:
     """``F`` times ``2 |d|^2 q`` and a number, ``q = prod (a^2 - s^2)^n > 0``; degree of ``det F`` in ``omega^2``."""
-    m, (q, M) = len(N), entries(given)
+    m, (common, entry) = len(N), entries(given)
+    (d, *lists), _ = whole([d, *(f for row in N for f in row)])  # in integers: each factor times its denominator
+    (q, *kernels), _ = whole([common, *(f for row in entry for f in row)])
+    N, M = ([side[m * i : m * (i + 1)] for i in range(m)] for side in (lists, kernels))
+    ([wide], one), ([turns], same) = whole([width]), whole([given.theta])
     G = [
-        [total([w * c for c in f], d if i == j else []) for j, f in enumerate(row)]
-        for i, (w, row) in enumerate(zip(width, N))
+        [total([w * c for c in f], [one * c for c in d] if i == j else []) for j, f in enumerate(row)]
+        for i, (w, row) in enumerate(zip(wide, N))
     ]  # d (1 + W H)
     Y = [
         [
             total(
-                *(times(M[i][k], G[k][j]) for k in range(m) if any(M[i][k])), [t * c for c in times([0, *q], N[i][j])]
+                *(times([same * c for c in M[i][k]], G[k][j]) for k in range(m) if any(M[i][k])),
+                [one * t * c for c in times([0, *q], N[i][j])] if t else [],
             )
             for j in range(m)
         ]
-        for i, t in enumerate(given.theta)
+        for i, t in enumerate(turns)
     ]
     Z = [[times(y, conjugate(d)) for y in row] for row in Y]
     F = [[total(Z[i][j], conjugate(Z[j][i])) for j in range(m)] for i in range(m)]
-    scale = unit([f for row in F for f in row])
-    return [[[int(scale * c) for c in f] for f in row] for row in F], len(d) - 1 + m * (len(q) - 1) // 2
+    return F, len(d) - 1 + m * (len(q) - 1) // 2
 
 
 # -- polynomials in s

@@ -3,17 +3,19 @@
 The plants are small and their numbers are eighths; a thorough run draws a thousand of each kind.
 """
 
-from itertools import product
+from fractions import Fraction
 
 import numpy as np
 import pytest
+from attacks import STAYS, attacked, growth, late
 from depth import sampled
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scipy.linalg import block_diag, expm
+from scipy.linalg import block_diag
 
-from lure import Diagonal, NonlinearityClass, Sector, as_plant, max_sector, max_slope
+from lure import Diagonal, NonlinearityClass, Sector, as_plant, certify, max_sector, max_slope
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.verdict import Verdict
 
 FEW = settings(max_examples=sampled(1, of=1000))
 SEEDS, TIMES = st.integers(0, 2**32 - 1), pytest.mark.parametrize("discrete", [False, True])
@@ -25,16 +27,17 @@ KINDS = {
     "odd": lambda top: NonlinearityClass.slope_restricted(0, top, odd=True),
 }
 ANY = st.sampled_from(sorted(KINDS))
+MEMBERS = KINDS | {
+    "relu": lambda top: NonlinearityClass.relu(0, top),
+    "gain": lambda top: NonlinearityClass.constant_gain(0, top),
+    "slow": lambda top: NonlinearityClass.varying_gain(0, top, rate=1),
+    "operator": NonlinearityClass.norm_bounded,
+    "invariant": lambda top: NonlinearityClass.norm_bounded(top, dynamics="linear time-invariant"),
+}
 
 
 def eighths(values):
     return np.round(8 * np.asarray(values)) / 8
-
-
-def growth(A, discrete):
-    """The largest real part of the eigenvalues, in discrete time the largest modulus less 1."""
-    values = np.linalg.eigvals(A)
-    return float(np.abs(values).max() - 1) if discrete else float(values.real.max())
 
 
 def settled(A, discrete, room):
@@ -164,91 +167,58 @@ def test_a_normal_matrix_times_a_scalar_splits_over_its_eigenvalues(discrete, se
     assert proved >= 0.99 * refuted or refuted > FAR
 
 
-# -- attacks: nothing that is proved is destabilised
-def gains_of(rng, m, top, count):
-    """(count, m) gains in [0, top], many of them at the ends."""
-    inside = rng.uniform(0, top, (count, m))
-    return np.where(rng.random((count, m)) < 0.6, np.where(rng.random((count, m)) < 0.5, 0, top), inside)
-
-
-def jumps(parts, top, rng, discrete):
-    """The largest multiplier over a period, per step, of gains that jump at random, and of those that jump back."""
-    A, B, C = parts
-    most = 0.0
-    for count in (1, 2, 2, 3, 4, 6):
-        whole = np.eye(len(A))
-        for g in gains_of(rng, B.shape[1], top, count):
-            closed = A - B @ np.diag(g) @ C
-            whole = (closed if discrete else expm(closed * rng.exponential(2 / (1e-9 + np.abs(A).max())))) @ whole
-        most = max(most, np.abs(np.linalg.eigvals(whole)).max())
-    return most
-
-
-def pieces(rng, top, odd):
-    """A continuous piecewise linear function through 0 with slopes in [0, top], straight beyond its corners."""
-    corners = np.sort(rng.exponential(1.0, 4))
-    at, slopes = np.concatenate([[0], corners]), gains_of(rng, 2, top, 4)
-    up, down = (np.concatenate([[0], np.cumsum(np.diff(at) * side)]) for side in slopes.T)
-    down = up if odd else down
-    x, y = np.concatenate([-at[:0:-1], at]), np.concatenate([-down[:0:-1], up])
-    beyond = rng.choice([0, top], 2) if not odd else np.full(2, rng.choice([0, top]))
-
-    def phi(sigma):
-        near = np.interp(sigma, x, y)
-        return near + beyond[0] * np.minimum(sigma - x[0], 0) + beyond[1] * np.maximum(sigma - x[-1], 0)
-
-    return phi
-
-
-def simulated(parts, phis, rng, discrete, steps=400):
-    """The largest state of the second half by that of the first, at most over 20 initial states of all sizes."""
-    A, B, C = parts
-    x = rng.normal(size=(20, len(A))) * np.geomspace(0.1, 1e3, 20)[:, None]
-    step = 1.0 if discrete else 1 / (1 + np.abs(A).sum(axis=1).max() + np.abs(B @ C).sum())
-
-    def moved(x):
-        sigma = x @ C.T
-        return x @ A.T - np.stack([phi(sigma[:, i]) for i, phi in enumerate(phis)], axis=1) @ B.T
-
-    sizes = [np.linalg.norm(x, axis=1)]
-    for _ in range(steps):
-        if discrete:
-            x = moved(x)
-        else:  # Runge and Kutta's method of order 4
-            k1 = moved(x)
-            k2 = moved(x + step / 2 * k1)
-            k3 = moved(x + step / 2 * k2)
-            x = x + step / 6 * (k1 + 2 * k2 + 2 * k3 + moved(x + step * k3))
-        sizes.append(np.linalg.norm(x, axis=1))
-    sizes = np.array(sizes)
-    return (sizes[steps // 2 :].max(axis=0) / sizes[: steps // 2].max(axis=0)).max()
+# -- attacks: nothing that is proved is destabilised.  A loop proved up to 1e-7 of what refutes it has members whose
+# oscillations hardly decay, so that the attack is a little below; what it calls persistent did not lose 1 part in 1000
+# over thousands of steps.
+SIZES = {"rounds": sampled(1, of=2), "count": sampled(16, of=40), "windows": sampled(5, of=7)}
 
 
 @TIMES
 @FEW
-@given(seed=SEEDS, kind=ANY)
-def test_no_member_destabilises_what_is_proved(discrete, seed, kind):
+@given(seed=SEEDS, kinds=st.lists(st.sampled_from(sorted(MEMBERS)), min_size=2, max_size=2), same=st.booleans())
+def test_no_member_destabilises_what_is_proved(discrete, seed, kinds, same):
     rng = np.random.default_rng(seed)
-    m = 2
-    parts = A, B, C = drawn(seed, 2 + seed % 3, m, discrete)
-    classes = [KINDS[kind](1)] * m
-    repeated = "slope" in kind and seed % 2
-    proved, _ = ends(asked(parts, Diagonal(tuple(classes), repeated=True) if repeated else classes, discrete))
-    top = min(proved, FAR)
-    constant = [np.full(m, t) for t in np.linspace(0, top, 30)] + [] if repeated else [*gains_of(rng, m, top, 60)]
-    assert max(growth(A - B @ np.diag(g) @ C, discrete) for g in constant) < 1e-9
-    if kind == "time-varying":
-        assert max(jumps(parts, top, rng, discrete) for _ in range(20)) < 1 + 1e-9
-    for _ in range(3):
-        phis = [pieces(rng, top, kind == "odd") for _ in range(m)]
-        assert simulated(parts, phis[:1] * m if repeated else phis, rng, discrete) < 1.5
+    parts = drawn(seed, 2 + seed % 3, 2, discrete)
+    same = same and kinds[0] == kinds[1]
+    classes = Diagonal(tuple(MEMBERS[kind](1) for kind in kinds), repeated=same)
+    plant = as_plant(parts, dt=1 if discrete else None)
+    if classes.rectified:  # a smaller factor has other ReLUs
+        found = certify(plant, classes)
+        assume(found.verdict is Verdict.PROVED)
+    else:
+        found = max_sector(plant, classes)
+        stiff = 60 / np.abs(parts[1] @ parts[2]).sum()  # beyond it one step of a simulation is short
+        factor = Fraction(min(0.995 * found.largest.low, stiff, FAR))
+        assume(factor > 0)
+        classes = classes.scaled(factor)
+    assert attacked(parts, classes, rng, discrete, **SIZES) == ""
 
 
-# 1/(s + 1)^3 in both channels is stable up to 8: a claim that is wrong by 5 % does not survive
-def test_the_attacks_see_what_is_not_stable():
-    rng = np.random.default_rng(1)
-    A, B, C = np.array([[0.0, 1, 0], [0, 0, 1], [-1, -3, -3]]), np.array([[0.0], [0], [1]]), np.array([[1.0, 0, 0]])
-    both = block_diag(A, A), block_diag(B, B), block_diag(C, C)
-    assert max(jumps(both, 8.4, rng, False) for _ in range(20)) > 1
-    assert max(growth(both[0] - both[1] @ np.diag(g) @ both[2], False) for g in product((0, 8.4), repeat=2)) > 0
-    assert simulated(both, [lambda sigma: 12 * sigma] * 2, rng, False) > 1.5
+# 1/(s + 1)^3 in both channels: constant gains are stable up to 8, gains of norm 1 up to 1; -1/(z + 1/2): gains up to
+# 1/2, and a gain of 1/2 + 1e-3 makes what is there grow slowly.  A claim that is wrong by 5 % does not survive.
+THREE = [block_diag(*[one] * 2) for one in ([[0.0, 1, 0], [0, 0, 1], [-1, -3, -3]], [[0.0], [0], [1]], [[1.0, 0, 0]])]
+ALTERNATING = -np.eye(2) / 2, np.eye(2), np.eye(2)
+
+
+@pytest.mark.parametrize(
+    ("kind", "parts", "discrete", "most"),
+    [
+        *((kind, THREE, False, 8.0) for kind in ("sector", "slope", "odd", "gain", "slow")),
+        ("time-varying", THREE, False, 8.0),
+        ("operator", THREE, False, 1.0),
+        ("invariant", THREE, False, 1.0),
+        *((kind, ALTERNATING, True, 0.5) for kind in ("sector", "slope", "time-varying", "operator", "invariant")),
+    ],
+)
+def test_the_attacks_see_what_is_not_stable(kind, parts, discrete, most):
+    classes = Diagonal((MEMBERS[kind](Fraction(1.05 * most)),) * 2)
+    assert attacked(parts, classes, np.random.default_rng(1), discrete)
+
+
+# x+ = -x/2 - phi(x), slopes in [0, k]: with k sat(x), k > 1/2, +-2 k is a periodic solution; a gain of .502 grows by
+# 1.002 a step; below 1/2 |x| falls by 1/2 + k.
+@pytest.mark.parametrize(("k", "persists"), [(0.6, True), (0.502, True), (0.49, False)])
+def test_a_periodic_solution_and_slow_growth_persist(k, persists):
+    classes = Diagonal((NonlinearityClass.slope_restricted(0, Fraction(k), odd=True),) * 2)
+    found = late(ALTERNATING, classes, np.random.default_rng(2), True, windows=6)
+    assert (found > STAYS) is persists
