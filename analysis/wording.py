@@ -153,7 +153,10 @@ def destroys(shown: Refuted) -> str:
     moves = conclusion.endswith("converge to an equilibrium")
     does = "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
     verb, _, rest = does.partition(" ")
-    return f"{verb[:-1]} {rest}" if _method(shown) in ("linear-gains", "linear-members", *_MOVING) else does
+    several = _method(shown) in ("linear-gains", "linear-members", *_MOVING) or " and the gains" in counterexample(
+        shown
+    )
+    return f"{verb[:-1]} {rest}" if several else does
 
 
 def counterexample(shown: Refuted) -> str:
@@ -173,6 +176,11 @@ def counterexample(shown: Refuted) -> str:
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
         words = [f"the gains {', '.join(_near(Fraction(gain)) for gain in own)}"] if own else []
         return " and ".join(words + ["all-pass operators"] * bool(proof["operators"])) or "the linear loop"
+    if method == "delayed-gains":
+        kinds, i = shown.certificate["laws"]["channels"], int(proof["channel"])
+        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
+        late = f"a delay of {_near(Fraction(proof['delays'][1]))} in channel {i}"
+        return f"{late} and the gains {', '.join(_near(Fraction(gain)) for gain in own)}" if own else late
     if method == "linear-gains":
         return f"the gains {', '.join(_near(Fraction(gain)) for gain in proof['gains'])}"
     if method in _MOVING:

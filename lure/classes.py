@@ -16,8 +16,9 @@ from lure.record.values import Towards
 
 # Sectors and slope bounds: what is known of a nonlinearity, as exact numbers.
 
-Operator = Literal["", "any", "linear time-invariant", "performance"]
+Operator = Literal["", "any", "linear time-invariant", "performance", "delay", "varying delay"]
 OPERATORS = ("any", "linear time-invariant")
+DELAYS = ("delay", "varying delay")
 
 _LONGEST = 24
 _A_BOUND = "an int, a float, a Fraction or math.inf"
@@ -154,9 +155,9 @@ class NonlinearityClass(Record):
         ``sigma`` below; see :meth:`relu`.
     rate : Fraction or None
         Of a linear ``phi`` that depends on time: a bound on how fast ``g`` changes; see :meth:`varying_gain`.
-    operator : {"", "any", "linear time-invariant", "performance"}
+    operator : {"", "any", "linear time-invariant", "performance", "delay", "varying delay"}
         Not ``""``: an operator ``mu_b = -Delta sigma_b`` that acts on all channels of its block together; see
-        :meth:`norm_bounded` and :meth:`performance`.
+        :meth:`norm_bounded`, :meth:`performance` and :meth:`delayed`.
 
     Raises
     ------
@@ -232,7 +233,7 @@ class NonlinearityClass(Record):
         return same and not (self.odd or self.linear or self.time_varying or math.inf in map(abs, ends))
 
     def _check_operator(self) -> None:
-        if self.operator not in (*OPERATORS, "performance"):
+        if self.operator not in (*OPERATORS, "performance", *DELAYS):
             raise InputError(f"NonlinearityClass.operator is {self.operator!r:.40}; choose from {', '.join(OPERATORS)}")
         low, high = self.sector.lower, self.sector.upper
         if self.slope is not None or self.odd or self.linear or low != -high or high == math.inf:
@@ -240,7 +241,7 @@ class NonlinearityClass(Record):
                 "NonlinearityClass is an operator with other properties than a finite bound of its norm; give "
                 "NonlinearityClass.norm_bounded(bound)"
             )
-        object.__setattr__(self, "time_varying", self.operator != OPERATORS[1])
+        object.__setattr__(self, "time_varying", self.operator not in (OPERATORS[1], DELAYS[0]))
 
     @classmethod
     def slope_restricted(
@@ -327,7 +328,36 @@ class NonlinearityClass(Record):
         >>> print(Diagonal((one, one, NonlinearityClass(sector=Sector(0, 1))), repeated=(2, 1)))
         linear time-invariant operator (phi_1, phi_2) of norm <= 1; phi_3 in the sector [0, 1]
         """
+        if dynamics not in OPERATORS:
+            raise InputError(f"NonlinearityClass.operator is {dynamics!r:.40}; choose from {', '.join(OPERATORS)}")
         return cls._of_norm(bound, dynamics, "bound")
+
+    @classmethod
+    def delayed(cls, bound: float | Fraction, *, varying: bool = False) -> NonlinearityClass:
+        r"""The delays ``mu = -sigma(t - tau)`` with ``0 <= tau <= bound``, of which nothing else is known.
+
+        ``tau`` is constant; or, ``varying``, any measurable function of time.  In the class ``sector`` is ``[-bound,
+        bound]``: :math:`|\sigma(t - \tau) - \sigma|_{L_2} \le \mathrm{bound}\, |\sigma'|_{L_2}`.  With ``repeated``
+        all channels of the block have the same delay.  Continuous time only.
+
+        Parameters
+        ----------
+        bound : int, float or Fraction
+            The largest delay, positive and finite [s].
+        varying : bool
+            Whether the delay may change, at any rate; then ``sigma`` has to be a function of the state alone.
+
+        Raises
+        ------
+        InputError
+            The bound is not positive and finite.
+
+        Examples
+        --------
+        >>> print(NonlinearityClass.delayed(0.5))
+        delay phi = sigma(t - tau), tau in [0, 0.5]
+        """
+        return cls._of_norm(bound, DELAYS[bool(varying)], "bound", "delay")
 
     @classmethod
     def performance(cls, bound: float | Fraction = 1) -> NonlinearityClass:
@@ -341,10 +371,10 @@ class NonlinearityClass(Record):
         return cls._of_norm(bound, "performance", "bound")
 
     @classmethod
-    def _of_norm(cls, bound: float | Fraction, operator: str, name: str) -> NonlinearityClass:
+    def _of_norm(cls, bound: float | Fraction, operator: str, name: str, of: str = "norm") -> NonlinearityClass:
         number = isinstance(bound, int | float | Fraction) and not isinstance(bound, bool)
         if not number or not 0 < bound < math.inf:
-            raise InputError(f"the {name} of a norm is {bound!r:.40}; give a positive finite number")
+            raise InputError(f"the {name} of a {of} is {bound!r:.40}; give a positive finite number")
         return cls(sector=Sector(-bound, bound), operator=operator)  # type: ignore[arg-type]  # checked there
 
     @property
@@ -407,6 +437,8 @@ def operator_words(operator: str, bound: str) -> str:
     """
     if operator == "performance":
         return f"an L2 gain of {bound} from w to z"
+    if operator in DELAYS:
+        return f"delay phi = sigma(t - tau{'(t)' * (operator != DELAYS[0])}), tau in [0, {bound}]"
     return f"{'' if operator == 'any' else operator + ' '}operator phi of norm <= {bound}"
 
 
@@ -500,8 +532,12 @@ class Diagonal(Record, kw_only=False):
 
     @property
     def lower(self) -> tuple[Fraction, ...]:
-        """Gains by which the loop is shifted: the finite lower bounds of ``phi_i(sigma)/sigma``, 0 for operators."""
-        return tuple(Fraction(0 if one.operator else one.gains[0]) for one in self.classes)
+        """Gains by which the loop is shifted: the finite lower bounds of ``phi_i(sigma)/sigma``.
+
+        0 for operators, and 1 for delays: what these are where ``tau = 0``.
+        """
+        ends = (Fraction(one.operator in DELAYS if one.operator else one.gains[0]) for one in self.classes)
+        return tuple(ends)
 
     @property
     def upper(self) -> tuple[Fraction, ...]:
@@ -513,7 +549,8 @@ class Diagonal(Record, kw_only=False):
         """Of the factors beyond it each leaves every upper bound above the lower one."""
         if self.performance is not None:
             return Fraction(0)
-        return max(Fraction(0), *(low / high for low, high in zip(self.lower, self.upper, strict=True) if high > 0))
+        ends = [one.gains for one in self.classes if not one.operator]
+        return max(Fraction(0), *(Fraction(low) / Fraction(high) for low, high in ends if high > 0), Fraction(0))
 
     def scaled(self, alpha: Fraction) -> Diagonal:
         """The classes with every upper bound times ``alpha``; lower bounds stay.  Of a gain: that gain over ``alpha``.

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import accumulate
+from math import factorial
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from . import frequencies, states
-from .arithmetic import S, eliminated, fields, form, integer, need, numbers, real, tick
+from .arithmetic import ZERO, S, eliminated, fields, form, integer, need, numbers, real, tick
 from .balls import dot, positive_definite
 
 EXISTS = "every initial state has a solution with the operators at rest"
 MOST_STATES, MOST_CHANNELS = 200, 100
+DELAYS = ("delay", "varying delay")
 Rows = list[list[Fraction]]
 
 
@@ -34,6 +36,7 @@ class Channels(NamedTuple):
 
     families: list[states.Family]
     blocks: list[range]
+    delayed: tuple[int, ...] = ()  # channels of which a delay was taken out: D has no cycle, and solutions exist
 
     @property
     def operators(self) -> list[range]:
@@ -103,6 +106,8 @@ def ordered(D: Rows, asked: Channels) -> bool:
     """
     together = [block for block in asked.operators if block != asked.performance]
     left = {tuple(block) for block in [*together, *([i] for i in asked.functions)]}
+    if asked.delayed:
+        return True
     while free := {one for one in left if not any(D[i][j] for i in one for other in left for j in other)}:
         left -= free
     return not left
@@ -110,7 +115,8 @@ def ordered(D: Rows, asked: Channels) -> bool:
 
 def existing(asked: Channels) -> str:
     """What is assumed of operators."""
-    return EXISTS if any(block != asked.performance for block in asked.operators) else ""
+    past = [None if asked.performance is None else asked.performance[0], *asked.delayed]
+    return EXISTS if any(block[0] not in past for block in asked.operators) else ""
 
 
 def uniform(weights: Any, asked: Channels) -> None:
@@ -198,7 +204,8 @@ def rank(rows: Rows) -> int:
 def member(data: Any, asked: Channels) -> list[Fraction]:
     """One gain for each channel, all of the class."""
     gains = numbers(data, len(asked.families))
-    inside = all(low <= g <= high for g, (low, high) in zip(gains, map(asked.bounds, range(len(gains)))))
+    ends = [(1, 1) if family.operator in DELAYS else asked.bounds(i) for i, family in each(asked)]
+    inside = all(low <= g <= high for g, (low, high) in zip(gains, ends))
     need(not any(gains[i] for i in asked.performance or ()), "the performance channel is no part of the loop")
     need(
         inside and all(len({gains[i] for i in block}) == 1 for block in asked.blocks), "the gains are outside the class"
@@ -214,3 +221,57 @@ def moved(H: Plant) -> Rows:
 def seen(H: Plant) -> Rows:
     """Rows of ``(C, -D)``: ``sigma`` from ``(x, phi)``."""
     return [[*c, *(-v for v in d)] for c, d in zip(H.C, H.D)]
+
+
+# -- delays: mu = -sigma(t - tau), 0 <= tau <= h, as the operator w = sigma(t - tau) - sigma beside the gain 1
+RISE, FALL = (0, 10041, 4751, 1133), (10000, 8563, 3183, 561)  # m(s) = RISE/FALL, ascending
+
+
+def undelayed(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
+    """The loop with the gain 1 in place of each delay, and norm-bounded operators beside these.
+
+    A constant one: ``w = Delta m(h s) sigma`` with ``|Delta| <= 1``, linear and time-invariant, as
+    ``|e^(-i omega tau) - 1| <= |m(i omega h)|`` (:func:`majorised`), ``m(s)/s`` and its inverse times ``s/(1 + s)``
+    being stable.  Else ``w = -int_(t - tau)^t sigma'``: ``|w|^2 <= h int_(t - h)^t |sigma'|^2``, so that ``w`` is a
+    causal operator of norm up to ``h`` on ``sigma'``.  What is before ``t = 0`` is an input ``e`` of finite energy.
+    """
+    own = [i for i, family in each(asked) if family.operator in DELAYS]
+    if not own:
+        return H, asked
+    need(not H.discrete, "delays known by their bound are for continuous time")
+    need(ordered(H.D, asked), "beside delays D has a cycle of channels")
+    majorised()
+    families = list(asked.families)
+    found = closed_loop(H, [[Fraction(i == j and i in own) for j in range(len(H.D))] for i in range(len(H.D))])
+    need(found is not None, "the loop without delay has no solution", exact.IllPosed)
+    A, B, C, D, _ = found or H
+    for i in own:
+        h, constant = asked.bounds(i)[1], families[i].operator == "delay"
+        one, kind = (Fraction(1), "linear time-invariant") if constant else (h, "any")
+        families[i] = families[i]._replace(operator=kind, sector=(-one, one), varying=not constant)
+        if not constant:
+            need(not any(H.D[i]), f"sigma_{i + 1}, whose delay varies, is no function of the state alone")
+            C[i], D[i] = ([dot(C[i], column) for column in zip(*side)] for side in (A, B))
+            continue
+        n, last = len(A), FALL[3] * h  # h z' = shift z, its last row with sigma: z_1 = FALL_3 sigma/FALL(h s)
+        A = [[*row, *[ZERO] * 3] for row in A] + [[ZERO] * n + [(k == j + 1) / h for k in range(3)] for j in range(2)]
+        A.append([*(v / h for v in C[i]), *(-Fraction(v) / last for v in FALL[:3])])
+        B += [[ZERO] * len(D), [ZERO] * len(D), [v / h for v in D[i]]]
+        top = Fraction(RISE[3], FALL[3])
+        C[i] = [top * v for v in C[i]] + [(RISE[k] - top * FALL[k]) / FALL[3] for k in range(3)]
+        C = [[*row, *[ZERO] * (n + 3 - len(row))] for row in C]
+        D[i] = [top * v for v in D[i]]
+    return Plant(A, B, C, D, False), asked._replace(families=families, delayed=tuple(own))
+
+
+def majorised() -> None:
+    """``|m(i x)|^2 >= sup_(t <= x) |e^(-i t) - 1|^2``: ``2 - 2 cos x`` up to ``pi``, 4 beyond; ``p`` in ``x^2``.
+
+    ``2 - 2 cos x <= sum_(k <= 11) (-1)^(k + 1) 2 x^(2k)/(2k)!``, the last term being positive; ``9.8 < pi^2 < 10``.
+    """
+    top, low = (frequencies.in_square(frequencies.times(p, frequencies.conjugate(p))) for p in map(list, (RISE, FALL)))
+    cosine = [ZERO, *(Fraction(2 * (-1) ** (k + 1), factorial(2 * k)) for k in range(1, 12))]
+    near = frequencies.total(top, [-v for v in frequencies.times(cosine, low)])
+    far = frequencies.total(top, [-4 * v for v in low])
+    need(exact.positive(exact.primitive(near[1:]), ZERO, Fraction(10)), "the majorant fails up to pi")
+    need(exact.positive(exact.primitive(far), Fraction(49, 5)), "the majorant fails beyond pi")

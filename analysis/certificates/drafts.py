@@ -210,7 +210,7 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
     if "operator" in larger or "operator" in smaller:
         kinds = larger.get("operator"), smaller.get("operator")
         return _inside(smaller["sector"], larger["sector"]) and (
-            kinds[0] == kinds[1] or kinds == ("any", "linear time-invariant")
+            kinds[0] == kinds[1] or kinds in (("any", "linear time-invariant"), ("varying delay", "delay"))
         )
     line = smaller["linear"]  # phi = g sigma is odd, does not jump, and has the slope that its sector bounds
     slope = smaller["sector"] if line and smaller["slope"] is None else smaller["slope"]

@@ -10,12 +10,27 @@ from itertools import pairwise, product
 from typing import Any
 
 from . import arithmetic as exact
-from . import states
+from . import frequencies, states
 from .arithmetic import INF, ZERO, S, fields, form, integer, need, number, numbers, real, tick
-from .balls import dot
-from .channels import Channels, Plant, Rows, characteristic, closed_by, closed_loop, each, member, plant, rank, within
+from .balls import box, dot
+from .channels import (
+    DELAYS,
+    Channels,
+    Plant,
+    Rows,
+    characteristic,
+    closed_by,
+    closed_loop,
+    each,
+    member,
+    plant,
+    rank,
+    within,
+)
+from .frequencies import conjugate
 
 MOST_VERTICES, MOST_STEPS = 10, 1000
+OPERATORS = ("any", "linear time-invariant")
 
 
 def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
@@ -31,6 +46,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
         return 1, ramped(H, asked, proof)
     if method == "linear-members":
         return linear_members(H, asked, proof)
+    if method == "delayed-gains":
+        return 1, delayed(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
     gains = member(fields(proof, "method", "gains")[1], asked)
     words, closed = ", ".join(map(str, gains)), closed_by(H, gains)
@@ -66,7 +83,7 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
     """
     keys = ["omega", "input"] if "omega" in proof else []
     _, data, listed, *at = fields(proof, "method", "gains", "operators", *keys)
-    m, blocks = len(H.D), [block for block in asked.operators if block != asked.performance]
+    m, blocks = len(H.D), [block for block in asked.operators if asked.families[block[0]].operator in OPERATORS]
     gains = member(data, asked)
     need(not any(gains[i] for block in blocks for i in block), "an operator has a gain as well")
     form(isinstance(listed, list) and len(listed) == len(blocks), f"{len(blocks)} operators are needed, in order")
@@ -104,6 +121,43 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
     need(dot(z, z) > gamma**2 * size, "the gain of this loop is not shown to be larger")
     where = f"omega = {'inf' if omega is None else omega}{', the tangent of half the angle' * H.discrete}"
     return 8, {"stable": f"with {words} the loop is asymptotically stable", "gain": f"|T w| > gamma |w| at {where}"}
+
+
+def delayed(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """Constant gains, no delay but in one channel: for one ``tau`` of its class the loop has a root on the axis.
+
+    ``h`` is from this channel's ``mu`` to its ``sigma``, ``g = h e^(-i omega tau)``.  For ``a <= omega <= b`` let ``Re
+    g < 0`` at both ends of ``tau``, ``Im g`` being below 0 at the first and above at the second, and ``b (tau_2 -
+    tau_1) < 3``: as ``g`` turns by less than ``pi``, it is real and negative for one ``tau``, continuous in ``omega``.
+    ``|h| - 1`` changes its sign between ``a`` and ``b``: somewhere ``1 + g = 0``.
+    """
+    _, data, where, delays, frequencies_of = fields(proof, "method", "gains", "channel", "delays", "frequencies")
+    i, gains = integer(where, 1, len(H.D)) - 1, member(data, asked)
+    need(
+        range(i, i + 1) in asked.blocks and asked.families[i].operator in DELAYS, "the channel has no delay of its own"
+    )
+    (low, high), (a, b) = numbers(delays, 2), numbers(frequencies_of, 2)
+    need(
+        0 <= low < high <= asked.bounds(i)[1] and 0 < a < b and b * (high - low) < 3, "the delays are not of the class"
+    )
+    found = closed_loop(H, [[g * (k == j != i) for j in range(len(gains))] for k, g in enumerate(gains)])
+    need(found is not None and not H.discrete, "the loop with these gains has no solution", exact.IllPosed)
+    H = found or H
+    sides = [[row[i]] for row in H.B], [H.C[i]], [[H.D[i][i]]]
+    d, ((n,),) = frequencies.transfer(H.A, *sides)
+    powers = [(1, 0), (0, 1), (-1, 0), (0, -1)]  # of i
+    cross = [(c * powers[k % 4][0], c * powers[k % 4][1]) for k, c in enumerate(frequencies.times(n, conjugate(d)))]
+    for tau, sign in ((low, -1), (high, 1)):
+        g = [(tau, k, Fraction(u), Fraction(v)) for k, (u, v) in enumerate(cross) if u or v]
+        left = exact.Form({(tau, k): (-u, -v) for tau, k, u, v in g})
+        turned = exact.Form({(tau, k): (sign * v, -sign * u) for tau, k, u, v in g})
+        apart = box(left, a, b, 24) and box(turned, a, b, 24)
+        need(apart, "the delay at which h e^(-i omega tau) is negative is not shown to lie in between")
+    own, over = (frequencies.in_square(frequencies.times(p, conjugate(p))) for p in (n, d))
+    ends = [exact.value(frequencies.total(own, [-v for v in over]), omega * omega) for omega in (a, b)]
+    need(ends[0] * ends[1] < 0, "|h| - 1 does not change its sign")
+    words = ", ".join(map(str, gains))
+    return {"root": f"with the gains {words} and a delay of channel {i + 1} between {low} and {high} a root i omega"}
 
 
 def filtered(H: Plant, left: list[Any], right: list[Any]) -> Plant:

@@ -27,6 +27,7 @@ from .channels import (
     rank,
     seen,
     triangle,
+    undelayed,
     uniform,
 )
 
@@ -129,7 +130,7 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     an operator it is ``lambda (r^2 |sigma_b|^2 - |mu_b|^2)``, whose integral up to any time is, and from ``z`` to ``w``
     that with ``r = 1/gamma``: with ``x(0) = 0`` the integral of ``|z|^2 - gamma^2 |w|^2`` is at most 0.
     """
-    H = plant(system)
+    H, asked = undelayed(plant(system), asked)
     if name == "constant-gains":
         fields(data)
         return gains.gain_box(H, asked, *fields(proof, "method", "tree")), ""

@@ -41,6 +41,8 @@ OPERATORS = {
     "any": "causal operators",
     "linear time-invariant": "stable linear time-invariant operators",
     "performance": "from z to w",
+    "delay": "sigma(t - tau) with a constant tau",
+    "varying delay": "sigma(t - tau(t)) with any tau(t)",
 }
 
 
@@ -63,7 +65,10 @@ def classes(data: Any, several: bool = False) -> Family:
     if operator is not None:
         plain = (slope, odd, linear, len(keys)) == (None, False, False, 6)
         form(isinstance(operator, str) and operator in OPERATORS, "operator is of no kind there is")
-        form(plain and varying is (operator != "linear time-invariant"), "an operator has a bound of its norm alone")
+        form(
+            plain and varying is (operator not in ("linear time-invariant", "delay")),
+            "an operator has a bound of its norm alone",
+        )
     form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")
     form(
         all(isinstance(x, list) and len(x) == 2 for x in (sector, slope or [0, 0])),
@@ -98,6 +103,8 @@ def described(family: Family) -> str:
         bound = family.sector[1]
         if family.operator == "performance":
             return f"{OPERATORS[family.operator]}, gamma = {1 / bound} (about {float(1 / bound):.9g})"
+        if "delay" in family.operator:
+            return f"all phi = {OPERATORS[family.operator]} in [0, {bound}], from any bounded initial function on"
         return f"all {OPERATORS[family.operator]} of L2 gain up to {bound}, at rest at first"
     kind = "constant gains" if family.linear else "time-varying laws" if family.varying else "time-invariant laws"
     if family.relu:

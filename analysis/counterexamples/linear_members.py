@@ -186,7 +186,7 @@ class MemberSearch:
         return Found(float(value[0]), shape, gains, operators, omega, q[0])
 
     def exact_gains(self, found: Found, lower: Sequence[Fraction], upper: Sequence[Fraction]) -> list[Fraction]:
-        """The gains of a member, at the ends of the classes exactly; 0 for operators.
+        """The gains of a member, at the ends of the classes exactly; the lower ones for operators.
 
         Parameters
         ----------
@@ -195,7 +195,7 @@ class MemberSearch:
         lower, upper : sequence of Fraction
             Bounds of the classes.
         """
-        gains = [Fraction(0)] * len(lower)
+        gains = list(lower)
         for block in self.functions:
             low, high = lower[block[0]], upper[block[0]]
             share = found.gains[block[0]] / float(high - low)

@@ -12,6 +12,7 @@ from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
+from lure.analysis.questions.channel_delays import delays_of, delays_refuting, without_delays
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import constant_gains, gains_refuting, refutation
 from lure.analysis.questions.problem import Problem
@@ -35,8 +36,18 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
         return gains_refuting(asked, most=most)
     if asked.classes.performance is not None:
         return _unstable(asked) or _largest_gain(asked, most)
-    found = [one for one in (_by_gains(asked, most), _by_operators(asked, most)) if one is not None]
+    others = _by_delays if delays_of(asked) else _by_operators
+    found = [one for one in (_by_gains(asked, most), others(asked, most)) if one is not None]
     return min(found, key=lambda one: one[0], default=None)
+
+
+def _by_delays(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """The smallest factor of a constant delay in one channel, beside constant gains, with a root on the axis."""
+    for alpha, proof in delays_refuting(asked, most):
+        shown = refutation(asked, alpha, proof)
+        if shown is not None:
+            return alpha, shown
+    return None
 
 
 def _functions(asked: Problem) -> list[range]:
@@ -46,6 +57,7 @@ def _functions(asked: Problem) -> list[range]:
 def _gain_search(asked: Problem) -> tuple[GainSearch, list[int]]:
     """The search over gains of the channels without operators, and which these are."""
     blocks = _functions(asked)
+    asked = without_delays(asked)
     own, H = [i for block in blocks for i in block], channel_plant(asked.plant)
     A, B, C, D = H.doubles()
     lower, upper = (np.array([float(side[i]) for i in own]) for side in (asked.classes.lower, asked.classes.upper))
@@ -60,7 +72,7 @@ def _by_gains(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
     (search, own), one = _gain_search(asked), asked.classes.upper
     found = search.found(double_above(asked.classes.least), most)
     for gains in search.proposals(*found, most=most) if found is not None else ():
-        whole = [Fraction(0)] * len(one)
+        whole = list(asked.classes.lower)  # 0 of operators, 1 of delays
         for i, gain in zip(own, gains, strict=True):
             whole[i] = gain
         least = max((whole[i] / one[i] for i in own if one[i] > 0), default=Fraction(0))
@@ -78,7 +90,7 @@ def _unstable(asked: Problem) -> tuple[Fraction, Refuted] | None:
     search, own = _gain_search(asked)
     found = search.found(double_above(Fraction(0)), 1.0)
     for gains in search.proposals(*found, most=1.0) if found is not None else ():
-        whole = [Fraction(0)] * len(asked.classes.classes)
+        whole = list(asked.classes.lower)
         for i, gain in zip(own, gains, strict=True):
             whole[i] = gain
         shown = refutation(asked, Fraction(1), constant_gains(whole))
@@ -89,7 +101,8 @@ def _unstable(asked: Problem) -> tuple[Fraction, Refuted] | None:
 
 def _members(asked: Problem, out: range) -> tuple[MemberSearch, list[range]]:
     """The search for members with a large gain from ``w`` to ``sigma`` on some channels, and its operators."""
-    H, operators = channel_plant(asked.plant), [block for block in asked.classes.operators if block != out]
+    own = delays_of(asked)
+    H, operators = channel_plant(asked.plant), [b for b in asked.classes.operators if b != out and b[0] not in own]
     lower = np.array([float(v) for v in asked.classes.lower])
     return MemberSearch(*H.doubles(), lower, _functions(asked), operators, out, H.dt is not None), operators
 

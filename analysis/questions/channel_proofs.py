@@ -28,16 +28,19 @@ from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
 from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.questions.channel_delays import delays_of, without_delays
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
 from lure.arrays import NDArray, np
+from lure.classes import DELAYS
 from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
 RAMPS = "ramped-gains"
 _SURE = 1e-6  # of the largest entry: a growth below is more than rounding
+_MEETING = 1e-5  # relative: how near the ends of a search are that asks for proofs at each step
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 
@@ -177,6 +180,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     criterion : Criterion
         The criterion.
     """
+    asked = without_delays(asked)
     H, popov = channel_plant(asked.plant), not criterion.row.time_varying
     if criterion.row.linear or criterion.kind:
         _require_no_zero(asked)
@@ -252,10 +256,11 @@ def proved_at(asked: Problem, name: str, search: ChannelSearch, alpha: Fraction)
     alpha : Fraction
         The factor.
     """
-    widths = [high - low for high, low in zip(asked.classes.scaled(alpha).upper, asked.classes.lower, strict=True)]
+    classes = without_delays(asked).classes
+    widths = [high - low for high, low in zip(classes.scaled(alpha).upper, classes.lower, strict=True)]
     if min(widths) <= 0:
         return None
-    tried = (_accepted(asked, name, alpha, one) for one in search.proposals(widths, asked.classes.lower))
+    tried = (_accepted(asked, name, alpha, one) for one in search.proposals(widths, classes.lower))
     return next((shown for shown in tried if shown is not None), None)
 
 
@@ -286,6 +291,7 @@ def _constant(asked: Problem) -> list[int]:
 def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], list[Fraction]]] | None:
     """The search for kernels, and the widths of a factor: of the slopes where they are bounded; None if nowhere."""
     _require_no_zero(asked)
+    asked = without_delays(asked)
     H, sloped, classes = channel_plant(asked.plant), _sloped(asked), asked.classes
     A, B, C, D = H.doubles()
     if not (any(sloped) or _fixed(asked)) or len(D) > MOST_CHANNELS or len(A) > MOST_STATES:
@@ -365,6 +371,8 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     most : float
         The smallest factor that is refuted, or infinity.
     """
+    if any(asked.classes.classes[i].operator == DELAYS[0] for i in delays_of(asked)):
+        return _farthest_delayed(asked, criterion, known, most)
     if criterion.kind == _KERNELS:
         return _farthest_by_kernels(asked, criterion.name, known, most)
     best: tuple[Fraction, Proved] | None = None
@@ -374,11 +382,38 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     return best
 
 
+def _farthest_delayed(
+    asked: Problem, criterion: Criterion, known: Fraction, most: float
+) -> tuple[Fraction, Proved] | None:
+    """The same where a constant delay is bounded: the plant that takes its place changes with the factor."""
+    best: tuple[Fraction, Proved] | None = None
+
+    def proved(factor: float) -> bool:
+        """Whether a factor is, which is then the best so far."""
+        nonlocal best
+        checkpoint()
+        alpha = Fraction(double_below(Fraction(f"{factor:.9g}")))
+        shown = proved_whole(asked.scaled(alpha), criterion) if alpha > asked.classes.least else None
+        best = best if shown is None else (alpha, shown)
+        return shown is not None
+
+    low = max(float(known) * (1 + _WORTH), double_above(asked.classes.least))
+    if known and not proved(low):
+        return None
+    high = most if most < math.inf else max(2 * low, 1.0)
+    while most == math.inf and high < LARGEST and proved(high):
+        low, high = high, 4 * high
+    while high - low > _MEETING * high and high > 1 / LARGEST:
+        middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
+        low, high = (middle, high) if proved(middle) else (low, middle)
+    return best
+
+
 def _farthest_by(
     asked: Problem, name: str, search: ChannelSearch, known: Fraction, most: float
 ) -> tuple[Fraction, Proved] | None:
-    least = asked.classes.least
-    lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, asked.classes.upper))
+    least, classes = asked.classes.least, without_delays(asked).classes
+    lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
 
     def widths(alpha: float) -> NDArray[np.float64]:
         return np.asarray(alpha * upper - lower)

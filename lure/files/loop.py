@@ -10,7 +10,7 @@ from fractions import Fraction
 from importlib.resources import files
 from pathlib import Path
 
-from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
+from lure.classes import DELAYS, Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.expressions.tree import decimal
 from lure.files.builtin import builtin_loop, loop_names
@@ -52,7 +52,7 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     """
     identity = (tables.name or "loop", tables.title or title, source)
     block = _block(tables.plant)
-    channels = (table.relu or table.rate is not None or table.norm is not None for table in tables.nonlinearity_class)
+    channels = (table.relu or _operates(table) or table.rate is not None for table in tables.nonlinearity_class)
     if any(channels):
         block = _only_channel(block)  # what is known of these is known of channels
     if isinstance(block, MultivariablePlant):
@@ -79,7 +79,8 @@ def _only_channel(block: Block) -> MultivariablePlant:
         block = MultivariablePlant.of_one_channel(block)
     if not isinstance(block, MultivariablePlant):
         raise InputError(
-            "class: relu, rate and norm need a plant with exact rational entries; leave the dead time out, or these"
+            "class: relu, rate, norm and delay need a plant with exact rational entries; leave the dead time out, or "
+            "these"
         )
     return block
 
@@ -145,7 +146,24 @@ def _block(plant: PlantTable) -> Block:
     return found
 
 
+def _operates(table: ClassTable) -> bool:
+    """Whether it is about an operator or a delay."""
+    return table.norm is not None or table.delay is not None
+
+
+def _delay(table: ClassTable, bound: Fraction) -> NonlinearityClass:
+    given = [table.sector, table.slope, table.gain, table.rate, table.norm, table.size, table.dynamics]
+    if any(one is not None for one in given) or table.odd or table.relu:
+        raise InputError(
+            "class: delay is given beside other keys; give delay = h, with time_varying = true if it may change, and "
+            "repeated = n if it is one delay in n channels"
+        )
+    return NonlinearityClass.delayed(bound, varying=table.time_varying)
+
+
 def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
+    if table.delay is not None:
+        return _delay(table, table.delay)
     if table.norm is not None:
         given = [table.sector, table.slope, table.gain]
         if any(one is not None for one in given) or table.odd or table.time_varying or table.repeated > 1:
@@ -215,7 +233,8 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
     if system.classes is not None:
         alike = [(system.classes.classes[block[0]], len(block)) for block in system.classes.blocks]
         tables["class"] = [
-            _class(one) | ({"size" if one.operator else "repeated": size} if size > 1 else {}) for one, size in alike
+            _class(one) | ({"size" if one.operator not in ("", *DELAYS) else "repeated": size} if size > 1 else {})
+            for one, size in alike
         ]
     return tables
 
@@ -276,6 +295,8 @@ def _plant(system: LoopSystem) -> dict[str, object]:
 
 
 def _class(asked: NonlinearityClass) -> dict[str, object]:
+    if asked.operator in DELAYS:
+        return {"delay": asked.sector.upper, "time_varying": asked.operator != DELAYS[0]}
     if asked.operator:
         return {"norm": asked.sector.upper, "dynamics": asked.operator}
     if asked.linear:

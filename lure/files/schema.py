@@ -234,6 +234,7 @@ class ClassTable(BaseModel):
     norm: Bound = Field(default=None, description="bound of the norm of an operator mu_b = -Delta sigma_b, instead")
     size: Size = Field(default=None, description="rows and columns of that operator, or one number for both")
     dynamics: Dynamics = Field(default=None, description="its kind: 'any', or 'linear time-invariant'")
+    delay: Bound = Field(default=None, description="bound of an unknown delay, phi = sigma(t - tau), instead [s]")
 
 
 class PlantTables(BaseModel):

@@ -86,7 +86,7 @@ def require_gains(document: Document, asked: Asked) -> None:
             for (a, b), (real, imaginary) in zip(pairwise(ends), directions, strict=True):
                 even, odd = (half(X * X) for half in even_odd(p))
                 line = to_fmpq(real) * even + to_fmpq(imaginary) * X * odd  # Re u* (e + i w o)
-                require(_positive_between(line, a, b), "the vertices are not shown to lie in a half-plane")
+                require(positive_between(line, a, b), "the vertices are not shown to lie in a half-plane")
 
 
 def _characteristic(asked: Asked, gains: Sequence[Fraction]) -> tuple[fmpq, fmpq_poly]:
@@ -99,8 +99,16 @@ def _characteristic(asked: Asked, gains: Sequence[Fraction]) -> tuple[fmpq, fmpq
     return det, det * (mapped(p, p.degree()) if asked.discrete else p)
 
 
-def _positive_between(p: fmpq_poly, low: Fraction | None, high: Fraction | None) -> bool:
-    """Whether ``p > 0`` on ``[low, high]``; None: on ``[low, inf)``.  By ``x = (low + high y)/(1 + y)``, ``y >= 0``."""
+def positive_between(p: fmpq_poly, low: Fraction | None, high: Fraction | None) -> bool:
+    """Whether ``p > 0`` on ``[low, high]``; None: on ``[low, inf)``.  By ``x = (low + high y)/(1 + y)``, ``y >= 0``.
+
+    Parameters
+    ----------
+    p : fmpq_poly
+        The polynomial.
+    low, high : Fraction or None
+        The interval.
+    """
     a = to_fmpq(low or Fraction(0))
     if high is None:
         return positive_from_zero(p(X + a))

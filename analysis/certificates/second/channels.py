@@ -43,6 +43,7 @@ class Asked:
     discrete: bool
     nonlinearities: tuple[Nonlinearities, ...]
     repeated: tuple[int, ...]
+    delayed: bool = False  # whether delays were taken out of it: D had no cycle before
 
     @property
     def operators(self) -> list[list[int]]:
@@ -90,7 +91,10 @@ def read(document: Document) -> Asked:
     nonlinearities, repeated = read_classes(document, m)
     sides = {name: fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for name, side in rows.items()}
     return Asked(
-        **sides,
+        A=sides["A"],
+        B=sides["B"],
+        C=sides["C"],
+        D=sides["D"],
         discrete=found["time"] == "discrete",
         nonlinearities=nonlinearities,
         repeated=repeated,
@@ -150,6 +154,8 @@ def acyclic(asked: Asked) -> bool:
 
     An operator leads from each of its channels to all of them; from ``z`` nothing leads to ``w``.
     """
+    if asked.delayed:
+        return True
     m, alike = asked.D.nrows(), {(i, j) for block in asked.operators for i in block for j in block}
     out = set(asked.performance)
     pattern = fmpq_mat([[int(asked.D[i, j] != 0 and not {i, j} & out) for j in range(m)] for i in range(m)])

@@ -163,6 +163,8 @@ class Nonlinearities:
         """Whether ``phi = gain sigma``, an odd nonlinearity that does not depend on time, is in the class."""
         if self.relu:
             return False
+        if self.operator in DELAYS:  # sigma(t - 0)
+            return gain == 1
         inside = at_least(gain, self.lower) and at_most(gain, self.upper)
         return inside and (self.slope is None or (at_least(gain, self.slope[0]) and at_most(gain, self.slope[1])))
 
@@ -194,10 +196,16 @@ def at_least(bound: Lower, limit: Lower) -> bool:
     return limit == "-inf" or (isinstance(bound, Fraction) and bound >= limit)
 
 
+DELAYS = ("delay", "varying delay")
+
+
 def read_operator(value: Mapping[str, object]) -> Nonlinearities:
     """The operators of a certificate: of nothing but their norm is there a bound."""
     found = record(value, "sector", "slope", "odd", "time_varying", "linear", "operator")
-    kinds = {"any": True, "linear time-invariant": False, "performance": True}
+    kinds = {
+        **{"any": True, "linear time-invariant": False, "performance": True},
+        **{"delay": False, "varying delay": True},
+    }
     operator = found["operator"]
     require(isinstance(operator, str) and operator in kinds, "the kind of operator is unknown")
     lower, upper = _bounds(found["sector"])

@@ -32,6 +32,7 @@ def refuted_by_members(document: Document, asked: Asked) -> str:
     gain = "omega" in document.proof
     proof = record(document.proof, "method", "gains", "operators", *(("omega", "input") if gain else ()))
     gains, blocks = member(proof["gains"], asked), [b for b in asked.operators if b[0] not in asked.performance]
+    blocks = [b for b in blocks if asked.nonlinearities[b[0]].operator not in claims.DELAYS]
     given = listed(proof["operators"])
     require(len(given) == len(blocks), "there is not one member for each operator")
     parts = list[tuple[list[int], Pairs, Pairs]]()

@@ -37,6 +37,7 @@ from lure.analysis.certificates.second.channels import (
     stacked,
     symmetric,
 )
+from lure.analysis.certificates.second.delays import refuted_by_delay, without_delays
 from lure.analysis.certificates.second.frequencies import (
     read_multiplier,
     require_frequencies,
@@ -79,15 +80,15 @@ def shown(document: Document) -> str:
     asked = read(document)
     require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
     if document.verdict == "PROVED":
-        if not _proved(document, asked):
+        if not _proved(document, without_delays(asked)):
             return claims.GAIN if asked.performance else claims.ATTRACTS
         require(not asked.operators, "with operators an eigenvalue 0 is not covered")
         varying = any(one.time_varying for one in asked.nonlinearities)
         return claims.BOUNDED if varying else claims.EQUILIBRIA
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
-    members = document.proof.get("method") == "linear-members"
-    return refuted_by_members(document, asked) if members else refuted(document, asked)
+    others = {"linear-members": refuted_by_members, "delayed-gains": refuted_by_delay}
+    return others.get(str(document.proof.get("method")), refuted)(document, asked)
 
 
 def _proved(document: Document, asked: Asked) -> bool:

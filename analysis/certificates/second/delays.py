@@ -1,0 +1,149 @@
+r"""Delays of several channels, checked again: the loop with operators in place of them, and roots on the axis.
+
+``mu = -sigma(t - tau)``, ``0 <= tau <= h``, is ``-(sigma + w)``.  For a constant delay ``w`` is ``m(h s) sigma``
+through an operator of norm up to 1, where ``|m(i x)|`` is at least ``2 sin(x/2)`` up to ``pi`` and 2 beyond.  For
+others ``w`` is ``sigma'`` through one of norm up to ``h``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from math import factorial
+
+from flint import acb, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
+
+from lure.analysis.certificates.second import classes as claims
+from lure.analysis.certificates.second.channel_gains import positive_between
+from lure.analysis.certificates.second.channels import Asked, acyclic, closed_by, diagonal, joined, member
+from lure.analysis.certificates.second.numerics import X, ball, even_odd, to_fmpq, working_precision
+from lure.analysis.certificates.second.reading import Document, NotShown, count, numbers, record, require
+
+_TOP, _BOTTOM = fmpq_poly([0, 10041, 4751, 1133]), fmpq_poly([10000, 8563, 3183, 561])  # m
+_CROSSING_BITS = 256
+
+
+def without_delays(asked: Asked) -> Asked:
+    """The loop with the gain 1 in place of delays, and operators that are bounded beside it.
+
+    Parameters
+    ----------
+    asked : Asked
+        The plant and its classes.
+
+    Raises
+    ------
+    NotShown
+        The theorem on delays is not for this plant.
+    """
+    own = [i for i, one in enumerate(asked.nonlinearities) if one.operator in claims.DELAYS]
+    if not own:
+        return asked
+    require(not asked.discrete, "the theorem on delays is for continuous time")
+    require(acyclic(asked), "D has a cycle of channels beside delays")
+    _require_majorant()
+    m = asked.D.nrows()
+    unit, gain = diagonal([Fraction(1)] * m), diagonal([Fraction(int(i in own)) for i in range(m)])
+    whole = unit + asked.D * gain
+    require(bool(whole.det() != 0), "the loop without delay is not well posed")
+    C, D = whole.inv() * asked.C, whole.inv() * asked.D
+    A, B, classes = asked.A - asked.B * gain * C, asked.B * (unit - gain * D), list(asked.nonlinearities)
+    for i in own:
+        h, constant = classes[i].upper, classes[i].operator == "delay"
+        if not isinstance(h, Fraction):
+            raise NotShown("a delay has no bound")
+        radius = Fraction(1) if constant else h
+        kind = "linear time-invariant" if constant else "any"
+        classes[i] = replace(classes[i], operator=kind, lower=-radius, upper=radius)
+        pick = fmpq_mat([[int(j == i == k) for k in range(m)] for j in range(m)])
+        if constant:
+            state, into, out, direct = _realised(h)
+            row = fmpq_mat([[int(k == i) for k in range(m)]])
+            n = A.nrows()
+            A = joined(A, fmpq_mat(n, 3), state, lower_left=into * row * C)
+            B = fmpq_mat([*B.tolist(), *(into * row * D).tolist()])
+            seen = (unit - pick + direct * pick) * C
+            side = row.transpose() * out
+            C = fmpq_mat([[*a, *b] for a, b in zip(seen.tolist(), side.tolist(), strict=True)])
+            D = (unit - pick + direct * pick) * D
+        else:
+            require(all(asked.D[i, j] == 0 for j in range(m)), "sigma of a varying delay jumps with mu")
+            C, D = (unit - pick) * C + pick * C * A, (unit - pick) * D + pick * C * B
+    return replace(asked, A=A, B=B, C=C, D=D, nonlinearities=tuple(classes), delayed=True)
+
+
+def _realised(h: Fraction) -> tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq]:
+    """``m(h s)`` as states, the coefficients of its denominator in the last row."""
+    last = _BOTTOM[3]
+    rows = [[fmpq(0), fmpq(1), fmpq(0)], [fmpq(0), fmpq(0), fmpq(1)], [-_BOTTOM[k] / last for k in range(3)]]
+    direct = _TOP[3] / last
+    rest = _TOP - direct * _BOTTOM
+    slow = 1 / to_fmpq(h)
+    return fmpq_mat(rows) * slow, fmpq_mat([[0], [0], [slow]]), fmpq_mat([[rest[k] / last for k in range(3)]]), direct
+
+
+def _require_majorant() -> None:
+    """Check ``|m(i x)|^2`` against ``2 - 2 cos x``, whose Taylor polynomials lie above and below it in turn."""
+    squares = []
+    for p in (_TOP, _BOTTOM):
+        even, odd = even_odd(p)
+        squares.append(even * even + X * odd * odd)
+    taylor = fmpq_poly([0, *(fmpq(-2 * (-1) ** k, factorial(2 * k)) for k in range(1, 12))])
+    near, far = squares[0] - taylor * squares[1], squares[0] - 4 * squares[1]
+    require(near[0] == 0, "the majorant is not 0 at 0")
+    require(positive_between(near // X, Fraction(0), Fraction(10)), "the majorant fails up to pi")
+    require(positive_between(far, Fraction(98, 10), None), "the majorant fails beyond pi")
+
+
+def refuted_by_delay(document: Document, asked: Asked) -> str:
+    """What a constant delay in one channel does, beside constant gains: a root on the imaginary axis.
+
+    With ``h`` from ``mu_i`` to ``sigma_i`` and ``g = h exp(-i omega tau)`` the angle of ``-g`` is above 0 for the
+    first delay and below for the second at all frequencies between the two, and ``|h|`` passes through 1.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+    asked : Asked
+        The plant and its classes.
+
+    Raises
+    ------
+    NotShown
+        No such root is shown.
+    """
+    proof = record(document.proof, "method", "gains", "channel", "delays", "frequencies")
+    gains, i = member(proof["gains"], asked), count(proof["channel"], least=1) - 1
+    require(i < len(gains) and asked.repeated.count(asked.repeated[i]) == 1, "there is no such channel")
+    one = asked.nonlinearities[i]
+    if one.operator not in claims.DELAYS or not isinstance(one.upper, Fraction):
+        raise NotShown("the channel has no delay")
+    delays, band = numbers(proof["delays"]), numbers(proof["frequencies"])
+    require(
+        len(delays) == len(band) == 2 and 0 <= delays[0] < delays[1] <= one.upper, "the delays are not in the class"
+    )
+    require(0 < band[0] < band[1] and not asked.discrete, "the frequencies are not in order")
+    require(band[1] * (delays[1] - delays[0]) < 3, "the delays are too far apart")
+    rest = [g * (k != i) for k, g in enumerate(gains)]
+    open_loop, whole = closed_by(asked, rest), closed_by(asked, [g * (k != i) + (k == i) for k, g in enumerate(gains)])
+    m = len(gains)
+    inner = diagonal([Fraction(1)] * m) + asked.D * diagonal(rest)
+    if open_loop is None or whole is None:
+        raise NotShown("the loop with these gains has no solution")
+    direct = (inner.inv() * asked.D)[i, i]  # 1 + h = (1 + h(inf)) det(s - A_1)/det(s - A_0)
+    d = open_loop.charpoly()
+    n = (1 + direct) * whole.charpoly() - d
+    with working_precision(_CROSSING_BITS):
+
+        def response(omega: arb) -> acb:
+            """``h(i omega)``."""
+            top, low = (acb_poly([acb(arb(c)) for c in p.coeffs()])(acb(0, omega)) for p in (n, d))
+            return top / low
+
+        wide = ball(band[0]).union(ball(band[1]))
+        before, after = (response(wide) * (acb(0, -wide) * ball(tau)).exp() for tau in delays)
+        turned = before.real < 0 and before.imag < 0 and after.real < 0 and after.imag > 0
+        sizes = [abs(response(ball(omega))) - 1 for omega in band]
+        require(bool(turned and sizes[0] * sizes[1] < 0), "no delay of the class is shown to have a root on the axis")
+    return claims.NO_REST

@@ -1,0 +1,174 @@
+"""Delays known by their bound: the loop with operators in place of them, and the delays that destabilise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+from typing import Any, NamedTuple
+
+from lure.analysis.certificates import channels
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.channels import Plant, undelayed
+from lure.analysis.certificates.systems import class_entries, texts
+from lure.analysis.deadline import checkpoint
+from lure.analysis.numerics.doubles import double_above
+from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.problem import Problem
+from lure.arrays import NDArray, np
+from lure.classes import DELAYS, NonlinearityClass
+from lure.errors import AssumptionError, Reason
+from lure.plants.multivariable import MultivariablePlant
+
+_FACTORS, _MOST_BLOCKS, _HALVINGS = np.geomspace(1e-3, 1e3, 61), 4, 50
+_WIDTHS, _ON_AXIS = (1e-12, 1e-11, 1e-10, 1e-8, 1e-6), 1e-6
+
+
+def delays_of(asked: Problem) -> list[int]:
+    """The channels with a delay known by its bound.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question about several channels.
+    """
+    return [i for i, one in enumerate(asked.classes.classes) if one.operator in DELAYS]
+
+
+def without_delays(asked: Problem) -> Problem:
+    """The question about norm-bounded operators whose answer holds for the delays, as the checker takes it.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question about several channels.
+
+    Raises
+    ------
+    AssumptionError
+        The theorem on delays is not for this plant.
+    """
+    own = delays_of(asked)
+    if not own:
+        return asked
+    H = channel_plant(asked.plant)
+    A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
+    given = channels.channels(class_entries(asked.classes), len(H.D))
+    try:
+        found, known = undelayed(Plant(A, B, C, D, H.dt is not None), given)
+    except Rejected as error:
+        raise AssumptionError(
+            f"{error}, which the theorem on delays does not cover", code=Reason.NOT_APPLICABLE
+        ) from None
+    classes = list(asked.classes.classes)
+    for i in own:
+        kind = "any" if known.families[i].varying else "linear time-invariant"
+        classes[i] = NonlinearityClass.norm_bounded(known.bounds(i)[1], dynamics=kind)
+    A, B, C, D, _ = found
+    plant = MultivariablePlant(_rows(A), _rows(B), _rows(C), _rows(D))
+    return replace(asked, plant=plant, classes=replace(asked.classes, classes=tuple(classes)))
+
+
+def _rows(side: list[list[Fraction]]) -> tuple[tuple[Fraction, ...], ...]:
+    return tuple(map(tuple, side))
+
+
+class _Crossing(NamedTuple):
+    """Gains of the other channels, and a delay with a root ``i omega``."""
+
+    gains: list[Fraction]
+    channel: int
+    delay: float
+    omega: float
+
+
+def delays_refuting(asked: Problem, most: float) -> Iterator[tuple[Fraction, dict[str, Any]]]:
+    """Factors, and proofs that a constant delay in one channel destabilises, the smallest factor first.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question about several channels.
+    most : float
+        The largest factor of interest.
+    """
+    found = list[tuple[float, _Crossing]]()
+    alone = [block[0] for block in asked.classes.blocks if len(block) == 1]
+    blocks = [block for block in asked.classes.blocks if block not in asked.classes.operators]
+    shapes = list(product((0, 1), repeat=len(blocks))) if len(blocks) <= _MOST_BLOCKS else [(0,), (1,)]
+    for i in (i for i in delays_of(asked) if i in alone):
+        for shape in shapes:
+            checkpoint()
+            taken = dict(zip(blocks, shape * (len(blocks) if len(blocks) > _MOST_BLOCKS else 1), strict=False))
+            first = _first(asked, i, taken, min(most, float(_FACTORS[-1])))
+            if first is not None:
+                found.append(first)
+    for factor, one in sorted(found, key=lambda each: each[0]):
+        bound = float(asked.classes.upper[one.channel])
+        for width in _WIDTHS:
+            wide = 1e3 * width * (one.delay + 1 / one.omega)
+            ends = Fraction(max(one.delay - wide, 0.0)), Fraction(one.delay + wide)
+            alpha = Fraction(double_above(max(Fraction(factor), Fraction(double_above(ends[1] / Fraction(bound))))))
+            proof: dict[str, Any] = {
+                "method": "delayed-gains",
+                "gains": texts(one.gains),
+                "channel": one.channel + 1,
+                "delays": texts(ends),
+                "frequencies": texts([Fraction(one.omega * (1 - width)), Fraction(one.omega * (1 + width))]),
+            }
+            if alpha <= most:
+                yield (alpha if math.isinf(most) else Fraction(most)), proof
+
+
+def _first(asked: Problem, i: int, taken: dict[range, int], top: float) -> tuple[float, _Crossing] | None:
+    """The smallest factor at which a delay in one channel destabilises, beside gains at one end or the other."""
+    lower, upper, bound = asked.classes.lower, asked.classes.upper, float(asked.classes.upper[i])
+    moving = any(taken.values()) and asked.classes.performance is None
+
+    def crossing(factor: float) -> _Crossing | None:
+        """The least delay, if it is of the class."""
+        gains = list(lower)
+        for block, end in taken.items():
+            for j in block:
+                gains[j] = upper[j] * Fraction(factor if moving else 1) if end else lower[j]
+        if any(gains[j] < low for j, low in enumerate(lower)):
+            return None
+        found = _least_delay(asked, gains, i)
+        if found is None or found[0] > factor * bound * (1 + 1e-9):
+            return None
+        return _Crossing(gains, i, *found)
+
+    if not moving:
+        at = crossing(top)
+        return None if at is None else (at.delay / bound, at)
+    before = 0.0
+    for factor in [*(f for f in _FACTORS.tolist() if f < top), top]:
+        one = crossing(factor)
+        if one is not None:
+            for _ in range(_HALVINGS if before else 0):
+                middle = (before + factor) / 2
+                inner = crossing(middle)
+                before, factor, one = (before, middle, inner) if inner is not None else (middle, factor, one)
+            return factor, one
+        before = factor
+    return None
+
+
+def _least_delay(asked: Problem, gains: list[Fraction], i: int) -> tuple[float, float] | None:
+    """The least delay of channel ``i`` with a root ``i omega``, and ``omega``, the other channels having gains."""
+    A, B, C, D = channel_plant(asked.plant).doubles()
+    rest = np.array([0.0 if j == i else float(g) for j, g in enumerate(gains)])
+    whole = np.linalg.solve(np.eye(len(D)) + D * rest, np.hstack([C, D]))
+    inner, out = A - (B * rest) @ whole[:, : len(A)], whole[i : i + 1, : len(A)]
+    into = B[:, i : i + 1] - (B * rest) @ whole[:, len(A) + i : len(A) + i + 1]
+    values = np.linalg.eigvals(np.block([[inner, into @ into.T], [-out.T @ out, -inner.T]])).astype(complex)
+    size = max(float(np.abs(values).max()), 1e-300)
+    on_axis = np.abs(values.real) < _ON_AXIS * size
+    omega: NDArray[np.float64] = values.imag[on_axis & (values.imag > _ON_AXIS * size)]
+    found = list[tuple[float, float]]()
+    for one in omega.tolist():
+        response = complex((out @ np.linalg.solve(1j * one * np.eye(len(A)) - inner, into.astype(complex)))[0, 0])
+        found.append((((math.pi + math.atan2(response.imag, response.real)) % (2 * math.pi)) / one, one))
+    return min(found, default=None)

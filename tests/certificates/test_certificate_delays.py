@@ -1,0 +1,147 @@
+"""Delays known by their bound: certificates by hand, what neither checker accepts, and random members."""
+
+import copy
+import json
+from fractions import Fraction as F
+from functools import cache
+from importlib import resources
+
+import jsonschema
+import numpy as np
+import pytest
+
+from lure.analysis.certificates import channels
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check, contains
+from lure.analysis.certificates.second import delays
+from lure.analysis.certificates.second.opinion import recheck
+
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+INTEGRATOR = {"kind": "multivariable", "time": "continuous", "A": [["0"]], "B": [["1"]], "C": [["1"]], "D": [["0"]]}
+
+
+def delay(bound, kind="delay"):
+    bounds = {"sector": [str(-F(bound)), str(bound)], "slope": None, "odd": False, "linear": False}
+    return bounds | {"time_varying": kind != "delay", "operator": kind}
+
+
+def draft(one, theorem, proof, multiplier=None):
+    laws = {"channels": [one], "repeated": False}
+    found = {"verdict": "PROVED", "system": INTEGRATOR, "laws": laws, "theorem": theorem, "proof": proof}
+    return found | ({"verdict": "REFUTED"} if multiplier is None else {"multiplier": multiplier})
+
+
+# x' = -x(t - tau(t)) = -x - w with |w| <= h |x'|, h = 9/10: V = 3/2 x^2 and lambda = 1 leave of
+# -V' - 2 (.81 (x + w)^2 - w^2) the form 1.38 x^2 - .24 x w + .38 w^2, of determinant .51
+VARYING = draft(
+    delay("9/10", "varying delay"),
+    "diagonal-circle",
+    {"method": "matrix", "P": [["3"]], "exponent": 1},
+    {"lambda": ["1"]},
+)
+# h = 1: |m(i w)| < |1 + i w|, for 2 |sin(w/2)| in place of |m| with a distance of 1/4 at w = 2
+CONSTANT = draft(delay(1), "diagonal-circle", {"method": "determinant"}, {"lambda": ["1"]})
+# i w + e^(-i w tau) = 0 for w = 1 and tau = pi/2 = 1.570796...
+CROSSING = draft(
+    delay("1571/1000"),
+    "counterexample",
+    {
+        "method": "delayed-gains",
+        "gains": ["1"],
+        "channel": 1,
+        "delays": ["157/100", "1571/1000"],
+        "frequencies": ["99999/100000", "100001/100000"],
+    },
+)
+ALL = {"varying": VARYING, "constant": CONSTANT, "crossing": CROSSING}
+
+
+@cache
+def certificate(name):
+    return dict(complete_and_check(copy.deepcopy(ALL[name])).certificate)
+
+
+def refused(found):
+    with pytest.raises((Rejected, Malformed)):
+        check(found)
+    assert not recheck(found).accepted
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_both_checkers_accept(name):
+    found = certificate(name)
+    jsonschema.validate(found, SCHEMA)
+    assert recheck(found).accepted
+    assert "tau" in check(found).facts["class"]
+
+
+def changed(name, *path_and_value):
+    *path, last, value = path_and_value
+    found = at = copy.deepcopy(certificate(name))
+    for key in path:
+        at = at[key]
+    at[last] = value
+    return found
+
+
+ONE = ("laws", "channels", 0)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("varying", *ONE, "sector", ["-11/10", "11/10"]),
+        ("varying", "proof", "P", [["-3"]]),
+        ("varying", "multiplier", "lambda", ["-1"]),
+        ("varying", "system", "B", [["-1"]]),
+        ("varying", "system", "D", [["1/10"]]),
+        ("varying", "system", "time", "discrete"),
+        ("varying", *ONE, "time_varying", False),
+        ("constant", *ONE, "sector", ["-3/2", "3/2"]),
+        ("constant", "system", "B", [["-1"]]),
+        ("constant", *ONE, "slope", ["-1", "1"]),
+        ("crossing", "proof", "gains", ["0"]),
+        ("crossing", "proof", "channel", 2),
+        ("crossing", *ONE, "sector", ["-157/100", "157/100"]),
+        ("crossing", "proof", "delays", ["1571/1000", "1572/1000"]),
+        ("crossing", "proof", "frequencies", ["11/10", "12/10"]),
+        ("crossing", "system", "B", [["-1"]]),
+        ("crossing", *ONE, "operator", "any"),
+    ],
+)
+def test_neither_accepts_what_was_changed(change):
+    refused(changed(*change))
+
+
+def test_a_smaller_majorant_is_refused_by_both(monkeypatch):
+    found = certificate("constant")
+    monkeypatch.setattr(channels, "RISE", (0, 10041, 4600, 1133))
+    monkeypatch.setattr(delays, "_TOP", delays._TOP - delays.X**2 * 151)
+    refused(found)
+    with pytest.raises(Rejected, match="majorant"):
+        channels.majorised()
+
+
+def test_members_stay_below_the_majorant_and_varying_ones_below_their_bound():
+    # |e^(-i w tau) - 1| <= |m(i w h)|, and the energy of w against that of h sigma' for delays that jump
+    rng = np.random.default_rng(1)
+    omega, share = np.geomspace(1e-3, 1e3, 4000), rng.random(4000)
+    top, low = (np.polyval(list(p)[::-1], 1j * omega) for p in (channels.RISE, channels.FALL))
+    room = np.abs(top / low) - np.abs(np.exp(-1j * omega * share) - 1)
+    assert room.min() >= 0
+    least = np.abs(top / low) / np.where(omega < np.pi, 2 * np.sin(omega / 2), 2)
+    assert least.max() < 1.01  # and not much above
+    t = np.linspace(0, 40, 40001)
+    for _ in range(20):
+        a, b = rng.random(2) * 4
+        sigma = np.where(t < 20, np.sin(a * t) * np.sin(b * t) * np.sin(np.pi * t / 20), 0.0)
+        back = np.repeat(rng.random(41), 1000)[: len(t)] * (rng.random() < 0.5) + (t % 1) * 0.5
+        w = np.interp(t - np.minimum(back, 1), t, sigma, left=0.0) - sigma
+        assert (w**2).sum() <= (np.gradient(sigma, t) ** 2).sum() * 1.001
+
+
+def test_a_varying_delay_of_the_same_bound_contains_a_constant_one():
+    assert contains(delay(1, "varying delay"), delay(1))
+    assert not contains(delay(1), delay(1, "varying delay"))
+    assert not contains({**delay(1), "operator": "any", "time_varying": True}, delay(1))

@@ -1,0 +1,85 @@
+"""Delays known by their bound in several channels: both sides of the largest factor against exact crossings."""
+
+import math
+
+import pytest
+
+from lure import InputError, NonlinearityClass, Sector, as_plant, certify, max_sector
+from lure.files import find_system
+from lure.files.loop import loop_to_toml
+
+
+# x' = -a x - b x(t - tau), b > a >= 0, is stable up to omega tau = pi - arg(b/(a + i omega)), omega^2 = b^2 - a^2
+@pytest.mark.parametrize(("a", "b", "share"), [(0, 1, 0.926), (1, 2, 0.878)])
+def test_a_constant_delay_is_refuted_at_its_crossing_and_proved_close_to_it(a, b, share):
+    omega = math.sqrt(b * b - a * a)
+    crossing = (math.pi - math.atan2(omega, a)) / omega
+    found = max_sector(as_plant(f"{b}/(s+{a})"), [NonlinearityClass.delayed(1)])
+    assert found.refuted_at == pytest.approx(crossing, rel=1e-6)
+    assert found.largest.low == pytest.approx(share * crossing, rel=1e-2)
+    assert found.largest.low < crossing
+    assert "delay phi_1 = sigma(t - tau), tau in [0," in str(found)
+
+
+def test_a_varying_delay_has_the_bound_of_small_gain():
+    # x' = -x(t - tau(t)): |s/(s + 1)| <= 1, so h < 1; and the delay of every size is harmless where |h| < 1 everywhere
+    found = max_sector(as_plant("1/s"), [NonlinearityClass.delayed(1, varying=True)])
+    assert found.largest.low == pytest.approx(1, rel=1e-6)
+    assert certify(as_plant("0.9/(s+1)"), [NonlinearityClass.delayed(1000)]).verdict.name == "PROVED"
+
+
+def test_delays_beside_a_sector_from_a_file(tmp_path):
+    # x' = -x - x(t - tau)/2 - phi, phi in [0, 1]: with phi = 0 stable for every tau, as 1/2 < 1
+    path = tmp_path / "loop.toml"
+    path.write_text(
+        '[plant]\ntransfer = [["0.5/(s+1)", "1/(s+1)"], ["0.5/(s+1)", "1/(s+1)"]]\n'
+        "[[class]]\ndelay = 0.3\n[[class]]\nsector = [0, 1]\n"
+    )
+    system = find_system(str(path), [])
+    assert str(system.classes) == "delay phi_1 = sigma(t - tau), tau in [0, 0.3]; phi_2 in the sector [0, 1]"
+    shown = certify(system)
+    assert shown.verdict.name == "PROVED"
+    again = tmp_path / "again.toml"
+    again.write_text(loop_to_toml(system))
+    assert find_system(str(again), []).classes == system.classes
+
+
+LAGGING = as_plant([["0", "-1"], ["1/s", "0"]])
+SERIES = [NonlinearityClass.delayed(1), NonlinearityClass(sector=Sector(0.01, 2))]
+
+
+def test_the_gain_beside_a_sector_is_part_of_the_counterexample():
+    # x' = -k x(t - tau), k in [0, 2 alpha] in series with a delay up to alpha: 2 alpha^2 = pi/2
+    found = max_sector(LAGGING, SERIES, criterion="circle")
+    assert found.refuted_at == pytest.approx(math.sqrt(math.pi / 4), rel=1e-6)
+    assert "a delay of 0.886" in str(found.witness.description)
+
+
+@pytest.mark.thorough
+def test_scalings_reach_far_in_a_series_of_a_delay_and_a_sector():
+    assert max_sector(LAGGING, SERIES).largest.low > 0.8 * math.sqrt(math.pi / 4)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("delay = 0", "class.delay is 0; give a positive bound"),
+        ("delay = 1\nsector = [0, 1]", "delay is given beside other keys"),
+        ("delay = 1\nnorm = 1", "delay is given beside other keys"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, message):
+    path = tmp_path / "loop.toml"
+    path.write_text(f"[plant]\nnum = [1]\nden = [1, 1]\n[[class]]\n{table}\n")
+    with pytest.raises(InputError, match=message):
+        find_system(str(path), [])
+
+
+def test_discrete_time_and_a_cycle_in_d_are_refused():
+    with pytest.raises(InputError, match="such delays are for continuous"):
+        certify(as_plant("1/(z-0.5)", dt=1), [NonlinearityClass.delayed(1)])
+    with pytest.raises(InputError, match="the bound of a delay is 0"):
+        NonlinearityClass.delayed(0)
+    shown = certify(as_plant([["1/(s+1)+1", "0"], ["0", "1/(s+1)"]]), [NonlinearityClass.delayed(1)] * 2)
+    assert shown.verdict.name == "INCONCLUSIVE"
+    assert "cycle" in str(shown.reason if hasattr(shown, "reason") else shown)
