@@ -22,7 +22,8 @@ from lure.classes import DELAYS, NonlinearityClass
 from lure.errors import AssumptionError, Reason
 from lure.plants.multivariable import MultivariablePlant
 
-_FACTORS, _MOST_BLOCKS, _HALVINGS = np.geomspace(1e-3, 1e3, 61), 4, 50
+_FACTORS = tuple(10 ** (k / 10) for k in range(-30, 31))
+_MOST_BLOCKS, _HALVINGS = 4, 50
 _WIDTHS, _ON_AXIS = (1e-12, 1e-11, 1e-10, 1e-8, 1e-6), 1e-6
 
 
@@ -102,7 +103,7 @@ def delays_refuting(asked: Problem, most: float) -> Iterator[tuple[Fraction, dic
         for shape in shapes:
             checkpoint()
             taken = dict(zip(blocks, shape * (len(blocks) if len(blocks) > _MOST_BLOCKS else 1), strict=False))
-            first = _first(asked, i, taken, min(most, float(_FACTORS[-1])))
+            first = _first(asked, i, taken, min(most, _FACTORS[-1]))
             if first is not None:
                 found.append(first)
     for factor, one in sorted(found, key=lambda each: each[0]):
@@ -144,7 +145,7 @@ def _first(asked: Problem, i: int, taken: dict[range, int], top: float) -> tuple
         at = crossing(top)
         return None if at is None else (at.delay / bound, at)
     before = 0.0
-    for factor in [*(f for f in _FACTORS.tolist() if f < top), top]:
+    for factor in [*(f for f in _FACTORS if f < top), top]:
         one = crossing(factor)
         if one is not None:
             for _ in range(_HALVINGS if before else 0):

@@ -17,7 +17,7 @@ from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.certificates.systems import class_entries, class_entry, nonlinearity_entry, system_of
 from lure.analysis.nonlinearity.membership import Membership, Status, examined, membership
 from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for
-from lure.classes import DELAYS, Diagonal, NonlinearityClass, Sector, SlopeBounds, in_channels
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds, in_channels
 from lure.errors import AssumptionError, InputError, Reason
 from lure.files.system import LoopSystem
 from lure.loop import Loop, LoopModel
@@ -110,11 +110,6 @@ class Problem:
         if len(given) != H.inputs:
             raise InputError(
                 f"{len(given)} classes are given for the {H.inputs} channels of the plant; give one for each, in order"
-            )
-        if H.dt is not None and any(one.operator in DELAYS for one in given):
-            raise InputError(
-                "a class has a delay that is known by its bound, and time is discrete; such delays are for continuous "
-                "time, so put the possible numbers of samples into the plant, one after the other"
             )
         for i, (low, high) in enumerate((one.gains for one in given), 1):
             if not (-math.inf < low <= high < math.inf):
