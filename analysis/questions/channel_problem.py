@@ -103,8 +103,8 @@ def _sloped(problem: Problem) -> Problem:
     """The problem, if it does not ask for slopes of classes that bound none, nor for delays in discrete time."""
     if channel_plant(problem.plant).dt is not None and any(one.operator in DELAYS for one in problem.classes.classes):
         raise InputError(
-            "a class has a delay that is known by its bound, and time is discrete; such delays are for continuous time, "
-            "so put the possible numbers of samples into the plant, one after the other"
+            "a class has a delay that is known by its bound, and time is discrete; such delays are for continuous "
+            "time, so put the possible numbers of samples into the plant, one after the other"
         )
     lacking = [i for i, one in enumerate(problem.classes.classes, 1) if one.slope is None and not one.operator]
     if problem.kind == "slope" and lacking:
