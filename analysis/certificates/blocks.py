@@ -40,6 +40,54 @@ def powers(M: Any) -> list[Form]:
     return [*found, below ** max(T - 1, 0)]
 
 
+def masses(data: Any, discrete: bool, rate: Fraction | None) -> tuple[Fraction, Fraction]:
+    """``sum |c|``; with a rate ``1 - M(1/r)`` and ``1 - M(r)`` of ``|c|``, or ``1 - M(a)`` and ``1 - M(-a)``.
+
+    Let ``F >= 0`` be the primitive of ``b`` over ``a``, for ``b(a)`` nondecreasing: ``b(x) a(y) <= b(x) a(x) - F(x) +
+    F(y)``.  For samples at a distance of ``i``, each times its ``r^-t``, and summed: ``sum b_t a_(t-i) <= r^i sum (b a
+    - F) + r^-i sum F``; and ``theta a'`` gives ``theta a`` times the first integral less the second.
+    """
+    theta, terms = kernels(data, discrete)
+    if rate is None:
+        mass = sum((abs(c) for c, *_ in terms), ZERO)
+        return mass, mass
+    found = [-theta * rate, theta * rate]
+    for item in data["taps" if discrete else "kernels"]:
+        if discrete:
+            i, c = item[0], abs(number(item[1]))
+            weights = rate**i, rate**-i
+        else:
+            need("delay" not in item, "a kernel that is a delay has no rational weight")
+            a, n, c = number(item["rate"]), item["order"], abs(number(item["coefficient"]))
+            need(a > rate, "a kernel decays more slowly than the rate")
+            weights = (a / (a + rate)) ** n, (a / (a - rate)) ** n
+            weights = weights if item["side"] == "causal" else weights[::-1]
+        found = [v + c * w for v, w in zip(found, weights)]
+    return found[0], found[1]
+
+
+def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, Form, Fraction, int]]]:
+    """``theta``, and ``(c, h, a, n)`` for each kernel ``c h/(a^2 + omega^2)^n`` of mass ``c``."""
+    terms, one, unit = list[tuple[Fraction, Form, Fraction, int]](), real(1), Fraction(1)
+    theta, given = (ZERO, *fields(data, "taps")) if discrete else fields(data, "theta", "kernels")
+    form(isinstance(given, list) and len(given) <= 400, "taps or kernels are a list")
+    for item in given:
+        if discrete:
+            form(isinstance(item, list) and len(item) == 2 and item[0] != 0, "a tap is a pair, its shift not 0")
+            i, sign = integer(item[0], -100, 100), MINUS if item[0] > 0 else one
+            terms.append((number(item[1]), (one + sign * S) ** (2 * abs(i)), unit, abs(i)))
+        elif isinstance(item, dict) and "delay" in item:
+            c, tau = map(number, fields(item, "coefficient", "delay"))
+            terms.append((c, Form({(tau, 0): (unit, ZERO)}), unit, 0))
+        else:
+            c, rate, n, side = fields(item, "coefficient", "rate", "order", "side")
+            a, sign, n = number(rate), MINUS if side == "causal" else one, integer(n, 1, 20)
+            form(a > 0 and side in ("causal", "anticausal"), "a kernel has a rate > 0 and is causal or anticausal")
+            terms.append((number(c), (real(a) * (real(a) + sign * S)) ** n, a, n))
+    form(not discrete or len({i for i, _ in given}) == len(given), "a shift is there twice")
+    return number(theta) if not discrete else ZERO, terms
+
+
 class Block(NamedTuple):
     """``H = n/d`` on the axis; in discrete time ``z = (1 + s)/(1 - s)``, which takes 1 to 0 and -1 to infinity."""
 
@@ -78,6 +126,38 @@ def block(system: Any) -> Block:
         n = n + homogeneous(p, up, down, order) * Form({(tau, 0): (Fraction(1), ZERO)})
     direct = top[0][1][0] / d[0] if len(top[0][1]) == len(d) else ZERO
     return Block(n, homogeneous(d, up, down, order), order, direct, discrete, system["kind"] == "delay")
+
+
+def paced(system: Any, rate: Fraction) -> Any:
+    """The system of ``x(t) r^-t``, in continuous time of ``x(t) e^(a t)``, as it stands in a certificate.
+
+    With ``mu`` and ``sigma`` scaled alike it has ``H(r z)``, ``A/r`` and ``B/r``; or ``H(s - a)`` and ``A + a``.
+    """
+    form(isinstance(system, dict), "the system is missing")
+    kind, discrete = system.get("kind"), system.get("time") == "discrete"
+    need(kind in ("transfer", "state-space", "multivariable"), "rates are shown of rational plants")
+    need(rate > 0, "a rate is positive")
+    found = dict(system)
+    if kind == "transfer":
+        for side in ("numerator", "denominator"):
+            p = numbers(system[side])[::-1]
+            if discrete:
+                p = [c * rate**i for i, c in enumerate(p)]
+            for i in range(0 if discrete else len(p)):  # Taylor's shift by -a
+                for j in range(len(p) - 2, i - 1, -1):
+                    p[j] -= rate * p[j + 1]
+            found[side] = [str(c) for c in p[::-1]]
+        return found
+    for side in ("A", "b") if kind == "state-space" else ("A", "B"):
+        rows = [numbers(row) for row in system[side]] if side != "b" else [numbers(system[side])]
+        if discrete:
+            rows = [[v / rate for v in row] for row in rows]
+        elif side == "A":
+            rows = [[v + rate * (i == j) for j, v in enumerate(row)] for i, row in enumerate(rows)]
+        found[side] = [[str(v) for v in row] for row in rows]
+    if kind == "state-space":
+        (found["b"],) = found["b"]
+    return found
 
 
 def over_s(d: Form) -> Form:

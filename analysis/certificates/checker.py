@@ -27,7 +27,22 @@ from . import arithmetic as exact
 from . import several, states
 from .arithmetic import INF, ZERO, Form, Rejected, S, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
-from .blocks import MINUS, Block, block, critical_end, identity, mirrored, over_s, powers, realised, rod, shifted
+from .blocks import (
+    MINUS,
+    Block,
+    block,
+    critical_end,
+    identity,
+    kernels,
+    masses,
+    mirrored,
+    over_s,
+    paced,
+    powers,
+    realised,
+    rod,
+    shifted,
+)
 
 X1 = real(1, 0, 1)  # |1 + s|^2
 FORMAT, CONVENTION = "lure-certificate/1", "sigma = H mu, mu = -phi(sigma)"
@@ -40,12 +55,20 @@ RESTS = "every motion of finite energy comes to rest, its end at a zero of the l
 RESTING = "every motion of finite energy comes to rest, and the pressure of every contact tends to 0"
 LINEAR = "every constant gain of the class makes the loop asymptotically stable"
 GAIN = "the L2 gain from w to z is at most gamma in every loop of the class"
+DECAYS = "|x(t)| <= c |x(0)| {} for every motion of every loop of the class, with one c"
+SLOWER = "a loop of the class has a motion for which {} does not tend to 0"
 EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 INEQUALITY = "the frequency inequality holds at every frequency, which alone proves nothing about the rod"
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
+PACED = ("circle", "zames-falb", "hurwitz")
+PACED_CHANNELS = ("diagonal-circle", "coupled-circle", "full-block-circle", "constant-gains")
+LINEAR = (
+    *("linear-gain", "crossing", "matrix-gain", "switched-gain"),
+    *("linear-gains", "switched-gains", "ramped-gains"),
+)
 SLOPED = ("off-axis-circle", "park", "zames-falb", "order-cone")
 STEPS = ("tsypkin", "tsypkin-odd", "jury-lee")
 _SEAL = object()
@@ -82,7 +105,9 @@ class Refuted(Checked):
     """With a nonlinearity of the class the loop does not do what a proof would say."""
 
 
-def multiplier(name: str, data: Any, B: Block, unbounded: bool) -> tuple[Form, Form, Form, Form, bool]:
+def multiplier(
+    name: str, data: Any, B: Block, unbounded: bool, rate: Fraction | None = None
+) -> tuple[Form, Form, Form, Form, bool]:
     """``m, p, e, r`` of ``F = Re[m (w N d* + |d|^2) + w e N d*] - w^2 r |N|^2``, over ``p |d|^2``; if odd is needed."""
     none, one = Form(), real(1)
     if name == "circle":
@@ -114,35 +139,18 @@ def multiplier(name: str, data: Any, B: Block, unbounded: bool) -> tuple[Form, F
     p = m = math.prod((real(a * a, 0, 1) ** n for a, n in top.items()), start=one)
     for c, h, a, n in terms:
         m = m + real(-c) * h * math.prod((real(b * b, 0, 1) ** (k - n * (a == b)) for b, k in top.items()), start=one)
-    mass = sum(abs(c) for c, *_ in terms)
+    mass = max(masses(data, B.discrete, rate))
     need(mass <= 1 and (mass < 1 or not unbounded), f"the masses add up to {mass}: more than 1, or 1 without a bound")
     return m, p, S * real(theta) * p, none, any(c < 0 for c, *_ in terms)
 
 
-def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, Form, Fraction, int]]]:
-    """``theta``, and ``(c, h, a, n)`` for each kernel ``c h/(a^2 + omega^2)^n`` of mass ``c``."""
-    terms, one, unit = list[tuple[Fraction, Form, Fraction, int]](), real(1), Fraction(1)
-    theta, given = (ZERO, *fields(data, "taps")) if discrete else fields(data, "theta", "kernels")
-    form(isinstance(given, list) and len(given) <= 400, "taps or kernels are a list")
-    for item in given:
-        if discrete:
-            form(isinstance(item, list) and len(item) == 2 and item[0] != 0, "a tap is a pair, its shift not 0")
-            i, sign = integer(item[0], -100, 100), MINUS if item[0] > 0 else one
-            terms.append((number(item[1]), (one + sign * S) ** (2 * abs(i)), unit, abs(i)))
-        elif isinstance(item, dict) and "delay" in item:
-            c, tau = map(number, fields(item, "coefficient", "delay"))
-            terms.append((c, Form({(tau, 0): (unit, ZERO)}), unit, 0))
-        else:
-            c, rate, n, side = fields(item, "coefficient", "rate", "order", "side")
-            a, sign, n = number(rate), MINUS if side == "causal" else one, integer(n, 1, 20)
-            form(a > 0 and side in ("causal", "anticausal"), "a kernel has a rate > 0 and is causal or anticausal")
-            terms.append((number(c), (real(a) * (real(a) + sign * S)) ** n, a, n))
-    form(not discrete or len({i for i, _ in given}) == len(given), "a shift is there twice")
-    return number(theta) if not discrete else ZERO, terms
+def inequality(
+    name: str, data: Any, B: Block, family: states.Family, rate: Fraction | None = None
+) -> tuple[Form, int, bool, dict[str, str]]:
+    """``F``, its full degree, whether the case is critical, and the hypotheses, of the frequency criterion ``name``.
 
-
-def inequality(name: str, data: Any, B: Block, family: states.Family) -> tuple[Form, int, bool, dict[str, str]]:
-    """``F``, its full degree, whether the case is critical, and the hypotheses, of the frequency criterion ``name``."""
+    With a rate ``B`` is the block of the solutions times ``r^-t``.
+    """
     slopes, mirror = name in SLOPED, name == "circle" and data == {"mirrored": True}
     (l, k), (low, high) = family.slope if slopes else family.sector, family.slope
     form(not mirror or data["mirrored"] is True, "mirrored is true or absent")
@@ -159,7 +167,8 @@ def inequality(name: str, data: Any, B: Block, family: states.Family) -> tuple[F
     need(name == "circle" or not family.varying, f"{name} is about nonlinearities that do not depend on time")
     need(name[:7] != "tsypkin" or (low >= l and (D >= 0 or high <= k)), "slopes >= l are needed, <= k if H(inf) < 0")
     need(name != "jury-lee" or (high <= k and (D <= 0 or low >= l)), "slopes <= k are needed, and >= l if H(inf) > 0")
-    m, p, e, r, odd = multiplier(name, data, B, k == INF)
+    m, p, e, r, odd = multiplier(name, data, B, k == INF, rate)
+    need(rate is None or not (D and e), "theta with a rate needs H(inf) = 0")
     need(not odd or family.odd, "this multiplier needs odd nonlinearities")
     cross, square = B.n * d.conjugate(), d * d.conjugate()
     F, full = (m + e) * cross, 2 * B.order + max(n for _, n in p)
@@ -288,8 +297,11 @@ def linear(B: Block, family: states.Family) -> dict[str, str]:
     return {"stable": stable, "gains": found}
 
 
-def counterexample(system: Any, family: states.Family, proof: Any) -> tuple[str, dict[str, str]]:
-    """A nonlinearity of the class and a solution that does not come to rest at 0: conclusion and findings."""
+def counterexample(system: Any, family: states.Family, proof: Any, paced: bool) -> tuple[str, dict[str, str]]:
+    """A nonlinearity of the class and a solution that does not come to rest at 0: conclusion and findings.
+
+    With a rate (``paced``) the solution is one of the loop with the same gains, times ``r^-t``.
+    """
     method = proof["method"]
     low, high = max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1])
     if method == "structure":
@@ -310,7 +322,7 @@ def counterexample(system: Any, family: states.Family, proof: Any) -> tuple[str,
     if method == "matrix-gain":
         return MOVES, states.matrix_gain(lambda g: realised(system, g), family, proof)
     B = block(system)
-    critical = critical_end(B, low, high)
+    critical = not paced and critical_end(B, low, high)
     if method == "orbit":
         need(B.discrete, "orbit is about discrete time")
         facts = states.orbit(system, family, proof, critical)
@@ -352,13 +364,51 @@ def counterexample(system: Any, family: states.Family, proof: Any) -> tuple[str,
 
 def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[str, str], str]:
     """What a certificate shows: kind, conclusion, how every hypothesis was found to hold, and what is assumed."""
-    head = fields(certificate, *HEAD.split())
-    version, verdict, convention, origin, system, given, phi, name, data, _, _, proof = head
+    own = ["rate"] * (isinstance(certificate, dict) and "rate" in certificate)
+    head = fields(certificate, *HEAD.split(), *own)
+    version, verdict, convention, origin, system, given, phi, name, data, _, _, proof, *rates = head
     form((version, convention) == (FORMAT, CONVENTION), f"format or convention is not that of {FORMAT}")
     form(origin in ORIGINS and verdict in ("PROVED", "REFUTED"), "numbers or verdict is not of those there are")
     form(isinstance(name, str) and name.isascii() and name.isprintable(), "the theorem is no name")
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
     form(phi is None or isinstance(phi, dict), "the nonlinearity is neither null nor an object")
+    if rates:
+        return with_rate(certificate, number(rates[0]))
+    return judged(verdict, system, given, phi, name, data, proof)
+
+
+def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Refuted], str, dict[str, str], str]:
+    """What is shown of the solutions times ``r^-t``, whose nonlinearities ``r^-t phi(r^t sigma)`` depend on time.
+
+    They lie in the same sector and are odd if ``phi`` is; gains stay what they are.  The inequality, being strict,
+    bounds their energy by a constant, the same for the whole class, times ``|x(0)|^2``; in the critical case of the
+    circle criterion a quadratic ``V > 0`` that does not rise bounds them.
+    """
+    verdict, system, given, phi = (certificate[key] for key in ("verdict", "system", "laws", "law"))
+    name, data, proof = (certificate[key] for key in ("theorem", "multiplier", "proof"))
+    discrete, refuted = system.get("time") == "discrete", verdict == "REFUTED"
+    several = isinstance(given, dict) and "channels" in given
+    need(phi is None, "with a rate no nonlinearity is given")
+    covered = proof["method"] in LINEAR if refuted else name in (PACED_CHANNELS if several else PACED)
+    need(covered, f"{name!r:.40} by {proof['method']!r:.40} does not cover rates")
+    if several:
+        need(not any("operator" in one for one in given["channels"]), "an operator has another norm with a rate")
+    else:
+        family = states.classes(given)
+        ends = family.slope if name in SLOPED else family.sector
+        need(refuted or INF not in map(abs, ends), "with a rate the bounds of the class are finite")
+    kind, conclusion, facts, more = judged(verdict, paced(system, rate), given, phi, name, data, proof, rate)
+    if conclusion != UNSOLVABLE:
+        rates = (f"({rate})^t", f"x(t)/({rate})^t") if discrete else (f"exp(-{rate} t)", f"x(t) exp({rate} t)")
+        conclusion = SLOWER.format(rates[1]) if refuted else DECAYS.format(rates[0])
+    scaled = f"all of this is of the loop with {'H(r z)' if discrete else 'H(s - r)'}, r = {rate}"
+    return kind, conclusion, facts | {"rate": scaled}, more
+
+
+def judged(
+    verdict: Any, system: Any, given: Any, phi: Any, name: Any, data: Any, proof: Any, rate: Fraction | None = None
+) -> tuple[type[Proved] | type[Refuted], str, dict[str, str], str]:
+    """The same of the loop with this system, which with a rate is that of the solutions times ``r^-t``."""
     if isinstance(given, dict) and "channels" in given:
         kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof)
         ends = (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED)
@@ -373,7 +423,7 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
             (name, data, phi) == ("counterexample", {}, None),
             "a refutation is a counterexample, of no given nonlinearity",
         )
-        conclusion, found = counterexample(system, family, proof)
+        conclusion, found = counterexample(system, family, proof, rate is not None)
         return Refuted, conclusion, facts | found, ""
     if name.startswith("rod-"):
         fields(proof, "method")
@@ -392,7 +442,7 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
         direct, discrete, delayed = *realised(system, ZERO)[3:], False
     else:
         B = block(system)
-        F, full, critical, found = inequality(name, data, B, family)
+        F, full, critical, found = inequality(name, data, B, family, rate)
         found |= on_axis(F, full, critical, not unbounded(name, data, family), proof)
         direct, discrete, delayed = B.direct, B.discrete, B.delayed
     states.regular(family, discrete and not direct and not critical and name == "circle")

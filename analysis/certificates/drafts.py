@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any, Protocol, TypeVar
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected, parsed
-from lure.analysis.certificates.blocks import block
+from lure.analysis.certificates.blocks import block, paced
 from lure.analysis.certificates.checker import (
     CONVENTION,
     FORMAT,
@@ -111,7 +111,11 @@ def complete_and_check(draft: Mapping[str, Any]) -> Proved | Refuted:
     }
     if certificate["proof"].get("method") == "polynomial" and certificate["theorem"] != "hurwitz":
         nonlinearities, name, data = classes(certificate["laws"]), certificate["theorem"], certificate["multiplier"]
-        F, _, critical, _ = inequality(name, data, block(certificate["system"]), nonlinearities)
+        system, rate = certificate["system"], None
+        if "rate" in certificate:
+            rate = Fraction(certificate["rate"])
+            system = paced(system, rate)
+        F, _, critical, _ = inequality(name, data, block(system), nonlinearities, rate)
         certificate["proof"] = polynomial_proof(F, critical=critical, bounded=not unbounded(name, data, nonlinearities))
     return check(certificate, draft=True, seconds=max(min(time_left(), LONGEST), 0.0))
 

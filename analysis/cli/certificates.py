@@ -275,7 +275,7 @@ def certify(
     if asked is None and not _has_class(loop):
         raise refused("no class of nonlinearities is given; give one, such as --sector 0 5.9 or --slope 0 1")
     if str(output) != "-":
-        _check_target(output, force=force)
+        check_target(output, force=force)
     from lure.analysis.questions.certify import ProofOptions, text_of
     from lure.analysis.questions.certify import certify as run
 
@@ -365,8 +365,21 @@ def _channels(loop: object) -> int:
     return block.inputs if isinstance(block, MultivariablePlant) else 1
 
 
-def _check_target(path: Path, *, force: bool) -> None:
-    """Refuse a file that exists before the search and not after it."""
+def check_target(path: Path, *, force: bool) -> None:
+    """Refuse a file that exists before the search and not after it.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write.
+    force : bool
+        Whether it may be replaced.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: it exists, is a directory, or lies in none.
+    """
     label = repr(str(path))
     if path.is_dir():
         raise refused(f"{label} is a directory; give the name of a file, such as {str(path / 'certificate.json')!r}")

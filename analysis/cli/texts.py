@@ -179,6 +179,26 @@ Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
 130 interrupted before anything was found.
 """
 
+RATE = """Print how fast every solution decays, from both sides.
+
+\b
+Examples:
+  lure rate plant.toml
+  lure rate plant.toml --set class.time_varying=true --json
+  lure rate plant.toml -o rate.json              the proof, as a file
+  lure verify rate.json --second                 check it with both checkers
+
+\b
+In continuous time |x(t)| <= c exp(-rate t) |x(0)|: the first number is proved
+for the class, and no larger rate than the second is true.  In discrete time
+|x(t)| <= c rate^t |x(0)|: no smaller factor than the first number is true, and
+the second is proved.  c is one for the whole class.
+
+\b
+Exit status: 0 a rate is proved, 10 inconclusive, 11 a member does not decay,
+2 bad input, 130 interrupted before anything was found.
+"""
+
 MAX_SLOPE = """Print the largest slope for which a loop is stable.
 
 \b

@@ -20,7 +20,7 @@ from lure.errors import InputError
 Method = Literal["best", "polynomial", "matrix", "cover", "structure"]
 METHODS: tuple[str, ...] = get_args(Method)
 _ORDER = (
-    *("format", "verdict", "convention", "numbers", "system", "laws", "law", "theorem", "multiplier"),
+    *("format", "verdict", "convention", "numbers", "system", "laws", "law", "theorem", "multiplier", "rate"),
     *("conclusion", "hypotheses", "proof"),
 )
 

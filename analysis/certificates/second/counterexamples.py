@@ -128,7 +128,7 @@ def refuted(document: Document, system: System, nonlinearities: Nonlinearities) 
             return claims.NO_REST if positive_root(system, gain) == "no rest" else claims.OTHER_EQUILIBRIA
         if 1 + gain * system.feedthrough == 0:
             return claims.NO_SOLUTION
-        return _sentence(unstable_kind(system, gain), system, nonlinearities)
+        return _sentence(unstable_kind(system, gain), system, nonlinearities, paced=document.rate is not None)
     if not isinstance(system, Rational):
         raise NotShown("with dead time only gains are shown")
     if method == "matrix-gain":
@@ -138,18 +138,19 @@ def refuted(document: Document, system: System, nonlinearities: Nonlinearities) 
         _require_switched(proof, system, nonlinearities)
         return claims.NO_REST
     if method == "orbit":
-        return _sentence(orbit_kind(proof, system, nonlinearities), system, nonlinearities)
+        return _sentence(orbit_kind(proof, system, nonlinearities), system, nonlinearities, paced=False)
     require(method == "flow-orbit", "the method is unknown")
     require_flow_orbit(proof, system, nonlinearities)
     return claims.NO_REST
 
 
-def _sentence(kind: Kind, system: Rational, nonlinearities: Nonlinearities) -> str:
+def _sentence(kind: Kind, system: Rational, nonlinearities: Nonlinearities, *, paced: bool) -> str:
     """Other equilibria refute only a class in which 0 would have to attract every solution."""
     if kind == "no rest":
         return claims.NO_REST
     require(
-        not critical_end(system, nonlinearities), "the loop has a pole at 0 anyway: other equilibria refute nothing"
+        paced or not critical_end(system, nonlinearities),
+        "the loop has a pole at 0 anyway: other equilibria refute nothing",
     )
     return claims.OTHER_EQUILIBRIA
 

@@ -8,9 +8,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from lure.analysis.certificates.second import counterexamples, several, structure, theorems
-from lure.analysis.certificates.second.classes import read_nonlinearities, require_member
-from lure.analysis.certificates.second.reading import LONGEST, OUT_OF_TIME, NotShown, limited, read, require
+from lure.analysis.certificates.second import counterexamples, pace, several, structure, theorems
+from lure.analysis.certificates.second.classes import (
+    ATTRACTS,
+    BOUNDED,
+    EQUILIBRIA,
+    GAINS,
+    read_nonlinearities,
+    require_member,
+)
+from lure.analysis.certificates.second.reading import LONGEST, OUT_OF_TIME, Document, NotShown, limited, read, require
 from lure.analysis.certificates.second.systems import RodData, read_system
 
 # What the second checker says of a certificate, as a whole.
@@ -62,10 +69,19 @@ def recheck(certificate: Mapping[str, object] | str | bytes, *, seconds: float =
 
 def _shown(certificate: Mapping[str, object] | str | bytes) -> str:
     document = read(certificate)
+    if document.rate is None:
+        shown = _follows(document)
+    else:
+        below = _follows(pace.weighted(document, document.rate))
+        shown = pace.conclusion(document, document.rate, below, (ATTRACTS, GAINS, BOUNDED, EQUILIBRIA))
+    require(document.conclusion == shown, f"what follows is: {shown}")
+    return shown
+
+
+def _follows(document: Document) -> str:
+    """The sentence that is shown of the system of the document."""
     if "channels" in document.nonlinearities:
-        shown = (structure.rods if document.system.get("kind") == "rods" else several.shown)(document)
-        require(document.conclusion == shown, f"what follows is: {shown}")
-        return shown
+        return (structure.rods if document.system.get("kind") == "rods" else several.shown)(document)
     nonlinearities, system = read_nonlinearities(document.nonlinearities), read_system(document.system)
     require(not nonlinearities.relu, "a ReLU is asked about as one of several channels")
     if document.nonlinearity is not None:
@@ -74,14 +90,10 @@ def _shown(certificate: Mapping[str, object] | str | bytes) -> str:
         if isinstance(system, RodData) and document.proof.get("method") == "matrix":
             system = system.states()
         if isinstance(system, RodData):
-            shown = structure.proved(document, system, nonlinearities)
-        else:
-            shown = theorems.proved(document, system, nonlinearities)
-    else:
-        require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
-        shown = counterexamples.refuted(document, system, nonlinearities)
-    require(document.conclusion == shown, f"what follows is: {shown}")
-    return shown
+            return structure.proved(document, system, nonlinearities)
+        return theorems.proved(document, system, nonlinearities)
+    require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
+    return counterexamples.refuted(document, system, nonlinearities)
 
 
 SMALL = 8_000  # [characters]: nothing in such a file takes long enough for a process

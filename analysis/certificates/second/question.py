@@ -65,7 +65,9 @@ def read_taps(multiplier: Mapping[str, object]) -> dict[int, Fraction]:
     return taps
 
 
-def require_legal(coefficients: Sequence[Fraction], claim: Claim, *, strict: bool) -> None:
+def require_legal(
+    coefficients: Sequence[Fraction], claim: Claim, *, strict: bool, masses: Sequence[Fraction] | None = None
+) -> None:
     """Check the bound on the L1 norm and, unless the nonlinearities are odd, the signs.
 
     Parameters
@@ -76,8 +78,10 @@ def require_legal(coefficients: Sequence[Fraction], claim: Claim, *, strict: boo
         For the class ``finite`` the bound must be strict: ``Re M`` is then bounded away from 0.
     strict : bool
         Whether it must be strict in any case.
+    masses : sequence of Fraction, optional
+        With a rate, the weighted sums in the place of that of ``|c_j|``.
     """
-    mass = sum((abs(c) for c in coefficients), Fraction(0))
+    mass = sum((abs(c) for c in coefficients), Fraction(0)) if masses is None else max(masses)
     require(mass < 1 or (mass == 1 and not strict and claim.width is not None), "the multiplier is too large in L1")
     require(
         claim.nonlinearities.odd or all(c >= 0 for c in coefficients), "negative coefficients need odd nonlinearities"

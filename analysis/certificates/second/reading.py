@@ -76,6 +76,7 @@ class Document:
     conclusion: str
     hypotheses: Mapping[str, object]
     proof: Mapping[str, object]
+    rate: Fraction | None = None
 
 
 def read(certificate: Mapping[str, object] | str | bytes) -> Document:
@@ -89,7 +90,8 @@ def read(certificate: Mapping[str, object] | str | bytes) -> Document:
     if isinstance(certificate, str | bytes):
         require(len(certificate) <= LARGEST_FILE, "the file is too large")
         certificate = json.loads(certificate, object_pairs_hook=_once, parse_float=_no_float, parse_constant=_no_float)
-    found = record(certificate, *FIELDS)
+    paced = ["rate"] if "rate" in mapping(certificate) else []
+    found = record(certificate, *FIELDS, *paced)
     require(found["format"] == FORMAT, f"the format is not {FORMAT}")
     require(found["convention"] == CONVENTION, f"the sign convention is not {CONVENTION}")
     require(found["numbers"] in ORIGINS, "numbers does not say where they came from")
@@ -105,6 +107,7 @@ def read(certificate: Mapping[str, object] | str | bytes) -> Document:
         conclusion=text(found["conclusion"]),
         hypotheses=hypotheses,
         proof=mapping(found["proof"]),
+        rate=number(found["rate"]) if paced else None,
     )
 
 

@@ -15,6 +15,7 @@ from lure.analysis.certificates.second.cover import require_cover
 from lure.analysis.certificates.second.matrix import require_matrix
 from lure.analysis.certificates.second.numerics import Laurent, X, to_fmpq
 from lure.analysis.certificates.second.order import require_positive_on_orders
+from lure.analysis.certificates.second.pace import kernel_weights, tap_weights
 from lure.analysis.certificates.second.question import (
     Question,
     read_kernels,
@@ -73,7 +74,9 @@ def require_on_circle(asked: Question, block: Shifted) -> None:
         p = on_response(block, one, claim.inverse_gain)
     elif asked.theorem == "zames-falb":
         taps = read_taps(given)
-        require_legal(list(taps.values()), claim, strict=True)
+        rate = asked.document.rate
+        masses = None if rate is None else tap_weights(taps, rate)
+        require_legal(list(taps.values()), claim, strict=rate is None, masses=masses)
         p = on_sum(block, taps_multiplier(taps), claim.inverse_gain)
     elif asked.theorem == "order-cone":
         p = _window(asked, block)
@@ -290,7 +293,10 @@ def _continuous(asked: Question, block: Shifted) -> None:
         multiplier = axis.Multiplier(terms={Fraction(0): grown}, theta=theta, growth=int(tau > 0))
     elif asked.theorem == "zames-falb":
         theta, kernels = read_kernels(given)
-        require_legal([c for c, _ in kernels], claim, strict=False)
+        rate = asked.document.rate
+        masses = None if rate is None else kernel_weights(theta, kernels, rate)
+        require(rate is None or theta == 0 or asked.direct == 0, "theta and a rate need H(inf) = 0")
+        require_legal([c for c, _ in kernels], claim, strict=False, masses=masses)
         multiplier = axis.kernels(theta, kernels)
     curve = axis.curve(block, multiplier, claim.inverse_gain)
     if curve.polynomial is None:

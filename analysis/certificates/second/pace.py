@@ -1,0 +1,127 @@
+"""Rates: the loop of the solutions times ``r^-t`` (``e^(a t)``), and what its multipliers weigh.
+
+In discrete time ``xi(t) = x(t) r^-t`` is a solution of the loop with ``H(r z)``, that is with ``A/r`` and ``B/r``, and
+the nonlinearity ``r^-t phi(r^t .)`` at the time ``t``; in continuous time ``x(t) e^(a t)`` one with ``H(s - a)``, ``A +
+a``.  Sectors, bounds of slopes, oddness and constant gains stay; that ``phi`` is the same at all times does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from flint import fmpq_poly
+
+from lure.analysis.certificates.second.classes import NO_SOLUTION
+from lure.analysis.certificates.second.numerics import from_descending, to_fmpq, to_fraction
+from lure.analysis.certificates.second.reading import Document, NotShown, listed, mapping, numbers, require
+
+THEOREMS = ("circle", "zames-falb", "hurwitz")
+OF_CHANNELS = ("diagonal-circle", "coupled-circle", "full-block-circle", "constant-gains")
+LINEAR = ("linear-gain", "crossing", "matrix-gain", "switched-gain", "linear-gains", "switched-gains", "ramped-gains")
+
+
+def weighted(document: Document, rate: Fraction) -> Document:
+    """The document of the solutions times ``r^-t``, of which all but the conclusion is to be shown.
+
+    Raises
+    ------
+    NotShown
+        Rates do not go with this system, class or theorem.
+    """
+    require(rate > 0, "a rate is not positive")
+    require(document.nonlinearity is None, "a rate is not one of a given nonlinearity")
+    several = "channels" in document.nonlinearities
+    if several:
+        channels = [mapping(one) for one in listed(document.nonlinearities["channels"])]
+        require(not any("operator" in one for one in channels), "the norm of an operator changes with a rate")
+    if document.verdict == "PROVED":
+        require(document.theorem in (OF_CHANNELS if several else THEOREMS), "the theorem does not cover a rate")
+        if not several:
+            ends = document.nonlinearities["slope" if document.theorem == "zames-falb" else "sector"]
+            require(not {"inf", "-inf", "finite"} & set(map(str, listed(ends))), "a rate needs finite bounds")
+    else:
+        require(document.proof.get("method") in LINEAR, "a refutation of a rate is linear")
+    return replace(document, system=_system(document.system, rate))
+
+
+def conclusion(document: Document, rate: Fraction, shown: str, stable: Sequence[str]) -> str:
+    """The sentence of the loop itself that follows from one of the weighted loop.
+
+    Parameters
+    ----------
+    document : Document
+        The certificate.
+    rate : Fraction
+        Its rate.
+    shown : str
+        What was shown of the weighted loop.
+    stable : sequence of str
+        The sentences by which its solutions are bounded by a quadratic function of their start.
+    """
+    discrete = document.system.get("time") == "discrete"
+    if document.verdict != "PROVED":
+        if shown == NO_SOLUTION:
+            return shown
+        grown = f"x(t)/({rate})^t" if discrete else f"x(t) exp({rate} t)"
+        return f"a loop of the class has a motion for which {grown} does not tend to 0"
+    require(shown in stable, "the solutions of the weighted loop are not bounded")
+    falls = f"({rate})^t" if discrete else f"exp(-{rate} t)"
+    return f"|x(t)| <= c |x(0)| {falls} for every motion of every loop of the class, with one c"
+
+
+def _system(system: Mapping[str, object], rate: Fraction) -> Mapping[str, object]:
+    kind, discrete = system.get("kind"), system.get("time") == "discrete"
+    if kind == "transfer":
+        inner = fmpq_poly([0, to_fmpq(rate)]) if discrete else fmpq_poly([-to_fmpq(rate), 1])
+        both = {name: from_descending(numbers(system[name])) for name in ("numerator", "denominator")}
+        return {**system, **{name: _descending(p(inner)) for name, p in both.items()}}
+    if kind not in ("state-space", "multivariable"):
+        raise NotShown("a rate is one of a rational plant")
+    rows = [numbers(row) for row in listed(system["A"])]
+    if not discrete:
+        moved = [[v + rate if i == j else v for j, v in enumerate(row)] for i, row in enumerate(rows)]
+        return {**system, "A": _texts(moved)}
+    inputs = "b" if kind == "state-space" else "B"
+    given = [numbers(system["b"])] if inputs == "b" else [numbers(row) for row in listed(system["B"])]
+    slower, driven = (_texts([[v / rate for v in row] for row in side]) for side in (rows, given))
+    return {**system, "A": slower, inputs: driven[0] if inputs == "b" else driven}
+
+
+def _descending(p: fmpq_poly) -> list[str]:
+    return [str(to_fraction(c)) for c in reversed(p.coeffs())] or ["0"]
+
+
+def _texts(rows: Sequence[Sequence[Fraction]]) -> list[list[str]]:
+    return [[str(v) for v in row] for row in rows]
+
+
+def tap_weights(taps: Mapping[int, Fraction], rate: Fraction) -> list[Fraction]:
+    """``sum |h_i| z^-i`` at ``z = 1/r`` and at ``z = r``.
+
+    With ``a = s - m/w``, ``b = m`` of the weighted signals and ``W(t)`` their ``r^-2t F``, ``F`` the primitive of ``b``
+    over ``a``: ``b(t) a(t - i) <= r^i (b a - W)(t) + r^-i W(t - i)``, for either sign of ``i``, as ``F`` is convex.
+    """
+    return [sum((abs(h) * z**-i for i, h in taps.items()), Fraction(0)) for z in (1 / rate, rate)]
+
+
+def kernel_weights(theta: Fraction, kernels: Sequence[tuple[Fraction, object]], rate: Fraction) -> list[Fraction]:
+    """``-theta s + sum |c_j| h_j(s)`` at ``s = a`` and at ``s = -a``.
+
+    As for taps, with an integral over the distance; the term ``theta a'`` gives ``theta a`` times the integral of ``b a
+    - W``, less that of ``W``.
+
+    Raises
+    ------
+    NotShown
+        A kernel has no such integral.
+    """
+    found = [-theta * rate, theta * rate]
+    for c, kernel in kernels:
+        if not isinstance(kernel, tuple):
+            raise NotShown("a delay has no rational weight")
+        decay, order, side = kernel
+        require(decay > rate, "a kernel does not decay faster than the rate")
+        found = [v + abs(c) * (decay / (decay + side * s)) ** order for v, s in zip(found, (rate, -rate), strict=True)]
+    return found

@@ -1,0 +1,68 @@
+"""The command ``lure rate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lure.analysis.cli import texts
+from lure.analysis.cli.certificates import check_target
+from lure.analysis.cli.options import (
+    Force,
+    Json,
+    Quiet,
+    Seconds,
+    Settings,
+    Verbose,
+    app,
+    check_seconds,
+    exit_status,
+    loop_named,
+    option,
+    print_json,
+    print_note,
+    print_wrapped,
+    refused,
+)
+from lure.analysis.cli.progress import progress
+
+
+@app.command(help=texts.RATE)
+def rate(
+    system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
+    output: Annotated[Path | None, option("--output -o", "FILE", "Write the certificate of the rate.")] = None,
+    force: Force = False,
+    set_: Settings = None,
+    seconds: Seconds = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> int:
+    """Print the decay rate, from both sides."""
+    check_seconds(seconds)
+    chosen = loop_named(system, set_)
+    if chosen.open:
+        raise refused(
+            f"{system} has no class of nonlinearities, of which a rate could be shown; give one, such as [class] with "
+            "sector = [0, 1]"
+        )
+    if output is not None:
+        check_target(output, force=force)
+    from lure.analysis.questions.decay import decay_rate
+
+    with progress(quiet=quiet, verbose=verbose) as tell:
+        found = decay_rate(chosen, seconds=seconds, progress=tell)
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        print_wrapped([str(found)])
+    shown = found.proof or found.refutation
+    if output is not None and shown is not None:
+        from lure.analysis.output import write_new
+        from lure.analysis.questions.certify import text_of
+
+        write_new(output, text_of(shown.certificate), force=force)
+        print_note(f"The certificate is {output}", as_json=as_json, quiet=quiet)
+    return exit_status(found.verdict)

@@ -1,0 +1,398 @@
+"""How fast every loop of a class decays, from both sides: a rate with a certificate, and a member that is slower."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Literal
+
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.certificates.drafts import checked
+from lure.analysis.certificates.representation import shown_dict
+from lure.analysis.certificates.systems import class_entry, system_of
+from lure.analysis.deadline import checkpoint, time_limit
+from lure.analysis.inequality.gains import simplest_between
+from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
+from lure.analysis.numerics.evidence import Bracket, ends
+from lure.analysis.questions.largest import UNFINISHED, Stopped
+from lure.analysis.questions.problem import Problem, posed
+from lure.analysis.theorems.table import BEST
+from lure.analysis.verdict import Verdict
+from lure.analysis.wording import class_words
+from lure.arrays import np
+from lure.errors import InputError
+from lure.plants.rational import RationalPlant
+from lure.record import Page, Record, derived, quantity
+
+Time = Literal["continuous", "discrete"]
+CLOSE = Fraction(1, 10**6)  # where the bisection ends, relative to the rate of the slowest gain, or to 1
+_NEAR = tuple(Fraction(1, 10**digits) for digits in (15, 12, 9, 7))
+_SNAP = 10**6  # denominators of rates that may be exact
+_GRID, _ROUNDS = 129, 60
+
+
+class RateBound(Record):
+    r"""How fast every solution of every loop of a class decays: ``|x(t)| <= c |x(0)| e^(-rate t)``, or ``rate^t``.
+
+    In continuous time the largest such rate [1/s], in discrete time the smallest factor per sample, with one ``c`` for
+    the class.
+    """
+
+    time: Time = quantity("In which time: what the rate means")
+    rate: Bracket = quantity(
+        "Continuous time: ``low`` is proved, ``-inf`` for nothing, and no rate above ``high`` is true.  Discrete time: "
+        "``high`` is proved, ``inf`` for nothing, and no factor below ``low`` is true",
+        plainly=ends,
+    )
+    nonlinearity_class: str = quantity("The class in words")
+    proof: Proved | None = quantity(
+        "What the checker accepted of the rate that is proved, with its certificate",
+        plainly=lambda shown: None if shown is None else shown_dict(shown),
+        label="",
+        default=None,
+    )
+    refutation: Refuted | None = quantity(
+        "What the checker accepted of a slower member, with its certificate",
+        plainly=lambda shown: None if shown is None else shown_dict(shown),
+        label="",
+        default=None,
+    )
+    reason: str = quantity("Why no decay is proved; empty if it is", default="")
+    stopped: Stopped | None = quantity(
+        "What ended the search before it was complete; what is claimed was shown all the same", default=None
+    )
+    _said = "sentence"
+
+    @property
+    @derived()
+    def verdict(self) -> Verdict:
+        """PROVED: every solution decays exponentially.  REFUTED: one of a member does not.  INCONCLUSIVE: neither."""
+        low, high, discrete = self.rate.low, self.rate.high, self.time == "discrete"
+        if (high < 1) if discrete else (low > 0):
+            return Verdict.PROVED
+        return Verdict.REFUTED if ((low >= 1) if discrete else (high <= 0)) else Verdict.INCONCLUSIVE
+
+    @property
+    @derived()
+    def criterion(self) -> str:
+        """The theorem behind the rate that is proved; empty if none is."""
+        return "" if self.proof is None else self.proof.theorem
+
+    @property
+    @derived()
+    def evidence(self) -> str:
+        """What the rate rests on."""
+        return "certified" if self.proof is not None or self.refutation is not None else ""
+
+    @property
+    @derived()
+    def witness(self) -> str:
+        """The member that is no faster than the other end says; empty if none was found."""
+        return "" if self.refutation is None else _member(self.refutation)
+
+    @property
+    def closed(self) -> bool:
+        """Whether what is proved and what is refuted meet, within one part in a million."""
+        return self.rate.width <= 2e-6 * max(abs(self.rate.low), abs(self.rate.high))
+
+    def __bool__(self) -> bool:
+        raise TypeError("a rate has bounds and no truth value; compare result.verdict")
+
+    def __str__(self) -> str:
+        said = f"No rate is proved for {self.nonlinearity_class}" + (f": {self.reason}" if self.reason else "")
+        if self.proof is not None:
+            falls = self._like(_rate_of(self.proof), proved=True)
+            said = f"Every solution satisfies |x(t)| <= c |x(0)| {falls} with one c for {self.nonlinearity_class}"
+            said += f" ({self.criterion}, certified)"
+        if self.refutation is not None:
+            said += f"; {self.witness} a solution decays no faster than {self._like(_rate_of(self.refutation))}"
+        return f"{said}. {UNFINISHED[self.stopped] if self.stopped else ''}".rstrip()
+
+    def _like(self, rate: Fraction, *, proved: bool = False) -> str:
+        """How fast that is, rounded to the slower side for a proof, to the faster for a member."""
+        if self.time == "discrete":
+            return f"{(bound_above if proved else bound_below)(rate)}^t"
+        return f"exp(-{(bound_below if proved else bound_above)(rate)} t)" if rate else "a constant"
+
+    def _page(self) -> Page:
+        unit = "per sample" if self.time == "discrete" else "1/s"
+        rows = [
+            (f"rate [{unit}]", self.rate),
+            ("proved by", self.criterion or "-"),
+            ("slower member", self.witness or "-"),
+            ("in a sentence", str(self)),
+        ]
+        return Page(f"Decay rate: {self.nonlinearity_class}", rows, verdict=str(self.verdict))
+
+
+def decay_rate(
+    loop: object,
+    nonlinearity: object = None,
+    *,
+    seconds: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> RateBound:
+    r"""The exponential rate at which every solution of every loop of a class decays, from both sides.
+
+    For ``x' = A x + B mu``, ``sigma = C x + D mu``, ``mu = -phi(sigma)`` the supremum of the ``a`` with
+
+    .. math:: |x(t)| \le c\, e^{-a t}\, |x(0)| \qquad (t \ge 0)
+
+    for one ``c`` and every ``phi`` of the class; in discrete time, ``x+`` for ``x'``, the infimum of the ``r`` with
+    ``|x(t)| <= c r^t |x(0)|``.
+
+    Parameters
+    ----------
+    loop : LoopSystem, Loop, or anything :func:`lure.plants.as_plant` takes
+        The loop, with a rational plant.
+    nonlinearity : object
+        The class of nonlinearities, as for :func:`lure.analysis.certify`; by default that of the loop.
+    seconds : float or None
+        Time allowed; when it is over the best bounds so far are returned.
+    progress : callable, optional
+        Called as ``progress(step, done)`` when a step begins.
+
+    Returns
+    -------
+    RateBound
+        Continuous time: ``rate.low`` is certified for the class, and no larger rate than ``rate.high`` is true.
+        Discrete time: ``rate.high`` is certified, and no smaller factor than ``rate.low`` is true.
+
+    Raises
+    ------
+    InputError
+        The loop or the class is no good, no class is given, a bound is infinite, or the plant is not rational.
+
+    Notes
+    -----
+    ``xi = x e^(a t)`` solves the loop with ``A + a`` and a nonlinearity in the same sector that depends on time (in
+    discrete time ``A/r`` and ``B/r``), so that the circle criterion decides; see ``docs/theory/rates.md``.  A constant
+    gain of the class, found among the eigenvalues, bounds the rate from the other side.
+
+    Examples
+    --------
+    A step of length 1/10 down the gradient of a function with slopes in [1, 10]:
+
+    >>> from lure import SlopeBounds
+    >>> found = decay_rate(RationalPlant([Fraction(1, 10)], [1, -1], dt=1), SlopeBounds(1, 10))
+    >>> round(found.rate.low, 12), round(found.rate.high, 12)
+    (0.9, 0.9)
+    """
+    from lure.analysis.questions.problem import class_given, loop_given
+
+    given = class_given(nonlinearity)
+    asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
+    return _answered(_OneChannel(asked), seconds, progress)
+
+
+@dataclass
+class _OneChannel:
+    """The searches for one nonlinearity, at a rate."""
+
+    asked: Problem
+    shown: list[Proved | Refuted] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        plant, own = self.asked.plant, self.asked.nonlinearity_class
+        if not isinstance(plant, RationalPlant):
+            raise InputError(
+                f"decay rates are shown of rational plants, and this one is a {type(plant).__name__}; give "
+                "coefficients, or matrices of moderate order"
+            )
+        if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
+            raise InputError(
+                f"the class {own} has no uniform rate without finite bounds; give a sector with two numbers"
+            )
+
+    @cached_property
+    def plant(self) -> RationalPlant:
+        plant = self.asked.plant
+        assert isinstance(plant, RationalPlant), "looked at when it was made"
+        return plant
+
+    @property
+    def discrete(self) -> bool:
+        """Whether in discrete time."""
+        return self.plant.dt is not None
+
+    @cached_property
+    def base(self) -> dict[str, Any]:
+        """What all drafts have in common."""
+        entry = class_entry(self.asked.nonlinearity_class, unbounded=True, linear=self.asked.linear)
+        return {"system": system_of(self.plant), "laws": entry}
+
+    @property
+    def words(self) -> str:
+        """The class in words."""
+        return class_words(self.base["laws"])
+
+    def prove(self, rate: Fraction) -> Proved | None:
+        """What is accepted of a rate."""
+        linear = self.asked.nonlinearity_class.linear and not self.asked.time_varying
+        theorem = {"theorem": "hurwitz" if linear else "circle", "proof": {"method": "polynomial"}}
+        found = _accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
+        return found if isinstance(found, Proved) else None
+
+    @cached_property
+    def slowest(self) -> tuple[float, Fraction]:
+        """The rate of the slowest constant gain, in floating point, and the gain."""
+        own = self.asked.nonlinearity_class
+        low, high = (Fraction(end) for end in own.gains)
+        n, d = self.plant.numerator, self.plant.denominator
+        top, bottom = [np.array([float(c) for c in side]) for side in (n, d)]
+        top = np.concatenate([np.zeros(len(bottom) - len(top)), top])
+
+        def slowness(gain: float) -> float:
+            """The spectral abscissa or radius; infinite where the loop has no solution."""
+            p = bottom + gain * top
+            if abs(p[0]) <= 1e-14 * np.abs(p).max():
+                return math.inf
+            roots = np.roots(p)
+            return float(np.max(np.abs(roots) if self.discrete else roots.real, initial=-math.inf))
+
+        grid = np.linspace(float(low), float(high), _GRID)
+        values = [slowness(g) for g in grid]
+        best, gain = max(zip(values, grid, strict=True))
+        i = int(np.argmax(values))
+        left, right = grid[max(i - 1, 0)], grid[min(i + 1, _GRID - 1)]
+        for _ in range(_ROUNDS):
+            a, b = left + 0.382 * (right - left), left + 0.618 * (right - left)
+            fa, fb = slowness(a), slowness(b)
+            best, gain = max((best, gain), (fa, a), (fb, b))
+            left, right = (left, b) if fa > fb else (a, right)
+        as_slow = (g for g in (low, high) if slowness(float(g)) >= best - 1e-12 * abs(best))
+        exact = next(as_slow, min(max(Fraction(gain), low), high))
+        return (best if self.discrete else -best), exact
+
+    def refute(self, rate: Fraction) -> Refuted | None:
+        """What is accepted against a rate."""
+        proof = {"method": "linear-gain", "gain": str(self.slowest[1])}
+        draft = {"verdict": "REFUTED", **self.base, "theorem": "counterexample", "proof": proof}
+        found = _accepted({**draft, "rate": str(rate)} if rate > 0 else draft)
+        return found if isinstance(found, Refuted) else None
+
+
+def _answered(loop: _OneChannel, seconds: float | None, progress: Callable[[str, float], None] | None) -> RateBound:
+    """Both sides, the slowest gain first."""
+    tell = progress or (lambda _step, _done: None)
+    discrete, stopped = loop.discrete, None
+    proof: tuple[Fraction, Proved] | None = None
+    refuted: tuple[Fraction, Refuted] | None = None
+    try:
+        with time_limit(seconds):
+            tell("constant gains", 0.0)
+            refuted = _refuted(loop)
+            tell("the circle criterion", 0.2)
+            for better in _proofs(loop, None if refuted is None else refuted[0]):
+                proof = better
+    except TimeoutError:
+        stopped = "time"
+    except KeyboardInterrupt:
+        if proof is None and refuted is None:
+            raise
+        stopped = "interrupt"
+    found, against = (None if one is None else one[0] for one in (proof, refuted))
+    if discrete:
+        bounds = Bracket(
+            0.0 if against is None else double_below(against), math.inf if found is None else double_above(found)
+        )
+    else:
+        bounds = Bracket(
+            -math.inf if found is None else double_below(found), math.inf if against is None else double_above(against)
+        )
+    reason = "" if proof is not None else "no criterion proves that every solution decays exponentially"
+    return RateBound(
+        time="discrete" if discrete else "continuous",
+        rate=bounds,
+        nonlinearity_class=loop.words,
+        proof=None if proof is None else proof[1],
+        refutation=None if refuted is None else refuted[1],
+        reason=reason,
+        stopped=stopped,  # type: ignore[arg-type]  # one of the two
+    )
+
+
+def _refuted(loop: _OneChannel) -> tuple[Fraction, Refuted] | None:
+    """The slowest constant gain with the best rate that the checker accepts of it."""
+    slowest, _ = loop.slowest
+    if not math.isfinite(slowest):
+        return None
+    value = Fraction(slowest)
+    if not loop.discrete and value <= 0:  # a gain that does not decay: the loop itself refutes
+        shown = loop.refute(Fraction(0))
+        return None if shown is None else (Fraction(0), shown)
+    slack = 1 if not loop.discrete else -1
+    near = value.limit_denominator(_SNAP)
+    tried = [near] if abs(near - value) <= Fraction(1, 10**9) * value else []
+    tried += [value * (1 + slack * step) for step in (*_NEAR, Fraction(1, 10**5), Fraction(1, 10**3))]
+    for rate in tried:
+        checkpoint()
+        if rate > 0 and (shown := loop.refute(rate)) is not None:
+            return rate, shown
+    return None
+
+
+def _proofs(loop: _OneChannel, end: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+    """Rates that are proved, each better than the one before, by halving; ``end`` is refuted, or nearly."""
+    one, discrete = Fraction(1), loop.discrete
+    if discrete and end is not None and end > 1:
+        return
+    if not discrete and (end is None or end <= 0):
+        return
+    best = Fraction(0) if end is None else end  # what cannot be improved
+    worst = one if discrete else Fraction(0)
+    scale = max(best, Fraction(1, 1000)) if discrete else best
+    for step in (Fraction(0), *_NEAR, CLOSE):
+        rate = best + step * scale if discrete else best - step * scale
+        if rate > 0 and (shown := loop.prove(rate)) is not None:
+            yield rate, shown
+            return
+    easiest = (one if best >= 1 else one - (one - best) * CLOSE) if discrete else best * CLOSE
+    shown = loop.prove(easiest)
+    if shown is None:
+        if discrete and (shown := loop.prove(one)) is not None:
+            yield one, shown
+        return
+    yield easiest, shown
+    worst = easiest
+    while abs(worst - best) > CLOSE * scale:
+        middle = _between(*sorted((worst, best)))
+        shown = loop.prove(middle)
+        if shown is None:
+            best = middle
+        else:
+            worst = middle
+            yield middle, shown
+
+
+def _between(low: Fraction, high: Fraction) -> Fraction:
+    """A rational with few digits about the middle."""
+    width = (high - low) / 8
+    return simplest_between((low + high) / 2 - width, (low + high) / 2 + width)
+
+
+def _accepted(draft: dict[str, Any]) -> Proved | Refuted | None:
+    """What the checker makes of a draft; None if it refuses."""
+    checkpoint()
+    try:
+        return checked(draft)
+    except Rejected:
+        return None
+
+
+def _rate_of(shown: Proved | Refuted) -> Fraction:
+    """The rate of a certificate; one without is about stability."""
+    neutral = 1 if shown.certificate["system"]["time"] == "discrete" else 0
+    return Fraction(shown.certificate.get("rate", neutral))
+
+
+def _member(shown: Refuted) -> str:
+    """The member of a refutation in words."""
+    proof = shown.certificate["proof"]
+    if "gain" in proof:
+        return f"with phi = {bound_below(Fraction(proof['gain']))} sigma"
+    return "with a member of the class"

@@ -1,0 +1,224 @@
+"""Decay rates from both sides: exact cases, what both checkers accept, and members that are simulated."""
+
+import json
+import math
+import random
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from lure import InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second import recheck
+from lure.analysis.questions.decay import decay_rate
+
+F = Fraction
+GRADIENT = RationalPlant([F(1, 10)], [1, -1], dt=1)
+
+
+def shown_of(found):
+    return [shown for shown in (found.proof, found.refutation) if shown is not None]
+
+
+@pytest.fixture(scope="module")
+def gradient():
+    return decay_rate(GRADIENT, SlopeBounds(1, 10))
+
+
+@pytest.fixture(scope="module")
+def friction():
+    return decay_rate(RationalPlant([1], [1, 1, 0]), Sector(1, 2))
+
+
+def varying(low, high):
+    return NonlinearityClass(sector=Sector(low, high), time_varying=True)
+
+
+# y+ = y - a phi(y): |y+| <= max(|1 - a l|, |1 - a u|) |y|, attained by a gain
+@pytest.mark.parametrize(
+    ("step", "low", "high"), [("1/10", 1, 10), ("2/11", 1, 10), ("1/7", 2, 9), ("1/20", "-1/2", 3), ("3/2", "1/4", 1)]
+)
+def test_the_rate_of_one_state_in_discrete_time_is_exact(step, low, high):
+    a, low, high = F(step), F(low), F(high)
+    truth = max(abs(1 - a * low), abs(1 - a * high))
+    found = decay_rate(RationalPlant([a], [1, -1], dt=1), varying(low, high))
+    if truth >= 1:
+        assert found.verdict.name == "REFUTED"
+        assert F(found.refutation.certificate["rate"]) == truth
+        assert found.rate.high == math.inf
+        return
+    assert found.rate.low <= truth <= found.rate.high
+    assert found.rate.width < 1e-12
+    assert truth <= F(found.proof.certificate["rate"]) <= truth * (1 + F(1, 10**14))  # both ends critical: not itself
+    assert all(recheck(dict(shown.certificate)).accepted for shown in shown_of(found))
+
+
+def test_the_rate_of_one_state_in_continuous_time_is_exact():
+    # y' = -3 y - phi(y), phi/y in [-1, 4]: |y|' <= -2 |y|, attained by phi = -y
+    found = decay_rate(RationalPlant([1], [1, 3]), varying(-1, 4))
+    assert (found.rate.low, found.rate.high) == (2.0, 2.0)
+    assert found.criterion == "circle"
+
+
+def test_constant_gains_have_the_rate_of_the_slowest():
+    # s^2 + s + g: -1/2 from g = 1/4 on; at g = 2/9 the roots are -1/3 and -2/3
+    found = decay_rate(RationalPlant([1], [1, 1, 0]), NonlinearityClass.constant_gain(F(2, 9), 5))
+    assert found.criterion == "hurwitz"
+    assert found.rate.low == pytest.approx(1 / 3, abs=1e-6)
+    assert found.rate.low <= 1 / 3 <= found.rate.high
+
+
+def test_the_sector_of_a_mass_with_friction(friction):
+    # H(s - a), s^2 + s + 1 after the shift by 1, width 1: Re 1/(s^2 + (1 - 2a) s + 1 - a + a^2) > -1 on the axis is
+    # (1 - 2a)^2 x + (p - x)^2 + p - x > 0, p = 1 - a + a^2, x = omega^2; the discriminant vanishes where
+    # (1 + 2 p - q)^2 = 4 p (p + 1), q = (1 - 2a)^2 = 4 p - 3: (4 - 2 p)^2 = 4 p^2 + 4 p, p = 4/5
+    a = (1 - math.sqrt(1 - 4 / 5)) / 2
+    assert found_low(friction) == pytest.approx(a, abs=2e-6)
+    assert found_low(friction) <= a
+    assert friction.rate.high == 0.5  # s^2 + s + 1
+
+
+def found_low(found):
+    return found.rate.low
+
+
+def test_both_checkers_accept_what_is_said(gradient, friction):
+    for found in (gradient, friction):
+        for shown in shown_of(found):
+            assert check(dict(shown.certificate)).claim == shown.claim
+            assert recheck(dict(shown.certificate)).accepted
+    assert F(gradient.proof.certificate["rate"]) == F(9, 10) == F(gradient.refutation.certificate["rate"])
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("rate", "899/1000"),
+        ("rate", "0"),
+        ("rate", "-9/10"),
+        ("rate", "1"),
+        ("theorem", "tsypkin"),
+        ("theorem", "popov"),
+        ("verdict", "REFUTED"),
+        ("law", {"kind": "tanh", "height": "5", "rate": "1"}),
+    ],
+)
+def test_another_rate_theorem_or_verdict_is_rejected_by_both(gradient, key, value):
+    changed = {**gradient.proof.certificate, key: value}
+    with pytest.raises((Rejected, Malformed)):
+        check(changed)
+    assert not recheck(changed).accepted
+
+
+def test_without_its_rate_a_certificate_shows_nothing(gradient):
+    changed = {key: value for key, value in gradient.proof.certificate.items() if key != "rate"}
+    with pytest.raises(Rejected):
+        check(changed)
+    assert not recheck(changed).accepted
+
+
+def test_a_larger_class_or_another_step_is_rejected_by_both(gradient):
+    certificate = dict(gradient.proof.certificate)
+    for changed in (
+        {**certificate, "laws": {**certificate["laws"], "slope": ["1/2", "10"], "sector": ["1/2", "10"]}},
+        {**certificate, "laws": {**certificate["laws"], "sector": ["1", "inf"], "slope": ["1", "inf"]}},
+        {**certificate, "system": {**certificate["system"], "numerator": ["2/10"]}},
+        {**certificate, "system": {**certificate["system"], "time": "continuous"}},
+    ):
+        with pytest.raises((Rejected, Malformed)):
+            check(changed)
+        assert not recheck(changed).accepted
+
+
+def test_a_slower_member_is_no_faster_than_said(gradient):
+    changed = {**gradient.refutation.certificate, "rate": "901/1000"}
+    with pytest.raises(Rejected):
+        check(changed)
+    assert not recheck(changed).accepted
+
+
+def draft(plant, laws, theorem, multiplier, rate, **more):
+    from lure.analysis.certificates.systems import class_entry, system_of
+
+    given = {"verdict": "PROVED", "system": system_of(plant), "laws": class_entry(laws, unbounded=False)}
+    return {
+        **given,
+        "theorem": theorem,
+        "multiplier": multiplier,
+        "proof": {"method": "polynomial"},
+        "rate": rate,
+    } | more
+
+
+# M(z) = 1 - h z^-1 at r = 9/10 + eps: h r <= 1 and h/r <= 1, so that h = r is the last
+@pytest.mark.parametrize(("tap", "fine"), [([1, "91/100"], True), ([-1, "91/100"], True), ([1, "92/100"], False)])
+def test_the_masses_of_taps_are_weighed(tap, fine):
+    laws = NonlinearityClass.slope_restricted(1, F(11, 10))
+    given = draft(GRADIENT, laws, "zames-falb", {"taps": [tap]}, "91/100")
+    if not fine:
+        with pytest.raises(Rejected, match="masses"):
+            complete_and_check(given)
+        return
+    shown = complete_and_check(given)
+    assert recheck(dict(shown.certificate)).accepted
+    heavier = {**shown.certificate, "multiplier": {"taps": [[tap[0], "92/100"]]}}
+    assert not recheck(heavier).accepted
+
+
+def test_a_popov_term_is_weighed_too():
+    # theta a <= 1 for the second sum: theta = 3 at a = 1/3 is the last
+    plant, laws = RationalPlant([1], [1, 1, 0]), NonlinearityClass.slope_restricted(1, F(5, 4))
+    shown = complete_and_check(draft(plant, laws, "zames-falb", {"theta": "3", "kernels": []}, "1/3"))
+    assert recheck(dict(shown.certificate)).accepted
+    with pytest.raises(Rejected, match="masses"):
+        complete_and_check(draft(plant, laws, "zames-falb", {"theta": "31/10", "kernels": []}, "1/3"))
+    assert not recheck({**shown.certificate, "multiplier": {"theta": "31/10", "kernels": []}}).accepted
+
+
+def test_random_members_are_no_slower_than_what_is_proved(friction):
+    # the loop with phi(y)/y switched at random within [1, 2], by its exact solution over steps of 1/4
+    rng, worst = random.Random(5), 0.0
+    a = friction.rate.low
+    for _ in range(40):
+        x, peak = np.array([rng.gauss(0, 1), rng.gauss(0, 1)]), 0.0
+        start = np.linalg.norm(x)
+        for k in range(1, 121):
+            g = rng.uniform(1, 2) if rng.random() < 0.5 else (2.0 if x[0] * x[1] > 0 else 1.0)
+            w = math.sqrt(g - 0.25)
+            c, s, e = math.cos(w / 4), math.sin(w / 4), math.exp(-1 / 8)
+            x = e * np.array([c * x[0] + s / w * (x[1] + x[0] / 2), c * x[1] - s / w * (g * x[0] + x[1] / 2)])
+            peak = max(peak, np.linalg.norm(x) / start * math.exp(a * k / 4))
+        worst = max(worst, peak)
+    assert worst < 4  # P of the circle criterion has a condition number below 16
+
+
+@pytest.mark.parametrize(
+    ("plant", "given", "said"),
+    [
+        (RationalPlant([1], [1, 1]), Sector(0, math.inf), "finite bounds"),
+        (RationalPlant([1], [1, 1]), None, "no class"),
+        ("exp(-s)/(s+1)", Sector(0, 1), "rational plants"),
+    ],
+)
+def test_what_has_no_rate_is_refused_in_a_sentence(plant, given, said):
+    with pytest.raises(InputError, match=said):
+        decay_rate(plant, given)
+
+
+def test_the_command_prints_both_sides_and_writes_the_certificate(lure, tmp_path):
+    file, target = tmp_path / "gradient.toml", tmp_path / "rate.json"
+    file.write_text("[plant]\nnum = [0.1]\nden = [1, -1]\ndt = 1\n[class]\nslope = [1, 10]\n")
+    status, out, _ = lure("rate", str(file), "-o", str(target), "--quiet")
+    assert status == 0
+    assert "|x(t)| <= c |x(0)| 0.9^t with one c for phi with slope\n  in [1, 10] (circle, certified)" in out
+    data = json.loads(lure("rate", str(file), "--json")[1])
+    assert data["verdict"] == "PROVED"
+    assert data["rate"] == pytest.approx([0.9, 0.9], abs=1e-12)
+    assert lure("verify", str(target), "--second")[0] == 0
+    assert lure("rate", str(file), "--set", "class.slope=[0,10]")[0] == 11
+    status, _, err = lure("rate", str(file), "--set", "class.slope=[0]")
+    assert status == 2
+    assert "slope" in err
