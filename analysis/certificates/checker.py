@@ -65,7 +65,7 @@ INEQUALITY = "the frequency inequality holds at every frequency, which alone pro
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
 PACED = ("circle", "zames-falb", "hurwitz")
 PACED_CHANNELS = ("diagonal-circle", "coupled-circle", "full-block-circle", "constant-gains")
-LINEAR = (
+PACED_MEMBERS = (
     *("linear-gain", "crossing", "matrix-gain", "switched-gain"),
     *("linear-gains", "switched-gains", "ramped-gains"),
 )
@@ -389,7 +389,7 @@ def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Ref
     discrete, refuted = system.get("time") == "discrete", verdict == "REFUTED"
     several = isinstance(given, dict) and "channels" in given
     need(phi is None, "with a rate no nonlinearity is given")
-    covered = proof["method"] in LINEAR if refuted else name in (PACED_CHANNELS if several else PACED)
+    covered = proof["method"] in PACED_MEMBERS if refuted else name in (PACED_CHANNELS if several else PACED)
     need(covered, f"{name!r:.40} by {proof['method']!r:.40} does not cover rates")
     if several:
         need(not any("operator" in one for one in given["channels"]), "an operator has another norm with a rate")
