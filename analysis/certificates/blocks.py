@@ -1,4 +1,4 @@
-"""The linear blocks of certificates: read, checked for their form, shifted and realised; standard library only."""
+"""The linear blocks of certificates: read, shifted and realised, and their multipliers; standard library only."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import math
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from . import arithmetic as exact
+from . import states
 from .arithmetic import (
+    INF,
     ZERO,
     Form,
     IllPosed,
@@ -25,6 +28,8 @@ from .arithmetic import (
 )
 
 MINUS = real(-1)
+X1 = real(1, 0, 1)  # |1 + s|^2
+STEPS = ("tsypkin", "tsypkin-odd", "jury-lee")
 
 
 def powers(M: Any) -> list[Form]:
@@ -97,6 +102,45 @@ class Block(NamedTuple):
     direct: Fraction  # H(infinity)
     discrete: bool
     delayed: bool
+
+
+def multiplier(
+    name: str, data: Any, B: Block, unbounded: bool, rate: Fraction | None = None
+) -> tuple[Form, Form, Form, Form, bool]:
+    """``m, p, e, r`` of ``F = Re[m (w N d* + |d|^2) + w e N d*] - w^2 r |N|^2``, over ``p |d|^2``; if odd is needed."""
+    none, one = Form(), real(1)
+    if name == "circle":
+        fields(data)
+        return one, one, none, none, False
+    if name in ("popov", "off-axis-circle"):
+        theta = number(*fields(data, "theta" if name == "popov" else "alpha"))
+        need(theta >= 0 or not B.delayed, "with dead time theta >= 0 is needed")
+        turn = S if name == "popov" else Form({(ZERO, 0): (ZERO, Fraction(1))})
+        return one + turn * real(theta), one, none, none, False
+    if name == "park":
+        theta, tau = map(number, fields(data, "theta", "tau"))
+        need(tau >= 0, "tau < 0")
+        return real(1, 0, tau) + S * real(theta), real(1, 0, tau), none, none, False
+    if name in STEPS:
+        q, ahead, odd = number(*fields(data, "q")), name == "jury-lee", name == "tsypkin-odd"
+        need(q >= 0 and not (ahead and unbounded and q), "q < 0, or q > 0 without a bound on the slope")
+        step = (one + S) ** 2 + MINUS * X1 if ahead else X1 + (one if odd else MINUS) * (one + MINUS * S) ** 2  # p Z
+        return X1, X1, real(q) * step, real(0, 0, 2 * q if ahead else 0), odd
+    if name == "order-cone":  # W* M W = uu - 2 Re[uv G] + vv |G|^2, over below, for W = (z^i, -G z^i), G = 1 + w H
+        M, own = states.window(data, unbounded)
+        m, p, *_, odd = multiplier("zames-falb", {"taps": data["taps"]}, B, unbounded)
+        uu, uv, vv, below = powers(M)
+        m, uu, uv, vv = m * below, p * uu, p * uv, p * vv
+        return m + real(2) * uv + MINUS * (uu + vv), p * below, uu + MINUS * vv, vv, own or odd
+    need(name == "zames-falb", f"there is no theorem {name!r:.40} for this kind of proof")
+    theta, terms = kernels(data, B.discrete)
+    top = {a: max(n for _, _, b, n in terms if b == a) for _, _, a, _ in terms}
+    p = m = math.prod((real(a * a, 0, 1) ** n for a, n in top.items()), start=one)
+    for c, h, a, n in terms:
+        m = m + real(-c) * h * math.prod((real(b * b, 0, 1) ** (k - n * (a == b)) for b, k in top.items()), start=one)
+    mass = max(masses(data, B.discrete, rate))
+    need(mass <= 1 and (mass < 1 or not unbounded), f"the masses add up to {mass}: more than 1, or 1 without a bound")
+    return m, p, S * real(theta) * p, none, any(c < 0 for c, *_ in terms)
 
 
 def coefficients(system: Any) -> tuple[list[tuple[Fraction, list[Fraction]]], list[Fraction], bool]:
@@ -182,6 +226,26 @@ def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
         True,
         f"d + l n, of degree {B.order}: residue {residue} > 0 at a simple root {at}, the others strictly inside",
     )
+
+
+def linear(B: Block, family: states.Family) -> dict[str, str]:
+    """Every constant gain: at the roots of ``Im n d*``, where ``d + g n`` could vanish, ``|d|^2 + g Re n d* > 0``."""
+    (l, k), one = family.sector, [1]
+    ok = family.linear and abs(l) != INF and not B.delayed and not family.rough
+    need(ok, "it is about constant gains from a finite lower bound on")
+    d, critical, stable = shifted(B, l)
+    need(not critical, "d + l n has a root at 0", exact.Critical)
+    cross, square = B.n * d.conjugate(), d * d.conjugate()
+    G = cross if k == INF else square + real(k - l) * cross
+    g, W = G.part()[::2], cross.part(1)[1::2]
+    while W and W[0] == 0:
+        W = W[1:]
+    full = len(g) == B.order + 1  # less, and Re n d* vanishes at infinity
+    ends = (full and min(g[0], g[-1]) > 0) or (k == INF and not (g and g[0] < 0) and not (full and g[-1] < 0))
+    inside = exact.roots(W, g, ZERO, None) == exact.roots(W, one, ZERO, None) if W else exact.positive(g or one)
+    need(ends and inside, "a gain of the class has a root on the axis, or in the limit")
+    found = "no gain of the class has a root on the axis, by Tarski's count, nor at infinity"
+    return {"stable": stable, "gains": found}
 
 
 def mirrored(B: Block) -> Block:

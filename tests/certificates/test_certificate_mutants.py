@@ -8,7 +8,7 @@ import pytest
 from certificate_family import ROD, SCHEME, certificate, changed, delayed, refutation, transfer
 
 from lure.analysis.certificates import arithmetic as exact
-from lure.analysis.certificates import balls, checker, states
+from lure.analysis.certificates import balls, blocks, checker, states
 from lure.analysis.certificates.arithmetic import INF, Form, Malformed, Rejected, real
 from lure.analysis.certificates.balls import Ball
 from lure.analysis.certificates.blocks import block, realised, rod
@@ -223,13 +223,13 @@ def test_the_masses_of_kernels_reach_one_only_with_a_bound():
 
 
 def test_the_number_and_the_order_of_kernels_are_limited():
-    assert len(checker.kernels(kernels(*["1/999"] * 400), False)[1]) == 400
+    assert len(blocks.kernels(kernels(*["1/999"] * 400), False)[1]) == 400
     with pytest.raises(Malformed, match="taps or kernels"):
-        checker.kernels(kernels(*["1/999"] * 401), False)
+        blocks.kernels(kernels(*["1/999"] * 401), False)
     with pytest.raises(Malformed, match="a tap is a pair"):
-        checker.kernels({"taps": [{"0": 1, "1": "1/2"}]}, True)
+        blocks.kernels({"taps": [{"0": 1, "1": "1/2"}]}, True)
     item = {"coefficient": "1/2", "rate": "1", "order": 20, "side": "causal"}
-    assert checker.kernels({"theta": "0", "kernels": [item]}, False)[1][0][3] == 20
+    assert blocks.kernels({"theta": "0", "kernels": [item]}, False)[1][0][3] == 20
 
 
 def test_a_mirrored_class_has_a_bound_below():
