@@ -15,7 +15,7 @@ from fractions import Fraction
 from itertools import product
 from typing import NamedTuple
 
-from lure.analysis.counterexamples.channel_switching import exponentials
+from lure.analysis.counterexamples.channel_switching import GainsAround, exponentials
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np, optimize
 
@@ -55,13 +55,11 @@ _Set = tuple[tuple[int, ...], tuple[int, ...]]  # the blocks that move, and the 
 
 
 @dataclass(frozen=True)
-class RampedGains:
-    """The search for one plant and the classes ``[l_i, alpha u_i]``.
+class RampedGains(GainsAround):
+    """The search for one plant, see :class:`GainsAround`, and the classes ``[l_i, alpha u_i]``.
 
     Parameters
     ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
     lower, upper : sequence of Fraction
         Bounds at ``alpha = 1``.
     rates : sequence of Fraction or None
@@ -72,17 +70,13 @@ class RampedGains:
         Whether in discrete time.
     """
 
-    A: Reals
-    B: Reals
-    C: Reals
-    D: Reals
     lower: Sequence[Fraction]
     upper: Sequence[Fraction]
     rates: Sequence[Fraction | None]
     blocks: Sequence[range]
     discrete: bool
 
-    def sets(self) -> list[_Set]:
+    def _sets(self) -> list[_Set]:
         """Which blocks move, together or one alone, and the end, 0 or 1, at which each of the others stays."""
         free = [j for j, rate in enumerate(self.rates) if rate is not None and self._alone(self.blocks[j])]
         groups = [*dict.fromkeys([tuple(free), *((j,) for j in free)])] if free else []
@@ -97,18 +91,10 @@ class RampedGains:
         """Whether its gain enters the matrix of the loop affinely."""
         return self.discrete or not self.D[list(block)].any()
 
-    def gains(self, moving: tuple[int, ...], ends: tuple[int, ...], share: Fraction, alpha: Fraction) -> list[Fraction]:
-        """One gain a channel: of those that move this share of the interval above the lower end.
-
-        Parameters
-        ----------
-        moving, ends : tuple of int
-            One of the sets.
-        share : Fraction
-            From 0 to 1.
-        alpha : Fraction
-            The factor.
-        """
+    def _gains(
+        self, moving: tuple[int, ...], ends: tuple[int, ...], share: Fraction, alpha: Fraction
+    ) -> list[Fraction]:
+        """One gain a channel: of those that move this share of the interval above the lower end."""
         found, rest = [Fraction(0)] * len(self.lower), iter(ends)
         for j, block in enumerate(self.blocks):
             part = share if j in moving else Fraction(next(rest))
@@ -116,16 +102,8 @@ class RampedGains:
                 found[i] = self.lower[i] + part * (alpha * self.upper[i] - self.lower[i])
         return found
 
-    def rise(self, moving: tuple[int, ...], alpha: Fraction) -> Fraction:
-        """How long the slowest of the gains takes from one end to the other.
-
-        Parameters
-        ----------
-        moving : tuple of int
-            The blocks that move.
-        alpha : Fraction
-            The factor.
-        """
+    def _rise(self, moving: tuple[int, ...], alpha: Fraction) -> Fraction:
+        """How long the slowest of the gains takes from one end to the other."""
         times = list[Fraction]()
         for j in moving:
             i, rate = self.blocks[j][0], self.rates[j]
@@ -133,18 +111,8 @@ class RampedGains:
             times.append((alpha * self.upper[i] - self.lower[i]) / rate)
         return max(times)
 
-    def shares(self, shape: Sequence[Fraction], needed: Fraction) -> tuple[list[Fraction], list[Fraction]]:
-        """The shares of the intervals that follow one another, and the times from one to the next.
-
-        In discrete time a share a sample, no two of which are farther apart than the rate permits.
-
-        Parameters
-        ----------
-        shape : sequence of Fraction
-            Levels and stays.
-        needed : Fraction
-            How long the gains need from one level to the other.
-        """
+    def _shares(self, shape: Sequence[Fraction], needed: Fraction) -> tuple[list[Fraction], list[Fraction]]:
+        """The shares of the intervals in their order, as near in discrete time as the rate permits, and the times."""
         low, high, above, below = shape
         if self.discrete:
             steps, stays = max(math.ceil(needed), 1), [round(float(v)) for v in (above, below)]
@@ -156,43 +124,23 @@ class RampedGains:
         kept = [(share, time) for share, time in both if time > 0]
         return [share for share, _ in kept], [time for _, time in kept]
 
-    def pattern(self, which: _Set, shape: _Shape, alpha: float) -> tuple[list[list[Fraction]], list[Fraction]]:
-        """Lists of gains and the times from one to the next, exact.
-
-        Parameters
-        ----------
-        which : tuple
-            One of the sets.
-        shape : tuple of float
-            Levels and stays.
-        alpha : float
-            The factor.
-        """
+    def _pattern(self, which: _Set, shape: _Shape, alpha: float) -> tuple[list[list[Fraction]], list[Fraction]]:
+        """Lists of gains and the times from one to the next, exact."""
         factor, exact = Fraction(alpha), [_short(v) for v in shape]
-        needed = (exact[1] - exact[0]) * self.rise(which[0], factor)
+        needed = (exact[1] - exact[0]) * self._rise(which[0], factor)
         needed = needed if self.discrete else Fraction(math.ceil(needed * 2**40) + 1, 2**40)
-        shares, times = self.shares(exact, needed)
-        return [self.gains(*which, share, factor) for share in shares], times
+        shares, times = self._shares(exact, needed)
+        return [self._gains(*which, share, factor) for share in shares], times
 
-    def growth(self, which: _Set, shape: _Shape, alpha: float) -> tuple[float, float]:
-        """Logarithm of the spectral radius over one period, and the period.
-
-        Parameters
-        ----------
-        which : tuple
-            One of the sets.
-        shape : tuple of float
-            Levels and stays.
-        alpha : float
-            The factor.
-        """
-        ends = [np.array([float(v) for v in self.gains(*which, Fraction(s), Fraction(alpha))]) for s in (0, 1)]
-        needed = Fraction(shape.high - shape.low) * self.rise(which[0], Fraction(alpha))
-        shares, times = self.shares([Fraction(v) for v in shape], needed)
+    def _growth(self, which: _Set, shape: _Shape, alpha: float) -> tuple[float, float]:
+        """Logarithm of the spectral radius over one period, and the period."""
+        ends = [np.array([float(v) for v in self._gains(*which, Fraction(s), Fraction(alpha))]) for s in (0, 1)]
+        needed = Fraction(shape.high - shape.low) * self._rise(which[0], Fraction(alpha))
+        shares, times = self._shares([Fraction(v) for v in shape], needed)
         if not 0 < len(shares) <= MOST_SAMPLES:
             return -math.inf, 1.0
         levels = np.array([float(share) for share in shares])[:, None]
-        closed = self._closed((1 - levels) * ends[0] + levels * ends[1])
+        closed = self.closed_by((1 - levels) * ends[0] + levels * ends[1])
         steps = closed
         if not self.discrete:
             after = np.roll(closed, -1, axis=0)
@@ -203,28 +151,12 @@ class RampedGains:
         radius = float(np.abs(np.linalg.eigvals(whole)).max()) if np.isfinite(whole).all() else 0.0
         return (math.log(radius) if 0 < radius < math.inf else -math.inf), float(sum(times))
 
-    def _closed(self, gains: Reals) -> Reals:
-        """The matrices of the loop: (k, n, n)."""
-        G = gains[:, :, None] * np.eye(gains.shape[1])
-        seen = np.linalg.solve(np.eye(gains.shape[1]) + self.D @ G, np.broadcast_to(self.C, (len(G), *self.C.shape)))
-        return np.asarray(self.A - self.B @ G @ seen)
-
-    def best(self, which: _Set, alpha: float, start: _Shape | None = None) -> tuple[float, _Shape]:
-        """The fastest growth per unit of time that is found at a factor, and its shape.
-
-        Parameters
-        ----------
-        which : tuple
-            One of the sets.
-        alpha : float
-            The factor.
-        start : tuple of float, optional
-            A shape to begin with; others only if nothing grows near it.
-        """
+    def _best(self, which: _Set, alpha: float, start: _Shape | None = None) -> tuple[float, _Shape]:
+        """The fastest growth per unit of time, and its shape; away from ``start`` only if nothing grows near it."""
 
         def rate(shape: _Shape) -> float:
             """Growth per unit of time."""
-            rise, period = self.growth(which, shape.inside(), alpha)
+            rise, period = self._growth(which, shape.inside(), alpha)
             return rise / period if period > 0 else -math.inf
 
         unit = self._unit(which, alpha)
@@ -255,28 +187,18 @@ class RampedGains:
 
     def _unit(self, which: _Set, alpha: float) -> float:
         """Half a period of the fastest turn at the ends, or in the time of the fastest eigenvalue."""
-        rows = [[float(v) for v in self.gains(*which, Fraction(s), Fraction(alpha))] for s in (0, 1)]
-        values = np.linalg.eigvals(self._closed(np.array(rows))).ravel().astype(complex)
+        rows = [[float(v) for v in self._gains(*which, Fraction(s), Fraction(alpha))] for s in (0, 1)]
+        values = np.linalg.eigvals(self.closed_by(np.array(rows))).ravel().astype(complex)
         if self.discrete:
             values = np.log(np.where(np.abs(values) < 1e-9, 1e-9, values))
         turning = float(np.abs(values.imag).max())
         return math.pi / max(turning, float(np.abs(values).max()) / 10, 1e-9)
 
-    def found(self, low: float, most: float, *, lowest: bool) -> tuple[float, _Set, _Shape] | None:
-        """A factor, the smallest that was found if that is asked for, the set and the shape; None if nothing grows.
-
-        Parameters
-        ----------
-        low : float
-            Up to it the loop is stable.
-        most : float
-            The largest factor of interest; infinity: none.
-        lowest : bool
-            Whether smaller ones than the first found are of interest.
-        """
+    def _found(self, low: float, most: float, *, lowest: bool) -> tuple[float, _Set, _Shape] | None:
+        """A factor, the smallest that was found if that is asked for, the set and the shape; None if nothing grows."""
         rungs = [most] if most < math.inf else [(low or 1.0) * step for step in _RUNGS]
         for top in rungs:
-            hits = [(*self.best(which, top), which) for which in self.sets()]
+            hits = [(*self._best(which, top), which) for which in self._sets()]
             rate, shape, which = max(hits, key=lambda hit: hit[0])
             if rate <= _SURE:
                 continue
@@ -285,7 +207,7 @@ class RampedGains:
                 if alpha - floor < _CLOSE * alpha:
                     break
                 middle = (floor + alpha) / 2
-                rate, near = self.best(which, middle, shape)
+                rate, near = self._best(which, middle, shape)
                 alpha, shape, floor = (middle, near, floor) if rate > _SURE else (alpha, shape, middle)
             return alpha, which, shape
         return None
@@ -302,17 +224,17 @@ class RampedGains:
         lowest : bool
             Whether smaller ones than the first found are of interest.
         """
-        if not self.sets() or not 0 < len(self.A) <= MOST_STATES or low >= most:
+        if not self._sets() or not 0 < len(self.A) <= MOST_STATES or low >= most:
             return
         with np.errstate(all="ignore"):
-            found = self.found(low, most, lowest=lowest)
+            found = self._found(low, most, lowest=lowest)
             if found is None:
                 return
             alpha, which, shape = found
             for step in (0.0, *_BEYOND):
                 factor = min(alpha * (1 + step), most)
-                rows, times = self.pattern(which, shape, factor)
-                rate, _ = self.growth(which, shape, factor)
+                rows, times = self._pattern(which, shape, factor)
+                rate, _ = self._growth(which, shape, factor)
                 if rate > _SURE:
                     enough = math.log2((math.log(4 * len(self.A)) + 2) / rate)
                     squarings = min(max(math.ceil(enough) + 2, 0), 64)

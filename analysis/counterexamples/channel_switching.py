@@ -47,13 +47,39 @@ class Switching(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SwitchedGains:
-    """The search for one plant and the classes ``[l_i, alpha u_i]``.
+class GainsAround:
+    """A plant in floating point with linear gains around it.
 
     Parameters
     ----------
     A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
+        (n, n), (n, m), (m, n) and (m, m).
+    """
+
+    A: Reals
+    B: Reals
+    C: Reals
+    D: Reals
+
+    def closed_by(self, gains: Reals) -> Reals:
+        """The matrices of the loop with ``mu = -g sigma``: (k, n, n).
+
+        Parameters
+        ----------
+        gains : ndarray
+            (k, m), one of each channel.
+        """
+        G = gains[:, :, None] * np.eye(gains.shape[1])
+        seen = np.linalg.solve(np.eye(gains.shape[1]) + self.D @ G, np.broadcast_to(self.C, (len(G), *self.C.shape)))
+        return np.asarray(self.A - self.B @ G @ seen)
+
+
+@dataclass(frozen=True)
+class SwitchedGains(GainsAround):
+    """The search for one plant, see :class:`GainsAround`, and the classes ``[l_i, alpha u_i]``.
+
+    Parameters
+    ----------
     lower, upper : ndarray
         (m,) bounds at ``alpha = 1``.
     varying : tuple of bool
@@ -64,10 +90,6 @@ class SwitchedGains:
         Whether in discrete time.
     """
 
-    A: Reals
-    B: Reals
-    C: Reals
-    D: Reals
     lower: Reals
     upper: Reals
     varying: tuple[bool, ...]
@@ -110,11 +132,7 @@ class SwitchedGains:
         alpha : float
             The factor.
         """
-        gains = np.where(ends == 1, alpha * self.upper, self.lower)[:, :, None] * np.eye(ends.shape[1])
-        seen = np.linalg.solve(
-            np.eye(ends.shape[1]) + self.D @ gains, np.broadcast_to(self.C, (len(ends), *self.C.shape))
-        )
-        return np.asarray(self.A - self.B @ gains @ seen)
+        return self.closed_by(np.where(ends == 1, alpha * self.upper, self.lower))
 
     def _steps(self, closed: Reals, times: Reals) -> Reals:
         if self.discrete:

@@ -105,14 +105,10 @@ class Solved(NamedTuple):
 
 @dataclass
 class CoupledForms(ChannelSearch):
-    """The search for one plant and lower bounds.
+    """The search for one plant and lower bounds; the others: see :class:`ChannelSearch`.
 
     Parameters
     ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower : ndarray
-        (m,) lower bounds.
     groups : sequence of Group
         Each channel stands in one.
     samples : int
@@ -125,11 +121,6 @@ class CoupledForms(ChannelSearch):
         Whether in discrete time.
     """
 
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    D: NDArray[np.float64]
-    lower: NDArray[np.float64]
     groups: Sequence[Group]
     samples: int
     free: Sequence[bool]

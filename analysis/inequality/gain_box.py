@@ -28,25 +28,16 @@ _KEPT = 0.03  # cosine of the angle to the values up to which a direction is kep
 
 @dataclass
 class GainBox(ChannelSearch):
-    """The search for one plant and lower bounds.
+    """The search for one plant and lower bounds; the others: see :class:`ChannelSearch`.
 
     Parameters
     ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower : ndarray
-        (m,) lower bounds.
     blocks : tuple of range
         The channels with one gain each.
     discrete : bool
         Whether in discrete time.
     """
 
-    A: Reals
-    B: Reals
-    C: Reals
-    D: Reals
-    lower: Reals
     blocks: tuple[range, ...]
     discrete: bool
 

@@ -38,14 +38,10 @@ class _Found(NamedTuple):
 
 @dataclass
 class GainSplines(ChannelSearch):
-    """The search for one plant, lower bounds and kind of spline.
+    """The search for one plant, lower bounds and kind of spline; the others: see :class:`ChannelSearch`.
 
     Parameters
     ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower : ndarray
-        (m,) lower bounds.
     gains : sequence of range
         The channels of each unknown gain; ``D`` has no entry between two of them.
     rates : sequence of float
@@ -58,11 +54,6 @@ class GainSplines(ChannelSearch):
         Of the spline in each gain.
     """
 
-    A: Reals
-    B: Reals
-    C: Reals
-    D: Reals
-    lower: Reals
     gains: Sequence[range]
     rates: Sequence[float]
     free: Sequence[bool]

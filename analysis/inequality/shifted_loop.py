@@ -21,7 +21,7 @@ from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from lure.analysis.deadline import checkpoint
-from lure.arrays import NDArray, linalg, np
+from lure.arrays import NDArray, Reals, linalg, np
 from lure.errors import AssumptionError
 
 Widths: TypeAlias = "Callable[[float], NDArray[np.float64]]"  # of a factor: (m,)
@@ -40,9 +40,23 @@ class Proposal(NamedTuple):
     proof: dict[str, Any]
 
 
+@dataclass
 class ChannelSearch(ABC):
-    """What may prove the classes of several channels: lower bounds, which stay, and widths above them."""
+    """What may prove the classes of several channels: lower bounds, which stay, and widths above them.
 
+    Parameters
+    ----------
+    A, B, C, D : ndarray
+        (n, n), (n, m), (m, n) and (m, m) [floating point].
+    lower : ndarray
+        (m,) lower bounds.
+    """
+
+    A: Reals
+    B: Reals
+    C: Reals
+    D: Reals
+    lower: Reals
     precision: ClassVar[float] = 1e-7  # relative, to which a largest factor is worth its time
 
     def largest(self, widths: Widths, start: float, most: float) -> float:
@@ -105,14 +119,10 @@ class ChannelSearch(ABC):
 
 @dataclass
 class ShiftedLoop(ChannelSearch):
-    """The inequality of one plant and lower bounds, for any widths ``w``.
+    """The inequality of one plant and lower bounds, for any widths ``w``; the others: see :class:`ChannelSearch`.
 
     Parameters
     ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower : ndarray
-        (m,) lower bounds.
     free : sequence of bool
         Which ``theta`` may differ from 0.
     popov : bool
@@ -128,11 +138,6 @@ class ShiftedLoop(ChannelSearch):
         The loop with the gains ``lower`` is not well posed, or not asymptotically stable.
     """
 
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    D: NDArray[np.float64]
-    lower: NDArray[np.float64]
     free: Sequence[bool]
     popov: bool
     discrete: bool
