@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import html
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, ClassVar
@@ -50,7 +51,7 @@ def least(distances: NDArray[np.float64]) -> int | None:
     return int(np.argmin(seen)) if np.isfinite(seen).any() else None
 
 
-class Drawn(Record):
+class Drawn(Record, ABC):
     """The base of both responses: a curve at finitely many frequencies, and what stands behind the region beside it."""
 
     block: Drawable = quantity(
@@ -85,9 +86,9 @@ class Drawn(Record):
         return self.values.imag
 
     @property
+    @abstractmethod
     def distances(self) -> NDArray[np.float64]:
         """(m,) distance of each point from what is forbidden, negative inside it; nan where there is none."""
-        raise NotImplementedError
 
     @property
     def worst(self) -> int | None:
@@ -113,9 +114,9 @@ class Drawn(Record):
         return Evidence.OBSERVED
 
     @property
+    @abstractmethod
     def sector_text(self) -> str:
         """The sector, for people, never larger than it is."""
-        raise NotImplementedError
 
     @property
     def support(self) -> tuple[bool, str]:

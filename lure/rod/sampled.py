@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
@@ -49,7 +50,7 @@ class Contact(Record):
                 yield name, f"{value:.6g} {unit}"
 
 
-class SampledMotion(Record):
+class SampledMotion(Record, ABC):
     """A motion known at instants ``t``; a subclass adds its signals, its contacts and what it is held against.
 
     A subclass says in ``_subject`` and ``_evidence`` what kind of object moved and how that is known, in ``_heading``
@@ -63,14 +64,14 @@ class SampledMotion(Record):
     t: Reals = quantity(datasets.TIME, "s", dims="t")
 
     @property
+    @abstractmethod
     def about(self) -> str:
         """Which object moves, in words."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def how(self) -> str:
         """How the motion was computed."""
-        raise NotImplementedError
 
     @property
     @derived()
