@@ -8,6 +8,8 @@ PIP = $(BIN)/python -m pip install --disable-pip-version-check --no-input -c con
 # One linear-algebra thread for each of the two test processes: more only compete for the cores.
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 PYTEST = $(ONE_THREAD) $(BIN)/python -m pytest
+# Without nbmake, which takes each process a third of a second to load.
+TESTS = $(PYTEST) -p no:nbmake -n 2
 
 .DEFAULT_GOAL = help
 .NOTPARALLEL:
@@ -24,19 +26,19 @@ report: .venv/.core ## the report on the paper's rod, into ./lure-report; ARGS="
 	$(BIN)/lure report $(ARGS)
 
 test: .venv/.test ## all tests but the thorough ones; ARGS="-k popov" for some
-	$(PYTEST) -n 2 --dist worksteal $(ARGS)
+	$(TESTS) --dist worksteal $(ARGS)
 
 thorough: .venv/.test ## all tests with large samples and many random examples: for a night
-	$(PYTEST) -n 2 --dist worksteal --hypothesis-profile=thorough $(ARGS)
+	$(TESTS) --dist worksteal --hypothesis-profile=thorough $(ARGS)
 
 quick: .venv/.test ## under a minute: tests that name what is changed, then some of every floor, no slow ones
-	$(PYTEST) -n 2 -m "not slow" $(ARGS) $$($(BIN)/python tests/quick.py)
+	$(TESTS) -m "not slow" $(ARGS) $$($(BIN)/python tests/quick.py)
 
 check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the first that fails
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m mypy
-	$(PYTEST) -n 2 --dist worksteal $(ARGS)
+	$(TESTS) --dist worksteal $(ARGS)
 
 bench: .venv/.bench ## the benchmarks, one after another
 	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(ONE_THREAD) $(BIN)/python "$$script"; done
