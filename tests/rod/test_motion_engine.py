@@ -82,7 +82,7 @@ def test_compiled_and_plain_give_the_same_motion(case):
         assert (a.start, a.closed) == (pytest.approx(b.start, abs=1e-8), b.closed)
 
 
-# numba takes 15 s for the kernel with power laws; as it stands it is compared with hypergeometric functions in test_motion_reference.py.
+# Numba takes 15 s for the kernel with power laws; as it stands, hypergeometric functions are its measure elsewhere.
 @WITH_NUMBA
 @pytest.mark.thorough
 @pytest.mark.parametrize("exponent", [0.5, 1.5, 2.0])
