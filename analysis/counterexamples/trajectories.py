@@ -51,7 +51,8 @@ class Trajectory:
     t : ndarray
         (samples,) instants [s], ascending from 0; multiples of the sampling time in discrete time.
     sigma, mu : ndarray
-        (samples,) input of ``phi`` and input of the block at these instants; a few hundred samples at most.
+        (samples,) input of ``phi`` and input of the block at these instants, with several channels (samples, m); a few
+        hundred samples at most.
     nonlinearity : str
         The nonlinearity, in words.
     start : str

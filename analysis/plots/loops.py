@@ -88,6 +88,40 @@ def plot_solutions(trajectories: Sequence[Trajectory], *, ax: Axes | None = None
     return axes
 
 
+def plot_channels(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
+    """``sigma_i`` and, below, ``mu_i = -phi_i(sigma_i)`` over time along one solution of a loop with several channels.
+
+    Simulated, hence OBSERVED: what one solution does proves nothing about another.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        With ``sigma`` and ``mu`` (samples, m); the first four channels are drawn.
+    ax : Axes, optional
+        Whose place the two take; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The upper axes; those of ``mu`` share its times.
+    """
+    above, below = panels(ax, 1.0)
+    look: dict[str, Any] = {"marker": ".", "ms": 3, "lw": 0.7} if trajectory.discrete else {"lw": 1.2}
+    for axes, values, name in ((above, trajectory.sigma, "σ"), (below, trajectory.mu, "μ")):
+        drawn = np.where(np.isfinite(values), values, np.nan)
+        for i, (colour, dashes) in enumerate(_LINES[: values.shape[1]]):
+            axes.plot(trajectory.t, drawn[:, i], color=colour, ls=dashes, label=f"channel {i + 1}", **look)
+        axes.axhline(0.0, color=GREY, lw=0.6, zorder=1)
+        axes.set_ylabel(f"{name}ᵢ [unit of {name}]")
+    above.set_xlim(0.0, float(trajectory.t[-1]) or 1.0)
+    above.tick_params(labelbottom=False)
+    below.set_xlabel("t [s]")
+    finish_axes(above)
+    finish_axes(below)
+    above.legend(loc="upper right", ncols=2, **LEGEND)
+    return above
+
+
 def _largest(one: Trajectory) -> float:
     return float(np.max(np.abs(one.sigma[np.isfinite(one.sigma)]), initial=0.0))
 

@@ -15,7 +15,7 @@ from lure.analysis.graphical.popov import PopovResponse
 from lure.analysis.graphical.supporting_proof import searched_theta
 from lure.analysis.inequality.state_space import shifted_states
 from lure.analysis.plots import render
-from lure.analysis.plots.loops import plot_nonlinearity, plot_orbit_signals, plot_reach, plot_solutions
+from lure.analysis.plots.loops import plot_channels, plot_nonlinearity, plot_orbit_signals, plot_reach, plot_solutions
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
 from lure.analysis.questions import StabilityBound
 from lure.analysis.questions.problem import OneChannel, Plant
@@ -40,6 +40,7 @@ _PROVED = "The largest sector that {} proves: the curve stays {}."
 _NEEDED = "{} proves nothing here. For the sector [{:g}, {}] the curve would have to stay {}, and it does not."
 _SHIFTED = " Drawn for H/(1 + {0:g} H) and φ(σ) − {0:g} σ, the same loop."
 _SEEN = "Simulated with {}: observed, no proof. Each curve is divided by its largest |σ|; the whole run is longer."
+_CHANNELS = "Simulated with the given φᵢ: observed, no proof. This solution {} within {:.4g} s; here is its beginning."
 _LAW = "The nonlinearity φ of the counterexample.{}"
 _ORBIT = "One period of the solution with that φ: it repeats for ever."
 
@@ -64,7 +65,7 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
         draw=partial(plot_reach, rows, [class_name(row) for row in rows]),
     )
     if isinstance(block, MultivariablePlant):
-        specs = [*_map(report), reach]
+        specs = [*_map(report), reach, *_channels(report)]
     else:
         specs = [reach, _nyquist(report), *_popov(report), *_response(report), *_counterexamples(block, rows)]
     return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
@@ -76,6 +77,20 @@ def _map(report: LoopReport) -> Iterator[FigureSpec]:
     if found is not None and (found.proved or found.refuted):
         title = "The upper bounds k₁ and k₂ of the two channels"
         yield FigureSpec(name="map", section="frequency", title=title, caption=_MAP, draw=found.plot)
+
+
+def _channels(report: LoopReport) -> Iterator[FigureSpec]:
+    """The first of the simulated solutions, channel by channel, and one that did something else."""
+    runs = [one for one in report.trajectories if one.t[-1] > 0]
+    others = [one for one in runs[1:] if one.finding is not runs[0].finding]
+    for number, one in enumerate([*runs[:1], *others[:1]], 1):
+        yield FigureSpec(
+            name=f"channels-{number}",
+            section="frequency",
+            title=f"Response of the channels, from {one.start}",
+            caption=_CHANNELS.format(one.finding, one.until),
+            draw=partial(plot_channels, one),
+        )
 
 
 def _nyquist(report: LoopReport) -> FigureSpec:

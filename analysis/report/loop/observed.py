@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES
+from lure.analysis.counterexamples.channel_solutions import channel_solutions
 from lure.analysis.counterexamples.confirming import BUDGET, Conclusion, scales, tried
 from lure.analysis.counterexamples.simulated import Characteristic, nonlinearity_entry, orbit_start
 from lure.analysis.counterexamples.trajectories import Finding, Trajectory, natural_frequency
@@ -23,12 +24,15 @@ from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.nonlinearities.piecewise_linear import Graph
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 
 Runs = tuple[Trajectory, ...]
 
 SHOWN = 6
 """Trajectories kept for figures."""
+MOST_SIMULATED = 60
+"""States, or channels, up to which several nonlinearities are simulated."""
 _CONCLUSIONS: dict[str, Conclusion] = {
     ATTRACTS: "0 attracts",
     CONVERGES: "converges to equilibria",
@@ -52,7 +56,7 @@ class Observation:
     Attributes
     ----------
     sentences : tuple of str
-        On the given nonlinearity; empty without a nonlinearity or with dead time.
+        On the given nonlinearity, or those of several channels; empty without one or with dead time.
     trajectories : tuple of Trajectory
         Some of the solutions: of the given nonlinearity, or of members of the class proved where no nonlinearity is
         given.
@@ -78,6 +82,8 @@ def observed(found: LoopAnalysis) -> Observation:
     """
     about = found.problem
     block, nonlinearity = about.plant, about.nonlinearity
+    if isinstance(block, MultivariablePlant):
+        return _several(found, block)
     if not isinstance(block, RationalPlant) or block.order == 0:
         return Observation()
     claimed, conclusion = _claim(found)
@@ -101,6 +107,30 @@ def observed(found: LoopAnalysis) -> Observation:
     if seen.contradiction is not None:
         raise ContradictionError(_against(found, seen.contradiction))
     return Observation(sentences=(_sentence(seen.trajectories),), trajectories=_chosen(seen.trajectories))
+
+
+def _several(found: LoopAnalysis, plant: MultivariablePlant) -> Observation:
+    """The nonlinearities of several channels simulated, where they are known.
+
+    Raises
+    ------
+    ContradictionError
+        A solution grows a million times, and it is proved that all tend to 0.
+    """
+    about = found.problem
+    if not about.known or max(plant.order, plant.inputs) > MOST_SIMULATED:
+        return Observation()
+    runs = channel_solutions(plant, about.known, about.nonlinearity_words)
+    growing = next((run for run in runs if run.finding is Finding.GROWS), None)
+    if growing is not None and found.verdict is Verdict.PROVED and _claimed(found) == "0 attracts":
+        raise ContradictionError(_against(found, growing))
+    return Observation(sentences=(_sentence(runs),), trajectories=runs)
+
+
+def _claimed(found: LoopAnalysis) -> Conclusion:
+    """What is said to be proved of every solution."""
+    said = "" if found.shown is None else str(found.shown.certificate["conclusion"])
+    return next((short for text, short in _CONCLUSIONS.items() if said.startswith(text)), "bounded")
 
 
 def _sentence(runs: Runs) -> str:
@@ -129,9 +159,7 @@ def _claim(found: LoopAnalysis) -> tuple[NonlinearityClass | None, Conclusion]:
     """The class said to be proved, and of what; no conclusion if nothing is."""
     if found.verdict is not Verdict.PROVED or found.shown is None:
         return None, ""
-    said = str(found.shown.certificate["conclusion"])
-    meanings = (short for text, short in _CONCLUSIONS.items() if said.startswith(text))
-    conclusion: Conclusion = next(meanings, "bounded")
+    conclusion = _claimed(found)
     if found.problem.given is not None:
         return found.problem.given, conclusion
     row = next((row for row in found.rows if row.proof is found.shown), found.rows[0])

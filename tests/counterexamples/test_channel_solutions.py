@@ -1,0 +1,66 @@
+"""Several known nonlinearities simulated: against solutions by hand, what a run is called, and the report's figure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lure import DeadZone, Saturation, analyse, as_plant
+from lure.analysis.counterexamples.channel_solutions import channel_solutions
+from lure.analysis.counterexamples.trajectories import Finding
+from lure.analysis.report.loop.build import build_loop_report
+from lure.analysis.report.loop.figures import loop_figures
+from lure.analysis.report.loop.observed import observed
+from lure.analysis.report.parts import ContradictionError
+from lure.analysis.verdict import Verdict
+from lure.files.system import LoopSystem
+
+SATURATION = Saturation(gain=1, limit=1)
+
+
+# 1/(s+1): while sigma >= 1, sigma' = -sigma - 1, so sigma = (s + 1) e^-t - 1 until e^t = (s + 1)/2; then sigma' = -2 sigma
+def test_channels_apart_are_solved_as_by_hand():
+    runs = channel_solutions(as_plant([["1/(s+1)", "0"], ["0", "1/(s+1)"]]), (SATURATION,) * 2, "two saturations")
+    assert [run.finding for run in runs] == [Finding.CONVERGES] * 3
+    for run in runs:
+        for channel in range(2):
+            start, sign = abs(run.sigma[0, channel]), np.sign(run.sigma[0, channel])
+            switch = np.log(max((start + 1) / 2, 1.0))
+            after = min(start, 1.0) * np.exp(-2 * (run.t - switch))
+            by_hand = np.where(run.t < switch, (start + 1) * np.exp(-run.t) - 1, after)
+            assert np.allclose(run.sigma[:, channel], sign * by_hand, atol=1e-6 * start)
+            assert np.allclose(run.mu[:, channel], -np.clip(run.sigma[:, channel], -1, 1), atol=1e-12)
+    assert max(abs(runs[2].sigma[0])) > 30
+
+
+# H = 1 + 1/(z - 1/2): sigma = x - phi; within the limits sigma = x/2 = phi and x_next = x/2 - x/2 = 0
+def test_a_direct_term_in_discrete_time_is_solved_and_the_loop_is_dead_beat():
+    plant = as_plant([["(z+0.5)/(z-0.5)", "0"], ["0", "(z+0.5)/(z-0.5)"]], dt=1)
+    small = channel_solutions(plant, (SATURATION,) * 2, "two saturations")[1]
+    assert abs(small.sigma[0]).max() > 0.1
+    assert abs(small.sigma[1:]).max() < 1e-12
+
+
+# beyond its width the dead zone has the gain 20, and 1/(s+1)^3 stands 8
+def test_what_grows_is_called_so_and_contradicts_a_proof():
+    plant, gentle = as_plant([["1/(s+1)^3", "0"], ["0", "1/(s+1)"]]), DeadZone(gain=2, width=1)
+    system = LoopSystem(name="pair", title="", block=plant, nonlinearities=(gentle, gentle))
+    found = analyse(system)
+    assert found.verdict is Verdict.PROVED
+    seen = observed(found)
+    assert seen.sentences[0].startswith("3 simulated solutions")
+    steep = replace(found.problem, known=(DeadZone(gain=20, width=1), gentle))
+    assert Finding.GROWS in [run.finding for run in channel_solutions(plant, steep.known, "")]
+    with pytest.raises(ContradictionError, match="is contradicted by a simulated solution"):
+        observed(replace(found, problem=steep))
+
+
+@pytest.mark.usefixtures("sketched")
+def test_the_report_draws_the_channels():
+    plant = as_plant([["1/(s+1)", "1/(s+2)"], ["0", "1/(s+1)"]])
+    report = build_loop_report(LoopSystem(name="pair", title="", block=plant, nonlinearities=(SATURATION,) * 2))
+    assert "all converged to 0" in report.observed[0]
+    figure = loop_figures(report)[-1]
+    assert figure.spec.name == "channels-1"
+    assert "observed, no proof" in figure.spec.caption
+    assert report.trajectories[0].sigma.shape == (400, 2)
