@@ -24,7 +24,7 @@ _PROBES = 120
 def channel_solutions(
     plant: MultivariablePlant, nonlinearities: Sequence[Nonlinearity], words: str
 ) -> tuple[Trajectory, ...]:
-    """Solutions of ``sigma = H mu``, ``mu_i = -phi_i(sigma_i)`` from a few first states, which impulses of ``mu`` leave.
+    """Solutions of ``sigma = H mu``, ``mu_i = -phi_i(sigma_i)`` from a few first states, left by impulses of ``mu``.
 
     The first states are seen in ``sigma`` near the scales of the nonlinearities, below and far beyond them.  Each
     solution is followed until it has come to rest or grown a million times, or five stretches are over, each twice as

@@ -18,7 +18,7 @@ from lure.files.system import LoopSystem
 SATURATION = Saturation(gain=1, limit=1)
 
 
-# 1/(s+1): while sigma >= 1, sigma' = -sigma - 1, so sigma = (s + 1) e^-t - 1 until e^t = (s + 1)/2; then sigma' = -2 sigma
+# 1/(s+1): while sigma >= 1, sigma' = -sigma - 1, so sigma = (s + 1) e^-t - 1 until e^t = (s + 1)/2; then -2 sigma
 def test_channels_apart_are_solved_as_by_hand():
     runs = channel_solutions(as_plant([["1/(s+1)", "0"], ["0", "1/(s+1)"]]), (SATURATION,) * 2, "two saturations")
     assert [run.finding for run in runs] == [Finding.CONVERGES] * 3
