@@ -97,7 +97,7 @@ class _Loop:
     def sigma(self, states: Reals) -> Reals:
         """``sigma + D phi(sigma) = C x``, (rows, m), by Newton's method with chords; NaN where it does not end."""
         with np.errstate(all="ignore"):
-            y = states @ self.C.T
+            y = np.asarray(states @ self.C.T)
             if not self.implicit:
                 return y
             found, step = y.copy(), 1e-6 * self.knees
@@ -106,7 +106,7 @@ class _Loop:
                 residual = found + phi @ self.D.T - y
                 size = np.abs(found) + np.abs(phi) @ np.abs(self.D).T + np.abs(y) + 1e-300
                 if (np.abs(residual) <= 1e-12 * size).all():
-                    return found
+                    return np.asarray(found)
                 slopes = (self.phi(found + step) - self.phi(found - step)) / (2 * step)
                 slopes = np.where(np.isfinite(slopes), slopes, 0.0)
                 matrices = np.eye(len(self.D)) + self.D * slopes[:, None, :]
