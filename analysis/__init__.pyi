@@ -7,6 +7,7 @@ from lure.analysis.graphical import popov_response as popov_response
 from lure.analysis.nonlinearity import nonlinearity_bounds as nonlinearity_bounds
 from lure.analysis.questions import analyse as analyse
 from lure.analysis.questions import decay_rate as decay_rate
+from lure.analysis.questions import l2_gain as l2_gain
 from lure.analysis.questions import max_sector as max_sector
 from lure.analysis.questions import max_slope as max_slope
 from lure.analysis.questions.certify import certify as certify

@@ -221,6 +221,27 @@ Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
 130 interrupted before anything was found.
 """
 
+GAIN = """Print the L2 gain from a disturbance w to an output z.
+
+\b
+Examples:
+  lure gain plant.toml
+  lure gain plant.toml --set class.sector="[0, 0.5]" --json
+  lure gain plant.toml --certificate gain.json && lure verify gain.json
+
+\b
+The file has a table [performance]: Bw, Cz, Dzw, Dzmu and Dsigmaw, 0 where
+they are left out, and a [class] or a [nonlinearity] for each channel:
+  x' = A x + B mu + Bw w,  sigma = C x + D mu + Dsigmaw w,
+  z = Cz x + Dzmu mu + Dzw w,  mu = -phi(sigma),  x(0) = 0.
+Printed is a number that the gain of no member of the class exceeds, and one
+that the gain of some member exceeds, each with a certificate.
+
+\b
+Exit status: 0 a bound is proved, 10 none is, 11 a member is unstable,
+2 bad input, 130 interrupted before anything was found.
+"""
+
 VERIFY = """Check certificates in exact arithmetic.
 
 \b

@@ -3,6 +3,8 @@ from lure.analysis.questions.answers import max_sector as max_sector
 from lure.analysis.questions.answers import max_slope as max_slope
 from lure.analysis.questions.decay import RateBound as RateBound
 from lure.analysis.questions.decay import decay_rate as decay_rate
+from lure.analysis.questions.gain import GainBound as GainBound
+from lure.analysis.questions.gain import l2_gain as l2_gain
 from lure.analysis.questions.largest import StabilityBound as StabilityBound
 from lure.analysis.questions.problem import Problem as Problem
 from lure.analysis.questions.table import LoopAnalysis as LoopAnalysis

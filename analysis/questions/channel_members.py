@@ -130,7 +130,7 @@ def _largest_gain(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
     at = {"omega": None if omega is None else str(omega), "input": units}
     for step in _STEPS:
         checkpoint()
-        alpha = Fraction(double_above(1 / Fraction(found.gain * (1 - step))))
+        alpha = Fraction(double_above(1 / (Fraction(found.gain * (1 - step)) * asked.classes.upper[out[0]])))
         shown = refutation(asked, alpha, proof | at) if alpha < most else None
         if shown is not None:
             return alpha, shown

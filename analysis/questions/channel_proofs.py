@@ -415,8 +415,11 @@ def _farthest_by(
     least, classes = asked.classes.least, without_delays(asked).classes
     lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
 
+    scaled = np.zeros(len(upper))
+    scaled[[*(asked.classes.performance or range(len(upper)))]] = 1.0  # of a gain: its channel alone
+
     def widths(alpha: float) -> NDArray[np.float64]:
-        return np.asarray(alpha * upper - lower)
+        return np.asarray(np.where(scaled, alpha, 1.0) * upper - lower)
 
     if known and not search.serves(widths(float(known) * (1 + _WORTH))):
         return None

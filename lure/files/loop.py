@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from fractions import Fraction
 from importlib.resources import files
 from pathlib import Path
@@ -23,6 +24,7 @@ from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
 from lure.plants.interconnection import padded
 from lure.plants.multivariable import MultivariablePlant
+from lure.plants.performance import Performance
 from lure.plants.rational import RationalPlant
 
 # From checked tables to a :class:`lure.files.system.LoopSystem`, with the checks that concern several keys at once.
@@ -31,7 +33,7 @@ _FORMS = "num and den, or A, B and C, or transfer"
 
 
 def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) -> LoopSystem:
-    """The loop of a file.
+    """The loop of a file, with its performance if it states one.
 
     Parameters
     ----------
@@ -50,7 +52,25 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
         The plant is given in no form or in several, it is refused by :func:`lure.plants.as_plant`, the nonlinearity or
         the class is refused, or the nonlinearity is not known to belong to the class.
     """
-    identity = (tables.name or "loop", tables.title or title, source)
+    system = _closed((tables.name or "loop", tables.title or title, source), tables, folder)
+    if tables.performance is None:
+        return system
+    stated = {name: side for name, side in tables.performance if side is not None}
+    states = [name for name in ("Bw", "Cz") if name in stated]
+    if states and tables.plant.A is None:
+        raise InputError(
+            f"performance.{states[0]} is about the states, and the plant is given without; give it by A, B and C"
+        )
+    performance = Performance.given(stated)
+    block = system.block
+    if not isinstance(block, MultivariablePlant | RationalPlant):
+        raise InputError("performance needs a plant with exact rational entries; leave the dead time out, or this")
+    performance.beside(MultivariablePlant.of_one_channel(block) if isinstance(block, RationalPlant) else block)
+    return replace(system, performance=performance)
+
+
+def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -> LoopSystem:
+    """The block of a file and what closes the loop."""
     block = _block(tables.plant)
     channels = (table.relu or _operates(table) or table.rate is not None for table in tables.nonlinearity_class)
     if any(channels):
@@ -236,6 +256,8 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
             _class(one) | ({"size" if one.operator not in ("", *DELAYS) else "repeated": size} if size > 1 else {})
             for one, size in alike
         ]
+    if system.performance is not None:
+        tables["performance"] = dict(system.performance.stated)
     return tables
 
 
@@ -282,6 +304,8 @@ def _entries(table: Mapping[str, object]) -> list[str]:
 
 def _plant(system: LoopSystem) -> dict[str, object]:
     block = system.block
+    if isinstance(block, RationalPlant) and block.matrices is not None and system.performance is not None:
+        block = MultivariablePlant.of_one_channel(block)  # its states are meant
     if isinstance(block, MultivariablePlant):
         sides: dict[str, object] = {name: getattr(block, name) for name in "ABCD"}
         return sides if block.dt is None else {**sides, "dt": block.dt}

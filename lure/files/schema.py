@@ -237,6 +237,17 @@ class ClassTable(BaseModel):
     delay: Bound = Field(default=None, description="bound of an unknown delay, phi = sigma(t - tau), instead [s]")
 
 
+class PerformanceTable(BaseModel):
+    """``[performance]``: a disturbance ``w`` and an output ``z``; what is left out is 0."""
+
+    model_config = ConfigDict(**STRICT, title="performance")
+    Bw: Matrix = Field(default=None, description="how w moves the state, a row for each state")
+    Cz: Matrix = Field(default=None, description="how z sees the state, a row for each output")
+    Dzw: Matrix = Field(default=None, description="from w to z")
+    Dzmu: Matrix = Field(default=None, description="from mu = -phi(sigma) to z, a column for each channel")
+    Dsigmaw: Matrix = Field(default=None, description="from w to sigma, a row for each channel")
+
+
 class PlantTables(BaseModel):
     """A whole file."""
 
@@ -248,12 +259,14 @@ class PlantTables(BaseModel):
     nonlinearity_class: Annotated[list[ClassTable], BeforeValidator(_listed)] = Field(
         default_factory=list, alias="class"
     )
+    performance: PerformanceTable | None = None
 
 
 PLANT_TABLES: dict[str, type[BaseModel]] = {
     "plant": PlantTable,
     "nonlinearity": NonlinearityTable,
     "class": ClassTable,
+    "performance": PerformanceTable,
 }
 LAW_TEXTS = ("text", "expression", "formula", "law", "kind", "file")
 

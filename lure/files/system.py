@@ -12,6 +12,7 @@ from lure.loop import Loop, loop_rows
 from lure.nonlinearities.base import Nonlinearity
 from lure.plants.delay import DelayPlant
 from lure.plants.multivariable import MultivariablePlant
+from lure.plants.performance import Performance
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 from lure.record import Record, quantity
@@ -52,6 +53,9 @@ class LoopSystem(Record):
     nonlinearity_tables: tuple[Mapping[str, object], ...] = quantity(
         "The tables ``[[nonlinearity]]`` that mean them", key="", default=()
     )
+    performance: Performance | None = quantity(
+        "The disturbance and the output of which the gain is asked, if there are such", default=None
+    )
     approximates: object = quantity(
         "What the block is an approximation of, if that is known", hidden=True, default=None
     )
@@ -90,7 +94,9 @@ class LoopSystem(Record):
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; ``classes`` and ``nonlinearities`` stand there for several channels."""
         found, several = super().to_dict(), isinstance(self.block, MultivariablePlant)
-        return {key: value for key, value in found.items() if several or key not in ("classes", "nonlinearities")}
+        left_out = [] if several else ["classes", "nonlinearities"]
+        left_out += ["performance"] if self.performance is None else []
+        return {key: value for key, value in found.items() if key not in left_out}
 
     def _rows(self) -> Iterator[tuple[object, ...]]:
         yield from loop_rows(self.block, self.nonlinearity)
@@ -99,6 +105,8 @@ class LoopSystem(Record):
         asked = self.nonlinearity_class or self.classes
         if asked is not None:
             yield "class asked about", str(asked)
+        if self.performance is not None:
+            yield "performance", str(self.performance)
         if self.source:
             yield "source", self.source
 

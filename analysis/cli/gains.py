@@ -1,0 +1,68 @@
+"""The command ``lure gain``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lure.analysis.cli import texts
+from lure.analysis.cli.certificates import check_target
+from lure.analysis.cli.loops import Criterion
+from lure.analysis.cli.options import (
+    Force,
+    Json,
+    Quiet,
+    Seconds,
+    Settings,
+    Verbose,
+    app,
+    check_seconds,
+    exit_status,
+    loop_named,
+    option,
+    print_json,
+    print_note,
+    print_wrapped,
+)
+from lure.analysis.cli.progress import progress
+
+
+@app.command(help=texts.GAIN)
+def gain(
+    system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file with a table [performance].")],
+    output: Annotated[
+        Path | None, option("--certificate --output -o", "FILE", "Write the certificate of the bound, or against any.")
+    ] = None,
+    witness: Annotated[Path | None, option("--witness", "FILE", "Write that of the member with a large gain.")] = None,
+    force: Force = False,
+    criterion: Criterion = "best",
+    set_: Settings = None,
+    seconds: Seconds = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> int:
+    """Print the L2 gain from w to z, from both sides."""
+    check_seconds(seconds)
+    chosen = loop_named(system, set_)
+    for path in (output, witness):
+        if path is not None:
+            check_target(path, force=force)
+    from lure.analysis.questions.gain import l2_gain
+
+    with progress(quiet=quiet, verbose=verbose) as tell:
+        found = l2_gain(chosen, criterion=criterion, seconds=seconds, progress=tell)
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        print_wrapped([str(found)])
+    for path, shown in ((output, found.proof or found.refutation), (witness, found.refutation)):
+        if path is not None and shown is not None:
+            from lure.analysis.output import write_new
+            from lure.analysis.questions.certify import text_of
+
+            write_new(path, text_of(shown.certificate), force=force)
+            print_note(f"The certificate is {path}", as_json=as_json, quiet=quiet)
+    return exit_status(found.verdict)

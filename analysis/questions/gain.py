@@ -1,0 +1,306 @@
+"""The L2 gain from a disturbance ``w`` to an output ``z`` over all members of the classes: a view of ``answer``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, cast
+
+from lure.analysis.certificates import codes
+from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
+from lure.analysis.questions.answers import answer
+from lure.analysis.questions.channel_problem import channel_plant, channel_problem
+from lure.analysis.questions.largest import StabilityBound
+from lure.analysis.questions.problem import Problem
+from lure.analysis.theorems.table import BEST
+from lure.analysis.verdict import Bracket, Evidence, Verdict
+from lure.arrays import linalg, np
+from lure.classes import Diagonal, NonlinearityClass
+from lure.errors import InputError
+from lure.files.system import LoopSystem
+from lure.plants.multivariable import MultivariablePlant
+from lure.plants.performance import Performance
+from lure.record import Page, Record, derived, plain, quantity
+
+if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.certificates.codes import Code
+
+_FREQUENCIES = 200
+
+
+class GainBound(Record):
+    r"""Bounds of the least ``gamma`` with :math:`\int |z|^2 \le \gamma^2 \int |w|^2`, ``x(0) = 0``, for all members."""
+
+    gain: Bracket = quantity(
+        "``low``: some member has a gain above it; ``high``: none has.  Infinite both where a member is unstable",
+        plainly=lambda bounds: [plain(bounds.low), plain(bounds.high)],
+    )
+    classes: Diagonal = quantity("The classes of the channels, without that from ``z`` to ``w``")
+    performance: Performance = quantity("Where ``w`` enters and what ``z`` is")
+    factors: StabilityBound = quantity(
+        "The answer about the loop with a channel from ``z`` to ``w`` of norm ``1/gamma``", key="", label=""
+    )
+    _kind, _said = "L2 gain", "sentence"
+
+    @property
+    @derived()
+    def verdict(self) -> Verdict:
+        """PROVED: ``gain.high`` is finite.  REFUTED: a member is unstable.  INCONCLUSIVE: neither is shown."""
+        return self.factors.verdict
+
+    @property
+    @derived()
+    def evidence(self) -> Evidence:
+        """What the bounds rest on."""
+        return self.factors.evidence
+
+    @property
+    @derived()
+    def criterion(self) -> str:
+        """The criterion that proves ``gain.high``; empty if none does."""
+        return self.factors.criterion
+
+    @property
+    @derived()
+    def closed(self) -> bool:
+        """Whether both bounds meet within one part in a thousand."""
+        low, high = self.gain.low, self.gain.high
+        return low == high or (high < math.inf and high - low <= 1e-3 * high)
+
+    @property
+    @derived()
+    def reason(self) -> str:
+        """Why nothing was proved; empty if something was."""
+        return self.factors.reason
+
+    @property
+    @derived(plainly=lambda code: None if code is None else code.identifier)
+    def code(self) -> Code | None:
+        """The code of the reason; None with a verdict."""
+        if self.verdict is not Verdict.INCONCLUSIVE:
+            return None
+        return codes.OUT_OF_TIME if self.factors.stopped == "time" else codes.NO_MULTIPLIER
+
+    @property
+    @derived()
+    def witness(self) -> str:
+        """The member with a gain above ``gain.low``, or that is unstable; empty if none was found."""
+        return "" if self.factors.witness is None else self.factors.witness.description
+
+    @property
+    @derived()
+    def assumed(self) -> str:
+        """What the theorem assumes of the nonlinearities beyond their class; empty if nothing."""
+        return self.factors.proviso
+
+    @property
+    def proof(self) -> Proved | None:
+        """What the checker accepted of ``gain.high``, with its certificate."""
+        return self.factors.proof
+
+    @property
+    def refutation(self) -> Refuted | None:
+        """What the checker accepted of the member, with its certificate: of ``gain.low``, or of instability."""
+        return self.factors.refutation
+
+    @property
+    def certificates(self) -> dict[str, Mapping[str, Any] | None]:
+        """The certificates of ``gain.high`` and of ``gain.low``, None where there is none."""
+        both = {"high": self.proof, "low": self.refutation}
+        return {name: None if shown is None else shown.certificate for name, shown in both.items()}
+
+    def __bool__(self) -> bool:
+        raise TypeError("a gain has bounds and no truth value; compare result.verdict")
+
+    def __str__(self) -> str:
+        low, high = self.gain.low, self.gain.high
+        if self.verdict is Verdict.REFUTED:
+            return f"No L2 gain from w to z is finite for {self.classes}: {self.witness}."
+        above = ""
+        if low > 0:
+            above = f"; a member has a gain above {bound_below(low)}: {self.witness.partition(' give')[0]}"
+        if self.verdict is Verdict.PROVED:
+            said = f"The L2 gain from w to z is at most {bound_above(high)} for {self.classes}"
+            return f"{said} ({self.criterion}, {self.evidence}){above}. {self.factors.unfinished}".rstrip()
+        return f"No bound of the L2 gain is proved for {self.classes} ({self.reason}){above}."
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data with both certificates; infinite numbers are the text ``inf``."""
+        return super().to_dict() | {"certificates": self.certificates}
+
+    def _page(self) -> Page:
+        rows = [
+            ("at most", bound_above(self.gain.high) if self.gain.high < math.inf else "no bound"),
+            ("proved by", self.criterion or "-"),
+            ("above", bound_below(self.gain.low) if self.gain.low < math.inf else "every bound"),
+            ("by the member", self.witness or "-"),
+            ("in a sentence", str(self)),
+        ]
+        notes = ["Not shown: a bound on the size of z at a time, on its gain for classes other than these."]
+        notes += ["Check it again: lure.analysis.check(result.certificates['high']), in exact arithmetic."]
+        return Page(f"L2 gain from w to z: {self.classes}", rows, verdict=str(self.verdict), notes=notes)
+
+
+def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settings with defaults)
+    plant: object,
+    classes: object = None,
+    performance: object = None,
+    *,
+    criterion: str = BEST,
+    seconds: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> GainBound:
+    r"""The L2 gain from ``w`` to ``z`` over all members of the classes, from both sides.
+
+    .. math:: \dot x = A x + B \mu + B_w w, \quad \sigma = C x + D \mu + D_{\sigma w} w, \quad
+        z = C_z x + D_{z\mu} \mu + D_{zw} w, \quad \mu_i = -\varphi_i(\sigma_i), \quad x(0) = 0,
+
+    in discrete time with ``x+`` and sums.
+
+    Parameters
+    ----------
+    plant : LoopSystem, or anything :func:`lure.as_plant` takes
+        The linear part; the state is that of its matrices.
+    classes : sequence or Diagonal, optional
+        The class of each channel; that of the system if it is not given.
+    performance : mapping or Performance, optional
+        ``Bw`` (n, p), ``Cz`` (q, n), ``Dzw`` (q, p), ``Dzmu`` (q, m) and ``Dsigmaw`` (m, p), row by row, 0 where they
+        are left out; that of the system if it is not given.  Or none where the plant has more inputs and outputs than
+        there are classes: then the last inputs are ``w`` and the last outputs ``z``.
+    criterion : str
+        A criterion for several nonlinearities, or ``best``.
+    seconds : float or None
+        Time allowed; when it is over the best bounds so far are returned.
+    progress : callable, optional
+        Called as ``progress(step, done)`` when a step begins.
+
+    Returns
+    -------
+    GainBound
+        ``gain.high`` is certified for every member; ``gain.low`` by a linear member at a frequency.
+
+    Raises
+    ------
+    InputError
+        A matrix does not fit, there are no classes, no ``w`` and no ``z``, or the plant is not rational.
+    AssumptionError
+        The loop with the gains at the lower bounds is no such that a theorem on gains covers it.
+
+    Notes
+    -----
+    One operator more, from ``z`` to ``w``, of norm ``1/gamma`` and with a constant weight (Willems 1972; Megretski,
+    Rantzer 1997): the same programmes, certificates and checkers.  Nothing follows for the difference of two solutions.
+
+    Examples
+    --------
+    >>> from lure import Sector
+    >>> found = l2_gain(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]})
+    >>> print(found.verdict, round(found.gain.low, 5), round(found.gain.high, 5))
+    PROVED 1.0 1.0
+    """
+    problem, stated = gain_problem(plant, classes, performance, criterion=criterion)
+    found = cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
+    given, unit = problem.classes, Fraction(problem.classes.classes[-1].sector.upper)
+    low = 0.0 if found.refuted_at is None else math.inf
+    if found.refuted_at:
+        low = double_below(1 / (unit * Fraction(found.refuted_at)))
+    proved = found.verdict is Verdict.PROVED and found.largest.low > 0
+    high = double_above(1 / (unit * Fraction(found.largest.low))) if proved else math.inf
+    own = tuple(len(block) for block in given.blocks[:-1])
+    asked = Diagonal(given.classes[: sum(own)], repeated=own)
+    return GainBound(gain=Bracket(low, high), classes=asked, performance=stated, factors=found)
+
+
+def gain_problem(
+    plant: object, classes: object, performance: object, *, criterion: str = BEST
+) -> tuple[Problem, Performance]:
+    """The question about the loop with a channel from ``z`` to ``w``, and the performance meant.
+
+    Parameters
+    ----------
+    plant, classes, performance : object
+        As for :func:`l2_gain`.
+    criterion : str
+        The criterion asked for.
+
+    Raises
+    ------
+    InputError
+        As there.
+    """
+    if classes is None:
+        classes = _said(plant)
+    stated = performance if performance is not None or not isinstance(plant, LoopSystem) else plant.performance
+    source: object = plant
+    if stated is None and isinstance(classes, list | tuple | Diagonal):
+        source, stated = _last_channels(plant, len(classes.classes if isinstance(classes, Diagonal) else classes))
+    if stated is None:
+        raise InputError("the L2 gain is asked of w and z, which are not given; give [performance] with Bw and Cz")
+    found = Performance.given(stated)
+    if isinstance(plant, LoopSystem) and isinstance(classes, list) and source is plant:
+        source = plant.block
+    asked = channel_problem(source, classes, kind="sector", criterion=criterion)
+    H = cast("MultivariablePlant", asked.plant)
+    if (found.Bw or found.Cz) and _without_states(plant):
+        raise InputError("performance.Bw and Cz are about states, and the plant is given without; give A, B, C and D")
+    whole, size = found.beside(H), max(found.inputs, found.outputs)
+    channel = NonlinearityClass.performance(_unit(whole, asked.classes, size))
+    sizes = (*(len(block) for block in asked.classes.blocks), size)
+    both = Diagonal((*asked.classes.classes, *[channel] * size), repeated=sizes)
+    return replace(asked, plant=whole, classes=both, known=()), found
+
+
+def _said(plant: object) -> object:
+    """The classes that a system states; of one channel as a list."""
+    if not isinstance(plant, LoopSystem) or plant.open:
+        raise InputError("no class of nonlinearities is given; give [class] or [nonlinearity], one for each channel")
+    one = plant.nonlinearity_class or plant.nonlinearity
+    return None if one is None else [one]
+
+
+def _without_states(plant: object) -> bool:
+    """Whether the plant is one transfer function, whose states nobody named."""
+    from lure.plants import as_plant
+    from lure.plants.rational import RationalPlant
+
+    block = plant.block if isinstance(plant, LoopSystem) else as_plant(plant)
+    return isinstance(block, RationalPlant) and block.matrices is None and block.order > 0
+
+
+def _last_channels(plant: object, m: int) -> tuple[object, Performance | None]:
+    """The plant of the first channels, and what its last inputs and outputs are as a performance."""
+    H = channel_plant(plant)
+    if H.inputs <= m or H.outputs <= m:
+        return plant, None
+    own = replace(H, B=tuple(row[:m] for row in H.B), C=H.C[:m], D=tuple(row[:m] for row in H.D[:m]), names=H.names[:m])
+    sides = {"Dzw": tuple(row[m:] for row in H.D[m:]), "Dzmu": tuple(row[:m] for row in H.D[m:])}
+    sides |= {"Dsigmaw": tuple(row[m:] for row in H.D[:m])}
+    sides |= {"Bw": tuple(row[m:] for row in H.B), "Cz": H.C[m:]} if H.order else {}
+    return own, Performance(**sides)
+
+
+def _unit(H: MultivariablePlant, classes: Diagonal, size: int) -> Fraction:
+    """About the inverse of the gain of the loop at the lower bounds, a power of two: searches are begun there."""
+    A, B, C, D = H.doubles()
+    gains = np.diag([float(v) for v in classes.lower] + [0.0] * size)
+    whole = np.eye(len(D)) + D @ gains
+    if abs(np.linalg.det(whole)) < 1e-12:
+        return Fraction(1)
+    closed = np.linalg.solve(whole, C)
+    Ac, Bc, Dc = A - B @ gains @ closed, B - B @ gains @ np.linalg.solve(whole, D), np.linalg.solve(whole, D)
+    poles = linalg.eigvals(Ac) if len(A) else np.ones(1)
+    spread = np.abs(poles[np.abs(poles) > 1e-12]) if len(A) else np.ones(1)
+    top, least = (float(spread.max()), float(spread.min())) if len(spread) else (1.0, 1.0)
+    points = 1j * np.geomspace(least / 100, top * 100, _FREQUENCIES)
+    if H.dt is not None:
+        points = np.exp(1j * np.linspace(0, np.pi, _FREQUENCIES))
+    pencil = points[:, None, None] * np.eye(len(A)) - Ac
+    try:
+        response = closed @ np.linalg.solve(pencil, Bc.astype(complex)) + Dc
+    except np.linalg.LinAlgError:
+        return Fraction(1)
+    largest = float(np.linalg.norm(response[:, -size:, -size:], 2, axis=(1, 2)).max())
+    return Fraction(2) ** round(-math.log2(largest)) if 1e-30 < largest < 1e30 else Fraction(1)

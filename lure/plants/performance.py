@@ -1,0 +1,156 @@
+"""A disturbance ``w`` and an output ``z`` beside the channels of a plant: the matrices with which they come in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, replace
+from fractions import Fraction
+from typing import cast
+
+from lure.errors import InputError
+from lure.exact import exact_number
+from lure.plants.multivariable import MultivariablePlant
+from lure.record import Record, quantity
+
+Rows = tuple[tuple[Fraction, ...], ...]
+
+
+class Performance(Record):
+    r"""Where a disturbance ``w`` enters a loop and which output ``z`` is looked at.
+
+    .. math:: \dot x = A x + B \mu + B_w w, \quad \sigma = C x + D \mu + D_{\sigma w} w, \quad
+        z = C_z x + D_{z\mu} \mu + D_{zw} w, \qquad \mu_i = -\varphi_i(\sigma_i).
+
+    A matrix that is left out is 0.  As ``mu = -phi(sigma)``, what is written ``z = ... + M phi(sigma)`` has ``Dzmu =
+    -M``.
+
+    Raises
+    ------
+    InputError
+        There is no ``w`` or no ``z``.
+
+    Examples
+    --------
+    >>> print(Performance.given({"Bw": [[1], [0]], "Cz": [[0, 1]]}))
+    1 disturbance w (Bw), 1 output z (Cz)
+    """
+
+    Bw: Rows = quantity("(n, p) how ``w`` moves the state", default=())
+    Cz: Rows = quantity("(q, n) how ``z`` sees the state", default=())
+    Dzw: Rows = quantity("(q, p) from ``w`` to ``z``", default=())
+    Dzmu: Rows = quantity("(q, m) from ``mu`` to ``z``", default=())
+    Dsigmaw: Rows = quantity("(m, p) from ``w`` to ``sigma``", default=())
+    _kind, _said = "performance", "text"
+
+    def __post_init__(self) -> None:
+        if not self.inputs or not self.outputs:
+            raise InputError("performance has no w or no z; give Bw (or Dzw, Dsigmaw) and Cz (or Dzw, Dzmu)")
+
+    @classmethod
+    def given(cls, stated: object) -> Performance:
+        """The performance that a mapping of matrices means, or one as it is.
+
+        Parameters
+        ----------
+        stated : Performance or mapping
+            ``Bw``, ``Cz``, ``Dzw``, ``Dzmu``, ``Dsigmaw``: each a list of rows or an array; a number for 1 x 1.
+
+        Raises
+        ------
+        InputError
+            It is neither, a name is none of these, or a matrix is none.
+        """
+        if isinstance(stated, Performance):
+            return stated
+        if not isinstance(stated, Mapping):
+            raise InputError(
+                f"performance is {stated!r:.60}; give a mapping such as {{'Bw': [[1], [0]], 'Cz': [[0, 1]]}}"
+            )
+        unknown = next((name for name in stated if name not in _NAMES), None)
+        if unknown is not None:
+            raise InputError(f"performance has {unknown!r:.40}; choose from {', '.join(_NAMES)}")
+        return cls(**{str(name): _matrix(str(name), value) for name, value in stated.items()})
+
+    @property
+    def inputs(self) -> int:
+        """Length ``p`` of ``w``."""
+        return next((len(side[0]) for side in (self.Bw, self.Dzw, self.Dsigmaw) if side), 0)
+
+    @property
+    def outputs(self) -> int:
+        """Length ``q`` of ``z``."""
+        return next((len(side) for side in (self.Cz, self.Dzw, self.Dzmu) if side), 0)
+
+    @property
+    def stated(self) -> dict[str, Rows]:
+        """The matrices that are not left out."""
+        return {name: side for name in _NAMES if (side := getattr(self, name))}
+
+    def beside(self, H: MultivariablePlant) -> MultivariablePlant:
+        """The plant with ``w`` as last inputs and ``z`` as last outputs, filled up with zeros to as many of both.
+
+        Parameters
+        ----------
+        H : MultivariablePlant
+            The plant.
+
+        Raises
+        ------
+        InputError
+            A matrix does not fit.
+        """
+        n, m, p, q = H.order, H.inputs, self.inputs, self.outputs
+        shapes = {"Bw": (n, p), "Cz": (q, n), "Dzw": (q, p), "Dzmu": (q, m), "Dsigmaw": (m, p)}
+        for name, rows in self.stated.items():
+            if (len(rows), len(rows[0])) != shapes[name]:
+                raise InputError(
+                    f"performance.{name} has {len(rows)} rows of {len(rows[0])}; with {n} states, {m} channels, {p} "
+                    f"inputs w and {q} outputs z give {shapes[name][0]} rows of {shapes[name][1]}"
+                )
+        size = max(p, q)
+
+        def beside(left: Rows, right: Rows) -> Iterator[tuple[Fraction, ...]]:
+            yield from ((*a, *b) for a, b in zip(left, right, strict=True))
+
+        return replace(
+            H,
+            B=tuple(beside(H.B, _filled(self.Bw, n, size))),
+            C=(*H.C, *_filled(self.Cz, size, n)),
+            D=(
+                *beside(H.D, _filled(self.Dsigmaw, m, size)),
+                *beside(_filled(self.Dzmu, size, m), _filled(self.Dzw, size, size)),
+            ),
+            names=(),
+        )
+
+    def __str__(self) -> str:
+        sides = {"disturbance": ("Bw", "Dsigmaw"), "output": ("Cz", "Dzmu")}
+        said = []
+        for (word, names), number, sign in zip(sides.items(), (self.inputs, self.outputs), "wz", strict=True):
+            given = ", ".join(name for name in (*names, "Dzw") if getattr(self, name))
+            said.append(f"{number} {word}{'s' * (number != 1)} {sign} ({given})")
+        return ", ".join(said)
+
+
+_NAMES = tuple(part.name for part in fields(Performance))
+
+
+def _filled(rows: Rows, high: int, wide: int) -> Rows:
+    """The matrix, filled up with zeros."""
+    zero = Fraction(0)
+    return tuple(
+        tuple(rows[i][j] if i < len(rows) and j < len(rows[i]) else zero for j in range(wide)) for i in range(high)
+    )
+
+
+def _matrix(name: str, value: object) -> Rows:
+    rows = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(rows, int | float | Fraction) and not isinstance(rows, bool):
+        rows = [[rows]]
+    listed = isinstance(rows, list | tuple) and all(isinstance(row, list | tuple) and row for row in rows)
+    if not listed or not rows or len({len(row) for row in cast("Sequence[Sequence[object]]", rows)}) != 1:
+        raise InputError(f"performance.{name} is {value!r:.60}; give rows of numbers of equal length, such as [[1, 0]]")
+    return tuple(
+        tuple(exact_number(entry, f"performance.{name}[{i}][{j}]") for j, entry in enumerate(row))
+        for i, row in enumerate(cast("Sequence[Sequence[object]]", rows))
+    )

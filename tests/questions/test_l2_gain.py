@@ -1,0 +1,174 @@
+"""The L2 gain from w to z from both sides, against values known exactly or recomputed."""
+
+import json
+import math
+from fractions import Fraction as F
+
+import pytest
+
+from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant
+from lure.analysis import l2_gain
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.second.opinion import recheck
+from lure.files import find_system
+from lure.files.loop import loop_to_toml
+
+LAG = ([[-1]], [[1]], [[1]], [[0]])
+SEEN = {"Bw": [[1]], "Cz": [[1]]}
+VARYING = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
+# G of the IQC toolboxes, v = -G(w + f): sigma = z = v, so that B, C keep their signs and Cz is C
+OSCILLATOR = ([[F(-1, 5), -1], [1, 0]], [[1], [0]], [[1, 1]], [[0]])
+OF_OSCILLATOR = {"Bw": [[1], [0]], "Cz": [[1, 1]]}
+
+
+def three(a):
+    """Three time-varying gains in the sector [0, a], of a demonstration of IQClab: mu = -p."""
+    plant = as_plant(
+        (
+            [[F(-2, 5), -1], [1, 0]],
+            [[F(1, 5), 1, F(1, 4)], [0, 0, 0]],
+            [[1, 0], [0, 1], [0, 0]],
+            [[0, 0, 0], [0, 0, 0], [0, -1, 0]],
+        )
+    )
+    performance = {"Bw": [[1], [0]], "Cz": [[0, F(-1, 5)]], "Dzmu": [[F(1, 10), 0, 0]], "Dzw": 1}
+    return plant, [NonlinearityClass(sector=Sector(0, a), time_varying=True)] * 3, performance
+
+
+@pytest.mark.parametrize(
+    ("plant", "classes", "performance", "truth"),
+    [
+        # x' = -x - phi + w, z = x: |z| is largest without phi, 1/|1 + i omega| <= 1
+        (LAG, [Sector(0, 1)], SEEN, 1),
+        # x+ = delta x + w, |delta| <= .9: 1/(1 - .9)
+        (
+            as_plant(([[0]], [[-1]], [[1]], [[0]]), dt=1),
+            [NonlinearityClass.constant_gain(F(-9, 10), F(9, 10))],
+            SEEN,
+            10,
+        ),
+        # two of them side by side, w and z of length 2: the larger one, x' = -x/2 + w
+        (
+            ([[-1, 0], [0, F(-1, 2)]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], 0),
+            [Sector(0, 1)] * 2,
+            {"Bw": [[1, 0], [0, 1]], "Cz": [[1, 0], [0, 1]]},
+            2,
+        ),
+        # w acts on sigma alone and z = mu: mu = -phi(w), a gain of the sector
+        (LAG, [Sector(0, 3)], {"Dsigmaw": [[1]], "Dzmu": [[1]], "Cz": [[0]], "Bw": [[0]]}, 3),
+    ],
+)
+def test_a_gain_that_a_linear_member_has_is_reached_from_both_sides(plant, classes, performance, truth):
+    found = l2_gain(plant, classes, performance)
+    assert found.verdict.name == "PROVED"
+    assert found.gain.low < truth < found.gain.high
+    assert found.gain.high - found.gain.low < 2e-6 * truth
+
+
+# the diagonal multipliers' optimum, recomputed with a semidefinite programme (cvxpy, Clarabel); full blocks go farther
+def test_a_published_plant_with_three_channels():
+    a, diagonal, full = F(7, 10), 4.775569, 3.646936
+    found = {name: l2_gain(*three(a), criterion=name).gain.high for name in ("diagonal-circle", "full-block-circle")}
+    assert found["diagonal-circle"] == pytest.approx(diagonal, rel=1e-5)
+    assert found["full-block-circle"] < full
+
+
+def test_popovs_terms_against_the_circle_criterion():
+    # published for the circle criterion and with Popov's term: 25.97 and 7.08
+    assert l2_gain(OSCILLATOR, [VARYING], OF_OSCILLATOR).gain.high == pytest.approx(25.97, abs=0.01)
+    found = l2_gain(OSCILLATOR, [Sector(0, 1)], OF_OSCILLATOR)
+    assert found.closed
+    assert found.gain.high == pytest.approx(7.08, abs=0.001)
+
+
+def test_certificates_state_the_channel_and_the_gain_and_are_accepted_twice():
+    found = l2_gain(OSCILLATOR, [Sector(0, 1)], OF_OSCILLATOR)
+    for side, kind in (("high", "Proved"), ("low", "Refuted")):
+        certificate = json.loads(json.dumps(found.certificates[side]))
+        assert type(check(certificate)).__name__ == kind
+        assert recheck(certificate).accepted
+        channel = certificate["laws"]["channels"][-1]
+        assert channel["operator"] == "performance"
+        gamma = 1 / F(channel["sector"][1])
+        assert getattr(found.gain, side) == pytest.approx(float(gamma), rel=1e-12)
+        assert gamma <= F(found.gain.high) if side == "high" else gamma >= F(found.gain.low)
+
+
+def test_no_gain_is_finite_where_a_member_is_unstable():
+    found = l2_gain(LAG, [Sector(-2, 0)], SEEN)  # x' = -x + 2 x
+    assert found.verdict.name == "REFUTED"
+    assert found.gain.low == found.gain.high == math.inf
+    assert "No L2 gain from w to z is finite" in str(found)
+    assert found.to_dict()["gain"] == ["inf", "inf"]
+
+
+def test_no_linear_gain_is_taken_for_a_relu():
+    # x' = -x - max(x, 0) + w: with w < 0 the gain 1 of x' = -x + w is attained, but by no linear member
+    found = l2_gain(LAG, [NonlinearityClass.relu()], SEEN)
+    assert found.gain.low == 0
+    assert found.gain.high == pytest.approx(1, rel=1e-6)
+
+
+def test_the_last_channels_of_a_larger_plant_are_w_and_z():
+    rows = [["1/(s+1)", "1/(s+1)"], ["1/(s+1)", "1/(s+1)"]]
+    found = l2_gain(as_plant(rows), [Sector(0, 1)])
+    assert found.classes == Diagonal((NonlinearityClass(sector=Sector(0, 1)),))
+    assert found.gain.high == pytest.approx(1, rel=1e-6)
+
+
+TEXT = """
+[plant]
+A = [[-0.2, -1], [1, 0]]
+B = [[1], [0]]
+C = [[1, 1]]
+[class]
+sector = [0, 1]
+"""
+PERFORMANCE = "[performance]\nBw = [[1], [0]]\nCz = [[1, 1]]\n"
+
+
+def test_a_file_and_the_command(lure, tmp_path):
+    (tmp_path / "loop.toml").write_text(TEXT + PERFORMANCE)
+    path, kept = str(tmp_path / "loop.toml"), str(tmp_path / "gain.json")
+    status, out, _ = lure("gain", path, "--json", "--certificate", kept)
+    assert status == 0
+    low, high = json.loads(out)["gain"]
+    assert 7.079 < low < high < 7.081
+    assert lure("verify", "--second", kept)[0] == 0
+    status, out, _ = lure("gain", path, "--set", "class.sector=[-1, 1]", "--json")
+    assert status == 11
+    assert json.loads(out)["gain"] == ["inf", "inf"]
+    system = find_system(path)
+    (tmp_path / "again.toml").write_text(loop_to_toml(system))
+    assert find_system(str(tmp_path / "again.toml")).performance == system.performance
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("", "give [performance] with Bw and Cz"),
+        ("[performance]\nBw = [[1], [0]]\n", "performance has no w or no z"),
+        ("[performance]\nBw = [[1]]\nCz = [[1, 1]]\n", "performance.Bw has 1 rows of 1; with 2 states"),
+        ("[performance]\nBw = [[1], [0, 1]]\nCz = [[1, 1]]\n", "give rows of numbers of equal length"),
+        ("[performance]\nBv = [[1], [0]]\nCz = [[1, 1]]\n", "unknown key performance.Bv"),
+        ('[performance]\nBw = "1"\nCz = [[1, 1]]\n', "give a list of rows"),
+        ("[performance]\nBw = [[nan], [0]]\nCz = [[1, 1]]\n", "performance.Bw[0][0]"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_said_in_one_sentence(lure, tmp_path, table, message):
+    (tmp_path / "loop.toml").write_text(TEXT + table)
+    status, out, err = lure("gain", str(tmp_path / "loop.toml"))
+    assert (status, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_states_that_nobody_named_have_no_inputs(lure, tmp_path):
+    (tmp_path / "loop.toml").write_text(
+        "[plant]\nnum = [1]\nden = [1, 1]\n[class]\nsector = [0, 1]\n[performance]\nBw = [[1]]\nCz = [[1]]\n"
+    )
+    status, _, err = lure("gain", str(tmp_path / "loop.toml"))
+    assert status == 2
+    assert "give it by A, B and C" in err
+    with pytest.raises(InputError, match="give A, B, C and D"):
+        l2_gain("1/(s+1)", [Sector(0, 1)], SEEN)
