@@ -16,7 +16,15 @@ from typer.core import TyperGroup
 
 from lure.analysis.cli.options import app
 
-for _commands in ("commands", "loops", "gains", "rates", "certificates", "sectors", "rods"):  # as ``lure --help`` lists them
+for _commands in (
+    "commands",
+    "loops",
+    "gains",
+    "rates",
+    "certificates",
+    "sectors",
+    "rods",
+):  # as ``lure --help`` lists them
     import_module(f"lure.analysis.cli.{_commands}")  # puts its commands on the one app
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
 USAGE_ERROR = cast(

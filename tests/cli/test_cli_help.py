@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 COMMANDS = (
-    *("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope", "gain", "rate"),
+    *("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope", "gain"),
     *("certify", "verify", "explain"),
     *("simulate", "compare", "response", "bifurcation", "basin", "sector"),
 )
