@@ -54,7 +54,11 @@ class Channels(NamedTuple):
         return [i for i, family in enumerate(self.families) if not family.operator]
 
     def bounds(self, i: int) -> tuple[Any, Any]:
-        """Bounds of ``phi_i(sigma)/sigma``: those of the sector and, as ``phi_i(0) = 0``, those of the slope."""
+        """Bounds of ``phi_i(sigma)/sigma``: those of the sector and, as ``phi_i(0) = 0``, those of the slope.
+
+        A delay has none, nor is it of small norm: there the bound is that of ``tau``.
+        """
+        need(self.families[i].operator not in DELAYS, f"channel {i + 1} has a delay, which this theorem does not cover")
         sector, slope = self.families[i].sector, self.families[i].slope
         return max(sector[0], slope[0]), min(sector[1], slope[1])
 
@@ -246,7 +250,7 @@ def undelayed(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
     need(found is not None, "the loop without delay has no solution", exact.IllPosed)
     A, B, C, D, _ = found or H
     for i in own:
-        h, constant = asked.bounds(i)[1], families[i].operator == "delay"
+        h, constant = families[i].sector[1], families[i].operator == "delay"
         one, kind = (Fraction(1), "linear time-invariant") if constant else (h, "any")
         families[i] = families[i]._replace(operator=kind, sector=(-one, one), varying=not constant)
         if not constant:

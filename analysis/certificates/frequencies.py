@@ -55,7 +55,7 @@ def multiplier(name: str, data: Any, m: int) -> Multiplier:
         weights, *rest = fields(data, "lambda", *["theta"] * (name == "diagonal-popov"))
         gamma = [[v if i == j else ZERO for j in range(m)] for i, v in enumerate(numbers(weights, m))]
         return Multiplier(gamma, numbers(rest[0], m) if rest else [ZERO] * m, [])
-    need(name == "matrix-zames-falb", f"{name!r:.40} is not proved by a determinant")
+    need(name in ("matrix-zames-falb", "matrix-scalings"), f"{name!r:.40} is not proved by a determinant")
     gamma, theta, listed = fields(data, "gamma", "theta", "kernels")
     form(all(isinstance(x, list) for x in (gamma, listed)) and len(gamma) == m, "gamma has one row for each channel")
     form(len(listed) <= MOST_KERNELS, "there are too many kernels")

@@ -138,7 +138,8 @@ def delayed(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     )
     (low, high), (a, b) = numbers(delays, 2), numbers(frequencies_of, 2)
     need(
-        0 <= low < high <= asked.bounds(i)[1] and 0 < a < b and b * (high - low) < 3, "the delays are not of the class"
+        0 <= low < high <= asked.families[i].sector[1] and 0 < a < b and b * (high - low) < 3,
+        "the delays are not of the class",
     )
     found = closed_loop(H, [[g * (k == j != i) for j in range(len(gains))] for k, g in enumerate(gains)])
     need(found is not None and not H.discrete, "the loop with these gains has no solution", exact.IllPosed)

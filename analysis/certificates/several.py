@@ -9,8 +9,9 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
+from . import arithmetic as exact
 from . import frequencies, gains, parametric, states, windows
-from .arithmetic import INF, ZERO, fields, form, integer, need, number, numbers, tick
+from .arithmetic import INF, ZERO, eliminated, fields, form, integer, need, number, numbers, tick
 from .balls import dot, positive_definite
 from .channels import (
     Channels,
@@ -236,7 +237,7 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
     after the shift, and ``F > 0`` bounds the solutions from ``tau = 0`` to ``tau = 1`` (Megretski, Rantzer).
     """
     fields(proof, "method")
-    need(not H.discrete, f"{name} by a determinant is for continuous time")
+    need(H.discrete is (name == "matrix-scalings"), f"{name} by a determinant is for another time")
     given = frequencies.multiplier(name, data, len(H.D))
     constant_gains = [one.linear and not one.varying for one in asked.families]
     odd = [one.odd for one in asked.families]
@@ -251,11 +252,32 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
             not (given.theta[i] and (any(H.D[i]) or one.operator)),
             f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone",
         )
-    facts = frequencies.proved(H, given, bounds)
+    facts = frequencies.proved(on_axis(H, given, asked) if H.discrete else H, given, bounds)
+    need(not (H.discrete and "residue" in facts), "scalings do not cover an eigenvalue z = 1", exact.Critical)
     posed, assumed = well_posed(H.D, asked)
-    if name != "matrix-zames-falb" or ordered(H.D, asked):
+    if not name.startswith("matrix") or ordered(H.D, asked):
         return facts | {"well-posed": posed}, assumed
     return facts | {"well-posed": solvable(H, asked, bounds)}, ""
+
+
+def on_axis(H: Plant, given: frequencies.Multiplier, asked: Channels) -> Plant:
+    """The plant of ``s``, ``z = (1 + s)/(1 - s)``, where a multiplier of the frequency means the same in both times.
+
+    ``M`` is constant but for operators and constant gains, which it multiplies at each frequency by itself; ``|e^(i
+    omega)| = 1`` is the axis.  With ``E = (1 + A)^-1``: ``E (A - 1)``, ``2 E^2 B``, ``C`` and ``D - C E B``.
+    """
+    alone = {block[0] for block in asked.blocks if len(block) == 1 and asked.families[block[0]].linear}
+    free = alone | {i for block in asked.operators for i in block}
+    need(not any(given.theta), "Popov's terms are for continuous time")
+    need(all(k.row == k.column and k.row in free for k in given.kernels), "a kernel is of no gain and no operator")
+    n = len(H.A)
+    square = [[v + (i == j) for j, v in enumerate(row)] for i, row in enumerate(H.A)]
+    both = eliminated(square, [[v - (i == j) for j, v in enumerate(row)] + H.B[i] for i, row in enumerate(H.A)])
+    once = None if both is None else eliminated(square, [[2 * v for v in row[n:]] for row in both])
+    need(once is not None, "z = -1 is an eigenvalue of the plant")
+    A, EB = [row[:n] for row in both or []], [row[n:] for row in both or []]
+    D = [[v - dot(c, column) for v, column in zip(row, zip(*EB))] for row, c in zip(H.D, H.C)]
+    return Plant(A, once or [], H.C, D, False)
 
 
 def diagonal(weights: list[Fraction], bounds: Any) -> Rows:

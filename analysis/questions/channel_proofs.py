@@ -38,7 +38,7 @@ from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
-RAMPS = "ramped-gains"
+RAMPS, SCALINGS = "ramped-gains", "matrix-scalings"
 _SURE = 1e-6  # of the largest entry: a growth below is more than rounding
 _MEETING = 1e-5  # relative: how near the ends of a search are that asks for proofs at each step
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
@@ -90,6 +90,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     if not all(map(bool.__or__, _sloped(asked), (bool(one.operator) for one in asked.classes.classes))):
         rows = [row for row in rows if row.stage != LAST]
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
+    scaled = channel_plant(asked.plant).dt is not None and bool(_fixed(asked) or _constant(asked))
+    found = [x for x in found if scaled or x.name != SCALINGS]
     if not _parametric(asked):
         found = [x for x in found if x.kind != PARAMETRIC]
     if wanted == BEST:  # one channel needs no full block
@@ -294,6 +296,10 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
     asked = without_delays(asked)
     H, sloped, classes = channel_plant(asked.plant), _sloped(asked), asked.classes
     A, B, C, D = H.doubles()
+    if H.dt is not None:  # functions of the frequency alone, in terms of s = (z - 1)/(z + 1)
+        sloped = [i in _constant(asked) for i in range(len(D))]
+        E = np.linalg.inv(np.eye(len(A)) + A)
+        A, B, D = np.eye(len(A)) - 2 * E, 2 * E @ E @ B, D - C @ E @ B
     if not (any(sloped) or _fixed(asked)) or len(D) > MOST_CHANNELS or len(A) > MOST_STATES:
         return None
 
@@ -302,7 +308,8 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
         if sloped[i] and one.slope is not None:
             ends[i] = Fraction(one.slope.lower), Fraction(one.slope.upper)
     lower = np.array([float(low) for low, _ in ends])
-    plant = ChannelInequality(A, B, C, D, lower, _free(asked), popov=True, discrete=False, operators=classes.operators)
+    free = [one and H.dt is None for one in _free(asked)]
+    plant = ChannelInequality(A, B, C, D, lower, free, popov=True, discrete=False, operators=classes.operators)
     blocks, scaled = [block for block in classes.blocks if sloped[block[0]]], classes.performance or range(len(ends))
     cone = KernelCone(plant, blocks, [one.odd for one in classes.classes], fixed=_fixed(asked), gains=_constant(asked))
     return cone, lambda factor: [(factor if i in scaled else 1) * high - low for i, (low, high) in enumerate(ends)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from flint import arb, arb_mat, fmpq_mat
@@ -191,6 +191,28 @@ def half_plane_stable(closed: fmpq_mat) -> bool:
     inner = mapped(p, p.degree())
     counts = half_plane_counts(inner)
     return inner.degree() == closed.nrows() and (counts.right, counts.axis) == (0, 0)
+
+
+def on_axis(asked: Asked) -> Asked:
+    """The plant of discrete time in ``s``, ``z = (1 + s)/(1 - s)``.
+
+    ``A``, ``B`` and ``D`` become ``A' = 1 - 2 E``, ``B' = 2 E E B``, ``D' = D - C E B``, where
+    ``E = (1 + A)^-1``.
+
+    Parameters
+    ----------
+    asked : Asked
+        The plant.
+
+    Raises
+    ------
+    NotShown
+        ``z = -1`` is an eigenvalue.
+    """
+    one = diagonal([Fraction(1)] * asked.A.nrows())
+    require(bool((one + asked.A).det() != 0), "z = -1 is an eigenvalue")
+    E = (one + asked.A).inv()
+    return replace(asked, A=one - 2 * E, B=2 * E * E * asked.B, D=asked.D - asked.C * E * asked.B, discrete=False)
 
 
 def diagonal(values: Sequence[Fraction]) -> fmpq_mat:

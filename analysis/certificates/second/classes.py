@@ -149,7 +149,9 @@ class Nonlinearities:
 
     @property
     def ends(self) -> tuple[Fraction | None, Fraction | None]:
-        """Least and greatest gain of the class, None where there is none."""
+        """Least and greatest gain of the class, None where there is none, and of delays, whose bound is another."""
+        if self.operator in DELAYS:
+            return None, None
         slope = self.slope or (self.lower, self.upper)
         lows = [end for end in (self.lower, slope[0]) if isinstance(end, Fraction)]
         highs = [end for end in (self.upper, slope[1]) if isinstance(end, Fraction)]

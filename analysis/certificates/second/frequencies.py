@@ -60,7 +60,7 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
     Parameters
     ----------
     theorem : str
-        ``diagonal-circle``, ``diagonal-popov`` or ``matrix-zames-falb``.
+        ``diagonal-circle``, ``diagonal-popov``, ``matrix-zames-falb`` or ``matrix-scalings``.
     value : object
         As it stands in the certificate.
     odd : sequence of bool
@@ -78,7 +78,7 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
         It is not for these classes.
     """
     m = len(odd)
-    if theorem != "matrix-zames-falb":
+    if theorem not in ("matrix-zames-falb", "matrix-scalings"):
         require(theorem in ("diagonal-circle", "diagonal-popov"), "the theorem is not one over frequencies")
         names = ("lambda", "theta") if theorem == "diagonal-popov" else ("lambda",)
         found = {name: numbers(side) for name, side in record(mapping(value), *names).items()}

@@ -32,6 +32,7 @@ from lure.analysis.certificates.second.channels import (
     balls,
     diagonal,
     joined,
+    on_axis,
     read,
     require_uniform,
     stacked,
@@ -39,6 +40,7 @@ from lure.analysis.certificates.second.channels import (
 )
 from lure.analysis.certificates.second.delays import refuted_by_delay, without_delays
 from lure.analysis.certificates.second.frequencies import (
+    Multiplier,
     read_multiplier,
     require_frequencies,
     require_vertices,
@@ -192,7 +194,8 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
     """The inequality over all frequencies, of the circle criterion, Popov's, or with kernels; whether 0 is a pole."""
     m = asked.D.nrows()
     record(document.proof, "method")
-    require(not asked.discrete, "over frequencies it is decided in continuous time only")
+    scaled = document.theorem == "matrix-scalings"
+    require(asked.discrete is scaled, "over frequencies it is not decided in this time")
     odd = [one.odd for one in asked.nonlinearities]
     gains = [one.linear and not one.time_varying for one in asked.nonlinearities]
     given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated, gains, asked.operators)
@@ -213,15 +216,28 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
         state_only = all(asked.D[i, j] == 0 for j in range(m))
         fits = state_only and not one.operator
         require(given.theta[i] == 0 or fits, "Popov's term does not fit its channel")
-    shifted, widths = shifted_by(asked, bounds), [high - low for low, high in bounds]
+    if scaled:
+        _require_scalings(given, asked)
+    own = on_axis(asked) if scaled else asked
+    shifted, widths = shifted_by(own, bounds), [high - low for low, high in bounds]
     critical, jump = bool(shifted[0].det() == 0), asked.D * 0
     if critical:
-        require(not given.moved, "kernels do not cover an eigenvalue 0")
+        require(not given.moved and not scaled, "kernels do not cover an eigenvalue 0")
         shifted, jump = integrators_apart(shifted, [given.gamma[i][i] * w for i, w in enumerate(widths)])
-    require_frequencies(shifted, asked.C, widths, given, jump)
-    if document.theorem == "matrix-zames-falb":
+    require_frequencies(shifted, own.C, widths, given, jump)
+    if document.theorem.startswith("matrix"):
         _require_one_solution(asked, bounds)
     return critical
+
+
+def _require_scalings(given: Multiplier, asked: Asked) -> None:
+    """Check that in discrete time only operators and constant gains by themselves have a function of the frequency."""
+    joint = {i for block in asked.operators for i in block}
+    require(not any(given.theta), "there are no Popov terms in discrete time")
+    for chain in given.chains:
+        i, rows = chain.column, {row for each in chain.rows.values() for row, _ in each}
+        alone = asked.nonlinearities[i].linear and asked.repeated.count(asked.repeated[i]) == 1
+        require(rows == {i} and (alone or i in joint), "a kernel is not one of a gain or an operator")
 
 
 def _require_one_solution(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> None:
