@@ -611,7 +611,7 @@ plt.show()
 #
 # ## 6. The checker alone
 #
-# `checker.py` and the ten files beside it need Python and nothing else. We copy the eleven into an empty folder and
+# `checker.py` and the eleven files beside it need Python and nothing else. We copy the twelve into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
@@ -624,6 +624,7 @@ BESIDE = (
     "frequencies",
     "gains",
     "parametric",
+    "regions",
     "several",
     "states",
     "windows",

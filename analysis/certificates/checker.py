@@ -5,7 +5,7 @@
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
 Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``balls``, ``blocks``, ``channels``,
-``frequencies``, ``gains``, ``parametric``, ``several``, ``states`` and ``windows`` beside it compute.
+``frequencies``, ``gains``, ``parametric``, ``regions``, ``several``, ``states`` and ``windows`` beside it compute.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if not __package__:  # run as a script: the files beside it are its package
     __package__ = Path(__file__).resolve().parent.name
 
 from . import arithmetic as exact
-from . import several, states
+from . import regions, several, states
 from .arithmetic import INF, ZERO, Form, Rejected, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
 from .blocks import (
@@ -351,6 +351,9 @@ def judged(
         kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof)
         ends = (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED)
         return (Proved if kind else Refuted), ends[end], found, assumed
+    if isinstance(given, dict) and "graphs" in given:
+        kind, conclusion, found = regions.examined(verdict, name, data, system, given, phi, proof)
+        return (Proved if kind else Refuted), conclusion, found, ""
     family = states.classes(given)
     form(not family.relu, "a ReLU is asked about as one of several channels")
     facts, slopes = {"class": states.described(family)}, list[Fraction]()

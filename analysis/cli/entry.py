@@ -21,6 +21,7 @@ for _commands in (
     "loops",
     "gains",
     "rates",
+    "regions",
     "certificates",
     "sectors",
     "rods",

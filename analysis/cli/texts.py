@@ -45,6 +45,7 @@ Examples:
   lure report                                   the rod of the paper
   lure simulate paper-rod -o run.nc             its motion, to rounding
   lure compare paper-rod                        how far schemes are from it
+  lure region plant.toml                        from where a loop recovers
   lure certify plant.toml                       the proof alone, as a file
   lure verify certificate.json                  check it without trusting lure
   lure reproduce paper                          the paper's claims, one by one
@@ -240,6 +241,26 @@ that the gain of some member exceeds, each with a certificate.
 \b
 Exit status: 0 a bound is proved, 10 none is, 11 a member is unstable,
 2 bad input, 130 interrupted before anything was found.
+"""
+
+REGION = """Say from where a loop recovers that is stable near 0 only.
+
+\b
+Examples:
+  lure region plant.toml
+  lure region plant.toml --json
+  lure region plant.toml --along "1 1; 1 -1"
+  lure region plant.toml --certificate region.json
+
+\b
+For one known nonlinearity in each channel: sets from which every solution
+tends to 0, proved by what holds on the set alone (a sector on an interval,
+the limits of a saturation), and sets from which none does.  With one state
+both sides meet.  A start in neither may be attracted or not.
+
+\b
+Exit status: 0 a set is proved, 10 none was found, 2 bad input,
+130 interrupted.
 """
 
 VERIFY = """Check certificates in exact arithmetic.

@@ -30,7 +30,12 @@ def symmetric_basis(p: int) -> NDArray[np.float64]:
 
 
 def proposed(
-    cost: NDArray[np.float64], blocks: Sequence[Block], rows: NDArray[np.float64], most: NDArray[np.float64]
+    cost: NDArray[np.float64],
+    blocks: Sequence[Block],
+    rows: NDArray[np.float64],
+    most: NDArray[np.float64],
+    *,
+    logarithms: Sequence[tuple[int, int]] = (),
 ) -> NDArray[np.float64] | None:
     """About the largest ``cost x`` with every block positive semidefinite and ``rows x <= most``.
 
@@ -42,6 +47,8 @@ def proposed(
         Linear matrix inequalities.
     rows, most : ndarray
         (r, K) and (r,).
+    logarithms : sequence of (int, int)
+        Pairs ``(j, k)`` with ``x_j <= log x_k``.
 
     Returns
     -------
@@ -64,6 +71,10 @@ def proposed(
         sides.append(sparse.csc_matrix(-(slopes[:, i, j] * scale).T))
         limits.append(constant[i, j] * scale)
         cones.append(clarabel.PSDTriangleConeT(len(constant)))
+    for under, over in logarithms:  # (x_j, 1, x_k) in the exponential cone
+        sides.append(sparse.csc_matrix(([-1.0, -1.0], ([0, 2], [under, over])), shape=(3, len(cost))))
+        limits.append(np.array([0.0, 1.0, 0.0]))
+        cones.append(clarabel.ExponentialConeT())
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     size = len(cost)

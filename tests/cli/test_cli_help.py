@@ -9,6 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 COMMANDS = (
     *("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope", "gain"),
+    "region",
     *("certify", "verify", "explain"),
     *("simulate", "compare", "response", "bifurcation", "basin", "sector"),
 )
@@ -55,7 +56,8 @@ def test_the_root_help_reads_as_written(lure):
         "    lure report                                   the rod of the paper\n"
         "    lure simulate paper-rod -o run.nc             its motion, to rounding\n"
         "    lure compare paper-rod                        how far schemes are from it\n"
-        "    lure certify plant.toml                       the proof alone, as a file\n"
+        "    lure region plant.toml                        from where a loop recovers\n"
+            "    lure certify plant.toml                       the proof alone, as a file\n"
         "    lure verify certificate.json                  check it without trusting lure\n"
         "    lure reproduce paper                          the paper's claims, one by one\n\n"
         "  Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,\n"

@@ -79,6 +79,19 @@ def read(document: Document) -> Asked:
     document : Document
         The parts of the certificate.
     """
+    sides, discrete = matrices(document)
+    nonlinearities, repeated = read_classes(document, sides["D"].nrows())
+    return Asked(**sides, discrete=discrete, nonlinearities=nonlinearities, repeated=repeated)
+
+
+def matrices(document: Document) -> tuple[dict[str, fmpq_mat], bool]:
+    """``A``, ``B``, ``C`` and ``D`` of a certificate by name, and whether time is discrete.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+    """
     found = record(document.system, "kind", "time", "A", "B", "C", "D")
     require(found["kind"] == "multivariable", "the kind of system is unknown for several nonlinearities")
     require(found["time"] in ("continuous", "discrete"), "the time is unknown")
@@ -88,17 +101,8 @@ def read(document: Document) -> Asked:
     for name, height, width in (("A", n, n), ("B", n, m), ("C", m, n), ("D", m, m)):
         fits = len(rows[name]) == height and all(len(row) == width for row in rows[name])
         require(fits, f"{name} does not fit the other matrices")
-    nonlinearities, repeated = read_classes(document, m)
     sides = {name: fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for name, side in rows.items()}
-    return Asked(
-        A=sides["A"],
-        B=sides["B"],
-        C=sides["C"],
-        D=sides["D"],
-        discrete=found["time"] == "discrete",
-        nonlinearities=nonlinearities,
-        repeated=repeated,
-    )
+    return sides, found["time"] == "discrete"
 
 
 def read_classes(document: Document, m: int) -> tuple[tuple[Nonlinearities, ...], tuple[int, ...]]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from lure.analysis.certificates.second import counterexamples, pace, several, structure, theorems
+from lure.analysis.certificates.second import counterexamples, pace, regions, several, structure, theorems
 from lure.analysis.certificates.second.classes import (
     ATTRACTS,
     BOUNDED,
@@ -82,6 +82,8 @@ def _follows(document: Document) -> str:
     """The sentence that is shown of the system of the document."""
     if "channels" in document.nonlinearities:
         return (structure.rods if document.system.get("kind") == "rods" else several.shown)(document)
+    if "graphs" in document.nonlinearities:
+        return regions.shown(document)
     nonlinearities, system = read_nonlinearities(document.nonlinearities), read_system(document.system)
     require(not nonlinearities.relu, "a ReLU is asked about as one of several channels")
     if document.nonlinearity is not None:

@@ -1,0 +1,309 @@
+"""Regions of attraction: sets from which every solution tends to 0, or none does; part of the checker.
+
+Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from . import arithmetic as exact
+from . import states
+from .arithmetic import INF, ZERO, extended, fields, form, integer, need, number, numbers, real
+from .balls import dot, positive_definite
+from .channels import Plant, Rows, closed_loop, moved, plant, seen, triangle
+
+INSIDE = "every motion that starts in {x : x^T P x <= 1} tends to 0, P as in the proof"
+BETWEEN = "every motion that starts between {} and {} tends to 0"
+BEYOND = "no motion that starts in {{x : x^T Q x > 1}} tends to 0, Q as in the proof"
+OUTSIDE = "no motion that starts at or beyond {} or {} tends to 0"
+
+
+class Graph(NamedTuple):
+    """A nonlinearity with ``phi(0) = 0``: polynomials between cuts, or with a sector for ``|sigma| <= reach``."""
+
+    cuts: list[Any]
+    pieces: list[list[Fraction]]  # ascending coefficients, one more than cuts
+    sector: tuple[Any, Any] = (-INF, INF)
+    reach: Any = INF
+
+    def between(self, low: Any, high: Any) -> list[tuple[Any, Any, list[Fraction]]]:
+        """Its pieces within an interval, with their ends."""
+        ends = [-INF, *self.cuts, INF]
+        parts = [(max(a, low), min(b, high), p) for (a, b), p in zip(pairwise(ends), self.pieces)]
+        return [(a, b, p) for a, b, p in parts if a < b]
+
+    def within(self, l: Any, u: Any, reach: Fraction) -> bool:
+        """Whether ``l <= phi(sigma)/sigma <= u`` for ``0 < |sigma| <= reach``."""
+        if self.reach != INF:
+            return bool(reach <= self.reach and l <= self.sector[0] and self.sector[1] <= u)
+        sides = [(a, b, p, sign) for sign in (-1, 1) for a, b, p in self.between(*sorted((ZERO, sign * reach)))]
+        return all(
+            never_negative(more(p, [ZERO, -l], sign), a, b) and never_negative(more([ZERO, u], p, sign, -1), a, b)
+            for a, b, p, sign in sides
+        )
+
+    def limited(self) -> bool:
+        """Whether it is a line ``e sigma`` and another one between limits on both sides."""
+        if len(self.pieces) != 3 or max(map(len, self.pieces)) > 2 or not self.cuts[0] < 0 < self.cuts[1]:
+            return False
+        (c, e), _, (d, f) = ([*p, ZERO][:2] for p in self.pieces)
+        return e == f and c * d < 0
+
+    def clip(self) -> tuple[Fraction, Fraction, Fraction, Fraction]:
+        """``e, u, a, b`` with ``phi = e sigma + p``, ``p = (u - e) sigma`` limited to ``[-a, b]``."""
+        need(self.limited(), "the nonlinearity is no line with limits on both sides")
+        (c, e), (_, u), (d, _) = ([*p, ZERO][:2] for p in self.pieces)
+        return e, u, -min(c, d), max(c, d)
+
+
+def graph(data: Any) -> Graph:
+    """The nonlinearity of one channel."""
+    if isinstance(data, dict) and data.get("kind") == "sector":
+        _, pair, reach = fields(data, "kind", "sector", "reach")
+        form(isinstance(pair, list) and len(pair) == 2, "a sector is a pair of bounds")
+        l, u, c = number(pair[0]), number(pair[1]), number(reach)
+        form(l <= u and c > 0, "a sector has bounds in order, and a reach > 0")
+        return Graph([], [], (l, u), c)
+    kind, cuts, pieces = fields(data, "kind", "cuts", "pieces")
+    form(kind == "piecewise-polynomial" and isinstance(cuts, list) and isinstance(pieces, list), "no nonlinearity")
+    found = Graph([number(x) for x in cuts], [numbers(p) for p in pieces])
+    ordered = all(a < b for a, b in pairwise(found.cuts)) and len(found.pieces) == len(found.cuts) + 1
+    form(ordered and max(map(len, found.pieces)) <= 40, "cuts ascend, with one polynomial more than cuts")
+    joins = zip(found.cuts, pairwise(found.pieces))
+    need(all(exact.value(p, x) == exact.value(q, x) for x, (p, q) in joins), "the nonlinearity jumps")
+    at_zero = [p for p, a, b in zip(found.pieces, [-INF, *found.cuts], [*found.cuts, INF]) if a <= 0 <= b]
+    need(exact.value(at_zero[0], ZERO) == 0, "phi(0) is not 0")
+    return found
+
+
+def more(p: list[Fraction], q: list[Fraction], sign: int = 1, other: int = 1) -> list[Fraction]:
+    """``sign (p + other q)``."""
+    return (real(sign) * (real(*p) + real(other) * real(*q))).part()
+
+
+def never_negative(p: list[Fraction], low: Any, high: Any, strictly: bool = False) -> bool:
+    """Whether ``p >= 0`` on an interval, ``> 0`` inside unless ``p = 0`` (strictly: which is then refused)."""
+    for end, side in ((low, 1), (high, -1)):
+        while p and abs(end) != INF and exact.value(p, end) == 0:  # p = side (x - end) q
+            quotient, carry = list[Fraction](), ZERO
+            for c in reversed(p):
+                carry = carry * end + c
+                quotient.insert(0, carry)
+            p = [side * c for c in quotient[1:]]
+    if not p:
+        return not strictly
+    if low == -INF:
+        return never_negative([c * (-1) ** i for i, c in enumerate(p)], -high, INF, strictly)
+    return exact.positive(p, low, None if high == INF else high)
+
+
+def described(graphs: list[Graph]) -> str:
+    """The nonlinearities in words."""
+    words = list[str]()
+    for i, one in enumerate(graphs, 1):
+        if one.reach != INF:
+            (l, u), c = one.sector, one.reach
+            words.append(
+                f"channel {i}: all locally Lipschitz phi(t, sigma) in the sector [{l}, {u}] for |sigma| <= {c}"
+            )
+        else:
+            parts = "; ".join(" ".join(map(str, p)) for p in one.pieces)
+            words.append(
+                f"channel {i}: phi polynomials in sigma, ascending: {parts}; cuts {' '.join(map(str, one.cuts)) or '-'}"
+            )
+    return "; ".join(words)
+
+
+def examined(verdict: str, name: str, data: Any, system: Any, given: Any, phi: Any, proof: Any) -> Any:
+    """Whether a set lies inside the region, the sentence, and how every hypothesis was found to hold."""
+    H = plant(system)
+    (listed,) = fields(given, "graphs")
+    form(isinstance(listed, list) and len(listed) == len(H.D), "one nonlinearity for each channel is needed")
+    graphs = [graph(one) for one in listed]
+    need(phi is None, "no nonlinearity is given beside several")
+    acyclic(H.D)
+    facts, inner = {"class": described(graphs)}, verdict == "PROVED"
+    if proof["method"] == "signs":
+        need(name == ("scalar" if inner else "counterexample") and data == {}, "signs are about one state")
+        sentence, found = by_signs(H, graphs, inner, proof)
+    elif inner:
+        need(name == "local-circle", f"there is no theorem {name!r:.40} for regions")
+        sentence, found = INSIDE, ellipsoid(H, graphs, data, proof)
+    else:
+        need((name, data) == ("counterexample", {}), "starts that never come to 0 are a counterexample")
+        sentence, found = BEYOND.format(), beyond(H, graphs, proof)
+    return inner, sentence, facts | found
+
+
+def acyclic(D: Rows) -> None:
+    """The channels can be taken one after the other."""
+    left = set(range(len(D)))
+    while free := {i for i in left if not any(D[i][j] for j in left)}:
+        left -= free
+    need(not left, "D has a cycle: sigma is not given channel after channel")
+
+
+def definite(rows: Rows, reason: str) -> None:
+    """A symmetric matrix, of which the lower triangle is looked at, is positive definite."""
+    lower = [row[: i + 1] for i, row in enumerate(rows)]
+    q = states.unit(lower)
+    need(positive_definite([[int(q * v) for v in row] for row in lower]), reason)
+
+
+def quadratic(*terms: tuple[Any, Any, Any]) -> Rows:
+    """The matrix of ``sum w (f z)(g z)`` for terms ``w, f, g``."""
+    found = [[ZERO] * len(terms[0][1]) for _ in terms[0][1]]
+    for w, f, g in terms:
+        for i, row in enumerate(found):
+            for j in range(len(row)):
+                row[j] += w * (f[i] * g[j] + g[i] * f[j]) / 2
+    return found
+
+
+def added(*parts: tuple[int, Rows]) -> Rows:
+    """A sum of matrices with their signs."""
+    size = len(parts[0][1])
+    return [[sum((s * M[i][j] for s, M in parts), ZERO) for j in range(size)] for i in range(size)]
+
+
+def growth(P: Rows, H: Plant, factor: Fraction = ZERO) -> Rows:
+    """``V' - factor V`` of ``V = x'P x``, in discrete time ``V+ - (1 + factor) V``, as a form in ``(x, phi)``."""
+    n, F = len(P), moved(H)
+    size = len(F[0])
+    PF = [[dot(row, column) for column in zip(*F)] for row in P]
+    V = [[P[i][j] if i < n and j < n else ZERO for j in range(size)] for i in range(size)]
+    if H.discrete:
+        moves = [[dot(f, column) for column in zip(*PF)] for f in zip(*F)]
+        return added((1, moves), (-1, [[(1 + factor) * v for v in row] for row in V]))
+    half = [PF[i] if i < n else [ZERO] * size for i in range(size)]
+    return added((1, half), (1, [list(row) for row in zip(*half)]), (-1, [[factor * v for v in row] for row in V]))
+
+
+def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str, str]:
+    """``V = x'P x`` falls on ``V <= 1``, where every term ``weight (u sigma - phi)(phi - v) >= 0``.
+
+    Either ``v = l sigma`` and ``|sigma| <= reach`` there; or ``phi = e sigma + p``, ``p`` limited to ``[-a, b]``, and
+    ``v = e sigma + h x`` with ``|h x| <= min(a, b)`` there: ``p`` is the point of the interval nearest to
+    ``(u - e) sigma``, and ``h x`` another of its points.  As ``|r x| <= c`` on the ellipsoid if ``r P^-1 r' <= c^2``.
+    """
+    _, rows = fields(proof, "method", "P")
+    form(proof["method"] == "ellipsoid", "a region is proved by an ellipsoid")
+    (terms,) = fields(data, "terms")
+    form(isinstance(terms, list) and len(terms) <= 400, "terms are a list")
+    n, m = len(H.A), len(H.D)
+    P, Z, Y = triangle(rows, n), [[ZERO] * n + [Fraction(i == j) for j in range(m)] for i in range(m)], seen(H)
+    definite(P, "P > 0 fails, or is undecided")
+    most: list[Any] = [INF] * m  # bounds of |phi| on the ellipsoid
+    for i, one in enumerate(graphs):
+        if one.limited() and one.clip()[0] == 0:
+            most[i] = max(one.clip()[2:])
+    products, asked = list[tuple[Any, Any, Any]](), list[tuple[Any, Any]]()
+    reaches: list[Any] = [INF] * m
+    for term in terms:
+        form(isinstance(term, dict), "a term is an object")
+        local = "sector" in term
+        where, weight, *own = fields(term, "channel", "weight", *(("sector", "reach") if local else ("row",)))
+        i, w = integer(where, 1, m) - 1, number(weight)
+        need(w >= 0, "a weight is negative")
+        if local:
+            form(isinstance(own[0], list) and len(own[0]) == 2, "a sector is a pair of bounds")
+            l, u, c = number(own[0][0]), number(own[0][1]), number(own[1])
+            need(c > 0 and graphs[i].within(l, u, c), f"the nonlinearity of channel {i + 1} leaves its sector")
+            reaches[i], most[i] = min(reaches[i], c), min(most[i], max(abs(l), abs(u)) * c)
+            v = [l * y for y in Y[i]]
+        else:
+            e, u, a, b = graphs[i].clip()
+            h = numbers(own[0], n)
+            asked.append((h, min(a, b)))
+            v = [e * y + x for y, x in zip(Y[i], [*h, *[ZERO] * m])]
+        f, g = [u * y - z for y, z in zip(Y[i], Z[i])], [z - x for z, x in zip(Z[i], v)]
+        products.append((2 * w, f, g))
+    for i, one in enumerate(graphs):
+        need(one.reach == INF or reaches[i] <= one.reach, f"channel {i + 1} is known on an interval alone")
+        if reaches[i] != INF:
+            need(all(most[j] != INF for j in range(m) if H.D[i][j]), f"sigma of channel {i + 1} is not bounded")
+            rest = reaches[i] - sum((abs(d) * most[j] for j, d in enumerate(H.D[i]) if d), ZERO)
+            need(rest > 0, f"sigma of channel {i + 1} is not bounded by its reach")
+            asked.append((H.C[i], rest))
+    for r, c in asked:
+        definite([*([*row, x] for row, x in zip(P, r)), [*r, c * c]], "the ellipsoid leaves a strip, or is undecided")
+    parts = [(-1, growth(P, H)), *([(-1, quadratic(*products))] if products else [])]
+    definite(added(*parts), "that V falls fails, or is undecided")
+    return {
+        "decrease": f"V = x^T P x falls where the {len(terms)} terms are not negative (order {n + m})",
+        "terms": f"they are not negative on the ellipsoid: it lies in {len(asked)} strips",
+    }
+
+
+def beyond(H: Plant, graphs: list[Graph], proof: Any) -> dict[str, str]:
+    """``V = x'Q x`` has ``V' >= rate (V - 1)``, as ``|p_i| <= a_i`` and ``sum s_i a_i^2 <= rate``, weights ``s_i``."""
+    method, rows, rate, weights = fields(proof, "method", "Q", "rate", "weights")
+    form(method == "growth", "starts beyond a set are proved by growth or by signs")
+    n, m, r, s = len(H.A), len(H.D), number(rate), numbers(weights, len(H.D))
+    clips = [one.clip() for one in graphs]
+    G = closed_loop(H, [[e * (i == j) for j in range(m)] for i, (e, *_) in enumerate(clips)])
+    need(G is not None and r > 0 and min(s) >= 0, "a rate > 0 and weights >= 0 are needed")
+    assert G is not None
+    acyclic(G.D)
+    need(sum((w * max(a, b) ** 2 for w, (_, _, a, b) in zip(s, clips)), ZERO) <= r, "the weights exceed the rate")
+    Q = triangle(rows, n)
+    M: Rows = growth(Q, G, r)
+    for i, w in enumerate(s, n):
+        M[i][i] += w
+    definite(M, "that V grows fails, or is undecided")
+    return {"growth": f"V = x^T Q x, V - 1 grows at a rate of at least {r} where V > 1 (order {n + m})"}
+
+
+def by_signs(H: Plant, graphs: list[Graph], inner: bool, proof: Any) -> tuple[str, dict[str, str]]:
+    """One state: ``x' = f(x)`` with ``x f(x) < 0``, in discrete time ``|f(x)| < |x|``, for ``low < x < high``, not 0.
+
+    And against it: ``f(high) >= 0`` and ``f(low) <= 0``; in discrete time ``|f(x)| >= |x|`` from there on.
+    """
+    _, ends = fields(proof, "method", "interval")
+    form(isinstance(ends, list) and len(ends) == 2, "an interval is a pair")
+    low, high = map(extended, ends)
+    need(low < 0 < high and "finite" not in ends, "the interval is none around 0")
+    need(len(H.A) == 1 and not any(map(any, H.D)), "signs are about one state and D = 0")
+    need(all(one.reach == INF for one in graphs), "signs need nonlinearities that are known")
+    need(not H.discrete or low == -high, "in discrete time the interval is symmetric")
+    cuts = sorted({ZERO, *(x / c[0] for one, c in zip(graphs, H.C) if c[0] for x in one.cuts)})
+    f = list[tuple[Any, Any, list[Fraction]]]()
+    for a, b in pairwise([-INF, *cuts, INF]):
+        middle = b - 1 if a == -INF else a + 1 if b == INF else (a + b) / 2
+        total = real(0, H.A[0][0])
+        for one, b_i, c in zip(graphs, H.B[0], (row[0] for row in H.C)):
+            p = one.pieces[sum(x < c * middle for x in one.cuts)]
+            total = total + real(-b_i) * real(*(v * c**k for k, v in enumerate(p)))
+        f.append((a, b, total.part()))
+    step = [ZERO, Fraction(1)]
+
+    def holds(a: Any, b: Any, strictly: bool) -> bool:
+        for left, right, p in f:
+            x, y = max(a, left), min(b, right)
+            if x < y:
+                sign = (1 if x >= 0 else -1) * (1 if strictly else -1)
+                if not H.discrete:
+                    fine = never_negative(more(p, [], -sign), x, y, True)
+                elif strictly:
+                    fine = all(never_negative(more(step, p, sign, turn), x, y, True) for turn in (1, -1))
+                else:
+                    fine = any(never_negative(more(step, p, sign, turn), x, y) for turn in (1, -1))
+                if not fine:
+                    return False
+        return True
+
+    if inner:
+        need(holds(low, high, True), "x = 0 does not attract all of the interval")
+        how = "|f(x)| < |x|" if H.discrete else "x f(x) < 0"
+        return BETWEEN.format(*ends), {"signs": f"{how} for {ends[0]} < x < {ends[1]}, x != 0, by Sturm's chains"}
+    need((low, high) != (-INF, INF), "nothing lies beyond")
+    if H.discrete:
+        need(holds(-INF, low, False) and holds(high, INF, False), "|f(x)| >= |x| is not shown from the ends on")
+        return OUTSIDE.format(*ends), {"signs": "|f(x)| >= |x| from there on"}
+    at = [sum((exact.value(p, x) for a, b, p in f if a < x <= b), ZERO) for x in (low, high) if abs(x) != INF]
+    signs = [v * (1 if x > 0 else -1) for v, x in zip(at, (x for x in (low, high) if abs(x) != INF))]
+    need(min(signs) >= 0, "the solution may come back across an end")
+    return OUTSIDE.format(*ends), {"signs": "f >= 0 at the upper end and f <= 0 at the lower one: none crosses them"}

@@ -1,0 +1,354 @@
+r"""Regions of attraction, checked again: forms in balls, strips by the inverse of ``P``, signs by isolated roots.
+
+With ``z = (x, phi)``, ``x' = F z``, ``sigma = Y z`` and ``E z = x`` the form ``V = x'P x`` falls where the terms ``w (u
+sigma - phi)(phi - v)`` are not negative if
+
+.. math:: -(E'PF + F'PE) - \sum_i w_i (f_i' g_i + g_i' f_i) > 0, \quad f_i = u_i Y_i - e_i, \quad g_i = e_i - v_i,
+
+in discrete time with ``E'PE - F'PF``.  A term counts on ``V <= 1`` if ``r P^{-1} r' < c^2`` for its strip ``|r x| <=
+c``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+
+from flint import arb_mat, fmpq, fmpq_mat, fmpq_poly
+
+from lure.analysis.certificates.second.channels import diagonal, matrices, stacked, symmetric
+from lure.analysis.certificates.second.matrix import BITS, positive_definite
+from lure.analysis.certificates.second.numerics import X, nonnegative_from_zero, to_fmpq, to_fraction, working_precision
+from lure.analysis.certificates.second.reading import (
+    Document,
+    NotShown,
+    count,
+    listed,
+    mapping,
+    number,
+    numbers,
+    record,
+    require,
+    text,
+)
+
+INSIDE = "every motion that starts in {x : x^T P x <= 1} tends to 0, P as in the proof"
+BEYOND = "no motion that starts in {x : x^T Q x > 1} tends to 0, Q as in the proof"
+LARGEST_DEGREE = 40
+Cut = Fraction | None  # None: there is no end on this side
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Graph:
+    """A nonlinearity: polynomials between cuts, or, without any, a sector for ``|sigma| <= reach``."""
+
+    cuts: tuple[Fraction, ...] = ()
+    pieces: tuple[fmpq_poly, ...] = ()
+    sector: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
+    reach: Fraction | None = None
+
+    @property
+    def clip(self) -> tuple[Fraction, Fraction, Fraction, Fraction] | None:
+        """``e, u, least, most``: ``phi - e sigma`` is ``(u - e) sigma`` held between the last two; else None."""
+        if len(self.pieces) != 3 or any(p.degree() > 1 for p in self.pieces) or self.pieces[1][0] != 0:
+            return None
+        left, middle, right = self.pieces
+        least, most = sorted((to_fraction(left[0]), to_fraction(right[0])))
+        if left[1] != right[1] or not least < 0 < most or not self.cuts[0] < 0 < self.cuts[1]:
+            return None
+        return to_fraction(left[1]), to_fraction(middle[1]), least, most
+
+
+def _read(value: object) -> Graph:
+    """The nonlinearity of one channel, continuous with ``phi(0) = 0``."""
+    if mapping(value).get("kind") == "sector":
+        found = record(value, "kind", "sector", "reach")
+        low, high = numbers(found["sector"])
+        require(low <= high and number(found["reach"]) > 0, "a sector or its reach is none")
+        return Graph(sector=(low, high), reach=number(found["reach"]))
+    found = record(value, "kind", "cuts", "pieces")
+    require(found["kind"] == "piecewise-polynomial", "the kind of a nonlinearity is unknown")
+    cuts = tuple(numbers(found["cuts"]))
+    pieces = tuple(fmpq_poly([to_fmpq(v) for v in numbers(piece)]) for piece in listed(found["pieces"]))
+    require(len(pieces) == len(cuts) + 1, "there is not one polynomial more than cuts")
+    require(all(p.degree() < LARGEST_DEGREE for p in pieces), "the degree of a polynomial is too high")
+    require(all(a < b for a, b in pairwise(cuts)), "the cuts do not ascend")
+    for cut, (left, right) in zip(cuts, pairwise(pieces), strict=True):
+        require(bool(left(to_fmpq(cut)) == right(to_fmpq(cut))), "the nonlinearity jumps")
+    require(bool(pieces[sum(cut < 0 for cut in cuts)](fmpq(0)) == 0), "phi(0) is not 0")
+    return Graph(cuts=cuts, pieces=pieces)
+
+
+def _pieces(graph: Graph, scale: Fraction) -> list[tuple[Cut, Cut, fmpq_poly]]:
+    """The pieces of ``phi(scale x)`` over ``x``, with their ends; scale > 0 or < 0."""
+    argument, cuts = to_fmpq(scale) * X, [cut / scale for cut in graph.cuts]
+    parts = [piece(argument) for piece in graph.pieces]
+    if scale < 0:
+        cuts, parts = cuts[::-1], parts[::-1]
+    return list(zip([None, *cuts], [*cuts, None], parts, strict=True))
+
+
+def _nonnegative(p: fmpq_poly, low: Cut, high: Cut) -> bool:
+    """Whether ``p >= 0`` between two ends, one of which is finite."""
+    if low is None:
+        require(high is not None, "an interval has no end")
+        assert high is not None, "it was required"
+        return nonnegative_from_zero(p(to_fmpq(high) - X))
+    if high is None:
+        return nonnegative_from_zero(p(to_fmpq(low) + X))
+    top, start, width = max(p.degree(), 0), to_fmpq(low), to_fmpq(high - low)
+    # x = low + width t/(1 + t), times (1 + t)^degree
+    moved, grown = p(start + width * X), fmpq_poly([])
+    for i, c in enumerate(moved.coeffs()):
+        grown += c * X**i * (1 + X) ** (top - i)
+    return nonnegative_from_zero(grown)
+
+
+def _positive_inside(p: fmpq_poly, low: Cut, high: Cut) -> bool:
+    """Whether ``p > 0`` strictly between the ends: it is nonnegative, and has no double root there."""
+    if not _nonnegative(p, low, high) or p.degree() < 0:
+        return False
+    for end in (low, high):  # roots at the ends are allowed
+        while end is not None and p.degree() > 0 and p(to_fmpq(end)) == 0:
+            p //= X - to_fmpq(end)
+    shared = p.gcd(p.derivative())  # a root inside would be a double one, p being nonnegative
+    if shared.degree() < 1:
+        return True
+    return _positive_inside(shared, low, high) or _positive_inside(-shared, low, high)
+
+
+def _in_sector(graph: Graph, low: Fraction, high: Fraction, reach: Fraction) -> bool:
+    """Whether the sector holds for ``|sigma| <= reach``."""
+    if graph.reach is not None:
+        return reach <= graph.reach and low <= graph.sector[0] and graph.sector[1] <= high
+    for sign in (1, -1):  # over x = sign sigma in (0, reach)
+        for start, end, piece in _pieces(graph, Fraction(sign)):
+            left = Fraction(0) if start is None else max(start, Fraction(0))
+            right = reach if end is None else min(end, reach)
+            if left >= right:
+                continue
+            own = sign * piece
+            if not (
+                _nonnegative(own - to_fmpq(low) * X, left, right) and _nonnegative(to_fmpq(high) * X - own, left, right)
+            ):
+                return False
+    return True
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Loop:
+    """The plant as ``x' = F z``, ``sigma = Y z`` with ``z = (x, phi)``, and its nonlinearities."""
+
+    F: fmpq_mat
+    Y: fmpq_mat
+    D: fmpq_mat
+    discrete: bool
+    graphs: tuple[Graph, ...]
+
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """How many states and channels there are."""
+        return self.F.nrows(), self.Y.nrows()
+
+    def form(self, P: fmpq_mat, rate: Fraction = Fraction(0)) -> fmpq_mat:
+        """``V' - rate V``, or ``V+ - (1 + rate) V``."""
+        n, m = self.sizes
+        E = fmpq_mat([[int(i == j) for j in range(n + m)] for i in range(n)])
+        if self.discrete:
+            return self.F.transpose() * P * self.F - to_fmpq(1 + rate) * (E.transpose() * P * E)
+        half = E.transpose() * P * self.F
+        return half + half.transpose() - to_fmpq(rate) * (E.transpose() * P * E)
+
+
+def shown(document: Document) -> str:
+    """The sentence that a certificate about a region of attraction shows.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+
+    Raises
+    ------
+    NotShown
+        It shows nothing.
+    """
+    sides, discrete = matrices(document)
+    m = sides["D"].nrows()
+    graphs = tuple(map(_read, listed(record(document.nonlinearities, "graphs")["graphs"])))
+    require(len(graphs) == m, "there is not one nonlinearity for each channel")
+    require(document.nonlinearity is None, "no nonlinearity is given beside several")
+    pattern = fmpq_mat([[int(sides["D"][i, j] != 0) for j in range(m)] for i in range(m)])
+    require(bool(pattern**m == fmpq_mat(m, m)), "D has a cycle")
+    F = _beside(sides["A"], -sides["B"])
+    loop = _Loop(F=F, Y=_beside(sides["C"], -sides["D"]), D=sides["D"], discrete=discrete, graphs=graphs)
+    inner = document.verdict == "PROVED"
+    require(inner or document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
+    if document.proof.get("method") == "signs":
+        require(document.theorem == ("scalar" if inner else "counterexample"), "the theorem is not about one state")
+        require(not document.multiplier, "signs need no multiplier")
+        return _by_signs(loop, document, inner=inner)
+    if inner:
+        require(document.theorem == "local-circle", "the theorem is unknown for regions")
+        _require_ellipsoid(loop, document)
+        return INSIDE
+    require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
+    _require_growth(loop, document)
+    return BEYOND
+
+
+def _beside(left: fmpq_mat, right: fmpq_mat) -> fmpq_mat:
+    return fmpq_mat([[*a, *b] for a, b in zip(left.tolist(), right.tolist(), strict=True)])
+
+
+def _require_definite(M: fmpq_mat, reason: str) -> None:
+    for bits in BITS:
+        with working_precision(bits):
+            if positive_definite(arb_mat(M)):
+                return
+    raise NotShown(reason)
+
+
+def _row(values: Sequence[Fraction]) -> fmpq_mat:
+    return fmpq_mat([[to_fmpq(v) for v in values]])
+
+
+def _require_ellipsoid(loop: _Loop, document: Document) -> None:
+    """Check that ``V`` falls on ``V <= 1``, and that the terms used for it count there."""
+    found = record(document.proof, "method", "P")
+    require(found["method"] == "ellipsoid", "the method does not fit the theorem")
+    n, m = loop.sizes
+    P = symmetric(found["P"], n)
+    _require_definite(P, "P is not shown to be positive definite")
+    inverse, M = P.inv(), -loop.form(P)
+    reaches: dict[int, Fraction] = {}
+    most = {i: max(map(abs, one.clip[2:])) for i, one in enumerate(loop.graphs) if one.clip and one.clip[0] == 0}
+
+    def require_strip(row: fmpq_mat, half: Fraction) -> None:
+        """Check ``|row x| < half`` on the ellipsoid."""
+        square = (row * inverse * row.transpose())[0, 0]
+        require(half > 0 and bool(square < to_fmpq(half * half)), "the ellipsoid leaves a strip")
+
+    for given in listed(record(document.multiplier, "terms")["terms"]):
+        local = "sector" in mapping(given)
+        term = record(given, "channel", "weight", *(("sector", "reach") if local else ("row",)))
+        i, weight = count(term["channel"], least=1) - 1, number(term["weight"])
+        require(i < m and weight >= 0, "a channel is none, or a weight is negative")
+        own, phi = fmpq_mat([loop.Y.tolist()[i]]), fmpq_mat([[int(j == n + i) for j in range(n + m)]])
+        if local:
+            (low, high), reach = numbers(term["sector"]), number(term["reach"])
+            require(reach > 0 and _in_sector(loop.graphs[i], low, high, reach), "the sector does not hold")
+            reaches[i] = min(reach, reaches.get(i, reach))
+            largest = max(abs(low), abs(high)) * reach
+            most[i] = min(largest, most.get(i, largest))
+            point = to_fmpq(low) * own
+        else:
+            clip = loop.graphs[i].clip
+            if clip is None:
+                raise NotShown("the nonlinearity has no limits")
+            outer, high, lower, upper = clip
+            row = _row(numbers(term["row"]))
+            require(row.ncols() == n, "a row is not one of the states")
+            require_strip(row, min(-lower, upper))
+            point = to_fmpq(outer) * own + _beside(row, fmpq_mat(1, m))
+        product = (to_fmpq(high) * own - phi).transpose() * (phi - point)
+        M -= to_fmpq(weight) * (product + product.transpose())
+    for i, graph in enumerate(loop.graphs):
+        require(
+            graph.reach is None or (i in reaches and reaches[i] <= graph.reach), "a sector holds on an interval alone"
+        )
+    for i, reach in reaches.items():
+        rest = reach
+        for j in range(m):
+            if loop.D[i, j] != 0:
+                require(j in most, "what feeds through is not bounded")
+                rest -= abs(to_fraction(loop.D[i, j])) * most[j]
+        require_strip(fmpq_mat([loop.Y.tolist()[i][:n]]), rest)
+    _require_definite(M, "V is not shown to fall")
+
+
+def _require_growth(loop: _Loop, document: Document) -> None:
+    """Check ``V' >= rate (V - 1)`` for limited nonlinearities, the lines outside the limits taken into the plant."""
+    found = record(document.proof, "method", "Q", "rate", "weights")
+    require(found["method"] == "growth", "the method does not fit")
+    n, m = loop.sizes
+    Q, rate, weights = symmetric(found["Q"], n), number(found["rate"]), numbers(found["weights"])
+    require(rate > 0 and len(weights) == m and min(weights) >= 0, "the rate or the weights are no good")
+    clips = [clip for graph in loop.graphs if (clip := graph.clip) is not None]
+    require(len(clips) == m, "a nonlinearity has no limits")
+    squares = [max(low * low, high * high) for _, _, low, high in clips]
+    require(
+        sum((w * v for w, v in zip(weights, squares, strict=True)), Fraction(0)) <= rate, "the weights are too large"
+    )
+    # z = T (x, p) with phi = e sigma + p: sigma = C x - D phi, (1 + e D) phi = e C x + p
+    outer = diagonal([clip[0] for clip in clips])
+    C, one = fmpq_mat([row[:n] for row in loop.Y.tolist()]), diagonal([Fraction(1)] * m)
+    back = (one + outer * loop.D).inv()
+    T = stacked(fmpq_mat([[int(i == j) for j in range(n + m)] for i in range(n)]), _beside(back * outer * C, back))
+    turned = _Loop(F=loop.F * T, Y=loop.Y, D=loop.D, discrete=loop.discrete, graphs=loop.graphs)
+    corner = fmpq_mat(
+        [[to_fmpq(weights[i - n]) if i == j >= n else fmpq(0) for j in range(n + m)] for i in range(n + m)]
+    )
+    _require_definite(turned.form(Q, rate) + corner, "V is not shown to grow")
+
+
+def _ends(value: object) -> tuple[Cut, Cut]:
+    low, high = listed(value)
+    return None if low == "-inf" else number(low), None if high == "inf" else number(high)
+
+
+def _by_signs(loop: _Loop, document: Document, *, inner: bool) -> str:
+    """One state: the signs of ``f``, or of ``x - f`` and ``x + f``, on both sides of 0."""
+    found = record(document.proof, "method", "interval")
+    low, high = _ends(found["interval"])
+    words = [text(end) for end in listed(found["interval"])]
+    n, _ = loop.sizes
+    require(n == 1 and not any(v != 0 for v in loop.D.entries()), "signs are about one state and D = 0")
+    require(all(graph.reach is None for graph in loop.graphs), "the nonlinearities are not known")
+    require((low is None or low < 0) and (high is None or high > 0), "the interval is none around 0")
+    opposite = (low is None and high is None) or (low is not None and high is not None and low == -high)
+    require(not loop.discrete or opposite, "the interval is not symmetric")
+    parts = [
+        (_pieces(graph, to_fraction(loop.Y[i, 0])), loop.F[0, 1 + i])
+        for i, graph in enumerate(loop.graphs)
+        if loop.Y[i, 0] != 0
+    ]
+    cuts = sorted({Fraction(0), *(start for pieces, _ in parts for start, _, _ in pieces if start is not None)})
+    whole: list[tuple[Cut, Cut, fmpq_poly]] = []
+    for start, end in pairwise([None, *cuts, None]):
+        f = fmpq_poly([0, loop.F[0, 0]])
+        for pieces, factor in parts:
+            f += factor * next(p for a, b, p in pieces if _over(a, b, start, end))
+        whole.append((start, end, f))
+    right = [(start, end, f) for start, end, f in whole if start is not None and start >= 0]
+    left = [
+        (-end, None if start is None else -start, -f(-X)) for start, end, f in whole if end is not None and end <= 0
+    ]
+    if inner:
+        for reach, side in ((high, right), (None if low is None else -low, left)):
+            for start, end, f in side:  # x f(x) < 0 over x > 0
+                top = end if reach is None else reach if end is None else min(end, reach)
+                if top is not None and start >= top:
+                    continue
+                needed = (X - f, X + f) if loop.discrete else (-f,)
+                require(all(_positive_inside(p, start, top) for p in needed), "0 does not attract all of the interval")
+        return f"every motion that starts between {words[0]} and {words[1]} tends to 0"
+    require(low is not None or high is not None, "nothing lies beyond")
+    for reach, side in ((high, right), (None if low is None else -low, left)):
+        if reach is None:
+            continue
+        for start, end, f in side:
+            if loop.discrete and (end is None or end > reach):
+                beyond = max(start, reach)
+                grows = _nonnegative(f - X, beyond, end) or _nonnegative(-f - X, beyond, end)
+                require(grows, "|f(x)| >= |x| is not shown")
+            elif start < reach and (end is None or end >= reach):
+                require(loop.discrete or bool(f(to_fmpq(reach)) >= 0), "a solution may come back")
+    return f"no motion that starts at or beyond {words[0]} or {words[1]} tends to 0"
+
+
+def _over(low: Cut, high: Cut, start: Cut, end: Cut) -> bool:
+    """Whether an interval covers a smaller one."""
+    return (low is None or (start is not None and low <= start)) and (high is None or (end is not None and end <= high))

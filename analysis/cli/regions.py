@@ -1,0 +1,82 @@
+"""The command ``lure region``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lure.analysis.cli import texts
+from lure.analysis.cli.options import (
+    Json,
+    Quiet,
+    Replace,
+    Seconds,
+    Settings,
+    Verbose,
+    app,
+    check_seconds,
+    exit_status,
+    loop_named,
+    option,
+    print_json,
+    print_note,
+    print_wrapped,
+    refused,
+)
+from lure.analysis.cli.progress import progress
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+
+@app.command(help=texts.REGION)
+def region(
+    system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
+    set_: Settings = None,
+    along: Annotated[
+        str | None, option("--along", "POINTS", "Hold the largest multiple of these points, as '1 1; 1 -1'.")
+    ] = None,
+    output: Annotated[Path | None, option("--certificate", "FILE", "Write the certificate of the first set.")] = None,
+    replace: Replace = False,
+    seconds: Seconds = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> int:
+    """Print sets inside and outside of the region of attraction."""
+    check_seconds(seconds)
+    points = None if along is None else _points(along)
+    if output is not None:
+        from lure.analysis.output import check_targets
+
+        check_targets([output], replace=replace)
+    chosen = loop_named(system, set_)
+    from lure.analysis.questions.regions import region as run
+
+    with progress(quiet=quiet, verbose=verbose):
+        found = run(chosen, along=points, seconds=seconds)
+    if as_json:
+        print_json({"schema": "lure-region/1", **found.to_dict()})
+    else:
+        print_wrapped(found.lines())
+    if output is not None and found.sets:
+        from lure.analysis.output import written
+        from lure.analysis.questions.certify import text_of
+
+        with written([output], replace=replace) as places:
+            places[output].write_text(text_of(found.sets[0].proof.certificate), encoding="utf-8")
+        print_note(f"The certificate is {output}; check it: lure verify {output}", as_json=as_json, quiet=quiet)
+    return exit_status(found.verdict)
+
+
+def _points(text: str) -> list[list[Fraction]]:
+    """The points of the option, separated by semicolons."""
+    from lure.errors import InputError
+    from lure.plants import coefficients
+
+    try:
+        return [list(coefficients(part, "--along")) for part in text.split(";")]
+    except InputError:
+        raise refused(f"--along is {text!r:.60}; give points such as '1 1; 1 -1', separated by semicolons") from None

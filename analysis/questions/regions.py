@@ -1,0 +1,324 @@
+"""From where a loop recovers: sets inside its region of attraction, and sets that lie outside of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.deadline import check_seconds, time_limit
+from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
+from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.region_sets import (
+    Shape,
+    matrix_of,
+    proved_ellipsoid,
+    shape_of,
+    sign_interval,
+    strips,
+    volume_below,
+)
+from lure.analysis.verdict import Evidence, Verdict
+from lure.arrays import np
+from lure.errors import InputError
+from lure.exact import exact_number
+from lure.files.system import LoopSystem
+from lure.nonlinearities import ExpressionNonlinearity
+from lure.nonlinearities.reading import as_nonlinearity
+from lure.plants.multivariable import MultivariablePlant
+from lure.record import Record, quantity
+
+Ends = tuple[Fraction | float, Fraction | float]
+
+
+def _sentence(shown: Proved | Refuted) -> str:
+    conclusion = str(shown.certificate["conclusion"]).replace("motion", "solution", 1)
+    return f"{conclusion[0].upper()}{conclusion[1:]}."
+
+
+class AttractedSet(Record):
+    """A set from which every solution tends to 0: an ellipsoid ``x'P x <= level``, or an open interval."""
+
+    kind: str = quantity("``ellipsoid`` or ``interval``")
+    P: tuple[tuple[Fraction, ...], ...] | None = quantity("(n, n), of an ellipsoid, exactly", label="", default=None)
+    level: Fraction | None = quantity("of an ellipsoid", default=None)
+    interval: Ends | None = quantity("of a loop with one state, its ends not included", default=None)
+    bounds: tuple[Mapping[str, Any], ...] = quantity(
+        "What is used of each nonlinearity there: its sector on an interval of sigma; or, of a line with limits, a row "
+        "``h`` with ``|h x|`` up to the limit on the set",
+        label="",
+        default=(),
+    )
+    volume: float = quantity("its length, area or volume, rounded down", form="below")
+    proof: Proved = quantity("what the checker accepted", key="certificate", label="", plainly=lambda p: p.certificate)
+
+    def contains(self, state: Sequence[float | Fraction]) -> bool:
+        """Whether a state lies in the set; a float means the double it is.
+
+        Parameters
+        ----------
+        state : sequence of float or Fraction
+            (n,).
+
+        Raises
+        ------
+        InputError
+            It is not one finite number for each state.
+        """
+        n = 1 if self.P is None else len(self.P)
+        if len(state) != n:
+            raise InputError(f"state has {len(state)} entries, and the set has {n}; give one for each")
+        x = [exact_number(v, f"state[{i}]") for i, v in enumerate(state)]
+        if self.P is None:
+            assert self.interval is not None, "it is one of the two"
+            return self.interval[0] < x[0] < self.interval[1]
+        return sum(x[i] * v * x[j] for i, row in enumerate(self.P) for j, v in enumerate(row)) <= 1
+
+    def __str__(self) -> str:
+        return _sentence(self.proof)
+
+
+class OutsideSet(Record):
+    """Starts from which no solution tends to 0."""
+
+    kind: str = quantity("``ellipsoid``: ``x'Q x > 1``; ``interval``: at or beyond its ends")
+    Q: tuple[tuple[Fraction, ...], ...] | None = quantity("(n, n), exactly", label="", default=None)
+    interval: Ends | None = quantity("of a loop with one state", default=None)
+    proof: Refuted = quantity("what the checker accepted", key="certificate", label="", plainly=lambda p: p.certificate)
+
+    def __str__(self) -> str:
+        return _sentence(self.proof)
+
+
+class RegionOfAttraction(Record):
+    """Sets inside the region of attraction of 0, and sets outside of it; ``sigma = H mu``, ``mu = -phi(sigma)``.
+
+    PROVED: there is a set of positive volume from which every solution tends to 0.  Nothing is said of a start that
+    lies in none of the sets.
+    """
+
+    verdict: Verdict = quantity("PROVED: some set is; else INCONCLUSIVE", label="")
+    evidence: Evidence = quantity("of the sets", default=Evidence.CERTIFIED)
+    states: int = quantity("number of states")
+    sets: tuple[AttractedSet, ...] = quantity("inside the region, the largest first", label="")
+    outside: tuple[OutsideSet, ...] = quantity("outside of it", label="", default=())
+    area: tuple[float, float | None] = quantity(
+        "of the region: its length with one state, its area with two, else its volume; above the second no region is, "
+        "None where nothing is known"
+    )
+    reach: float | None = quantity(
+        "the largest factor of the points asked about for which they lie in the first set", default=None, form="below"
+    )
+    reason: str = quantity("why nothing is proved", default="")
+    _kind = "region of attraction"
+    _said = "text"
+
+    @property
+    def _verdict(self) -> str:
+        return str(self.verdict)
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
+
+    def lines(self) -> list[str]:
+        """What was found, a sentence each."""
+        word = {1: "length", 2: "area"}.get(self.states, "volume")
+        if not self.sets:
+            said = [f"INCONCLUSIVE: no set of starts is proved to be attracted by 0: {self.reason}."]
+        else:
+            first = self.sets[0]
+            if first.interval is not None:
+                low, high = map(_shown, first.interval, ("above", "below"))
+                said = [f"PROVED: every solution that starts between {low} and {high} tends to 0."]
+            else:
+                size = text_below(first.volume, 7)
+                said = [
+                    f"PROVED: every solution that starts in the ellipsoid x^T P x <= 1 tends to 0; its {word} is at "
+                    f"least {size}."
+                ]
+            if self.reach is not None:
+                said.append(f"It holds the points asked about times {text_below(self.reach, 7)}.")
+        for one in self.outside:
+            if one.interval is not None:
+                low, high = map(_shown, one.interval, ("below", "above"))
+                where = " or ".join([f"from {high} on"] * (high != "inf") + [f"up to {low}"] * (low != "-inf"))
+                said.append(f"No solution that starts {where} tends to 0.")
+            else:
+                said.append("No solution that starts where x^T Q x > 1 tends to 0.")
+        if self.area[1] is not None and math.isfinite(self.area[1]):
+            said.append(f"The {word} of the region is at most {text_above(self.area[1], 7)}.")
+        return said
+
+
+def _shown(end: Fraction | float, towards: str) -> str:
+    if isinstance(end, float):
+        return str(end)
+    return text_below(end, 10) if towards == "below" else text_above(end, 10)
+
+
+def region(
+    plant: object,
+    nonlinearities: object = None,
+    *,
+    along: Sequence[Sequence[float | Fraction]] | None = None,
+    seconds: float | None = None,
+) -> RegionOfAttraction:
+    r"""Sets from which every solution of a loop tends to 0, and sets from which none does.
+
+    For ``x' = A x + B mu``, ``sigma = C x + D mu`` (in discrete time ``x+``), ``mu_i = -phi_i(sigma_i)``, with
+    nonlinearities that are known.  An ellipsoid ``V = x'P x <= 1`` is attracted by 0 if ``V`` falls on it, where each
+    ``phi_i`` may be bounded by what holds on the ellipsoid alone: a sector on the interval ``|sigma_i| <= c``; or, of a
+    line with limits ``phi = e sigma + p``, ``(p_0 - p)(p - h x) >= 0`` where ``|h x| <= limit``, ``p_0`` without the
+    limits (the generalised sector condition) [1]_ [2]_.  With one state the signs of ``x'`` tell it exactly.
+
+    Parameters
+    ----------
+    plant : object
+        Anything :func:`lure.as_plant` takes, rational and without dead time, or the system of a file.  A transfer
+        function is realised in companion form, whose states are then meant.
+    nonlinearities : object
+        One nonlinearity, or a list of one for each channel: objects, or formulas as text; by default that of the
+        system.
+    along : sequence of sequences, optional
+        Points of the state space: the largest multiple of them that an ellipsoid holds is asked for, instead of the
+        largest volume.
+    seconds : float or None
+        Time allowed.
+
+    Returns
+    -------
+    RegionOfAttraction
+        Its sets are certified.  What lies in none of them may be attracted or not.
+
+    Raises
+    ------
+    InputError
+        The plant is not rational, no nonlinearity is given, or the points are not states.
+
+    References
+    ----------
+    .. [1] T. Hu, Z. Lin, Control Systems with Actuator Saturation, Birkhauser, 2001.
+    .. [2] S. Tarbouriech, G. Garcia, J. M. Gomes da Silva Jr., I. Queinnec, Stability and Stabilization of Linear
+       Systems with Saturating Actuators, Springer, 2011.
+
+    Examples
+    --------
+    ``x' = x - sat(2 x)``: to the right of 1, ``x' = x - 1 >= 0``.
+
+    >>> from lure import Saturation
+    >>> print(region(([1], [1, -1]), Saturation(gain=2, limit=1)))
+    PROVED: every solution that starts between -1 and 1 tends to 0.
+    No solution that starts from 1 on or up to -1 tends to 0.
+    The length of the region is at most 2.
+    """
+    check_seconds(seconds)
+    found, shapes = _asked(plant, nonlinearities)
+    points = None if along is None else _points(along, found.order)
+    if not found.order:
+        raise InputError("the plant has no states; a region of attraction needs one at least")
+    with time_limit(seconds):
+        signs = sign_interval(found, shapes)
+        if signs is not None:
+            return _of_signs(*signs)
+        try:
+            proof, late = proved_ellipsoid(found, shapes, points), False
+        except TimeoutError:
+            proof, late = None, True
+    if proof is None:
+        why = "the time allowed is over" if late else "no invariant ellipsoid was found"
+        return RegionOfAttraction(
+            verdict=Verdict.INCONCLUSIVE, states=found.order, sets=(), area=(0.0, None), reason=why
+        )
+    P = matrix_of(proof.certificate)
+    one = AttractedSet(
+        kind="ellipsoid",
+        P=P,
+        level=Fraction(1),
+        bounds=tuple(strips(proof.certificate)),
+        volume=volume_below(P),
+        proof=proof,
+    )
+    return RegionOfAttraction(
+        verdict=Verdict.PROVED,
+        states=found.order,
+        sets=(one,),
+        area=(one.volume, None),
+        reach=None if points is None else _reach(P, points),
+    )
+
+
+def _asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlant, list[Shape]]:
+    if isinstance(plant, LoopSystem) and nonlinearities is None:
+        nonlinearities = list(plant.nonlinearities) or plant.nonlinearity
+    found = channel_plant(plant)
+    listed = nonlinearities if isinstance(nonlinearities, list | tuple) else [nonlinearities]
+    if listed == [None]:
+        raise InputError(
+            "a region of attraction is about nonlinearities that are known, and none is given; give [nonlinearity], or "
+            "one for each channel"
+        )
+    if len(listed) != found.inputs or found.inputs != found.outputs:
+        raise InputError(
+            f"the nonlinearities are {len(listed)}, and the plant has {found.size}; give one for each channel"
+        )
+    known = [ExpressionNonlinearity(one) if isinstance(one, str) else as_nonlinearity(one) for one in listed]
+    for i, one in enumerate(known, 1):
+        if not getattr(one, "locally_lipschitz", True):
+            raise InputError(
+                f"the nonlinearity of channel {i}, {one}, is not known to be locally Lipschitz; give another"
+            )
+    return found, [shape_of(one) for one in known]
+
+
+def _points(along: Sequence[Sequence[float | Fraction]], n: int) -> Any:  # noqa: ANN401  (an array)
+    rows = [list(point) for point in along]
+    if not rows or any(len(row) != n for row in rows):
+        raise InputError(f"along has points with {sorted({len(row) for row in rows})} entries; give {n} for each")
+    exact = [[exact_number(v, f"along[{i}][{j}]") for j, v in enumerate(row)] for i, row in enumerate(rows)]
+    if not all(map(any, exact)):
+        raise InputError("along has the point 0; give points away from it")
+    return np.array([[float(v) for v in row] for row in exact])
+
+
+def _reach(P: Sequence[Sequence[Fraction]], points: Any) -> float:  # noqa: ANN401  (an array)
+    """The largest factor, rounded down."""
+    exact = [[Fraction(v) for v in point] for point in points.tolist()]
+    most = max(sum(x[i] * v * x[j] for i, row in enumerate(P) for j, v in enumerate(row)) for x in exact)
+    return double_below(Fraction(math.isqrt((most.denominator << 256) // most.numerator), 1 << 128))
+
+
+def _of_signs(inside: Proved | None, outside: Refuted | None) -> RegionOfAttraction:
+    beyond: tuple[OutsideSet, ...] = ()
+    high: float | None = None
+    if outside is not None:
+        ends = _interval(outside)
+        beyond = (OutsideSet(kind="interval", interval=ends, proof=outside),)
+        length = ends[1] - ends[0]
+        high = double_above(length) if isinstance(length, Fraction) else math.inf
+    if inside is None:
+        return RegionOfAttraction(
+            verdict=Verdict.INCONCLUSIVE,
+            states=1,
+            sets=(),
+            outside=beyond,
+            area=(0.0, high),
+            reason="0 attracts no neighbourhood of it",
+        )
+    ends = _interval(inside)
+    length = ends[1] - ends[0]
+    volume = double_below(length) if isinstance(length, Fraction) else math.inf
+    own = AttractedSet(kind="interval", interval=ends, volume=volume, proof=inside)
+    return RegionOfAttraction(
+        verdict=Verdict.PROVED,
+        states=1,
+        sets=(own,),
+        outside=beyond,
+        area=(volume, math.inf if volume == math.inf else high),
+    )
+
+
+def _interval(shown: Proved | Refuted) -> Ends:
+    low, high = (end if end in ("inf", "-inf") else Fraction(end) for end in shown.certificate["proof"]["interval"])
+    return float(low) if isinstance(low, str) else low, float(high) if isinstance(high, str) else high

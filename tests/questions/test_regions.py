@@ -1,0 +1,262 @@
+"""Regions of attraction: exact with one state; ellipsoids that both checkers accept, and nothing that leaves them."""
+
+import copy
+import json
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from lure import InputError, Saturation, Sector, as_plant
+from lure.analysis import check, region
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.cli import main
+from lure.analysis.verdict import Verdict
+from lure.nonlinearities import Cubic, DeadZone
+from lure.plants.multivariable import MultivariablePlant
+
+
+def rows(matrix):
+    return tuple(tuple(Fraction(str(v)) for v in row) for row in matrix)
+
+
+# The first example of Tarbouriech et al. (2011): two inputs, limits 5 and 2, u = sat(K x), so sigma = -K x.
+A = [[0.1, -0.1], [0.1, -3]]
+TWO = MultivariablePlant(
+    rows(A), rows([[5, 0], [0, 1]]), rows([[0.7283, 0.0338], [0.0135, 1.3583]]), rows([[0, 0]] * 2)
+)
+LIMITS = [Saturation(limit=5), Saturation(limit=2)]
+# x' = y, y' = x - sat(3 x + 4 y): a saddle that is held near 0.
+SADDLE = as_plant(([[0, 1], [1, 0]], [0, 1], [3, 4], 0))
+
+
+def accepted(certificate):
+    """What the two checkers say."""
+    try:
+        check(certificate)
+        first = True
+    except (Rejected, Malformed):
+        first = False
+    return first, recheck(certificate).accepted
+
+
+@pytest.fixture(scope="module")
+def square():
+    return region(TWO, LIMITS, along=[[1, 1], [1, -1]])
+
+
+@pytest.fixture(scope="module")
+def saddle():
+    return region(SADDLE, Saturation())
+
+
+# x' = a x - b sat(k x), limit 1, b k > a: the signs change where a x = b, at +-b/a; beyond, x' > 0.
+@pytest.mark.parametrize(("a", "b", "k"), [("1", "1", "2"), ("0.7", "3", "1"), ("5", "1/3", "20")])
+def test_one_state_with_a_saturation_is_exact_from_both_sides(a, b, k):
+    a, b, k = map(Fraction, (a, b, k))
+    found = region(as_plant(([[a]], [b], [1], 0)), Saturation(gain=k, limit=1))
+    assert found.sets[0].interval == found.outside[0].interval == (-b / a, b / a)
+    assert found.area[0] <= 2 * b / a <= found.area[1] == pytest.approx(found.area[0], rel=1e-15)
+    assert [accepted(one.proof.certificate) for one in (*found.sets, *found.outside)] == [(True, True)] * 2
+
+
+def test_limits_that_differ_give_an_interval_that_is_not_symmetric():
+    # x' = 3 x - sat(7 x) between -1 and 2: 3 x = 2 at 2/3, 3 x = -1 at -1/3
+    assert region(([1], [1, -3]), Saturation(gain=7, limit=2, lower_limit=-1)).sets[0].interval == (
+        Fraction(-1, 3),
+        Fraction(2, 3),
+    )
+
+
+def test_a_root_that_is_irrational_is_enclosed():
+    # x' = -x + 2 x^3: the ends are +-1/sqrt(2)
+    found = region(([1], [1, 1]), Cubic(cubic=-2))
+    low, high = found.area
+    assert low <= math.sqrt(2) <= high
+    assert high - low < 1e-14
+    assert accepted(found.sets[0].proof.certificate) == (True, True)
+
+
+def test_discrete_time_with_one_state():
+    # x+ = 1.5 x - sat(1.5 x): 0 for |x| <= 2/3, then 1.5 x - 1 < x up to x = 2, and > x beyond
+    found = region(as_plant("1/(z-1.5)", dt=1), Saturation(gain="3/2", limit=1))
+    assert found.sets[0].interval == found.outside[0].interval == (-2, 2)
+    assert accepted(found.outside[0].proof.certificate) == (True, True)
+
+
+def test_an_unstable_origin_has_no_set():
+    found = region(([1], [1, -1]), Saturation(gain="1/2", limit=1))  # x' = x - sat(x/2) > 0 for x > 0
+    assert (found.verdict, found.sets) == (Verdict.INCONCLUSIVE, ())
+
+
+def test_the_square_of_the_published_example_grows_more_than_the_published_factor(square):
+    # published with the generalised sector condition: 74.6; simulated solutions escape from 249.74 on
+    assert 190 < square.reach < 249.74
+    assert accepted(square.sets[0].proof.certificate) == (True, True)
+
+
+def test_a_rejected_direction_is_the_users(square):
+    assert square.sets[0].contains([190, 190])
+    assert not square.sets[0].contains([400, 400])
+
+
+def simulated(plant, nonlinearities, starts, *, step=0.01, steps=4000):
+    """Last states of many solutions at once, by Heun's rule."""
+    A, B, C, D = plant.doubles()
+    assert not D.any()
+
+    def rate(x):
+        phi = np.stack([f(s) for f, s in zip(nonlinearities, C @ x, strict=True)])
+        return A @ x - B @ phi
+
+    x = np.array(starts, dtype=float).T
+    for _ in range(steps):
+        k = rate(x)
+        x = x + step / 2 * (k + rate(x + step * k))
+    return x.T
+
+
+def boundary(P, count, seed):
+    """Points with x'P x = 1, random directions."""
+    z = np.random.default_rng(seed).normal(size=(count, len(P)))
+    z /= np.linalg.norm(z, axis=1)[:, None]
+    return np.linalg.solve(np.linalg.cholesky(np.array(P, dtype=float)).T, z.T).T
+
+
+def test_no_start_of_a_set_escapes(square, saddle):
+    for found, plant, laws in (
+        (square, TWO, LIMITS),
+        (saddle, MultivariablePlant.of_one_channel(SADDLE), [Saturation()]),
+    ):
+        starts = 0.999999 * boundary(found.sets[0].P, 300, 1)
+        ends = simulated(plant, laws, starts)
+        assert np.all(np.einsum("ki,ij,kj->k", ends, np.array(found.sets[0].P, dtype=float), ends) < 0.5)
+
+
+def test_members_satisfy_the_terms_that_a_certificate_uses(square):
+    # the falsifier: (u sigma - phi)(phi - h x) >= 0 at random points of the ellipsoid
+    certificate = square.sets[0].proof.certificate
+    x = boundary(square.sets[0].P, 2000, 2) * np.random.default_rng(3).uniform(0, 1, (2000, 1))
+    for term, law, c in zip(certificate["multiplier"]["terms"], LIMITS, TWO.doubles()[2], strict=True):
+        sigma = x @ c
+        phi, h = law(sigma), np.array([float(Fraction(v)) for v in term["row"]])
+        assert np.min((sigma - phi) * (phi - x @ h)) >= -1e-9
+
+
+def test_local_sectors_of_formulas_in_both_times():
+    # pendulum with friction; a cubic spring that softens, sampled
+    for plant, law in ((([1], [1, 1, 0]), "sin(sigma)"), (as_plant("0.1/(z**2 - 1.7*z + 0.8)", dt=1), "-sigma**3")):
+        found = region(plant, law)
+        assert found.verdict is Verdict.PROVED
+        assert accepted(found.sets[0].proof.certificate) == (True, True)
+        assert found.sets[0].bounds[0]["interval"][1] == found.sets[0].bounds[0]["interval"][0][1:]
+
+
+def test_a_dead_zone_that_does_not_hold_an_unstable_plant():
+    # x' = x - dz(x): near 0 x' = x grows; there is no set
+    assert region(([1], [1, -1]), DeadZone(width=1, gain=3)).sets == ()
+
+
+def changed(certificate, *path, to):
+    """A copy with one entry changed."""
+    found = copy.deepcopy(dict(certificate))
+    at = found
+    for key in path[:-1]:
+        at = at[key]
+    at[path[-1]] = to
+    return found
+
+
+def test_a_changed_digit_class_or_sign_is_refused_by_both(square, saddle):
+    good = square.sets[0].proof.certificate
+    P, term = good["proof"]["P"], good["multiplier"]["terms"][0]
+    for bad in (
+        changed(good, "proof", "P", 0, 0, to=str(Fraction(P[0][0]) / 2)),  # leaves a strip
+        changed(good, "proof", "P", 1, 1, to=str(-Fraction(P[1][1]))),
+        changed(good, "multiplier", "terms", 0, "weight", to=str(-Fraction(term["weight"]))),
+        changed(good, "multiplier", "terms", 0, "row", 0, to=str(2 * Fraction(term["row"][0]))),
+        changed(good, "multiplier", "terms", 0, "channel", to=2),
+        changed(good, "laws", "graphs", 0, "cuts", to=["-4", "4"]),  # jumps
+        changed(good, "system", "A", 0, 0, to="3"),
+        changed(good, "system", "time", to="discrete"),
+        changed(good, "theorem", to="diagonal-circle"),
+        changed(good, "conclusion", to="0 attracts every motion"),
+        changed(good, "verdict", to="REFUTED"),
+        changed(good, "laws", "graphs", 0, to={"kind": "sector", "sector": ["0", "1"], "reach": "5"}),
+    ):
+        assert accepted(bad) == (False, False), bad
+    exact = region(([1], [1, -1]), Saturation(gain=2, limit=1))
+    inner, outer = (one.proof.certificate for one in (exact.sets[0], exact.outside[0]))
+    for one, interval in ((inner, ["-1", "101/100"]), (outer, ["-1", "99/100"]), (inner, ["1", "-1"])):
+        bad = changed(one, "proof", "interval", to=interval)
+        bad["conclusion"] = (
+            bad["conclusion"].replace("and 1 ", f"and {interval[1]} ").replace("or 1 ", f"or {interval[1]} ")
+        )
+        assert accepted(bad) == (False, False)
+
+
+def test_a_sector_of_an_interval_is_checked_on_the_interval():
+    good = region(([1], [1, 1, 1]), "-sigma**3").sets[0].proof.certificate
+    term = good["multiplier"]["terms"][0]
+    assert accepted(good) == (True, True)
+    larger = str(Fraction(term["reach"]) * 2)  # -sigma^2 is below l there
+    assert accepted(changed(good, "multiplier", "terms", 0, "reach", to=larger)) == (False, False)
+    upper = str(Fraction(-1, 1000))  # the chord tends to 0 at 0
+    assert accepted(changed(good, "multiplier", "terms", 0, "sector", 1, to=upper)) == (False, False)
+
+
+FILE = """
+[plant]
+A = [[0, 1], [1, 0]]
+B = [0, 1]
+C = [3, 4]
+[nonlinearity]
+kind = "saturation"
+gain = 1
+limit = 1
+"""
+
+
+def test_the_command_and_its_certificate(tmp_path, capsys):
+    file, proof = tmp_path / "plant.toml", tmp_path / "region.json"
+    file.write_text(FILE)
+    assert main(["region", str(file), "--json", "--along", "1 0", "--certificate", str(proof), "-q"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["schema"] == "lure-region/1"
+    assert found["area"][0] == pytest.approx(found["sets"][0]["volume"])
+    assert found["sets"][0]["level"] == "1"
+    assert main(["verify", "--second", str(proof)]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--along", "1 2 3"], "give 2 for each"),
+        (["--along", "0 0"], "points away from it"),
+        (["--along", "x"], "separated by semicolons"),
+        (["--seconds", "-1"], "positive number of seconds"),
+    ],
+)
+def test_bad_options_are_refused_in_a_sentence(tmp_path, capsys, arguments, words):
+    file = tmp_path / "plant.toml"
+    file.write_text(FILE)
+    assert main(["region", str(file), *arguments]) == 2
+    assert words in capsys.readouterr().err
+
+
+class ByItsValues:
+    sector = Sector(0, 1)
+
+    def __call__(self, sigma):
+        return np.tanh(sigma)
+
+
+def test_what_is_no_question_about_a_region_is_refused():
+    with pytest.raises(InputError, match="none is given"):
+        region(([1], [1, 1]))
+    with pytest.raises(InputError, match="give one for each channel"):
+        region(([1], [1, 1]), [Saturation(), Saturation()])
+    with pytest.raises(InputError, match="known by its values alone"):
+        region(([1], [1, 1]), ByItsValues())
