@@ -57,7 +57,7 @@ def test_the_root_help_reads_as_written(lure):
         "    lure simulate paper-rod -o run.nc             its motion, to rounding\n"
         "    lure compare paper-rod                        how far schemes are from it\n"
         "    lure region plant.toml                        from where a loop recovers\n"
-            "    lure certify plant.toml                       the proof alone, as a file\n"
+        "    lure certify plant.toml                       the proof alone, as a file\n"
         "    lure verify certificate.json                  check it without trusting lure\n"
         "    lure reproduce paper                          the paper's claims, one by one\n\n"
         "  Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,\n"
