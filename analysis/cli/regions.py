@@ -36,7 +36,7 @@ def region(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
     set_: Settings = None,
     along: Annotated[
-        str | None, option("--along", "POINTS", "Hold the largest multiple of these points, as '1 1; 1 -1'.")
+        str | None, option("--along", "POINTS", "Hold the largest multiple of these, as '1 1; 1 -1'.")
     ] = None,
     output: Annotated[Path | None, option("--certificate", "FILE", "Write the certificate of the first set.")] = None,
     replace: Replace = False,

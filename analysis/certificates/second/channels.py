@@ -81,7 +81,8 @@ def read(document: Document) -> Asked:
     """
     sides, discrete = matrices(document)
     nonlinearities, repeated = read_classes(document, sides["D"].nrows())
-    return Asked(**sides, discrete=discrete, nonlinearities=nonlinearities, repeated=repeated)
+    A, B, C, D = (sides[name] for name in "ABCD")
+    return Asked(A=A, B=B, C=C, D=D, discrete=discrete, nonlinearities=nonlinearities, repeated=repeated)
 
 
 def matrices(document: Document) -> tuple[dict[str, fmpq_mat], bool]:
