@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.drafts import checked
+from lure.analysis.certificates.drafts import checked, guarded
 from lure.analysis.certificates.representation import shown_dict
 from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.numerics.evidence import Bracket, ends
+from lure.analysis.questions.counterexample_search import counterexample
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, posed
 from lure.analysis.theorems.table import BEST
+from lure.analysis.theorems.weighted import WeightedTaps
 from lure.analysis.verdict import Verdict
 from lure.analysis.wording import class_words
 from lure.arrays import np
@@ -31,6 +33,7 @@ from lure.record import Page, Record, derived, quantity
 Time = Literal["continuous", "discrete"]
 CLOSE = Fraction(1, 10**6)  # where the bisection ends, relative to the rate of the slowest gain, or to 1
 _NEAR = tuple(Fraction(1, 10**digits) for digits in (15, 12, 9, 7))
+_SLACK = (2e-7, 1e-6, 5e-6, 2e-5, 1e-4, 1e-3)
 _SNAP = 10**6  # denominators of rates that may be exact
 _GRID, _ROUNDS = 129, 60
 
@@ -170,8 +173,9 @@ def decay_rate(
     Notes
     -----
     ``xi = x e^(a t)`` solves the loop with ``A + a`` and a nonlinearity in the same sector that depends on time (in
-    discrete time ``A/r`` and ``B/r``), so that the circle criterion decides; see ``docs/theory/rates.md``.  A constant
-    gain of the class, found among the eigenvalues, bounds the rate from the other side.
+    discrete time ``A/r`` and ``B/r``), so that the circle criterion decides; in discrete time Zames-Falb taps weighed
+    by powers of ``r`` go farther for bounds of the slope; see ``docs/theory/rates.md``.  A constant gain of the class,
+    found among the eigenvalues, bounds the rate from the other side, or a periodic orbit shows that nothing decays.
 
     Examples
     --------
@@ -194,7 +198,6 @@ class _OneChannel:
     """The searches for one nonlinearity, at a rate."""
 
     asked: Problem
-    shown: list[Proved | Refuted] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         plant, own = self.asked.plant, self.asked.nonlinearity_class
@@ -236,6 +239,41 @@ class _OneChannel:
         theorem = {"theorem": "hurwitz" if linear else "circle", "proof": {"method": "polynomial"}}
         found = _accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
         return found if isinstance(found, Proved) else None
+
+    @cached_property
+    def taps(self) -> WeightedTaps | None:
+        """The search for Zames-Falb taps; None where the class has no slope bounds, or in continuous time."""
+        own = self.asked.nonlinearity_class
+        if own.slope is None or own.time_varying or own.linear or not self.discrete:
+            return None
+        low, high = Fraction(own.slope.lower), Fraction(own.slope.upper)
+        return WeightedTaps(plant=self.plant, lower=low, width=high - low, odd=own.odd)
+
+    def lasting(self) -> Refuted | None:
+        """A member with a solution that does not decay, no constant gain; None if none is found."""
+        found = guarded("counterexamples", partial(counterexample, self.asked, "rationals"), passing=(TimeoutError,))
+        return found if isinstance(found, Refuted) else None
+
+    def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+        """What Zames-Falb multipliers prove, better than what is known; beyond ``end`` nothing is true."""
+        if self.taps is None:
+            return
+        low, top = float(end or 0), float(known) if known is not None else 1.0
+        found = self.taps.best(low, top, float(CLOSE) * max(low, 1e-3)) if low < top else None
+        if found is None:
+            return
+        best, length = found
+        for step in _SLACK:
+            rate = simplest_between(Fraction(best * (1 + step)), Fraction(best * (1 + 1.5 * step)))
+            if known is not None and rate >= known:
+                return
+            taps = self.taps.taps(float(rate), length)
+            multiplier = {"taps": [[i, str(h)] for i, h in (taps or {}).items()]}
+            theorem = {"theorem": "zames-falb", "multiplier": multiplier, "proof": {"method": "polynomial"}}
+            shown = _accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
+            if isinstance(shown, Proved):
+                yield rate, shown
+                return
 
     @cached_property
     def slowest(self) -> tuple[float, Fraction]:
@@ -287,8 +325,17 @@ def _answered(loop: _OneChannel, seconds: float | None, progress: Callable[[str,
             tell("constant gains", 0.0)
             refuted = _refuted(loop)
             tell("the circle criterion", 0.2)
-            for better in _proofs(loop, None if refuted is None else refuted[0]):
+            end = None if refuted is None else refuted[0]
+            for better in _proofs(loop, end):
                 proof = better
+            if proof is None or end is None or abs(proof[0] - end) > 2 * CLOSE * proof[0]:
+                tell("Zames-Falb multipliers", 0.4)
+                for better in loop.by_multipliers(end, None if proof is None else proof[0]):
+                    proof = better
+            if proof is None and not (refuted is not None and _lasting(loop, refuted[0])):
+                tell("counterexamples", 0.8)
+                lasting = loop.lasting()
+                refuted = refuted if lasting is None else (Fraction(int(discrete)), lasting)
     except TimeoutError:
         stopped = "time"
     except KeyboardInterrupt:
@@ -316,6 +363,11 @@ def _answered(loop: _OneChannel, seconds: float | None, progress: Callable[[str,
     )
 
 
+def _lasting(loop: _OneChannel, rate: Fraction) -> bool:
+    """Whether a member of that rate has a solution that does not decay."""
+    return rate >= 1 if loop.discrete else rate <= 0
+
+
 def _refuted(loop: _OneChannel) -> tuple[Fraction, Refuted] | None:
     """The slowest constant gain with the best rate that the checker accepts of it."""
     slowest, _ = loop.slowest
@@ -326,8 +378,8 @@ def _refuted(loop: _OneChannel) -> tuple[Fraction, Refuted] | None:
         shown = loop.refute(Fraction(0))
         return None if shown is None else (Fraction(0), shown)
     slack = 1 if not loop.discrete else -1
-    near = value.limit_denominator(_SNAP)
-    tried = [near] if abs(near - value) <= Fraction(1, 10**9) * value else []
+    short = ((value.limit_denominator(most), within) for most, within in ((_SNAP, _NEAR[2]), (1000, CLOSE)))
+    tried = [near for near, within in short if abs(near - value) <= within * value]
     tried += [value * (1 + slack * step) for step in (*_NEAR, Fraction(1, 10**5), Fraction(1, 10**3))]
     for rate in tried:
         checkpoint()
@@ -395,4 +447,4 @@ def _member(shown: Refuted) -> str:
     proof = shown.certificate["proof"]
     if "gain" in proof:
         return f"with phi = {bound_below(Fraction(proof['gain']))} sigma"
-    return "with a member of the class"
+    return "with gains that jump" if "switch" in proof["method"] else "with a piecewise linear phi of the class"

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from lure import InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds
+from lure import InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds, methods
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
@@ -222,3 +222,68 @@ def test_the_command_prints_both_sides_and_writes_the_certificate(lure, tmp_path
     status, _, err = lure("rate", str(file), "--set", "class.slope=[0]")
     assert status == 2
     assert "slope" in err
+
+
+# methods of optimisation, kappa = 10: published rates (Van Scoy, Freeman, Lynch 2018) .7518 for Nesterov's method;
+# the triple momentum method has exactly 1 - 1/sqrt(kappa), attained by the gain m
+@pytest.fixture(scope="module")
+def accelerated():
+    return decay_rate(methods.nesterov(1, 10), SlopeBounds(1, 10))
+
+
+def test_nesterovs_method_has_its_published_rate(accelerated):
+    assert accelerated.criterion == "zames-falb"
+    assert accelerated.rate.high == pytest.approx(0.7518, abs=5e-5)
+    assert accelerated.rate.low == pytest.approx(1 - 1 / math.sqrt(10), abs=1e-6)
+    assert all(recheck(dict(shown.certificate)).accepted for shown in shown_of(accelerated))
+
+
+def test_the_triple_momentum_method_has_its_rate_from_both_sides():
+    # kappa = 4: r = 1/2, a = 3/8, b = 1/6, g = 1/9 are rational, and with the gain m = 1 the roots are 1/2 and 1/4
+    found = decay_rate(methods.triple_momentum(1, 4), SlopeBounds(1, 4))
+    assert F(found.refutation.certificate["rate"]) == F(1, 2)
+    assert found.rate.high == pytest.approx(0.5, abs=2e-6)
+
+
+def test_the_heavy_ball_cycles_at_kappa_100():
+    found = decay_rate(methods.heavy_ball(1, 100), SlopeBounds(1, 100))
+    assert found.verdict.name == "REFUTED"
+    assert (found.rate.low, found.rate.high) == (1.0, math.inf)
+    assert "rate" not in found.refutation.certificate
+    assert "no faster than 1^t" in str(found)
+
+
+def test_changed_taps_are_rejected_by_both(accelerated):
+    certificate = dict(accelerated.proof.certificate)
+    taps = certificate["multiplier"]["taps"]
+    for changed in (
+        {**certificate, "rate": str(F(certificate["rate"]) - F(1, 10**5))},
+        {**certificate, "multiplier": {"taps": [[i, str(-F(h))] for i, h in taps]}},
+        {**certificate, "multiplier": {"taps": [[i, str(2 * F(h))] for i, h in taps]}},
+        {**certificate, "laws": {**certificate["laws"], "time_varying": True}},
+        {**certificate, "laws": {**certificate["laws"], "slope": None}},
+        {**certificate, "theorem": "circle", "multiplier": {}},
+    ):
+        with pytest.raises((Rejected, Malformed)):
+            check(changed)
+        assert not recheck(changed).accepted
+
+
+# sum b_t (M a)_t >= 0 for the weighted signals of every nondecreasing b(a), b(0) = 0, at the last masses that are legal
+def test_random_monotone_functions_satisfy_the_weighted_constraint():
+    rng = np.random.default_rng(11)
+    for _ in range(300):
+        r, n = rng.uniform(0.3, 1.0), 40
+        knots = np.sort(rng.normal(0, 1, 6))
+        values = np.cumsum(rng.exponential(1, 6) * rng.integers(0, 2, 6))
+        a = rng.normal(0, 1, n) * r ** (np.arange(n) * rng.uniform(0, 1.5))
+        b = np.interp(a, knots, values, left=values[0], right=values[-1]) - np.interp(0, knots, values)
+        weight = r ** -np.arange(n)
+        shifts = np.array([i for i in range(-3, 4) if i])
+        h = rng.exponential(1, 6) * rng.integers(0, 2, 6)
+        h /= max(float(h @ r**shifts), float(h @ r**-shifts), 1e-9)
+        wa, wb, total = a * weight, b * weight, float((a * b * weight**2).sum())
+        for i, c in zip(shifts, h, strict=True):
+            ahead, behind = (wb[i:], wa[:-i]) if i > 0 else (wb[:i], wa[-i:])
+            total -= c * float(ahead @ behind)
+        assert total >= -1e-9 * float((np.abs(wa) * np.abs(wb)).sum())
