@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -38,6 +38,10 @@ def gain(
     witness: Annotated[Path | None, option("--witness", "FILE", "Write that of the member with a large gain.")] = None,
     force: Force = False,
     criterion: Criterion = "best",
+    window: Annotated[int | None, option("--window", "N", "In discrete time: constraints over N samples.")] = None,
+    incremental: Annotated[
+        bool, typer.Option("--incremental", help="The gain of differences of two solutions.")
+    ] = False,
     set_: Settings = None,
     seconds: Seconds = None,
     as_json: Json = False,
@@ -53,7 +57,8 @@ def gain(
     from lure.analysis.questions.gain import l2_gain
 
     with progress(quiet=quiet, verbose=verbose) as tell:
-        found = l2_gain(chosen, criterion=criterion, seconds=seconds, progress=tell)
+        ways: dict[str, Any] = {"criterion": criterion, "window": window, "incremental": incremental}
+        found = l2_gain(chosen, **ways, seconds=seconds, progress=tell)
     if as_json:
         print_json(found.to_dict())
     else:

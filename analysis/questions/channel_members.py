@@ -17,6 +17,7 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import constant_gains, gains_refuting, refutation
 from lure.analysis.questions.problem import Problem
 from lure.arrays import Reals, np, optimize
+from lure.errors import AssumptionError
 
 _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _SHAPES, _LARGEST = 3, 1e6
@@ -116,7 +117,10 @@ def _largest_gain(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
     """The inverse of the gain of a member; 0 where that member is unstable."""
     out = asked.classes.performance
     assert out is not None, "of a gain"
-    search, operators = _members(asked, out)
+    try:
+        search, operators = _members(asked, out)
+    except AssumptionError:  # the criteria say why
+        return None
     widths = np.array([float(v) for v in asked.classes.upper]) - search.lower
     found = search.found(widths)
     if found is None or not found.gain > 0:

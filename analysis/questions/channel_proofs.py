@@ -201,7 +201,8 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     operators = asked.classes.operators
     given = (*H.doubles(), lower, free, popov, H.dt is not None, operators)
     if criterion.kind in (_COUPLED, _WINDOWS):
-        for samples in _SAMPLES if criterion.kind == _WINDOWS else (1,):
+        windows = (asked.window,) if asked.window else _SAMPLES
+        for samples in windows if criterion.kind == _WINDOWS else (1,):
             theta = free if criterion.kind == _COUPLED else [False] * len(free)
             coupled = CoupledForms(*H.doubles(), lower, _groups(asked), samples, theta, popov, H.dt is not None)
             if coupled.possible:
@@ -212,7 +213,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         odd = [asked.classes.classes[block[0]].odd for block in blocks]
         most = 4 // max(map(len, blocks))  # a form is about up to 4 samples
         if most > 0:
-            yield ChannelWindows(*given, blocks=blocks, odd=odd, samples=min(2, most))
+            yield ChannelWindows(*given, blocks=blocks, odd=odd, samples=min(asked.window or 2, most))
         return
     if criterion.kind == 0 and len(H.D) > _MANY:
         _require_no_zero(asked)

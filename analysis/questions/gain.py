@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.codes import Code
 
 _FREQUENCIES = 200
+LONGEST = 12  # samples in a window
 
 
 class GainBound(Record):
@@ -40,6 +41,7 @@ class GainBound(Record):
     )
     classes: Diagonal = quantity("The classes of the channels, without that from ``z`` to ``w``")
     performance: Performance = quantity("Where ``w`` enters and what ``z`` is")
+    incremental: bool = quantity("Whether it is the gain of differences of solutions", default=False)
     factors: StabilityBound = quantity(
         "The answer about the loop with a channel from ``z`` to ``w`` of norm ``1/gamma``", key="", label=""
     )
@@ -112,20 +114,24 @@ class GainBound(Record):
         both = {"high": self.proof, "low": self.refutation}
         return {name: None if shown is None else shown.certificate for name, shown in both.items()}
 
+    @property
+    def _name(self) -> str:
+        return f"{'incremental ' if self.incremental else ''}L2 gain from w to z"
+
     def __bool__(self) -> bool:
         raise TypeError("a gain has bounds and no truth value; compare result.verdict")
 
     def __str__(self) -> str:
         low, high = self.gain.low, self.gain.high
         if self.verdict is Verdict.REFUTED:
-            return f"No L2 gain from w to z is finite for {self.classes}: {self.witness}."
+            return f"No {self._name} is finite for {self.classes}: {self.witness}."
         above = ""
         if low > 0:
             above = f"; a member has a gain above {bound_below(low)}: {self.witness.partition(' give')[0]}"
         if self.verdict is Verdict.PROVED:
-            said = f"The L2 gain from w to z is at most {bound_above(high)} for {self.classes}"
+            said = f"The {self._name} is at most {bound_above(high)} for {self.classes}"
             return f"{said} ({self.criterion}, {self.evidence}){above}. {self.factors.unfinished}".rstrip()
-        return f"No bound of the L2 gain is proved for {self.classes} ({self.reason}){above}."
+        return f"No bound of the {self._name} is proved for {self.classes} ({self.reason}){above}."
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data with both certificates; infinite numbers are the text ``inf``."""
@@ -150,6 +156,8 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     performance: object = None,
     *,
     criterion: str = BEST,
+    window: int | None = None,
+    incremental: bool = False,
     seconds: float | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> GainBound:
@@ -172,6 +180,14 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
         there are classes: then the last inputs are ``w`` and the last outputs ``z``.
     criterion : str
         A criterion for several nonlinearities, or ``best``.
+    window : int, optional
+        In discrete time, over how many consecutive samples the constraints of slopes and ReLUs reach; by default two,
+        three and four are tried.
+    incremental : bool
+        Whether the gain of differences is asked for, ``|z_1 - z_2|`` over ``|w_1 - w_2|`` of any two solutions of one
+        loop that begin together.  Then each class needs slope bounds, and only their time-varying gains are used:
+        Popov's terms, kernels and forms of several samples hold for solutions, not for differences (Kulkarni, Safonov
+        2002).
     seconds : float or None
         Time allowed; when it is over the best bounds so far are returned.
     progress : callable, optional
@@ -201,7 +217,8 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     >>> print(found.verdict, round(found.gain.low, 5), round(found.gain.high, 5))
     PROVED 1.0 1.0
     """
-    problem, stated = gain_problem(plant, classes, performance, criterion=criterion)
+    problem, stated = gain_problem(plant, classes, performance, criterion=criterion, incremental=incremental)
+    problem = replace(problem, window=_window(window, problem))
     found = cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
     given, unit = problem.classes, Fraction(problem.classes.classes[-1].sector.upper)
     low = 0.0 if found.refuted_at is None else math.inf
@@ -211,11 +228,11 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     high = double_above(1 / (unit * Fraction(found.largest.low))) if proved else math.inf
     own = tuple(len(block) for block in given.blocks[:-1])
     asked = Diagonal(given.classes[: sum(own)], repeated=own)
-    return GainBound(gain=Bracket(low, high), classes=asked, performance=stated, factors=found)
+    return GainBound(gain=Bracket(low, high), classes=asked, performance=stated, incremental=incremental, factors=found)
 
 
 def gain_problem(
-    plant: object, classes: object, performance: object, *, criterion: str = BEST
+    plant: object, classes: object, performance: object, *, criterion: str = BEST, incremental: bool = False
 ) -> tuple[Problem, Performance]:
     """The question about the loop with a channel from ``z`` to ``w``, and the performance meant.
 
@@ -225,6 +242,8 @@ def gain_problem(
         As for :func:`l2_gain`.
     criterion : str
         The criterion asked for.
+    incremental : bool
+        Whether the question is about differences.
 
     Raises
     ------
@@ -243,6 +262,8 @@ def gain_problem(
     if isinstance(plant, LoopSystem) and isinstance(classes, list) and source is plant:
         source = plant.block
     asked = channel_problem(source, classes, kind="sector", criterion=criterion)
+    if incremental:
+        asked = replace(asked, classes=_differences(asked.classes))
     H = cast("MultivariablePlant", asked.plant)
     if (found.Bw or found.Cz) and _without_states(plant):
         raise InputError("performance.Bw and Cz are about states, and the plant is given without; give A, B, C and D")
@@ -251,6 +272,34 @@ def gain_problem(
     sizes = (*(len(block) for block in asked.classes.blocks), size)
     both = Diagonal((*asked.classes.classes, *[channel] * size), repeated=sizes)
     return replace(asked, plant=whole, classes=both, known=()), found
+
+
+def _differences(classes: Diagonal) -> Diagonal:
+    """What differences are: ``phi_1 - phi_2 = g(t) (sigma_1 - sigma_2)``, ``g`` between the slopes."""
+    found = list[NonlinearityClass]()
+    for i, one in enumerate(classes.classes, 1):
+        ends, slope = (one.sector.lower, one.sector.upper), one.slope
+        if one.linear or one.operator == "linear time-invariant":
+            found.append(one)
+            continue
+        if slope is None or (slope.lower, slope.upper) != ends or one.rectifier:
+            raise InputError(
+                f"channel {i} is {one}, of whose differences nothing is known that both sides could use; give slope = "
+                "[l, k] alone for an incremental gain"
+            )
+        found.append(NonlinearityClass(sector=one.sector, time_varying=True))
+    return Diagonal(tuple(found), repeated=classes.repeated)
+
+
+def _window(window: object, problem: Problem) -> int:
+    """The number of samples that is asked for; 0 if none is."""
+    if window is None:
+        return 0
+    if isinstance(window, bool) or not isinstance(window, int) or not 1 <= window <= LONGEST:
+        raise InputError(f"window is {window!r:.40}; give a number of samples from 1 to {LONGEST}")
+    if cast("MultivariablePlant", problem.plant).dt is None:
+        raise InputError(f"window is {window}, and the plant is in continuous time, without samples; leave it out")
+    return window
 
 
 def _said(plant: object) -> object:

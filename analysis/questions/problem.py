@@ -73,6 +73,8 @@ class Problem:
         Whether an infinite upper end means every nonlinearity with some finite bound.
     known : tuple of Nonlinearity
         With several channels, the nonlinearity of each if they are known; they belong to the classes.
+    window : int
+        With several channels in discrete time, of how many samples the forms are; 0 for two to four in turn.
     name, title, source : str
         What the loop is called, what it is, and where it comes from; no part of the question.
 
@@ -95,6 +97,7 @@ class Problem:
     search: Search = "full"
     finite: bool = False
     known: tuple[Nonlinearity, ...] = ()
+    window: int = 0
     name: str = "loop"
     title: str = ""
     source: str = ""

@@ -109,6 +109,46 @@ def test_no_linear_gain_is_taken_for_a_relu():
     assert found.gain.high == pytest.approx(1, rel=1e-6)
 
 
+def test_differences_are_bounded_by_gains_that_vary_and_need_slopes():
+    slope = NonlinearityClass.slope_restricted(0, 1)
+    found = l2_gain(OSCILLATOR, [slope], OF_OSCILLATOR, incremental=True)
+    assert found.criterion == "diagonal-circle"
+    assert found.gain.high == pytest.approx(25.97, abs=0.01)  # with Popov's term 7.08 is no bound of differences
+    assert "The incremental L2 gain" in str(found)
+    with pytest.raises(InputError, match="of whose differences nothing is known"):
+        l2_gain(OSCILLATOR, [Sector(0, 1)], OF_OSCILLATOR, incremental=True)
+
+
+def test_a_published_network_of_two_relus_with_constraints_over_one_sample_and_two():
+    # Vahedi Noori, Hu, Dullerud, Seiler (2024): 7.556 with one sample; 5.530 with two, lifted
+    rows = {
+        "A": "84 -17 10 -4/17 80 -11 -4/5 -11 90 -8/-4 18 1 74",
+        "B1": "-8 -18/-11 11/-1 -5/-4 3",
+        "B2": "-4 11 14/-6 3 -2/2 -3 1/4 -8 20",
+        "C1": "-35 -40 -104 136/90 55 113 -46",
+        "C2": "79 -62 -187 -9/-67 -105 180 -6/225 -108 -36 108",
+    }
+    side = {
+        name: [[F(v, 100) for v in map(int, row.split())] for row in text.split("/")] for name, text in rows.items()
+    }
+    plant = as_plant((side["A"], [[-v for v in row] for row in side["B1"]], side["C1"], 0), dt=1)
+    performance, relus = {"Bw": side["B2"], "Cz": side["C2"]}, [NonlinearityClass.relu()] * 2
+    found = [l2_gain(plant, relus, performance, window=samples).gain.high for samples in (1, 2)]
+    assert found[0] == pytest.approx(7.556, abs=5e-4)
+    assert found[1] < 2.993
+    with pytest.raises(InputError, match="give a number of samples from 1 to 12"):
+        l2_gain(plant, relus, performance, window=0)
+    with pytest.raises(InputError, match="in continuous time, without samples"):
+        l2_gain(OSCILLATOR, [Sector(0, 1)], OF_OSCILLATOR, window=2)
+
+
+def test_an_eigenvalue_0_at_the_lower_bounds_is_left_open_with_its_reason():
+    found = l2_gain(([[0]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Dzmu": [[1]]})
+    assert found.verdict.name == "INCONCLUSIVE"
+    assert found.gain.high == math.inf
+    assert "the critical case" in found.reason
+
+
 def test_the_last_channels_of_a_larger_plant_are_w_and_z():
     rows = [["1/(s+1)", "1/(s+1)"], ["1/(s+1)", "1/(s+1)"]]
     found = l2_gain(as_plant(rows), [Sector(0, 1)])
