@@ -50,11 +50,9 @@ class Problem:
     plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, StructuredPlant or MultivariablePlant
         The linear part ``H``; the last for several nonlinearities, ``mu_i = -phi_i(sigma_i)``.
     classes : Diagonal
-        The class of each nonlinearity; where the largest upper end is asked for, with the upper end ``inf``, with
-        several nonlinearities those of the factor 1.
+        The class of each nonlinearity; for a largest upper end with the end ``inf``, of several those of the factor 1.
     kind : {"sector", "slope", "class"}
-        The largest ``k`` with a stable class ``[lower, k]``, a sector or slope bounds, with several nonlinearities the
-        largest factor of all upper bounds; or whether this class is stable.
+        The largest ``k`` with a stable class ``[lower, k]``, of several the largest factor; or if this one is stable.
     nonlinearity : Nonlinearity or None
         The one in the loop, if one was given; it belongs to the class.
     membership : Membership or None
@@ -74,15 +72,14 @@ class Problem:
     known : tuple of Nonlinearity
         With several channels, the nonlinearity of each if they are known; they belong to the classes.
     window : int
-        With several channels in discrete time, of how many samples the forms are; 0 for two to four in turn.
+        Of how many samples the forms of several channels are in discrete time; 0 for two to four.
     name, title, source : str
-        What the loop is called, what it is, and where it comes from; no part of the question.
+        How the loop is called, what it is, where it comes from; no part of the question.
 
     Raises
     ------
     InputError
-        With several nonlinearities: inputs, outputs and classes differ in number, the plant has no state, or a bound
-        is infinite.
+        With several nonlinearities: inputs, outputs and classes differ in number, no state, or an infinite bound.
     """
 
     plant: Plant
