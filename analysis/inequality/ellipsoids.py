@@ -189,3 +189,98 @@ def _solved(
     P = np.linalg.inv(W)
     h = np.tensordot(found[s:k], Y, 1) @ P if free else np.zeros((m, n))
     return Ellipsoid((P + P.T) / 2, 1 / found[k : k + m], h)
+
+
+class Growth(NamedTuple):
+    """``V - 1`` grows at a rate where ``V = x'Q x > 1``, with a weight for each channel."""
+
+    Q: Matrix
+    rate: float
+    weights: Matrix
+
+
+def growing(plant: Sequence[Matrix], limits: Matrix, *, discrete: bool, margin: float = 1e-7) -> Growth | None:
+    r"""About the smallest set outside of which solutions grow, for inputs ``p`` of the plant with ``|p_i| <= limit_i``.
+
+    ``V' - rate V + sum s_i p_i^2 > 0`` with ``sum s_i limit_i^2 <= rate`` (in discrete time ``V+ - (1 + rate) V``) is
+    linear in ``Q`` and ``s`` for each rate.  ``Q`` has as many positive eigenvalues as the plant has unstable ones; its
+    volume on their space is made largest.  With one of them, ``w'A = lambda w'``, and ``|w'B p| <= beta``, the set
+    tends to ``|w'x| > beta/lambda``.
+
+    Parameters
+    ----------
+    plant : sequence of ndarray
+        ``A`` (n, n) and ``B`` (n, m), the lines outside the limits taken into them.
+    limits : ndarray
+        (m,), positive.
+    discrete : bool
+        Whether time is discrete.
+    margin : float
+        By which the inequality is to hold, relative to its terms.
+
+    Returns
+    -------
+    Growth or None
+        None without unstable modes, or where the solver finds none; else what has still to be proved.
+    """
+    A, B = plant[0], plant[1] * limits
+    values, vectors = np.linalg.eig(A)
+    fast = np.abs(values) ** 2 - 1 if discrete else 2 * values.real
+    if not (fast > 1e-9).any():
+        return None
+    own = vectors[:, fast > 1e-9]
+    basis = np.linalg.svd(np.hstack([own.real, own.imag]))[0][:, : own.shape[1]]
+    size = max(float(np.linalg.norm(B)), 1e-12) / max(float(np.linalg.norm(A, 2)), 1e-12)
+    top = float(fast[fast > 1e-9].min())
+    best: Growth | None = None
+    value = -np.inf
+    for share in (0.5, 0.35, 0.2, 0.1, 0.65, 0.02):
+        found = _grown((A, B / size), basis, share * top, discrete=discrete, margin=margin)
+        if found is not None:
+            score = float(np.linalg.slogdet(basis.T @ found.Q @ basis)[1])
+            if score > value:
+                best, value = found, score
+    if best is None:
+        return None
+    return Growth(best.Q / size**2, best.rate, best.weights / limits**2)
+
+
+def _grown(
+    plant: tuple[Matrix, Matrix], unstable: Matrix, rate: float, *, discrete: bool, margin: float
+) -> Growth | None:
+    (A, B), (n, k) = plant, unstable.shape
+    m = B.shape[1]
+    basis = symmetric_basis(n)
+    s, corner = len(basis), len(symmetric_basis(k))
+    count = s + m + corner + k
+    F, E = np.hstack([A, -B]), np.hstack([np.eye(n), np.zeros((n, m))])
+    slopes = np.zeros((count, n + m, n + m))
+    held = E.T @ basis @ E
+    if discrete:
+        slopes[:s] = F.T @ basis @ F - (1 + rate) * held
+    else:
+        half = E.T @ basis @ F
+        slopes[:s] = half + np.swapaxes(half, 1, 2) - rate * held
+    slopes[np.arange(s, s + m), np.arange(n, n + m), np.arange(n, n + m)] = 1.0
+    blocks = [Block(-margin * rate * np.eye(n + m), slopes)]
+    inner, (rows, columns) = np.zeros((count, 2 * k, 2 * k)), np.tril_indices(k)
+    inner[:s, :k, :k] = unstable.T @ basis @ unstable
+    logarithms, cost, at = list[tuple[int, int]](), np.zeros(count), s + m
+    for z, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+        inner[at + z, row, k + column] = inner[at + z, k + column, row] = 1.0
+        if row == column:
+            inner[at + z, k + row, k + row] = 1.0
+            logarithms.append((at + corner + row, at + z))
+    blocks.append(Block(np.zeros((2 * k, 2 * k)), inner))
+    cost[at + corner :] = 1.0
+    sums, zero = np.zeros((m + 1, count)), np.zeros(m + 1)
+    sums[0, s : s + m] = 1.0
+    sums[np.arange(1, m + 1), np.arange(s, s + m)] = -1.0
+    zero[0] = rate * (1 - margin)
+    found = proposed(cost, blocks, sums, zero, logarithms=logarithms)
+    if found is None:
+        return None
+    Q, weights = np.tensordot(found[:s], basis, 1), np.maximum(found[s : s + m], 0.0)
+    if not weights.sum() or np.linalg.eigvalsh(unstable.T @ Q @ unstable)[0] <= 0:
+        return None
+    return Growth(Q, rate, weights * min(1.0, rate / weights.sum()))

@@ -9,14 +9,14 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from flint import arb, fmpq_poly
+from flint import arb, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, ellipsoid
+from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, ellipsoid, growing, shifted
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.nonlinearity.pieces import known_nonlinearity
 from lure.analysis.nonlinearity.rational import interval_of, roots_between
@@ -340,6 +340,58 @@ def _short(value: float) -> Fraction:
     return _step(value, 2.0 ** (math.floor(math.log2(abs(value))) - 30)) if value else Fraction(0)
 
 
+# Starts outside.
+
+
+def proved_growth(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Refuted | None:
+    """A set ``x'Q x > 1`` from which every solution grows; None where none is found.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part.
+    shapes : sequence of Shape
+        What is known of each nonlinearity: all have to be lines with limits.
+    """
+    clips = [clip for shape in shapes if (clip := shape.clip) is not None]
+    if len(clips) < len(shapes):
+        return None
+    A, B, C, D = plant.doubles()
+    outer = np.array([float(e) for e, *_ in clips])
+    sides = shifted((A, B, C, D), outer)
+    most = [max(abs(to_fraction(piece[0])) for piece in shape.pieces) for shape in shapes]
+    limits = np.array([float(v) for v in most])
+    for margin in MARGINS:
+        checkpoint()
+        found = growing(sides, limits, discrete=plant.dt is not None, margin=margin)
+        if found is None:
+            continue
+        weights = [_short(float(w)) for w in found.weights]
+        rate = max(_short(found.rate), sum((w * v * v for w, v in zip(weights, most, strict=True)), Fraction(0)))
+        diagonal = np.abs(np.diag(found.Q)) + 1e-6 * float(np.abs(found.Q).max())
+        scale = [math.floor(math.log2(math.sqrt(v))) for v in diagonal]
+        rows = [
+            [str(_step(float(found.Q[i, j]), 2.0 ** (scale[i] + scale[j] - _BITS))) for j in range(i + 1)]
+            for i in range(plant.order)
+        ]
+        try:
+            shown = checked(
+                {
+                    "verdict": "REFUTED",
+                    "system": system_of(plant),
+                    "laws": {"graphs": [shape.entry(None) for shape in shapes]},
+                    "theorem": "counterexample",
+                    "multiplier": {},
+                    "proof": {"method": "growth", "Q": rows, "rate": str(rate), "weights": [str(w) for w in weights]},
+                }
+            )
+        except (Rejected, Malformed):
+            continue
+        assert isinstance(shown, Refuted), "the checker makes it of this verdict"
+        return shown
+    return None
+
+
 # One state: signs.
 
 
@@ -447,13 +499,30 @@ def volume_below(P: Sequence[Sequence[Fraction]]) -> float:
     P : sequence of sequences of Fraction
         Symmetric, positive definite.
     """
-    from flint import fmpq_mat
+    return _volume(P) * (1 - 1e-12)
 
-    n = len(P)
-    determinant = to_fraction(fmpq_mat([[to_fmpq(v) for v in row] for row in P]).det())
+
+def volume_above(Q: Sequence[Sequence[Fraction]]) -> float | None:
+    """An upper bound of the same; None where the set has no finite one.
+
+    Parameters
+    ----------
+    Q : sequence of sequences of Fraction
+        Symmetric.
+    """
+    minors = [_determinant([row[:k] for row in Q[:k]]) for k in range(1, len(Q) + 1)]
+    return _volume(Q) * (1 + 1e-12) if min(minors) > 0 else None
+
+
+def _determinant(P: Sequence[Sequence[Fraction]]) -> Fraction:
+    return to_fraction(fmpq_mat([[to_fmpq(v) for v in row] for row in P]).det())
+
+
+def _volume(P: Sequence[Sequence[Fraction]]) -> float:
+    n, determinant = len(P), _determinant(P)
     bits = 128 + 2 * max(0, determinant.numerator.bit_length() - determinant.denominator.bit_length())
     root = Fraction(math.isqrt((determinant.denominator << 2 * bits) // determinant.numerator), 1 << bits)
-    return float(float(root) * math.pi ** (n / 2) / math.gamma(n / 2 + 1) * (1 - 1e-12))
+    return float(float(root) * math.pi ** (n / 2) / math.gamma(n / 2 + 1))
 
 
 def matrix_of(certificate: Any, name: str = "P") -> tuple[tuple[Fraction, ...], ...]:  # noqa: ANN401  (JSON data)

@@ -7,22 +7,25 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.deadline import check_seconds, time_limit
+from lure.analysis.certificates.checker import ATTRACTS, Proved, Refuted
+from lure.analysis.deadline import check_seconds, time_left, time_limit
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
+from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.region_sets import (
     Shape,
     matrix_of,
     proved_ellipsoid,
+    proved_growth,
     shape_of,
     sign_interval,
     strips,
+    volume_above,
     volume_below,
 )
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
-from lure.errors import InputError
+from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.files.system import LoopSystem
 from lure.nonlinearities import ExpressionNonlinearity
@@ -31,6 +34,7 @@ from lure.plants.multivariable import MultivariablePlant
 from lure.record import Record, quantity
 
 Ends = tuple[Fraction | float, Fraction | float]
+_GLOBAL = 5.0  # [s] for a proof that the region is everything
 
 
 def _sentence(shown: Proved | Refuted) -> str:
@@ -41,7 +45,7 @@ def _sentence(shown: Proved | Refuted) -> str:
 class AttractedSet(Record):
     """A set from which every solution tends to 0: an ellipsoid ``x'P x <= level``, or an open interval."""
 
-    kind: str = quantity("``ellipsoid`` or ``interval``")
+    kind: str = quantity("``ellipsoid``, ``interval`` or ``everything``")
     P: tuple[tuple[Fraction, ...], ...] | None = quantity("(n, n), of an ellipsoid, exactly", label="", default=None)
     level: Fraction | None = quantity("of an ellipsoid", default=None)
     interval: Ends | None = quantity("of a loop with one state, its ends not included", default=None)
@@ -67,13 +71,12 @@ class AttractedSet(Record):
         InputError
             It is not one finite number for each state.
         """
-        n = 1 if self.P is None else len(self.P)
+        n = 1 if self.interval is not None else len(state) if self.P is None else len(self.P)
         if len(state) != n:
             raise InputError(f"state has {len(state)} entries, and the set has {n}; give one for each")
         x = [exact_number(v, f"state[{i}]") for i, v in enumerate(state)]
         if self.P is None:
-            assert self.interval is not None, "it is one of the two"
-            return self.interval[0] < x[0] < self.interval[1]
+            return self.interval is None or self.interval[0] < x[0] < self.interval[1]
         return sum(x[i] * v * x[j] for i, row in enumerate(self.P) for j, v in enumerate(row)) <= 1
 
     def __str__(self) -> str:
@@ -84,7 +87,9 @@ class OutsideSet(Record):
     """Starts from which no solution tends to 0."""
 
     kind: str = quantity("``ellipsoid``: ``x'Q x > 1``; ``interval``: at or beyond its ends")
-    Q: tuple[tuple[Fraction, ...], ...] | None = quantity("(n, n), exactly", label="", default=None)
+    Q: tuple[tuple[Fraction, ...], ...] | None = quantity(
+        "(n, n), exactly; it is indefinite where the plant has stable modes", label="", default=None
+    )
     interval: Ends | None = quantity("of a loop with one state", default=None)
     proof: Refuted = quantity("what the checker accepted", key="certificate", label="", plainly=lambda p: p.certificate)
 
@@ -129,7 +134,9 @@ class RegionOfAttraction(Record):
             said = [f"INCONCLUSIVE: no set of starts is proved to be attracted by 0: {self.reason}."]
         else:
             first = self.sets[0]
-            if first.interval is not None:
+            if first.kind == "everything":
+                said = ["PROVED: every solution tends to 0, wherever it starts."]
+            elif first.interval is not None:
                 low, high = map(_shown, first.interval, ("above", "below"))
                 said = [f"PROVED: every solution that starts between {low} and {high} tends to 0."]
             else:
@@ -222,14 +229,26 @@ def region(
         signs = sign_interval(found, shapes)
         if signs is not None:
             return _of_signs(*signs)
+        proof, beyond, late = None, None, True
         try:
+            beyond = proved_growth(found, shapes)
+            whole = None if beyond is not None else _everywhere(found, [shape.nonlinearity for shape in shapes])
+            if whole is not None:
+                return _of_all(found.order, whole)
             proof, late = proved_ellipsoid(found, shapes, points), False
         except TimeoutError:
-            proof, late = None, True
+            pass
+    outside, high = () if beyond is None else (_grown(beyond),), None
+    if beyond is not None and found.order == 2:
+        high = volume_above(matrix_of(beyond.certificate, "Q"))
     if proof is None:
-        why = "the time allowed is over" if late else "no invariant ellipsoid was found"
         return RegionOfAttraction(
-            verdict=Verdict.INCONCLUSIVE, states=found.order, sets=(), area=(0.0, None), reason=why
+            verdict=Verdict.INCONCLUSIVE,
+            states=found.order,
+            sets=(),
+            outside=outside,
+            area=(0.0, high),
+            reason="the time allowed is over" if late else "no invariant ellipsoid was found",
         )
     P = matrix_of(proof.certificate)
     one = AttractedSet(
@@ -244,9 +263,33 @@ def region(
         verdict=Verdict.PROVED,
         states=found.order,
         sets=(one,),
-        area=(one.volume, None),
+        outside=outside,
+        area=(one.volume, high),
         reach=None if points is None else _reach(P, points),
     )
+
+
+def _everywhere(plant: MultivariablePlant, nonlinearities: Sequence[Any]) -> Proved | None:
+    """A proof that 0 attracts every solution; None where none is found in a few seconds."""
+    single = plant.inputs == 1
+    block, given = (plant.channel(0, 0), nonlinearities[0]) if single else (plant, list(nonlinearities))
+    try:
+        found = certify(block, given, ways=ProofOptions(seconds=max(1e-3, min(_GLOBAL, time_left()))))
+    except (InputError, AssumptionError):
+        return None
+    shown = found.shown
+    if not isinstance(shown, Proved) or found.assumed or shown.assumed:
+        return None
+    return shown if shown.certificate["conclusion"] == ATTRACTS else None
+
+
+def _of_all(states: int, proof: Proved) -> RegionOfAttraction:
+    one = AttractedSet(kind="everything", volume=math.inf, proof=proof)
+    return RegionOfAttraction(verdict=Verdict.PROVED, states=states, sets=(one,), area=(math.inf, math.inf))
+
+
+def _grown(shown: Refuted) -> OutsideSet:
+    return OutsideSet(kind="ellipsoid", Q=matrix_of(shown.certificate, "Q"), proof=shown)
 
 
 def _asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlant, list[Shape]]:

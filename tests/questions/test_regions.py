@@ -154,6 +154,43 @@ def test_local_sectors_of_formulas_in_both_times():
         assert found.sets[0].bounds[0]["interval"][1] == found.sets[0].bounds[0]["interval"][0][1:]
 
 
+def test_starts_outside_of_the_published_example_are_known_to_a_percent(square):
+    # simulated solutions escape from 266.27 along (1, 1) and from 249.74 along (1, -1) on
+    (beyond,) = square.outside
+    assert accepted(beyond.proof.certificate) == (True, True)
+    Q = np.array(beyond.Q, dtype=float)
+    for point, simulated_from in (([1, 1], 266.27), ([1, -1], 249.74)):
+        assert simulated_from < (point @ Q @ point) ** -0.5 < 1.01 * simulated_from
+
+
+def test_one_unstable_mode_of_a_saddle_is_bounded_by_its_left_eigenvector(saddle):
+    # w = (1, 1): (w'x)' = w'x - sat(.), so |w'x| > 1 diverges; Q tends to w w'
+    (beyond,) = saddle.outside
+    assert accepted(beyond.proof.certificate) == (True, True)
+    assert np.allclose(np.array(beyond.Q, dtype=float), 1, atol=1e-3)
+    weights = beyond.proof.certificate["proof"]["weights"]
+    for bad in (
+        changed(beyond.proof.certificate, "proof", "weights", 0, to=str(2 * Fraction(weights[0]))),
+        changed(beyond.proof.certificate, "proof", "rate", to="3"),
+        changed(beyond.proof.certificate, "proof", "Q", 0, 0, to="2"),
+        changed(beyond.proof.certificate, "proof", "Q", 1, 1, to="4"),
+    ):
+        assert accepted(bad) == (False, False)
+
+
+def test_without_stable_modes_the_area_is_bounded_from_both_sides():
+    found = region(as_plant(([["0.2", 1], [-1, "0.2"]], [0, 1], ["0.5", 2], 0)), Saturation())
+    low, high = found.area
+    assert 0 < low < high < 2.1 * low
+    assert accepted(found.outside[0].proof.certificate) == (True, True)
+
+
+def test_a_loop_that_is_stable_from_everywhere_says_so():
+    found = region(([1], [1, 3, 3, 1]), Saturation())
+    assert (found.sets[0].kind, found.area) == ("everything", (math.inf, math.inf))
+    assert found.sets[0].contains([100, 100, 100])
+
+
 def test_a_dead_zone_that_does_not_hold_an_unstable_plant():
     # x' = x - dz(x): near 0 x' = x grows; there is no set
     assert region(([1], [1, -1]), DeadZone(width=1, gain=3)).sets == ()
