@@ -141,7 +141,7 @@ class RodAssembly:
         waves, states = 2 * cells * len(parts), 2 * cells * len(parts) + (1 if both else m)
         A, B, C = (_zeros(rows, columns) for rows, columns in ((states, states), (states, m), (m, states)))
         for j, part in enumerate(parts):
-            at, load = 2 * cells * j, self._loads(j)
+            at, load = 2 * cells * j, self.loads(j)
             for i in range(2 * cells):
                 A[at + i][at + i] -= part.rate
                 before = i - 1 if i else 2 * cells - 1
@@ -149,7 +149,7 @@ class RodAssembly:
             for i in range(m):
                 B[at][i] += 2 * part.rate * part.gain * load[0][i]
                 B[at + cells][i] += 2 * part.rate / part.impedance * load[1][i]
-            for i, share in enumerate(self._closing(j)):  # sigma_i' = share v(t, L) + ..
+            for i, share in enumerate(self.closing(j)):  # sigma_i' = share v(t, L) + ..
                 row = states - 1 if both else waves + i
                 if share:
                     A[row][at + cells - 1] += share
@@ -190,14 +190,14 @@ class RodAssembly:
             Q = np.exp(-points * T) if cells is None else (1 + points * T / cells) ** -float(cells)
             below = 1 + a * Q**2
             near, across, far = b * (1 + Q**2) / below, 2 * b * Q / below, (1 - a * Q**2) / Z / below
-            load = [np.array([float(v) for v in row]) for row in self._loads(j)]
+            load = [np.array([float(v) for v in row]) for row in self.loads(j)]
             ends = (
                 near[..., None] * load[0] + across[..., None] * load[1],
                 across[..., None] * load[0] + far[..., None] * load[1],
             )
             if self.arrangement == "both-ends":
                 H[..., 0, :] -= ends[0]
-            for i, share in enumerate(self._closing(j)):
+            for i, share in enumerate(self.closing(j)):
                 H[..., i, :] += float(share) * ends[1]
         if self.obstacle_damping is not None:
             H += np.array([*map(float, self._plate())])
@@ -207,7 +207,7 @@ class RodAssembly:
         """``-w'`` of the obstacle from ``mu``."""
         return [rod.exact["area"] / (self.obstacle_damping or Fraction(1)) for rod in self.rods]
 
-    def _loads(self, j: int) -> tuple[list[Fraction], list[Fraction]]:
+    def loads(self, j: int) -> tuple[list[Fraction], list[Fraction]]:
         """``F_0`` and ``F_L`` of a rod from ``mu``: of each contact."""
         m, areas = self.contacts, [rod.exact["area"] for rod in self.rods]
         none = [Fraction(0)] * m
@@ -217,7 +217,7 @@ class RodAssembly:
             return none, [min(areas)]
         return none, [areas[j] if i == j else Fraction(0) for i in range(m)]
 
-    def _closing(self, j: int) -> list[int]:
+    def closing(self, j: int) -> list[int]:
         """How far each contact closes when the end ``x = L`` of a rod moves by 1."""
         if self.arrangement == "both-ends":
             return [0, 1]
