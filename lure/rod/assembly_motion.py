@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,26 +47,42 @@ class AssemblySamples(Record):
     _kind = "motion of several rods"
 
 
-class AssemblyMotion(Record):
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class AssemblyMotion:
     """A motion of rods with several contacts, without grid or time step; made by :func:`assembly_motion`.
 
     Evidence: COMPUTED, about this motion and no other.
+
+    Attributes
+    ----------
+    assembly : RodAssembly
+        The rods and their contacts.
+    scenarios : tuple of Scenario
+        Force and initial data of each rod.
+    until : float
+        End of the motion [s].
+    contacts : tuple of tuple of Contact
+        The stretches of each contact, in order; the last is not closed if it still touches.
+    energy_residual : float
+        Largest ``|E(t) + what was lost in dashpots and obstacle - work of the forces - E(0)|`` at 200 instants,
+        relative to the largest energy, work or loss.  ``E`` is an integral of the waves in the rods, the rest one of
+        velocities over time.
+    error : float
+        Sum of the estimates of all local errors, as displacement [m].
+    run : Run
+        The waves as they were made.
+    steps : tuple of Step
+        What happened between events.
     """
 
-    assembly: RodAssembly = quantity("The rods and their contacts")
-    scenarios: tuple[Scenario, ...] = quantity("Force and initial data of each rod")
-    until: float = quantity("End of the motion", "s")
-    contacts: tuple[tuple[Contact, ...], ...] = quantity(
-        "Of each contact, in order; the last is not closed if it still touches"
-    )
-    energy_residual: float = quantity(
-        "Largest ``|E(t) + what was lost in dashpots and obstacle - work of the forces - E(0)|`` at 200 instants, "
-        "relative to the largest energy, work or loss.  ``E`` is an integral of the waves in the rods, the rest one of "
-        "velocities over time"
-    )
-    error: float = quantity("Sum of the estimates of all local errors, as displacement", "m")
-    run: Run = quantity("The waves as they were made", hidden=True)
-    steps: tuple[Step, ...] = quantity("What happened between events", hidden=True)
+    assembly: RodAssembly
+    scenarios: tuple[Scenario, ...]
+    until: float
+    contacts: tuple[tuple[Contact, ...], ...]
+    energy_residual: float
+    error: float
+    run: Run
+    steps: tuple[Step, ...]
 
     def sigma(self, t: ArrayLike) -> Array:
         """(.., m) how far each contact has closed [m] at instants (..) [s] from 0 to ``until``."""
@@ -286,7 +304,7 @@ def _begun(assembly: RodAssembly, data: tuple[Scenario, ...], until: float) -> R
         if one.force.is_zero:
             forces.append(None)
         else:
-            forces.append(lambda tau, g=one.force: np.asarray(g(t=second * tau), dtype=float) + 0 * tau)  # type: ignore[misc]  # an array comes out
+            forces.append(partial(_force_at, one.force, second))
             edges |= {float(t) / second for t in one.force.breakpoints("t", 0.0, until) or ()}
         x = np.array([0.0, rod.length])
         ends[:, j] = np.asarray(one.displacement(x=x), dtype=float) + 0 * x
@@ -301,6 +319,10 @@ def _begun(assembly: RodAssembly, data: tuple[Scenario, ...], until: float) -> R
         far=ends[1],
         near=ends[0],
     )
+
+
+def _force_at(force: Expression, second: float, t: Array) -> Array:
+    return np.asarray(force(t=second * t), dtype=float) + 0.0 * t
 
 
 def _kinks(formula: Expression, length: float) -> tuple[Fraction, ...]:

@@ -46,6 +46,8 @@ from lure.files.builtin import builtin_loops
 from lure.files.system import LoopSystem
 from lure.nonlinearities import shifted_nonlinearity
 from lure.rod import Scenario, builtin_system, exact_motion, upwind
+from lure.rod.assembly import RodAssembly
+from lure.rod.assembly_motion import assembly_motion
 from lure.rod.cellular import CellularNetwork, Template, chua_yang, edge_network
 from lure.rod.derivation import Step, misprints
 from lure.rod.galerkin import convergence, formula_state, galerkin
@@ -197,6 +199,11 @@ RESULTS = {
     "StabilityMap": lambda: StabilityMap(lower=(F(0), F(0)), asked=(F(1), F(2)), rays=(RAY,)),
     "exact motion": motion,
     "impact": lambda: motion().impacts[0],
+    "motion of several rods": lambda: assembly_motion(
+        RodAssembly(arrangement="across-gap", rods=(STRUCK.rod,) * 2, compliances=(F(1),), gaps=(F(0),)),
+        (STRUCK.scenario,) * 2,
+        UNTIL,
+    ).sampled(5),
     "Galerkin run": galerkin_run,
     "convergence": family,
     "cells on a line": cells,
