@@ -19,6 +19,7 @@ from fractions import Fraction
 from functools import cached_property
 
 from lure.analysis.certificates.frequencies import MOST_CHANNELS
+from lure.analysis.inequality import dissipation
 from lure.analysis.inequality.kernel_cone import Found, KernelCone
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, Proposal, ShiftedLoop, Widths
 from lure.analysis.inequality.zero_modes import ZeroModes, doubles, whole
@@ -63,7 +64,8 @@ class ChannelInequality(ShiftedLoop):
     def largest(self, widths: Widths, start: float, most: float) -> float:
         """The largest factor for which multipliers were found; see :class:`ChannelSearch`."""
         top = min(most, LARGEST) * (1 - MEETING)
-        found = self.cone.largest(widths, top if most < LARGEST else start or 1.0, top)
+        search = dissipation.largest if dissipation.applies(self.cone) else KernelCone.largest
+        found = search(self.cone, widths, top if most < LARGEST else start or 1.0, top)
         return 0.0 if found is None else found.factor
 
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:

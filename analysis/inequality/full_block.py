@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 from typing import Any, NamedTuple
@@ -32,6 +32,7 @@ MOST_STATES, MOST_CHANNELS, MOST_ORTHANTS = 20, 6, 4  # beyond them a programme 
 _SURE, _LARGEST, _LARGEST_THETA = 1e-7, 100.0, 1e4
 _ROOMS = (1e-9, 1e-7, 1e-5)  # of the largest entry: what is added to the form so that rounding leaves it positive
 _BITS = 44
+_STEPS, _HALVINGS, _ROUNDED, _NEAR, _SAME, _FAR = 10, 20, 1e-7, 1e-5, 1e-8, 0.05
 Rows = list[list[Fraction]]
 
 
@@ -70,14 +71,22 @@ class FullBlockInequality(ShiftedLoop):
     """
 
     orthants: bool = False
+    latest: tuple[NDArray[np.float64], FullBlock | None] = field(default=(np.zeros(0), None), init=False)
 
-    def multipliers(self, widths: NDArray[np.float64]) -> FullBlock | None:
+    def multipliers(
+        self, widths: NDArray[np.float64], before: FullBlock | None = None, rates: NDArray[np.float64] | None = None
+    ) -> FullBlock | None:
         """Multipliers and a margin that is more than rounding, None if there are none or the programme is too large.
 
         Parameters
         ----------
         widths : ndarray
             (m,) of the shifted sectors.
+        before : FullBlock or None
+            Multipliers found before: then the margin is that of the vertices, about the relative gain of factor that is
+            left, of either sign.
+        rates : ndarray or None
+            (m,) how much the widths gain, relatively, where the factor gains 1.
         """
         (n, m), own = self.B.shape, self.own_channels
         k = len(own)
@@ -113,7 +122,7 @@ class FullBlockInequality(ShiftedLoop):
         acted = [Y[[m + i for i in b]] * widths[[*b]][:, None] for b in self.operators]
         scale = [float(widths[[*b]].max()) ** 2 for b in self.operators]
         norms = np.array([(v.T @ v - u.T @ u) / c for u, v, c in zip(acting, acted, scale, strict=True)])
-        parts = {0: falls, 1: -(seen.T @ form @ seen), 2: turning, 3: -margin[None]}
+        parts = {0: falls, 1: -(seen.T @ form @ seen), 2: turning} | ({3: -margin[None]} if before is None else {})
         blocks = [block(n + m, parts | ({last: norms} if self.operators else {}))]
         bounds: list[tuple[int, float, float]] = []  # of entry k: factor, and what it times the entry is at most
         bounds += [(j, sign, most) for j in range(starts[last], total) for sign, most in ((-1.0, 0.0), (1.0, _LARGEST))]
@@ -126,19 +135,29 @@ class FullBlockInequality(ShiftedLoop):
                 blocks.append(block(2 * k, {1: inner * both[:, None] * both, at: -form}))
                 bounds += [(j, -1.0, 0.0) for j in range(starts[at], starts[at + 1])]
         else:
-            for ends in product((0.0, 1.0), repeat=k):
-                view = np.vstack([np.eye(k), np.diag(ends)])
-                blocks.append(block(k, {1: view.T @ form @ view}))
+            for view in _vertices(np.ones(k)):
+                sides = {1: view.T @ form @ view}
+                if before is not None and rates is not None:
+                    turn = view.T @ before.Pi @ np.vstack([np.zeros((k, k)), view[k:] * rates[own]])
+                    sides[3] = (turn + turn.T)[None]
+                blocks.append(block(k, sides))
             bounds += [(j, 1.0, 0.0) for j in diagonal[k:]]
         bounds += [(j, sign, _LARGEST) for j in diagonal for sign in (1.0, -1.0)]
         bounds += [(j, sign, _LARGEST_THETA) for j in range(starts[2], starts[3]) for sign in (1.0, -1.0)]
         bounds += [(starts[3], 1.0, _LARGEST)]
         rows = np.zeros((len(bounds), total))
         rows[np.arange(len(bounds)), [j for j, *_ in bounds]] = [factor for _, factor, _ in bounds]
+        limits = np.array([most for *_, most in bounds])
+        if before is not None:  # the size of the form, which the margins are compared with
+            middle = np.vstack([np.eye(k), np.eye(k) / 2])
+            size = np.zeros(total)
+            size[starts[1] : starts[2]] = np.trace(middle.T @ form @ middle, axis1=1, axis2=2)
+            kept = float(np.trace(middle.T @ before.Pi @ middle))
+            rows, limits = np.vstack([rows, size, -size]), np.append(limits, [kept, -kept])
         cost = np.zeros(total)
         cost[starts[3]] = 1.0
-        found = proposed(cost, blocks, rows, np.array([most for *_, most in bounds]))
-        if found is None or found[starts[3]] <= _SURE:
+        found = proposed(cost, blocks, rows, limits, rough=before is not None and before.margin > _FAR)
+        if found is None or (before is None and found[starts[3]] <= _SURE):
             return None
         theta = np.zeros(m)
         theta[free] = found[starts[2] : starts[3]] * self.unit
@@ -164,9 +183,19 @@ class FullBlockInequality(ShiftedLoop):
             found = self.multipliers(at) if at.min() > 0 else None
             if found is not None:
                 margins.append((factor, found.margin))
+                self.latest = at, found
             return found is not None
 
-        low, high = self._between(serves, start, most)
+        low, high = self._between(serves, start, most) if most < math.inf else (start, math.inf)
+        if (math.isinf(high) or high - low > self.precision * high) and not (self.orthants or self.operators):
+            risen = min(self._risen(widths, low or 1.0), most, LARGEST)
+            near = [risen * (1 - back) for back in (2 * self.precision, 100 * self.precision)]
+            served = next((one for one in near if one > low and serves(one)), None)
+            if served == near[0]:
+                return served
+            low, high = (low, high) if served is None else (served, risen)
+        if math.isinf(high):
+            low, high = self._between(serves, start, most)
         side = 1 - self.precision / 3
         while high - low > self.precision * high:
             checkpoint()
@@ -180,13 +209,50 @@ class FullBlockInequality(ShiftedLoop):
             low, high = (middle, high) if serves(middle) else (low, middle)
         return low
 
+    def _risen(self, widths: Widths, factor: float) -> float:
+        """The largest factor, by Newton's method for the generalised eigenvalue; 0 where that fails.
+
+        ``P`` is about the states and the form, whatever the factor: multipliers serve as far as their vertices do, and
+        the next ones leave most at these vertices.
+        """
+        k = len(self.own_channels)
+        one, none = np.eye(k), np.zeros((k, k))
+        found = FullBlock(
+            np.block([[none, one], [one, -2 * one]]), np.zeros(len(self.D)), [], 1.0, np.zeros(len(self.D))
+        )
+        for _ in range(_STEPS):
+            at = widths(factor)
+            if at.min() <= 0:
+                return 0.0
+            tried = self.multipliers(at, found, (widths(2 * factor) - at) / at)
+            if tried is None:
+                return 0.0
+            factor *= max(1 + min(tried.margin, 1.0), self._further(tried.Pi, at, widths, factor))
+            if abs(tried.margin) < _NEAR or factor > LARGEST:
+                return factor
+            units = np.append(np.ones(k), (widths(factor) / at)[self.own_channels])
+            found = tried._replace(Pi=tried.Pi * units[:, None] * units)
+        return 0.0
+
+    def _further(self, Pi: NDArray[np.float64], at: NDArray[np.float64], widths: Widths, factor: float) -> float:
+        """The ratio of the largest factor at whose vertices the form is nonnegative to a factor."""
+        least, low, high, own = -_ROUNDED * float(np.abs(Pi).max()), 0.0, 4.0, self.own_channels
+        for _ in range(_HALVINGS):
+            ratio = (low + high) / 2
+            views = _vertices((widths(ratio * factor) / at)[own])
+            serves = np.linalg.eigvalsh(views.swapaxes(1, 2) @ Pi @ views).min() > least
+            low, high = (ratio, high) if serves else (low, ratio)
+        return low
+
     def serves(self, widths: NDArray[np.float64]) -> bool:
         """Whether the programme finds multipliers; see :meth:`multipliers`."""
         return self.multipliers(widths) is not None
 
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
         """``Pi`` rounded with more and less room, with ``P`` of Riccati equations; see :class:`ShiftedLoop`."""
-        found = self.multipliers(np.array([float(w) for w in widths]))
+        at, (before, found) = np.array([float(w) for w in widths]), self.latest
+        if found is None or not (at <= before).all() or not np.allclose(at, before, rtol=_SAME, atol=0):
+            found = self.multipliers(at)
         if found is None:
             return
         own, total = self.own_channels, len(widths)
@@ -225,9 +291,15 @@ class FullBlockInequality(ShiftedLoop):
             inner, patterns = _view(m).T @ Pi @ _view(m), np.array([[*s, *s] for s in signs(m)])
             forms = np.array([inner * s[:, None] * s - part for s, part in zip(patterns, parts, strict=True)])
         else:
-            views = [np.vstack([np.eye(m), np.diag(ends)]) for ends in product((0.0, 1.0), repeat=m)]
-            forms = np.array([view.T @ Pi @ view for view in views])
+            views = _vertices(np.ones(m))
+            forms = views.swapaxes(1, 2) @ Pi @ views
         return max(0.0, -float(np.linalg.eigvalsh(forms).min()))
+
+
+def _vertices(ends: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``(1, Delta)`` for each diagonal ``Delta`` with entries 0 or ``ends``: (2^k, 2k, k)."""
+    k = len(ends)
+    return np.array([np.vstack([np.eye(k), np.diag(ends * pattern)]) for pattern in product((0.0, 1.0), repeat=k)])
 
 
 def _view(m: int) -> NDArray[np.float64]:

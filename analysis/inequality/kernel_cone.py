@@ -24,6 +24,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
+from lure.analysis.numerics.semidefinite import hermitian_duals, hermitian_programme, hermitian_rows
 from lure.arrays import NDArray, np
 
 if TYPE_CHECKING:
@@ -138,52 +139,6 @@ class _Solved(NamedTuple):
 
 def _hermitian(X: NDArray[np.complex128]) -> NDArray[np.complex128]:
     return np.asarray((X + X.conj().swapaxes(-1, -2)) / 2)
-
-
-def _cone_rows(X: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Hermitian ``X`` as the scaled triangle of ``(Re X, -Im X; Im X, Re X)``, column after column."""
-    whole = np.block([[X.real, -X.imag], [X.imag, X.real]])
-    i, j = np.tril_indices(whole.shape[-1])  # row by row below is column by column above
-    return np.asarray(whole[..., i, j] * np.where(i == j, 1.0, math.sqrt(2)))
-
-
-def _from_cone(rows: NDArray[np.float64], m: int) -> NDArray[np.complex128]:
-    """The Hermitian ``Z`` with ``tr Z X`` for the product of a dual variable with :func:`_cone_rows` of ``X``."""
-    i, j = np.tril_indices(2 * m)
-    Z = np.zeros((len(rows), 2 * m, 2 * m))
-    Z[:, i, j] = Z[:, j, i] = rows * np.where(i == j, 1.0, math.sqrt(0.5))
-    return np.asarray(Z[:, :m, :m] + Z[:, m:, m:] + 1j * (Z[:, m:, :m] - Z[:, :m, m:]))
-
-
-def _programme(
-    gain: NDArray[np.float64],
-    equal: tuple[NDArray[np.float64], NDArray[np.float64]],
-    most: tuple[NDArray[np.float64], NDArray[np.float64]],
-    positive: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] | None:
-    """``x`` with about the largest ``gain x``, the prices of ``most``, and the dual variables of the cones.
-
-    ``equal[0] x = equal[1]``, ``most[0] x <= most[1]``; each ``positive[k] x`` is the triangle of a matrix ``>= 0``.
-    """
-    import clarabel
-    from scipy import sparse
-
-    order = (math.isqrt(8 * positive.shape[1] + 1) - 1) // 2
-    cones = [clarabel.ZeroConeT(len(equal[1])), clarabel.NonnegativeConeT(len(most[1]))]
-    cones += [clarabel.PSDTriangleConeT(order)] * len(positive)
-    size = len(gain)
-    whole = np.vstack([equal[0], most[0], -positive.reshape(-1, size)])
-    limits = np.concatenate([equal[1], most[1], np.zeros(len(whole) - len(equal[1]) - len(most[1]))])
-    settings = clarabel.DefaultSettings()
-    settings.verbose, settings.max_threads = False, 1
-    given = (sparse.csc_matrix((size, size)), -gain, sparse.csc_matrix(whole), limits, cones, settings)
-    solution = clarabel.DefaultSolver(*given).solve()
-    x, z = np.array(solution.x), np.array(solution.z)
-    if not (np.isfinite(x).all() and np.isfinite(z).all()):
-        return None
-    first = len(equal[1])
-    last = first + len(most[1])
-    return x, z[first:last], z[last:].reshape(positive.shape[:2])
 
 
 def _crossing(value: Callable[[float], float], low: float, high: float) -> float:
@@ -304,7 +259,7 @@ class KernelCone:
             seen = self.points
             solved = self._solved(np.searchsorted(self.omega, seen), widths(factor), kernels, last)
             tried = None if solved is None else Found(factor, solved.gamma, solved.theta, kernels, solved.masses)
-            serves = 0.0 if tried is None else self._serves(tried, widths, factor, best.factor, most)
+            serves = 0.0 if tried is None else self.reached(tried, widths, factor, (best.factor, most))
             if solved is None or tried is None or (best.factor == 0 == serves):
                 factor /= 4
                 if best.factor or factor < _LOWEST or widths(factor).min() <= 0:
@@ -328,6 +283,16 @@ class KernelCone:
                     np.searchsorted(self.omega, seen), widths(factor), solved, last.kernels
                 )
             factor = max(best.factor, factor * (best.factor == 0))
+        return self.remember(best)
+
+    def remember(self, best: Found) -> Found | None:
+        """The multiplier without what it does not use, kept as the last found; None if it serves nothing.
+
+        Parameters
+        ----------
+        best : Found
+            The multiplier.
+        """
         self.last = best.without(_UNUSED) if best.factor else None
         return self.last
 
@@ -375,9 +340,25 @@ class KernelCone:
             F = F - H.conj().swapaxes(1, 2) @ (gains[:, :, None] * H)
         return np.asarray(np.linalg.eigvalsh(F)[:, 0])
 
-    def _serves(self, found: Found, widths: Widths, start: float, known: float, most: float) -> float:
-        """The largest factor up to ``most`` for which the multiplier serves at the frequencies, and between; or 0."""
-        high, low = most, 0.0
+    def reached(
+        self, found: Found, widths: Widths, start: float, between: tuple[float, float], *, rough: bool = False
+    ) -> float:
+        """The largest factor for which a multiplier serves at the frequencies, and between these; or 0.
+
+        Parameters
+        ----------
+        found : Found
+            The multiplier.
+        widths : callable
+            (m,) of a factor.
+        start : float
+            Where to begin.
+        between : tuple of float
+            Less than the first is not looked at closely, and more than the second is not asked.
+        rough : bool
+            Whether the frequencies known will do.
+        """
+        (known, high), low = between, 0.0
         for _ in range(_ZOOMS):
             whole = self._parts(found)
 
@@ -405,7 +386,7 @@ class KernelCone:
                     break
                 top, at = reached, np.union1d(at, np.argsort(values)[:_NARROW])
             low = reached
-            if low <= known:
+            if low <= known or rough:
                 break
             deepest = self._deepest(found, widths(low), values)
             self.look_at(deepest)
@@ -456,7 +437,7 @@ class KernelCone:
                 columns[2 * m + k] = lag[:, None] * sum(norms[i] for i in (kernel.row, *kernel.also))
         _, M, _ = self._parts(last, at)
         columns[-1] = -(M + _EASED * np.diag(np.ones(m))) / widths
-        rows = _cone_rows(_hermitian(columns))
+        rows = hermitian_rows(_hermitian(columns))
         size = len(columns)
         sides = np.zeros((4 * m + count, size))  # rows and columns of M, theta, masses
         sides[: 2 * m, :m] = -np.vstack([np.eye(m)] * 2)
@@ -492,7 +473,9 @@ class KernelCone:
         sides = np.concatenate([sides, bounded, real.reshape(-1, size)])
         most = [np.full(len(bounded), _LARGEST_MASS), np.full(real.shape[0] * real.shape[1], -_REAL)]
         limits = np.concatenate([low, low, np.full(2 * m, _LARGEST_THETA), np.zeros(count), *most])
-        found = _programme(np.eye(size)[-1], (equal, np.eye(len(equal))[0]), (sides, limits), np.moveaxis(rows, 0, -1))
+        found = hermitian_programme(
+            np.eye(size)[-1], (equal, np.eye(len(equal))[0]), (sides, limits), np.moveaxis(rows, 0, -1)
+        )
         if found is None:
             return None
         x, prices, weights = found
@@ -503,7 +486,7 @@ class KernelCone:
             x[m : 2 * m] * unit,
             x[2 * m : -1],
             float(x[-1]),
-            _from_cone(weights, m),
+            hermitian_duals(weights, m),
             prices[: 2 * m].reshape(2, m),
             prices[4 * m + count + len(bounded) :].reshape(len(self.gains), len(self.watched)),
         )

@@ -29,7 +29,7 @@ Widths: TypeAlias = "Callable[[float], NDArray[np.float64]]"  # of a factor: (m,
 LARGEST = 1e6  # the largest factor that is tried
 MEETING = 1e-7  # relative: so near to what is refuted nothing more is asked
 _GRID, _DECADES, _MANY = 100, 4, 40
-_SLACKS = (0.5, 0.2, 1e-1, 1e-2, 1e-3, 1e-4)
+_SLACKS = (1e-2, 1e-3, 1e-1, 0.5, 0.2, 1e-4)
 _BITS = 56  # of the smallest entry on the diagonal of P
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from lure.arrays import NDArray, np
+
+_FEW = 1e-4  # the tolerance of a rough answer
 
 
 class Block(NamedTuple):
@@ -36,6 +39,7 @@ def proposed(
     most: NDArray[np.float64],
     *,
     logarithms: Sequence[tuple[int, int]] = (),
+    rough: bool = False,
 ) -> NDArray[np.float64] | None:
     """About the largest ``cost x`` with every block positive semidefinite and ``rows x <= most``.
 
@@ -49,6 +53,8 @@ def proposed(
         (r, K) and (r,).
     logarithms : sequence of (int, int)
         Pairs ``(j, k)`` with ``x_j <= log x_k``.
+    rough : bool
+        Whether few digits will do.
 
     Returns
     -------
@@ -77,6 +83,8 @@ def proposed(
         cones.append(clarabel.ExponentialConeT())
     settings = clarabel.DefaultSettings()
     settings.verbose = False
+    if rough:
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _FEW
     size = len(cost)
     whole = sparse.vstack(sides, format="csc")
     solver = clarabel.DefaultSolver(
@@ -84,3 +92,70 @@ def proposed(
     )
     found = np.array(solver.solve().x)
     return found if found.shape == (size,) and np.isfinite(found).all() else None
+
+
+def hermitian_rows(X: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Hermitian ``X`` as the scaled triangle of ``(Re X, -Im X; Im X, Re X)``, column after column.
+
+    Parameters
+    ----------
+    X : ndarray
+        (.., m, m).
+    """
+    whole = np.block([[X.real, -X.imag], [X.imag, X.real]])
+    i, j = np.tril_indices(whole.shape[-1])  # row by row below is column by column above
+    return np.asarray(whole[..., i, j] * np.where(i == j, 1.0, math.sqrt(2)))
+
+
+def hermitian_duals(rows: NDArray[np.float64], m: int) -> NDArray[np.complex128]:
+    """The Hermitian ``Z`` with ``tr Z X`` for the product of a dual variable with :func:`hermitian_rows` of ``X``.
+
+    Parameters
+    ----------
+    rows : ndarray
+        (k, m (2m + 1)) dual variables.
+    m : int
+        Order of ``X``.
+    """
+    i, j = np.tril_indices(2 * m)
+    Z = np.zeros((len(rows), 2 * m, 2 * m))
+    Z[:, i, j] = Z[:, j, i] = rows * np.where(i == j, 1.0, math.sqrt(0.5))
+    return np.asarray(Z[:, :m, :m] + Z[:, m:, m:] + 1j * (Z[:, m:, :m] - Z[:, :m, m:]))
+
+
+def hermitian_programme(
+    gain: NDArray[np.float64],
+    equal: tuple[NDArray[np.float64], NDArray[np.float64]],
+    most: tuple[NDArray[np.float64], NDArray[np.float64]],
+    positive: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] | None:
+    """``x`` with about the largest ``gain x``, the prices of ``most``, and the dual variables of the cones.
+
+    Parameters
+    ----------
+    gain : ndarray
+        (K,).
+    equal, most : tuple of ndarray
+        ``equal[0] x = equal[1]``, ``most[0] x <= most[1]``.
+    positive : ndarray
+        (k, r, K): each ``positive[k] x`` is the triangle of a matrix ``>= 0``.
+    """
+    import clarabel
+    from scipy import sparse
+
+    order = (math.isqrt(8 * positive.shape[1] + 1) - 1) // 2
+    cones = [clarabel.ZeroConeT(len(equal[1])), clarabel.NonnegativeConeT(len(most[1]))]
+    cones += [clarabel.PSDTriangleConeT(order)] * len(positive)
+    size = len(gain)
+    whole = np.vstack([equal[0], most[0], -positive.reshape(-1, size)])
+    limits = np.concatenate([equal[1], most[1], np.zeros(len(whole) - len(equal[1]) - len(most[1]))])
+    settings = clarabel.DefaultSettings()
+    settings.verbose, settings.max_threads = False, 1
+    given = (sparse.csc_matrix((size, size)), -gain, sparse.csc_matrix(whole), limits, cones, settings)
+    solution = clarabel.DefaultSolver(*given).solve()
+    x, z = np.array(solution.x), np.array(solution.z)
+    if not (np.isfinite(x).all() and np.isfinite(z).all()):
+        return None
+    first = len(equal[1])
+    last = first + len(most[1])
+    return x, z[first:last], z[last:].reshape(positive.shape[:2])

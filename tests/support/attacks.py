@@ -85,8 +85,9 @@ def with_dynamics(parts, classes, rng, discrete):
             continue
         r, size = float(one.gains[1]), len(block)
         left, right = contraction(rng, size), contraction(rng, size)
-        scale = np.abs(np.linalg.eigvals(parts[0])).max()
-        a = np.tanh(rng.normal(size=size)) if discrete else scale * np.exp(2 * rng.normal(size=size))
+        slow, fast = np.log(np.sort(np.abs(np.linalg.eigvals(parts[0])))[[0, -1]])
+        a = np.exp(rng.uniform(slow - 1, fast + 1, size))  # slower ones take long to die out
+        a = np.clip(np.tanh(rng.normal(size=size)), -0.95, 0.95) if discrete else a
         # continuous: (s - a)/(s + a) = 1 - 2 a/(s + a); discrete: (1 - a z)/(z - a) = -a + (1 - a^2)/(z - a)
         F, direct = np.diag(a if discrete else -a), np.diag(-a if discrete else np.ones(size))
         inputs, outputs = (np.diag(1 - a**2), np.eye(size)) if discrete else (np.diag(-2 * a), np.eye(size))
