@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.kernel_cone import Found, KernelCone
-from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
+from lure.analysis.numerics.semidefinite import Block, proposed, roughly, symmetric_basis
 from lure.arrays import NDArray, np
 
 MOST_STATES = 12  # beyond it programmes over samples are faster
@@ -97,7 +97,8 @@ def _solved(cone: KernelCone, widths: NDArray[np.float64], last: Found, *, rough
     rows[m:-1, K + m - 1 : -1] = np.vstack([turned, -turned])
     rows[-1, -1] = 1.0
     limits = np.concatenate([np.zeros(m - 1), [1.0], np.full(2 * len(free), _LARGEST_THETA), [1e3]])
-    x = proposed(np.eye(len(slopes))[-1], [Block(constant, slopes)], rows, limits, rough=rough)
+    solve = roughly if rough else proposed
+    x = solve(np.eye(len(slopes))[-1], [Block(constant, slopes)], rows, limits)
     if x is None:
         return None
     gamma, theta = np.empty(m), np.zeros(m)

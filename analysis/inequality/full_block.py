@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import LARGEST, Proposal, ShiftedLoop, Widths
-from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
+from lure.analysis.numerics.semidefinite import Block, proposed, roughly, symmetric_basis
 from lure.arrays import NDArray, np
 
 MOST_STATES, MOST_CHANNELS, MOST_ORTHANTS = 20, 6, 4  # beyond them a programme takes seconds, and a search a minute
@@ -156,7 +156,8 @@ class FullBlockInequality(ShiftedLoop):
             rows, limits = np.vstack([rows, size, -size]), np.append(limits, [kept, -kept])
         cost = np.zeros(total)
         cost[starts[3]] = 1.0
-        found = proposed(cost, blocks, rows, limits, rough=before is not None and before.margin > _FAR)
+        solve = roughly if before is not None and before.margin > _FAR else proposed
+        found = solve(cost, blocks, rows, limits)
         if found is None or (before is None and found[starts[3]] <= _SURE):
             return None
         theta = np.zeros(m)

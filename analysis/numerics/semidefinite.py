@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from lure.arrays import NDArray, np
 
-_FEW = 1e-4  # the tolerance of a rough answer
+_FEW, _MANY = 1e-4, 1e-8  # tolerances
 
 
 class Block(NamedTuple):
@@ -39,7 +39,6 @@ def proposed(
     most: NDArray[np.float64],
     *,
     logarithms: Sequence[tuple[int, int]] = (),
-    rough: bool = False,
 ) -> NDArray[np.float64] | None:
     """About the largest ``cost x`` with every block positive semidefinite and ``rows x <= most``.
 
@@ -53,8 +52,6 @@ def proposed(
         (r, K) and (r,).
     logarithms : sequence of (int, int)
         Pairs ``(j, k)`` with ``x_j <= log x_k``.
-    rough : bool
-        Whether few digits will do.
 
     Returns
     -------
@@ -66,9 +63,37 @@ def proposed(
     ModuleNotFoundError
         Clarabel is not installed.
     """
+    return _solved(cost, blocks, (rows, most), logarithms, _MANY)
+
+
+def roughly(
+    cost: NDArray[np.float64], blocks: Sequence[Block], rows: NDArray[np.float64], most: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """As :func:`proposed`, with few digits.
+
+    Parameters
+    ----------
+    cost : ndarray
+        (K,).
+    blocks : sequence of Block
+        Linear matrix inequalities.
+    rows, most : ndarray
+        (r, K) and (r,).
+    """
+    return _solved(cost, blocks, (rows, most), (), _FEW)
+
+
+def _solved(
+    cost: NDArray[np.float64],
+    blocks: Sequence[Block],
+    given: tuple[NDArray[np.float64], NDArray[np.float64]],
+    logarithms: Sequence[tuple[int, int]],
+    digits: float,
+) -> NDArray[np.float64] | None:
     import clarabel
     from scipy import sparse
 
+    (rows, most), size = given, len(cost)
     sides, limits = [sparse.csc_matrix(rows)], [most]
     cones = [clarabel.NonnegativeConeT(len(most))]
     for constant, slopes in blocks:
@@ -78,14 +103,12 @@ def proposed(
         limits.append(constant[i, j] * scale)
         cones.append(clarabel.PSDTriangleConeT(len(constant)))
     for under, over in logarithms:  # (x_j, 1, x_k) in the exponential cone
-        sides.append(sparse.csc_matrix(([-1.0, -1.0], ([0, 2], [under, over])), shape=(3, len(cost))))
+        sides.append(sparse.csc_matrix(([-1.0, -1.0], ([0, 2], [under, over])), shape=(3, size)))
         limits.append(np.array([0.0, 1.0, 0.0]))
         cones.append(clarabel.ExponentialConeT())
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    if rough:
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _FEW
-    size = len(cost)
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = digits
     whole = sparse.vstack(sides, format="csc")
     solver = clarabel.DefaultSolver(
         sparse.csc_matrix((size, size)), -np.asarray(cost), whole, np.concatenate(limits), cones, settings

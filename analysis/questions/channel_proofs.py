@@ -37,7 +37,7 @@ from lure.classes import DELAYS
 from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-_STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 3e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
+_STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 2e-5, 4e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
 RAMPS, SCALINGS = "ramped-gains", "matrix-scalings"
 _SURE = 1e-6  # of the largest entry: a growth below is more than rounding
 _MEETING = 1e-5  # relative: how near the ends of a search are that asks for proofs at each step
