@@ -71,7 +71,9 @@ class FullBlockInequality(ShiftedLoop):
     """
 
     orthants: bool = False
-    latest: tuple[NDArray[np.float64], FullBlock | None] = field(default_factory=lambda: (np.zeros(0), None), init=False)
+    latest: tuple[NDArray[np.float64], FullBlock | None] = field(
+        default_factory=lambda: (np.zeros(0), None), init=False
+    )
 
     def multipliers(
         self, widths: NDArray[np.float64], before: FullBlock | None = None, rates: NDArray[np.float64] | None = None
