@@ -50,6 +50,9 @@ def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled
     if "channels" in nonlinearities:
         each = [class_words(one, inwards=inwards, spelled=spelled) for one in nonlinearities["channels"]]
         return in_channels(each, same_in(nonlinearities))
+    if "memory" in nonlinearities:
+        slope = interval(nonlinearities["slope"], inwards=inwards, spelled=spelled)
+        return f"{nonlinearities['memory']} phi of a slope in {slope}"
     if "relu" in nonlinearities:
         low, high = map(Fraction, nonlinearities["slope"])
         leak = f" + {_number(low, up=inwards, spelled=spelled)} min(sigma, 0)" if low else ""

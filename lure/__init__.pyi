@@ -7,10 +7,10 @@ from lure.analysis.questions import max_slope as max_slope
 from lure.analysis.questions.certify import certify as certify
 from lure.analysis.report import report as report
 from lure.analysis.rod.trajectories import simulate as simulate
+from lure.bounds import Sector as Sector
+from lure.bounds import SlopeBounds as SlopeBounds
 from lure.classes import Diagonal as Diagonal
 from lure.classes import NonlinearityClass as NonlinearityClass
-from lure.classes import Sector as Sector
-from lure.classes import SlopeBounds as SlopeBounds
 from lure.errors import AssumptionError as AssumptionError
 from lure.errors import InputError as InputError
 from lure.expressions import Expression as Expression

@@ -7,132 +7,18 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import accumulate
-from typing import Literal, Self
+from typing import Literal
 
-from lure.errors import InputError, Reason
+from lure.bounds import Sector as Sector
+from lure.bounds import SlopeBounds as SlopeBounds
+from lure.bounds import lower_text, upper_text
+from lure.errors import InputError
 from lure.exact import exact_number
-from lure.record import Record, quantity, rounded
-from lure.record.values import Towards
-
-# Sectors and slope bounds: what is known of a nonlinearity, as exact numbers.
+from lure.record import Record, quantity
 
 Operator = Literal["", "any", "linear time-invariant", "performance", "delay", "varying delay"]
 OPERATORS = ("any", "linear time-invariant")
 DELAYS = ("delay", "varying delay")
-
-_LONGEST = 24
-_A_BOUND = "an int, a float, a Fraction or math.inf"
-
-
-def _lower(value: float | Fraction) -> str:
-    return _bound(value, "above")
-
-
-def _upper(value: float | Fraction) -> str:
-    return _bound(value, "below")
-
-
-def _bound(value: float | Fraction, towards: Towards) -> str:
-    short = f"{float(value):g}"
-    if value in (math.inf, -math.inf) or Fraction(short) == Fraction(value) or float(short) == value:
-        return short
-    whole = str(Fraction(value))
-    if isinstance(value, float):
-        return repr(value)
-    if len(whole) <= _LONGEST:
-        return whole
-    return rounded(Fraction(value), towards, 17)
-
-
-class Bounds(Record, kw_only=False):
-    """Bounds on a quotient of values of ``phi``: a :class:`Sector` or :class:`SlopeBounds`."""
-
-    lower: float | Fraction = quantity("Lower bound", form=_lower)
-    upper: float | Fraction = quantity("Upper bound", form=_upper)
-    _said = "text"
-
-    def __post_init__(self) -> None:
-        name = type(self).__name__
-        for label, bound in (("lower", self.lower), ("upper", self.upper)):
-            if isinstance(bound, bool) or not isinstance(bound, int | float | Fraction):
-                raise InputError(f"{name}.{label} is {bound!r}; give {_A_BOUND}")
-            if bound != bound:
-                raise InputError(f"{name}.{label} is nan; give {_A_BOUND}", code=Reason.NO_NUMBERS)
-            if bound not in (math.inf, -math.inf):
-                exact_number(bound, f"{name}.{label}")
-        if not self.lower < self.upper:
-            raise InputError(f"{name} needs lower < upper; got [{self.lower}, {self.upper}]")
-
-    @classmethod
-    def line(cls, gain: Fraction) -> Self:
-        """The bounds ``[gain, gain]``, which hold ``phi(sigma) = gain sigma`` only and which no theorem takes.
-
-        The constructors refuse them: a linear gain belongs into the block.
-
-        Parameters
-        ----------
-        gain : Fraction
-            The gain.
-        """
-        made = object.__new__(cls)
-        object.__setattr__(made, "lower", gain)
-        object.__setattr__(made, "upper", gain)
-        return made
-
-    def __str__(self) -> str:
-        """The bounds as text, exact if that is short, else rounded inwards: no other sector is claimed."""
-        return f"[{_lower(self.lower)}, {_upper(self.upper)}]"
-
-
-class Sector(Bounds, kw_only=False):
-    r"""The nonlinearities with ``lower * sigma^2 <= sigma * phi(sigma) <= upper * sigma^2`` for every ``sigma``.
-
-    An infinite bound drops the inequality on that side; ``Sector(0, inf)`` is ``sigma * phi(sigma) >= 0``.
-    A sector bounds the chord from the origin, not the slope: see :class:`SlopeBounds`.
-
-    Parameters
-    ----------
-    lower, upper : int, float or Fraction
-        ``lower < upper`` [unit of phi / unit of sigma]; ``-inf`` and ``inf`` are allowed.
-
-    Raises
-    ------
-    InputError
-        A bound is not a number, lies outside the range of doubles, or ``lower >= upper``.
-
-    Examples
-    --------
-    >>> print(Sector(0, 2))
-    [0, 2]
-    """
-
-    _kind = "sector"
-    _title = "Sector: lower sigma^2 <= sigma phi(sigma) <= upper sigma^2"
-
-
-class SlopeBounds(Bounds, kw_only=False):
-    r"""The nonlinearities with ``lower <= (phi(x) - phi(y)) / (x - y) <= upper`` for every ``x != y``.
-
-    Slope bounds imply the sector of the same bounds when ``phi(0) = 0``; the converse is false.
-
-    Parameters
-    ----------
-    lower, upper : int, float or Fraction
-        ``lower < upper`` [unit of phi / unit of sigma]; ``-inf`` and ``inf`` are allowed.
-
-    Raises
-    ------
-    InputError
-        A bound is not a number, or ``lower >= upper``.
-
-    Examples
-    --------
-    >>> print(SlopeBounds(0, 2))
-    [0, 2]
-    """
-
-    _kind = "slope bounds"
-    _title = "Slope: lower <= (phi(x) - phi(y))/(x - y) <= upper"
 
 
 class NonlinearityClass(Record):
@@ -155,6 +41,8 @@ class NonlinearityClass(Record):
         ``sigma`` below; see :meth:`relu`.
     rate : Fraction or None
         Of a linear ``phi`` that depends on time: a bound on how fast ``g`` changes; see :meth:`varying_gain`.
+    memory : {"", "play", "stop"}
+        Not ``""``: no function of ``sigma``, but increments as the slope bounds say; see :meth:`hysteretic`.
     operator : {"", "any", "linear time-invariant", "performance", "delay", "varying delay"}
         Not ``""``: an operator ``mu_b = -Delta sigma_b`` that acts on all channels of its block together; see
         :meth:`norm_bounded`, :meth:`performance` and :meth:`delayed`.
@@ -181,6 +69,7 @@ class NonlinearityClass(Record):
     linear: bool = quantity("", label="", default=False)
     rectifier: bool = quantity("", label="", key="relu", default=False)
     rate: Fraction | None = quantity("", label="", default=None)
+    memory: Literal["", "play", "stop"] = quantity("", label="", key="", default="")
     operator: Operator = quantity("", key="", label="", default="")
     _kind, _said = "class of nonlinearities", "text"
 
@@ -221,6 +110,11 @@ class NonlinearityClass(Record):
             raise InputError(
                 "NonlinearityClass has a ReLU that is odd, linear, depends on time, or whose sector and slope bounds "
                 "differ or are infinite; give NonlinearityClass.relu(lower, upper)"
+            )
+        if self.memory and not (self._is_relu and self.sector.lower == 0 and not (self.rectifier or self.operator)):
+            raise InputError(
+                "NonlinearityClass has memory and other properties than slopes from 0 to a finite bound; give "
+                "NonlinearityClass.hysteretic('play' or 'stop', bound)"
             )
         if self.operator:
             self._check_operator()
@@ -333,6 +227,38 @@ class NonlinearityClass(Record):
         return cls._of_norm(bound, dynamics, "bound")
 
     @classmethod
+    def hysteretic(cls, kind: str, slope: float | Fraction = 1) -> NonlinearityClass:
+        """Play (backlash) and stop (elastic, perfectly plastic) operators, their initial states included.
+
+        A play of width ``2 r`` and slope ``k`` is ``k`` times what follows ``sigma`` at a distance of at most ``r``;
+        the stop of the same is ``k sigma`` less that.  Members have any ``r > 0`` and any ``k`` up to ``slope``.
+
+        Parameters
+        ----------
+        kind : {"play", "stop"}
+            Which.
+        slope : int, float or Fraction
+            The largest ``k``, positive and finite.
+
+        Raises
+        ------
+        InputError
+            There is no such kind, or the slope is not positive and finite.
+
+        Examples
+        --------
+        >>> print(NonlinearityClass.hysteretic("play", 2))
+        play phi of a slope in [0, 2]
+        """
+        if kind not in ("play", "stop"):
+            raise InputError(f"the kind of memory is {kind!r:.40}; choose from play, stop")
+        number = isinstance(slope, int | float | Fraction) and not isinstance(slope, bool)
+        if not number or not 0 < slope < math.inf:
+            raise InputError(f"the slope of a {kind} is {slope!r:.40}; give a positive finite number")
+        bounds = Sector(0, slope), SlopeBounds(0, slope)
+        return cls(sector=bounds[0], slope=bounds[1], memory=kind)  # type: ignore[arg-type]  # checked above
+
+    @classmethod
     def delayed(cls, bound: float | Fraction, *, varying: bool = False) -> NonlinearityClass:
         r"""The delays ``mu = -sigma(t - tau)`` with ``0 <= tau <= bound``, of which nothing else is known.
 
@@ -403,16 +329,18 @@ class NonlinearityClass(Record):
 
     def __str__(self) -> str:
         if self.rate is not None:
-            return f"phi = g(t) sigma, g in {self.sector}, rate at most {_upper(self.rate)}"
+            return f"phi = g(t) sigma, g in {self.sector}, rate at most {upper_text(self.rate)}"
+        if self.memory:
+            return f"{self.memory} phi of a slope in {self.slope}"
         if self.linear:
             return f"phi = g sigma, g in {self.sector}"
         if self.rectifier:
             low, high = self.gains
-            leak = f" + {_lower(low)} min(sigma, 0)" if low else ""
-            return f"phi = {'' if high == 1 else f'{_upper(high)} '}max(sigma, 0){leak}"
+            leak = f" + {lower_text(low)} min(sigma, 0)" if low else ""
+            return f"phi = {'' if high == 1 else f'{upper_text(high)} '}max(sigma, 0){leak}"
         if self.operator:
             bound, gain = self.sector.upper, self.operator == "performance"
-            return operator_words(self.operator, _upper(1 / Fraction(bound)) if gain else _lower(bound))
+            return operator_words(self.operator, upper_text(1 / Fraction(bound)) if gain else lower_text(bound))
         words = "odd phi" if self.odd else "phi"
         bounds = f"slope in {self.slope}" if self.slope is not None else f"sector {self.sector}"
         if self.slope is not None and (self.slope.lower, self.slope.upper) != (self.sector.lower, self.sector.upper):

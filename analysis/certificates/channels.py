@@ -58,6 +58,7 @@ class Channels(NamedTuple):
 
         A delay has none, nor is it of small norm: there the bound is that of ``tau``.
         """
+        need(not self.families[i].memory, f"channel {i + 1} has memory, which this theorem does not cover")
         need(self.families[i].operator not in DELAYS, f"channel {i + 1} has a delay, which this theorem does not cover")
         sector, slope = self.families[i].sector, self.families[i].slope
         return max(sector[0], slope[0]), min(sector[1], slope[1])
@@ -205,10 +206,17 @@ def rank(rows: Rows) -> int:
     return found
 
 
-def member(data: Any, asked: Channels) -> list[Fraction]:
-    """One gain for each channel, all of the class."""
+def member(data: Any, asked: Channels, growing: bool = False) -> list[Fraction]:
+    """One gain for each channel, all of the class; of solutions that grow those of play and stop far from 0."""
     gains = numbers(data, len(asked.families))
-    ends = [(1, 1) if family.operator in DELAYS else asked.bounds(i) for i, family in each(asked)]
+    ends = list[tuple[Any, Any]]()
+    for g, (i, family) in zip(gains, each(asked)):
+        if growing and family.memory:  # up to a bounded difference k sigma, and 0
+            kind, k = family.memory
+            need(g > 0 or kind == "stop", f"channel {i + 1} has a play, of which the gain 0 is none")
+            ends.append((0, k if kind == "play" else 0))
+        else:
+            ends.append((1, 1) if family.operator in DELAYS else asked.bounds(i))
     inside = all(low <= g <= high for g, (low, high) in zip(gains, ends))
     need(not any(gains[i] for i in asked.performance or ()), "the performance channel is no part of the loop")
     need(
@@ -229,6 +237,24 @@ def seen(H: Plant) -> Rows:
 
 # -- delays: mu = -sigma(t - tau), 0 <= tau <= h, as the operator w = sigma(t - tau) - sigma beside the gain 1
 RISE, FALL = (0, 10041, 4751, 1133), (10000, 8563, 3183, 561)  # m(s) = RISE/FALL, ascending
+
+
+def increments(H: Plant, asked: Channels) -> Channels:
+    """Beside play and stop: time-varying sectors, of which the loop of ``x'`` (``x+ - x``) is one.
+
+    ``mu_i' = -g_i(t) sigma_i'`` for almost all ``t``, ``0 <= g_i <= k`` for play and stop, and within the bounds of the
+    slope for functions; all are locally Lipschitz in time.  If ``x'`` falls like ``e^(-c t)``, ``x`` has a limit.
+    """
+    if not any(family.memory for family in asked.families):
+        return asked
+    need(ordered(H.D, asked) and not asked.operators, "play and stop are covered beside functions, D without a cycle")
+    families, free = list[states.Family](), (-exact.INF, exact.INF)
+    for i, family in each(asked):
+        ends = (ZERO, family.memory[1]) if family.memory else family.slope
+        fixed = not (family.varying or family.rough) and exact.INF not in map(abs, ends)
+        need(fixed, f"channel {i + 1}, beside play and stop, needs slope bounds and the same phi at all times")
+        families.append(states.Family(ends, free, (False, False), False, True, False))
+    return Channels(families, [range(i, i + 1) for i in range(len(families))])
 
 
 def undelayed(H: Plant, asked: Channels) -> tuple[Plant, Channels]:

@@ -216,6 +216,8 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
         return _inside(smaller["sector"], larger["sector"]) and (
             kinds[0] == kinds[1] or kinds in (("any", "linear time-invariant"), ("varying delay", "delay"))
         )
+    if "memory" in larger or "memory" in smaller:
+        return larger.get("memory") == smaller.get("memory") and _inside(smaller["slope"], larger["slope"])
     line = smaller["linear"]  # phi = g sigma is odd, does not jump, and has the slope that its sector bounds
     slope = smaller["sector"] if line and smaller["slope"] is None else smaller["slope"]
     return (

@@ -49,8 +49,17 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     if method == "delayed-gains":
         return 1, delayed(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
-    gains = member(fields(proof, "method", "gains")[1], asked)
+    _, data, *growth = fields(proof, "method", "gains", *["growth"] * ("growth" in proof))
+    gains = member(data, asked, bool(growth))
     words, closed = ", ".join(map(str, gains)), closed_by(H, gains)
+    if growth and closed is not None:  # beside what is bounded some solution grows
+        rate = number(growth[0])
+        moved = [
+            [v / (1 + rate) if H.discrete else v - rate * (i == j) for j, v in enumerate(row)]
+            for i, row in enumerate(closed)
+        ]
+        need(rate > 0 and not within(moved, H.discrete), "no solution is shown to grow")
+        return 1, {"root": f"with the gains {words} some solution of the loop grows at the rate {rate}"}
     if closed is None:
         return 3, {"root": f"det(1 + H(inf) G) = 0 for the gains {words}"}
     return unstable(H, closed, words)

@@ -34,6 +34,7 @@ class Family(NamedTuple):
     rough: bool = False  # of any regularity, else locally Lipschitz
     relu: bool = False  # the upper bound times sigma above 0, the lower one times sigma below
     rate: Any = None  # of linear ones that depend on time: how fast the gain changes
+    memory: Any = None  # ("play" or "stop", k): increments of phi are between 0 and k times those of sigma
     operator: str = ""  # which mu_b = -Delta sigma_b, of norm up to the upper bound; else a function of sigma
 
 
@@ -56,6 +57,7 @@ def classes(data: Any, several: bool = False) -> Family:
         *["relu"] * (isinstance(data, dict) and "relu" in data),
         *["rate"] * own,
         *["operator"] * (operator is not None),
+        *["memory"] * (several and isinstance(data, dict) and "memory" in data),
     ]
     sector, slope, odd, varying, linear, *_ = fields(data, *keys)
     form(data.get("regularity", "any") == "any", "regularity is left out or any")
@@ -84,8 +86,14 @@ def classes(data: Any, several: bool = False) -> Family:
     known = bounds[0] == bounds[1] and INF not in map(abs, bounds[0]) and not (odd or varying or linear or rough)
     form(known or not relu, "a ReLU has equal finite bounds of sector and slope, and no other property")
     form(operator is None or -bounds[0][0] == bounds[0][1] < INF, "the bounds of an operator are -r and r, finite")
+    if "memory" in keys:  # of phi(sigma)/sigma there is no bound
+        form(data["memory"] in ("play", "stop") and len(keys) == 6, "memory is play or stop, with no other property")
+        plain = bounds[0] == bounds[1] and bounds[0][0] == 0 and bounds[0][1] < INF and not (odd or varying or linear)
+        form(plain, "play and stop have a slope from 0 to a finite bound, and no other property")
+        free = (-INF, INF)
+        return Family(free, free, (True, True), False, False, False, memory=(data["memory"], bounds[0][1]))
     endless = (sector[1] == "inf", slope is None or slope[1] == "inf")
-    return Family(bounds[0], bounds[1], endless, odd, varying, linear, rough, relu, rate, operator or "")
+    return Family(bounds[0], bounds[1], endless, odd, varying, linear, rough, relu, rate, operator=operator or "")
 
 
 def regular(family: Family, without: bool) -> None:
@@ -99,6 +107,8 @@ def regular(family: Family, without: bool) -> None:
 
 def described(family: Family) -> str:
     """The class of nonlinearities in words."""
+    if family.memory:
+        return f"all {family.memory[0]} operators of a slope up to {family.memory[1]}, of any width and initial state"
     if family.operator:
         bound = family.sector[1]
         if family.operator == "performance":

@@ -151,6 +151,7 @@ def class_entry(
         **({"regularity": "any"} if rough else {}),
         **({"relu": True} if nonlinearity_class.rectifier else {}),
         **({} if nonlinearity_class.rate is None else {"rate": str(nonlinearity_class.rate)}),
+        **({"memory": nonlinearity_class.memory} if nonlinearity_class.memory else {}),
         **({"operator": nonlinearity_class.operator} if nonlinearity_class.operator else {}),
     }
 
@@ -195,6 +196,7 @@ def nonlinearity_class_of(nonlinearities: Mapping[str, Any]) -> NonlinearityClas
         odd=nonlinearities["odd"],
         time_varying=nonlinearities["time_varying"],
         rectifier="relu" in nonlinearities,
+        memory=nonlinearities.get("memory", ""),
     )
 
 

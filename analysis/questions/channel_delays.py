@@ -1,4 +1,4 @@
-"""Delays known by their bound: the loop with operators in place of them, and the delays that destabilise."""
+"""Delays known by their bound, and play and stop: the loop in place of theirs, and the delays that destabilise."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.arrays import NDArray, np
-from lure.classes import DELAYS, NonlinearityClass
+from lure.classes import DELAYS, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.multivariable import MultivariablePlant
 
@@ -38,8 +38,39 @@ def delays_of(asked: Problem) -> list[int]:
     return [i for i, one in enumerate(asked.classes.classes) if one.operator in DELAYS]
 
 
+def increments(asked: Problem) -> Problem:
+    """Beside play and stop the question about time-varying sectors, of which the loop of ``x'`` is one.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question about several channels.
+
+    Raises
+    ------
+    AssumptionError
+        The theorem on play and stop is not for these classes.
+    """
+    if not any(one.memory for one in asked.classes.classes):
+        return asked
+    try:
+        known = channels.increments(*_stated(asked))
+    except Rejected as error:
+        raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
+    ends = [known.bounds(i) for i in range(len(known.families))]
+    classes = tuple(NonlinearityClass(sector=Sector(*pair), time_varying=True) for pair in ends)
+    return replace(asked, classes=Diagonal(classes))
+
+
+def _stated(asked: Problem) -> tuple[Plant, channels.Channels]:
+    """The plant and the classes as the checker has them."""
+    H = channel_plant(asked.plant)
+    A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
+    return Plant(A, B, C, D, H.dt is not None), channels.channels(class_entries(asked.classes), len(D))
+
+
 def without_delays(asked: Problem) -> Problem:
-    """The question about norm-bounded operators whose answer holds for the delays, as the checker takes it.
+    """The question about norm-bounded operators, or sectors, whose answer holds for delays, or for play and stop.
 
     Parameters
     ----------
@@ -51,18 +82,13 @@ def without_delays(asked: Problem) -> Problem:
     AssumptionError
         The theorem on delays is not for this plant.
     """
-    own = delays_of(asked)
+    asked, own = increments(asked), delays_of(asked)
     if not own:
         return asked
-    H = channel_plant(asked.plant)
-    A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
-    given = channels.channels(class_entries(asked.classes), len(H.D))
     try:
-        found, known = undelayed(Plant(A, B, C, D, H.dt is not None), given)
+        found, known = undelayed(*_stated(asked))
     except Rejected as error:
-        raise AssumptionError(
-            f"{error}, which the theorem on delays does not cover", code=Reason.NOT_APPLICABLE
-        ) from None
+        raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
     classes = list(asked.classes.classes)
     for i in own:
         kind = "any" if known.families[i].varying else "linear time-invariant"

@@ -34,7 +34,9 @@ def has_channels(loop: object, given: object) -> bool:
     InputError
         A system that says itself what closes the loop has classes beside it.
     """
-    one = isinstance(given, NonlinearityClass) and (given.rectifier or given.operator or given.rate is not None)
+    one = isinstance(given, NonlinearityClass) and (
+        given.rectifier or given.operator or given.memory or given.rate is not None
+    )
     if one or isinstance(given, Diagonal | list | tuple | Mapping):
         if isinstance(loop, LoopSystem) and not loop.open:
             raise InputError(
@@ -61,7 +63,7 @@ def channel_kinds(problem: Problem) -> list[Problem]:
     """
     classes = [problem.classes]
     for kind in _KINDS:
-        known = [bool(one.linear or one.rectifier or one.operator) for one in problem.classes.classes]
+        known = [bool(one.linear or one.rectifier or one.operator or one.memory) for one in problem.classes.classes]
         if all(known):
             break
         changed = tuple(
@@ -78,6 +80,8 @@ def channel_kinds(problem: Problem) -> list[Problem]:
 
 
 def _named(one: NonlinearityClass) -> str:
+    if one.memory:
+        return one.memory
     return "operator" if one.operator else "gain" if one.linear else "ReLU" if one.rectifier else _kind(one)
 
 

@@ -143,6 +143,8 @@ def _about(known: _Known, settings: Mapping[str, Any]) -> Problem:
         [None] * len(known.nonlinearities) if known.classes is None else known.classes.classes
     )
     for i, (one, own) in enumerate(zip(known.nonlinearities, asked, strict=True), 1):
+        if own is not None and (own.memory or own.operator):
+            raise InputError(f"channel {i}: {own} is no function of sigma; give classes alone")
         try:
             found = examined(one, own)
         except InputError as error:

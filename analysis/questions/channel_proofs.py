@@ -28,7 +28,7 @@ from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
 from lure.analysis.numerics.doubles import double_above, double_below
-from lure.analysis.questions.channel_delays import delays_of, without_delays
+from lure.analysis.questions.channel_delays import delays_of, increments, without_delays
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
@@ -82,7 +82,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     InputError
         There is no such criterion.
     """
-    wanted = asked.criterion.replace("_", "-").lower()
+    asked, wanted = increments(asked), asked.criterion.replace("_", "-").lower()
     cheap = asked.kind == "class" and len(asked.classes.classes) > _MANY  # then the first proof will do
     rows = [row for row in (TABLE if cheap else reversed(TABLE)) if row.channels and time_of(asked.plant) in row.times]
     if not all(one.linear and one.rate is None for one in asked.classes.classes):
@@ -472,6 +472,8 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
     A, B, C, D = H.doubles()
     one = asked.classes.upper
     lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, one))
+    memory = any(each.memory for each in asked.classes.classes)
+    upper[[each.memory == "stop" for each in asked.classes.classes]] = 0.0  # what is left of it far from 0
     search = GainSearch(A, B, C, D, lower, upper, asked.classes.blocks, H.dt is not None, _critical(asked))
     found = search.found(double_above(asked.classes.least), most)
     for gains in search.proposals(*found, most=most) if found is not None else ():
@@ -480,7 +482,9 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
             alpha, of = Fraction(0), Fraction(1)
         else:
             alpha = of = Fraction(double_above(least)) if math.isinf(most) else Fraction(most)
-        shown = refutation(asked, of, constant_gains(gains))
+        rate = float(search.growth(np.array([*map(float, gains)]))) if memory else 0.0
+        growth = {"growth": str(Fraction(rate / 2))} if rate > 0 else {}
+        shown = refutation(asked, of, constant_gains(gains) | growth)
         if shown is not None:
             return alpha, shown
     return None
@@ -502,7 +506,7 @@ def switching_refuting(
     whole : bool
         Whether as a refutation of the classes as they are given.
     """
-    if asked.classes.operators:
+    if asked.classes.operators or any(one.memory for one in asked.classes.classes):
         return None
     H, lower = channel_plant(asked.plant), asked.classes.lower
     low, high = (np.array([float(v) for v in side]) for side in (lower, asked.classes.upper))

@@ -99,8 +99,8 @@ def _only_channel(block: Block) -> MultivariablePlant:
         block = MultivariablePlant.of_one_channel(block)
     if not isinstance(block, MultivariablePlant):
         raise InputError(
-            "class: relu, rate, norm and delay need a plant with exact rational entries; leave the dead time out, or "
-            "these"
+            "class: relu, rate, norm, delay and memory need a plant with exact rational entries; leave the dead time "
+            "out, or these"
         )
     return block
 
@@ -167,8 +167,8 @@ def _block(plant: PlantTable) -> Block:
 
 
 def _operates(table: ClassTable) -> bool:
-    """Whether it is about an operator or a delay."""
-    return table.norm is not None or table.delay is not None
+    """Whether it is about an operator, a delay or memory."""
+    return any(one is not None for one in (table.norm, table.delay, table.memory))
 
 
 def _delay(table: ClassTable, bound: Fraction) -> NonlinearityClass:
@@ -181,7 +181,22 @@ def _delay(table: ClassTable, bound: Fraction) -> NonlinearityClass:
     return NonlinearityClass.delayed(bound, varying=table.time_varying)
 
 
+def _memory(table: ClassTable, kind: str) -> NonlinearityClass:
+    given = [table.sector, table.gain, table.rate, table.norm, table.size, table.dynamics, table.delay]
+    low, high = table.slope or (None, None)
+    if any(one is not None for one in given) or table.odd or table.relu or table.time_varying or low != 0:
+        raise InputError(
+            f"class: memory is given beside other keys, or without the slope; give memory = {kind!r} and slope = [0, k]"
+        )
+    try:
+        return NonlinearityClass.hysteretic(kind, high or 0)
+    except InputError as error:
+        raise InputError(f"class: {error}") from None
+
+
 def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
+    if table.memory is not None:
+        return _memory(table, table.memory)
     if table.delay is not None:
         return _delay(table, table.delay)
     if table.norm is not None:
@@ -319,6 +334,8 @@ def _plant(system: LoopSystem) -> dict[str, object]:
 
 
 def _class(asked: NonlinearityClass) -> dict[str, object]:
+    if asked.memory:
+        return {"memory": asked.memory, "slope": (asked.sector.lower, asked.sector.upper)}
     if asked.operator in DELAYS:
         return {"delay": asked.sector.upper, "time_varying": asked.operator != DELAYS[0]}
     if asked.operator:

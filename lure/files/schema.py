@@ -158,6 +158,12 @@ def _dynamics(value: object, info: ValidationInfo) -> str:
     return str(value)
 
 
+def _memory(value: object, info: ValidationInfo) -> str:
+    if value not in ("play", "stop"):
+        raise InputError(f"{field_key(info)} is {shown(value)}; give 'play' or 'stop'")
+    return str(value)
+
+
 def _listed(value: object) -> object:
     """An array of tables; of a single table the array with this one."""
     return [value] if isinstance(value, dict) else value
@@ -171,6 +177,7 @@ Count: TypeAlias = Annotated[int, BeforeValidator(_count)]
 Bound: TypeAlias = Annotated[Fraction | None, BeforeValidator(_norm)]
 Size: TypeAlias = Annotated[tuple[int, int] | None, BeforeValidator(_size)]
 Dynamics: TypeAlias = Annotated[str | None, BeforeValidator(_dynamics)]
+Memory: TypeAlias = Annotated[str | None, BeforeValidator(_memory)]
 Line: TypeAlias = Annotated[str | None, BeforeValidator(one_line)]
 
 
@@ -234,6 +241,7 @@ class ClassTable(BaseModel):
     norm: Bound = Field(default=None, description="bound of the norm of an operator mu_b = -Delta sigma_b, instead")
     size: Size = Field(default=None, description="rows and columns of that operator, or one number for both")
     dynamics: Dynamics = Field(default=None, description="its kind: 'any', or 'linear time-invariant'")
+    memory: Memory = Field(default=None, description="'play' or 'stop' of a slope in the bounds of slope, from 0 on")
     delay: Bound = Field(default=None, description="bound of an unknown delay, phi = sigma(t - tau), instead [s]")
 
 

@@ -19,7 +19,7 @@ CORE = (  # rooms and modules that are imported without the packages above
     *("analysis/certificates/**/*.py", "analysis/counterexamples/*.py", "analysis/nonlinearity/*.py"),
 )
 EXACT = (  # and of these, those that compute with nothing else: no array at all
-    *("lure/classes.py", "lure/exact.py", "lure/expressions/rigorous.py", "lure/plants/text.py"),
+    *("lure/bounds.py", "lure/classes.py", "lure/exact.py", "lure/expressions/rigorous.py", "lure/plants/text.py"),
     *("analysis/numerics/polynomial.py", "analysis/numerics/minimum.py", "analysis/numerics/trigonometric.py"),
     *("analysis/numerics/precision.py", "analysis/numerics/doubles.py"),
     *("analysis/inequality/polynomial.py", "analysis/inequality/plant.py", "analysis/inequality/checks.py"),

@@ -9,7 +9,7 @@ from itertools import pairwise, product
 from flint import arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
-from lure.analysis.certificates.second.channels import Asked, balls, closed_by, diagonal, member
+from lure.analysis.certificates.second.channels import Asked, balls, closed_by, diagonal, growing_member, member
 from lure.analysis.certificates.second.matrix import BITS
 from lure.analysis.certificates.second.numerics import (
     X,
@@ -123,10 +123,31 @@ def refuted(document: Document, asked: Asked) -> str:
     if document.proof.get("method") in ("switched-gains", "ramped-gains"):
         _require_growth(document, asked)
         return claims.NO_REST
-    proof = record(document.proof, "method", "gains")
+    grows = "growth" in document.proof
+    proof = record(document.proof, "method", "gains", *(["growth"] if grows else []))
     require(proof["method"] == "linear-gains", "the method is unknown for several nonlinearities")
+    if grows:
+        return _growing(asked, growing_member(proof["gains"], asked), number(proof["growth"]))
     closed = closed_by(asked, member(proof["gains"], asked))
     return claims.NO_SOLUTION if closed is None else unstable(closed, discrete=asked.discrete)
+
+
+def _growing(asked: Asked, gains: Sequence[Fraction], rate: Fraction) -> str:
+    """What solutions do that grow at a rate, whatever is bounded beside the gains."""
+    closed = closed_by(asked, gains)
+    if closed is None or rate <= 0:
+        raise NotShown("there is no such loop, or the rate is not positive")
+    if asked.discrete:  # eigenvalues of modulus 1 + rate or more
+        slower = closed * to_fmpq(1 / (1 + rate))
+        p = slower.charpoly()
+        inner = mapped(p, p.degree())
+        counts = half_plane_counts(inner)
+        out = counts.right + counts.axis + p.degree() - inner.degree()
+    else:
+        counts = half_plane_counts(closed.charpoly()(X + to_fmpq(rate)))
+        out = counts.right + counts.axis
+    require(out > 0, "no solution is shown to grow")
+    return claims.NO_REST
 
 
 def _require_growth(document: Document, asked: Asked) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from flint import arb, arb_mat, fmpq_mat
 
-from lure.analysis.certificates.second.classes import Nonlinearities, read_nonlinearities, read_operator
+from lure.analysis.certificates.second.classes import Nonlinearities, read_memory, read_nonlinearities, read_operator
 from lure.analysis.certificates.second.numerics import (
     ball,
     half_plane_counts,
@@ -122,10 +122,42 @@ def read_classes(document: Document, m: int) -> tuple[tuple[Nonlinearities, ...]
     require(len(given) == m, "there is not one class for each channel")
     same = all(dict(given[first]) == dict(one) for first, one in zip(repeated, given, strict=True))
     require(same, "one nonlinearity has one class")
-    classes = tuple(read_operator(one) if "operator" in one else read_nonlinearities(one, rates=True) for one in given)
+    classes = tuple(map(_read_class, given))
     last = [repeated[i] for i, one in enumerate(classes) if one.operator == "performance"]
     require(all(first == repeated[-1] for first in last), "there is more than one performance channel, or not the last")
     return classes, repeated
+
+
+def _read_class(one: Mapping[str, object]) -> Nonlinearities:
+    if "memory" in one:
+        return read_memory(one)
+    return read_operator(one) if "operator" in one else read_nonlinearities(one, rates=True)
+
+
+def increments(asked: Asked) -> Asked:
+    """The loop of the derivatives, in discrete time of the differences, where a channel has memory: sectors.
+
+    Parameters
+    ----------
+    asked : Asked
+        The plant and its classes.
+
+    Raises
+    ------
+    NotShown
+        There are operators, a cycle in ``D``, or a class without slope bounds, or with its own time.
+    """
+    if all(one.memory is None for one in asked.nonlinearities):
+        return asked
+    require(not asked.operators and acyclic(asked), "beside memory there are operators, or D has a cycle")
+    classes = list[Nonlinearities]()
+    for one in asked.nonlinearities:
+        low, high = (Fraction(0), one.memory[1]) if one.memory is not None else one.slope or (None, None)
+        known = isinstance(low, Fraction) and isinstance(high, Fraction) and not one.time_varying and not one.rough
+        if not known or low is None or high is None:
+            raise NotShown("beside memory a class has no slope bounds")
+        classes.append(Nonlinearities(lower=low, upper=high, slope=None, odd=False, time_varying=True, linear=False))
+    return replace(asked, nonlinearities=tuple(classes), repeated=tuple(range(len(classes))))
 
 
 def _repeated(stated: object, m: int) -> tuple[int, ...]:
@@ -273,6 +305,29 @@ def symmetric(value: object, order: int) -> fmpq_mat:
     rows = [numbers(row) for row in listed(value)]
     require([len(row) for row in rows] == [*range(1, order + 1)], "a lower triangle is missing")
     return fmpq_mat([[to_fmpq(rows[max(i, j)][min(i, j)]) for j in range(order)] for i in range(order)])
+
+
+def growing_member(value: object, asked: Asked) -> list[Fraction]:
+    """Gains of the class, of play and stop those that are left of them for large solutions.
+
+    Parameters
+    ----------
+    value : object
+        Numbers.
+    asked : Asked
+        The classes.
+    """
+    gains = numbers(value)
+    require(len(gains) == len(asked.nonlinearities), "there is not one gain for each channel")
+    others = list[Nonlinearities]()
+    for gain, one in zip(gains, asked.nonlinearities, strict=True):
+        if one.memory is None:
+            others.append(one)
+            continue
+        kind, k = one.memory
+        require(0 < gain <= k if kind == "play" else gain == 0, "a gain is not that of play or stop far out")
+        others.append(Nonlinearities(lower=gain, upper=gain, slope=None, odd=False, time_varying=False, linear=True))
+    return member(value, replace(asked, nonlinearities=tuple(others)))
 
 
 def member(value: object, asked: Asked) -> list[Fraction]:

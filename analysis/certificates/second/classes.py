@@ -139,6 +139,7 @@ class Nonlinearities:
     rough: bool = False  # continuous or not; else locally Lipschitz
     relu: bool = False  # piecewise linear, with its least slope left of 0 and its greatest right of it
     rate: Fraction | None = None  # of gains that depend on time: |g(t) - g(s)| <= rate |t - s|
+    memory: tuple[str, Fraction] | None = None  # play or stop, and the largest quotient of increments
     operator: str = ""  # which operators of norm up to ``upper``, acting on a block of channels; else functions
 
     def mirrored(self) -> Nonlinearities:
@@ -163,7 +164,7 @@ class Nonlinearities:
 
     def has_gain(self, gain: Fraction) -> bool:
         """Whether ``phi = gain sigma``, an odd nonlinearity that does not depend on time, is in the class."""
-        if self.relu:
+        if self.relu or self.memory is not None:
             return False
         if self.operator in DELAYS:  # sigma(t - 0)
             return gain == 1
@@ -172,7 +173,7 @@ class Nonlinearities:
 
     def has(self, nonlinearity: Graph) -> bool:
         """Whether a piecewise-linear nonlinearity is in the class, which is not that of a ReLU."""
-        if self.relu:
+        if self.relu or self.memory is not None:
             return False
         inside = at_least(min(nonlinearity.chords), self.lower) and at_most(max(nonlinearity.chords), self.upper)
         if self.slope is not None:
@@ -199,6 +200,25 @@ def at_least(bound: Lower, limit: Lower) -> bool:
 
 
 DELAYS = ("delay", "varying delay")
+
+
+def read_memory(value: Mapping[str, object]) -> Nonlinearities:
+    """Play or stop operators: of ``phi(sigma)/sigma`` nothing is known."""
+    found = record(value, "sector", "slope", "odd", "time_varying", "linear", "memory")
+    kind, slope, sector = found["memory"], _bounds(found["slope"]), _bounds(found["sector"])
+    require(kind in ("play", "stop"), "the kind of memory is unknown")
+    require(slope == sector and slope[0] == 0 and isinstance(slope[1], Fraction), "play and stop have no such slopes")
+    require(not any(flag(found[name]) for name in ("odd", "time_varying", "linear")), "memory has no other property")
+    k = slope[1]
+    return Nonlinearities(
+        lower="-inf",
+        upper="inf",
+        slope=None,
+        odd=False,
+        time_varying=False,
+        linear=False,
+        memory=(str(kind), k) if isinstance(k, Fraction) else None,
+    )
 
 
 def read_operator(value: Mapping[str, object]) -> Nonlinearities:

@@ -31,6 +31,7 @@ from lure.analysis.certificates.second.channels import (
     acyclic,
     balls,
     diagonal,
+    increments,
     joined,
     on_axis,
     read,
@@ -82,6 +83,9 @@ def shown(document: Document) -> str:
     asked = read(document)
     require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
     if document.verdict == "PROVED":
+        if any(one.memory is not None for one in asked.nonlinearities):
+            require(not _proved(document, increments(asked)), "with memory an eigenvalue 0 is not covered")
+            return claims.EQUILIBRIA
         if not _proved(document, without_delays(asked)):
             return claims.GAIN if asked.performance else claims.ATTRACTS
         require(not asked.operators, "with operators an eigenvalue 0 is not covered")

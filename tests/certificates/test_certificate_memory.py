@@ -1,0 +1,195 @@
+"""Play and stop operators: certificates by hand, what neither checker accepts, and the operators themselves."""
+
+import copy
+import json
+import math
+from functools import cache
+from importlib import resources
+
+import jsonschema
+import numpy as np
+import pytest
+
+from lure import InputError, NonlinearityClass, as_plant, certify, max_sector
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check, contains
+from lure.analysis.certificates.second.opinion import recheck
+from lure.files import find_system
+from lure.files.loop import loop_to_toml
+
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+PLAY, STOP = NonlinearityClass.hysteretic("play"), NonlinearityClass.hysteretic("stop")
+LAG = {"kind": "multivariable", "time": "continuous", "A": [["-1"]], "B": [["1"]], "C": [["1"]], "D": [["0"]]}
+
+
+def memory(kind, k):
+    bounds = {"sector": ["0", str(k)], "slope": ["0", str(k)], "odd": False, "time_varying": False, "linear": False}
+    return bounds | {"memory": kind}
+
+
+def draft(system, one, **more):
+    return {"verdict": "PROVED", "system": system, "laws": {"channels": [one], "repeated": False}, **more}
+
+
+def growing(system, kind, gain):
+    proof = {"method": "linear-gains", "gains": [gain], "growth": "1/2"}
+    return draft(system, memory(kind, 1), theorem="counterexample", proof=proof) | {"verdict": "REFUTED"}
+
+
+# y = x', y' = -y - g y: with V = y^2 and lambda = 1/2 there is 2 y^2 + 2 y phi - phi (y - phi), of determinant 7/4
+PROVED = draft(
+    LAG,
+    memory("stop", 1),
+    theorem="diagonal-circle",
+    multiplier={"lambda": ["1/2"]},
+    proof={"method": "matrix", "P": [["1"]], "exponent": 0},
+)
+GROWS = growing(LAG | {"B": [["-2"]]}, "play", "1")  # x' = -x + 2 play: at the rate 1
+BOUNDED = growing(LAG | {"A": [["1"]]}, "stop", "0")  # x' = x - stop, the stop bounded
+MAP = growing(LAG | {"A": [["2"]], "time": "discrete"}, "stop", "0")
+ALL = {"proved": PROVED, "grows": GROWS, "bounded": BOUNDED, "map": MAP}
+CONVERGES = "every motion converges to the set of equilibria"
+MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
+
+
+@cache
+def certificate(name):
+    return dict(complete_and_check(copy.deepcopy(ALL[name])).certificate)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_both_checkers_accept(name):
+    found = certificate(name)
+    jsonschema.validate(found, SCHEMA)
+    check(found)
+    assert recheck(found).accepted
+    assert found["conclusion"] == (CONVERGES if name == "proved" else MOVES)
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "value"),
+    [
+        ("proved", ("conclusion",), "0 attracts every motion"),
+        ("proved", ("laws", "channels", 0, "memory"), "relay"),
+        ("proved", ("laws", "channels", 0, "odd"), True),
+        ("proved", ("laws", "channels", 0, "slope"), ["-1", "1"]),
+        ("proved", ("laws", "channels", 0), memory("stop", 20)),
+        ("proved", ("system", "B"), [["-2"]]),
+        ("proved", ("system", "A"), [["0"]]),
+        ("proved", ("system", "D"), [["1"]]),
+        ("proved", ("theorem",), "diagonal-popov"),
+        ("grows", ("proof", "growth"), "2"),
+        ("grows", ("proof", "growth"), "0"),
+        ("grows", ("proof", "gains"), ["2"]),
+        ("grows", ("proof", "gains"), ["0"]),
+        ("grows", ("laws", "channels", 0, "memory"), "stop"),
+        ("bounded", ("laws", "channels", 0, "memory"), "play"),
+        ("bounded", ("system", "A"), [["1/3"]]),
+        ("map", ("system", "A"), [["1"]]),
+    ],
+)
+def test_neither_accepts_what_was_changed(name, path, value):
+    found = at = copy.deepcopy(certificate(name))
+    for key in path[:-1]:
+        at = at[key]
+    at[path[-1]] = value
+    with pytest.raises((Rejected, Malformed)):
+        check(found)
+    assert not recheck(found).accepted
+
+
+KERNEL = {"channels": [1, 1], "coefficient": "1/9", "rate": "1", "order": 1, "side": "causal"}
+
+
+@pytest.mark.parametrize(
+    ("theorem", "multiplier"),
+    [
+        ("diagonal-popov", {"lambda": ["1/2"], "theta": ["1/100"]}),
+        ("matrix-zames-falb", {"gamma": [["1"]], "theta": ["0"], "kernels": [KERNEL]}),
+    ],
+)
+def test_popovs_terms_and_kernels_are_refused(theorem, multiplier):
+    given = {**certificate("proved"), "theorem": theorem, "multiplier": multiplier, "proof": {"method": "determinant"}}
+    with pytest.raises(Rejected):
+        complete_and_check(given)
+    assert not recheck(given).accepted
+
+
+def test_increments_of_play_and_stop_are_those_of_the_class_and_their_values_are_not():
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        sigma, r, k = np.cumsum(rng.normal(size=200)), rng.uniform(0.1, 3), rng.uniform(0.1, 2)
+        play = [rng.uniform(-r, r)]
+        for value in sigma:
+            play.append(min(max(play[-1], value - r), value + r))
+        play = k * np.array(play[1:])
+        for out in (play, k * sigma - play):
+            rise, move = np.diff(out), np.diff(sigma)
+            assert (rise * (k * move - rise)).min() > -1e-9
+            assert (out * (k * sigma - out)).min() < 0  # so that Popov's theorem is not for them
+
+
+def test_what_is_proved_in_discrete_time_comes_to_rest_not_always_at_zero():
+    # x+ = x/2 + mu: with the gain k the eigenvalue is 1/2 - k > -1 for k < 3/2
+    found = max_sector(as_plant("1/(z-0.5)", dt=1), [PLAY])
+    assert found.largest.low == pytest.approx(1.5, rel=1e-6)
+    assert found.refuted_at == pytest.approx(1.5, rel=1e-6)
+    ends = set()
+    for start in (0.0, 0.5, -0.5):  # of the play, which is at rest within its width
+        x, p = 0.7, start
+        for _ in range(400):
+            p = min(max(p, x - 1), x + 1)
+            x, before = x / 2 - 1.4 * p, x
+        assert x == pytest.approx(before, abs=1e-9)
+        ends.add(round(x, 6))
+    assert len(ends) > 1
+
+
+def test_a_play_beside_a_slope_from_a_file_and_the_time_varying_circle(tmp_path):
+    # Re 1/(1 + i w)^3 = cos^3 a cos 3a with tan a = w is least, -1/4, at a = pi/4: k < 4; linear: k < 8
+    found = max_sector(as_plant("1/(s+1)^3"), [PLAY])
+    assert found.largest.low == pytest.approx(4, rel=1e-6)
+    assert found.refuted_at == pytest.approx(8, rel=1e-6)
+    assert "converges to the set of equilibria for every play phi_1 of a slope in [0, 3.99999" in str(found)
+    assert math.isinf(max_sector(as_plant("1/(s+1)^3"), [STOP]).largest.high)
+    path = tmp_path / "loop.toml"
+    path.write_text(
+        '[plant]\ntransfer = [["1/(s+1)", "1/(s+2)"], ["-1/(s+1)", "1/(s+3)"]]\n'
+        '[[class]]\nmemory = "stop"\nslope = [0, 2]\n[[class]]\nslope = [0, 1]\n'
+    )
+    system = find_system(str(path), [])
+    assert str(system.classes) == "stop phi_1 of a slope in [0, 2]; phi_2 with slope in [0, 1]"
+    assert certify(system).verdict.name == "PROVED"
+    again = tmp_path / "again.toml"
+    again.write_text(loop_to_toml(system))
+    assert find_system(str(again), []).classes == system.classes
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ('memory = "relay"\nslope = [0, 1]', "class.memory is 'relay'; give 'play' or 'stop'"),
+        ('memory = "play"', "memory is given beside other keys, or without the slope"),
+        ('memory = "play"\nslope = [-1, 1]', "memory is given beside other keys, or without the slope"),
+        ('memory = "play"\nslope = [0, 1]\nodd = true', "memory is given beside other keys"),
+        ('memory = "play"\nslope = [0, inf]', "the slope of a play is inf"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, message):
+    path = tmp_path / "loop.toml"
+    path.write_text(f"[plant]\nnum = [1]\nden = [1, 1]\n[[class]]\n{table}\n")
+    with pytest.raises(InputError, match=message):
+        find_system(str(path), [])
+
+
+def test_what_is_not_covered_beside_memory_is_inconclusive():
+    plant = as_plant([["1/(s+1)", "0"], ["0", "1/(s+1)"]])
+    shown = certify(plant, [PLAY, NonlinearityClass.norm_bounded(0.1)])
+    assert shown.verdict.name == "INCONCLUSIVE"
+    one = memory("play", 1)
+    assert contains(memory("play", 2), one)
+    assert not contains(memory("play", 2), memory("stop", 1))
+    assert not contains({key: value for key, value in one.items() if key != "memory"}, one)
+    with pytest.raises(InputError, match="has memory and other properties"):
+        NonlinearityClass(sector=PLAY.sector, slope=PLAY.slope, memory="play", odd=True)
