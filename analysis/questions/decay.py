@@ -9,24 +9,27 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, Literal
 
-from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.drafts import checked, guarded
+from lure.analysis.certificates.drafts import guarded
 from lure.analysis.certificates.representation import shown_dict
 from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.numerics.evidence import Bracket, ends
+from lure.analysis.questions.channel_kinds import has_channels
+from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
+from lure.analysis.questions.decay_channels import SeveralChannels, accepted, jumps
 from lure.analysis.questions.largest import UNFINISHED, Stopped
-from lure.analysis.questions.problem import Problem, posed
+from lure.analysis.questions.problem import Problem, class_given, loop_given, posed
 from lure.analysis.theorems.table import BEST
 from lure.analysis.theorems.weighted import WeightedTaps
 from lure.analysis.verdict import Verdict
 from lure.analysis.wording import class_words
 from lure.arrays import np
 from lure.errors import InputError
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.record import Page, Record, derived, quantity
 
@@ -186,8 +189,11 @@ def decay_rate(
     >>> round(found.rate.low, 12), round(found.rate.high, 12)
     (0.9, 0.9)
     """
-    from lure.analysis.questions.problem import class_given, loop_given
-
+    if has_channels(loop, nonlinearity):
+        problem = channel_problem(loop, nonlinearity)
+        if problem.kind != "class":
+            raise InputError("no class of nonlinearities is given; give one for each channel, in order")
+        return _answered(SeveralChannels(problem), seconds, progress)
     given = class_given(nonlinearity)
     asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
     return _answered(_OneChannel(asked), seconds, progress)
@@ -198,6 +204,7 @@ class _OneChannel:
     """The searches for one nonlinearity, at a rate."""
 
     asked: Problem
+    close = CLOSE
 
     def __post_init__(self) -> None:
         plant, own = self.asked.plant, self.asked.nonlinearity_class
@@ -237,7 +244,7 @@ class _OneChannel:
         """What is accepted of a rate."""
         linear = self.asked.nonlinearity_class.linear and not self.asked.time_varying
         theorem = {"theorem": "hurwitz" if linear else "circle", "proof": {"method": "polynomial"}}
-        found = _accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
+        found = accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
         return found if isinstance(found, Proved) else None
 
     @cached_property
@@ -248,6 +255,15 @@ class _OneChannel:
             return None
         low, high = Fraction(own.slope.lower), Fraction(own.slope.upper)
         return WeightedTaps(plant=self.plant, lower=low, width=high - low, odd=own.odd)
+
+    @property
+    def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
+        """Rates that a gain that jumps seems to have, and its proofs."""
+        own = self.asked.nonlinearity_class
+        ends = tuple(Fraction(end) for end in own.gains)
+        plant, varying = MultivariablePlant.of_one_channel(self.plant), own.time_varying and not own.linear
+        for rate, rows, proof in jumps(plant, ((ends[0],), (ends[1],)), (varying,), [range(1)], self.slowest[0]):
+            yield rate, {"method": "switched-gain", "gains": [str(ends[row[0]]) for row in rows]} | proof
 
     def lasting(self) -> Refuted | None:
         """A member with a solution that does not decay, no constant gain; None if none is found."""
@@ -270,7 +286,7 @@ class _OneChannel:
             taps = self.taps.taps(float(rate), length)
             multiplier = {"taps": [[i, str(h)] for i, h in (taps or {}).items()]}
             theorem = {"theorem": "zames-falb", "multiplier": multiplier, "proof": {"method": "polynomial"}}
-            shown = _accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
+            shown = accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
             if isinstance(shown, Proved):
                 yield rate, shown
                 return
@@ -306,15 +322,22 @@ class _OneChannel:
         exact = next(as_slow, min(max(Fraction(gain), low), high))
         return (best if self.discrete else -best), exact
 
+    @property
+    def fastest(self) -> float:
+        """A rate that no proof exceeds, where no gain has one: nothing is then proved."""
+        return 0.0
+
     def refute(self, rate: Fraction) -> Refuted | None:
         """What is accepted against a rate."""
         proof = {"method": "linear-gain", "gain": str(self.slowest[1])}
         draft = {"verdict": "REFUTED", **self.base, "theorem": "counterexample", "proof": proof}
-        found = _accepted({**draft, "rate": str(rate)} if rate > 0 else draft)
+        found = accepted({**draft, "rate": str(rate)} if rate > 0 else draft)
         return found if isinstance(found, Refuted) else None
 
 
-def _answered(loop: _OneChannel, seconds: float | None, progress: Callable[[str, float], None] | None) -> RateBound:
+def _answered(
+    loop: _OneChannel | SeveralChannels, seconds: float | None, progress: Callable[[str, float], None] | None
+) -> RateBound:
     """Both sides, the slowest gain first."""
     tell = progress or (lambda _step, _done: None)
     discrete, stopped = loop.discrete, None
@@ -324,11 +347,13 @@ def _answered(loop: _OneChannel, seconds: float | None, progress: Callable[[str,
         with time_limit(seconds):
             tell("constant gains", 0.0)
             refuted = _refuted(loop)
+            tell("gains that jump", 0.1)
+            refuted = _slower(loop, refuted)
             tell("the circle criterion", 0.2)
             end = None if refuted is None else refuted[0]
             for better in _proofs(loop, end):
                 proof = better
-            if proof is None or end is None or abs(proof[0] - end) > 2 * CLOSE * proof[0]:
+            if proof is None or end is None or abs(proof[0] - end) > 2 * loop.close * proof[0]:
                 tell("Zames-Falb multipliers", 0.4)
                 for better in loop.by_multipliers(end, None if proof is None else proof[0]):
                     proof = better
@@ -363,12 +388,12 @@ def _answered(loop: _OneChannel, seconds: float | None, progress: Callable[[str,
     )
 
 
-def _lasting(loop: _OneChannel, rate: Fraction) -> bool:
+def _lasting(loop: _OneChannel | SeveralChannels, rate: Fraction) -> bool:
     """Whether a member of that rate has a solution that does not decay."""
     return rate >= 1 if loop.discrete else rate <= 0
 
 
-def _refuted(loop: _OneChannel) -> tuple[Fraction, Refuted] | None:
+def _refuted(loop: _OneChannel | SeveralChannels) -> tuple[Fraction, Refuted] | None:
     """The slowest constant gain with the best rate that the checker accepts of it."""
     slowest, _ = loop.slowest
     if not math.isfinite(slowest):
@@ -388,12 +413,29 @@ def _refuted(loop: _OneChannel) -> tuple[Fraction, Refuted] | None:
     return None
 
 
-def _proofs(loop: _OneChannel, end: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+def _slower(
+    loop: _OneChannel | SeveralChannels, known: tuple[Fraction, Refuted] | None
+) -> tuple[Fraction, Refuted] | None:
+    """Gains that jump, where they may and are slower than the constant ones known."""
+    for rate, proof in loop.patterns:
+        if known is not None and (rate <= known[0] if loop.discrete else rate >= known[0]):
+            return known
+        lasting = not loop.discrete and rate <= 0
+        draft = {"verdict": "REFUTED", **loop.base, "theorem": "counterexample", "proof": proof}
+        shown = accepted(draft if lasting else {**draft, "rate": str(rate)})
+        if isinstance(shown, Refuted):
+            return (Fraction(0) if lasting else rate), shown
+    return known
+
+
+def _proofs(loop: _OneChannel | SeveralChannels, end: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
     """Rates that are proved, each better than the one before, by halving; ``end`` is refuted, or nearly."""
     one, discrete = Fraction(1), loop.discrete
     if discrete and end is not None and end > 1:
         return
-    if not discrete and (end is None or end <= 0):
+    if not discrete and end is None:
+        end = Fraction(loop.fastest)
+    if not discrete and end <= 0:
         return
     best = Fraction(0) if end is None else end  # what cannot be improved
     worst = one if discrete else Fraction(0)
@@ -403,7 +445,7 @@ def _proofs(loop: _OneChannel, end: Fraction | None) -> Iterator[tuple[Fraction,
         if rate > 0 and (shown := loop.prove(rate)) is not None:
             yield rate, shown
             return
-    easiest = (one if best >= 1 else one - (one - best) * CLOSE) if discrete else best * CLOSE
+    easiest = (one if best >= 1 else one - (one - best) * loop.close) if discrete else best * loop.close
     shown = loop.prove(easiest)
     if shown is None:
         if discrete and (shown := loop.prove(one)) is not None:
@@ -411,7 +453,7 @@ def _proofs(loop: _OneChannel, end: Fraction | None) -> Iterator[tuple[Fraction,
         return
     yield easiest, shown
     worst = easiest
-    while abs(worst - best) > CLOSE * scale:
+    while abs(worst - best) > loop.close * scale:
         middle = _between(*sorted((worst, best)))
         shown = loop.prove(middle)
         if shown is None:
@@ -425,15 +467,6 @@ def _between(low: Fraction, high: Fraction) -> Fraction:
     """A rational with few digits about the middle."""
     width = (high - low) / 8
     return simplest_between((low + high) / 2 - width, (low + high) / 2 + width)
-
-
-def _accepted(draft: dict[str, Any]) -> Proved | Refuted | None:
-    """What the checker makes of a draft; None if it refuses."""
-    checkpoint()
-    try:
-        return checked(draft)
-    except Rejected:
-        return None
 
 
 def _rate_of(shown: Proved | Refuted) -> Fraction:

@@ -287,3 +287,36 @@ def test_random_monotone_functions_satisfy_the_weighted_constraint():
             ahead, behind = (wb[i:], wa[:-i]) if i > 0 else (wb[:i], wa[-i:])
             total -= c * float(ahead @ behind)
         assert total >= -1e-9 * float((np.abs(wa) * np.abs(wb)).sum())
+
+
+# x' = -3 x1 + x2 .., positive (A Metzler, B, C >= 0 after the sign): the rate is that of the largest gains, an
+# eigenvalue of [[-3 + 1, 1], [0, -4 + 1]]
+def test_positive_loops_of_two_channels_have_the_rate_of_their_largest_gains():
+    plant = ([[-3, 1], [0, -4]], [[1, 0], [0, 1]], [[-1, 0], [0, -1]], [[0, 0], [0, 0]])
+    found = decay_rate(plant, [varying(0, 1)] * 2)
+    assert found.rate.low == pytest.approx(2, abs=3e-4)
+    assert found.rate.high == 2
+    for shown in shown_of(found):
+        assert recheck(dict(shown.certificate)).accepted
+        changed = {**shown.certificate, "rate": "2001/1000" if shown is found.proof else "1999/1000"}
+        with pytest.raises(Rejected):
+            check(changed)
+        assert not recheck(changed).accepted
+
+
+def test_rates_of_operators_are_refused():
+    plant = ([[-1]], [[1]], [[1]], [[0]])
+    with pytest.raises(InputError, match="operators"):
+        decay_rate(plant, [NonlinearityClass.norm_bounded(F(1, 2))])
+
+
+def test_gains_that_jump_are_slower_than_constant_ones():
+    # x'' + x' + g x = 0: -1/2 for constant g in [1, 2]; g = 2 where x x' > 0 and else 1 is slower
+    found = decay_rate(RationalPlant([1], [1, 1, 0]), varying(1, 2))
+    assert found.refutation.certificate["proof"]["method"] == "switched-gain"
+    assert found.rate.low < found.rate.high < 0.4
+    assert recheck(dict(found.refutation.certificate)).accepted
+    changed = {**found.refutation.certificate, "rate": "7/20"}
+    with pytest.raises(Rejected):
+        check(changed)
+    assert not recheck(changed).accepted

@@ -1,0 +1,252 @@
+"""Decay rates of several nonlinearities: what is proved at a rate, and the slowest gains, constant or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property, partial
+from typing import Any
+
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.blocks import paced
+from lure.analysis.certificates.checker import PACED_CHANNELS, Proved, Refuted
+from lure.analysis.certificates.drafts import checked, guarded
+from lure.analysis.certificates.systems import texts
+from lure.analysis.counterexamples.channel_switching import MOST_STATES, GainsAround, Pattern, SwitchedGains
+from lure.analysis.deadline import checkpoint
+from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.channel_proofs import criteria_for, proved_whole
+from lure.analysis.questions.problem import Problem
+from lure.analysis.wording import class_words
+from lure.arrays import NDArray, Reals, np
+from lure.errors import InputError
+from lure.plants.multivariable import MultivariablePlant
+
+CLOSE = Fraction(1, 10**4)
+_VERTICES, _DRAWN, _KEPT, _ROUNDS, _SEED = 10, 400, 6, 14, 20261122
+_BACK = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # from what a pattern seems to reach
+_BITS = (256, 1024)
+
+
+def accepted(draft: dict[str, Any]) -> Proved | Refuted | None:
+    """What the checker makes of a draft; None if it refuses.
+
+    Parameters
+    ----------
+    draft : dict
+        A certificate without what the checker fills in.
+    """
+    checkpoint()
+    try:
+        return checked(draft)
+    except Rejected:
+        return None
+
+
+@dataclass
+class SeveralChannels:
+    """The searches for several nonlinearities, at a rate.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question about the classes as they are.
+    """
+
+    asked: Problem
+
+    def __post_init__(self) -> None:
+        if self.asked.classes.operators:
+            raise InputError("decay rates are shown of nonlinearities and gains, not of operators; leave those out")
+
+    close = CLOSE
+
+    @cached_property
+    def plant(self) -> MultivariablePlant:
+        """The plant."""
+        return channel_plant(self.asked.plant)
+
+    @property
+    def discrete(self) -> bool:
+        """Whether in discrete time."""
+        return self.plant.dt is not None
+
+    @cached_property
+    def base(self) -> dict[str, Any]:
+        """What all drafts have in common."""
+        return {"system": dict(self.asked.system), "laws": dict(self.asked.class_entry)}
+
+    @property
+    def words(self) -> str:
+        """The classes in words."""
+        return class_words(self.base["laws"])
+
+    def prove(self, rate: Fraction) -> Proved | None:
+        """What is accepted of a rate, by the matrices of the weighted loop.
+
+        Parameters
+        ----------
+        rate : Fraction
+            The rate.
+        """
+        system = paced(self.base["system"], rate)
+        A, B, C, D = (tuple(tuple(map(Fraction, row)) for row in system[side]) for side in "ABCD")
+        scaled = replace(self.asked, plant=MultivariablePlant(A, B, C, D, self.plant.dt), kind="class")
+        for criterion in criteria_for(scaled):
+            if criterion.name in PACED_CHANNELS:
+                work = partial(proved_whole, scaled, criterion)  # eigenvalues on the axis are not for all of them
+                shown = guarded(criterion.name, work, passing=(TimeoutError,))
+                found = self._of_rate(shown, rate) if isinstance(shown, Proved) else None
+                if isinstance(found, Proved):
+                    return found
+        return None
+
+    def _of_rate(self, shown: Proved, rate: Fraction) -> Proved | Refuted | None:
+        """What was shown of the weighted loop, as it is of the loop."""
+        given = shown.certificate
+        kept = {key: given[key] for key in ("verdict", "theorem", "multiplier", "proof")}
+        return accepted({**kept, **self.base, "rate": str(rate)})
+
+    @cached_property
+    def slowest(self) -> tuple[float, Sequence[Fraction]]:
+        """The rate of the slowest constant gains found, in floating point, and the gains; NaN for none."""
+        classes = self.asked.classes
+        if classes.rectified:  # no gain is a member
+            return math.nan, ()
+        lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
+        blocks, around = classes.blocks, GainsAround(*self.plant.doubles())
+        random = np.random.default_rng(_SEED)
+
+        def spread(shares: Reals) -> Reals:
+            """The gains of these shares of the intervals, one for each nonlinearity."""
+            whole = np.empty((len(shares), len(lower)))
+            for j, block in enumerate(blocks):
+                whole[:, list(block)] = shares[:, [j]]
+            return np.asarray(lower + whole * (upper - lower))
+
+        def slowness(shares: Reals) -> Reals:
+            """The spectral radius or abscissa."""
+            values = np.linalg.eigvals(around.closed_by(spread(shares)))
+            return np.asarray(np.abs(values).max(axis=1) if self.discrete else values.real.max(axis=1))
+
+        ends = (
+            np.array(np.meshgrid(*[[0.0, 1.0]] * min(len(blocks), _VERTICES)))
+            .reshape(min(len(blocks), _VERTICES), -1)
+            .T
+        )
+        vertices = np.concatenate([ends, random.integers(0, 2, (len(ends), len(blocks) - ends.shape[1]))], axis=1)
+        trial = np.concatenate([vertices, random.uniform(0, 1, (_DRAWN, len(blocks)))])
+        values = slowness(trial)
+        for k in range(_ROUNDS):
+            checkpoint()
+            best = np.argsort(-values, kind="stable")[:_KEPT]
+            near = np.repeat(trial[best], 40, axis=0)
+            near += random.normal(0, 0.3 * 0.45**k, near.shape) * (random.random(near.shape) < 0.6)
+            trial = np.concatenate([trial[best], np.clip(near, 0, 1)])
+            values = np.concatenate([values[best], slowness(trial[_KEPT:])])
+        share = trial[int(np.argmax(values))]
+        share = np.where(share < 1e-6, 0.0, np.where(share > 1 - 1e-6, 1.0, share))
+        best_value = float(slowness(share[None])[0])
+        exact = [Fraction(0)] * len(lower)
+        for j, block in enumerate(blocks):
+            for i in block:
+                low, high = classes.lower[i], classes.upper[i]
+                exact[i] = low + Fraction(float(share[j])) * (high - low)
+        return (best_value if self.discrete else -best_value), exact
+
+    @cached_property
+    def fastest(self) -> float:
+        """The rate of the loop with the gains at the lower bounds, which no proof exceeds."""
+        low = np.array([[float(v) for v in self.asked.classes.lower]])
+        values = np.linalg.eigvals(GainsAround(*self.plant.doubles()).closed_by(low))
+        return float(np.abs(values).max() if self.discrete else -values.real.max())
+
+    def refute(self, rate: Fraction) -> Refuted | None:
+        """What is accepted against a rate, by constant gains.
+
+        Parameters
+        ----------
+        rate : Fraction
+            The rate; 0 in continuous time for the loop itself.
+        """
+        proof = {"method": "linear-gains", "gains": texts(self.slowest[1])}
+        draft = {"verdict": "REFUTED", **self.base, "theorem": "counterexample", "proof": proof}
+        found = accepted({**draft, "rate": str(rate)} if rate > 0 else draft)
+        return found if isinstance(found, Refuted) else None
+
+    @property
+    def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
+        """Rates that gains that jump seem to have, and their proofs."""
+        classes = self.asked.classes
+        varying = tuple(one.time_varying and not one.linear for one in classes.classes)
+        gains = classes.lower, classes.upper
+        for rate, ends, proof in jumps(self.plant, gains, varying, classes.blocks, self.slowest[0]):
+            rows = [texts([gains[end][i] for i, end in enumerate(row)]) for row in ends]
+            yield rate, {"method": "switched-gains", "gains": rows} | proof
+
+    def by_multipliers(self, _end: Fraction | None, _known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+        """Nothing: multipliers of several samples are not weighed for several channels."""
+        yield from ()
+
+    def lasting(self) -> Refuted | None:
+        """Nothing but gains is looked at."""
+        return None
+
+
+def jumps(
+    plant: MultivariablePlant,
+    gains: tuple[Sequence[Fraction], Sequence[Fraction]],
+    varying: tuple[bool, ...],
+    blocks: Sequence[range],
+    slowest: float,
+) -> Iterator[tuple[Fraction, list[tuple[int, ...]], dict[str, Any]]]:
+    """Gains that jump between the ends of their intervals and are slower than constant ones: for a certificate.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The plant.
+    gains : tuple of sequence of Fraction
+        Lower and upper ends.
+    varying : tuple of bool
+        Which gains may jump.
+    blocks : sequence of range
+        The channels of each.
+    slowest : float
+        The rate of constant gains.
+
+    Yields
+    ------
+    tuple
+        A rate, the end of each channel step after step, and the rest of the proof; the slowest first.
+    """
+    A, B, C, D = plant.doubles()
+    discrete = plant.dt is not None
+    if not any(varying) or not 0 < len(A) <= MOST_STATES or not math.isfinite(slowest) or (discrete and slowest <= 0):
+        return
+    weighted = (A / slowest, B / slowest, C, D) if discrete else (A + slowest * np.eye(len(A)), B, C, D)
+    low, high = (np.array([float(v) for v in side]) for side in gains)
+    search = SwitchedGains(*weighted, low, high, varying=varying, blocks=tuple(blocks), discrete=discrete)
+    hits: list[tuple[float, NDArray[np.int_], Pattern]] = []
+    with np.errstate(all="ignore"):
+        for ends in search.sets():
+            for _, found in search.at(ends, 1.0):
+                pattern = search.faster(ends, found, 1.0)
+                hits.append((search.growth(ends, pattern, 1.0) / sum(pattern.times), ends, pattern))
+    for growth, ends, pattern in sorted(hits, key=lambda hit: -hit[0])[:2]:
+        if growth <= 1e-9:
+            return
+        which, times = list(pattern.which), [Fraction(t).limit_denominator(10**9) for t in pattern.times]
+        if discrete:
+            which = [w for w, t in zip(pattern.which, pattern.times, strict=True) for _ in range(round(t))]
+            times = [Fraction(1)] * len(which)
+        period = float(sum(times))
+        for back, bits in ((back, bits) for back in _BACK for bits in _BITS):
+            left = back * (1.0 if discrete else max(abs(slowest), growth))
+            rate = slowest * math.exp(growth - left) if discrete else slowest - growth + left
+            squarings = min(max(math.ceil(math.log2((math.log(4 * len(A)) + 2) / (left * period))) + 2, 0), 64)
+            rows = [tuple(int(v) for v in ends[w]) for w in which]
+            proof = {"squarings": squarings, "bits": bits} | ({} if discrete else {"times": texts(times)})
+            yield Fraction(rate).limit_denominator(10**12), rows, proof
