@@ -433,11 +433,9 @@ def _proofs(loop: _OneChannel | SeveralChannels, end: Fraction | None) -> Iterat
     one, discrete = Fraction(1), loop.discrete
     if discrete and end is not None and end > 1:
         return
-    if not discrete and end is None:
-        end = Fraction(loop.fastest)
-    if not discrete and end <= 0:
+    best = end if end is not None else Fraction(0 if discrete else loop.fastest)  # what cannot be improved
+    if not discrete and best <= 0:
         return
-    best = Fraction(0) if end is None else end  # what cannot be improved
     worst = one if discrete else Fraction(0)
     scale = max(best, Fraction(1, 1000)) if discrete else best
     for step in (Fraction(0), *_NEAR, CLOSE):
