@@ -450,8 +450,11 @@ class Diagonal(Record, kw_only=False):
         InputError
             A class is that of a ReLU, or of an operator.
         """
-        if self.operators:
-            raise InputError("a norm-bounded operator closes a channel of several; give the classes as a list")
+        if self.operators or any(one.memory for one in self.classes):
+            raise InputError(
+                "an operator, a delay or memory closes a channel of several; give a rational plant, and the classes as "
+                "a list"
+            )
         if self.rectified:
             raise InputError(
                 "a ReLU is asked about around a rational plant alone, as the class of each channel, of its only one "

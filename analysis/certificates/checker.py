@@ -331,6 +331,7 @@ def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Ref
     need(covered, f"{name!r:.40} by {proof['method']!r:.40} does not cover rates")
     if several:
         need(not any("operator" in one for one in given["channels"]), "an operator has another norm with a rate")
+        need(not any("memory" in one for one in given["channels"]), "with play and stop 0 attracts nothing at a rate")
     else:
         family = states.classes(given)
         ends = family.slope if name in SLOPED else family.sector

@@ -17,7 +17,7 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.arrays import linalg, np
-from lure.classes import Diagonal, NonlinearityClass
+from lure.classes import DELAYS, Diagonal, NonlinearityClass
 from lure.errors import InputError
 from lure.files.system import LoopSystem
 from lure.plants.multivariable import MultivariablePlant
@@ -279,10 +279,10 @@ def _differences(classes: Diagonal) -> Diagonal:
     found = list[NonlinearityClass]()
     for i, one in enumerate(classes.classes, 1):
         ends, slope = (one.sector.lower, one.sector.upper), one.slope
-        if one.linear or one.operator == "linear time-invariant":
+        if one.linear or one.operator in ("linear time-invariant", *DELAYS):
             found.append(one)
             continue
-        if slope is None or (slope.lower, slope.upper) != ends or one.rectifier:
+        if slope is None or (slope.lower, slope.upper) != ends or one.rectifier or one.memory:
             raise InputError(
                 f"channel {i} is {one}, of whose differences nothing is known that both sides could use; give slope = "
                 "[l, k] alone for an incremental gain"

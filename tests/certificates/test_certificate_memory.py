@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from lure import InputError, NonlinearityClass, as_plant, certify, max_sector
+from lure.analysis import l2_gain
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check, contains
@@ -116,6 +117,14 @@ def test_popovs_terms_and_kernels_are_refused(theorem, multiplier):
     assert not recheck(given).accepted
 
 
+@pytest.mark.parametrize("name", ["proved", "grows"])
+def test_no_rate_is_shown_of_play_and_stop(name):
+    given = {**certificate(name), "rate": "1/100"}  # which is one of the derivatives: the limits are not 0
+    with pytest.raises(Rejected, match="at a rate"):
+        complete_and_check(given)
+    assert "limits" in recheck(given).reason
+
+
 def test_increments_of_play_and_stop_are_those_of_the_class_and_their_values_are_not():
     rng = np.random.default_rng(2)
     for _ in range(50):
@@ -191,5 +200,9 @@ def test_what_is_not_covered_beside_memory_is_inconclusive():
     assert contains(memory("play", 2), one)
     assert not contains(memory("play", 2), memory("stop", 1))
     assert not contains({key: value for key, value in one.items() if key != "memory"}, one)
+    with pytest.raises(InputError, match="rational plant with exact entries"):
+        certify("exp(-s)/(s+1)", PLAY)
+    with pytest.raises(InputError, match="of whose differences nothing is known"):
+        l2_gain(as_plant(([[-1]], [[1]], [[1]], [[0]])), [PLAY], {"Bw": [[1]], "Cz": [[1]]}, incremental=True)
     with pytest.raises(InputError, match="has memory and other properties"):
         NonlinearityClass(sector=PLAY.sector, slope=PLAY.slope, memory="play", odd=True)

@@ -36,6 +36,7 @@ def weighted(document: Document, rate: Fraction) -> Document:
     if several:
         channels = [mapping(one) for one in listed(document.nonlinearities["channels"])]
         require(not any("operator" in one for one in channels), "the norm of an operator changes with a rate")
+        require(not any("memory" in one for one in channels), "play and stop have other limits than 0")
     if document.verdict == "PROVED":
         require(document.theorem in (OF_CHANNELS if several else THEOREMS), "the theorem does not cover a rate")
         if not several:
