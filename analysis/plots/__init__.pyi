@@ -2,6 +2,7 @@ from lure.analysis.graphical.frequencies import drawing_frequencies as drawing_f
 from lure.analysis.plots.frequency import plot_nyquist as plot_nyquist
 from lure.analysis.plots.frequency import plot_popov as plot_popov
 from lure.analysis.plots.frequency import plot_popov_expression as plot_popov_expression
+from lure.analysis.plots.gains import plot_gain as plot_gain
 from lure.analysis.plots.loops import plot_channels as plot_channels
 from lure.analysis.plots.loops import plot_nonlinearity as plot_nonlinearity
 from lure.analysis.plots.loops import plot_orbit as plot_orbit

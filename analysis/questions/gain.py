@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, cast
 
 from lure.analysis.certificates import codes
+from lure.analysis.drawing import drawing
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.questions.answers import answer
 from lure.analysis.questions.channel_problem import channel_plant, channel_problem
@@ -27,6 +28,7 @@ from lure.record import Page, Record, derived, plain, quantity
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.codes import Code
+    from lure.analysis.drawing import Axes
 
 _FREQUENCIES = 200
 LONGEST = 12  # samples in a window
@@ -42,6 +44,7 @@ class GainBound(Record):
     classes: Diagonal = quantity("The classes of the channels, without that from ``z`` to ``w``")
     performance: Performance = quantity("Where ``w`` enters and what ``z`` is")
     incremental: bool = quantity("Whether it is the gain of differences of solutions", default=False)
+    plant: MultivariablePlant = quantity("The plant, ``w`` and ``z`` its last channels", key="", label="")
     factors: StabilityBound = quantity(
         "The answer about the loop with a channel from ``z`` to ``w`` of norm ``1/gamma``", key="", label=""
     )
@@ -132,6 +135,17 @@ class GainBound(Record):
             said = f"The {self._name} is at most {bound_above(high)} for {self.classes}"
             return f"{said} ({self.criterion}, {self.evidence}){above}. {self.factors.unfinished}".rstrip()
         return f"No bound of the {self._name} is proved for {self.classes} ({self.reason}){above}."
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The gain of linear members over the frequencies, and the bound for all members.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        made: Axes = drawing(self)(self, ax=ax)
+        return made
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data with both certificates; infinite numbers are the text ``inf``."""
@@ -228,7 +242,14 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     high = double_above(1 / (unit * Fraction(found.largest.low))) if proved else math.inf
     own = tuple(len(block) for block in given.blocks[:-1])
     asked = Diagonal(given.classes[: sum(own)], repeated=own)
-    return GainBound(gain=Bracket(low, high), classes=asked, performance=stated, incremental=incremental, factors=found)
+    return GainBound(
+        gain=Bracket(low, high),
+        classes=asked,
+        performance=stated,
+        incremental=incremental,
+        plant=cast("MultivariablePlant", problem.plant),
+        factors=found,
+    )
 
 
 def gain_problem(

@@ -14,7 +14,7 @@ from lure.analysis.verdict import Verdict
 
 SCHEMA = "lure-report/1"
 Json = dict[str, Any]
-Section = Literal["frequency", "criteria", "spectrum", "confirmation", "simulation"]
+Section = Literal["asked", "frequency", "criteria", "spectrum", "confirmation", "simulation"]
 LADDER = (
     ("certified", "exact or ball arithmetic over the whole claim, or a proof from exact hypotheses"),
     ("computed", "floating point, compared with a second computation"),
@@ -45,7 +45,7 @@ class FigureSpec:
     ----------
     name : str
         File name without its ending.
-    section : {"frequency", "criteria", "spectrum", "confirmation", "simulation"}
+    section : {"asked", "frequency", "criteria", "spectrum", "confirmation", "simulation"}
         Where it stands in the report.
     title : str
         A few words above it.

@@ -53,7 +53,10 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
         the class is refused, or the nonlinearity is not known to belong to the class.
     """
     system = _closed((tables.name or "loop", tables.title or title, source), tables, folder)
+    system = replace(system, ask=() if tables.report is None else tables.report.ask)
     if tables.performance is None:
+        if "gain" in system.ask:
+            raise InputError("report.ask has 'gain', and nothing says of what; give [performance] with Bw and Cz")
         return system
     stated = {name: side for name, side in tables.performance if side is not None}
     states = [name for name in ("Bw", "Cz") if name in stated]
@@ -273,6 +276,8 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
         ]
     if system.performance is not None:
         tables["performance"] = dict(system.performance.stated)
+    if system.ask:
+        tables["report"] = {"ask": list(system.ask)}
     return tables
 
 

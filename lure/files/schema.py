@@ -19,6 +19,7 @@ from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.plants import coefficients
 from lure.plants.multivariable import MOST_CHANNELS
 
+QUESTIONS = ("gain", "rate", "region")
 _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
 
 
@@ -164,6 +165,14 @@ def _memory(value: object, info: ValidationInfo) -> str:
     return str(value)
 
 
+def _questions(value: object, info: ValidationInfo) -> tuple[str, ...]:
+    listed = value if isinstance(value, list) else [value]
+    wrong = [one for i, one in enumerate(listed) if one not in QUESTIONS or one in listed[:i]]
+    if wrong:
+        raise InputError(f"{field_key(info)} has {shown(wrong[0])}; give a list of {', '.join(QUESTIONS)}, each once")
+    return tuple(map(str, listed))
+
+
 def _listed(value: object) -> object:
     """An array of tables; of a single table the array with this one."""
     return [value] if isinstance(value, dict) else value
@@ -256,6 +265,15 @@ class PerformanceTable(BaseModel):
     Dsigmaw: Matrix = Field(default=None, description="from w to sigma, a row for each channel")
 
 
+class ReportTable(BaseModel):
+    """``[report]``: what the report is asked beside stability."""
+
+    model_config = ConfigDict(**STRICT, title="report")
+    ask: Annotated[tuple[str, ...], BeforeValidator(_questions)] = Field(
+        default=(), description="a list of 'gain', 'rate' and 'region'"
+    )
+
+
 class PlantTables(BaseModel):
     """A whole file."""
 
@@ -268,6 +286,7 @@ class PlantTables(BaseModel):
         default_factory=list, alias="class"
     )
     performance: PerformanceTable | None = None
+    report: ReportTable | None = None
 
 
 PLANT_TABLES: dict[str, type[BaseModel]] = {
@@ -275,6 +294,7 @@ PLANT_TABLES: dict[str, type[BaseModel]] = {
     "nonlinearity": NonlinearityTable,
     "class": ClassTable,
     "performance": PerformanceTable,
+    "report": ReportTable,
 }
 LAW_TEXTS = ("text", "expression", "formula", "law", "kind", "file")
 

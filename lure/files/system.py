@@ -56,6 +56,7 @@ class LoopSystem(Record):
     performance: Performance | None = quantity(
         "The disturbance and the output of which the gain is asked, if there are such", default=None
     )
+    ask: tuple[str, ...] = quantity("What a report is asked beside stability", key="", label="", default=())
     approximates: object = quantity(
         "What the block is an approximation of, if that is known", hidden=True, default=None
     )

@@ -183,6 +183,31 @@ def test_a_file_and_the_command(lure, tmp_path):
     assert find_system(str(tmp_path / "again.toml")).performance == system.performance
 
 
+@pytest.mark.usefixtures("sketched")
+def test_a_report_that_is_asked_for_the_gain_says_it_on_the_first_screen(lure, tmp_path):
+    (tmp_path / "loop.toml").write_text(TEXT + PERFORMANCE + '[report]\nask = ["gain"]\n')
+    assert lure("report", str(tmp_path / "loop.toml"), "-o", "page", "--quiet")[0] == 0
+    page, data = (tmp_path / "page/report.html").read_text(), json.loads((tmp_path / "page/report.json").read_text())
+    assert "How much of a disturbance comes through" in page.partition("</header>")[0]
+    assert data["asked"]["gain"]["gain"][1] == pytest.approx(7.08, abs=0.001)
+    assert "anything about external inputs" not in " ".join(data["conclusion"]["not_shown"])
+    claims = [one["claim"] for one in data["certificates"]]
+    assert any("the L2 gain from w to z is at most gamma" in claim for claim in claims)
+    (tmp_path / "none.toml").write_text(TEXT + '[report]\nask = ["gain"]\n')
+    assert "report.ask has 'gain', and nothing says of what" in lure("report", str(tmp_path / "none.toml"))[2]
+    (tmp_path / "none.toml").write_text(TEXT + '[report]\nask = ["gains"]\n')
+    assert "report.ask has 'gains'; give a list of gain, rate, region" in lure("report", str(tmp_path / "none.toml"))[2]
+
+
+def test_the_figure_has_the_bound_above_every_linear_member():
+    found = l2_gain(OSCILLATOR, [Sector(0, 1)], OF_OSCILLATOR)
+    axes = found.plot()
+    *members, bound = axes.get_lines()
+    assert bound.get_ydata()[0] == found.gain.high
+    assert len(members) == 3  # phi = 0, phi = sigma, and the member of the lower bound
+    assert max(line.get_ydata().max() for line in members) <= found.gain.high
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [

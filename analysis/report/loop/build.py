@@ -9,6 +9,7 @@ from importlib.metadata import version
 
 from lure import __version__
 from lure.analysis.questions import analyse
+from lure.analysis.report.loop.asked import answers
 from lure.analysis.report.loop.document import balance_hints
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.observed import observed
@@ -34,7 +35,8 @@ def build_loop_report(
     system : LoopSystem
         The loop.
     seconds : float or None
-        Time allowed to the criteria and searches; simulations and drawings are not counted.
+        Time allowed to the criteria and searches, and to each question asked beside them; simulations and
+        drawings are not counted.
     progress : callable, optional
         Called as ``progress(stage, done)`` when a stage begins, with the share ``0 <= done <= 1`` of work behind it.
     command : str, optional
@@ -49,6 +51,7 @@ def build_loop_report(
     """
     say = progress or (lambda _stage, _done: None)
     found = analyse(system, seconds=seconds, progress=lambda stage, done: say(stage, 0.8 * done))
+    told_of = answers(system, seconds)
     say("simulation", 0.8)
     seen = observed(found)
     told = extension("beyond", system.approximates)
@@ -60,6 +63,7 @@ def build_loop_report(
         hints=balance_hints(found.problem),
         beyond=beyond,
         beyond_shown=shown,
+        asked=told_of,
         command=command or f"lure report {shlex.quote(system.name)}",
         versions={"lure": __version__, "python": platform.python_version()}
         | {name: version(name) for name in PACKAGES},

@@ -67,7 +67,11 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     keys: tuple[str, ...] = ("name", "title", "source", "block", "case", "class")
     keys += tuple(key for key in ("channels", "repeated", "classes", "map") if key in found)
     system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
-    return ({"beyond": report.beyond} if report.beyond else {}) | {
+    found["not_shown"] = [_left(text, report) for text in found["not_shown"]]
+    more: dict[str, Any] = {"beyond": report.beyond} if report.beyond else {}
+    if report.asked:
+        more["asked"] = {name: answer.to_dict() for name, answer in report.asked.items()}
+    return more | {
         "schema": SCHEMA,
         "system": system,
         "conclusion": {key: found[key] for key in _KEYS.split()},
@@ -80,6 +84,18 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
         "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(about, found)},
         "versions": dict(report.versions),
     }
+
+
+_SHOWN = {"rate": "a rate of decay, ", "gain": "anything about external inputs"}
+
+
+def _left(text: str, report: LoopReport) -> str:
+    """What is not shown, without the answers to what was asked."""
+    for name in report.asked:
+        text = text.replace(
+            _SHOWN.get(name, "\0"), "" if name == "rate" else "more about external inputs than the gain"
+        )
+    return text
 
 
 def transformation(about: Problem) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_resp
 from lure.analysis.questions import StabilityBound
 from lure.analysis.questions.problem import OneChannel, Plant
 from lure.analysis.questions.table import class_name
+from lure.analysis.report.loop.asked import pictures
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.verdict import Verdict, Witness
@@ -68,7 +69,8 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
         specs = [*_map(report), reach, *_channels(report)]
     else:
         specs = [reach, _nyquist(report), *_popov(report), *_response(report), *_counterexamples(block, rows)]
-    return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
+    whole = [*pictures(report.asked), *specs]
+    return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in whole)
 
 
 def _map(report: LoopReport) -> Iterator[FigureSpec]:

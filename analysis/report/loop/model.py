@@ -34,6 +34,11 @@ class LoopReport(Record):
         default="",
     )
     beyond_shown: Proved | None = quantity("What the checker accepted of it", label="", default=None)
+    asked: Mapping[str, Any] = quantity(
+        "The answers to what ``[report]`` asks beside stability, by name: gain, rate, region",
+        label="",
+        default_factory=dict,
+    )
     trajectories: tuple[Trajectory, ...] = quantity(
         "A few simulated solutions, ``sigma`` and ``mu`` over time: of the given nonlinearity, or of members of the "
         "class "
@@ -52,12 +57,17 @@ class LoopReport(Record):
 
     def __str__(self) -> str:
         lines = [f"Observed: {text}" for text in self.observed] + [f"Hint: {text}" for text in self.hints]
-        return "\n\n".join([str(self.analysis), *[self.beyond] * bool(self.beyond), *lines])
+        return "\n\n".join(
+            [str(self.analysis), *[self.beyond] * bool(self.beyond), *map(str, self.asked.values()), *lines]
+        )
 
     @property
     def certificates(self) -> tuple[Checked, ...]:
-        """What the checker accepted, of the loop and of that which it approximates."""
-        return (*self.analysis.certificates, *([] if self.beyond_shown is None else [self.beyond_shown]))
+        """What the checker accepted, of the loop, of that which it approximates and of what is asked beside."""
+        from lure.analysis.report.loop.asked import accepted
+
+        beyond = [] if self.beyond_shown is None else [self.beyond_shown]
+        return (*self.analysis.certificates, *beyond, *accepted(self.asked))
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """One bar a class; see :meth:`lure.analysis.questions.LoopAnalysis.plot`.

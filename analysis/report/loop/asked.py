@@ -1,0 +1,80 @@
+"""What a report is asked beside stability: a gain, a rate, a region; one row each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+from lure.analysis.certificates.checker import Checked
+from lure.analysis.questions import decay_rate, l2_gain
+from lure.analysis.questions.regions import region
+from lure.analysis.report.parts import FigureSpec
+from lure.extensions import extension
+from lure.files.system import LoopSystem
+
+_GAIN = (
+    "Grey and black: linear members, in floating point. Blue: what the gain of no member exceeds, linear or not, for "
+    "any disturbance of finite energy."
+)
+
+
+class Row(NamedTuple):
+    """A question: its title, who answers it about a system, and the caption of the figure."""
+
+    title: str
+    answer: Callable[..., Any]
+    caption: str = ""
+
+
+ASKED: Mapping[str, Row] = {
+    "gain": Row("How much of a disturbance comes through", l2_gain, _GAIN),
+    "rate": Row("How fast every solution decays", decay_rate),
+    "region": Row("From where the loop recovers", region),
+}
+
+
+def answers(system: LoopSystem, seconds: float | None) -> dict[str, Any]:
+    """The answers to what a system asks, by name.
+
+    Parameters
+    ----------
+    system : LoopSystem
+        The system.
+    seconds : float or None
+        Time allowed to each.
+
+    Raises
+    ------
+    InputError, AssumptionError
+        A question cannot be asked of this system.
+    """
+    return {name: ASKED[name].answer(system, seconds=seconds) for name in system.ask}
+
+
+def accepted(found: Mapping[str, Any]) -> Iterator[Checked]:
+    """What the checker accepted of the answers.
+
+    Parameters
+    ----------
+    found : Mapping
+        From :func:`answers`.
+    """
+    for one in found.values():
+        sides = (getattr(one, "proof", None), getattr(one, "refutation", None))
+        yield from (side for side in sides if side is not None)
+
+
+def pictures(found: Mapping[str, Any]) -> Iterator[FigureSpec]:
+    """The figures of the answers that have one.
+
+    Parameters
+    ----------
+    found : Mapping
+        From :func:`answers`.
+    """
+    for name, one in found.items():
+        draw = extension("drawing", one)
+        if draw is not None:
+            title, _, caption = ASKED[name]
+            yield FigureSpec(name=name, section="asked", title=title, caption=caption, draw=partial(draw, one))
