@@ -20,7 +20,7 @@ from lure.analysis.numerics.semidefinite import Block, proposed, roughly, symmet
 from lure.arrays import NDArray, np
 
 MOST_STATES = 12  # beyond it programmes over samples are faster
-_ROUNDS, _ROUGH, _ENOUGH, _LARGEST_THETA = 12, 0.03, 1e-4, 1e4
+_ROUNDS, _ROUGH, _ENOUGH, _FAR, _LARGEST_THETA = 12, 0.03, 1e-4, 1e-3, 1e4
 
 
 def applies(cone: KernelCone) -> bool:
@@ -50,7 +50,7 @@ def largest(
     most : float
         More is not asked.
     """
-    best, last, margin = Found.none(len(cone.odd)), Found.none(len(cone.odd)), np.inf
+    best, last, margin, farthest = Found.none(len(cone.odd)), Found.none(len(cone.odd)), np.inf, 0.0
     factor = cone.reached(last, widths, start, (best.factor, most), rough=True) or start
     for _ in range(_ROUNDS):
         checkpoint()
@@ -60,6 +60,9 @@ def largest(
             break
         last, margin = found
         reached = cone.reached(last, widths, factor, (best.factor, most), rough=rough)
+        farthest = max(farthest, reached)
+        if rough and reached >= most:
+            reached, rough = cone.reached(last, widths, most, (best.factor, most)), False
         if not rough:
             best = last._replace(factor=reached) if reached > best.factor else best
             if abs(margin) < _ENOUGH or best.factor >= most:
@@ -67,6 +70,8 @@ def largest(
         if reached == 0:
             break
         factor = reached
+    if best.factor < farthest * (1 - _FAR):
+        return cone.largest(widths, best.factor or start, most)
     return cone.remember(best)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from lure.analysis.questions.problem import Problem
 
 _DIRECTIONS = (-5.0, -2.5, -1.0, 0.0, 1.0, 2.5, 5.0)  # powers of 2 of k2/k1, beside that of the classes asked about
+_FEW = (-2.5, 0.0, 2.5)  # of gains that change slowly, which take seconds each
 
 
 _UNIT = "unit of phi / unit of sigma"
@@ -109,7 +110,11 @@ def _outer(corners: list[tuple[float, float]], sign: int) -> tuple[tuple[float, 
 
 
 def stability_map(
-    problem: Problem, *, seconds: float | None = None, progress: Callable[[str, float], None] | None = None
+    problem: Problem,
+    *,
+    known: Sequence[StabilityBound] = (),
+    seconds: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
 ) -> StabilityMap | None:
     """The map of a problem with two channels, ray by ray; None where it has no two different nonlinearities.
 
@@ -117,6 +122,8 @@ def stability_map(
     ----------
     problem : Problem
         About one class, or largest ones.
+    known : sequence of StabilityBound
+        Complete answers about the same plant, one of which may be that of a ray.
     seconds : float or None
         Time allowed; the rays that were followed until then are the map.
     progress : callable, optional
@@ -127,7 +134,8 @@ def stability_map(
     if problem.classes.rectified:  # ReLUs of smaller slopes are others
         return None
     k1, k2 = problem.classes.upper
-    directions = [(k1 * Fraction(2 ** max(-e, 0.0)), k2 * Fraction(2 ** max(e, 0.0))) for e in _DIRECTIONS]
+    along = _DIRECTIONS if all(one.rate is None for one in problem.classes.classes) else _FEW
+    directions = [(k1 * Fraction(2 ** max(-e, 0.0)), k2 * Fraction(2 ** max(e, 0.0))) for e in along]
     rays, tell = list[Ray](), progress or (lambda _step, _done: None)
     with time_limit(seconds) as over:
         for i, direction in enumerate(directions):
@@ -135,7 +143,8 @@ def stability_map(
                 break
             tell(f"map of (k1, k2), direction {i + 1} of {len(directions)}", i / len(directions))
             classes = _towards(problem.classes, direction)
-            found = answer(replace(problem, classes=classes, kind="sector", known=()))
+            same = [row for row in known if row.classes == classes and row.stopped is None]
+            found = same[0] if same else answer(replace(problem, classes=classes, kind="sector", known=()))
             rays.append(_ray(direction, cast("StabilityBound", found)))
     lower = problem.classes.lower
     return StabilityMap(lower=(lower[0], lower[1]), asked=(k1, k2), rays=tuple(rays))

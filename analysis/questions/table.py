@@ -467,6 +467,7 @@ def _of_channels(problem: Problem, seconds: float | None, progress: Progress | N
             "the map",
             lambda: stability_map(
                 problem,
+                known=rows,
                 seconds=None if seconds is None else (1 - share) * seconds,
                 progress=lambda step, done: tell(step, share + (1 - share) * done),
             ),
