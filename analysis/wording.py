@@ -199,7 +199,8 @@ def counterexample(shown: Refuted) -> str:
         return f"phi = k(t) sigma with k(t) between {_near(min(gains))} and {_near(max(gains))}, over and over again"
     if method == "flow-orbit":
         period = sum(map(Fraction, proof["durations"])) * (2 if proof["half"] else 1)
-        return f"{_graph(proof)}, period {float(period):.7g} s"
+        graphs = [_graph(one) for one in proof.get("nonlinearities", [proof])]
+        return f"{'; '.join(graphs)}, period {float(period):.7g} s"
     if method == "orbit":
         return _graph(proof)
     return "a nonlinearity of the class"
@@ -213,6 +214,8 @@ def _graph(proof: Mapping[str, Any]) -> str:
     """A piecewise linear nonlinearity: the dead zone and the saturation by name, others by their corners."""
     points = sorted((Fraction(x), Fraction(w)) for x, w in proof["points"])
     left, right = Fraction(proof["left"]), Fraction(proof["right"])
+    if len(points) == 1 and left == right:
+        return f"phi = {_near(left)} sigma"
     inner = [(w - v) / (x - y) for (y, v), (x, w) in pairwise(points)]
     (first, at_first), (last, at_last) = points[0], points[-1]
     if left == right and first == -last and at_first == -at_last and len(set(inner)) == 1:

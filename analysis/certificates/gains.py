@@ -48,6 +48,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
         return linear_members(H, asked, proof)
     if method == "delayed-gains":
         return 1, delayed(H, asked, proof)
+    if method == "flow-orbit":
+        return 1, oscillation(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
     _, data, *growth = fields(proof, "method", "gains", *["growth"] * ("growth" in proof))
     gains = member(data, asked, bool(growth))
@@ -345,3 +347,50 @@ def ramped(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     need(None not in closed.values(), "1 + H(inf) G is singular for some of the gains", exact.IllPosed)
     steps = [(closed[tuple(a)], t, *([closed[tuple(b)]] if a != b else [])) for a, b, t in zip(rows, following, times)]
     return states.grows(steps, integer(squarings, 0, 64), integer(bits, 64, 4096))
+
+
+def oscillation(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """An orbit of the loop with piecewise linear ``phi_i``, one for each block, near the given one.
+
+    On a stay ``phi = K sigma + q``, so that ``sigma = (1 + D K)^-1 (C x - D q)`` and ``x' = A x - B (K sigma + q)``; at
+    its end one ``sigma_i`` is on a kink, where both stays give the same ``sigma``.
+    """
+    _, given, pieces, *rest = fields(proof, "method", "nonlinearities", *states.FLOW_ORBIT.split()[4:])
+    form(isinstance(pieces, list) and bool(pieces), "there are no pieces")
+    need(not H.discrete and not asked.operators, "orbits of flows are for continuous time, and for functions")
+    X0, times, half, Y, r = states.orbit_numbers(rest, pieces, len(H.A))
+    form(isinstance(given, list) and len(given) == len(asked.blocks), "one nonlinearity is needed for each block")
+    lines = list[Any]()
+    for block, one in zip(asked.blocks, given):
+        phi, family = states.piecewise(*fields(one, "points", "left", "right")), asked.families[block[0]]
+        need(phi.member(family._replace(odd=family.odd or half)), "a nonlinearity is not in its class, or not odd")
+        lines += [phi.lines] * len(block)
+    form(all(isinstance(row, list) and len(row) == len(lines) for row in pieces), "a stay has a piece in each channel")
+    path = [[integer(p, 0, len(own) - 1) for p, own in zip(row, lines)] for row in pieces]
+    path += [[len(own) - 1 - p for p, own in zip(path[0], lines)] if half else path[0]]
+    switches = [[(i, max(a, b)) for i, (a, b) in enumerate(zip(p, q)) if a != b] for p, q in pairwise(path)]
+    ends = [row[0] for row in switches if len(row) == 1]
+    steps = all(abs(a - b) <= 1 for p, q in pairwise(path) for a, b in zip(p, q))
+    need(len(ends) == len(pieces) and steps, "the pieces do not follow one another, in one channel after the other")
+    flows, stays = dict[tuple[int, ...], tuple[Rows, Rows]](), list[states.Stay]()
+    for j, (at, (i, kink), last) in enumerate(zip(path, [ends[-1], *ends], ends)):
+        if tuple(at) not in flows:
+            flows[tuple(at)] = affine(H, [own[p] for own, p in zip(lines, at)], X0[-1])
+        G, sigma = flows[tuple(at)]
+        level = lines[i][kink][0] * (-1 if half and not j else 1)
+        sides = [(own[p][0] if p else -INF, own[p + 1][0] if p + 1 < len(own) else INF) for own, p in zip(lines, at)]
+        watched = [(row, side, k == i, k == last[0]) for k, (row, side) in enumerate(zip(sigma, sides))]
+        stays.append(states.Stay(G, [*sigma[i][:-1], sigma[i][-1] - level / X0[-1]], watched))
+    return states.periodic(stays, (X0, times), Y, r, -1 if half else 1)
+
+
+def affine(H: Plant, lines: Any, e: Fraction) -> tuple[Rows, Rows]:
+    """``X' = G X`` and ``sigma``, from ``X = (x, e)``, where ``phi_i = w_i + k_i (sigma_i - x_i)``."""
+    gains, shifts = [k for *_, k in lines], [(w - k * x) / e for x, w, k in lines]
+    left = [[(i == j) + v * k for j, (v, k) in enumerate(zip(row, gains))] for i, row in enumerate(H.D)]
+    sigma = exact.eliminated(left, [[*row, -dot(d, shifts)] for row, d in zip(H.C, H.D)])
+    need(sigma is not None, "1 + D K is singular on a stay", exact.IllPosed)
+    assert sigma is not None
+    phi = [[*(k * v for v in row[:-1]), k * row[-1] + q] for row, k, q in zip(sigma, gains, shifts)]
+    rows = [[v - dot(b, column) for v, column in zip([*a, ZERO], zip(*phi))] for a, b in zip(H.A, H.B)]
+    return [*rows, [ZERO] * len(rows[0])], sigma

@@ -10,7 +10,7 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, Literal, cast
 
-from flint import arb, arb_mat, fmpq_poly
+from flint import arb, fmpq_poly
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.balls import Ball, exponential, product
@@ -21,7 +21,8 @@ from lure.analysis.certificates.drafts import Failure, complete_and_check, guard
 from lure.analysis.certificates.growth import growth_proof
 from lure.analysis.certificates.states import classes, flow_orbit, gained
 from lure.analysis.certificates.systems import system_of, text, texts
-from lure.analysis.counterexamples.linear import Realisation, balls, growing_gains
+from lure.analysis.counterexamples.channel_orbits import LADDER, SHARES, Course
+from lure.analysis.counterexamples.linear import Realisation, growing_gains
 from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, refined
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.delay import Delayed
@@ -151,11 +152,6 @@ def _short(value: Fraction) -> Fraction:
 
 # Proofs for certificates that a loop with a piecewise-linear nonlinearity oscillates, from the record of an orbit.
 
-LADDER = (256, 512, 1024, 2048, 4096)
-SHARES = (Fraction(5, 8), Fraction(1, 2), Fraction(3, 8))
-POLISHING = 12
-INVERSE_BITS = 48
-
 
 def flow_orbit_proof(
     system: Mapping[str, Any], nonlinearities: Mapping[str, Any], record: Mapping[str, object]
@@ -203,9 +199,14 @@ def flow_orbit_proof(
         "right": text(right),
         "pieces": list(orbit.pieces),
     }
+    path = [*orbit.pieces, loop.mirrored(orbit.pieces[0]) if orbit.half else orbit.pieces[0]]
+    exits = [loop.levels[min(p, q)] for p, q in pairwise(path)]
+    entries = [-exits[-1] if orbit.half else exits[-1], *exits[:-1]]
+    stays = [(loop.generators[p], (*linear.c, -y)) for p, y in zip(orbit.pieces, entries, strict=True)]
+    course = Course(stays, orbit.state, orbit.durations, orbit.half)
     last = Rejected("no number of bits was tried")
     for bits in LADDER:
-        numbers = _numbers(loop, orbit, bits)
+        numbers = course.numbers(bits)
         for share in SHARES:
             proof = {**nonlinearity, **numbers, "radius": text(Fraction(1, 2 ** int(bits * share))), "bits": bits}
             try:
@@ -221,55 +222,6 @@ def _itinerary(record: Mapping[str, object]) -> Itinerary:
     durations, state = (tuple(map(Fraction, cast("list[float]", record[name]))) for name in ("durations", "state"))
     pieces = tuple(cast("list[int]", record["pieces"]))
     return Itinerary(pieces=pieces, durations=durations, state=state, half=bool(record["half"]))
-
-
-def _numbers(loop: PiecewiseLoop, orbit: Itinerary, bits: int) -> dict[str, Any]:
-    """State and durations to so many bits after the point, and the inverse of the Jacobian there."""
-    n = loop.system.order
-    with working_precision(2 * bits):
-        unknowns = [ball(v) for v in (*orbit.state, *orbit.durations)]
-        for _ in range(POLISHING):
-            shot = _shot(loop, orbit, unknowns)
-            m = len(unknowns)
-            misses, jacobian = (
-                arb_mat([[shot[i, j] for j in columns] for i in range(m)]).mid() for columns in ([0], range(1, m + 1))
-            )
-            inverse = jacobian.inv().mid()
-            step = inverse * misses
-            unknowns = [(u - step[i, 0]).mid() for i, u in enumerate(unknowns)]
-            if max(abs(step[i, 0]) for i in range(m)) < arb(2) ** -(bits + 8):
-                break
-        size = max(sum((abs(jacobian[i, j]) for j in range(m)), arb(0)) for i in range(m))
-        digits = max(0, INVERSE_BITS + round(float(size)).bit_length())
-        exact = [_rounded(exact_midpoint(u), bits) for u in unknowns]
-        rows = [[text(_rounded(exact_midpoint(inverse[i, j]), digits)) for j in range(m)] for i in range(m)]
-    return {"durations": texts(exact[n:]), "state": texts(exact[:n]), "half": orbit.half, "inverse": rows}
-
-
-def _rounded(value: Fraction, bits: int) -> Fraction:
-    """The nearest multiple of ``2^-bits``."""
-    return Fraction(round(value * 2**bits), 2**bits)
-
-
-def _shot(loop: PiecewiseLoop, orbit: Itinerary, unknowns: list[arb]) -> arb_mat:
-    """``[F, F']`` at first state and durations: what closure and levels miss, and the derivative."""
-    n, sign = loop.system.order, -1 if orbit.half else 1
-    path = [*orbit.pieces, loop.mirrored(orbit.pieces[0]) if orbit.half else orbit.pieces[0]]
-    exits = [loop.levels[min(p, q)] for p, q in pairwise(path)]
-    m = len(unknowns)
-    start = [*unknowns[:n], arb(1)]
-    first = arb_mat([[x, *(arb(int(i == j < n)) for j in range(m))] for i, x in enumerate(start)])
-    Z, rows = first, []
-    for i, (piece, level) in enumerate(zip(orbit.pieces, [sign * exits[-1], *exits], strict=False)):
-        G, t = balls(loop.generators[piece]), unknowns[n + i]
-        row = balls([[*loop.system.c, -level]]) * Z
-        rows.append([row[0, j] for j in range(m + 1)])
-        Z = (G * t).exp() * Z
-        push = G * Z
-        for j in range(n):
-            Z[j, n + 1 + i] += push[j, 0]
-    closing = [[Z[i, j] - sign * first[i, j] for j in range(m + 1)] for i in range(n)]
-    return arb_mat(closing + rows)
 
 
 Block = RationalPlant | DelayPlant | StateSpace

@@ -135,6 +135,12 @@ class Graph(NamedTuple):
     knots: list[tuple[Fraction, Fraction]]
     slopes: list[Fraction]
 
+    @property
+    def lines(self) -> list[tuple[Fraction, Fraction, Fraction]]:
+        """Of each piece a point and the slope; the points of all but the first are where it begins."""
+        sides = zip(self.knots, self.slopes, self.slopes[1:])
+        return [(*self.knots[0], self.slopes[0]), *((x, w, k) for (x, w), h, k in sides if h != k)]
+
     def at(self, x: Fraction) -> Fraction:
         """``phi(x)``."""
         i = bisect_left(self.knots, x, key=lambda knot: knot[0])
@@ -354,42 +360,74 @@ def orbit(system: Any, family: Family, proof: Any, critical: bool) -> dict[str, 
 
 
 def flow_orbit(realised: Any, family: Family, proof: Any) -> dict[str, str]:
-    """An orbit ``X' = G_i X``, ``X = (x, e)``, over the pieces of phi, near the given one, by a contraction.
-
-    First state and durations ``z`` solve ``F(z) = (x_m -+ x_0, c x_(i-1) - level_i) = 0``.  Let ``|Y F| <= Y0`` at the
-    given ``z`` and ``|1 - Y F'| <= Z1 < 1`` within ``r`` of it (maximum norm), ``Y0 + Z1 r < r``: then ``z - Y F(z)``
-    maps that ball into itself and contracts, ``Y`` is regular and the fixed point a zero.  Balls of radius 0 and ``r``
-    go through the pieces; ``|exp(G (t + q)) - exp(G t)| <= 2 |G q| |exp(G t)|`` if ``|G q| <= 1``.
-    """
-    points, left, right, pieces, durations, state, half, inverse, radius, bits = fields(proof, *FLOW_ORBIT.split())[1:]
-    (A, b, c, d), phi, bits, n = (realised, piecewise(points, left, right), integer(bits, 64, 4096), len(realised[1]))
-    form(isinstance(pieces, list) and type(half) is bool and isinstance(inverse, list), "pieces or half is missing")
-    x0, times, r, sign = numbers(state, n), numbers(durations, len(pieces)), number(radius), -1 if half else 1
-    form(len(inverse) == n + len(times) <= 400, "the inverse is square, of order up to 400")
-    Y, bounds = ball([numbers(row, n + len(times)) for row in inverse], bits), list[list[int]]()
+    """An orbit over the pieces of phi, near the given one."""
+    points, left, right, pieces, *rest = fields(proof, *FLOW_ORBIT.split())[1:]
+    (A, b, c, d), phi, n = realised, piecewise(points, left, right), len(realised[1])
+    X0, times, half, Y, r = orbit_numbers(rest, pieces, n)
     need(
         phi.member(family._replace(odd=family.odd or half)),
         "the nonlinearity is not in the class, or half needs an odd one",
     )
     need(all(1 + d * k > 0 for k in phi.slopes), "1 + slope H(inf) > 0 is needed on every piece")
-    kinks = [(x, w, k) for (x, w), h, k in zip(phi.knots, phi.slopes, phi.slopes[1:]) if h != k]
+    kinks, sign, e = phi.lines[1:], -1 if half else 1, X0[-1]
     levels = [-INF, *(x + d * w for x, w, _ in kinks), INF]  # of y = c x = sigma + d phi, which tells the pieces
     path = [integer(p, 0, len(kinks)) for p in pieces] + [len(kinks) - pieces[0] if half else pieces[0]]
     need(all(abs(p - q) == 1 for p, q in pairwise(path)), "the pieces do not follow one another")
     entries = [sign * levels[max(path[-2:])], *(levels[max(p, q)] for p, q in pairwise(pieces))]
-    lines = [(*phi.knots[0], phi.slopes[0]), *kinks]  # sigma, phi, slope
-    e = Fraction(2 ** int(max(map(abs, x0))).bit_length())  # any number > 0; of about the size of the state
-    forces = [[k * v / (1 + d * k) for v in c] + [(w - k * x) / (1 + d * k) / e] for x, w, k in lines]  # phi = f X
+    forces = [[k * v / (1 + d * k) for v in c] + [(w - k * x) / (1 + d * k) / e] for x, w, k in phi.lines]  # phi = f X
     closed = [[*gained([[*row, ZERO] for row in A], b, f), [ZERO] * (n + 1)] for f in forces]
-    stays = [(closed[p], t, levels[p : p + 2]) for p, t in zip(pieces, times)]
-    need(all(0 < 4 * r < t and r * size(G) <= 1 for G, t, _ in stays), "the radius must be positive and small")
+    stays = [
+        Stay(closed[p], [*c, -level / e], [([*c, ZERO], levels[p : p + 2], True, True)])
+        for p, level in zip(pieces, entries)
+    ]
+    return periodic(stays, (X0, times), Y, r, sign)
+
+
+class Stay(NamedTuple):
+    """``X' = G X``, ``entry X = 0`` at the start; of each row between which sides ``row X`` lies.
+
+    And whether it is on one of them at the start, and at the end.
+    """
+
+    G: Any
+    entry: Any
+    watched: list[tuple[Any, Any, bool, bool]]
+
+
+def orbit_numbers(data: Any, pieces: Any, n: int) -> tuple[Any, Any, bool, Ball, Fraction]:
+    """First state with ``e``, durations, whether they make half a period, the inverse and the radius.
+
+    ``e`` is any number > 0; it is of about the size of the state.
+    """
+    durations, state, half, inverse, radius, bits = data
+    form(isinstance(pieces, list) and type(half) is bool and isinstance(inverse, list), "pieces or half is missing")
+    x0, times, r = numbers(state, n), numbers(durations, len(pieces)), number(radius)
+    form(len(inverse) == n + len(times) <= 400, "the inverse is square, of order up to 400")
+    Y = ball([numbers(row, n + len(times)) for row in inverse], integer(bits, 64, 4096))
+    return [*x0, Fraction(2 ** int(max(map(abs, x0))).bit_length())], times, half, Y, r
+
+
+def periodic(stays: list[Stay], start: Any, Y: Ball, r: Fraction, sign: int) -> dict[str, str]:
+    """An orbit ``X' = G_i X``, ``X = (x, e)``, over stays, near given first state and durations, by a contraction.
+
+    They, ``z``, solve ``F(z) = (x_m - sign x_0, entry_i X_(i-1)) = 0``.  Let ``|Y F| <= Y0`` at the
+    given ``z`` and ``|1 - Y F'| <= Z1 < 1`` within ``r`` of it (maximum norm), ``Y0 + Z1 r < r``: then ``z - Y F(z)``
+    maps that ball into itself and contracts, ``Y`` is regular and the fixed point a zero.  Balls of radius 0 and ``r``
+    go through the pieces; ``|exp(G (t + q)) - exp(G t)| <= 2 |G q| |exp(G t)|`` if ``|G q| <= 1``.
+    """
+    (X0, times), bits, bounds = start, Y.bits, list[list[int]]()
+    n, starts = len(X0) - 1, list[Ball]()
+    need(
+        all(0 < 4 * r < t and r * size(one.G) <= 1 for one, t in zip(stays, times)),
+        "the radius must be positive and small",
+    )
     unit = [*identity(n, n + len(times)), [ZERO] * (n + len(times))]
     for q in (ZERO, r):
-        first = ball([[v, *row] for v, row in zip([*x0, e], unit)], bits)
+        first = ball([[v, *row] for v, row in zip(X0, unit)], bits)
         Z = first = first._replace(error=first.error + int(q * 2**bits) + 1)  # [X_i, X_i']
-        starts, rows = list[Ball](), list[Ball]()
-        for j, ((G, t, _), level) in enumerate(zip(stays, entries), n + 1):
-            starts, rows = [*starts, Z], [*rows, product(ball([[*c, -level / e]], bits), Z)]
+        starts, rows = [], list[Ball]()
+        for j, ((G, entry, _), t) in enumerate(zip(stays, times), n + 1):
+            starts, rows = [*starts, Z], [*rows, product(ball([entry], bits), Z)]
             E = exponential(G, t, bits)
             Z = product(E._replace(error=E.error + int(2 * size(G) * q * norm(E)) + 1), Z)
             push = product(ball(G, bits), Z)
@@ -403,24 +441,29 @@ def flow_orbit(realised: Any, family: Family, proof: Any) -> dict[str, str]:
             row[i + 1] -= 2**bits
         bounds.append([max(sum(map(abs, row[s])) for row in P.rows) + P.error for s in (slice(1), slice(1, None))])
     need(bounds[0][0] + bounds[1][1] * r < r * 2**bits, "no contraction near the given orbit")
-    for (G, t, sides), X in zip(stays, starts):
+    for one, t, X in zip(stays, times, starts):
         X = X._replace(rows=[row[:1] for row in X.rows])
-        need(inside(G, c, X, (t, r), sides), "y is not shown to stay on a piece")
-    return {"orbit": f"a periodic motion; {len(times)} switches of the piece make {'half a' if half else 'a'} period"}
+        for seen in one.watched:
+            need(inside(one.G, X, (t, r), seen), "y is not shown to stay on a piece")
+    return {
+        "orbit": f"a periodic motion; {len(times)} switches of the piece make {'half a' if sign < 0 else 'a'} period"
+    }
 
 
-def inside(G: Any, c: Any, X: Ball, stay: Any, sides: Any) -> bool:
-    """Whether ``y = c exp(G s) X`` is between the sides for ``0 < s < t'``, ``|t' - t| <= r``, if on one at both.
+def inside(G: Any, X: Ball, stay: Any, seen: Any) -> bool:
+    """Whether ``y = row exp(G s) X`` is between the sides for ``0 < s < t'``, ``|t' - t| <= r``.
 
-    On a step ``y(h q) = sum a_j q^j``, ``0 <= q <= 1``, ``a_j = c (G h)^j/j! X``.  The terms from ``m`` on add up to at
-    most ``2 |c (G h)^m/m!| |X|``, as ``|exp(G s)| <= 2``, and those of ``y'`` to ``m`` times that.  Steps are halved.
+    It is known whether it is on one of them at the start and at the end.
+    On a step ``y(h q) = sum a_j q^j``, ``0 <= q <= 1``, ``a_j = row (G h)^j/j! X``.  The terms from ``m`` on add up to
+    at most ``2 |row (G h)^m/m!| |X|``, as ``|exp(G s)| <= 2``, and those of ``y'`` to ``m`` times that.  Steps are
+    halved.
     """
-    (t, r), steps, pending = stay, dict[int, Any](), [(0, 0, X)]
+    (t, r), (seen_by, sides, starts, ends), steps, pending = stay, seen, dict[int, Any](), [(0, 0, X)]
     low, high = (side if abs(side) == INF else side * 2**X.bits for side in sides)
     while pending:
         k, i, X = pending.pop()  # the i-th of 2^k steps
         if k not in steps:
-            h, rows = Fraction(math.ceil((t / 2**k + r) * 2**96), 2**96), [[*c, ZERO]]
+            h, rows = Fraction(math.ceil((t / 2**k + r) * 2**96), 2**96), [seen_by]
             fine = bool(2 * size(G) * h <= 1 and r < t / 2**k)
             for j in range(1, TERMS + 1 if fine else 1):
                 rows.append([h / j * dot(rows[-1], column) for column in zip(*G)])
@@ -432,8 +475,9 @@ def inside(G: Any, c: Any, X: Ball, stay: Any, sides: Any) -> bool:
             (y, v, *more), e = [row[0] for row in P.rows], P.error
             turn = sum(j * (abs(a) + e) for j, a in enumerate(more, 2)) + (rest * norm(X) >> 64) + 1
             rises, falls = v - e > turn, v + e < -turn  # |y'(q) - v| <= turn, 2 |y(q) - y - v q| <= turn
-            above = y - e + min(0, v - e) - turn > low or (i == 0 and rises) or (i == 2**k - 1 and falls)
-            below = y + e + max(0, v + e) + turn < high or (i == 0 and falls) or (i == 2**k - 1 and rises)
+            first, last = starts and i == 0, ends and i == 2**k - 1
+            above = y - e + min(0, v - e) - turn > low or (first and rises) or (last and falls)
+            below = y + e + max(0, v + e) + turn < high or (first and falls) or (last and rises)
             if above and below:
                 continue
         if k == DEEPEST:

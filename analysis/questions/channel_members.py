@@ -1,4 +1,4 @@
-"""Linear members with operators, and members with a large gain: what they refute, as checked."""
+"""Linear members with operators, members with a large gain, piecewise linear ones: what they refute, as checked."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import math
 from fractions import Fraction
 from typing import Any
 
+from lure.analysis.certificates.channels import Plant
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.systems import texts
+from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_gains import GainSearch
+from lure.analysis.counterexamples.channel_orbits import proofs
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
@@ -21,6 +24,9 @@ from lure.errors import AssumptionError
 
 _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _SHAPES, _LARGEST = 3, 1e6
+_NEAR = 1e-4
+_MOST_STATES, _MOST_CHANNELS, _STARTS, _KEPT, _BEYOND = 20, 6, 40, 2, 30.0  # of the search for periodic solutions
+_HALVES, _WHOLE = (1, 3, 5, 7), (0, 1, 2, 3, 4)
 
 
 def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
@@ -190,3 +196,47 @@ def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
         if shown is not None:
             return alpha, shown
     return None
+
+
+def orbits_refuting(
+    asked: Problem, known: Fraction, most: float, *, whole: bool = False
+) -> tuple[Fraction, Refuted] | None:
+    """The smallest factor above what is known and below ``most`` with a periodic solution of piecewise linear members.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    known : Fraction
+        A factor up to which there is none.
+    most : float
+        The largest factor of interest.
+    whole : bool
+        Whether as a refutation of the classes as they are given.
+    """
+    classes, H = asked.classes, channel_plant(asked.plant)
+    each = [classes.classes[block[0]] for block in classes.blocks]
+    if H.dt is not None or classes.operators or classes.rectified or H.order > _MOST_STATES:
+        return None
+    if len(classes.classes) > _MOST_CHANNELS or all(one.linear or one.time_varying for one in each):
+        return None  # gains that switch do more than members that do not depend on time
+    lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
+    A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
+    top = most if math.isfinite(most) else _BEYOND * max(float(known), float(classes.least), 1e-3)
+    searches: list[tuple[tuple[int, ...], list[bool]]] = [(_HALVES, [True] * len(each))]
+    if not all(one.odd for one in each):
+        searches.append((_WHOLE, [one.odd for one in each]))
+    kinks, found = [0 if one.linear else 1 for one in each], list[tuple[Fraction, Refuted]]()
+    for harmonics, odd in searches:
+        balance = Balance(*H.doubles(), lower, upper, classes.blocks, odd, harmonics, kinks)
+        for finer, wave in balance.found(_STARTS, top)[:_KEPT]:
+            if not float(known) < wave.alpha < top * (1 - _NEAR):
+                continue
+            for alpha, proof in proofs(finer, wave, Plant(A, B, C, D, discrete=False), classes.lower, classes.upper):
+                factor = Fraction(1) if whole else alpha
+                shown = refutation(asked, factor, proof) if known < alpha < top else None
+                if shown is not None:
+                    found.append((factor, shown))
+                    top = float(alpha)
+                    break
+    return min(found, key=lambda one: one[0], default=None)

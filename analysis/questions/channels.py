@@ -20,7 +20,7 @@ from lure.analysis.certificates.drafts import Failure, checked, contains, guarde
 from lure.analysis.certificates.systems import class_entries
 from lure.analysis.inequality.shifted_loop import LARGEST
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
-from lure.analysis.questions.channel_members import members_refuting
+from lure.analysis.questions.channel_members import members_refuting, orbits_refuting
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
@@ -47,6 +47,7 @@ MOVING = ("switched-gains", RAMPS)
 _NO_MULTIPLIER = "no multiplier was found"
 _MOST_ROUTH = 40  # states; beyond them exact arrays take a minute, and come after the criteria
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
+_OPEN = 1e-2  # relative: a gap in which periodic solutions are searched for
 
 
 def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
@@ -87,7 +88,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
     never = against is not None and against[0] == 0
     low = 0.0 if proof is None else double_below(proof[0])
     high = None if against is None else double_above(against[0])
-    jumps = against is not None and against[1].certificate["proof"]["method"] in MOVING
+    jumps = against is not None and against[1].certificate["proof"]["method"] in (*MOVING, "flow-orbit")
     witness = None if against is None else _witness(against[1], double_above(against[0]))
     about = asked.scaled(Fraction(1) if proof is None else proof[0])
     told: tuple[Problem, Proved | Refuted | None] = (about, None if proof is None else proof[1])
@@ -128,18 +129,17 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
 
 
 def _witness(shown: Refuted, factor: float) -> Witness:
-    gains = shown.certificate["proof"]["gains"]
-    method = shown.certificate["proof"]["method"]
-    jumps, moves = method in MOVING, method == RAMPS
+    proof = shown.certificate["proof"]
+    jumps, moves, bends = (m := proof["method"]) in MOVING, m == RAMPS, m == "flow-orbit"
     return Witness(
-        kind="varying gain" if moves else "switched gain" if jumps else "linear gains",
+        kind="varying gain" if moves else "switched gain" if jumps else "periodic orbit" if bends else "linear gains",
         k=factor,
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
-        odd=True,
+        odd=not bends or bool(proof["half"]),
         time_varying=jumps,
         description=f"{counterexample(shown)} {destroys(shown)}",
-        data={"gains": list(gains)},
+        data={name: proof[name] for name in (("nonlinearities", "state", "durations") if bends else ("gains",))},
         refutation=shown,
     )
 
@@ -267,6 +267,12 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
         jumping = guarded("switched gains", search, passing=(TimeoutError,))
         found.against = jumping if isinstance(jumping, tuple) else found.against
 
+    def oscillate() -> None:
+        orbits = guarded(
+            "periodic solutions", partial(orbits_refuting, asked, found.known, most), passing=(TimeoutError,)
+        )
+        found.against = orbits if isinstance(orbits, tuple) else found.against
+
     yield "constant gains", gains
     if found.stopped is None and (found.against is None or found.against[0] != 0):
         most, kind = math.inf if found.against is None else float(found.against[0]), -1
@@ -286,6 +292,9 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
             most = math.inf if found.against is None else float(found.against[0])
         if found.known < most * (1 - _NEAR):
             yield "switched gains", switch
+        most = math.inf if found.against is None else float(found.against[0])
+        if found.known < most * (1 - _OPEN):
+            yield "periodic solutions", oscillate
     found.complete = found.stopped is None
 
 
@@ -406,6 +415,10 @@ def proposals(
         found = switching_refuting(asked, asked.classes.least, 1.0, whole=True)
         return None if found is None else found[1]
 
+    def oscillating() -> Refuted | None:
+        found = orbits_refuting(asked, asked.classes.least, 1.0, whole=True)
+        return None if found is None else found[1]
+
     def whole(criterion: Criterion) -> Proved:
         shown = proved_whole(asked, criterion)
         if shown is None:
@@ -422,6 +435,8 @@ def proposals(
         yield "constant gains", gains
     if not rows and asked.time_varying:
         yield "switched gains", jumping
+    if not rows:
+        yield "periodic solutions", oscillating
     if rows and not larger:
         yield (
             "the largest factor",

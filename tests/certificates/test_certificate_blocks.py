@@ -4,6 +4,7 @@ import math
 from fractions import Fraction as F
 
 import pytest
+from certificate_family import on_both
 
 from lure.analysis.certificates import balls
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
@@ -196,19 +197,17 @@ NEAR = F(1, 10**9)
 def test_a_swing_stays_between_two_sides(start, t, sides, stays):
     G = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]]
     X = balls.ball([[F(start[0])], [F(start[1])], [F(1)]], 128)
-    assert (
-        inside(G, [F(1), F(0)], X, (t, F(1, 10**12)), tuple(x if abs(x) == math.inf else F(x) for x in sides)) is stays
-    )
+    assert inside(G, X, (t, F(1, 10**12)), on_both(tuple(x if abs(x) == math.inf else F(x) for x in sides))) is stays
     if stays:  # in other units of time
         fast = [[7 * v for v in row] for row in G]
         ends = tuple(x if abs(x) == math.inf else F(x) for x in sides)
-        assert inside(fast, [F(1), F(0)], X, (t / 7, F(1, 10**13)), ends)
+        assert inside(fast, X, (t / 7, F(1, 10**13)), on_both(ends))
 
 
 def test_a_swing_known_with_too_large_an_error_stays_nowhere():
     G, X = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]], balls.ball([[F(0)], [F(1)], [F(1)]], 128)
     for error, stays in ((2**100, True), (2**126, False)):
-        assert inside(G, [F(1), F(0)], X._replace(error=error), (F(2), F(1, 10**12)), (F(-1), F(5, 4))) is stays
+        assert inside(G, X._replace(error=error), (F(2), F(1, 10**12)), on_both((F(-1), F(5, 4)))) is stays
     # nor for a time that is not known
-    assert not inside(G, [F(1), F(0)], X, (F(1), F(1)), (F(-1), F(2)))
-    assert not inside(G, [F(1), F(0)], X, (F(1, 4), F(3, 10)), (F(-1), F(2)))
+    assert not inside(G, X, (F(1), F(1)), on_both((F(-1), F(2))))
+    assert not inside(G, X, (F(1, 4), F(3, 10)), on_both((F(-1), F(2))))

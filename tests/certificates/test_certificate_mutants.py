@@ -5,7 +5,7 @@ import math
 from fractions import Fraction as F
 
 import pytest
-from certificate_family import ROD, SCHEME, certificate, changed, delayed, refutation, transfer
+from certificate_family import ROD, SCHEME, certificate, changed, delayed, on_both, refutation, transfer
 
 from lure.analysis.certificates import arithmetic as exact
 from lure.analysis.certificates import balls, blocks, checker, states
@@ -23,7 +23,7 @@ from lure.plants.rational import RationalPlant
 
 SWING = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]]
 DRIFT = [[F(0), F(1), F(0)], [F(0), F(0), F(0)], [F(0), F(0), F(0)]]
-C, ONE = [F(1), F(0)], 2**128
+ONE = 2**128
 
 
 def family(low, high, *, slope=(-INF, INF), endless=(False, False), linear=False):
@@ -105,11 +105,11 @@ def test_one_step_of_a_swing_to_the_last_unit(sign, monkeypatch):
         edge = sign * F(ONE - 2 * e - turn - spare, ONE)
         sides = (edge, INF) if sign > 0 else (-INF, edge)
         r = F(1, 2**90)
-        assert inside(SWING, C, X, (F(1, 2) - r, r), sides) is stays
+        assert inside(SWING, X, (F(1, 2) - r, r), on_both(sides)) is stays
     # and a time known no better than it is long is not known
-    assert not inside(SWING, C, X, (F(1, 4), F(1, 4)), (-F(2), F(2)))
-    assert inside(SWING, C, X, (F(3, 8), F(1, 8)), (-F(2), F(2)))
-    assert not inside(SWING, C, X, (F(1, 2), r), (-F(2), F(2)))  # 2 |G| h > 1
+    assert not inside(SWING, X, (F(1, 4), F(1, 4)), on_both((-F(2), F(2))))
+    assert inside(SWING, X, (F(3, 8), F(1, 8)), on_both((-F(2), F(2))))
+    assert not inside(SWING, X, (F(1, 2), r), on_both((-F(2), F(2))))  # 2 |G| h > 1
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -120,7 +120,7 @@ def test_leaving_a_side_takes_more_speed_than_the_error(sign, monkeypatch):
     sides = (F(0), INF) if sign > 0 else (-INF, F(0))
     for speed, stays in ((266, False), (268, True)):
         X = Ball([[0], [sign * speed], [0]], 0, 128)
-        assert inside(DRIFT, C, X, (F(1, 2) - r, r), sides) is stays
+        assert inside(DRIFT, X, (F(1, 2) - r, r), on_both(sides)) is stays
 
 
 @pytest.mark.parametrize(
@@ -129,8 +129,8 @@ def test_leaving_a_side_takes_more_speed_than_the_error(sign, monkeypatch):
 )
 def test_no_part_of_a_stay_is_left_out(start, peak):
     X = balls.ball([[v] for v in (*start, F(1))], 128)  # y goes up to 1 at one time within 4, and to -1
-    assert inside(SWING, C, X, (F(4), F(1, 10**12)), (F(-2), F(101, 100))), peak
-    assert not inside(SWING, C, X, (F(4), F(1, 10**12)), (F(-2), F(99, 100))), peak
+    assert inside(SWING, X, (F(4), F(1, 10**12)), on_both((F(-2), F(101, 100)))), peak
+    assert not inside(SWING, X, (F(4), F(1, 10**12)), on_both((F(-2), F(99, 100)))), peak
 
 
 def bent(radius, direct=F(0), left="0", right="1"):

@@ -99,6 +99,11 @@ FAR_KERNEL = {"coefficient": "-1/4", "rate": "2", "order": 2, "side": "anticausa
 THREE_BOXES = {"method": "cover", "boxes": [["0", "2"], ["2", "4"], ["4", "7"]], "order": 14}
 
 
+def on_both(sides):
+    """y = x1 of a state (x1, x2, 1), on one of the sides at both ends."""
+    return [Fraction(1), Fraction(0), Fraction(0)], sides, True, True
+
+
 def flow_orbit(direct=Fraction(0), *, half):
     """D + s/(s^2 - s/5 + 1) with a dead zone: energy is fed in while |sigma| < 1, and a periodic motion is left."""
     top = [direct, 1 - direct / 5, direct] if direct else [1, 0]

@@ -21,6 +21,7 @@ from lure.analysis.certificates.second.numerics import (
     to_fraction,
     working_precision,
 )
+from lure.analysis.certificates.second.orbits import Stay, Watched, orbit_numbers, require_periodic
 from lure.analysis.certificates.second.reading import (
     Document,
     NotShown,
@@ -123,6 +124,9 @@ def refuted(document: Document, asked: Asked) -> str:
     if document.proof.get("method") in ("switched-gains", "ramped-gains"):
         _require_growth(document, asked)
         return claims.NO_REST
+    if document.proof.get("method") == "flow-orbit":
+        _require_oscillation(document, asked)
+        return claims.NO_REST
     grows = "growth" in document.proof
     proof = record(document.proof, "method", "gains", *(["growth"] if grows else []))
     require(proof["method"] == "linear-gains", "the method is unknown for several nonlinearities")
@@ -192,6 +196,83 @@ def _require_growth(document: Document, asked: Asked) -> None:
                     return
                 whole = whole * whole
     raise NotShown("no eigenvalue outside the unit disc is shown")
+
+
+def _require_oscillation(document: Document, asked: Asked) -> None:
+    """Check a periodic solution with a piecewise-linear nonlinearity of the class in each channel.
+
+    Where ``phi = K sigma + q`` the loop is ``x' = (A - B K E C) x - B (1 - K E D) q``, ``E = (1 + D K)^-1``, with
+    ``sigma = E (C x - D q)``; when one ``sigma_i`` is on a kink, ``q`` and ``K`` of both sides give the same.
+    """
+    names = ("method", "nonlinearities", "pieces", "durations", "state", "half", "inverse", "radius", "bits")
+    found = record(document.proof, *names)
+    require(not asked.discrete and not asked.operators, "flows are for continuous time, and for functions")
+    state, durations, half = orbit_numbers(found)
+    firsts, given = sorted(set(asked.repeated)), listed(found["nonlinearities"])
+    require(len(given) == len(firsts), "there is not one nonlinearity for each block")
+    graphs = dict[int, claims.Graph]()
+    for first, one in zip(firsts, given, strict=True):
+        graphs[first] = claims.graph(*(record(one, "points", "left", "right")[k] for k in ("points", "left", "right")))
+        member_of = asked.nonlinearities[first].has(graphs[first]) and (graphs[first].odd or not half)
+        require(member_of, "a nonlinearity of the solution is not in the class, or half a period needs an odd one")
+    own = [graphs[first] for first in asked.repeated]
+    path = [[count(piece) for piece in listed(row)] for row in listed(found["pieces"])]
+    require(len(state) == asked.A.nrows() and len(durations) == len(path) > 1, "the orbit has gaps")
+    fits = all(len(row) == len(own) and all(p <= len(g.kinks) for p, g in zip(row, own, strict=True)) for row in path)
+    require(fits, "there is no such piece")
+    path.append([len(g.kinks) - p for p, g in zip(path[0], own, strict=True)] if half else path[0])
+    crossed = list[tuple[int, int, Fraction]]()  # the channel, whether it ascends, at which kink
+    for before, after in pairwise(path):
+        moves = [(i, q - p) for i, (p, q) in enumerate(zip(before, after, strict=True)) if p != q]
+        require(len(moves) == 1 and abs(moves[0][1]) == 1, "the pieces do not follow one another")
+        i, up = moves[0]
+        crossed.append((i, up, own[i].kinks[min(before[i], after[i])][0]))
+    i, up, level = crossed[-1]
+    into = [(i, -up, -level) if half else crossed[-1], *crossed]
+    stays, known = list[Stay](), dict[tuple[int, ...], tuple[fmpq_mat, fmpq_mat]]()
+    for row, entered, left in zip(path, into, crossed, strict=False):
+        if tuple(row) not in known:
+            known[tuple(row)] = _on_pieces(asked, own, row)
+        G, seen = (_fractions(M) for M in known[tuple(row)])
+        watched = tuple(
+            Watched(
+                row=seen[i],
+                low=g.kinks[p - 1][0] if p else None,
+                high=g.kinks[p][0] if p < len(g.kinks) else None,
+                enters=entered[1] * (entered[0] == i),
+                leaves=left[1] * (left[0] == i),
+            )
+            for i, (g, p) in enumerate(zip(own, row, strict=True))
+        )
+        at = seen[entered[0]]
+        still = (Fraction(0),) * (len(state) + 1)
+        stays.append(Stay(G=(*G, still), entry=(*at[:-1], at[-1] - entered[2]), watched=watched))
+    require_periodic(stays, state, durations, half=half)
+
+
+def _on_pieces(asked: Asked, own: Sequence[claims.Graph], row: Sequence[int]) -> tuple[fmpq_mat, fmpq_mat]:
+    """``x'`` and ``sigma`` from ``(x, 1)`` where every nonlinearity is on a piece."""
+    slopes, offsets = list[Fraction](), list[Fraction]()
+    for g, p in zip(own, row, strict=True):
+        x, y, k = g.kinks[p - 1] if p else (g.knots[0], g.values[0], g.slopes[0])
+        slopes.append(k)
+        offsets.append(y - k * x)
+    K, q = diagonal(slopes), fmpq_mat([[to_fmpq(v)] for v in offsets])
+    whole = diagonal([Fraction(1)] * len(slopes)) + asked.D * K
+    require(bool(whole.det() != 0), "on a piece the loop has no solution")
+    E = whole.inv()
+    gain, shift = E * asked.C, E * asked.D * q
+    flow, force = asked.A - asked.B * K * gain, asked.B * (K * shift - q)
+    return _beside(flow, force), _beside(gain, -1 * shift)
+
+
+def _beside(left: fmpq_mat, right: fmpq_mat) -> fmpq_mat:
+    """One matrix beside another."""
+    return fmpq_mat([[*a, *b] for a, b in zip(left.tolist(), right.tolist(), strict=True)])
+
+
+def _fractions(M: fmpq_mat) -> list[tuple[Fraction, ...]]:
+    return [tuple(to_fraction(v) for v in row) for row in M.tolist()]
 
 
 def _ramp(first: arb_mat, last: arb_mat, time: arb) -> arb_mat:

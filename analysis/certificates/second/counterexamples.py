@@ -13,12 +13,11 @@ from lure.analysis.certificates.second.classes import Graph, Nonlinearities, gra
 from lure.analysis.certificates.second.gains import Kind, critical_end, positive_root, require_crossing, unstable_kind
 from lure.analysis.certificates.second.matrix import require_growth
 from lure.analysis.certificates.second.numerics import ball, balls, to_fraction, working_precision
-from lure.analysis.certificates.second.orbits import require_periodic, stays_of
+from lure.analysis.certificates.second.orbits import orbit_numbers, require_periodic, stays_of
 from lure.analysis.certificates.second.reading import (
     Document,
     NotShown,
     count,
-    flag,
     listed,
     number,
     numbers,
@@ -77,16 +76,11 @@ def require_flow_orbit(proof: Mapping[str, object], system: Rational, nonlineari
         *("method", "points", "left", "right", "pieces", "durations", "state", "half", "inverse", "radius", "bits"),
     )
     require(not system.discrete, "flows are for continuous time")
-    count(found["bits"], least=1)
-    number(found["radius"])
-    for row in listed(found["inverse"]):
-        numbers(row)
-    pieces, half = [count(piece) for piece in listed(found["pieces"])], flag(found["half"])
-    durations, state = numbers(found["durations"]), numbers(found["state"])
+    pieces = [count(piece) for piece in listed(found["pieces"])]
+    state, durations, half = orbit_numbers(found)
     require(len(state) == system.states.order > 0 and len(durations) == len(pieces) > 1, "the orbit has gaps")
-    require(all(duration > 0 for duration in durations), "a duration is not positive")
     stays = stays_of(system.states, _nonlinearity(found, nonlinearities), pieces, half=half)
-    require_periodic(system.states, stays, state, durations, half=half)
+    require_periodic(stays, state, durations, half=half)
 
 
 def _nonlinearity(found: Mapping[str, object], nonlinearities: Nonlinearities) -> Graph:

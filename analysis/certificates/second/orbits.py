@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -11,7 +11,7 @@ from flint import arb, arb_mat
 
 from lure.analysis.certificates.second.classes import Graph
 from lure.analysis.certificates.second.numerics import ball, balls, working_precision
-from lure.analysis.certificates.second.reading import require, tick
+from lure.analysis.certificates.second.reading import count, flag, listed, number, numbers, require, tick
 from lure.analysis.certificates.second.systems import States
 
 BITS = 256
@@ -22,27 +22,43 @@ MOST_UNKNOWNS = 1000
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class Watched:
+    """What lies on one piece during a stay.
+
+    Attributes
+    ----------
+    row : tuple of Fraction
+        (n + 1,), its product with ``(x, 1)`` is ``y``, with one channel ``c x = sigma + D phi(sigma)``.
+    low, high : Fraction or None
+        Between which it lies.
+    enters, leaves : int
+        1 where ``y`` begins, or ends, at one of these and ascends, -1 where it descends, 0 where it lies between them.
+    """
+
+    row: tuple[Fraction, ...]
+    low: Fraction | None
+    high: Fraction | None
+    enters: int
+    leaves: int
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class Stay:
-    """One stay on a piece, ``(x, 1)' = G (x, 1)``.
+    """One stay on a piece in each channel, ``(x, 1)' = G (x, 1)``.
 
     Attributes
     ----------
     G : tuple of tuples
         ``[[A - k b c/(1 + k D), -b q/(1 + k D)], [0, 0]]`` where ``phi = k sigma + q``.
-    low, high : Fraction or None
-        Between which ``y = c x = sigma + D phi(sigma)`` lies on the piece.
-    entry : Fraction
-        ``y`` at the beginning.
-    enters_up, leaves_up : bool
-        Whether ``y`` ascends there, and at the end.
+    entry : tuple of Fraction
+        (n + 1,), its product with ``(x, 1)`` is 0 at the beginning.
+    watched : tuple of Watched
+        What does not leave its piece.
     """
 
     G: tuple[tuple[Fraction, ...], ...]
-    low: Fraction | None
-    high: Fraction | None
-    entry: Fraction
-    enters_up: bool
-    leaves_up: bool
+    entry: tuple[Fraction, ...]
+    watched: tuple[Watched, ...]
 
 
 def stays_of(system: States, nonlinearity: Graph, pieces: Sequence[int], *, half: bool) -> list[Stay]:
@@ -80,33 +96,53 @@ def stays_of(system: States, nonlinearity: Graph, pieces: Sequence[int], *, half
         x, w, k = lines[piece]
         force = (w - k * x) / (1 + k * system.d)
         rows = [(*row, -force * b) for row, b in zip(system.closed(k), system.b, strict=True)]
-        found.append(
-            Stay(
-                G=(*rows, (Fraction(0),) * (system.order + 1)),
-                low=levels[piece - 1] if piece > 0 else None,
-                high=levels[piece] if piece < len(levels) else None,
-                entry=ends[i - 1] if i else -ends[-1] if half else ends[-1],
-                enters_up=ups[i - 1] if i else ups[-1] != half,
-                leaves_up=ups[i],
-            )
+        output = Watched(
+            row=(*system.c, Fraction(0)),
+            low=levels[piece - 1] if piece > 0 else None,
+            high=levels[piece] if piece < len(levels) else None,
+            enters=1 if (ups[i - 1] if i else ups[-1] != half) else -1,
+            leaves=1 if ups[i] else -1,
         )
+        start = ends[i - 1] if i else -ends[-1] if half else ends[-1]
+        still = (Fraction(0),) * (system.order + 1)
+        found.append(Stay(G=(*rows, still), entry=(*system.c, -start), watched=(output,)))
     return found
 
 
+def orbit_numbers(found: Mapping[str, object]) -> tuple[list[Fraction], list[Fraction], bool]:
+    """First state and durations of an orbit, and whether they make half a period; nothing rests on the others.
+
+    Parameters
+    ----------
+    found : Mapping
+        The proof.
+
+    Raises
+    ------
+    NotShown
+        A duration is not positive.
+    """
+    count(found["bits"], least=1)
+    number(found["radius"])
+    for row in listed(found["inverse"]):
+        numbers(row)
+    state, durations = numbers(found["state"]), numbers(found["durations"])
+    require(all(duration > 0 for duration in durations), "a duration is not positive")
+    return state, durations, flag(found["half"])
+
+
 def require_periodic(
-    system: States, stays: Sequence[Stay], state: Sequence[Fraction], durations: Sequence[Fraction], *, half: bool
+    stays: Sequence[Stay], state: Sequence[Fraction], durations: Sequence[Fraction], *, half: bool
 ) -> None:
     r"""Check that there is a periodic solution with these stays, near a first state and durations.
 
     The states at the beginnings of the stays and the durations ``z = (x_0, .., x_{m-1}, t_0, .., t_{m-1})`` solve
-    ``exp(G_i t_i) x_i = x_{i+1}``, ``x_m = +-x_0``, and ``c x_i = entry_i``.  Krawczyk's operator
+    ``exp(G_i t_i) x_i = x_{i+1}``, ``x_m = +-x_0``, and ``entry_i (x_i, 1) = 0``.  Krawczyk's operator
     ``z - Y F(z) + (1 - Y F'(Z)) (Z - z)`` maps a box ``Z`` into its interior: there is one zero in it.  Then
-    ``c x(t)`` is shown to stay on each piece.
+    every ``y`` is shown to stay on each piece.
 
     Parameters
     ----------
-    system : States
-        The linear part.
     stays : sequence of Stay
         The pieces.
     state : sequence of Fraction
@@ -121,25 +157,25 @@ def require_periodic(
     NotShown
         It is not proved.
     """
-    n, m = system.order, len(stays)
+    n, m = len(state), len(stays)
     require(m * (n + 1) <= MOST_UNKNOWNS, "the orbit has too many switches for this order")
     with working_precision(BITS):
-        equations = _Equations(system, stays, half=half)
+        equations = _Equations(n, stays, half=half)
         box = equations.enclosed(equations.near([ball(v) for v in state], [ball(t) for t in durations]))
         require(all(t > 0 for t in box[n * m :]), "a duration is not shown to be positive")
         for i, stay in enumerate(stays):
             start = arb_mat([*([v] for v in box[n * i : n * (i + 1)]), [arb(1)]])
-            require(equations.on_its_piece(i, stay, start, box[n * m + i]), "y is not shown to stay on a piece")
+            for one in stay.watched:
+                require(equations.on_its_piece(i, one, start, box[n * m + i]), "y is not shown to stay on a piece")
 
 
 class _Equations:
     """The equations of an orbit, and the enclosure of their solution, at the working precision."""
 
-    def __init__(self, system: States, stays: Sequence[Stay], *, half: bool) -> None:
-        self.n, self.m, self.sign = system.order, len(stays), -1 if half else 1
-        self.row = balls([[*system.c, Fraction(0)]])
+    def __init__(self, n: int, stays: Sequence[Stay], *, half: bool) -> None:
+        self.n, self.m, self.sign = n, len(stays), -1 if half else 1
         self.generators = [balls(stay.G) for stay in stays]
-        self.entries = [ball(stay.entry) for stay in stays]
+        self.entries = [balls([stay.entry]) for stay in stays]
 
     def at(self, z: Sequence[arb]) -> tuple[arb_mat, arb_mat]:
         """``F(z)`` and ``F'(z)``."""
@@ -158,8 +194,8 @@ class _Equations:
                 row[n * after + j] -= sign
                 row[n * m + i] = push[j, 0]
         for i, entry in enumerate(self.entries):
-            values.append(sum((self.row[0, k] * z[n * i + k] for k in range(n)), -entry))
-            slopes[n * m + i][n * i : n * (i + 1)] = [self.row[0, k] for k in range(n)]
+            values.append(sum((entry[0, k] * z[n * i + k] for k in range(n)), entry[0, n]))
+            slopes[n * m + i][n * i : n * (i + 1)] = [entry[0, k] for k in range(n)]
         return arb_mat([[v] for v in values]), arb_mat(slopes)
 
     def near(self, state: Sequence[arb], durations: Sequence[arb]) -> list[arb]:
@@ -203,14 +239,15 @@ class _Equations:
         require(False, "no periodic orbit is proved to exist")  # noqa: FBT003  (it is the condition)
         return []
 
-    def on_its_piece(self, i: int, stay: Stay, start: arb_mat, duration: arb) -> bool:
-        """Whether ``y`` is on the piece during a stay; at its ends it is on the levels, exactly.
+    def on_its_piece(self, i: int, one: Watched, start: arb_mat, duration: arb) -> bool:
+        """Whether ``y`` is on the piece during a stay; where it begins or ends at a level it is there exactly.
 
         On each part ``y(t) = y(middle) + y'(..) (t - middle)``; parts are halved until that decides.  At the ends the
         sign of ``y'`` does.
         """
         G, end = self.generators[i], duration.upper()
-        low, high = (None if side is None else ball(side) for side in (stay.low, stay.high))
+        low, high = (None if side is None else ball(side) for side in (one.low, one.high))
+        seen = balls([one.row])
         pending = [(0, 0)]
         while pending:
             tick()
@@ -218,13 +255,13 @@ class _Equations:
             count = 2**depth
             span = (end * part / count).union(end * (part + 1) / count)
             middle = span.mid()
-            slope = (self.row * G * ((G * span).exp() * start))[0, 0]
-            y = (self.row * ((G * middle).exp() * start))[0, 0] + slope * (span - middle)
+            slope = (seen * G * ((G * span).exp() * start))[0, 0]
+            y = (seen * ((G * middle).exp() * start))[0, 0] + slope * (span - middle)
             rises, falls, first, last = slope > 0, slope < 0, part == 0, part == count - 1
-            above = low is None or y > low or (first and stay.enters_up and rises)
-            above = above or (last and not stay.leaves_up and falls)
-            below = high is None or y < high or (first and not stay.enters_up and falls)
-            below = below or (last and stay.leaves_up and rises)
+            above = low is None or y > low or (first and one.enters > 0 and rises)
+            above = above or (last and one.leaves < 0 and falls)
+            below = high is None or y < high or (first and one.enters < 0 and falls)
+            below = below or (last and one.leaves > 0 and rises)
             if above and below:
                 continue
             if depth == DEEPEST:
