@@ -357,7 +357,8 @@ def oscillation(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     """
     _, given, pieces, *rest = fields(proof, "method", "nonlinearities", *states.FLOW_ORBIT.split()[4:])
     form(isinstance(pieces, list) and bool(pieces), "there are no pieces")
-    need(not H.discrete and not asked.operators, "orbits of flows are for continuous time, and for functions")
+    plain = not asked.operators and not any(family.memory for family in asked.families)
+    need(plain and not H.discrete, "orbits of flows are for continuous time, and for functions of sigma")
     X0, times, half, Y, r = states.orbit_numbers(rest, pieces, len(H.A))
     form(isinstance(given, list) and len(given) == len(asked.blocks), "one nonlinearity is needed for each block")
     lines = list[Any]()

@@ -216,9 +216,9 @@ def orbits_refuting(
     """
     classes, H = asked.classes, channel_plant(asked.plant)
     each = [classes.classes[block[0]] for block in classes.blocks]
-    if H.dt is not None or classes.operators or classes.rectified or H.order > _MOST_STATES:
+    if H.dt is not None or classes.operators or any(one.memory for one in each) or H.order > _MOST_STATES:
         return None
-    if len(classes.classes) > _MOST_CHANNELS or all(one.linear or one.time_varying for one in each):
+    if classes.rectified or len(each) > _MOST_CHANNELS or all(one.linear or one.time_varying for one in each):
         return None  # gains that switch do more than members that do not depend on time
     lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
     A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))

@@ -174,7 +174,12 @@ def proves(certificate):
     certificate["verdict"] = "PROVED"
 
 
-@pytest.mark.parametrize("edit", [smaller, gains, turned, in_samples, proves])
+def plays(certificate):
+    for one in certificate["laws"]["channels"]:
+        one |= {"memory": "play", "sector": ["-inf", "inf"], "odd": False}
+
+
+@pytest.mark.parametrize("edit", [smaller, gains, turned, in_samples, proves, plays])
 def test_neither_checker_accepts_it_of_another_loop(found, edit):
     certificate = copy.deepcopy(found[2])
     edit(certificate)
