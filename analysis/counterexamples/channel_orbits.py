@@ -18,7 +18,6 @@ from flint import arb, arb_mat
 from lure.analysis.certificates.arithmetic import IllPosed
 from lure.analysis.certificates.channels import Plant
 from lure.analysis.certificates.gains import affine
-from lure.analysis.certificates.systems import text, texts
 from lure.analysis.counterexamples.balance import Balance, Side, Wave
 from lure.analysis.counterexamples.linear import balls
 from lure.analysis.deadline import checkpoint
@@ -89,8 +88,13 @@ class Course(NamedTuple):
             size = max(sum((abs(jacobian[i, j]) for j in range(m)), arb(0)) for i in range(m))
             digits = max(0, INVERSE_BITS + round(float(size)).bit_length())
             exact = [_rounded(exact_midpoint(u), bits) for u in unknowns]
-            rows = [[text(_rounded(exact_midpoint(inverse[i, j]), digits)) for j in range(m)] for i in range(m)]
-        return {"durations": texts(exact[n:]), "state": texts(exact[:n]), "half": self.half, "inverse": rows}
+            rows = [[str(_rounded(exact_midpoint(inverse[i, j]), digits)) for j in range(m)] for i in range(m)]
+        return {
+            "durations": [*map(str, exact[n:])],
+            "state": [*map(str, exact[:n])],
+            "half": self.half,
+            "inverse": rows,
+        }
 
     def shot(self, unknowns: Sequence[arb]) -> arb_mat:
         """``[F, F']`` at first state and durations: what closure and entries miss, and the derivative.
@@ -200,7 +204,7 @@ class Graphs(NamedTuple):
         data, lines = [], list[list[tuple[Fraction, Fraction, Fraction]]]()
         for block, sides in zip(balance.blocks, wave.sides, strict=True):
             points, left, right = exact_sides(sides, lower[block[0]], upper[block[0]])
-            data.append({"points": [texts(p) for p in points], "left": text(left), "right": text(right)})
+            data.append({"points": [[*map(str, p)] for p in points], "left": str(left), "right": str(right)})
             slopes = [left, *((w - v) / (x - y) for (y, v), (x, w) in pairwise(points)), right]
             kinks = [(x, w, k) for (x, w), h, k in zip(points, slopes, slopes[1:], strict=False) if h != k]
             lines += [[(*points[0], left), *kinks]] * len(block)
@@ -333,4 +337,4 @@ def proofs(
         for bits in LADDER[:2]:
             numbers = closed.numbers(bits)
             for share in SHARES:
-                yield alpha, {**shape, **numbers, "radius": text(Fraction(1, 2 ** int(bits * share))), "bits": bits}
+                yield alpha, {**shape, **numbers, "radius": str(Fraction(1, 2 ** int(bits * share))), "bits": bits}
