@@ -24,7 +24,7 @@ from lure.analysis.questions.decay_channels import SeveralChannels, accepted, ju
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, class_given, loop_given, posed
 from lure.analysis.theorems.table import BEST
-from lure.analysis.theorems.weighted import WeightedTaps
+from lure.analysis.theorems.weighted import WeightedKernels, WeightedTaps, closest
 from lure.analysis.verdict import Verdict
 from lure.analysis.wording import class_words
 from lure.arrays import np
@@ -36,7 +36,7 @@ from lure.record import Page, Record, derived, quantity
 Time = Literal["continuous", "discrete"]
 CLOSE = Fraction(1, 10**6)  # where the bisection ends, relative to the rate of the slowest gain, or to 1
 _NEAR = tuple(Fraction(1, 10**digits) for digits in (15, 12, 9, 7))
-_SLACK = (2e-7, 1e-6, 5e-6, 2e-5, 1e-4, 1e-3)
+_SLACK = (1e-6, 5e-6, 2e-5, 1e-4, 1e-3, 1e-2)
 _SNAP = 10**6  # denominators of rates that may be exact
 _GRID, _ROUNDS = 129, 60
 
@@ -176,9 +176,10 @@ def decay_rate(
     Notes
     -----
     ``xi = x e^(a t)`` solves the loop with ``A + a`` and a nonlinearity in the same sector that depends on time (in
-    discrete time ``A/r`` and ``B/r``), so that the circle criterion decides; in discrete time Zames-Falb taps weighed
-    by powers of ``r`` go farther for bounds of the slope; see ``docs/theory/rates.md``.  A constant gain of the class,
-    found among the eigenvalues, bounds the rate from the other side, or a periodic orbit shows that nothing decays.
+    discrete time ``A/r`` and ``B/r``), so that the circle criterion decides; Zames-Falb multipliers, weighed by
+    powers of ``r``, go farther for bounds of the slope; see ``docs/theory/rates.md``.  A constant gain of the class,
+    found among the eigenvalues, bounds the rate from the other side, for time-varying classes one that jumps; or a
+    periodic orbit shows that nothing decays.
 
     Examples
     --------
@@ -248,13 +249,14 @@ class _OneChannel:
         return found if isinstance(found, Proved) else None
 
     @cached_property
-    def taps(self) -> WeightedTaps | None:
-        """The search for Zames-Falb taps; None where the class has no slope bounds, or in continuous time."""
+    def multipliers(self) -> WeightedTaps | WeightedKernels | None:
+        """The search for Zames-Falb multipliers; None where the class has no slope bounds."""
         own = self.asked.nonlinearity_class
-        if own.slope is None or own.time_varying or own.linear or not self.discrete:
+        if own.slope is None or own.time_varying or own.linear:
             return None
         low, high = Fraction(own.slope.lower), Fraction(own.slope.upper)
-        return WeightedTaps(plant=self.plant, lower=low, width=high - low, odd=own.odd)
+        search = WeightedTaps if self.discrete else WeightedKernels
+        return search(plant=self.plant, lower=low, width=high - low, odd=own.odd)
 
     @property
     def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
@@ -272,24 +274,26 @@ class _OneChannel:
 
     def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
         """What Zames-Falb multipliers prove, better than what is known; beyond ``end`` nothing is true."""
-        if self.taps is None:
+        search, discrete = self.multipliers, self.discrete
+        if search is None or (end is None and not discrete):
             return
-        low, top = float(end or 0), float(known) if known is not None else 1.0
-        found = self.taps.best(low, top, float(CLOSE) * max(low, 1e-3)) if low < top else None
-        if found is None:
+        best, one = float(end or 0), 1.0 if discrete else 0.0
+        close = float(CLOSE) * (max(best, 1e-3) if discrete else best)
+        easy = float(known) if known is not None else one + 1e-6 * (best - one)
+        if not abs(easy - best) > close or (best >= 1 if discrete else best <= 0):
             return
-        best, length = found
-        for step in _SLACK:
-            rate = simplest_between(Fraction(best * (1 + step)), Fraction(best * (1 + 1.5 * step)))
-            if known is not None and rate >= known:
-                return
-            taps = self.taps.taps(float(rate), length)
-            multiplier = {"taps": [[i, str(h)] for i, h in (taps or {}).items()]}
-            theorem = {"theorem": "zames-falb", "multiplier": multiplier, "proof": {"method": "polynomial"}}
-            shown = accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
-            if isinstance(shown, Proved):
-                yield rate, shown
-                return
+        found = closest(search, best, easy, close, proved=known is not None)
+        for step in _SLACK if found is not None else ():
+            reached, size = found
+            ends = sorted(Fraction(reached + (easy - reached) * part) for part in (step, 1.5 * step))
+            rate = simplest_between(*ends)
+            multiplier = search.multiplier(float(rate), size)
+            if multiplier is not None:
+                theorem = {"theorem": "zames-falb", "multiplier": multiplier, "proof": {"method": "polynomial"}}
+                shown = accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
+                if isinstance(shown, Proved):
+                    yield rate, shown
+                    return
 
     @cached_property
     def slowest(self) -> tuple[float, Fraction]:

@@ -1,4 +1,4 @@
-"""Zames-Falb taps for a decay rate, weighed by powers of it: linear programmes propose, in floating point."""
+"""Zames-Falb multipliers for a decay rate, weighed by its powers: linear programmes propose, in floating point."""
 
 from __future__ import annotations
 
@@ -6,18 +6,20 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any, ClassVar
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.theorems.fir import NORM, SampledResponse
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.plants.rational import RationalPlant
 
-LENGTHS = (1, 2, 5, 10)
+Multiplier = dict[str, Any]
 _THIN = 16  # of the frequencies of a response, every so manieth to begin with
 _ROUNDS = 12
 _LEAST = 1e-10  # relative to |G + 1/w|: less is rounding
 _DIGITS = 10**12
 _WORTH = 1e-6
+_SMALL = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -43,6 +45,8 @@ class WeightedTaps:
     width: Fraction
     odd: bool
 
+    sizes: ClassVar[tuple[int, ...]] = (1, 2, 5, 10)
+
     @property
     def polynomials(self) -> tuple[list[Fraction], list[Fraction]]:
         """Numerator and denominator of ``G``, descending, of one length."""
@@ -59,16 +63,20 @@ class WeightedTaps:
             return None
         return SampledResponse.of(n, d)
 
-    def taps(self, rate: float, length: int) -> dict[int, Fraction] | None:
+    def multiplier(self, rate: float, size: int) -> Multiplier | None:
         """Taps up to a shift that seem to serve a rate, the margin being as large as it can; None if none do.
 
         Parameters
         ----------
         rate : float
             The rate.
-        length : int
+        size : int
             The largest ``|i|``.
         """
+        found = self._taps(rate, size)
+        return None if found is None else {"taps": [[i, str(h)] for i, h in found.items()]}
+
+    def _taps(self, rate: float, length: int) -> dict[int, Fraction] | None:
         response = self.response(rate)
         if response is None:
             return None
@@ -117,34 +125,161 @@ class WeightedTaps:
         x = np.clip(np.asarray(result.x[:count]), 0, None)
         return np.asarray(x[: count // 2] - x[count // 2 :] if self.odd else x)
 
-    def best(self, low: float, high: float, close: float, lengths: Sequence[int] = LENGTHS) -> tuple[float, int] | None:
-        """The smallest rate within ``[low, high]`` that seems to be served, and by which length; None for none.
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class WeightedKernels:
+    r"""The search for ``M(s) = 1 + theta s - sum c_j h_j``, ``h_j = a/(a + s)`` or ``a/(a - s)``.
+
+    ``Re[M (G(s - rate) + 1/w)] > 0`` on the axis, ``sum |c_j| h_j(rate) <= 1 + theta rate`` and ``sum |c_j| h_j(-rate)
+    <= 1 - theta rate``; see ``docs/theory/rates.md``.  Attributes are those of :class:`WeightedTaps`, in continuous
+    time.
+
+    Attributes
+    ----------
+    plant : RationalPlant
+        In continuous time.
+    lower, width : Fraction
+        The slopes are those in ``[lower, lower + width]``.
+    odd : bool
+        Whether kernels may be negative.
+    """
+
+    plant: RationalPlant
+    lower: Fraction
+    width: Fraction
+    odd: bool
+
+    sizes: ClassVar[tuple[int, ...]] = (0, 6)
+
+    def multiplier(self, rate: float, size: int) -> Multiplier | None:
+        """A weight ``theta`` and kernels that seem to serve a rate; None if none do.
 
         Parameters
         ----------
-        low, high : float
-            Where to look.
-        close : float
-            How near to end.
-        lengths : sequence of int
-            The largest shifts to try, ascending; the last ones only while they help.
+        rate : float
+            The rate [1/s].
+        size : int
+            How many rates of kernels there are, each on both sides.
         """
-        best: tuple[float, int] | None = None
-        for length in lengths:
-            top = high if best is None else best[0]
-            if best is None and self.taps(top, length) is None:
-                continue
-            if best is not None and self.taps(top - _WORTH * (top - low), length) is None:
-                continue
-            bottom = low
-            while top - bottom > close:
-                middle = 0.5 * (bottom + top)
-                if self.taps(middle, length) is None:
-                    bottom = middle
-                else:
-                    top = middle
-            if best is None or top < best[0]:
-                best = top, length
-            if best[0] - low <= 2 * close:
-                break
-        return best
+        bottom = np.array([float(c) for c in self.plant.denominator])
+        top = np.concatenate(
+            [np.zeros(len(bottom) - len(self.plant.numerator)), [float(c) for c in self.plant.numerator]]
+        )
+        below = bottom + float(self.lower) * top
+        poles = np.roots(below)
+        if np.max(poles.real, initial=-math.inf) >= -rate:
+            return None
+        scale = float(np.abs(poles).max(initial=rate)) or 1.0
+        steps = [Fraction(v).limit_denominator(1000) for v in scale * np.geomspace(0.1, 30, size)]
+        rates = [Fraction(rate).limit_denominator(1000) + Fraction(1, 500) + step for step in steps]
+        basis = [(a, side) for a in rates for side in (1, -1)]
+
+        def response(omega: Reals) -> NDArray[np.complex128]:
+            """``G(i omega - rate)``."""
+            s = 1j * omega - rate
+            return np.asarray(np.polyval(top, s) / np.polyval(below, s))
+
+        near = [abs(p.imag) + np.linspace(-5, 5, 101) * abs(p.real + rate) for p in poles]
+        fine = np.unique(np.abs(np.concatenate([[0.0], scale * np.geomspace(1e-4, 1e4, 3000), *near])))
+        omega = fine[::_THIN]
+        for _ in range(_ROUNDS):
+            checkpoint()
+            found = self._programme(response(omega), omega, basis, rate, scale)
+            if found is None:
+                return None
+            values = self._rows(response(fine), fine, basis, scale) @ found
+            if values.min() > 0:
+                return self._written(found, basis)
+            least = np.flatnonzero((values < np.roll(values, 1)) & (values <= np.roll(values, -1)) & (values < _LEAST))
+            fresh = np.setdiff1d(np.append(fine[least], fine[int(values.argmin())]), omega)
+            if not fresh.size:
+                return None
+            omega = np.union1d(omega, fresh)
+        return None
+
+    def _rows(
+        self, G: NDArray[np.complex128], omega: Reals, basis: Sequence[tuple[Fraction, int]], scale: float
+    ) -> Reals:
+        """``Re[M (G + 1/w)]`` of 1, of ``theta`` and of each ``c``, over its size."""
+        whole = G + 1 / float(self.width)
+        kernels = [-float(a) / (float(a) + 1j * side * omega) * whole for a, side in basis]
+        signed = [-one for one in kernels] if self.odd else []
+        rows = np.stack([whole, 1j * omega * G, *kernels, *signed], axis=1).real
+        return np.asarray(rows / (np.abs(whole) * (1 + omega / scale))[:, None])
+
+    def _programme(
+        self,
+        G: NDArray[np.complex128],
+        omega: Reals,
+        basis: Sequence[tuple[Fraction, int]],
+        rate: float,
+        scale: float,
+    ) -> Reals | None:
+        """1, ``theta`` and the ``c`` with the largest margin at these frequencies; None if it is none."""
+        rows = self._rows(G, omega, basis, scale)
+        weights = [[float(a) / (float(a) + side * s) for a, side in basis] for s in (rate, -rate)]
+        masses = np.array([[-rate, *weights[0]], [rate, *weights[1]]])
+        if self.odd:
+            masses = np.hstack([masses, masses[:, 1:]])
+        count = masses.shape[1]
+        result = optimize.linprog(
+            np.append(np.zeros(count), -1.0),
+            A_ub=np.vstack([np.column_stack([-rows[:, 1:], np.ones(len(omega))]), np.column_stack([masses, [0, 0]])]),
+            b_ub=np.concatenate([rows[:, 0], [NORM, NORM]]),
+            bounds=[(None, None)] + [(0, None)] * (count - 1) + [(None, 1)],
+            method="highs-ds",
+            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+        )
+        if result.x is None or not np.all(np.isfinite(result.x)) or result.x[-1] <= _LEAST:
+            return None
+        return np.concatenate([[1.0], result.x[:1], np.clip(result.x[1:count], 0, None)])
+
+    def _written(self, found: Reals, basis: Sequence[tuple[Fraction, int]]) -> Multiplier:
+        """The multiplier of a certificate, rounded towards 0."""
+        cut = [Fraction(math.trunc(float(v) * _DIGITS), _DIGITS) for v in found[1:]]
+        c = cut[1 : len(basis) + 1]
+        if self.odd:
+            c = [plus - minus for plus, minus in zip(c, cut[len(basis) + 1 :], strict=True)]
+        kernels = [
+            {"coefficient": str(v), "rate": str(a), "order": 1, "side": "causal" if side > 0 else "anticausal"}
+            for v, (a, side) in zip(c, basis, strict=True)
+            if abs(v) > _SMALL
+        ]
+        return {"theta": str(cut[0]), "kernels": kernels}
+
+
+def closest(
+    search: WeightedTaps | WeightedKernels, end: float, easy: float, close: float, *, proved: bool
+) -> tuple[float, int] | None:
+    """The rate nearest to ``end`` that seems to be served, and by a multiplier of which size; None for none.
+
+    Parameters
+    ----------
+    search : WeightedTaps or WeightedKernels
+        The search.
+    end : float
+        Beyond it nothing is true.
+    easy : float
+        Where to begin: proved already, or what shows least.
+    close : float
+        How near to end.
+    proved : bool
+        Whether ``easy`` is proved already: then only what is nearer counts.
+    """
+    best: tuple[float, int] | None = None
+    for size in search.sizes:
+        start = easy if best is None else best[0]
+        first = start + _WORTH * (end - start) if proved or best is not None else start
+        if search.multiplier(first, size) is None:
+            continue
+        served, missed = first, end
+        while abs(served - missed) > close:
+            middle = 0.5 * (served + missed)
+            if search.multiplier(middle, size) is None:
+                missed = middle
+            else:
+                served = middle
+        best = served, size
+        if abs(served - end) <= 2 * close:
+            break
+    return best

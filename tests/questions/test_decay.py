@@ -289,6 +289,44 @@ def test_random_monotone_functions_satisfy_the_weighted_constraint():
         assert total >= -1e-9 * float((np.abs(wa) * np.abs(wb)).sum())
 
 
+# with the gain k the slowest roots of (s + 1)^3 + k have the real part k^(1/3)/2 - 1
+@pytest.mark.parametrize("odd", [False, True])
+def test_three_lags_have_the_rate_of_their_largest_slope(odd):
+    found = decay_rate(RationalPlant([1], [1, 3, 3, 1]), NonlinearityClass.slope_restricted(0, 7, odd=odd))
+    truth = 1 - 7 ** (1 / 3) / 2
+    assert found.criterion == "zames-falb"
+    assert found.rate.low == pytest.approx(truth, abs=3e-6)
+    assert found.rate.low < truth < found.rate.high
+    certificate = dict(found.proof.certificate)
+    assert recheck(certificate).accepted
+    theta = F(certificate["multiplier"]["theta"])
+    for changed in (
+        {**certificate, "rate": str(F(certificate["rate"]) + F(1, 10**5))},
+        {**certificate, "multiplier": {**certificate["multiplier"], "theta": str(theta / 4)}},
+        {**certificate, "laws": {**certificate["laws"], "time_varying": True}},
+    ):
+        with pytest.raises(Rejected):
+            check(changed)
+        assert not recheck(changed).accepted
+
+
+def test_a_kernel_is_weighed_by_its_transform():
+    # a/(a + s) at -1/4 is 4/3 for a = 1, at 1/4 4/5: causal, the second sum allows c = 3/4 and no more
+    plant, laws = RationalPlant([1], [1, 2, 1]), NonlinearityClass.slope_restricted(0, 1)
+    kernel = {"coefficient": "3/4", "rate": "1", "order": 1, "side": "causal"}
+    for side in ("causal", "anticausal"):
+        given = draft(plant, laws, "zames-falb", {"theta": "0", "kernels": [{**kernel, "side": side}]}, "1/4")
+        shown = complete_and_check(given)
+        assert recheck(dict(shown.certificate)).accepted
+        heavier = {"theta": "0", "kernels": [{**kernel, "side": side, "coefficient": "19/25"}]}
+        with pytest.raises(Rejected, match="masses"):
+            complete_and_check({**given, "multiplier": heavier})
+        assert not recheck({**shown.certificate, "multiplier": heavier}).accepted
+    slow = {"theta": "0", "kernels": [{**kernel, "rate": "1/5", "coefficient": "1/100"}]}
+    with pytest.raises(Rejected, match="slowly"):
+        complete_and_check({**given, "multiplier": slow})
+
+
 # x' = -3 x1 + x2 .., positive (A Metzler, B, C >= 0 after the sign): the rate is that of the largest gains, an
 # eigenvalue of [[-3 + 1, 1], [0, -4 + 1]]
 def test_positive_loops_of_two_channels_have_the_rate_of_their_largest_gains():
