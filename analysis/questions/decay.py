@@ -283,8 +283,10 @@ class _OneChannel:
         if not abs(easy - best) > close or (best >= 1 if discrete else best <= 0):
             return
         found = closest(search, best, easy, close, proved=known is not None)
-        for step in _SLACK if found is not None else ():
-            reached, size = found
+        if found is None:
+            return
+        reached, size = found
+        for step in _SLACK:
             ends = sorted(Fraction(reached + (easy - reached) * part) for part in (step, 1.5 * step))
             rate = simplest_between(*ends)
             multiplier = search.multiplier(float(rate), size)
