@@ -16,6 +16,10 @@ from .balls import dot, positive_definite
 from .channels import Plant, Rows, closed_loop, moved, plant, seen, triangle
 
 INSIDE = "every motion that starts in {x : x^T P x <= 1} tends to 0, P as in the proof"
+LEVEL = (
+    "every motion that starts in {x : x^T P x + 2 sum theta_i int_0^sigma_i phi_i <= 1, |sigma_i| <= reach_i} tends to "
+    "0, P, theta and reach as in the proof"
+)
 BETWEEN = "every motion that starts between {} and {} tends to 0"
 BEYOND = "no motion that starts in {{x : x^T Q x > 1}} tends to 0, Q as in the proof"
 OUTSIDE = "no motion that starts at or beyond {} or {} tends to 0"
@@ -44,6 +48,19 @@ class Graph(NamedTuple):
             never_negative(more(p, [ZERO, -l], sign), a, b) and never_negative(more([ZERO, u], p, sign, -1), a, b)
             for a, b, p, sign in sides
         )
+
+    def bounded(self, least: Fraction, reach: Fraction, sign: int) -> bool:
+        """Whether ``sign (2 int_0^sigma phi - least sigma^2) >= 0`` for ``|sigma| <= reach``."""
+        for side in (-1, 1):
+            total = ZERO  # the integral up to the end of the piece that is nearer to 0
+            for a, b, p in self.between(*sorted((ZERO, side * reach)))[::side]:
+                q = [ZERO, *(c / (k + 1) for k, c in enumerate(p))]
+                near, far = (a, b)[::side]
+                q[0] = total - exact.value(q, near)
+                total = exact.value(q, far)
+                if not never_negative(more([2 * c for c in q], [ZERO, ZERO, -least], sign), a, b):
+                    return False
+        return True
 
     def limited(self) -> bool:
         """Whether it is a line ``e sigma`` and another one between limits on both sides."""
@@ -130,8 +147,9 @@ def examined(verdict: str, name: str, data: Any, system: Any, given: Any, phi: A
         need(name == ("scalar" if inner else "counterexample") and data == {}, "signs are about one state")
         sentence, found = by_signs(H, graphs, inner, proof)
     elif inner:
-        need(name == "local-circle", f"there is no theorem {name!r:.40} for regions")
-        sentence, found = INSIDE, ellipsoid(H, graphs, data, proof)
+        need(name in ("local-circle", "local-popov"), f"there is no theorem {name!r:.40} for regions")
+        level = name == "local-popov"
+        sentence, found = LEVEL if level else INSIDE, ellipsoid(H, graphs, data, proof, level)
     else:
         need((name, data) == ("counterexample", {}), "starts that never come to 0 are a counterexample")
         sentence, found = BEYOND.format(), beyond(H, graphs, proof)
@@ -182,25 +200,40 @@ def growth(P: Rows, H: Plant, factor: Fraction = ZERO) -> Rows:
     return added((1, half), (1, [list(row) for row in zip(*half)]), (-1, [[factor * v for v in row] for row in V]))
 
 
-def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str, str]:
+def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool) -> dict[str, str]:
     """``V = x'P x`` falls on ``V <= 1``, where every term ``weight (u sigma - phi)(phi - v) >= 0``.
 
+    Or, in continuous time, ``V = x'P x + 2 sum theta_i int_0^sigma_i phi_i`` where also ``|sigma_i| <= reach_i``: there
+    ``V`` is at least the form with ``2 int phi_i`` replaced by ``least_i sigma_i^2``, which takes the place of ``P`` in
+    what follows; the strips of ``|sigma_i| <= reach_i`` are left by no solution, as they touch ``V <= 1`` nowhere.
     Either ``v = l sigma`` and ``|sigma| <= reach`` there; or ``phi = e sigma + p``, ``p`` limited to ``[-a, b]``, and
     ``v = e sigma + h x`` with ``|h x| <= min(a, b)`` there: ``p`` is the point of the interval nearest to
     ``(u - e) sigma``, and ``h x`` another of its points.  As ``|r x| <= c`` on the ellipsoid if ``r P^-1 r' <= c^2``.
     """
-    _, rows = fields(proof, "method", "P")
-    form(proof["method"] == "ellipsoid", "a region is proved by an ellipsoid")
+    _, rows, *given = fields(proof, "method", "P", *["integrals"] * level)
+    form(proof["method"] == ("level-set" if level else "ellipsoid"), "a region is proved by the level set of a form")
     (terms,) = fields(data, "terms")
     form(isinstance(terms, list) and len(terms) <= 400, "terms are a list")
     n, m = len(H.A), len(H.D)
     P, Z, Y = triangle(rows, n), [[ZERO] * n + [Fraction(i == j) for j in range(m)] for i in range(m)], seen(H)
-    definite(P, "P > 0 fails, or is undecided")
+    products, asked = list[tuple[Any, Any, Any]](), list[tuple[Any, Any]]()
+    below = [list(row) for row in P]
+    for one in given[0] if level else ():
+        where, *values = fields(one, "channel", "theta", "reach", "least")
+        i, (theta, reach, least) = integer(where, 1, m) - 1, map(number, values)
+        fits = not H.discrete and not any(H.D[i]) and graphs[i].reach == INF and reach > 0
+        need(fits, f"an integral does not fit channel {i + 1}")
+        need(
+            graphs[i].bounded(least, reach, 1 if theta >= 0 else -1), f"the integral of channel {i + 1} is not bounded"
+        )
+        below = [[v + theta * least * a * b for v, b in zip(row, H.C[i])] for row, a in zip(below, H.C[i])]
+        asked.append((H.C[i], reach))
+        products.append((2 * theta, Z[i], [dot(H.C[i], column) for column in zip(*moved(H))]))
+    definite(below, "P > 0 fails, or is undecided")
     most: list[Any] = [INF] * m  # bounds of |phi| on the ellipsoid
     for i, one in enumerate(graphs):
         if one.limited() and one.clip()[0] == 0:
             most[i] = max(one.clip()[2:])
-    products, asked = list[tuple[Any, Any, Any]](), list[tuple[Any, Any]]()
     reaches: list[Any] = [INF] * m
     for term in terms:
         form(isinstance(term, dict), "a term is an object")
@@ -229,12 +262,15 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str,
             need(rest > 0, f"sigma of channel {i + 1} is not bounded by its reach")
             asked.append((H.C[i], rest))
     for r, c in asked:
-        definite([*([*row, x] for row, x in zip(P, r)), [*r, c * c]], "the ellipsoid leaves a strip, or is undecided")
+        definite(
+            [*([*row, x] for row, x in zip(below, r)), [*r, c * c]], "the ellipsoid leaves a strip, or is undecided"
+        )
     parts = [(-1, growth(P, H)), *([(-1, quadratic(*products))] if products else [])]
     definite(added(*parts), "that V falls fails, or is undecided")
+    words = "V = x^T P x with integrals" if level else "V = x^T P x"
     return {
-        "decrease": f"V = x^T P x falls where the {len(terms)} terms are not negative (order {n + m})",
-        "terms": f"they are not negative on the ellipsoid: it lies in {len(asked)} strips",
+        "decrease": f"{words} falls where the {len(terms)} terms are not negative (order {n + m})",
+        "terms": f"they are not negative on the set: it lies in {len(asked)} strips",
     }
 
 

@@ -95,14 +95,22 @@ def ellipsoid(
     first = _solved(plant, local, points, max(margin, 1e-5), discrete=discrete)
     if first is None:
         return None
-    scale = np.linalg.cholesky(np.linalg.inv(first.P))  # x = scale z, in which the first ellipsoid is the unit ball
-    A, B, C, D = plant
-    back = np.linalg.inv(scale)
-    turned = (back @ A @ scale, back @ B, C @ scale, D)
-    second = _solved(turned, local, None if points is None else points @ back.T, margin, discrete=discrete)
-    if second is None:
-        return first
-    return Ellipsoid(back.T @ second.P @ back, second.weights, second.rows @ back)
+    for _ in range(2):  # x = scale z, in which the last ellipsoid is the unit ball; channels by their weights
+        scale = np.linalg.cholesky(np.linalg.inv(first.P))
+        back, a = np.linalg.inv(scale), first.weights**-0.5
+        A, B, C, D = plant
+        turned = (back @ A @ scale, back @ B * a, C @ scale / a[:, None], D * a / a[:, None])
+        own = [
+            Local(one.lower, one.upper, None if one.limit is None else one.limit / v, one.reach / v)
+            for one, v in zip(local, a, strict=True)
+        ]
+        moved = None if points is None else points @ back.T
+        moved = None if moved is None else moved / float(np.linalg.norm(moved, axis=1).max())
+        second = _solved(turned, own, moved, margin, discrete=discrete)
+        if second is None:
+            return first
+        first = Ellipsoid(back.T @ second.P @ back, second.weights / a**2, a[:, None] * second.rows @ back)
+    return first
 
 
 def _solved(

@@ -1,9 +1,9 @@
-"""Sets inside and beyond a region of attraction: proposed in floating point, rounded, decided by the checker."""
+"""What is known of the nonlinearities of a region of attraction, the region of one state, and sizes of sets."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -15,8 +15,6 @@ from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import system_of
-from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, ellipsoid, growing, shifted
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.nonlinearity.pieces import known_nonlinearity
 from lure.analysis.nonlinearity.rational import interval_of, roots_between
@@ -26,7 +24,6 @@ from lure.arrays import NDArray, np
 from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
 
-MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
 _BITS = 40
 _GRID = np.concatenate([np.linspace(-1, -0.005, 200), np.linspace(0.005, 1, 200)])
 _FIXED = np.geomspace(1e-7, 1e7, 1400)
@@ -78,6 +75,31 @@ class Shape:
             low, high, reach = bounds
         return {"kind": "sector", "sector": [str(low), str(high)], "reach": str(reach)}
 
+    def primitive(self, sigma: NDArray[np.float64]) -> NDArray[np.float64]:
+        """``int_0^sigma phi`` of polynomials between cuts, elementwise, in floating point."""
+        parts = [np.polynomial.Polynomial([float(to_fraction(c)) for c in p.coeffs()] or [0.0]) for p in self.pieces]
+        whole = [part.integ() for part in parts]
+        cuts = [float(cut) for cut in self.cuts]
+        steps = np.cumsum(
+            [0.0, *(left(cut) - right(cut) for cut, (left, right) in zip(cuts, pairwise(whole), strict=True))]
+        )
+        place = np.searchsorted(cuts, sigma)
+        values = np.stack([part(sigma) + step for part, step in zip(whole, steps, strict=True)])
+        zero = int(np.searchsorted(cuts, 0.0))
+        found = np.take_along_axis(values, np.atleast_1d(place)[None], axis=0)[0]
+        return np.asarray(found - (whole[zero](0.0) + steps[zero])).reshape(np.shape(sigma))
+
+    def exact_primitive(self, sigma: Fraction) -> Fraction:
+        """The same at an exact point, exactly."""
+        side, total, at = (1 if sigma >= 0 else -1), Fraction(0), Fraction(0)
+        cuts = sorted((cut for cut in self.cuts if 0 < side * cut < side * sigma), key=abs)
+        for end in (*cuts, sigma):
+            middle = (at + end) / 2
+            whole = self.pieces[sum(cut < middle for cut in self.cuts)].integral()
+            total += to_fraction(whole(to_fmpq(end)) - whole(to_fmpq(at)))
+            at = end
+        return total
+
     def sampled(self, reach: float) -> tuple[float, float] | None:
         """About the sector on ``|sigma| <= reach``, from values."""
         if self.sector is not None:
@@ -97,6 +119,18 @@ class Shape:
         if found.evidence is not Evidence.CERTIFIED or not (math.isfinite(low) and math.isfinite(high)):
             return None
         return -_above(-Fraction(low)), _above(Fraction(high))
+
+
+def shape_given(entry: Mapping[str, Any]) -> Shape:
+    """Polynomials between cuts, as they stand in a certificate.
+
+    Parameters
+    ----------
+    entry : Mapping
+        Of a kind ``piecewise-polynomial``.
+    """
+    pieces = tuple(fmpq_poly([to_fmpq(Fraction(c)) for c in piece]) for piece in entry["pieces"])
+    return Shape(nonlinearity=None, cuts=tuple(Fraction(cut) for cut in entry["cuts"]), pieces=pieces)
 
 
 def shape_of(nonlinearity: Any) -> Shape:  # noqa: ANN401  (whatever is taken as a nonlinearity)
@@ -132,264 +166,12 @@ def shape_of(nonlinearity: Any) -> Shape:  # noqa: ANN401  (whatever is taken as
     return Shape(nonlinearity=nonlinearity, cuts=tuple(cuts), pieces=tuple(kept))
 
 
-# Ellipsoids.
-
-
-def proved_ellipsoid(
-    plant: MultivariablePlant, shapes: Sequence[Shape], points: NDArray[np.float64] | None
-) -> Proved | None:
-    """A large ellipsoid whose solutions all tend to 0, accepted by the checker; None where none is found.
-
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of the nonlinearity of each channel.
-    points : ndarray or None
-        (k, n) points whose largest multiple it is to hold; None for the largest volume.
-    """
-    best = _reaches(plant, shapes, points)
-    if best is None:
-        return None
-    for margin in MARGINS:
-        for shrunk in (Fraction(1), Fraction(999, 1000)):
-            checkpoint()
-            draft = _draft(plant, shapes, [None if c is None else c * shrunk for c in best], points, margin)
-            if draft is None:
-                continue
-            try:
-                found = checked(draft)
-            except (Rejected, Malformed):
-                continue
-            assert isinstance(found, Proved), "the checker makes it of this verdict"
-            return found
-    return None
-
-
-def _local(
-    plant: MultivariablePlant, shapes: Sequence[Shape], reaches: Sequence[Fraction | None], *, exactly: bool
-) -> tuple[list[Local], list[tuple[Fraction, Fraction] | None]] | None:
-    """What the search uses of each channel, and the sectors; channel after channel, as ``D`` has it."""
-    most, found = dict[int, float](), dict[int, Local]()
-    sectors: list[tuple[Fraction, Fraction] | None] = [None] * len(shapes)
-    left = set(range(len(shapes)))
-    while left:
-        free = [i for i in left if not any(plant.D[i][j] for j in left)]
-        if not free:
-            return None
-        for i in free:
-            left.discard(i)
-            clip, reach = shapes[i].clip, reaches[i]
-            if clip is not None:
-                found[i] = Local(float(clip[0]), float(clip[1]), float(clip[2]), math.inf)
-                most[i] = max(abs(float(p[0])) for p in shapes[i].pieces) if clip[0] == 0 else math.inf
-                continue
-            assert reach is not None, "a sector has one"
-            bounds = shapes[i].bounds(reach) if exactly else shapes[i].sampled(float(reach))
-            if bounds is None:
-                return None
-            if exactly:
-                sectors[i] = (Fraction(bounds[0]), Fraction(bounds[1]))
-            low, high = float(bounds[0]), float(bounds[1])
-            high += 1e-12 * (abs(high) + abs(low)) * (high == low)
-            rest = float(reach) - sum(abs(float(d)) * most[j] for j, d in enumerate(plant.D[i]) if d)
-            if not rest > 0:
-                return None
-            found[i] = Local(low, high, None, rest)
-            most[i] = max(abs(low), abs(high)) * float(reach)
-    return [found[i] for i in range(len(shapes))], sectors
-
-
-def _reaches(
-    plant: MultivariablePlant, shapes: Sequence[Shape], points: NDArray[np.float64] | None
-) -> list[Fraction | None] | None:
-    """For each sector the interval on which it is used: the best found, one after the other, by golden sections."""
-    sides, discrete = plant.doubles(), plant.dt is not None
-    own = [i for i, shape in enumerate(shapes) if shape.clip is None]
-
-    def size(logs: Sequence[float]) -> float:
-        """How large the ellipsoid is; -inf where there is none."""
-        checkpoint()
-        given: list[Fraction | None] = [None] * len(shapes)
-        for i, log in zip(own, logs, strict=True):
-            reach = Fraction(2.0**log).limit_denominator(10**9) if log > -20 else Fraction(2.0**log)
-            given[i] = reach if shapes[i].reach is None else min(reach, shapes[i].reach or reach)
-        used = _local(plant, shapes, given, exactly=False)
-        found = None if used is None else ellipsoid(sides, used[0], discrete=discrete, points=points)
-        if found is None:
-            return -math.inf
-        if points is None:
-            return found.size
-        return -max(0.5 * math.log(p @ found.P @ p) for p in points)
-
-    if not own:
-        return [None] * len(shapes)
-    sizes = [(size([k] * len(own)), float(k)) for k in range(-24, 25, 2)]
-    value, start = max(sizes)
-    if value == -math.inf:
-        return None
-    logs = [start] * len(own)
-    for width in (2.0, 1.0) if len(own) > 1 else (2.0,):
-        for place in range(len(own)):
-
-            def along(log: float, place: int = place) -> float:
-                """The size with another interval of one channel."""
-                return size([*logs[:place], log, *logs[place + 1 :]])
-
-            best = _golden(along, logs[place] - width, logs[place] + width)
-            if along(best) >= value:
-                logs[place], value = best, along(best)
-    out: list[Fraction | None] = [None] * len(shapes)
-    for i, log in zip(own, logs, strict=True):
-        reach = Fraction(2.0**log).limit_denominator(10**6) if log > -12 else Fraction(2.0**log)
-        out[i] = min(reach, shapes[i].reach or reach)
-    return out
-
-
-def _golden(value: Callable[[float], float], low: float, high: float, rounds: int = 14) -> float:
-    """About where a function with one peak is largest."""
-    ratio = (math.sqrt(5) - 1) / 2
-    a, b = high - ratio * (high - low), low + ratio * (high - low)
-    at_a, at_b = value(a), value(b)
-    for _ in range(rounds):
-        if at_a >= at_b:
-            high, b, at_b = b, a, at_a
-            a = high - ratio * (high - low)
-            at_a = value(a)
-        else:
-            low, a, at_a = a, b, at_b
-            b = low + ratio * (high - low)
-            at_b = value(b)
-    return a if at_a >= at_b else b
-
-
-def _draft(
-    plant: MultivariablePlant,
-    shapes: Sequence[Shape],
-    reaches: Sequence[Fraction | None],
-    points: NDArray[np.float64] | None,
-    margin: float,
-) -> dict[str, Any] | None:
-    used = _local(plant, shapes, reaches, exactly=True)
-    if used is None:
-        return None
-    local, sectors = used
-    found = ellipsoid(plant.doubles(), local, discrete=plant.dt is not None, points=points, margin=margin)
-    if found is None or not all(np.isfinite(part).all() for part in found):
-        return None
-    grown = _grown(plant, local, found)
-    P = _rounded(found.P * grown)
-    terms = list[dict[str, Any]]()
-    for i, one in enumerate(local):
-        weight = {"channel": i + 1, "weight": str(_short(float(found.weights[i]) * grown))}
-        if one.limit is None:
-            sector, reach = sectors[i], reaches[i]
-            assert sector is not None, "it was certified"
-            terms.append({**weight, "sector": [str(v) for v in sector], "reach": str(reach)})
-        else:
-            unit = 2.0 ** (math.floor(math.log2(one.limit)) - _BITS)
-            columns = np.sqrt(np.diag(found.P))
-            steps = [unit * 2.0 ** math.floor(math.log2(v)) for v in columns]
-            terms.append({**weight, "row": [str(_step(v, s)) for v, s in zip(found.rows[i], steps, strict=True)]})
-    entries = [
-        shape.entry(None if sector is None or reach is None else (*sector, reach))
-        for shape, sector, reach in zip(shapes, sectors, reaches, strict=True)
-    ]
-    return {
-        "verdict": "PROVED",
-        "system": system_of(plant),
-        "laws": {"graphs": entries},
-        "theorem": "local-circle",
-        "multiplier": {"terms": terms},
-        "proof": {"method": "ellipsoid", "P": [[str(v) for v in row[: i + 1]] for i, row in enumerate(P)]},
-    }
-
-
-def _grown(plant: MultivariablePlant, local: Sequence[Local], found: Ellipsoid) -> float:
-    """The factor of ``P`` with which the ellipsoid touches its strips, almost."""
-    C = plant.doubles()[2]
-    ratios = list[float]()
-    for i, one in enumerate(local):
-        row, limit = (C[i], one.reach) if one.limit is None else (found.rows[i], one.limit)
-        ratios.append(float(row @ np.linalg.solve(found.P, row)) / limit**2)
-    return max(*ratios, 1e-12) * (1 + 1e-9) if len(ratios) > 1 else max(ratios[0], 1e-12) * (1 + 1e-9)
-
-
-def _rounded(P: NDArray[np.float64]) -> list[list[Fraction]]:
-    """A symmetric matrix with entries of few digits, relative to the diagonal."""
-    scale = [math.floor(math.log2(math.sqrt(v))) for v in np.diag(P)]
-    n = len(P)
-    steps = [[2.0 ** (scale[i] + scale[j] - _BITS) for j in range(n)] for i in range(n)]
-    return [[_step(float(P[max(i, j), min(i, j)]), steps[i][j]) for j in range(n)] for i in range(n)]
-
-
-def _step(value: float, step: float) -> Fraction:
-    return round(value / step) * Fraction(step)
-
-
 def _above(value: Fraction) -> Fraction:
     """The number itself if it is short, else one of few digits that is not below it."""
     if value.denominator.bit_length() < 2 * _BITS:
         return value
     unit = Fraction(2) ** (math.floor(math.log2(abs(value))) - _BITS)
     return math.ceil(value / unit) * unit
-
-
-def _short(value: float) -> Fraction:
-    return _step(value, 2.0 ** (math.floor(math.log2(abs(value))) - 30)) if value else Fraction(0)
-
-
-# Starts outside.
-
-
-def proved_growth(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Refuted | None:
-    """A set ``x'Q x > 1`` from which every solution grows; None where none is found.
-
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of each nonlinearity: all have to be lines with limits.
-    """
-    clips = [clip for shape in shapes if (clip := shape.clip) is not None]
-    if len(clips) < len(shapes):
-        return None
-    A, B, C, D = plant.doubles()
-    outer = np.array([float(e) for e, *_ in clips])
-    sides = shifted((A, B, C, D), outer)
-    most = [max(abs(to_fraction(piece[0])) for piece in shape.pieces) for shape in shapes]
-    limits = np.array([float(v) for v in most])
-    for margin in MARGINS:
-        checkpoint()
-        found = growing(sides, limits, discrete=plant.dt is not None, margin=margin)
-        if found is None:
-            continue
-        weights = [_short(float(w)) for w in found.weights]
-        rate = max(_short(found.rate), sum((w * v * v for w, v in zip(weights, most, strict=True)), Fraction(0)))
-        diagonal = np.abs(np.diag(found.Q)) + 1e-6 * float(np.abs(found.Q).max())
-        scale = [math.floor(math.log2(math.sqrt(v))) for v in diagonal]
-        rows = [
-            [str(_step(float(found.Q[i, j]), 2.0 ** (scale[i] + scale[j] - _BITS))) for j in range(i + 1)]
-            for i in range(plant.order)
-        ]
-        try:
-            shown = checked(
-                {
-                    "verdict": "REFUTED",
-                    "system": system_of(plant),
-                    "laws": {"graphs": [shape.entry(None) for shape in shapes]},
-                    "theorem": "counterexample",
-                    "multiplier": {},
-                    "proof": {"method": "growth", "Q": rows, "rate": str(rate), "weights": [str(w) for w in weights]},
-                }
-            )
-        except (Rejected, Malformed):
-            continue
-        assert isinstance(shown, Refuted), "the checker makes it of this verdict"
-        return shown
-    return None
 
 
 # One state: signs.
@@ -491,6 +273,28 @@ def _between(low: Any, high: Any, roots: Sequence[Fraction | arb], side: int) ->
     return near + side if math.isinf(far) else (Fraction(near) + Fraction(far)) / 2
 
 
+def union_area(
+    parts: Sequence[Callable[[NDArray[np.float64]], NDArray[np.float64]]], reach: tuple[float, float]
+) -> float:
+    """A lower bound of the area of a union of convex sets: squares with all four corners in one of them.
+
+    Parameters
+    ----------
+    parts : sequence of callable
+        For each set the values at points, (k, 2), of a convex function that is at most 1 on it.
+    reach : tuple of float
+        Half the width and half the height of a box around 0 that is looked at.
+    """
+    count = 700
+    x, y = (np.linspace(-half, half, count + 1) for half in reach)
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    found = np.zeros((count, count), dtype=bool)
+    for value in parts:
+        inside = (value(points) <= 1 - 1e-9).reshape(count + 1, count + 1)
+        found |= inside[1:, 1:] & inside[1:, :-1] & inside[:-1, 1:] & inside[:-1, :-1]
+    return float(found.sum() * (x[1] - x[0]) * (y[1] - y[0]) * (1 - 1e-9))
+
+
 def volume_below(P: Sequence[Sequence[Fraction]]) -> float:
     """A lower bound of the length, area or volume of ``{x : x'P x <= 1}``.
 
@@ -510,8 +314,18 @@ def volume_above(Q: Sequence[Sequence[Fraction]]) -> float | None:
     Q : sequence of sequences of Fraction
         Symmetric.
     """
-    minors = [_determinant([row[:k] for row in Q[:k]]) for k in range(1, len(Q) + 1)]
-    return _volume(Q) * (1 + 1e-12) if min(minors) > 0 else None
+    return _volume(Q) * (1 + 1e-12) if positive(Q) else None
+
+
+def positive(P: Sequence[Sequence[Fraction]]) -> bool:
+    """Whether a symmetric matrix is positive definite, by its leading minors.
+
+    Parameters
+    ----------
+    P : sequence of sequences of Fraction
+        Symmetric.
+    """
+    return all(_determinant([row[:k] for row in P[:k]]) > 0 for k in range(1, len(P) + 1))
 
 
 def _determinant(P: Sequence[Sequence[Fraction]]) -> Fraction:

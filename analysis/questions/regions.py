@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
 from lure.analysis.certificates.checker import ATTRACTS, Proved, Refuted
 from lure.analysis.deadline import check_seconds, time_left, time_limit
+from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth, proved_level_set
 from lure.analysis.questions.region_sets import (
     Shape,
     matrix_of,
-    proved_ellipsoid,
-    proved_growth,
+    positive,
+    shape_given,
     shape_of,
     sign_interval,
     strips,
+    union_area,
     volume_above,
     volume_below,
 )
@@ -43,11 +48,21 @@ def _sentence(shown: Proved | Refuted) -> str:
 
 
 class AttractedSet(Record):
-    """A set from which every solution tends to 0: an ellipsoid ``x'P x <= level``, or an open interval."""
+    """A set from which every solution tends to 0: ``V <= level``, or an open interval.
 
-    kind: str = quantity("``ellipsoid``, ``interval`` or ``everything``")
+    ``V = x'P x`` of an ellipsoid, with integrals ``2 theta_i int_0^{sigma_i} phi_i`` of a level set.
+    """
+
+    kind: str = quantity("``ellipsoid``, ``level set``, ``interval`` or ``everything``")
     P: tuple[tuple[Fraction, ...], ...] | None = quantity("(n, n), of an ellipsoid, exactly", label="", default=None)
-    level: Fraction | None = quantity("of an ellipsoid", default=None)
+    level: Fraction | None = quantity("of an ellipsoid or a level set", default=None)
+    integrals: tuple[Mapping[str, Any], ...] = quantity(
+        "Of a level set ``x'P x + 2 sum theta_i int_0^{sigma_i} phi_i <= 1``: channel, theta, and the interval "
+        "``|sigma_i| <= reach`` on which it counts",
+        label="",
+        default=(),
+    )
+    convex: bool = quantity("Whether it is known to be convex", label="", key="", default=False)
     interval: Ends | None = quantity("of a loop with one state, its ends not included", default=None)
     bounds: tuple[Mapping[str, Any], ...] = quantity(
         "What is used of each nonlinearity there: its sector on an interval of sigma; or, of a line with limits, a row "
@@ -77,7 +92,47 @@ class AttractedSet(Record):
         x = [exact_number(v, f"state[{i}]") for i, v in enumerate(state)]
         if self.P is None:
             return self.interval is None or self.interval[0] < x[0] < self.interval[1]
-        return sum(x[i] * v * x[j] for i, row in enumerate(self.P) for j, v in enumerate(row)) <= 1
+        value = sum((x[i] * v * x[j] for i, row in enumerate(self.P) for j, v in enumerate(row)), Fraction(0))
+        for row, entry, shape in self._parts():
+            sigma = sum((c * v for c, v in zip(row, x, strict=True)), Fraction(0))
+            if abs(sigma) > Fraction(entry["reach"]):
+                return False
+            value += 2 * Fraction(entry["theta"]) * shape.exact_primitive(sigma)
+        return value <= 1
+
+    def values(self, points: Any) -> Any:  # noqa: ANN401  (arrays)
+        """``V`` at points, (k, n), in floating point; at most 1 on the set, ``inf`` where an interval is left.
+
+        Parameters
+        ----------
+        points : ndarray
+            (k, n) states.
+        """
+        found = np.einsum("ki,ij,kj->k", points, np.array(self.P, dtype=float), points)
+        for row, entry, shape in self._parts():
+            sigma = points @ np.array([float(c) for c in row])
+            found = found + 2 * float(Fraction(entry["theta"])) * shape.primitive(sigma)
+            found = np.where(np.abs(sigma) <= float(Fraction(entry["reach"])), found, np.inf)
+        return found
+
+    def least(self) -> Any:  # noqa: ANN401  (an array)
+        """A matrix whose form is not above ``V`` on the set."""
+        found = np.array(self.P, dtype=float)
+        for row, entry, _ in self._parts():
+            c = np.array([float(v) for v in row])
+            found = found + float(Fraction(entry["theta"]) * Fraction(entry["least"])) * np.outer(c, c)
+        return found
+
+    def _parts(self) -> Iterator[tuple[list[Fraction], Mapping[str, Any], Shape]]:
+        """For each integral the row of ``sigma``, its entry and the nonlinearity, from the certificate."""
+        certificate = self.proof.certificate
+        for entry in self.integrals:
+            i = entry["channel"] - 1
+            yield (
+                [Fraction(v) for v in certificate["system"]["C"][i]],
+                entry,
+                shape_given(certificate["laws"]["graphs"][i]),
+            )
 
     def __str__(self) -> str:
         return _sentence(self.proof)
@@ -141,10 +196,12 @@ class RegionOfAttraction(Record):
                 said = [f"PROVED: every solution that starts between {low} and {high} tends to 0."]
             else:
                 size = text_below(first.volume, 7)
-                said = [
-                    f"PROVED: every solution that starts in the ellipsoid x^T P x <= 1 tends to 0; its {word} is at "
-                    f"least {size}."
-                ]
+                where = (
+                    "the ellipsoid x^T P x <= 1"
+                    if first.kind == "ellipsoid"
+                    else "the level set x^T P x + 2 sum theta_i int phi_i <= 1"
+                )
+                said = [f"PROVED: every solution that starts in {where} tends to 0; its {word} is at least {size}."]
             if self.reach is not None:
                 said.append(f"It holds the points asked about times {text_below(self.reach, 7)}.")
         for one in self.outside:
@@ -178,7 +235,8 @@ def region(
     nonlinearities that are known.  An ellipsoid ``V = x'P x <= 1`` is attracted by 0 if ``V`` falls on it, where each
     ``phi_i`` may be bounded by what holds on the ellipsoid alone: a sector on the interval ``|sigma_i| <= c``; or, of a
     line with limits ``phi = e sigma + p``, ``(p_0 - p)(p - h x) >= 0`` where ``|h x| <= limit``, ``p_0`` without the
-    limits (the generalised sector condition) [1]_ [2]_.  With one state the signs of ``x'`` tell it exactly.
+    limits (the generalised sector condition) [1]_ [2]_.  In continuous time larger sets are looked for with
+    ``V = x'P x + 2 sum theta_i int_0^{sigma_i} phi_i``.  With one state the signs of ``x'`` tell it exactly.
 
     Parameters
     ----------
@@ -221,6 +279,7 @@ def region(
     The length of the region is at most 2.
     """
     check_seconds(seconds)
+    began = time.monotonic()
     found, shapes = _asked(plant, nonlinearities)
     points = None if along is None else _points(along, found.order)
     if not found.order:
@@ -250,23 +309,68 @@ def region(
             area=(0.0, high),
             reason="the time allowed is over" if late else "no invariant ellipsoid was found",
         )
-    P = matrix_of(proof.certificate)
-    one = AttractedSet(
-        kind="ellipsoid",
-        P=P,
-        level=Fraction(1),
-        bounds=tuple(strips(proof.certificate)),
-        volume=volume_below(P),
-        proof=proof,
-    )
+    more = None
+    if not late:
+        try:
+            with time_limit(None if seconds is None else max(1e-3, seconds - (time.monotonic() - began))):
+                more = proved_level_set(found, shapes, proof, points)
+        except TimeoutError:
+            pass
+    sets = [_set_of(one, shapes) for one in (proof, more) if one is not None]
+    sets.sort(key=lambda one: -one.volume)
+    low = sets[0].volume
+    if found.order == 2 and len(sets) > 1 and all(one.convex for one in sets):
+        low = max(low, union_area([one.values for one in sets], _box(sets)))
     return RegionOfAttraction(
         verdict=Verdict.PROVED,
         states=found.order,
-        sets=(one,),
+        sets=tuple(sets),
         outside=outside,
-        area=(one.volume, high),
-        reach=None if points is None else _reach(P, points),
+        area=(low, high),
+        reach=None if points is None else max(_reach(one, points) for one in sets),
     )
+
+
+def _set_of(proof: Proved, shapes: Sequence[Shape]) -> AttractedSet:
+    """An ellipsoid or a level set with integrals, and how large it is at least."""
+    P, data = matrix_of(proof.certificate), proof.certificate["proof"]
+    settings: dict[str, Any] = {
+        "P": P,
+        "level": Fraction(1),
+        "proof": proof,
+        "bounds": tuple(strips(proof.certificate)),
+    }
+    if data["method"] == "ellipsoid":
+        return AttractedSet(kind="ellipsoid", volume=volume_below(P), convex=True, **settings)
+    integrals = tuple(data["integrals"])
+    inner, flat, known = P, P, True  # above V; below its second derivative
+    rows = proof.certificate["system"]["C"]
+    for entry in integrals:
+        i, theta, reach = entry["channel"] - 1, Fraction(entry["theta"]), Fraction(entry["reach"])
+        found = nonlinearity_bounds(shapes[i].nonlinearity, on=(-reach, reach))
+        chord = (found.sector_upper if theta >= 0 else found.sector_lower).outer
+        slope = found.slope_lower if theta >= 0 else found.slope_upper
+        row = [Fraction(v) for v in rows[i]]
+        inner = _plus(inner, theta * Fraction(chord), row)
+        known = known and slope is not None
+        flat = flat if slope is None else _plus(flat, theta * Fraction(slope.outer), row)
+    convex = known and positive(flat)
+    one = AttractedSet(kind="level set", integrals=integrals, convex=convex, volume=volume_below(inner), **settings)
+    if convex and len(P) == 2:
+        return dataclasses.replace(one, volume=max(one.volume, union_area([one.values], _box([one]))))
+    return one
+
+
+def _plus(P: Sequence[Sequence[Fraction]], factor: Fraction, row: Sequence[Fraction]) -> Any:  # noqa: ANN401  (rows)
+    return tuple(
+        tuple(v + factor * a * b for v, b in zip(line, row, strict=True)) for line, a in zip(P, row, strict=True)
+    )
+
+
+def _box(sets: Sequence[AttractedSet]) -> tuple[float, float]:
+    """Half the sides of a box around 0 that holds the sets."""
+    halves = np.max([np.sqrt(np.diag(np.linalg.inv(one.least()))) for one in sets], axis=0)
+    return float(halves[0]) * 1.01, float(halves[1]) * 1.01
 
 
 def _everywhere(plant: MultivariablePlant, nonlinearities: Sequence[Any]) -> Proved | None:
@@ -325,11 +429,21 @@ def _points(along: Sequence[Sequence[float | Fraction]], n: int) -> Any:  # noqa
     return np.array([[float(v) for v in row] for row in exact])
 
 
-def _reach(P: Sequence[Sequence[Fraction]], points: Any) -> float:  # noqa: ANN401  (an array)
-    """The largest factor, rounded down."""
+def _reach(one: AttractedSet, points: Any) -> float:  # noqa: ANN401  (an array)
+    """The largest factor, rounded down: by halving, decided exactly."""
     exact = [[Fraction(v) for v in point] for point in points.tolist()]
-    most = max(sum(x[i] * v * x[j] for i, row in enumerate(P) for j, v in enumerate(row)) for x in exact)
-    return double_below(Fraction(math.isqrt((most.denominator << 256) // most.numerator), 1 << 128))
+    low, high = Fraction(0), Fraction(1)
+
+    def inside(factor: Fraction) -> bool:
+        """Whether the set holds all points times the factor."""
+        return all(one.contains([factor * v for v in point]) for point in exact)
+
+    while inside(high):
+        low, high = high, 2 * high
+    for _ in range(50):
+        middle = (low + high) / 2
+        low, high = (middle, high) if inside(middle) else (low, middle)
+    return double_below(low)
 
 
 def _of_signs(inside: Proved | None, outside: Refuted | None) -> RegionOfAttraction:

@@ -35,6 +35,10 @@ from lure.analysis.certificates.second.reading import (
 )
 
 INSIDE = "every motion that starts in {x : x^T P x <= 1} tends to 0, P as in the proof"
+LEVEL = (
+    "every motion that starts in {x : x^T P x + 2 sum theta_i int_0^sigma_i phi_i <= 1, |sigma_i| <= reach_i} tends to "
+    "0, P, theta and reach as in the proof"
+)
 BEYOND = "no motion that starts in {x : x^T Q x > 1} tends to 0, Q as in the proof"
 LARGEST_DEGREE = 40
 Cut = Fraction | None  # None: there is no end on this side
@@ -191,9 +195,9 @@ def shown(document: Document) -> str:
         require(not document.multiplier, "signs need no multiplier")
         return _by_signs(loop, document, inner=inner)
     if inner:
-        require(document.theorem == "local-circle", "the theorem is unknown for regions")
-        _require_ellipsoid(loop, document)
-        return INSIDE
+        require(document.theorem in ("local-circle", "local-popov"), "the theorem is unknown for regions")
+        _require_level_set(loop, document)
+        return INSIDE if document.theorem == "local-circle" else LEVEL
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
     _require_growth(loop, document)
     return BEYOND
@@ -215,14 +219,49 @@ def _row(values: Sequence[Fraction]) -> fmpq_mat:
     return fmpq_mat([[to_fmpq(v) for v in values]])
 
 
-def _require_ellipsoid(loop: _Loop, document: Document) -> None:
+def _integral_bounded(graph: Graph, least: Fraction, reach: Fraction, *, above: bool) -> bool:
+    """Whether ``2 int_0^sigma phi - least sigma^2`` is ``>= 0``, or ``<= 0``, for ``|sigma| <= reach``."""
+    for sign in (1, -1):  # over x = sign sigma in (0, reach), d/dx int phi = sign phi(sign x)
+        start_value = fmpq(0)
+        for start, end, piece in _pieces(graph, Fraction(sign)):
+            left = Fraction(0) if start is None else max(start, Fraction(0))
+            right = reach if end is None else min(end, reach)
+            if left >= right:
+                continue
+            own = (sign * piece).integral()
+            own += start_value - own(to_fmpq(left))
+            start_value = own(to_fmpq(right))
+            rest = 2 * own - to_fmpq(least) * X * X
+            if not _nonnegative(rest if above else -rest, left, right):
+                return False
+    return True
+
+
+def _require_level_set(loop: _Loop, document: Document) -> None:
     """Check that ``V`` falls on ``V <= 1``, and that the terms used for it count there."""
-    found = record(document.proof, "method", "P")
-    require(found["method"] == "ellipsoid", "the method does not fit the theorem")
+    level = document.theorem == "local-popov"
+    found = record(document.proof, "method", "P", *(("integrals",) if level else ()))
+    require(found["method"] == ("level-set" if level else "ellipsoid"), "the method does not fit the theorem")
     n, m = loop.sizes
     P = symmetric(found["P"], n)
-    _require_definite(P, "P is not shown to be positive definite")
-    inverse, M = P.inv(), -loop.form(P)
+    M, strips = -loop.form(P), list[tuple[fmpq_mat, Fraction]]()
+    least = P + 0 * P  # below V on the set
+    for entry in listed(found["integrals"]) if level else ():
+        given = record(entry, "channel", "theta", "reach", "least")
+        i, theta = count(given["channel"], least=1) - 1, number(given["theta"])
+        reach, bound = number(given["reach"]), number(given["least"])
+        require(i < m and reach > 0 and not loop.discrete, "an integral does not fit")
+        require(all(loop.D[i, j] == 0 for j in range(m)), "sigma of a channel with an integral depends on phi")
+        graph = loop.graphs[i]
+        require(graph.reach is None, "an integral is one of a known nonlinearity")
+        require(_integral_bounded(graph, bound, reach, above=theta >= 0), "an integral is not bounded")
+        row = fmpq_mat([loop.Y.tolist()[i][:n]])
+        least += to_fmpq(theta * bound) * (row.transpose() * row)
+        strips.append((row, reach))
+        half = fmpq_mat([[int(j == n + i) for j in range(n + m)]]).transpose() * (row * loop.F)
+        M -= to_fmpq(theta) * (half + half.transpose())
+    _require_definite(least, "V is not shown to be positive definite")
+    inverse = least.inv()
     reaches: dict[int, Fraction] = {}
     most = {i: max(map(abs, one.clip[2:])) for i, one in enumerate(loop.graphs) if one.clip and one.clip[0] == 0}
 
@@ -231,9 +270,11 @@ def _require_ellipsoid(loop: _Loop, document: Document) -> None:
         square = (row * inverse * row.transpose())[0, 0]
         require(half > 0 and bool(square < to_fmpq(half * half)), "the ellipsoid leaves a strip")
 
-    for given in listed(record(document.multiplier, "terms")["terms"]):
-        local = "sector" in mapping(given)
-        term = record(given, "channel", "weight", *(("sector", "reach") if local else ("row",)))
+    for strip in strips:
+        require_strip(*strip)
+    for item in listed(record(document.multiplier, "terms")["terms"]):
+        local = "sector" in mapping(item)
+        term = record(item, "channel", "weight", *(("sector", "reach") if local else ("row",)))
         i, weight = count(term["channel"], least=1) - 1, number(term["weight"])
         require(i < m and weight >= 0, "a channel is none, or a weight is negative")
         own, phi = fmpq_mat([loop.Y.tolist()[i]]), fmpq_mat([[int(j == n + i) for j in range(n + m)]])

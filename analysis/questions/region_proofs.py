@@ -1,0 +1,347 @@
+"""Sets inside and outside a region of attraction: proposed in floating point, rounded, decided by the checker."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.certificates.drafts import checked
+from lure.analysis.certificates.systems import system_of
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, ellipsoid, growing, shifted
+from lure.analysis.inequality.level_sets import level_set
+from lure.analysis.numerics.polynomial import to_fraction
+from lure.analysis.questions.region_sets import Shape, matrix_of
+from lure.arrays import NDArray, np
+from lure.plants.multivariable import MultivariablePlant
+
+MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
+_BITS = 40
+
+
+# Ellipsoids.
+
+
+def proved_ellipsoid(
+    plant: MultivariablePlant, shapes: Sequence[Shape], points: NDArray[np.float64] | None
+) -> Proved | None:
+    """A large ellipsoid whose solutions all tend to 0, accepted by the checker; None where none is found.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part.
+    shapes : sequence of Shape
+        What is known of the nonlinearity of each channel.
+    points : ndarray or None
+        (k, n) points whose largest multiple it is to hold; None for the largest volume.
+    """
+    best = _reaches(plant, shapes, points)
+    if best is None:
+        return None
+    for margin in MARGINS:
+        for shrunk in (Fraction(1), Fraction(999, 1000)):
+            checkpoint()
+            draft = _draft(plant, shapes, [None if c is None else c * shrunk for c in best], points, margin)
+            if draft is None:
+                continue
+            try:
+                found = checked(draft)
+            except (Rejected, Malformed):
+                continue
+            assert isinstance(found, Proved), "the checker makes it of this verdict"
+            return found
+    return None
+
+
+def _local(
+    plant: MultivariablePlant, shapes: Sequence[Shape], reaches: Sequence[Fraction | None], *, exactly: bool
+) -> tuple[list[Local], list[tuple[Fraction, Fraction] | None]] | None:
+    """What the search uses of each channel, and the sectors; channel after channel, as ``D`` has it."""
+    most, found = dict[int, float](), dict[int, Local]()
+    sectors: list[tuple[Fraction, Fraction] | None] = [None] * len(shapes)
+    left = set(range(len(shapes)))
+    while left:
+        free = [i for i in left if not any(plant.D[i][j] for j in left)]
+        if not free:
+            return None
+        for i in free:
+            left.discard(i)
+            clip, reach = shapes[i].clip, reaches[i]
+            if clip is not None:
+                found[i] = Local(float(clip[0]), float(clip[1]), float(clip[2]), math.inf)
+                most[i] = max(abs(float(p[0])) for p in shapes[i].pieces) if clip[0] == 0 else math.inf
+                continue
+            assert reach is not None, "a sector has one"
+            bounds = shapes[i].bounds(reach) if exactly else shapes[i].sampled(float(reach))
+            if bounds is None:
+                return None
+            if exactly:
+                sectors[i] = (Fraction(bounds[0]), Fraction(bounds[1]))
+            low, high = float(bounds[0]), float(bounds[1])
+            high += 1e-12 * (abs(high) + abs(low)) * (high == low)
+            rest = float(reach) - sum(abs(float(d)) * most[j] for j, d in enumerate(plant.D[i]) if d)
+            if not rest > 0:
+                return None
+            found[i] = Local(low, high, None, rest)
+            most[i] = max(abs(low), abs(high)) * float(reach)
+    return [found[i] for i in range(len(shapes))], sectors
+
+
+def _reaches(
+    plant: MultivariablePlant, shapes: Sequence[Shape], points: NDArray[np.float64] | None
+) -> list[Fraction | None] | None:
+    """For each sector the interval on which it is used: the best found, one after the other, by golden sections."""
+    sides, discrete = plant.doubles(), plant.dt is not None
+    own = [i for i, shape in enumerate(shapes) if shape.clip is None]
+
+    def size(logs: Sequence[float]) -> float:
+        """How large the ellipsoid is; -inf where there is none."""
+        checkpoint()
+        given: list[Fraction | None] = [None] * len(shapes)
+        for i, log in zip(own, logs, strict=True):
+            reach = Fraction(2.0**log).limit_denominator(10**9) if log > -20 else Fraction(2.0**log)
+            given[i] = reach if shapes[i].reach is None else min(reach, shapes[i].reach or reach)
+        used = _local(plant, shapes, given, exactly=False)
+        found = None if used is None else ellipsoid(sides, used[0], discrete=discrete, points=points)
+        if found is None:
+            return -math.inf
+        if points is None:
+            return found.size
+        return -max(0.5 * math.log(p @ found.P @ p) for p in points)
+
+    if not own:
+        return [None] * len(shapes)
+    sizes = [(size([k] * len(own)), float(k)) for k in range(-24, 25, 2)]
+    value, start = max(sizes)
+    if value == -math.inf:
+        return None
+    logs = [start] * len(own)
+    for width in (2.0, 1.0) if len(own) > 1 else (2.0,):
+        for place in range(len(own)):
+
+            def along(log: float, place: int = place) -> float:
+                """The size with another interval of one channel."""
+                return size([*logs[:place], log, *logs[place + 1 :]])
+
+            best = _golden(along, logs[place] - width, logs[place] + width)
+            if along(best) >= value:
+                logs[place], value = best, along(best)
+    out: list[Fraction | None] = [None] * len(shapes)
+    for i, log in zip(own, logs, strict=True):
+        reach = Fraction(2.0**log).limit_denominator(10**6) if log > -12 else Fraction(2.0**log)
+        out[i] = min(reach, shapes[i].reach or reach)
+    return out
+
+
+def _golden(value: Callable[[float], float], low: float, high: float, rounds: int = 14) -> float:
+    """About where a function with one peak is largest."""
+    ratio = (math.sqrt(5) - 1) / 2
+    a, b = high - ratio * (high - low), low + ratio * (high - low)
+    at_a, at_b = value(a), value(b)
+    for _ in range(rounds):
+        if at_a >= at_b:
+            high, b, at_b = b, a, at_a
+            a = high - ratio * (high - low)
+            at_a = value(a)
+        else:
+            low, a, at_a = a, b, at_b
+            b = low + ratio * (high - low)
+            at_b = value(b)
+    return a if at_a >= at_b else b
+
+
+def _draft(
+    plant: MultivariablePlant,
+    shapes: Sequence[Shape],
+    reaches: Sequence[Fraction | None],
+    points: NDArray[np.float64] | None,
+    margin: float,
+) -> dict[str, Any] | None:
+    used = _local(plant, shapes, reaches, exactly=True)
+    if used is None:
+        return None
+    local, sectors = used
+    found = ellipsoid(plant.doubles(), local, discrete=plant.dt is not None, points=points, margin=margin)
+    if found is None or not all(np.isfinite(part).all() for part in found):
+        return None
+    grown = _grown(plant, local, found)
+    P = _rounded(found.P * grown)
+    terms = list[dict[str, Any]]()
+    for i, one in enumerate(local):
+        weight = {"channel": i + 1, "weight": str(_short(float(found.weights[i]) * grown))}
+        if one.limit is None:
+            sector, reach = sectors[i], reaches[i]
+            assert sector is not None, "it was certified"
+            terms.append({**weight, "sector": [str(v) for v in sector], "reach": str(reach)})
+        else:
+            terms.append({**weight, "row": _row(found.rows[i], found.P, one)})
+    entries = [
+        shape.entry(None if sector is None or reach is None else (*sector, reach))
+        for shape, sector, reach in zip(shapes, sectors, reaches, strict=True)
+    ]
+    return {
+        "verdict": "PROVED",
+        "system": system_of(plant),
+        "laws": {"graphs": entries},
+        "theorem": "local-circle",
+        "multiplier": {"terms": terms},
+        "proof": {"method": "ellipsoid", "P": [[str(v) for v in row[: i + 1]] for i, row in enumerate(P)]},
+    }
+
+
+def _grown(plant: MultivariablePlant, local: Sequence[Local], found: Ellipsoid) -> float:
+    """The factor of ``P`` with which the ellipsoid touches its strips, almost."""
+    C = plant.doubles()[2]
+    ratios = list[float]()
+    for i, one in enumerate(local):
+        row, limit = (C[i], one.reach) if one.limit is None else (found.rows[i], one.limit)
+        ratios.append(float(row @ np.linalg.solve(found.P, row)) / limit**2)
+    return max(*ratios, 1e-12) * (1 + 1e-9) if len(ratios) > 1 else max(ratios[0], 1e-12) * (1 + 1e-9)
+
+
+def _rounded(P: NDArray[np.float64]) -> list[list[Fraction]]:
+    """A symmetric matrix with entries of few digits, relative to the diagonal."""
+    diagonal = np.abs(np.diag(P)) + 1e-6 * float(np.abs(P).max())
+    scale = [math.floor(math.log2(math.sqrt(v))) for v in diagonal]
+    n = len(P)
+    steps = [[2.0 ** (scale[i] + scale[j] - _BITS) for j in range(n)] for i in range(n)]
+    return [[_step(float(P[max(i, j), min(i, j)]), steps[i][j]) for j in range(n)] for i in range(n)]
+
+
+def _step(value: float, step: float) -> Fraction:
+    return round(value / step) * Fraction(step)
+
+
+def _short(value: float) -> Fraction:
+    return _step(value, 2.0 ** (math.floor(math.log2(abs(value))) - 30)) if value else Fraction(0)
+
+
+# Level sets with integrals.
+
+
+def proved_level_set(
+    plant: MultivariablePlant, shapes: Sequence[Shape], first: Proved, points: NDArray[np.float64] | None
+) -> Proved | None:
+    """A larger set than an ellipsoid, by the integrals of the nonlinearities; None where none is found.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part, in continuous time.
+    shapes : sequence of Shape
+        What is known of each nonlinearity.
+    first : Proved
+        The ellipsoid.
+    points : ndarray or None
+        (k, n) points whose largest multiple it is to hold; None for the largest volume.
+    """
+    given = [shape.pieces and not any(row) for shape, row in zip(shapes, plant.D, strict=True)]
+    if plant.dt is not None or not any(given):
+        return None
+    terms = first.certificate["multiplier"]["terms"]
+    reaches = [Fraction(term["reach"]) if "reach" in term else None for term in terms]
+    used = _local(plant, shapes, reaches, exactly=True)
+    assert used is not None, "it was proved with these"
+    zero = ["0"] * plant.order
+    ellipse = Ellipsoid(
+        np.array(matrix_of(first.certificate), dtype=float),
+        np.array([float(Fraction(term["weight"])) for term in terms]),
+        np.array([[float(Fraction(v)) for v in term.get("row", zero)] for term in terms]),
+    )
+    integrals = [shape.primitive if own else None for shape, own in zip(shapes, given, strict=True)]
+    for margin in MARGINS[1:]:
+        checkpoint()
+        found = level_set(plant.doubles(), used[0], integrals, ellipse, points=points, margin=margin)
+        if found is None:
+            return None
+        entries: list[dict[str, Any]] = [
+            {"channel": i + 1, "theta": str(_short(float(theta))), "reach": str(_short(float(reach) * (1 + 1e-6)))}
+            for i, (theta, reach) in enumerate(zip(found.theta, found.reaches, strict=True))
+            if given[i] and 2 * abs(theta) * float(shapes[i].primitive(np.array([reach]))[0]) > 1e-6
+        ]
+        for entry in entries:
+            entry["least"] = str(_least(shapes[entry["channel"] - 1], entry))
+        local = {**first.certificate, "multiplier": {"terms": []}}
+        for i, term in enumerate(terms):
+            weight = {"channel": i + 1, "weight": str(_short(float(found.weights[i])))}
+            own = {key: term[key] for key in ("sector", "reach") if key in term}
+            local["multiplier"]["terms"].append(
+                {**weight, **(own or {"row": _row(found.rows[i], found.P, used[0][i])})}
+            )
+        rows = [[str(v) for v in row[: i + 1]] for i, row in enumerate(_rounded(found.P))]
+        proof = {"method": "level-set", "P": rows, "integrals": entries}
+        try:
+            shown = checked({**local, "theorem": "local-popov", "proof": proof})
+        except (Rejected, Malformed):
+            continue
+        assert isinstance(shown, Proved), "the checker makes it of this verdict"
+        return shown
+    return None
+
+
+def _least(shape: Shape, entry: dict[str, Any]) -> Fraction:
+    """About the least, for ``theta < 0`` the largest, ``2 int phi / sigma^2`` on the interval."""
+    reach, above = float(Fraction(entry["reach"])), Fraction(entry["theta"]) >= 0
+    sigma = reach * np.concatenate([np.geomspace(1e-6, 1, 300), -np.geomspace(1e-6, 1, 300)])
+    ratio = 2 * shape.primitive(sigma) / sigma**2
+    value = float(ratio.min() if above else ratio.max())
+    return _short(value - (1 if above else -1) * 1e-8 * abs(value))
+
+
+def _row(row: NDArray[np.float64], P: NDArray[np.float64], one: Local) -> list[str]:
+    unit = 2.0 ** (math.floor(math.log2(one.limit or 1.0)) - _BITS)
+    diagonal = np.abs(np.diag(P)) + 1e-6 * float(np.abs(P).max())
+    steps = [unit * 2.0 ** math.floor(math.log2(v)) for v in np.sqrt(diagonal)]
+    return [str(_step(float(v), s)) for v, s in zip(row, steps, strict=True)]
+
+
+# Starts outside.
+
+
+def proved_growth(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Refuted | None:
+    """A set ``x'Q x > 1`` from which every solution grows; None where none is found.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part.
+    shapes : sequence of Shape
+        What is known of each nonlinearity: all have to be lines with limits.
+    """
+    clips = [clip for shape in shapes if (clip := shape.clip) is not None]
+    if len(clips) < len(shapes):
+        return None
+    A, B, C, D = plant.doubles()
+    outer = np.array([float(e) for e, *_ in clips])
+    sides = shifted((A, B, C, D), outer)
+    most = [max(abs(to_fraction(piece[0])) for piece in shape.pieces) for shape in shapes]
+    limits = np.array([float(v) for v in most])
+    for margin in MARGINS:
+        checkpoint()
+        found = growing(sides, limits, discrete=plant.dt is not None, margin=margin)
+        if found is None:
+            continue
+        weights = [_short(float(w)) for w in found.weights]
+        rate = max(_short(found.rate), sum((w * v * v for w, v in zip(weights, most, strict=True)), Fraction(0)))
+        rows = [[str(v) for v in row[: i + 1]] for i, row in enumerate(_rounded(found.Q))]
+        try:
+            shown = checked(
+                {
+                    "verdict": "REFUTED",
+                    "system": system_of(plant),
+                    "laws": {"graphs": [shape.entry(None) for shape in shapes]},
+                    "theorem": "counterexample",
+                    "multiplier": {},
+                    "proof": {"method": "growth", "Q": rows, "rate": str(rate), "weights": [str(w) for w in weights]},
+                }
+            )
+        except (Rejected, Malformed):
+            continue
+        assert isinstance(shown, Refuted), "the checker makes it of this verdict"
+        return shown
+    return None
