@@ -432,7 +432,8 @@ def _farthest_by(
     if known and not search.serves(widths(float(known) * (1 + _WORTH))):
         return None
     low = search.largest(widths, max(float(known), double_above(least)), most)
-    for step in _STEPS_DOWN if low > known else ():
+    steps = [step for step in _STEPS_DOWN if step == _STEPS_DOWN[0] or 10 * step >= search.precision]
+    for step in steps if low > known else ():
         checkpoint()
         alpha = Fraction(double_below(Fraction(low) * (1 - Fraction(step))))
         shown = proved_at(asked, name, search, alpha) if alpha > max(least, known) else None

@@ -113,20 +113,29 @@ def entries(section):
 def texts(thing):
     """The pieces of a docstring that are reStructuredText, as the reference takes them apart."""
     parts = sections(thing)
-    references = parts.get("References", "")
+
+    def cited(text):
+        """A text with the sources that it cites."""
+        return f"{text}\n\n{parts.get('References', '')}" if "]_" in text else text
+
     prose = [text for heading, text in parts.items() if heading not in FIELDS]
     yield "\n\n".join(prose)
     for heading in FIELDS:
         for names, kind, description in entries(parts.get(heading, "")):
             yield kind if heading in ("Parameters", "Attributes") else ", ".join(names)
-            yield f"{description}\n\n{references}"
+            yield cited(description)
     first = " ".join(parts[""].split("\n\n")[0].split())
-    yield f"{re.split(r'(?<=[.])[ ]', first)[0]}\n\n{references}"  # a summary table shows the first sentence alone
+    yield cited(re.split(r"(?<=[.])[ ]", first)[0])  # a summary table shows the first sentence alone
+
+
+PLAIN = re.compile(r"\s*([A-Z][a-z]+|[a-z]+)([ ,][^`*_|:\\]*)?\n?")  # begins with a word, has none of the signs of markup
 
 
 @functools.cache
 def complaints(text):
     """What docutils says of a text."""
+    if "\n" not in text.strip() and PLAIN.fullmatch(text):
+        return []
     said = io.StringIO()
     settings = {"warning_stream": said, "report_level": 2, "halt_level": 5, "file_insertion_enabled": False}
     docutils.core.publish_doctree(text, settings_overrides={"_disable_config": True, **settings})

@@ -51,7 +51,6 @@ def test_every_stiffness_agrees_with_forty_digits_within_the_error_it_reports(ep
     assert impulse < 3e-15
 
 
-@pytest.mark.parametrize("degree", [12, 24, 32])
 @pytest.mark.parametrize(
     "case",
     [
@@ -63,17 +62,19 @@ def test_every_stiffness_agrees_with_forty_digits_within_the_error_it_reports(ep
         {"gap": Fraction("-0.05")},
     ],
 )
-def test_every_boundary_agrees_with_forty_digits_at_every_degree(case, degree):
+def test_every_boundary_agrees_with_forty_digits_at_every_degree(case):
     rod = other_rod(
         compliance=Fraction("0.01"), damping=case.get("damping", Fraction("0.3")), gap=case.get("gap", Fraction("0.1"))
     )
     options = {name: case[name] for name in ("end_damping", "clamped", "rigid") if name in case}
     exact = reference(rod, 8, **loaded_waves(), boundary={"z": -rod.exact["gap"], **options})
-    motion = exact_motion(rod, LOADED, 8.0, boundary=Boundary(**options), numerics=Numerics(degree=degree))
     t = np.linspace(0, 8, 53)[1:]
-    error = max(abs(float(exact(s) - mpf(float(z)))) for s, z in zip(t, motion.z(t), strict=True))
-    assert error <= motion.error + ROUNDING
-    assert len(exact.events) == motion.crossings > 0
+    truth = [exact(s) for s in t]
+    for degree in (12, 24, 32):
+        motion = exact_motion(rod, LOADED, 8.0, boundary=Boundary(**options), numerics=Numerics(degree=degree))
+        error = max(abs(float(true - mpf(float(z)))) for true, z in zip(truth, motion.z(t), strict=True))
+        assert error <= motion.error + ROUNDING, degree
+        assert len(exact.events) == motion.crossings > 0
 
 
 # A force that jumps at 0.37 and at 2 (a window edge is at 2), ramps, then decays; an initial velocity with a jump and a
