@@ -146,13 +146,20 @@ class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
         return Form({key: z for key, z in out.items() if any(z)})
 
     def __mul__(self, other: Form) -> Form:
-        out = Form()
-        for (s, m), (a, b) in self.items():
+        (p, left), (q, right), out = self.whole(), other.whole(), dict[tuple[Fraction, int], tuple[int, int]]()
+        for (s, m), (a, b) in left:
             tick()
-            for (t, n), (c, d) in other.items():
-                u, v = out.get((s + t, m + n), (ZERO, ZERO))
-                out[s + t, m + n] = (u + a * c - b * d, v + a * d + b * c)
-        return out + Form()
+            for (t, n), (c, d) in right:
+                key = (s + t if t else s, m + n)
+                u, v = out.get(key, (0, 0))
+                out[key] = (u + a * c - b * d, v + a * d + b * c)
+        return Form({key: (Fraction(u, p * q), Fraction(v, p * q)) for key, (u, v) in out.items() if u or v})
+
+    def whole(self) -> tuple[int, list[tuple[tuple[Fraction, int], tuple[int, int]]]]:
+        """A common denominator, and the terms times that: sums of integers are quick."""
+        unit = math.lcm(*(x.denominator for z in self.values() for x in z))
+        rows = [[x.numerator * (unit // x.denominator) for x in z] for z in self.values()]
+        return unit, [(key, (u, v)) for key, (u, v) in zip(self, rows)]
 
     def __pow__(self, n: int) -> Form:
         return self * self ** (n - 1) if n > 0 else real(1)
@@ -216,12 +223,12 @@ def chain(p: list[int], q: list[int]) -> list[list[int]]:
 
 
 def value(p: Any, x: Fraction) -> Fraction:
-    """P(x)."""
-    total = ZERO
+    """P(x), with one division."""
+    total, unit = 0, 1
     for a in reversed(p):
         tick()
-        total = total * x + a
-    return total
+        total, unit = total * x.numerator + a * unit, unit * x.denominator
+    return Fraction(total) * x.denominator / unit
 
 
 def roots(p: Any, q: Any, low: Fraction, high: Fraction | None) -> int:

@@ -198,7 +198,11 @@ def test_plain_data_is_json_and_stays_what_it_is(value):
     assert plain(once) == once
 
 
-@pytest.mark.parametrize("name", builtin_loops())
+LONG = ("fetzer-scherer", "veenman-scherer-koroglu")  # seconds each; a third with several channels stays
+LOOPS = [pytest.param(name, marks=[pytest.mark.thorough] * (name in LONG)) for name in builtin_loops()]
+
+
+@pytest.mark.parametrize("name", LOOPS)
 def test_the_answer_about_every_named_loop_is_a_page_and_plain_data(name):
     block, classes = SYSTEMS[name].block, SYSTEMS[name].classes
     for found in [max_sector(block), nyquist_response(block)] if classes is None else [max_sector(block, classes)]:
