@@ -200,19 +200,13 @@ def simplest_between(low: Fraction, high: Fraction) -> Fraction:
         return Fraction(0)
     if high < 0:
         return -simplest_between(-high, -low)
-    terms: list[int] = []
-    while True:
-        whole = math.ceil(low)
-        if whole <= high:
-            terms.append(whole)
-            break
+    (a, b), (c, d) = low.as_integer_ratio(), high.as_integer_ratio()
+    p, q, p_next, q_next = 0, 1, 1, 0  # convergents of the terms so far
+    while (whole := -(-a // b)) * d > c:
         whole -= 1
-        terms.append(whole)
-        low, high = 1 / (high - whole), 1 / (low - whole)
-    result = Fraction(terms.pop())
-    while terms:
-        result = terms.pop() + 1 / result
-    return result
+        p, q, p_next, q_next = p_next, q_next, whole * p_next + p, whole * q_next + q
+        a, b, c, d = d, c - whole * d, b, a - whole * b  # 1/(high - whole), 1/(low - whole)
+    return Fraction(whole * p_next + p, whole * q_next + q)
 
 
 THEOREM = (

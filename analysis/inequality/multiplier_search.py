@@ -9,6 +9,7 @@ roots yield new cuts.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -170,15 +171,33 @@ def upper_bound(cuts: Sequence[Cut], *, nonnegative: bool = False) -> UpperBound
             return UpperBound(at_zero.u, (at_zero,))
     if not rising or not falling:
         return UpperBound(flat.u, (flat,))
-    left, right = rising[0], falling[0]
+    left, right, rough = rising[0], falling[0], [(_double(cut.u), _double(cut.w)) for cut in cuts]
     while True:
         theta = (right.u - left.u) / (left.w - right.w)
-        least = min(cuts, key=lambda cut: cut.at(theta))
+        least = min(_lowest(cuts, rough, theta), key=lambda cut: cut.at(theta))
         if least.w == 0:
             return UpperBound(flat.u, (flat,))
         if not least.at(theta) < left.at(theta):
             return UpperBound(least.at(theta), (left, right))
         left, right = (least, right) if least.w > 0 else (left, least)
+
+
+def _double(value: fmpq) -> float:
+    """The nearest double, nan if there is none."""
+    try:
+        return float(to_fraction(value))
+    except OverflowError:
+        return math.nan
+
+
+def _lowest(cuts: Sequence[Cut], rough: Sequence[tuple[float, float]], theta: fmpq) -> Sequence[Cut]:
+    """The cuts of which doubles leave open whether they are the least at ``theta``, all where doubles say nothing."""
+    t = _double(theta)
+    bounds = [(u + t * w, 1e-14 * (abs(u) + abs(t * w)) + 1e-290) for u, w in rough]
+    top = min(value + error for value, error in bounds)
+    if not math.isfinite(sum(value for value, _ in bounds)):
+        return cuts
+    return [cut for cut, (value, error) in zip(cuts, bounds, strict=True) if value - error <= top]
 
 
 def mixture(support: Sequence[Cut]) -> fmpq:
