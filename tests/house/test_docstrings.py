@@ -128,7 +128,9 @@ def texts(thing):
     yield cited(re.split(r"(?<=[.])[ ]", first)[0])  # a summary table shows the first sentence alone
 
 
-PLAIN = re.compile(r"\s*([A-Z][a-z]+|[a-z]+)([ ,][^`*_|:\\]*)?\n?")  # begins with a word, has none of the signs of markup
+PLAIN = re.compile(
+    r"\s*([A-Z][a-z]+|[a-z]+)([ ,][^`*_|:\\]*)?\n?"
+)  # begins with a word, has none of the signs of markup
 
 
 @functools.cache
