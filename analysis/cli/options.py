@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lure.analysis.verdict import Verdict
     from lure.errors import InputError
     from lure.files.system import LoopSystem
+    from lure.rod.assembly import RodAssembly
     from lure.rod.systems import RodSystem
 
 app = typer.Typer(
@@ -106,6 +107,23 @@ def rod_named(reference: str, settings: list[str] | None, *, doing: str = "") ->
     raise refused(
         f"{chosen.name} is a Lur'e loop{doing}; give a rod such as paper-rod, or a TOML file with a table [rod]"
     )
+
+
+def assembly_named(reference: str, settings: list[str] | None) -> RodAssembly | None:
+    """The rods with several contacts that a TOML file stands for; None if it is about something else.
+
+    Parameters
+    ----------
+    reference : str
+        The file.
+    settings : list of str or None
+        The option ``--set``.
+    """
+    from lure.files import find_system
+    from lure.rod.assembly import RodAssembly
+
+    rods = getattr(find_system(reference, settings or []), "approximates", None)
+    return rods if isinstance(rods, RodAssembly) else None
 
 
 def loop_named(reference: str, settings: list[str] | None) -> LoopSystem:

@@ -17,6 +17,7 @@ from lure.analysis.cli.options import (
     Rigid,
     Settings,
     app,
+    assembly_named,
     check_figure,
     option,
     print_json,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from lure.analysis.rod.response import Basin, Bifurcation, Plan, Response
     from lure.analysis.rod.response.sweeping import Order
     from lure.analysis.rod.runs import Request
+    from lure.rod.assembly import RodAssembly
     from lure.rod.scenario import Scenario
     from lure.rod.systems import RodSystem
 
@@ -148,6 +150,17 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Compute a motion, print a summary, write and draw what was asked for."""
+    several = assembly_named(system, set_)
+    if several is not None:
+        plain = (method, fields, boundary, end_damping, rigid, cells, space, order, space_time, animation, span)
+        if plain != ("exact", 0, "dashpot", 0.0, False, None, None, None, None, None, None):
+            raise refused(
+                f"{several.words} have one motion, exact, with the options --until, --samples, --output and --plot; "
+                "leave out the others, which are for one rod"
+            )
+        results = {"output": output, "plot": plot}
+        _simulate_several(several, until, results, samples, replace=replace, as_json=as_json, quiet=quiet)
+        return
     chosen = rod_named(system, set_, doing=", and lure simulate follows rods")
     from lure.analysis.rod.runs import Request
 
@@ -167,6 +180,49 @@ def simulate(
     targets = {kind: path for kind, path in results.items() if path is not None}
     _check(targets, (request, chosen), span, replace=replace)
     _perform((request, chosen), targets, span, replace=replace, as_json=as_json, quiet=quiet)
+
+
+def _simulate_several(
+    rods: RodAssembly,
+    until: float | None,
+    results: dict[str, Path | None],
+    samples: int,
+    *,
+    replace: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Follow rods with several contacts, write and draw what was asked for, and say what it showed."""
+    if not rods.scenarios:
+        raise refused("nothing moves: give a [[rod]] u0, u1 or g")
+    targets = {kind: path for kind, path in results.items() if path is not None}
+    check_figure(targets.get("plot"), replace=replace)
+    from lure.analysis.output import check_targets, written
+    from lure.analysis.rod.assembly import motion_sentences
+    from lure.analysis.rod.runs.drawing import check_netcdf, write_dataset
+    from lure.rod.assembly_motion import assembly_motion
+
+    check_targets(list(targets.values()), replace=replace)
+    if "output" in targets:
+        check_netcdf()
+    with progress(quiet=quiet) as tell:
+        if tell:
+            tell("the motion of the rods", 0.0)
+        motion = assembly_motion(rods, until=until)
+        sampled = motion.sampled(samples)
+    if "output" in targets:
+        with written([targets["output"]], replace=replace) as places:
+            write_dataset(sampled.to_xarray(), places[targets["output"]])
+    from lure.analysis.rod.plots import plot_assembly_contacts
+
+    if "plot" in targets:
+        write_figure(targets["plot"], partial(plot_assembly_contacts, motion), (6.6, 4.4), replace=replace)
+    if as_json:
+        print_json(motion.to_dict())
+    else:
+        print_wrapped([f"{text[0].upper()}{text[1:]}." for text in motion_sentences(motion)])
+    if targets:
+        print_note(f"Written: {' and '.join(map(str, targets.values()))}", as_json=as_json, quiet=quiet)
 
 
 def _check(

@@ -360,6 +360,8 @@ Methods:
   LSODA, RK45, DOP853, Radau, BDF, CVODE
             a general integrator on the scheme of --cells N
 Only `exact` is a motion of the rod; every result says what moved.
+Rods with several contacts, a file with [contact], move exactly, with
+--until, --samples, --output and --plot; their data are [[rod]] u0, u1, g.
 
 \b
 A file run.nc is netCDF 4 (needs lure[netcdf]); figures are SVG or PNG;

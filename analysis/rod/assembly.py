@@ -1,14 +1,21 @@
-"""Rods with several contacts themselves, not their scheme: the energy theorem, with its certificate."""
+"""Rods with several contacts themselves, not their scheme: the energy theorem, its certificate, and one motion."""
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked
-from lure.errors import AssumptionError, Reason
+from lure.analysis.report.parts import ContradictionError, FigureSpec
+from lure.errors import AssumptionError, InputError, Reason
 from lure.rod.assembly import RodAssembly
 from lure.rod.transfer import certificate_parameters
+
+if TYPE_CHECKING:
+    from lure.rod.assembly_motion import AssemblyMotion
 
 
 def of_the_rods(assembly: RodAssembly) -> tuple[str, Proved | None]:
@@ -26,6 +33,78 @@ def of_the_rods(assembly: RodAssembly) -> tuple[str, Proved | None]:
         return f"{head}nothing is proved: {refused}.", None
     laws = "whatever the pressures are, if they oppose the closing of their contacts and are locally Lipschitz"
     return f"{head}it is proved without loads that {shown.certificate['conclusion']}, {laws} (certified).", shown
+
+
+def followed(assembly: RodAssembly) -> tuple[tuple[str, ...], tuple[FigureSpec, ...]]:
+    """What a report says and draws of one motion of the rods themselves; nothing if none is asked for.
+
+    Parameters
+    ----------
+    assembly : RodAssembly
+        The rods, with what acts on each and how it starts.
+
+    Raises
+    ------
+    ContradictionError
+        Without loads the energy grows by more than the error of its balance: a bug.
+    """
+    if not assembly.scenarios:
+        return (), ()
+    from lure.analysis.rod.plots import plot_assembly_contacts, plot_assembly_ends, plot_assembly_energy
+    from lure.rod.assembly_motion import assembly_motion
+
+    try:
+        motion = assembly_motion(assembly)
+    except (AssumptionError, InputError) as refused:
+        return (f"the rods themselves were not followed: {refused}",), ()
+    energy = motion.energies(np.linspace(0.0, motion.until, 401))
+    free, damped = all(one.free for one in assembly.scenarios), all(rod.damping >= 0 for rod in assembly.rods)
+    if free and damped and float(np.diff(energy).max()) > 1e-9 * float(energy.max()):
+        raise ContradictionError(
+            f"the energy of {assembly.words} grows along a motion without loads, which is proved not to happen: "
+            "please report the file"
+        )
+    note = "Computed without a grid, of this motion alone."
+    drawn = (
+        ("rods-contacts", "The contacts of the rods", f"Contact where the upper curve is positive. {note}",
+         plot_assembly_contacts),
+        ("rods-ends", "The ends of the rods", note, plot_assembly_ends),
+        ("rods-energy", "The energy of the rods", f"Lost in the dashpots, and in an obstacle that moves. {note}",
+         plot_assembly_energy),
+    )  # fmt: skip
+    figures = [
+        FigureSpec(name=name, section="simulation", title=title, caption=caption, draw=partial(draw, motion))
+        for name, title, caption, draw in drawn
+    ]
+    return motion_sentences(motion), tuple(figures)
+
+
+def motion_sentences(motion: AssemblyMotion) -> tuple[str, ...]:
+    """What one motion showed: how long it was followed and how exactly, each contact, the energy.
+
+    Parameters
+    ----------
+    motion : AssemblyMotion
+        The motion.
+    """
+    energy = motion.energies([0.0, motion.until])
+    said = [
+        f"one motion of the rods themselves was followed for {motion.until:.4g} s without a grid (error about "
+        f"{motion.error:.1g} m, energy balanced to {motion.energy_residual:.1g}); it proves nothing of others"
+    ]
+    for i, stretches in enumerate(motion.contacts, 1):
+        if not stretches:
+            said.append(f"contact {i} was never closed")
+            continue
+        times = "once" if len(stretches) == 1 else f"{len(stretches)} times"
+        area, largest = motion.run.network.areas[i - 1], max(one.peak_stress for one in stretches)
+        impulse = sum(one.impulse for one in stretches)
+        said.append(
+            f"contact {i} was closed {times}, first from {stretches[0].start:.6g} s on; its largest force was "
+            f"{area * largest:.6g} N, its impulse {impulse:.6g} N s{'' if stretches[-1].closed else '; it still is'}"
+        )
+    said.append(f"the energy was {energy[0]:.6g} J at the start and {energy[-1]:.6g} J at the end")
+    return tuple(said)
 
 
 def rods_at_rest(assembly: RodAssembly) -> Proved:

@@ -13,6 +13,7 @@ from lure.plants.conversion import as_plant
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.rod.parameters import Rod
+from lure.rod.scenario import Scenario
 
 Arrangement = Literal["both-ends", "across-gap", "one-obstacle"]
 ARRANGEMENTS: tuple[Arrangement, ...] = ("both-ends", "across-gap", "one-obstacle")
@@ -49,12 +50,17 @@ class RodAssembly:
         For each contact ``eps > 0`` [m/Pa] of ``p(r) = max(r, 0)/eps``, and its gap ``>= 0`` [m].
     obstacle_damping : Fraction or None
         ``k_o > 0`` [N s/m]; None for an obstacle that does not move.
+    scenarios : tuple of Scenario
+        For each rod the force at ``x = 0`` and the initial data of a motion to follow; empty for none.  No part of
+        what is proved.
+    until : float or None
+        End of that motion [s]; None for 20 passages of a wave through the slowest rod.
 
     Raises
     ------
     InputError
         There are not as many rods or contacts as the arrangement has, a compliance is not positive, a gap is negative,
-        or an obstacle that moves has no ``k_o > 0`` or no rods of its own.
+        an obstacle that moves has no ``k_o > 0`` or no rods of its own, or there is not one scenario a rod.
     """
 
     arrangement: Arrangement
@@ -62,6 +68,8 @@ class RodAssembly:
     compliances: tuple[Fraction, ...]
     gaps: tuple[Fraction, ...]
     obstacle_damping: Fraction | None = None
+    scenarios: tuple[Scenario, ...] = ()
+    until: float | None = None
 
     def __post_init__(self) -> None:
         if self.arrangement not in ARRANGEMENTS:
@@ -89,6 +97,9 @@ class RodAssembly:
                 "one-obstacle, or leave it out for an obstacle that does not move"
             )
 
+        if len(self.scenarios) not in (0, len(self.rods)):
+            raise InputError(f"there are {len(self.scenarios)} scenarios for {len(self.rods)} rods; give one for each")
+
     @property
     def contacts(self) -> int:
         """How many nonlinearities there are."""
@@ -98,6 +109,11 @@ class RodAssembly:
     def words(self) -> str:
         """The arrangement in words."""
         return _WORDS[self.arrangement]
+
+    @property
+    def rounded(self) -> tuple[int, ...]:
+        """The rods whose wave speed ``sqrt(E/rho)`` is irrational, counted from 1: their scheme has the next double."""
+        return tuple(number for number, rod in enumerate(self.rods, 1) if not _wave_speed(rod)[1])
 
     def nonlinearity_tables(self) -> list[dict[str, object]]:
         """The pressures ``p_i(sigma_i - gap_i)`` as tables ``[[nonlinearity]]``, in the order of the contacts."""
@@ -132,11 +148,11 @@ class RodAssembly:
         Raises
         ------
         InputError
-            ``cells`` is out of range, or the wave speed of a rod is irrational.
+            ``cells`` is out of range.
         """
         if not 1 <= cells <= MOST_CELLS:
             raise InputError(f"discretisation.cells is {cells}; give 1 to {MOST_CELLS} for several contacts")
-        parts, m = [_Bar(rod, cells, number) for number, rod in enumerate(self.rods, 1)], self.contacts
+        parts, m = [_Bar(rod, cells) for rod in self.rods], self.contacts
         both = self.arrangement == "both-ends"
         waves, states = 2 * cells * len(parts), 2 * cells * len(parts) + (1 if both else m)
         A, B, C = (_zeros(rows, columns) for rows, columns in ((states, states), (states, m), (m, states)))
@@ -227,18 +243,18 @@ class RodAssembly:
 class _Bar:
     """What the scheme needs of one rod, exactly."""
 
-    def __init__(self, rod: Rod, cells: int, number: int) -> None:
-        E, rho, L, area, k = (rod.exact[name] for name in ("youngs_modulus", "density", "length", "area", "damping"))
-        square = E / rho
-        speed = Fraction(math.isqrt(square.numerator), math.isqrt(square.denominator))
-        if speed * speed != square:
-            near = Fraction(f"{math.sqrt(E / rho):.9g}")
-            raise InputError(
-                f"[[rod]] number {number}: the wave speed sqrt(E/rho) is irrational, and the scheme of several "
-                f"contacts is exact; give youngs_modulus = {float(rho * near * near):.17g}, for {float(near):.9g} m/s"
-            )
+    def __init__(self, rod: Rod, cells: int) -> None:
+        rho, L, area, k = (rod.exact[name] for name in ("density", "length", "area", "damping"))
+        speed, _ = _wave_speed(rod)
         self.rate, self.impedance = cells * speed / L, area * rho * speed
         self.reflection, self.gain = (k - self.impedance) / (k + self.impedance), 1 / (k + self.impedance)
+
+
+def _wave_speed(rod: Rod) -> tuple[Fraction, bool]:
+    """``sqrt(E/rho)``, and whether it is that; else the double next to it."""
+    square = rod.exact["youngs_modulus"] / rod.exact["density"]
+    root = Fraction(math.isqrt(square.numerator), math.isqrt(square.denominator))
+    return (root, True) if root * root == square else (Fraction(rod.wave_speed), False)
 
 
 def _zeros(rows: int, columns: int) -> Matrix:

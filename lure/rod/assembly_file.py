@@ -14,8 +14,9 @@ from lure.files.system import LoopSystem, channel_system, loop_system
 from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.plants.multivariable import MultivariablePlant
 from lure.rod.assembly import ARRANGEMENTS, MOST_CELLS, Arrangement, RodAssembly
-from lure.rod.file import Cells, Positive, damping_of
-from lure.rod.parameters import Rod
+from lure.rod.file import ZERO_OF_T, ZERO_OF_X, Cells, Formula, Positive, damping_of
+from lure.rod.parameters import PARAMETERS, Rod
+from lure.rod.scenario import Scenario
 
 
 def _arrangement(value: object, info: ValidationInfo) -> object:
@@ -47,6 +48,9 @@ class BarTable(BaseModel):
     damping: Annotated[Fraction | str, BeforeValidator(damping_of)] = Field(
         description='k, dashpot at x = 0 [N s/m], or a multiple of A sqrt(rho E) such as "2 Z"'
     )
+    u0: Formula = Field(default=ZERO_OF_X, description="displacement at t = 0, of x [m]")
+    u1: Formula = Field(default=ZERO_OF_X, description="velocity at t = 0, of x [m/s]")
+    g: Formula = Field(default=ZERO_OF_T, description="force on the end x = 0, of t [N]")
 
 
 class ContactTable(BaseModel):
@@ -74,6 +78,13 @@ class SchemeTable(BaseModel):
     cells: Cells = Field(default=3, description=f"N of the scheme that is analysed, 1 to {MOST_CELLS}")
 
 
+class MotionTable(BaseModel):
+    """``[simulation]``: how long the rods are followed."""
+
+    model_config = ConfigDict(**STRICT, title="simulation")
+    until: Positive | None = Field(default=None, description="end [s]; else 20 passages of a wave")
+
+
 class AssemblyTables(BaseModel):
     """A whole file."""
 
@@ -82,6 +93,7 @@ class AssemblyTables(BaseModel):
     contact: ContactTable
     rod: Annotated[list[BarTable], BeforeValidator(_array)]
     discretisation: SchemeTable = SchemeTable()
+    simulation: MotionTable = MotionTable()
 
 
 def assembly_of(tables: AssemblyTables) -> RodAssembly:
@@ -98,7 +110,10 @@ def assembly_of(tables: AssemblyTables) -> RodAssembly:
         A rod or the assembly refuses its parameters.
     """
     given = tables.contact
-    rods = tuple(Rod(**{key: getattr(one, key) for key in BarTable.model_fields}, compliance=1) for one in tables.rod)
+    own = [key for key in BarTable.model_fields if key in PARAMETERS]
+    rods = tuple(Rod(**{key: getattr(one, key) for key in own}, compliance=1) for one in tables.rod)
+    scenarios = tuple(Scenario(force=one.g, displacement=one.u0, velocity=one.u1) for one in tables.rod)
+    still = all(one.g.is_zero and one.u0.is_zero and one.u1.is_zero for one in tables.rod)
     contacts = {"both-ends": 2, "across-gap": 1}.get(given.arrangement, len(rods))
     compliances, gaps = (values * contacts if len(values) == 1 else values for values in (given.compliance, given.gap))
     return RodAssembly(
@@ -107,6 +122,8 @@ def assembly_of(tables: AssemblyTables) -> RodAssembly:
         compliances=compliances,
         gaps=gaps,
         obstacle_damping=given.obstacle_damping,
+        scenarios=() if still else scenarios,
+        until=None if tables.simulation.until is None else float(tables.simulation.until),
     )
 
 
@@ -131,7 +148,9 @@ def assembly_loop(assembly: RodAssembly, cells: int, *, name: str = "rods", sour
         There is no such scheme.
     """
     scheme = f"upwind scheme with {cells} cell{'s' * (cells > 1)} a rod"
-    identity = (f"{name}, {scheme}", f"the {scheme} of {assembly.words}", source)
+    rounded = ", with the wave speed of rod {} rounded to a double".format(" and ".join(map(str, assembly.rounded)))
+    title = f"the {scheme} of {assembly.words}{rounded if assembly.rounded else ''}"
+    identity = (f"{name}, {scheme}", title, source)
     plant, tables = assembly.scheme(cells), assembly.nonlinearity_tables()
     if isinstance(plant, MultivariablePlant):
         found = channel_system(identity, plant, nonlinearity_tables=tables)
@@ -150,13 +169,13 @@ def _none(name: str) -> LoopSystem:
 
 ASSEMBLY_FILE = FileKind(
     word="rods",
-    tables={"contact": ContactTable, "rod": BarTable, "discretisation": SchemeTable},
+    tables={"contact": ContactTable, "rod": BarTable, "discretisation": SchemeTable, "simulation": MotionTable},
     model=AssemblyTables,
     build=_built,
     written=lambda system: {"name": system.name},
     names=tuple,
     builtin=_none,
-    texts=("name", "contact.arrangement"),
+    texts=("name", "contact.arrangement", "rod.u0", "rod.u1", "rod.g"),
     beside=("rod",),
 )
 """Files with a ``[contact]``."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lure.errors import InputError
-from lure.record import Record, quantity
+from lure.record import Record, plain, quantity
 from lure.rod.assembly import RodAssembly
 from lure.rod.motion.network import Line, Network, Run, Step, begun
 from lure.rod.motion.pieces import Array, values
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 _BALANCED = 200  # instants at which the energy is added up
 _MOST_TRANSITS = 100_000
+_PASSAGES = 20
 
 
 class AssemblySamples(Record):
@@ -90,8 +91,7 @@ class AssemblyMotion:
 
     def stresses(self, t: ArrayLike) -> Array:
         """(.., m) contact stress ``p_i = max(sigma_i - gap_i, 0)/eps_i`` [Pa]."""
-        net = self.run.network
-        return np.asarray(np.maximum(self.sigma(t) - net.gaps, 0.0) / net.compliance)
+        return np.maximum(self._read(t, "stress"), 0.0)
 
     def forces(self, t: ArrayLike) -> Array:
         """(.., m) contact force, the stress times the area on which it acts [N]."""
@@ -137,7 +137,7 @@ class AssemblyMotion:
     def energies(self, t: ArrayLike) -> Array:
         r"""(..) ``E(t) = sum_j A/2 int (rho v^2 + E w^2) dx + sum_i A_i P_i(sigma_i)`` [J]."""
         times, net = self._times(t), self.run.network
-        stored = 0.5 * net.areas / net.compliance * np.maximum(self.sigma(t) - net.gaps, 0.0) ** 2
+        stored = 0.5 * net.areas * net.compliance * self.stresses(t) ** 2
         waves = [_wave_energy(self.run, time) for time in times.ravel().tolist()]
         return np.asarray(np.reshape(waves, times.shape) + stored.sum(axis=-1))
 
@@ -172,6 +172,19 @@ class AssemblyMotion:
             error=self.error,
         )
 
+    def to_dict(self) -> dict[str, object]:
+        """What is said of the motion as plain JSON data; the curves are in :meth:`sampled`."""
+        energy = self.energies([0.0, self.until]).tolist()
+        return {
+            "about": self.assembly.words,
+            "evidence": "computed",
+            "until": self.until,
+            "contacts": plain(self.contacts),
+            "energy": {"start": energy[0], "end": energy[1]},
+            "energy_residual": self.energy_residual,
+            "error": self.error,
+        }
+
     def __str__(self) -> str:
         counts = ", ".join(str(len(one)) for one in self.contacts)
         return (
@@ -203,7 +216,9 @@ class AssemblyMotion:
         return np.asarray(found.reshape(*times.shape, rows))
 
 
-def assembly_motion(assembly: RodAssembly, scenarios: Sequence[Scenario], until: float) -> AssemblyMotion:
+def assembly_motion(
+    assembly: RodAssembly, scenarios: Sequence[Scenario] = (), until: float | None = None
+) -> AssemblyMotion:
     r"""Motion of rods with several contacts on ``[0, until]``, to rounding and the error of its series.
 
     By d'Alembert the waves travel unchanged, ``r1(t, L) = r1(t - T, 0)`` and ``r2(t, 0) = r2(t - T, L)``; at the ends
@@ -219,9 +234,10 @@ def assembly_motion(assembly: RodAssembly, scenarios: Sequence[Scenario], until:
     assembly : RodAssembly
         The rods, each with any damping that a rod may have.
     scenarios : sequence of Scenario
-        For each rod the force ``g(t)`` at ``x = 0`` [N], and initial displacement and velocity; no body force.
-    until : float
-        End of the motion [s], at most 100 000 transits of the rod with the shortest.
+        For each rod the force ``g(t)`` at ``x = 0`` [N], and initial displacement and velocity; no body force.  By
+        default those of the assembly.
+    until : float, optional
+        End of the motion [s], at most 100 000 transits of the rod with the shortest; by default that of the assembly.
 
     Returns
     -------
@@ -250,7 +266,9 @@ def assembly_motion(assembly: RodAssembly, scenarios: Sequence[Scenario], until:
     >>> float(motion.sigma(0.5)[0]), round(motion.contacts[0][0].start, 12)
     (1.0, 0.5)
     """
-    rods, data = assembly.rods, tuple(scenarios)
+    rods, data = assembly.rods, tuple(scenarios) or assembly.scenarios
+    if until is None:
+        until = assembly.until or _PASSAGES * max(rod.travel_time for rod in rods)
     if len(data) != len(rods):
         raise InputError(f"there are {len(data)} scenarios for {len(rods)} rods; give one for each")
     for number, one in enumerate(data, 1):
@@ -265,8 +283,8 @@ def assembly_motion(assembly: RodAssembly, scenarios: Sequence[Scenario], until:
     steps = tuple(run.steps(end))
     balance, largest = 0.0, first
     for step in steps[:: max(1, len(steps) // _BALANCED)] + steps[-1:]:
-        y = np.maximum(step.sigma.sum(axis=1) - net.gaps, 0.0)
-        energy = _wave_energy(run, step.high) + float((0.5 * net.areas / net.compliance * y**2).sum())
+        stored = 0.5 * net.areas * net.compliance * step.stress.sum(axis=1) ** 2
+        energy = _wave_energy(run, step.high) + float(stored.sum())
         balance, largest = max(balance, abs(energy + step.lost - first)), max(largest, energy, abs(step.lost))
     waves = (*run.forward, *run.backward)
     return AssemblyMotion(
@@ -364,7 +382,7 @@ def _wave_energy(run: Run, t: float) -> float:
         zip(run.forward, run.backward, strict=True), net.travel.tolist(), net.impedance.tolist(), strict=True
     ):
         total += 0.25 * Z * net.seconds * sum(line.totals(t)[1] - line.totals(t - T)[1] for line in line_pair)
-    return total
+    return max(total, 0.0)
 
 
 def _energy(run: Run, t: float) -> float:

@@ -74,9 +74,9 @@ Positive: TypeAlias = Annotated[Fraction, BeforeValidator(_positive)]
 Formula: TypeAlias = Annotated[Expression, BeforeValidator(_formula)]
 Cells: TypeAlias = Annotated[int, BeforeValidator(_whole)]
 
-_ZERO_OF_T = Expression.parse(0, variables=("t",))
+ZERO_OF_T = Expression.parse(0, variables=("t",))
 _ZERO_OF_TX = Expression.parse(0, variables=("t", "x"))
-_ZERO_OF_X = Expression.parse(0, variables=("x",))
+ZERO_OF_X = Expression.parse(0, variables=("x",))
 
 
 class RodTable(BaseModel):
@@ -109,7 +109,7 @@ class ForceTable(BaseModel):
     """``[force]``: loads."""
 
     model_config = ConfigDict(**STRICT, title="force")
-    g: Formula = Field(default=_ZERO_OF_T, description="force on the end x = 0, of t [N]")
+    g: Formula = Field(default=ZERO_OF_T, description="force on the end x = 0, of t [N]")
     f: Formula = Field(default=_ZERO_OF_TX, description="force along the rod, of t and x [N/m]")
 
 
@@ -117,8 +117,8 @@ class InitialTable(BaseModel):
     """``[initial]``: the state at ``t = 0``."""
 
     model_config = ConfigDict(**STRICT, title="initial")
-    u0: Formula = Field(default=_ZERO_OF_X, description="displacement at t = 0, of x [m]")
-    u1: Formula = Field(default=_ZERO_OF_X, description="velocity at t = 0, of x [m/s]")
+    u0: Formula = Field(default=ZERO_OF_X, description="displacement at t = 0, of x [m]")
+    u1: Formula = Field(default=ZERO_OF_X, description="velocity at t = 0, of x [m/s]")
 
 
 class SimulationTable(BaseModel):

@@ -1,22 +1,28 @@
-"""Rods with several contacts themselves: the energy theorem's certificate, and what neither checker accepts."""
+"""Rods with several contacts themselves: the energy theorem's certificate, what neither checker accepts, one motion."""
 
 import copy
 import json
+from dataclasses import replace
 from fractions import Fraction as F
 from importlib import resources
 
 import jsonschema
+import numpy as np
 import pytest
+import xarray
+from matplotlib.figure import Figure
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.report.loop.build import build_loop_report
-from lure.analysis.rod.assembly import of_the_rods, rods_at_rest
+from lure.analysis.report.parts import ContradictionError
+from lure.analysis.rod.assembly import followed, of_the_rods, rods_at_rest
 from lure.errors import AssumptionError
-from lure.rod import Rod
+from lure.rod import Rod, Scenario
 from lure.rod.assembly import RodAssembly
 from lure.rod.assembly_file import assembly_loop
+from lure.rod.assembly_motion import AssemblyMotion
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 RESTS = "every motion of finite energy comes to rest, and the pressure of every contact tends to 0"
@@ -100,13 +106,79 @@ def test_a_rod_without_damping_is_not_proved():
     assert "nothing is proved: [[rod]] number 1" in text
 
 
-def test_the_report_on_the_scheme_says_what_is_proved_of_the_rods():
+def test_the_report_on_the_scheme_says_what_is_proved_of_the_rods_and_follows_them():
     one = Rod(youngs_modulus=4, density=1, length=1, area=1, damping=1, compliance=1)
-    across = RodAssembly(arrangement="across-gap", rods=(one, one), compliances=(F(1),), gaps=(F(0),))
+    thrown = (Scenario.parse(velocity=1), Scenario.parse(velocity=1))
+    across = RodAssembly(
+        arrangement="across-gap", rods=(one, one), compliances=(F(1),), gaps=(F(1),), scenarios=thrown, until=2.0
+    )
     found = build_loop_report(assembly_loop(across, 1))
     assert "All other answers are about the upwind scheme. Of the rods themselves, two rods that meet" in str(found)
+    assert "Computed: one motion of the rods themselves was followed for 2 s without a grid" in str(found)
     data = found.to_dict()
     assert RESTS in data["beyond"]
     assert data["certificates"][-1]["theorem"] == "rods-energy"
+    # both ends move with 1 m/s and close the gap of 1 m half a second later; masses of 1 kg m/s: 2 J/2 at the start
+    assert "contact 1 was closed once, first from 0.5 s on" in data["beyond_observed"][1]
+    assert "the energy was 1 J at the start" in data["beyond_observed"][2]
     schema = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))
     jsonschema.Draft202012Validator(schema).validate(json.loads(json.dumps(data)))
+    for spec in found.beyond_figures:
+        spec.draw(ax=Figure().add_subplot())
+    assert [spec.name for spec in found.beyond_figures] == ["rods-contacts", "rods-ends", "rods-energy"]
+
+
+def test_a_motion_that_gains_energy_is_no_report(monkeypatch):
+    moving = replace(CASES["across-gap"], scenarios=(Scenario.parse(velocity=1),) * 2, until=1e-3)
+    assert "contact 1 was closed once" in followed(moving)[0][1]
+    monkeypatch.setattr(AssemblyMotion, "energies", lambda self, t: 1 + np.asarray(t))
+    with pytest.raises(ContradictionError, match="the energy of two rods that meet across a gap grows"):
+        followed(moving)
+
+
+FILE = """
+[contact]
+arrangement = "both-ends"
+compliance = 0.1
+gap = [0.5, 0.25]
+[[rod]]
+youngs_modulus = 1
+density = 1
+length = 1
+area = 1
+damping = "Z"
+u1 = 1
+[simulation]
+until = 2
+"""
+
+
+def test_the_command_follows_several_contacts(lure, here):
+    (here / "rods.toml").write_text(FILE, "utf-8")
+    status, out, _ = lure("simulate", "rods.toml", "--json", "--plot", "run.svg", "-o", "run.nc")
+    data = json.loads(out)
+    assert status == 0
+    assert data["contacts"][0] == []
+    assert data["contacts"][1][0]["start"] == pytest.approx(0.25, abs=1e-14)  # thrown with 1 m/s over a gap of 0.25 m
+    with xarray.open_dataset("run.nc") as kept:
+        assert kept["sigma"].shape == (2001, 2)
+        assert float(kept["sigma"][250, 1]) == pytest.approx(0.25, abs=1e-14)
+    assert (here / "run.svg").exists()
+    assert "Contact 1 was never closed." in lure("simulate", "rods.toml", "--until", "1")[1]
+
+
+@pytest.mark.parametrize(
+    ("options", "text", "why"),
+    [
+        (["--rigid"], FILE, "leave out the others, which are for one rod"),
+        (["--samples", "1"], FILE, "samples is 1; give a whole number from 2"),
+        (["--until", "-1"], FILE, "until is -1.0; give a time from 0"),
+        ([], FILE.replace("u1 = 1\n", ""), "nothing moves: give a [[rod]] u0, u1 or g"),
+        ([], FILE.replace("u1 = 1\n", 'u1 = "y"\n'), "rod.u1: unknown name 'y'"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused_in_a_sentence(lure, here, options, text, why):
+    (here / "rods.toml").write_text(text, "utf-8")
+    status, _, err = lure("simulate", "rods.toml", *options)
+    assert (status, err.count("\n")) == (2, 1)
+    assert why in err

@@ -189,3 +189,17 @@ def test_questions_beyond_the_motion_are_refused():
     sampled = found.sampled(5)
     assert sampled.to_xarray()["sigma"].shape == (5, 2)
     assert "a rod between two obstacles, followed for 1 s" in str(found)
+
+
+# lambda T = 2e6: a boundary layer of a millionth of the travel time at each change, and p follows the wave outside it
+def test_a_stiff_contact_of_steel_costs_a_few_hundred_steps():
+    steel = Rod(youngs_modulus=210e9, density=7850, length=0.5, area=1e-4, damping=40, compliance="1e-18", gap="1e-4")
+    thrown = Scenario.parse(velocity=1)
+    one = RodAssembly(arrangement="one-obstacle", rods=(steel,), compliances=(F(1, 10**18),), gaps=(F(1, 10**4),))
+    found, single = assembly_motion(one, (thrown,), 4e-4), exact_motion(steel, thrown, 4e-4)
+    assert len(found.steps) < 500
+    assert found.energy_residual < 1e-12
+    t = np.linspace(0, 4e-4, 301)
+    assert np.abs(found.ends(t)[1][:, 0] - single.end_displacement(t)).max() < 1e-15
+    assert np.abs(found.stresses(t)[:, 0] - single.contact_stress(t)).max() < 1e-10 * single.impacts[0].peak_stress
+    assert found.contacts[0][0].peak_stress == pytest.approx(single.impacts[0].peak_stress, rel=1e-12)

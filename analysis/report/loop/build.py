@@ -56,6 +56,8 @@ def build_loop_report(
     seen = observed(found)
     told = extension("beyond", system.approximates)
     beyond, shown = ("", None) if told is None else told(system.approximates)
+    follow = extension("beyond, followed", system.approximates)
+    beyond_observed, beyond_figures = ((), ()) if follow is None else follow(system.approximates)
     return LoopReport(
         analysis=found,
         observed=seen.sentences,
@@ -64,6 +66,8 @@ def build_loop_report(
         beyond=beyond,
         beyond_shown=shown,
         asked=told_of,
+        beyond_observed=beyond_observed,
+        beyond_figures=beyond_figures,
         command=command or f"lure report {shlex.quote(system.name)}",
         versions={"lure": __version__, "python": platform.python_version()}
         | {name: version(name) for name in PACKAGES},

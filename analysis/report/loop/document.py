@@ -68,7 +68,8 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     keys += tuple(key for key in ("channels", "repeated", "classes", "map") if key in found)
     system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
     found["not_shown"] = [_left(text, report) for text in found["not_shown"]]
-    more: dict[str, Any] = {"beyond": report.beyond} if report.beyond else {}
+    beyond = {"beyond": report.beyond, "beyond_observed": list(report.beyond_observed)}
+    more: dict[str, Any] = {key: said for key, said in beyond.items() if said}
     if report.asked:
         more["asked"] = {name: answer.to_dict() for name, answer in report.asked.items()}
     return more | {

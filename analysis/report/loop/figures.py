@@ -69,7 +69,7 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
         specs = [*_map(report), reach, *_channels(report)]
     else:
         specs = [reach, _nyquist(report), *_popov(report), *_response(report), *_counterexamples(block, rows)]
-    whole = [*pictures(report.asked), *specs]
+    whole = [*pictures(report.asked), *specs, *report.beyond_figures]
     return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in whole)
 
 

@@ -13,6 +13,7 @@ from lure.record import Column, Page, Record, quantity
 if TYPE_CHECKING:
     from lure.analysis.counterexamples.trajectories import Trajectory
     from lure.analysis.plots.responses import Axes
+    from lure.analysis.report.parts import FigureSpec
 
 
 class LoopReport(Record):
@@ -39,6 +40,10 @@ class LoopReport(Record):
         label="",
         default_factory=dict,
     )
+    beyond_observed: tuple[str, ...] = quantity(
+        "What one motion of that which the block approximates showed, one sentence each", label="", default=()
+    )
+    beyond_figures: tuple[FigureSpec, ...] = quantity("Figures of that motion", label="", default=())
     trajectories: tuple[Trajectory, ...] = quantity(
         "A few simulated solutions, ``sigma`` and ``mu`` over time: of the given nonlinearity, or of members of the "
         "class "
@@ -57,9 +62,9 @@ class LoopReport(Record):
 
     def __str__(self) -> str:
         lines = [f"Observed: {text}" for text in self.observed] + [f"Hint: {text}" for text in self.hints]
-        return "\n\n".join(
-            [str(self.analysis), *[self.beyond] * bool(self.beyond), *map(str, self.asked.values()), *lines]
-        )
+        followed = [f"Computed: {text}" for text in self.beyond_observed]
+        beyond = [*[self.beyond] * bool(self.beyond), *followed]
+        return "\n\n".join([str(self.analysis), *beyond, *map(str, self.asked.values()), *lines])
 
     @property
     def certificates(self) -> tuple[Checked, ...]:

@@ -1,4 +1,7 @@
 from lure.analysis.rod.plots.animation import animate as animate
+from lure.analysis.rod.plots.assembly import plot_assembly_contacts as plot_assembly_contacts
+from lure.analysis.rod.plots.assembly import plot_assembly_ends as plot_assembly_ends
+from lure.analysis.rod.plots.assembly import plot_assembly_energy as plot_assembly_energy
 from lure.analysis.rod.plots.comparison import plot_both_decays as plot_both_decays
 from lure.analysis.rod.plots.comparison import plot_both_ends as plot_both_ends
 from lure.analysis.rod.plots.comparison import plot_comparison as plot_comparison

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError, Reason
 from lure.rod.motion.pieces import NARROWEST, Array, basis, distinct, fitted, products, restricted, tails, values
@@ -17,6 +16,7 @@ from lure.rod.sampled import Contact
 
 DEGREE, MOST_STEPS = 16, 200_000
 _SAME, _RESOLVED, _NOISE = 4e-14, 4e-15, 2e-15
+_STIFF = 4.0
 _FLIPS = 6  # changes of contact at one instant
 
 Function = Callable[[Array], Array]
@@ -170,8 +170,8 @@ class Step:
         (m, N+1) how far the contacts have closed [m].
     far, near, plate : ndarray
         (n, N+1), (n, N+1), (1, N+1) displacement of the ends ``x = L`` and ``x = 0`` and of the obstacle [m].
-    touching : ndarray
-        (m,) which contacts are closed.
+    stress : ndarray
+        (m, N+1) pressures [Pa].
     lost : float
         Energy that left since the start, at ``high`` [J].
     """
@@ -182,7 +182,7 @@ class Step:
     far: Array
     near: Array
     plate: Array
-    touching: NDArray[np.bool_]
+    stress: Array
     lost: float = 0.0
 
 
@@ -222,6 +222,7 @@ class Run:
     def __post_init__(self) -> None:
         net = self.network
         self.touching = np.asarray(self.sigma > net.gaps)
+        self._depth = np.maximum(self.sigma - net.gaps, 0.0)  # apart from sigma, whose rounding a stiff contact feels
         self.contacts = [[] for _ in net.gaps]
         self._open: list[tuple[float, float, float] | None] = [
             (0.0, 0.0, 0.0) if touching else None for touching in self.touching
@@ -282,8 +283,8 @@ class Run:
                 yield line.edge(t - T) + T
         yield from (edge for edge in self.edges if edge > t + _SAME)
 
-    def _solved(self, low: float, high: float) -> tuple[tuple[Step, Array, Array, Array, Array], float]:
-        """A step with the contacts as they are, the waves that leave, pressures, losses; and what is left out."""
+    def _solved(self, low: float, high: float) -> tuple[tuple[Step, Array, Array, Array], float]:
+        """A step with the contacts as they are, the waves that leave, losses, half its length; and what is left out."""
         net, space = self.network, basis(DEGREE)
         half, travel = 0.5 * (high - low) * net.seconds, net.travel.tolist()
         arriving = [line.on(low - T, high - T) for line, T in zip(self.forward, travel, strict=True)]
@@ -295,8 +296,7 @@ class Run:
         p, those = np.zeros_like(drive), np.flatnonzero(self.touching)
         if those.size:
             stiff = self._retreat[np.ix_(those, those)] / net.compliance[those][None, :]
-            start = self.sigma[those] - net.gaps[those]
-            y = self._linear(half, stiff, start, drive[those])
+            y = self._linear(half, stiff, self._depth[those], drive[those])
             p[those] = y / net.compliance[those][:, None]
         F_far, F_near = -net.far @ p, push - net.near @ p
         v_far, v_near = W + F_far / net.impedance[:, None], free - net.gain[:, None] * (net.near @ p)
@@ -319,7 +319,7 @@ class Run:
             far=moved(self.far, v_far),
             near=moved(self.near, v_near),
             plate=moved(np.array([self.plate]), v_plate),
-            touching=self.touching.copy(),
+            stress=p,
         )
         squares = products(DEGREE + 1)
         lost = half * (
@@ -329,7 +329,7 @@ class Run:
         )
         self._scale = max(self._scale, float(np.abs(U).sum(axis=1).max()), float(np.abs(V).sum(axis=1).max()))
         miss = float(tails(np.concatenate((U, V, rate))).max())
-        return (step, U, V, p, np.array([lost, half])), miss
+        return (step, U, V, np.array([lost, half])), miss
 
     def _force(self, force: Function | None, low: float, high: float) -> Array:
         space = basis(DEGREE)
@@ -338,11 +338,20 @@ class Run:
         return np.asarray(space.from_inner @ force(low + 0.5 * (high - low) * (space.inner + 1.0)))
 
     def _linear(self, half: float, stiff: Array, start: Array, drive: Array) -> Array:
-        """Series of ``y' = drive - stiff y``, by collocation at the extrema of ``T_N``."""
+        """Series of ``y' = drive - stiff y``, by collocation at the extrema of ``T_N``.
+
+        Integrated, ``(1 + h S K) y = ..``, where little happens in a step; where ``y`` follows the drive, ``(D + h S) y
+        = ..``, whose rounding does not grow with the stiffness.
+        """
         space, size = basis(DEGREE), len(start)
-        right = drive @ space.at_ends[1:].T
-        matrix = np.eye(size * DEGREE) + half * np.kron(stiff, space.collocation)
-        y = np.linalg.solve(matrix, (start[:, None] + half * right @ space.collocation.T).ravel())
+        right, one = half * drive @ space.at_ends[1:].T, np.eye(size)
+        if half * float(np.abs(stiff).max()) > _STIFF:
+            derivative = (space.at_ends @ space.derivative @ space.from_ends)[1:]
+            matrix = np.kron(one, derivative[:, 1:]) + half * np.kron(stiff, np.eye(DEGREE))
+            y = np.linalg.solve(matrix, (right - np.outer(start, derivative[:, 0])).ravel())
+        else:
+            matrix = np.eye(size * DEGREE) + half * np.kron(stiff, space.collocation)
+            y = np.linalg.solve(matrix, (start[:, None] + right @ space.collocation.T).ravel())
         return np.column_stack((start, y.reshape(size, DEGREE))) @ space.from_ends.T
 
     def _first_event(self, step: Step) -> tuple[float, list[int]]:
@@ -351,9 +360,10 @@ class Run:
         size = float(np.abs(step.sigma).max()) + float(self.network.gaps.max())
         noise = _NOISE * (size + self._scale * (step.high - step.low) * self.network.seconds)
         for i, series in enumerate(step.sigma):
-            inside = series.copy()
-            inside[0] -= self.network.gaps[i]
-            x = _falls(inside if self.touching[i] else -inside, noise)
+            inside = step.stress[i] * self.network.compliance[i] if self.touching[i] else -series
+            if not self.touching[i]:
+                inside[0] += self.network.gaps[i]
+            x = _falls(inside, noise)
             if x is not None:
                 found.append((step.low + 0.5 * (step.high - step.low) * (x + 1.0), i))
         if not found:
@@ -361,7 +371,7 @@ class Run:
         first = min(found)[0]
         return first, [i for at, i in found if at - first <= _SAME]
 
-    def _advance(self, step: Step, U: Array, V: Array, p: Array, losses: Array) -> None:
+    def _advance(self, step: Step, U: Array, V: Array, losses: Array) -> None:
         """The end of the step is where the motion is."""
         for line, wave in zip((*self.forward, *self.backward), (*U, *V), strict=True):
             line.append(step.low, step.high, wave)
@@ -370,7 +380,9 @@ class Run:
         self.lost += float(losses[0])
         step.lost = self.lost
         even = 2.0 / (1.0 - np.arange(0, DEGREE + 1, 2) ** 2.0)
+        p = step.stress
         for i in np.flatnonzero(self.touching):
+            self._depth[i] = self.network.compliance[i] * float(p[i].sum())
             start, impulse, peak = self._open[i] or (step.low, 0.0, 0.0)
             impulse += float(self.network.areas[i] * losses[1] * (p[i][::2] @ even))
             self._open[i] = (start, impulse, max(peak, _largest(p[i])))
@@ -378,7 +390,7 @@ class Run:
     def _flip(self, those: list[int], t: float) -> None:
         """These contacts close or open now."""
         for i in those:
-            self.sigma[i] = self.network.gaps[i]
+            self.sigma[i], self._depth[i] = self.network.gaps[i], 0.0
             self.touching[i] = not self.touching[i]
             if self.touching[i]:
                 self._open[i] = (t, 0.0, 0.0)
