@@ -17,6 +17,7 @@ extend(
         "lure.analysis.nonlinearity.result:NonlinearityBounds": "lure.analysis.plots.sectors:plot_nonlinearity_sector",
         "lure.analysis.questions.channel_map:StabilityMap": "lure.analysis.plots.maps:plot_map",
         "lure.analysis.questions.gain:GainBound": "lure.analysis.plots.gains:plot_gain",
+        "lure.analysis.questions.regions:RegionOfAttraction": "lure.analysis.plots.regions:plot_region",
         "lure.analysis.questions.largest:StabilityBound": "lure.analysis.plots.loops:plot_reach",
         "lure.analysis.questions.table:LoopAnalysis": "lure.analysis.plots.loops:plot_reach",
         "lure.analysis.testing.result:Violation": "lure.analysis.plots.sectors:plot_violation",

@@ -9,6 +9,7 @@ import typer
 
 from lure.analysis.cli import texts
 from lure.analysis.cli.options import (
+    Figure,
     Json,
     Quiet,
     Replace,
@@ -16,6 +17,7 @@ from lure.analysis.cli.options import (
     Settings,
     Verbose,
     app,
+    check_figure,
     check_seconds,
     exit_status,
     loop_named,
@@ -24,6 +26,7 @@ from lure.analysis.cli.options import (
     print_note,
     print_wrapped,
     refused,
+    write_figure,
 )
 from lure.analysis.cli.progress import progress
 
@@ -39,6 +42,7 @@ def region(
         str | None, option("--along", "POINTS", "Hold the largest multiple of these, as '1 1; 1 -1'.")
     ] = None,
     output: Annotated[Path | None, option("--certificate", "FILE", "Write the certificate of the first set.")] = None,
+    plot: Figure = None,
     replace: Replace = False,
     seconds: Seconds = None,
     as_json: Json = False,
@@ -48,6 +52,7 @@ def region(
     """Print sets inside and outside of the region of attraction."""
     check_seconds(seconds)
     points = None if along is None else _points(along)
+    check_figure(plot, replace=replace)
     if output is not None:
         from lure.analysis.output import check_targets
 
@@ -68,6 +73,9 @@ def region(
         with written([output], replace=replace) as places:
             places[output].write_text(text_of(found.sets[0].proof.certificate), encoding="utf-8")
         print_note(f"The certificate is {output}; check it: lure verify {output}", as_json=as_json, quiet=quiet)
+    if plot is not None:
+        write_figure(plot, found.plot, (5.2, 4.4), replace=replace)
+        print_note(f"Written: {plot}", as_json=as_json, quiet=quiet)
     return exit_status(found.verdict)
 
 

@@ -250,7 +250,7 @@ Examples:
   lure region plant.toml
   lure region plant.toml --json
   lure region plant.toml --along "1 1; 1 -1"
-  lure region plant.toml --certificate region.json
+  lure region plant.toml --certificate region.json --plot region.svg
 
 \b
 For one known nonlinearity in each channel: sets from which every solution

@@ -7,10 +7,11 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lure.analysis.certificates.checker import ATTRACTS, Proved, Refuted
 from lure.analysis.deadline import check_seconds, time_left, time_limit
+from lure.analysis.drawing import drawing
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions.certify import ProofOptions, certify
@@ -37,6 +38,9 @@ from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
 from lure.record import Record, quantity
+
+if TYPE_CHECKING:
+    from lure.analysis.drawing import Axes
 
 Ends = tuple[Fraction | float, Fraction | float]
 _GLOBAL = 5.0  # [s] for a proof that the region is everything
@@ -172,12 +176,40 @@ class RegionOfAttraction(Record):
         "the largest factor of the points asked about for which they lie in the first set", default=None, form="below"
     )
     reason: str = quantity("why nothing is proved", default="")
+    plant: MultivariablePlant | None = quantity("the linear part, for the drawing", hidden=True, default=None)
+    nonlinearities: tuple[Any, ...] = quantity("of each channel, for the drawing", hidden=True, default=())
     _kind = "region of attraction"
-    _said = "text"
+    _said = "sentence"
 
     @property
     def _verdict(self) -> str:
         return str(self.verdict)
+
+    @property
+    def discrete(self) -> bool:
+        """Whether time is discrete."""
+        return self.plant is not None and self.plant.dt is not None
+
+    @property
+    def proof(self) -> Proved | None:
+        """Of the first set, what the checker accepted."""
+        return self.sets[0].proof if self.sets else None
+
+    @property
+    def refutation(self) -> Refuted | None:
+        """Of the first set outside, what the checker accepted."""
+        return self.outside[0].proof if self.outside else None
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The sets in the plane of the first two states.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        made: Axes = drawing(self)(self, ax=ax)
+        return made
 
     def __str__(self) -> str:
         return "\n".join(self.lines())
@@ -279,11 +311,21 @@ def region(
     The length of the region is at most 2.
     """
     check_seconds(seconds)
-    began = time.monotonic()
     found, shapes = _asked(plant, nonlinearities)
     points = None if along is None else _points(along, found.order)
     if not found.order:
         raise InputError("the plant has no states; a region of attraction needs one at least")
+    answer = _answered(found, shapes, points, seconds)
+    return dataclasses.replace(answer, plant=found, nonlinearities=tuple(shape.nonlinearity for shape in shapes))
+
+
+def _answered(
+    found: MultivariablePlant,
+    shapes: Sequence[Shape],
+    points: Any,  # noqa: ANN401  (an array)
+    seconds: float | None,
+) -> RegionOfAttraction:
+    began = time.monotonic()
     with time_limit(seconds):
         signs = sign_interval(found, shapes)
         if signs is not None:

@@ -293,6 +293,18 @@ def test_the_command_and_its_certificate(tmp_path, capsys):
     assert main(["verify", "--second", str(proof)]) == 0
 
 
+def test_the_drawing_shows_what_is_known(saddle):
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    assert saddle.plot(ax=axes) is axes
+    said = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert said == ["never tends to 0", "tends to 0 (ellipsoid)", "solutions"]
+    assert axes.get_xlabel() == "state 1"
+    line = region(([1], [1, -1]), Saturation(gain=2, limit=1)).plot(ax=Figure().add_subplot())
+    assert [text.get_text() for text in line.get_legend().get_texts()] == ["tends to 0", "never tends to 0"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -17,6 +17,10 @@ _GAIN = (
     "Grey and black: linear members, in floating point. Blue: what the gain of no member exceeds, linear or not, for "
     "any disturbance of finite energy."
 )
+_REGION = (
+    "Blue: every solution that starts there tends to 0. Hatched: none that starts there does. White: nothing is known. "
+    "Grey: the field, black: some solutions, both in floating point."
+)
 
 
 class Row(NamedTuple):
@@ -30,7 +34,7 @@ class Row(NamedTuple):
 ASKED: Mapping[str, Row] = {
     "gain": Row("How much of a disturbance comes through", l2_gain, _GAIN),
     "rate": Row("How fast every solution decays", decay_rate),
-    "region": Row("From where the loop recovers", region),
+    "region": Row("From where the loop recovers", region, _REGION),
 }
 
 

@@ -1,0 +1,177 @@
+"""Regions of attraction: sets inside, starts outside, the field, and some solutions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lure.analysis.plots.style import BLUE, GREY, INK, LEGEND, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.questions.regions import RegionOfAttraction
+from lure.arrays import NDArray
+from lure.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_GRID, _ROOM, _STEPS, _STARTS = 240, 1.5, 1500, 8
+
+
+def plot_region(found: RegionOfAttraction, *, plane: tuple[int, int] = (1, 2), ax: Axes | None = None) -> Axes:
+    """The sets that are known in the plane of two states; with more states a slice, the others being 0.
+
+    Blue: solutions that start there tend to 0.  Hatched: no solution that starts there does.  White: nothing is known.
+    With one state ``x'`` (in discrete time the step ``x+ - x``) is drawn against it.
+
+    Parameters
+    ----------
+    found : RegionOfAttraction
+        The sets, from :func:`lure.analysis.region`.
+    plane : tuple of int
+        The two states, counted from 1.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+
+    Raises
+    ------
+    InputError
+        The plane is none of two different states.
+    """
+    axes = axes_or_new(ax)
+    if found.states == 1:
+        return _line(found, axes)
+    i, j = plane
+    if i == j or not all(isinstance(k, int) and 1 <= k <= found.states for k in plane):
+        raise InputError(f"plane is {plane!r:.40}; give two different states, from 1 to {found.states}")
+    i, j = i - 1, j - 1
+    halves = _halves(found, (i, j))
+    x, y = (np.linspace(-half, half, _GRID + 1) for half in halves)
+    points = np.zeros(((_GRID + 1) ** 2, found.states))
+    points[:, i], points[:, j] = (part.ravel() for part in np.meshgrid(x, y))
+    shape = (_GRID + 1, _GRID + 1)
+    _outside(found, axes, (x, y), points)
+    for number, one in enumerate(found.sets):
+        values = np.minimum(one.values(points).reshape(shape), 4.0) if one.P is not None else np.zeros(shape)
+        axes.contourf(x, y, values, levels=[-1e300, 1.0], colors=[BLUE], alpha=0.35)
+        axes.contour(x, y, values, levels=[1.0], colors=[BLUE], linestyles=["-", "--", "-."][number % 3])
+        axes.fill_between([], [], [], color=BLUE, alpha=0.35, label=f"tends to 0 ({one.kind})")
+    rate = _rate(found)
+    if found.states == 2 and rate is not None:
+        if not found.discrete:
+            field = rate(points)
+            speed = np.maximum(np.linalg.norm(field, axis=1), 1e-300)
+            flow = [(field[:, k] / speed * 1.0).reshape(shape) for k in (0, 1)]
+            axes.streamplot(x, y, flow[0], flow[1], color=GREY, linewidth=0.5, density=0.8, arrowsize=0.7)
+        _solutions(found, axes, rate, halves)
+    axes.plot(0, 0, "o", color=INK, ms=4)
+    axes.set_xlim(-halves[0], halves[0])
+    axes.set_ylim(-halves[1], halves[1])
+    axes.set_xlabel(f"state {i + 1}")
+    axes.set_ylabel(f"state {j + 1}" + (", the others 0" if found.states > 2 else ""))
+    finish_axes(axes)
+    axes.legend(loc="upper right", **LEGEND)
+    return axes
+
+
+def _outside(
+    found: RegionOfAttraction, axes: Axes, grid: tuple[NDArray[np.float64], ...], points: NDArray[np.float64]
+) -> None:
+    shape = (_GRID + 1, _GRID + 1)
+    for one in found.outside:
+        values = np.einsum("ki,ij,kj->k", points, np.array(one.Q, dtype=float), points).reshape(shape)
+        hatched = axes.contourf(*grid, values, levels=[1.0, 1e300], colors=["none"], hatches=["///"])
+        hatched.set_edgecolor(VERMILLION)
+        hatched.set_linewidth(0.0)
+        axes.contour(*grid, values, levels=[1.0], colors=[VERMILLION], linewidths=1.0)
+        axes.fill_between([], [], [], facecolor="none", hatch="///", edgecolor=VERMILLION, label="never tends to 0")
+
+
+def _halves(found: RegionOfAttraction, plane: tuple[int, int]) -> tuple[float, float]:
+    """Half the sides of what is drawn: the sets with some room, and with a bounded region all of it."""
+    widths = [1e-12, 1e-12]
+    matrices = [one.least() for one in found.sets if one.P is not None]
+    matrices += [np.array(one.Q, dtype=float) for one in found.outside if one.Q is not None]
+    for matrix in matrices:
+        part = matrix[np.ix_(plane, plane)]
+        if np.linalg.eigvalsh(part)[0] > 0:
+            half = np.sqrt(np.diag(np.linalg.inv(part)))
+            widths = [max(a, float(b)) for a, b in zip(widths, half, strict=True)]
+    room = _ROOM if min(widths) > 1e-12 else 1e12
+    return widths[0] * room, widths[1] * room
+
+
+def _rate(found: RegionOfAttraction) -> Callable[[NDArray[np.float64]], Any] | None:
+    """``x'``, in discrete time the next state, at points; None with a direct term."""
+    if found.plant is None or any(map(any, found.plant.D)):
+        return None
+    A, B, C, _ = found.plant.doubles()
+    laws = found.nonlinearities
+
+    def rate(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """At points, (k, n)."""
+        phi = np.stack([np.asarray(law(points @ row)) for law, row in zip(laws, C, strict=True)], axis=1)
+        return np.asarray(points @ A.T - phi @ B.T)
+
+    return rate
+
+
+def _solutions(found: RegionOfAttraction, axes: Axes, rate: Callable[..., Any], halves: tuple[float, float]) -> None:
+    """Some solutions that start at the edge of the first set."""
+    if not found.sets or found.sets[0].P is None:
+        return
+    angles = 2 * np.pi * (np.arange(_STARTS) + 0.5) / _STARTS
+    rays = np.column_stack([halves[0] * np.cos(angles), halves[1] * np.sin(angles)])
+    low, high = np.zeros(len(rays)), np.ones(len(rays))
+    for _ in range(40):
+        middle = (low + high) / 2
+        inside = found.sets[0].values(middle[:, None] * rays) <= 1
+        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+    x = 0.99 * low[:, None] * rays
+    path = [x]
+    assert found.plant is not None, "there is a rate"
+    A = found.plant.doubles()[0]
+    step = 0.02 / max(float(np.linalg.norm(A, 2)), 1e-9)
+    for _ in range(60 if found.discrete else _STEPS):
+        if found.discrete:
+            x = rate(x)
+        else:
+            k = rate(x)
+            x = x + step * rate(x + step / 2 * k)
+        path.append(x)
+    looks = {"marker": ".", "ms": 3, "lw": 0.6} if found.discrete else {"lw": 1.0}
+    for number, line in enumerate(np.swapaxes(np.array(path), 0, 1)):
+        axes.plot(*line.T, color=INK, label="solutions" if number == 0 else None, **looks)
+
+
+def _line(found: RegionOfAttraction, axes: Axes) -> Axes:
+    """One state: where ``x'`` points, and the interval."""
+    intervals = [one.interval for one in found.sets] + [one.interval for one in found.outside]
+    ends = [abs(float(end)) for pair in intervals if pair is not None for end in pair]
+    half = 1.6 * max((end for end in ends if np.isfinite(end)), default=1.0)
+    x = np.linspace(-half, half, 801)[:, None]
+    rate = _rate(found)
+    if rate is not None:
+        axes.plot(x[:, 0], rate(x)[:, 0] - x[:, 0] * bool(found.discrete), color=INK, lw=1.2)
+    axes.axhline(0, color=GREY, lw=0.6)
+    for one in found.sets:
+        low, high = (-half, half) if one.interval is None else (max(-half, min(half, float(v))) for v in one.interval)
+        axes.axvspan(low, high, color=BLUE, alpha=0.25, label="tends to 0")
+    for beyond in found.outside:
+        assert beyond.interval is not None, "with one state"
+        low, high = (float(v) for v in beyond.interval)
+        for number, (a, b) in enumerate(((-half, low), (high, half))):
+            if a < b:
+                words = "never tends to 0" if number == 0 else None
+                axes.axvspan(a, b, facecolor="none", hatch="///", edgecolor=VERMILLION, alpha=0.6, label=words)
+    axes.set_xlim(-half, half)
+    axes.set_xlabel("state")
+    axes.set_ylabel("step of the state" if found.discrete else "rate of the state [1/s]")
+    finish_axes(axes)
+    axes.legend(loc="upper right", **LEGEND)
+    return axes
