@@ -13,12 +13,13 @@
 # %% [markdown]
 # # Convergence rates of optimisation methods
 #
-# How fast does the gradient method converge, how fast Nesterov's, and does the heavy ball converge at all? A method with
-# steps, momentum and extrapolation is a linear plant with a pole at $z = 1$, and the gradient is a nonlinearity in
-# feedback with it: $\mu = -\nabla f(\sigma)$. Its slope lies between $m$ and $L$; $\kappa = L/m$ is all that matters.
+# How fast does the gradient method converge, how fast Nesterov's, and does the heavy ball converge at all? A method
+# with steps, momentum and extrapolation is a linear plant with a pole at $z = 1$, and the gradient is a nonlinearity
+# in feedback with it: $\mu = -\nabla f(\sigma)$. Its slope lies between $m$ and $L$; $\kappa = L/m$ is all that
+# matters.
 #
-# `decay_rate` answers from both sides: a factor $r$ per iteration such that $|x_t| \le c\,r^t\,|x_0|$ for *every* such $f$,
-# with one $c$, proved in rational numbers; and a member of the class that is no faster than some other factor. In
+# `decay_rate` answers from both sides: a factor $r$ per iteration such that $|x_t| \le c\,r^t\,|x_0|$ for *every* such
+# $f$, with one $c$, proved in rational numbers; and a member of the class that is no faster than some other factor. In
 # between nothing is known.
 
 # %% tags=["hide-input"]
@@ -67,7 +68,9 @@ _, ax = plt.subplots(figsize=(7.2, 4.6), layout="constrained")
 k = np.array([float(kappa) for kappa in KAPPAS])
 for name, (_, color, mark) in METHODS.items():
     high = np.array([one.rate.high for one in found[name]])
-    ax.plot(k, np.where(np.isfinite(high), high, np.nan), mark + "-", color=color, lw=1.2, ms=5, label=f"{name}, proved")
+    ax.plot(
+        k, np.where(np.isfinite(high), high, np.nan), mark + "-", color=color, lw=1.2, ms=5, label=f"{name}, proved"
+    )
     low = [one.rate.low for one in found[name]]
     ax.plot(k, low, mark, color=color, mfc="white", ms=5, label=f"{name}, a member that slow")
 ax.set_xscale("log")
@@ -79,10 +82,10 @@ plt.show()
 
 # %% [markdown]
 # Full marks are proved, empty ones are members of the class. Where both coincide the answer is exact: for the gradient
-# method and for triple momentum, $1 - 1/\sqrt\kappa$, the fastest known. For Nesterov's method the proved numbers are those
-# published from semidefinite programmes. The heavy ball is tuned for quadratic functions, where it is the fastest of
-# all; with slopes that change it is proved at small $\kappa$ only, and at $\kappa = 25$ a piecewise linear gradient
-# keeps it in a cycle for ever:
+# method and for triple momentum, $1 - 1/\sqrt\kappa$, the fastest known. For Nesterov's method the proved numbers are
+# those published from semidefinite programmes. The heavy ball is tuned for quadratic functions, where it is the
+# fastest of all; with slopes that change it is proved at small $\kappa$ only, and at $\kappa = 25$ a piecewise linear
+# gradient keeps it in a cycle for ever:
 
 # %%
 say(found["heavy ball"][-2])
@@ -92,13 +95,15 @@ print("points of the gradient:", [tuple(float(Fraction(v)) for v in point) for p
 # %% [markdown]
 # ## What the slope is worth
 #
-# Who knows only that $\nabla f$ lies between $m\sigma$ and $L\sigma$, or lets it depend on the iteration, knows less; then the
-# circle criterion is all there is.
+# Who knows only that $\nabla f$ lies between $m\sigma$ and $L\sigma$, or lets it depend on the iteration, knows less;
+# then the circle criterion is all there is.
 
 # %%
 for kappa in (5, 10, 15):
     plant = methods.nesterov(1, kappa)
-    print(f"kappa = {kappa}:", *(str(decay_rate(plant, kind(1, kappa)).rate) for kind in (SlopeBounds, Sector)), sep="   ")
+    print(
+        f"kappa = {kappa}:", *(str(decay_rate(plant, kind(1, kappa)).rate) for kind in (SlopeBounds, Sector)), sep="   "
+    )
 
 # %% [markdown]
 # ## The numbers of this notebook

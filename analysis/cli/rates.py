@@ -32,7 +32,7 @@ from lure.analysis.cli.progress import progress
 @app.command(help=texts.RATE)
 def rate(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
-    output: Annotated[Path | None, option("--output -o", "FILE", "Write the certificate of the rate.")] = None,
+    output: Annotated[Path | None, option("--certificate -o", "FILE", "Write the certificate of the rate.")] = None,
     force: Force = False,
     set_: Settings = None,
     seconds: Seconds = None,

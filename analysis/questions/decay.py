@@ -214,6 +214,9 @@ class _OneChannel:
                 f"decay rates are shown of rational plants, and this one is a {type(plant).__name__}; give "
                 "coefficients, or matrices of moderate order"
             )
+        if self.asked.refusals or self.asked.untested or self.asked.rough:
+            reasons = [one.detail for one in self.asked.refusals] or ["it is not known to be locally Lipschitz"]
+            raise InputError(f"decay rates are shown of nonlinearities whose class is known: {reasons[0]}")
         if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
             raise InputError(
                 f"the class {own} has no uniform rate without finite bounds; give a sector with two numbers"

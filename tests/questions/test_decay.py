@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from lure import InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds, methods
+from lure import InputError, NonlinearityClass, Quantiser, RationalPlant, Sector, SlopeBounds, methods
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
@@ -201,6 +201,8 @@ def test_random_members_are_no_slower_than_what_is_proved(friction):
         (RationalPlant([1], [1, 1]), Sector(0, math.inf), "finite bounds"),
         (RationalPlant([1], [1, 1]), None, "no class"),
         ("exp(-s)/(s+1)", Sector(0, 1), "rational plants"),
+        (RationalPlant([1], [1, 1]), Quantiser(step=1), "locally Lipschitz"),
+        (RationalPlant([1], [2, 1], dt=1), Quantiser(step=1), "locally Lipschitz"),
     ],
 )
 def test_what_has_no_rate_is_refused_in_a_sentence(plant, given, said):
