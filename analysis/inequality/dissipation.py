@@ -20,7 +20,7 @@ from lure.analysis.numerics.semidefinite import Block, proposed, roughly, symmet
 from lure.arrays import NDArray, np
 
 MOST_STATES = 12  # beyond it programmes over samples are faster
-_ROUNDS, _ROUGH, _ENOUGH, _FAR, _LARGEST_THETA = 12, 0.03, 1e-4, 1e-3, 1e4
+_ROUNDS, _ROUGH, _ENOUGH, _FAR, _LARGEST_THETA = 12, 0.03, 1e-5, 1e-3, 1e4
 
 
 def applies(cone: KernelCone) -> bool:
@@ -70,7 +70,7 @@ def largest(
         if reached == 0:
             break
         factor = reached
-    if best.factor < farthest * (1 - _FAR):
+    if not best.factor or best.factor < farthest * (1 - _FAR):
         return cone.largest(widths, best.factor or start, most)
     return cone.remember(best)
 
