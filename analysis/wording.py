@@ -153,6 +153,8 @@ def destroys(shown: Refuted) -> str:
         What the checker accepted.
     """
     conclusion = str(shown.certificate["conclusion"])
+    if _method(shown) == "relu-ray":
+        return "lets a solution grow without bound"
     moves = conclusion.endswith("converge to an equilibrium")
     does = "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
     verb, _, rest = does.partition(" ")
@@ -192,6 +194,10 @@ def counterexample(shown: Refuted) -> str:
         if method == "ramped-gains":
             return f"gains that go linearly from ({first}) to ({second}){more}, over and over again"
         return f"the gains ({first}), then ({second}){more}, over and over again"
+    if method == "relu-ray":
+        rows = ["(" + ", ".join(_near(Fraction(gain)) for gain in row) + ")" for row in proof["gains"]]
+        more = f" and {len(rows) - 3} more" if len(rows) > 3 else ""
+        return f"that along which the gains are {', then '.join(rows[:3])}{more}{', again and again' * (len(rows) > 1)}"
     if method == "crossing":
         return f"phi = k sigma with k about {_near(Fraction(proof['gains'][0]))}"
     if method == "switched-gain":

@@ -11,7 +11,7 @@ from typing import Any
 
 from . import arithmetic as exact
 from . import frequencies, states
-from .arithmetic import INF, ZERO, S, fields, form, integer, need, number, numbers, real, tick
+from .arithmetic import INF, ZERO, S, eliminated, fields, form, integer, need, number, numbers, real, tick
 from .balls import box, dot
 from .channels import (
     DELAYS,
@@ -39,6 +39,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     What follows, as in :func:`examined`, and what was found.
     """
     H, method = plant(system), proof["method"]
+    if method == "relu-ray":
+        return 1, ray(H, asked, proof)
     need(not any(family.relu for family in asked.families), "no gain is a ReLU")
     if method == "switched-gains":
         return 1, switched(H, asked, proof)
@@ -170,6 +172,52 @@ def delayed(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     need(ends[0] * ends[1] < 0, "|h| - 1 does not change its sign")
     words = ", ".join(map(str, gains))
     return {"root": f"with the gains {words} and a delay of channel {i + 1} between {low} and {high} a root i omega"}
+
+
+def ray(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """A solution that grows, of a loop with ReLUs, which are gains as long as no ``sigma_i`` changes its sign.
+
+    ``M``: the product of the steps with given gains (continuous time: one step, its matrix).  There are ``x*`` and
+    ``lambda*`` with ``M x* = lambda* x*`` within ``r`` of those given, the largest entry ``x_p`` being held: with the
+    derivative ``J`` of ``M x - lambda x`` by the others and ``lambda``, ``d -> -J^-1 (M x - lambda x - d_lambda d_x)``
+    maps ``|d| <= r`` into itself (Brouwer).  At every step each ``sigma`` of a ReLU has the sign of its gain, for all
+    ``x`` that near, and ``lambda* > 1``, in continuous time ``> 0``.
+    """
+    _, data, state, eigenvalue, near = fields(proof, "method", "gains", "state", "value", "radius")
+    form(isinstance(data, list) and 0 < len(data) <= (MOST_STEPS if H.discrete else 1), "gains are lists, a step each")
+    rows, n, r = [numbers(row, len(asked.families)) for row in data], len(H.A), number(near)
+    x, value = numbers(state, n), number(eigenvalue)
+    firsts = {i: block[0] for block in asked.blocks for i in block}
+    for i, family in each(asked):
+        low, high = asked.bounds(i)
+        own = {row[i] for row in rows}
+        if family.relu:
+            need(own <= {low, high}, f"channel {i + 1} has a gain that is none of its ReLU")
+            continue
+        plain = not family.operator and not family.memory and low <= min(own) == max(own) <= high
+        need(plain and rows[0][i] == rows[0][firsts[i]], "the gains are outside the class")
+    whole, seen = [[Fraction(i == j) for j in range(n)] for i in range(n)], list[tuple[bool, list[Fraction]]]()
+    for row in rows:
+        step = closed_loop(H, [[g * (i == j) for j in range(len(row))] for i, g in enumerate(row)])
+        need(step is not None, "with some of the gains the loop has no solution")
+        columns = [*zip(*whole)]
+        for i, family in each(asked):
+            if family.relu and step is not None:
+                seen.append((row[i] == asked.bounds(i)[1], [dot(step.C[i], column) for column in columns]))
+        whole = [[dot(line, column) for column in columns] for line in (step or H).A]
+    p = max(range(n), key=lambda i: abs(x[i]))
+    J = [[*(v - value * (i == j) for j, v in enumerate(line) if j != p), -x[i]] for i, line in enumerate(whole)]
+    off = [[dot(line, x) - value * x[i]] for i, line in enumerate(whole)]
+    solved = eliminated(J, [[*f, *(Fraction(i == j) for j in range(n))] for i, f in enumerate(off)])
+    need(x[p] != 0 < r and solved is not None, "the eigenvector is not shown to exist")
+    size = max(sum(map(abs, row[1:]), ZERO) for row in solved or [])
+    need(all(abs(row[0]) + size * r * r <= r for row in solved or []), "the eigenvector is not shown to exist")
+    need(value - r > H.discrete, "the solution does not grow")
+    for above, line in seen:
+        least = (1 if above else -1) * dot(line, x) - r * sum(abs(v) for j, v in enumerate(line) if j != p)
+        need(least > 0, "a ReLU has another gain there")
+    steps = f" in {len(rows)} steps" * H.discrete
+    return {"root": f"a solution that keeps its direction and grows{steps}, lambda within {r} of {value}"}
 
 
 def filtered(H: Plant, left: list[Any], right: list[Any]) -> Plant:

@@ -20,7 +20,7 @@ from lure.analysis.numerics.semidefinite import Block, proposed, roughly, symmet
 from lure.arrays import NDArray, np
 
 MOST_STATES = 12  # beyond it programmes over samples are faster
-_ROUNDS, _ROUGH, _ENOUGH, _FAR, _LARGEST_THETA = 12, 0.03, 1e-5, 1e-3, 1e4
+_ROUNDS, _ROUGH, _ENOUGH, _FAR, _ABOVE, _LARGEST_THETA = 12, 0.03, 1e-5, 1e-3, 1.01, 1e4
 
 
 def applies(cone: KernelCone) -> bool:
@@ -51,6 +51,8 @@ def largest(
         More is not asked.
     """
     best, last, margin, farthest = Found.none(len(cone.odd)), Found.none(len(cone.odd)), np.inf, 0.0
+    while widths(start).min() <= 0:  # at the lower bounds
+        start *= _ABOVE
     factor = cone.reached(last, widths, start, (best.factor, most), rough=True) or start
     for _ in range(_ROUNDS):
         checkpoint()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 from lure.analysis.certificates.channels import Plant
@@ -13,6 +14,7 @@ from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_orbits import proofs
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
+from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_delays import delays_of, delays_refuting, without_delays
@@ -24,6 +26,7 @@ from lure.errors import AssumptionError
 
 _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _SHAPES, _LARGEST = 3, 1e6
+_TRIED, _RADII = 20, (Fraction(1, 10**10), Fraction(1, 10**7))
 _NEAR = 1e-4
 _MOST_STATES, _MOST_CHANNELS, _STARTS, _KEPT, _BEYOND = 20, 6, 40, 2, 30.0  # of the search for periodic solutions
 _HALVES, _WHOLE = (1, 3, 5, 7), (0, 1, 2, 3, 4)
@@ -39,6 +42,8 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
     most : float
         The largest factor of interest.
     """
+    if asked.classes.rectified and most == 1 and not asked.classes.operators:  # of other factors the ReLUs are others
+        return _by_rays(asked)
     if not asked.classes.operators:
         return gains_refuting(asked, most=most)
     if asked.classes.performance is not None:
@@ -54,6 +59,27 @@ def _by_delays(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
         shown = refutation(asked, alpha, proof)
         if shown is not None:
             return alpha, shown
+    return None
+
+
+def _by_rays(asked: Problem) -> tuple[Fraction, Refuted] | None:
+    """A solution of the loop with ReLUs that grows along a ray."""
+    H, classes = channel_plant(asked.plant), asked.classes
+    ends = [[Fraction(end) for end in one.gains] for one in classes.classes]
+    lower, upper = (np.array([float(pair[k]) for pair in ends]) for k in range(2))
+    rectified = [one.rectifier for one in classes.classes]
+    search = ReluRays(*H.doubles(), lower, upper, rectified, classes.blocks, H.dt is not None)
+    for found in islice(search.found(), _TRIED):
+        rows = [
+            [high if g == float(high) else low if g == float(low) else Fraction(g) for g, (low, high) in pairs]
+            for pairs in (list(zip(map(float, row), ends, strict=True)) for row in found.gains)
+        ]
+        for radius in _RADII:
+            proof = {"method": "relu-ray", "gains": [texts(row) for row in rows], "radius": str(radius)}
+            proof |= {"state": texts([Fraction(v) for v in found.state]), "value": str(Fraction(found.value))}
+            shown = refutation(asked, Fraction(1), proof)
+            if shown is not None:
+                return Fraction(1), shown
     return None
 
 
