@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
+from functools import cached_property
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -26,35 +27,35 @@ if TYPE_CHECKING:
 Values: TypeAlias = Any
 Closure: TypeAlias = Callable[[Mapping[str, Values]], Values]
 
-_FUNCTIONS: dict[str, Callable[..., Values]] = {  # numpy's own, looked up when they are called
-    "+": lambda *x: np.add(*x),
-    "-": lambda *x: np.subtract(*x),
-    "*": lambda *x: np.multiply(*x),
-    "/": lambda *x: np.divide(*x),
-    "**": lambda *x: np.power(*x),
-    "neg": lambda *x: np.negative(*x),
-    "<": lambda *x: np.less(*x),
-    "<=": lambda *x: np.less_equal(*x),
-    ">": lambda *x: np.greater(*x),
-    ">=": lambda *x: np.greater_equal(*x),
-    "==": lambda *x: np.equal(*x),
-    "!=": lambda *x: np.not_equal(*x),
-    "and": lambda *x: np.logical_and(*x),
-    "or": lambda *x: np.logical_or(*x),
-    "not": lambda *x: np.logical_not(*x),
-    "where": lambda *x: np.where(*x),
-    "min": lambda *x: np.minimum(*x),
-    "max": lambda *x: np.maximum(*x),
-    "abs": lambda *x: np.abs(*x),
-    "sign": lambda *x: np.sign(*x),
-    "sin": lambda *x: np.sin(*x),
-    "cos": lambda *x: np.cos(*x),
-    "tan": lambda *x: np.tan(*x),
-    "tanh": lambda *x: np.tanh(*x),
-    "atan": lambda *x: np.arctan(*x),
-    "exp": lambda *x: np.exp(*x),
-    "log": lambda *x: np.log(*x),
-    "sqrt": lambda *x: np.sqrt(*x),
+_FUNCTIONS: dict[str, Callable[[], Callable[..., Values]]] = {  # numpy's own, looked up when a tree is compiled
+    "+": lambda: np.add,
+    "-": lambda: np.subtract,
+    "*": lambda: np.multiply,
+    "/": lambda: np.divide,
+    "**": lambda: np.power,
+    "neg": lambda: np.negative,
+    "<": lambda: np.less,
+    "<=": lambda: np.less_equal,
+    ">": lambda: np.greater,
+    ">=": lambda: np.greater_equal,
+    "==": lambda: np.equal,
+    "!=": lambda: np.not_equal,
+    "and": lambda: np.logical_and,
+    "or": lambda: np.logical_or,
+    "not": lambda: np.logical_not,
+    "where": lambda: np.where,
+    "min": lambda: np.minimum,
+    "max": lambda: np.maximum,
+    "abs": lambda: np.abs,
+    "sign": lambda: np.sign,
+    "sin": lambda: np.sin,
+    "cos": lambda: np.cos,
+    "tan": lambda: np.tan,
+    "tanh": lambda: np.tanh,
+    "atan": lambda: np.arctan,
+    "exp": lambda: np.exp,
+    "log": lambda: np.log,
+    "sqrt": lambda: np.sqrt,
 }
 
 
@@ -68,7 +69,7 @@ def closure(node: Node) -> Closure:
         return lambda values: values[name]
     if node.operation == "pi":
         return lambda values: math.pi
-    return _applied(_FUNCTIONS[node.operation], [closure(part) for part in node.arguments])
+    return _applied(_FUNCTIONS[node.operation](), [closure(part) for part in node.arguments])
 
 
 def _applied(function: Callable[..., Values], parts: list[Closure]) -> Closure:
@@ -113,7 +114,7 @@ _MAX_DERIVED_SIZE = 20_000
 _MAX_DERIVED_DEPTH = 200
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, kw_only=True)
 class Expression:
     r"""A formula in named variables, safe to take from a file; make one with :meth:`parse`.
 
@@ -147,11 +148,11 @@ class Expression:
     source: str
     variables: tuple[str, ...]
     tree: Node = field(repr=False, compare=False)
-    _closure: Closure = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        """Compile the tree to closures once."""
-        object.__setattr__(self, "_closure", closure(self.tree))
+    @cached_property
+    def _closure(self) -> Closure:
+        """The tree compiled to closures, once."""
+        return closure(self.tree)
 
     def __reduce__(self) -> tuple[Callable[..., Expression], tuple[str, tuple[str, ...], Node]]:
         """Pickle without the closures, for worker processes."""
@@ -212,10 +213,11 @@ class Expression:
         """
         self._check_names(arrays)
         values = {name: np.asarray(array, dtype=np.float64) for name, array in arrays.items()}
-        shape = np.broadcast_shapes(*(value.shape for value in values.values()))
+        shape = np.broadcast_shapes(*(value.shape for value in values.values())) if len(values) != 1 else None
         with np.errstate(all="ignore"):
             result = self._closure(values)
-        return np.array(np.broadcast_to(result, shape), dtype=np.float64)
+        whole = next(iter(values.values())).shape if shape is None else shape
+        return np.array(result if np.shape(result) == whole else np.broadcast_to(result, whole), dtype=np.float64)
 
     def exact(self, **fractions: Fraction | int) -> Fraction:
         """Exact value at rational values of the variables; a condition evaluates only the branch it selects.

@@ -222,7 +222,7 @@ class Rod:
             ("the residue A/k", _quotient(self.exact["area"], self.exact["damping"] or Fraction(1)), "m/(Pa s)"),
         )
 
-    @property
+    @cached_property
     def nonlinearity(self) -> NormalCompliance:
         """The contact law ``p``, with stiffness ``1/eps``."""
         stiffness, exponent = 1 / self.exact["compliance"], self.exact["exponent"]
