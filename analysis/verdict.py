@@ -46,7 +46,9 @@ class Verdict(Enum):
 
 # Destabilising members of a class of nonlinearities: the other side of every answer.
 
-Kind = Literal["linear gain", "linear gains", "switched gain", "varying gain", "periodic orbit", "simulated orbit"]
+Kind = Literal[
+    "linear gain", "linear gains", "switched gain", "varying gain", "periodic orbit", "simulated orbit", "disturbance"
+]
 
 
 class Witness(Record):

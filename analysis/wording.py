@@ -181,6 +181,8 @@ def counterexample(shown: Refuted) -> str:
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
         words = [f"the gains {', '.join(_near(Fraction(gain)) for gain in own)}"] if own else []
         return " and ".join(words + ["all-pass operators"] * bool(proof["operators"])) or "the linear loop"
+    if method == "signal":
+        return f"a disturbance of {len(proof['inputs'])} samples, from rest,"
     if method == "delayed-gains":
         kinds, i = shown.certificate["laws"]["channels"], int(proof["channel"])
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]

@@ -41,6 +41,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     H, method = plant(system), proof["method"]
     if method == "relu-ray":
         return 1, ray(H, asked, proof)
+    if method == "signal":
+        return signal(H, asked, proof)
     need(not any(family.relu for family in asked.families), "no gain is a ReLU")
     if method == "switched-gains":
         return 1, switched(H, asked, proof)
@@ -134,6 +136,46 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
     need(dot(z, z) > gamma**2 * size, "the gain of this loop is not shown to be larger")
     where = f"omega = {'inf' if omega is None else omega}{', the tangent of half the angle' * H.discrete}"
     return 8, {"stable": f"with {words} the loop is asymptotically stable", "gain": f"|T w| > gamma |w| at {where}"}
+
+
+def signal(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """A disturbance from rest, sample by sample, with ``phi_i = a sigma`` below 0 and ``b sigma`` above.
+
+    ``sum |z|^2`` over its samples is above ``gamma^2 sum |w|^2``, and so is that over all.
+    """
+    _, data, given = fields(proof, "method", "slopes", "inputs")
+    own, functions = list(asked.performance or ()), asked.functions
+    need(
+        H.discrete and bool(own) and len(functions) + len(own) == len(H.D),
+        "a signal goes through functions, in samples",
+    )
+    need(not any(H.D[i][j] for i in functions for j in functions), "sigma is no function of the state and w alone")
+    form(isinstance(data, list) and len(data) == len(functions), "two slopes are needed for each function")
+    form(isinstance(given, list) and 0 < len(given) <= MOST_STEPS, f"a signal has 1 to {MOST_STEPS} samples")
+    slopes = dict(zip(functions, (numbers(pair, 2) for pair in data)))
+    for i, (below, above) in slopes.items():
+        (low, high), family = asked.bounds(i), asked.families[i]
+        straight = family.odd or family.linear
+        need(low <= below <= high and low <= above <= high, f"the slopes of channel {i + 1} are outside its class")
+        need(below == above or not straight, f"channel {i + 1} has an odd nonlinearity")
+        need((below, above) == (low, high) or not family.relu, f"channel {i + 1} has another ReLU")
+    same = all(slopes[i] == slopes[block[0]] for block in asked.blocks if block[0] in slopes for i in block)
+    need(same, "one nonlinearity has the same slopes in all its channels")
+    x, through, size = [ZERO] * len(H.A), ZERO, ZERO
+    for row in given:
+        tick()
+        mu = [ZERO] * len(H.D)
+        for j, w in zip(own, numbers(row, len(own))):
+            mu[j] = w
+        size += dot(mu, mu)
+        sigma = {i: dot(H.C[i], x) + dot(H.D[i], mu) for i in functions}
+        for i, (below, above) in slopes.items():
+            mu[i] = -(above if sigma[i] > 0 else below) * sigma[i]
+        z = [dot(H.C[j], x) + dot(H.D[j], mu) for j in own]
+        through += dot(z, z)
+        x = [dot(a, x) + dot(b, mu) for a, b in zip(H.A, H.B)]
+    need(through > size / asked.bounds(own[0])[1] ** 2, "the gain of this loop is not shown to be larger")
+    return 8, {"gain": f"sum |z|^2 > gamma^2 sum |w|^2 over {len(given)} samples, from rest"}
 
 
 def delayed(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:

@@ -44,14 +44,14 @@ def plot_gain(found: GainBound, *, ax: Axes | None = None) -> Axes:
     blocks = found.classes.blocks
     ends = [[float(found.classes.lower[b[0]]), float(found.classes.upper[b[0]])] for b in blocks]
     omega = _frequencies(found)
-    label: str | None = "gains at the ends of the class"
+    label: str | None = "pieces of the ReLUs" if found.classes.rectified else "gains at the ends of the class"
     for corner in islice(product(*ends), _MOST):
         values = _gain(found, np.repeat(corner, [len(block) for block in blocks]), omega)
         if values is not None:
             axes.plot(omega, values, color=GREY, lw=0.9, label=label)
             label, top = None, max(top, float(values.max()))
     member = None if found.refutation is None else found.refutation.certificate["proof"]
-    if member is not None and math.isfinite(low) and not member.get("operators"):
+    if member is not None and math.isfinite(low) and "gains" in member and not member.get("operators"):
         gains = np.array([float(Fraction(v)) for v in member["gains"][: len(found.classes.classes)]])
         values = _gain(found, gains, omega)
         if values is not None:

@@ -13,6 +13,7 @@ from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_orbits import proofs
+from lure.analysis.counterexamples.gain_signals import best_signals
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
 from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint
@@ -46,6 +47,8 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
         return _by_rays(asked)
     if not asked.classes.operators:
         return gains_refuting(asked, most=most)
+    if asked.classes.performance is not None and asked.classes.rectified:
+        return _by_signal(asked, most)
     if asked.classes.performance is not None:
         return _unstable(asked) or _largest_gain(asked, most)
     others = _by_delays if delays_of(asked) else _by_operators
@@ -80,6 +83,25 @@ def _by_rays(asked: Problem) -> tuple[Fraction, Refuted] | None:
             shown = refutation(asked, Fraction(1), proof)
             if shown is not None:
                 return Fraction(1), shown
+    return None
+
+
+def _by_signal(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """The inverse of the gain that a disturbance of some samples shows; of ReLUs no linear gain is a member."""
+    own, H = list(asked.classes.performance or ()), channel_plant(asked.plant)
+    functions = [i for i in range(len(H.D)) if i not in own]
+    direct = any(H.D[i][j] for i in functions for j in functions)
+    if H.dt is None or direct or not all(asked.classes.classes[i].rectifier for i in functions):
+        return None
+    ends = [[asked.classes.lower[i], asked.classes.upper[i]] for i in functions]
+    slopes = np.array([[float(v) for v in pair] for pair in ends])
+    for gain, inputs in best_signals(H.doubles(), slopes, own):
+        proof = {"method": "signal", "slopes": [texts(pair) for pair in ends], "inputs": [texts(row) for row in inputs]}
+        for step in _STEPS if gain > 0 else ():
+            alpha = Fraction(double_above(1 / (Fraction(gain * (1 - step)) * asked.classes.upper[own[0]])))
+            shown = refutation(asked, alpha, proof) if alpha < most else None
+            if shown is not None:
+                return alpha, shown
     return None
 
 

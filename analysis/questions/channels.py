@@ -38,7 +38,7 @@ from lure.analysis.questions.channel_proofs import (
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of, undecided
 from lure.analysis.questions.largest import SoFar, StabilityBound, Stopped
 from lure.analysis.questions.problem import Problem
-from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Kind, Verdict, Witness
 from lure.analysis.wording import counterexample, destroys, proviso
 from lure.errors import AssumptionError, InputError, Reason
 
@@ -130,16 +130,18 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
 
 def _witness(shown: Refuted, factor: float) -> Witness:
     proof = shown.certificate["proof"]
-    jumps, moves, bends = (m := proof["method"]) in MOVING, m == RAMPS, m == "flow-orbit"
+    jumps, bends = (m := proof["method"]) in MOVING, m == "flow-orbit"
+    kinds: dict[str, Kind] = {RAMPS: "varying gain", "flow-orbit": "periodic orbit", "signal": "disturbance"}
+    parts = {"flow-orbit": ("nonlinearities", "state", "durations"), "signal": ("slopes", "inputs")}
     return Witness(
-        kind="varying gain" if moves else "switched gain" if jumps else "periodic orbit" if bends else "linear gains",
+        kind=kinds.get(m, "switched gain" if jumps else "linear gains"),
         k=factor,
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
         odd=not bends or bool(proof["half"]),
         time_varying=jumps,
         description=f"{counterexample(shown)} {destroys(shown)}",
-        data={name: proof[name] for name in (("nonlinearities", "state", "durations") if bends else ("gains",))},
+        data={name: proof[name] for name in parts.get(m, ("gains",))},
         refutation=shown,
     )
 

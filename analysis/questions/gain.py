@@ -130,7 +130,7 @@ class GainBound(Record):
             return f"No {self._name} is finite for {self.classes}: {self.witness}."
         above = ""
         if low > 0:
-            above = f"; a member has a gain above {bound_below(low)}: {self.witness.partition(' give')[0]}"
+            above = f"; a member has a gain above {bound_below(low)}: {self.witness.partition(' give')[0].rstrip(',')}"
         if self.verdict is Verdict.PROVED:
             said = f"The {self._name} is at most {bound_above(high)} for {self.classes}"
             return f"{said} ({self.criterion}, {self.evidence}){above}. {self.factors.unfinished}".rstrip()
@@ -210,7 +210,8 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     Returns
     -------
     GainBound
-        ``gain.high`` is certified for every member; ``gain.low`` by a linear member at a frequency.
+        ``gain.high`` is certified for every member; ``gain.low`` by a linear member at a frequency, of ReLUs in
+        discrete time by a disturbance of some samples.
 
     Raises
     ------

@@ -4,18 +4,22 @@ import json
 import math
 from fractions import Fraction as F
 from functools import cache
+from importlib import resources
 
+import jsonschema
 import numpy as np
 import pytest
 
 from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant
 from lure.analysis import l2_gain
+from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.files import find_system
 from lure.files.loop import loop_to_toml
 from lure.plants.performance import Performance
 
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 LAG = ([[-1]], [[1]], [[1]], [[0]])
 SEEN = {"Bw": [[1]], "Cz": [[1]]}
 VARYING = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
@@ -173,6 +177,37 @@ def test_no_signal_gets_more_through_the_network():
             w[:, t] = p @ B2
             p = p @ A + ((p @ B1) * active[t]) @ C1 + outputs[t] @ C2
     assert 2.7 < reached < network(2).gain.high
+
+
+def test_a_disturbance_of_the_network_is_followed_exactly_and_twice():
+    found = network(2)
+    assert 2.9 < found.gain.low < found.gain.high
+    assert "a disturbance of 100 samples, from rest" in str(found)
+    certificate = found.certificates["low"]
+    assert type(check(certificate)).__name__ == "Refuted"
+    assert recheck(certificate).accepted
+    jsonschema.validate(certificate, SCHEMA)
+    # less energy comes through an altered loop, or of an altered signal; other slopes are no ReLU
+    proof, laws = certificate["proof"], certificate["laws"]
+    zero = [["0"] * 3 for _ in proof["inputs"]]
+    plain = {key: value for key, value in laws["channels"][0].items() if key != "relu"}
+    altered = [
+        {"proof": proof | {"inputs": zero}},
+        {"proof": proof | {"inputs": proof["inputs"][:3]}},
+        {"proof": proof | {"slopes": [["1", "0"], ["0", "1"]]}},
+        {"proof": proof | {"slopes": [["0", "1/2"], ["0", "1"]]}},
+        {"laws": laws | {"channels": [plain | {"odd": True}, *laws["channels"][1:]]}},
+        {"laws": laws | {"channels": [*laws["channels"][:2], *[lower_gain(one) for one in laws["channels"][2:]]]}},
+    ]
+    for change in altered:
+        with pytest.raises(Rejected):
+            check(certificate | change)
+        assert not recheck(certificate | change).accepted
+
+
+def lower_gain(channel):
+    """The performance channel of half the inverse gain: of twice the gain."""
+    return channel | {"sector": [str(F(end) / 2) for end in channel["sector"]]}
 
 
 def test_no_gain_that_jumps_and_no_constant_one_gets_more_through():

@@ -47,7 +47,7 @@ from lure.analysis.certificates.second.frequencies import (
     require_vertices,
 )
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
-from lure.analysis.certificates.second.members import refuted_by_members
+from lure.analysis.certificates.second.members import refuted_by_members, refuted_by_signal
 from lure.analysis.certificates.second.numerics import working_precision
 from lure.analysis.certificates.second.parametric import require_parametric
 from lure.analysis.certificates.second.rays import refuted_by_ray
@@ -94,7 +94,12 @@ def shown(document: Document) -> str:
         return claims.BOUNDED if varying else claims.EQUILIBRIA
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
-    others = {"linear-members": refuted_by_members, "delayed-gains": refuted_by_delay, "relu-ray": refuted_by_ray}
+    others = {
+        "linear-members": refuted_by_members,
+        "signal": refuted_by_signal,
+        "delayed-gains": refuted_by_delay,
+        "relu-ray": refuted_by_ray,
+    }
     return others.get(str(document.proof.get("method")), refuted)(document, asked)
 
 
