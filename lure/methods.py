@@ -27,7 +27,7 @@ def first_order_method(step: Exact, momentum: Exact = 0, extrapolation: Exact = 
 
     Parameters
     ----------
-    step, momentum, extrapolation : int, float, Fraction or text
+    step, momentum, extrapolation : int, float, Fraction or Decimal
         ``a > 0``, ``b`` and ``g``, exact: a float means the double it is.
 
     Returns
@@ -43,7 +43,7 @@ def first_order_method(step: Exact, momentum: Exact = 0, extrapolation: Exact = 
     Examples
     --------
     >>> print(first_order_method(Fraction(1, 10)))
-    1/10 / (z - 1), discrete with dt = 1
+    0.1 / (z - 1)
     """
     a, b, g = (
         exact_number(value, f"first_order_method: {name}")
@@ -61,13 +61,13 @@ def gradient(m: Exact, L: Exact) -> RationalPlant:
 
     Parameters
     ----------
-    m, L : int, float, Fraction or text
+    m, L : int, float, Fraction or Decimal
         The bounds of the slope of the gradient, ``0 < m < L``.
 
     Examples
     --------
     >>> print(gradient(1, 10))
-    1/10 / (z - 1), discrete with dt = 1
+    0.1 / (z - 1)
     """
     _, L = _bounds("gradient", m, L)
     return first_order_method(1 / L)
@@ -80,7 +80,7 @@ def nesterov(m: Exact, L: Exact) -> RationalPlant:
 
     Parameters
     ----------
-    m, L : int, float, Fraction or text
+    m, L : int, float, Fraction or Decimal
         As for :func:`gradient`.
     """
     m, L = _bounds("nesterov", m, L)
@@ -96,7 +96,7 @@ def heavy_ball(m: Exact, L: Exact) -> RationalPlant:
 
     Parameters
     ----------
-    m, L : int, float, Fraction or text
+    m, L : int, float, Fraction or Decimal
         As for :func:`gradient`.
     """
     m, L = _bounds("heavy_ball", m, L)
@@ -112,7 +112,7 @@ def triple_momentum(m: Exact, L: Exact) -> RationalPlant:
 
     Parameters
     ----------
-    m, L : int, float, Fraction or text
+    m, L : int, float, Fraction or Decimal
         As for :func:`gradient`.
     """
     m, L = _bounds("triple_momentum", m, L)
