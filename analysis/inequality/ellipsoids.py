@@ -96,7 +96,10 @@ def ellipsoid(
     if first is None:
         return None
     for _ in range(2):  # x = scale z, in which the last ellipsoid is the unit ball; channels by their weights
-        scale = np.linalg.cholesky(np.linalg.inv(first.P))
+        try:
+            scale = np.linalg.cholesky(np.linalg.inv(first.P))
+        except np.linalg.LinAlgError:
+            return first
         back, a = np.linalg.inv(scale), first.weights**-0.5
         A, B, C, D = plant
         turned = (back @ A @ scale, back @ B * a, C @ scale / a[:, None], D * a / a[:, None])
@@ -192,8 +195,13 @@ def _solved(
     if found is None:
         return None
     W = np.tensordot(found[:s], basis, 1)
-    if np.linalg.eigvalsh(W)[0] <= 0 or min(found[k : k + m]) <= 0:
+    least = np.linalg.eigvalsh(W)
+    if least[0] <= 1e-14 * least[-1] or min(found[k : k + m]) <= 0:
         return None
+    for block in blocks:
+        matrix = block.constant + np.tensordot(found, block.slopes, 1)
+        if np.linalg.eigvalsh(matrix)[0] < -1e-6 * np.abs(matrix).max():
+            return None  # a ray of a programme without a solution
     P = np.linalg.inv(W)
     h = np.tensordot(found[s:k], Y, 1) @ P if free else np.zeros((m, n))
     return Ellipsoid((P + P.T) / 2, 1 / found[k : k + m], h)

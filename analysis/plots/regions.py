@@ -108,7 +108,8 @@ def _halves(found: RegionOfAttraction, plane: tuple[int, int]) -> tuple[float, f
 
 def _rate(found: RegionOfAttraction) -> Callable[[NDArray[np.float64]], Any] | None:
     """``x'``, in discrete time the next state, at points; None with a direct term."""
-    if found.plant is None or any(map(any, found.plant.D)):
+    known = all(map(callable, found.nonlinearities))
+    if found.plant is None or not known or any(map(any, found.plant.D)):
         return None
     A, B, C, _ = found.plant.doubles()
     laws = found.nonlinearities
@@ -153,6 +154,7 @@ def _line(found: RegionOfAttraction, axes: Axes) -> Axes:
     """One state: where ``x'`` points, and the interval."""
     intervals = [one.interval for one in found.sets] + [one.interval for one in found.outside]
     ends = [abs(float(end)) for pair in intervals if pair is not None for end in pair]
+    ends += [float(one.P[0][0]) ** -0.5 for one in found.sets if one.P is not None]
     half = 1.6 * max((end for end in ends if np.isfinite(end)), default=1.0)
     x = np.linspace(-half, half, 801)[:, None]
     rate = _rate(found)
@@ -160,7 +162,8 @@ def _line(found: RegionOfAttraction, axes: Axes) -> Axes:
         axes.plot(x[:, 0], rate(x)[:, 0] - x[:, 0] * bool(found.discrete), color=INK, lw=1.2)
     axes.axhline(0, color=GREY, lw=0.6)
     for one in found.sets:
-        low, high = (-half, half) if one.interval is None else (max(-half, min(half, float(v))) for v in one.interval)
+        end = float("inf") if one.P is None else float(one.P[0][0]) ** -0.5
+        low, high = (max(-half, min(half, float(v))) for v in (one.interval or (-end, end)))
         axes.axvspan(low, high, color=BLUE, alpha=0.25, label="tends to 0")
     for beyond in found.outside:
         assert beyond.interval is not None, "with one state"

@@ -256,8 +256,11 @@ def proved_level_set(
     integrals = [shape.primitive if own else None for shape, own in zip(shapes, given, strict=True)]
     for margin in MARGINS[1:]:
         checkpoint()
-        found = level_set(plant.doubles(), used[0], integrals, ellipse, points=points, margin=margin)
-        if found is None:
+        try:
+            found = level_set(plant.doubles(), used[0], integrals, ellipse, points=points, margin=margin)
+        except np.linalg.LinAlgError:
+            return None
+        if found is None or not all(np.isfinite(part).all() for part in found):
             return None
         entries: list[dict[str, Any]] = [
             {"channel": i + 1, "theta": str(_short(float(theta))), "reach": str(_short(float(reach) * (1 + 1e-6)))}

@@ -22,11 +22,43 @@ from lure.analysis.numerics.polynomial import X, to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence
 from lure.arrays import NDArray, np
 from lure.errors import InputError
+from lure.nonlinearities.base import exact_parameter
 from lure.plants.multivariable import MultivariablePlant
 
 _BITS = 40
 _GRID = np.concatenate([np.linspace(-1, -0.005, 200), np.linspace(0.005, 1, 200)])
 _FIXED = np.geomspace(1e-7, 1e7, 1400)
+
+
+@dataclass(frozen=True, slots=True)
+class LocalSector:
+    """Every locally Lipschitz ``phi(t, sigma)`` with ``lower <= phi/sigma <= upper`` for ``0 < |sigma| <= reach``.
+
+    Nothing is said of it beyond, so that it is a class for :func:`lure.analysis.region` alone.
+
+    Attributes
+    ----------
+    lower, upper, reach : int, float, Fraction or str
+        Exact numbers; a float means the double it is.
+
+    Raises
+    ------
+    InputError
+        A number is none, the bounds are not in order, or the reach is not positive.
+    """
+
+    lower: Any
+    upper: Any
+    reach: Any
+
+    def __post_init__(self) -> None:
+        for name in ("lower", "upper", "reach"):
+            object.__setattr__(self, name, exact_parameter(getattr(self, name), f"LocalSector.{name}"))
+        if not self.lower < self.upper or self.reach <= 0:
+            raise InputError(
+                f"LocalSector is [{self.lower}, {self.upper}] for |sigma| <= {self.reach}; give two bounds in order, "
+                "and a positive reach"
+            )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -139,13 +171,16 @@ def shape_of(nonlinearity: Any) -> Shape:  # noqa: ANN401  (whatever is taken as
     Parameters
     ----------
     nonlinearity : object
-        A nonlinearity of the library.
+        A nonlinearity of the library, or a ``LocalSector``.
 
     Raises
     ------
     InputError
         It is known by its values alone.
     """
+    if isinstance(nonlinearity, LocalSector):
+        own = nonlinearity
+        return Shape(nonlinearity=own, sector=(own.lower, own.upper), reach=own.reach)
     known = known_nonlinearity(nonlinearity, -math.inf, math.inf)
     if known is None:
         raise InputError(

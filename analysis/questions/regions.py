@@ -18,6 +18,7 @@ from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth, proved_level_set
 from lure.analysis.questions.region_sets import (
+    LocalSector,
     Shape,
     matrix_of,
     positive,
@@ -277,7 +278,7 @@ def region(
         function is realised in companion form, whose states are then meant.
     nonlinearities : object
         One nonlinearity, or a list of one for each channel: objects, or formulas as text; by default that of the
-        system.
+        system.  Or a :class:`~lure.analysis.questions.region_sets.LocalSector`, a class known on an interval only.
     along : sequence of sequences, optional
         Points of the state space: the largest multiple of them that an ellipsoid holds is asked for, instead of the
         largest volume.
@@ -333,7 +334,8 @@ def _answered(
         proof, beyond, late = None, None, True
         try:
             beyond = proved_growth(found, shapes)
-            whole = None if beyond is not None else _everywhere(found, [shape.nonlinearity for shape in shapes])
+            local = beyond is not None or any(shape.reach is not None for shape in shapes)
+            whole = None if local else _everywhere(found, [shape.nonlinearity for shape in shapes])
             if whole is not None:
                 return _of_all(found.order, whole)
             proof, late = proved_ellipsoid(found, shapes, points), False
@@ -452,7 +454,14 @@ def _asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlant, l
         raise InputError(
             f"the nonlinearities are {len(listed)}, and the plant has {found.size}; give one for each channel"
         )
-    known = [ExpressionNonlinearity(one) if isinstance(one, str) else as_nonlinearity(one) for one in listed]
+    known = [
+        one
+        if isinstance(one, LocalSector)
+        else ExpressionNonlinearity(one)
+        if isinstance(one, str)
+        else as_nonlinearity(one)
+        for one in listed
+    ]
     for i, one in enumerate(known, 1):
         if not getattr(one, "locally_lipschitz", True):
             raise InputError(

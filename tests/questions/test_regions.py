@@ -7,12 +7,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from lure import InputError, Saturation, Sector, as_plant
 from lure.analysis import check, region
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
+from lure.analysis.questions.region_sets import LocalSector
 from lure.analysis.verdict import Verdict
 from lure.nonlinearities import Cubic, DeadZone
 from lure.plants.multivariable import MultivariablePlant
@@ -294,8 +296,6 @@ def test_the_command_and_its_certificate(tmp_path, capsys):
 
 
 def test_the_drawing_shows_what_is_known(saddle):
-    from matplotlib.figure import Figure
-
     axes = Figure().add_subplot()
     assert saddle.plot(ax=axes) is axes
     said = [text.get_text() for text in axes.get_legend().get_texts()]
@@ -319,6 +319,34 @@ def test_bad_options_are_refused_in_a_sentence(tmp_path, capsys, arguments, word
     file.write_text(FILE)
     assert main(["region", str(file), *arguments]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_a_class_that_holds_on_an_interval_is_used_on_it_alone():
+    # x' = x - phi, phi in [2, 3] sigma for |sigma| <= 1, anything beyond: attracted for |x| < 1, and no more is known
+    plant = as_plant(([[1]], [1], [1], 0))
+    found = region(plant, LocalSector(2, 3, "1"))
+    assert 0.999 < found.area[0] / 2 < 1
+    good = found.sets[0].proof.certificate
+    assert accepted(good) == (True, True)
+    assert accepted(changed(good, "laws", "graphs", 0, "reach", to="1/2")) == (False, False)
+    assert accepted(changed(good, "laws", "graphs", 0, "sector", to=["1", "3"])) == (False, False)
+    assert accepted(changed(good, "multiplier", "terms", to=[])) == (False, False)
+    assert found.plot(ax=Figure().add_subplot()).get_xlabel() == "state"
+    assert region(plant, LocalSector("1/2", 3, 1)).sets == ()
+    with pytest.raises(InputError, match="two bounds in order"):
+        LocalSector(1, 0, 1)
+
+
+def test_a_direct_term_feeds_what_is_bounded_into_a_sector():
+    # two channels, sigma_2 = x_2 + phi_1/2: |sigma_2| <= |x_2| + 1/2 on every set
+    plant = as_plant(([[1, 0], [0, -1]], [[1, 0], [0, 1]], [[3, 0], [0, 1]], [[0, 0], ["-1/2", 0]]))
+    found = region(plant, [Saturation(), "sigma**3 - sigma/2"])
+    assert found.verdict is Verdict.PROVED
+    assert accepted(found.sets[0].proof.certificate) == (True, True)
+    terms = found.sets[0].proof.certificate["multiplier"]["terms"]
+    assert Fraction(terms[1]["reach"]) > Fraction(1, 2)
+    cycle = as_plant(([[1, 0], [0, -1]], [[1, 0], [0, 1]], [[3, 0], [0, 1]], [[0, "1/9"], ["-1/2", 0]]))
+    assert region(cycle, [Saturation(), Saturation()]).sets == ()
 
 
 class ByItsValues:
