@@ -158,23 +158,30 @@ def proved(H: Any, given: Multiplier, bounds: Any) -> dict[str, str]:
 def residue(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -> tuple[int, Any, dict[str, str]]:
     """How many roots ``r`` of ``d`` are 0, ``N/s^(r - 1)``, and what was found of ``R = lim s H``.
 
-    ``Lambda W R`` is symmetric, with ``r`` positive eigenvalues and else 0.  So 0 is semisimple, its modes
-    ``x_0' = B_0 mu`` are moved and seen, ``R = C_0 B_0``, and ``P_0 B_0 = C_0' Lambda W`` has a solution ``P_0 > 0``:
-    ``x_0' P_0 x_0`` is a part of ``V``, whose derivative is ``2 mu' Lambda W C_0 x_0``.
+    ``M(0) W R`` is symmetric, with ``r`` positive eigenvalues and else 0.  So 0 is semisimple, its modes ``x_0' = B_0
+    mu`` are moved and seen, ``R = C_0 B_0``, and ``P_0 B_0 = C_0' W M(0)'`` has a solution ``P_0 > 0``: for constant
+    ``M`` a part of ``V``, whose derivative is ``2 mu' M(0) W C_0 x_0``.  With kernels ``He M(0) > 0`` is needed too.
     """
     r, m = next(i for i, c in enumerate(d) if c), len(N)
     if not r:
         return 0, N, {}
-    need(not given.moved, "kernels do not cover an eigenvalue 0 at the lower bounds", exact.Critical)
+    M = [list(row) for row in given.gamma]
+    for kernel in given.kernels:  # h(0) = 1
+        M[kernel.row][kernel.column] -= kernel.coefficient
+    both = [[M[i][j] + M[j][i] for j in range(i + 1)] for i in range(m)]
+    q = unit(both)
+    strict = not given.moved or positive_definite([[int(q * v) for v in row] for row in both])
+    need(strict, "He M(0) > 0 fails", exact.Critical)
     need(not any(any(f[: r - 1]) for row in N for f in row), "H has a pole of higher order at 0", exact.Critical)
     N = [[f[r - 1 :] for f in row] for row in N]
-    S = [[given.gamma[i][i] * width[i] * f[0] / d[r] for f in row] for i, row in enumerate(N)]
+    S = [[sum(M[i][k] * width[k] * N[k][j][0] for k in range(m)) / d[r] for j in range(m)] for i in range(m)]
     p, _, _ = resolvent(S, [], [])
     positive = all(c * (-1) ** k > 0 for k, c in enumerate(p[: r + 1])) and not any(p[r + 1 :])
     symmetric = all(S[i][j] == S[j][i] for i in range(m) for j in range(i))
-    need(symmetric, "Lambda W lim s H(s) is not symmetric", exact.Critical)
-    need(r <= m and positive, f"Lambda W lim s H(s) has not {r} positive eigenvalues, the others 0", exact.Critical)
-    return r, N, {"residue": f"Lambda W lim s H(s) is symmetric, with {r} positive eigenvalues and else 0"}
+    name = "M(0)" if given.moved else "Lambda"
+    need(symmetric, f"{name} W lim s H(s) is not symmetric", exact.Critical)
+    need(r <= m and positive, f"{name} W lim s H(s) has not {r} positive eigenvalues, the others 0", exact.Critical)
+    return r, N, {"residue": f"{name} W lim s H(s) is symmetric, with {r} positive eigenvalues and else 0"}
 
 
 def solvable(H: Any, inside: bool, bounds: Any) -> str:

@@ -258,6 +258,9 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
         )
     facts = frequencies.proved(on_axis(H, given, asked) if H.discrete else H, given, bounds)
     need(not (H.discrete and "residue" in facts), "scalings do not cover an eigenvalue z = 1", exact.Critical)
+    for i, one in each(asked) if "residue" in facts and given.moved else ():
+        rising = bounds[i][0] <= one.slope[0] and one.slope[1] < INF and not one.varying
+        need(rising, f"beside kernels and an eigenvalue 0 channel {i + 1} has no slope bounds", exact.Critical)
     posed, assumed = well_posed(H.D, asked)
     if not name.startswith("matrix") or ordered(H.D, asked):
         return facts | {"well-posed": posed}, assumed

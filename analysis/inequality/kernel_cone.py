@@ -21,7 +21,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.semidefinite import hermitian_duals, hermitian_programme, hermitian_rows
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 _NARROW = 24  # frequencies at which a crossing is looked for first
 _ROUNDS, _FLAT, _FIRST, _MORE, _ZOOMS, _DIPS = 40, 6, 24, 8, 6, 4
 _ORDERS, _BESIDE, _SPACING = (1, 2, 3), 16.0, 2.0
-_GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED, _DIGITS = 1e-3, 1e-7, 1e-9, 1e-9, 15
+_GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED = 1e-3, 1e-7, 1e-9, 1e-9
 _WATCHED, _REAL, _LARGEST_MASS = 80, 1e-7, 1e3
 _LARGEST_THETA = 1e4
 _LEAST = 1e-6  # of the sum: a weight, where none may be 0
@@ -70,6 +70,12 @@ class Kernel(NamedTuple):
         lag = (self.side or 1) * np.where(finite, omega, 0.0) / float(self.rate)
         found = np.where(finite, (1 + 1j * lag) ** -float(self.order), 0)
         return np.asarray(found if self.side else found.real + 0j)
+
+    def integrated(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """``(h - 1)/(i omega)``, likewise: ``h`` of a kernel with a side, less its value at 0, after an integrator."""
+        rate = self.side * float(self.rate) if self.rate else np.inf
+        lag = 1 / (1 + 1j * np.where(np.isfinite(omega), omega, 0.0) / rate)
+        return np.asarray(np.where(np.isfinite(omega), -sum(lag**k for k in range(1, self.order + 1)) / rate, 0) + 0j)
 
 
 class Found(NamedTuple):
@@ -107,6 +113,13 @@ class Found(NamedTuple):
             for i in (kernel.row, *kernel.also):
                 M[:, i, kernel.column if i == kernel.row else i] -= mass * kernel.sign * kernel.at(omega)
         return M
+
+    def integrated(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """The diagonal of ``(M(i omega) - M(0))/(i omega)``: (k, m)."""
+        N = np.zeros((len(omega), len(self.gamma)), dtype=complex)
+        for mass, kernel in zip(self.masses, self.kernels, strict=True):
+            N[:, kernel.row] -= mass * kernel.sign * kernel.integrated(omega)
+        return N
 
     def without(self, share: float) -> Found:
         """The multiplier without its small kernels; those without rate stay.
@@ -179,6 +192,8 @@ class KernelCone:
         The channels with a constant gain each: ``Re M_ii > 0`` at every frequency takes the place of a bound on masses.
     fixed : sequence of sequence of int
         The channels of each operator that does not depend on time.
+    residue : ndarray or None
+        ``R``, where the plant is that without ``R/s``: kernels are then on the diagonal, ``ratios`` those of ``M(0)``.
     """
 
     plant: ShiftedLoop
@@ -187,6 +202,7 @@ class KernelCone:
     ratios: Sequence[tuple[int, float]] = ()
     gains: Sequence[int] = ()
     fixed: Sequence[Sequence[int]] = ()
+    residue: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         size, plant = np.abs(np.linalg.eigvals(self.plant.A)), self.plant
@@ -194,6 +210,8 @@ class KernelCone:
         self.turned = plant.turned(plant.omega, plant.states, plant.H)
         self.last: Found | None = None
         self.pairs = [(i, j) for block in self.blocks for i in block for j in block]
+        if self.residue is not None:
+            self.pairs = [(i, j) for i, j in self.pairs if i == j]
         count = _FIRST if self.pairs else _FIRST // 2
         self.points = self.omega[np.unique(np.linspace(0, len(self.omega) - 1, count).astype(int))]
         self.rates = list[Fraction]()
@@ -329,7 +347,8 @@ class KernelCone:
     ) -> Parts:
         M = found.at(omega)
         functions = (1 - self.plant.acting)[:, None] * M
-        return functions @ H + found.theta[:, None] * turned, M, H
+        inner = functions @ H + found.theta[:, None] * turned
+        return (inner if self.residue is None else inner + found.integrated(omega)[..., None] * self.residue), M, H
 
     def _least(self, parts: Parts, widths: NDArray[np.float64]) -> NDArray[np.float64]:
         """The least eigenvalue of ``F`` at each frequency."""
@@ -433,6 +452,9 @@ class KernelCone:
             lag = -kernel.sign * kernel.at(self.omega[at])[:, None]
             if kernel.side or not kernel.rate:
                 columns[2 * m + k, :, kernel.row] = lag * G[:, kernel.column]
+                if self.residue is not None:
+                    late = kernel.integrated(self.omega[at])[:, None] * self.residue[kernel.row]
+                    columns[2 * m + k, :, kernel.row] -= kernel.sign * late
             else:
                 columns[2 * m + k] = lag[:, None] * sum(norms[i] for i in (kernel.row, *kernel.also))
         _, M, _ = self._parts(last, at)
@@ -465,6 +487,8 @@ class KernelCone:
         for i, (first, ratio) in enumerate(self.ratios):
             equal[1 + i, first] -= ratio
             equal[1 + i, i] += 1
+            for k, kernel in enumerate(kernels):  # of M(0)
+                equal[1 + i, 2 * m + k] -= kernel.sign * ((kernel.row == i) - ratio * (kernel.row == first))
         for k, (first, i) in enumerate(same, 1 + len(self.ratios)):
             equal[k, [first, i]] = 1, -1
         low = -_LEAST * widths if self.ratios else np.zeros(m)
@@ -523,6 +547,9 @@ class KernelCone:
                         found.append((float(worth[k]), kernel))
         for i, j in self.pairs:
             gain = -(values @ GZ[:, j, i]).real
+            if self.residue is not None:
+                late = np.array([shape.integrated(self.omega[at]) for shape in self.shapes])
+                gain = gain - (late @ (self.residue @ solved.weights)[:, j, i]).real
             if i in self.gains:
                 gain = gain - beside @ solved.real[self.gains.index(i)]
             for sign in self.signs(i):
@@ -533,49 +560,3 @@ class KernelCone:
                         found.append((float(worth[k]), kernel))
         found.sort(key=lambda one: -one[0])
         return [kernel for _, kernel in found[:_MORE]]
-
-
-def multiplier(found: Found, widths: Sequence[Fraction], gains: Sequence[int] = ()) -> dict[str, Any]:
-    """The multiplier of a certificate: rational, and doubly dominant exactly.
-
-    Parameters
-    ----------
-    found : Found
-        A multiplier for ``(w_i sigma_i - psi_i)/w_i``.
-    widths : sequence of Fraction
-        ``w_i``, equal ones where kernels stand between two channels.
-    gains : sequence of int
-        The channels with a constant gain each, whose ``gamma`` makes ``Re M_ii > 0``.
-    """
-    m = len(widths)
-
-    def near(value: float, j: int) -> Fraction:
-        """A mass in units of a width, of few decimal digits."""
-        return Fraction(f"{value / float(widths[j]):.{_DIGITS}g}")
-
-    gamma, rows, columns = [[Fraction(0)] * m for _ in range(m)], [Fraction(0)] * m, [Fraction(0)] * m
-    kernels, where = list[dict[str, Any]](), dict[str, Any]()
-    for mass, (i, j, sign, rate, order, side, also) in zip(found.masses, found.kernels, strict=True):
-        c = near(float(mass), j)
-        if rate and not side:  # of an operator: the mean of both sides
-            for k in (i, *also):
-                where = {"channels": [k + 1, k + 1], "coefficient": str(sign * c / 2), "rate": str(rate)}
-                kernels += [{**where, "order": order, "side": word} for word in ("causal", "anticausal")]
-                rows[k] += c if sign > 0 else 0
-            continue
-        rows[i], columns[j] = rows[i] + c, columns[j] + c
-        if rate:
-            where = {"channels": [i + 1, j + 1], "coefficient": str(sign * c), "rate": str(rate)}
-            kernels.append({**where, "order": order, "side": "causal" if side > 0 else "anticausal"})
-        else:
-            gamma[i][j] -= sign * c
-    rates = [float(one.rate) for one in found.kernels if one.rate]
-    points = np.geomspace(min(rates, default=1.0) / 1e2, max(rates, default=1.0) * 1e2, 2000)
-    for i in gains:
-        own = found.at(np.array([0.0, *points, np.inf]))[:, i, i].real
-        lacking = max(0.0, 1e-9 * float(found.gamma[i]) - float(own.min()))
-        gamma[i][i] = near(float(found.gamma[i]) + 2 * lacking, i)
-    for i in (i for i in range(m) if i not in gains):
-        gamma[i][i] = max(near(float(found.gamma[i]), i), rows[i], columns[i])
-    theta = [Fraction(f"{value:.{_DIGITS}g}") for value in found.theta]
-    return {"gamma": [[*map(str, row)] for row in gamma], "theta": [*map(str, theta)], "kernels": kernels}

@@ -23,7 +23,8 @@ from lure.analysis.inequality.coupled_forms import CoupledForms, Group
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.gain_splines import SPLINES, GainSplines
-from lure.analysis.inequality.kernel_cone import KernelCone, multiplier
+from lure.analysis.inequality.kernel_cone import Found, KernelCone
+from lure.analysis.inequality.kernel_rounding import multiplier
 from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
@@ -107,7 +108,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             and (sloped or not x.row.slope or (x.kind == _KERNELS and bool(_fixed(asked))))
         ]
         if _critical(asked):
-            found = [x for x in found if not x.kind and not x.row.linear] or found
+            kinds = (0, _KERNELS) if _rising(asked) else (0,)
+            found = [x for x in found if x.kind in kinds and not x.row.linear] or found
     if not found:
         names = ", ".join(name for row in rows for name in (row.name, *row.channels))
         raise InputError(
@@ -154,9 +156,17 @@ def _require_no_zero(asked: Problem) -> None:
     if _modes(asked) is not None:
         raise AssumptionError(
             "the loop with the gains at the lower bounds has an eigenvalue 0, or z = 1 (the critical case), left to "
-            "the circle criterion and Popov's with a multiplier for each channel; give lower bounds above these",
+            "the circle criterion and Popov's with a multiplier for each channel, and to kernels in continuous time where "
+            "all slopes are bounded; give lower bounds above these",
             code=Reason.CRITICAL,
         )
+
+
+def _rising(asked: Problem) -> bool:
+    """Whether every channel has slope bounds above the lower end, at all times the same: kernels beside integrators."""
+    sloped = all(_sloped(asked)) and not asked.classes.operators and channel_plant(asked.plant).dt is None
+    slopes = [one.slope.lower for one in asked.classes.classes if one.slope is not None]
+    return sloped and slopes == [one.gains[0] for one in asked.classes.classes]
 
 
 def _fixed(asked: Problem) -> list[range]:
@@ -293,8 +303,9 @@ def _constant(asked: Problem) -> list[int]:
 
 def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], list[Fraction]]] | None:
     """The search for kernels, and the widths of a factor: of the slopes where they are bounded; None if nowhere."""
-    _require_no_zero(asked)
-    asked = without_delays(asked)
+    if not _rising(asked):
+        _require_no_zero(asked)
+    modes, asked = _modes(asked), without_delays(asked)
     H, sloped, classes = channel_plant(asked.plant), _sloped(asked), asked.classes
     A, B, C, D = H.doubles()
     if H.dt is not None:  # functions of the frequency alone, in terms of s = (z - 1)/(z + 1)
@@ -310,9 +321,14 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
             ends[i] = Fraction(one.slope.lower), Fraction(one.slope.upper)
     lower = np.array([float(low) for low, _ in ends])
     free = [one and H.dt is None for one in _free(asked)]
-    plant = ChannelInequality(A, B, C, D, lower, free, popov=True, discrete=False, operators=classes.operators)
+    plant = ChannelInequality(A, B, C, D, lower, free, True, False, classes.operators, modes)  # noqa: FBT003
     blocks, scaled = [block for block in classes.blocks if sloped[block[0]]], classes.performance or range(len(ends))
-    cone = KernelCone(plant, blocks, [one.odd for one in classes.classes], fixed=_fixed(asked), gains=_constant(asked))
+    odd = [one.odd for one in classes.classes]
+    if modes is None:
+        cone = KernelCone(plant, blocks, odd, fixed=_fixed(asked), gains=_constant(asked))
+    else:
+        ratios = [(first, float(ratio)) for first, ratio in modes.ratios]
+        cone = KernelCone(plant, blocks, odd, ratios, residue=modes.residue())
     return cone, lambda factor: [(factor if i in scaled else 1) * high - low for i, (low, high) in enumerate(ends)]
 
 
@@ -333,8 +349,7 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
         checkpoint()
         alpha = Fraction(double_below(Fraction(found.factor) * (1 - Fraction(step))))
         if alpha > max(known, least):
-            proposal = Proposal(multiplier(found, widths(alpha), cone.gains), {"method": "determinant"})
-            shown = _accepted(asked, name, alpha, proposal)
+            shown = _accepted(asked, name, alpha, _by_kernels(asked, cone, found, widths(alpha)))
             if shown is not None:
                 return alpha, shown
     return None
@@ -361,8 +376,13 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
     found = cone.largest(lambda factor: np.array([*map(float, widths(Fraction(factor)))]), 1.0, 1.001)
     if found is None or found.factor <= 1:
         return None
-    proposal = Proposal(multiplier(found, widths(one), cone.gains), {"method": "determinant"})
-    return _accepted(asked, criterion.name, one, proposal)
+    return _accepted(asked, criterion.name, one, _by_kernels(asked, cone, found, widths(one)))
+
+
+def _by_kernels(asked: Problem, cone: KernelCone, found: Found, widths: Sequence[Fraction]) -> Proposal:
+    modes = _modes(asked) if cone.residue is not None else None
+    stated = multiplier(found, widths, cone.gains, () if modes is None else modes.ratios)
+    return Proposal(stated, {"method": "determinant"})
 
 
 def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:

@@ -137,6 +137,21 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
     return Multiplier(gamma, theta, list(chains.values()), frozenset(moved))
 
 
+def still(given: Multiplier) -> fmpq_mat:
+    """``M(0)``.
+
+    Parameters
+    ----------
+    given : Multiplier
+        The multiplier.
+    """
+    found = [[to_fmpq(v) for v in row] for row in given.gamma]
+    for chain in given.chains:
+        for i, c in (one for rows in chain.rows.values() for one in rows):
+            found[i][chain.column] -= to_fmpq(c)
+    return fmpq_mat(found)
+
+
 def _require_real_part(gamma: Fraction, kernels: Sequence[tuple[Fraction, Fraction, int]]) -> None:
     """Check ``Re M_ii > 0`` on the axis: ``Re (1 + i t)^-n = sum_k C(n, 2k) (-x)^k/(1 + x)^n`` in ``x = t^2``."""
     require(gamma > 0 or (gamma == 0 and not kernels), "gamma of a gain is negative, or 0 beside kernels")
@@ -243,6 +258,7 @@ def _realised(
             for i, c in rows:
                 outward[i][at + order - 1] -= to_fmpq(c)
         at += length
+    slow = _integrated(given, [[W[j] * apart[j, k] for k in range(m)] for j in range(m)])
     turned, jump = own * A, own * B + apart
     G = [[to_fmpq(v) for v in row] for row in given.gamma]
     through = [[fmpq(0)] * m for _ in range(m)]
@@ -251,7 +267,41 @@ def _realised(
             outward[i][k] += sum((G[i][j] * seen[j][k] for j in range(m)), theta * turned[i, k])
         for k in range(m):
             through[i][k] = sum((G[i][j] * direct[j][k] for j in range(m)), theta * jump[i, k])
-    return fmpq_mat(state), fmpq_mat(inward), fmpq_mat(outward), fmpq_mat(through)
+    main = fmpq_mat(state), fmpq_mat(inward), fmpq_mat(outward), fmpq_mat(through)
+    return main if slow is None else _sum(main, slow)
+
+
+def _integrated(given: Multiplier, residue: list[list[fmpq]]) -> tuple[fmpq_mat, fmpq_mat, fmpq_mat] | None:
+    """``(M(s) - M(0)) W R/s`` as states: ``(h^n - 1)/s = -(h + ... + h^n)/a`` for ``h = a/(a + s)``.
+
+    None where there is no residue or no kernel.
+    """
+    m, size = len(residue), sum(max(chain.rows) for chain in given.chains)
+    if not size or not any(v != 0 for row in residue for v in row):
+        return None
+    state, inward = [[fmpq(0)] * size for _ in range(size)], [[fmpq(0)] * m for _ in range(size)]
+    outward, at = [[fmpq(0)] * size for _ in range(m)], 0
+    for chain in given.chains:
+        rate = to_fmpq(chain.rate if chain.causal else -chain.rate)
+        length = max(chain.rows)
+        for k in range(length):
+            state[at + k][at + k] = -rate
+            if k:
+                state[at + k][at + k - 1] = rate
+        inward[at] = [rate * v for v in residue[chain.column]]
+        for order, rows in chain.rows.items():
+            for i, c in rows:
+                for k in range(order):
+                    outward[i][at + k] += to_fmpq(c) / rate
+        at += length
+    return fmpq_mat(state), fmpq_mat(inward), fmpq_mat(outward)
+
+
+def _sum(one: Matrices, other: tuple[fmpq_mat, fmpq_mat, fmpq_mat]) -> Matrices:
+    (A, B, C, D), (F, G, H) = one, other
+    n, k = A.nrows(), F.nrows()
+    whole = [[*row, *[fmpq(0)] * k] for row in _rows(A)] + [[*[fmpq(0)] * n, *row] for row in _rows(F)]
+    return fmpq_mat(whole), _stacked(B, G), _beside(C, H, 1), D
 
 
 def _rows(X: fmpq_mat) -> list[list[fmpq]]:

@@ -45,6 +45,7 @@ from lure.analysis.certificates.second.frequencies import (
     read_multiplier,
     require_frequencies,
     require_vertices,
+    still,
 )
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
 from lure.analysis.certificates.second.members import refuted_by_members, refuted_by_signal
@@ -232,8 +233,16 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
     shifted, widths = shifted_by(own, bounds), [high - low for low, high in bounds]
     critical, jump = bool(shifted[0].det() == 0), asked.D * 0
     if critical:
-        require(not given.moved and not scaled, "kernels do not cover an eigenvalue 0")
-        shifted, jump = integrators_apart(shifted, [given.gamma[i][i] * w for i, w in enumerate(widths)])
+        require(not scaled, "scalings do not cover an eigenvalue 0")
+        at_zero = still(given)
+        shifted, jump = integrators_apart(shifted, at_zero * diagonal(widths))
+        if given.moved:
+            signs = (at_zero + at_zero.transpose()).charpoly().coeffs()  # all roots are real
+            require(all(c * (-1) ** (m - i) > 0 for i, c in enumerate(signs)), "He M(0) is not positive definite")
+            for one, (low, _) in zip(asked.nonlinearities, bounds, strict=True):
+                steepest = "inf" if one.slope is None else one.slope[1]
+                rising = one.slope is not None and claims.at_least(one.slope[0], low) and not one.time_varying
+                require(rising and isinstance(steepest, Fraction), "kernels, an eigenvalue 0, and no slope bounds")
     require_frequencies(shifted, own.C, widths, given, jump)
     if document.theorem.startswith("matrix"):
         _require_one_solution(asked, bounds)

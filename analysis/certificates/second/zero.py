@@ -38,15 +38,15 @@ def shifted_by(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> Mat
     return asked.A - asked.B * lower * C, asked.B * (one - lower * D), C, D
 
 
-def integrators_apart(shifted: Matrices, weights: Sequence[Fraction]) -> tuple[Matrices, fmpq_mat]:
+def integrators_apart(shifted: Matrices, weights: fmpq_mat) -> tuple[Matrices, fmpq_mat]:
     """``(A~ - c Pi, (1 - Pi) B~, C~, D~)`` and ``R``; ``Lambda R`` symmetric with a positive eigenvalue for each 0.
 
     Parameters
     ----------
     shifted : tuple of fmpq_mat
         ``A~, B~, C~, D~``, in continuous time, ``A~`` singular.
-    weights : sequence of Fraction
-        ``Lambda``.
+    weights : fmpq_mat
+        ``Lambda``, or what a multiplier is at 0.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def integrators_apart(shifted: Matrices, weights: Sequence[Fraction]) -> tuple[M
     require(bool(overlap.det() != 0), "the eigenvalue 0 has too few eigenvectors")
     through = right * overlap.inv() * left
     R = C * through * B
-    S = diagonal(weights) * R
+    S = weights * R
     require(bool(S.transpose() == S), "Lambda R is not symmetric")
     p, m, zeros = S.charpoly(), S.nrows(), right.ncols()
     signs = [p[m - k] * (-1) ** k for k in range(m + 1)]  # all roots are real

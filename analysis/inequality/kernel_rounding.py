@@ -1,0 +1,74 @@
+"""The multiplier of a certificate from one with kernels in floating point: rational, and doubly dominant exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from lure.analysis.inequality.kernel_cone import Found
+from lure.arrays import np
+
+_DIGITS = 15
+_STRICT = Fraction(1, 10**9)  # of the kernels: what M(0) has more than they take
+
+
+def multiplier(
+    found: Found,
+    widths: Sequence[Fraction],
+    gains: Sequence[int] = (),
+    ratios: Sequence[tuple[int, Fraction]] = (),
+) -> dict[str, Any]:
+    """The multiplier of a certificate: rational, and doubly dominant exactly.
+
+    Parameters
+    ----------
+    found : Found
+        A multiplier for ``(w_i sigma_i - psi_i)/w_i``.
+    widths : sequence of Fraction
+        ``w_i``, equal ones where kernels stand between two channels.
+    gains : sequence of int
+        The channels with a constant gain each, whose ``gamma`` makes ``Re M_ii > 0``.
+    ratios : sequence of (int, Fraction)
+        For each channel: ``M(0)`` is exactly the ratio times that of the channel, counted from 0; none: any.
+    """
+    m = len(widths)
+
+    def near(value: float, j: int) -> Fraction:
+        """A mass in units of a width, of few decimal digits."""
+        return Fraction(f"{value / float(widths[j]):.{_DIGITS}g}")
+
+    gamma, rows, columns = [[Fraction(0)] * m for _ in range(m)], [Fraction(0)] * m, [Fraction(0)] * m
+    kernels, where = list[dict[str, Any]](), dict[str, Any]()
+    for mass, (i, j, sign, rate, order, side, also) in zip(found.masses, found.kernels, strict=True):
+        c = near(float(mass), j)
+        if rate and not side:  # of an operator: the mean of both sides
+            for k in (i, *also):
+                where = {"channels": [k + 1, k + 1], "coefficient": str(sign * c / 2), "rate": str(rate)}
+                kernels += [{**where, "order": order, "side": word} for word in ("causal", "anticausal")]
+                rows[k] += c if sign > 0 else 0
+            continue
+        rows[i], columns[j] = rows[i] + c, columns[j] + c
+        if rate:
+            where = {"channels": [i + 1, j + 1], "coefficient": str(sign * c), "rate": str(rate)}
+            kernels.append({**where, "order": order, "side": "causal" if side > 0 else "anticausal"})
+        else:
+            gamma[i][j] -= sign * c
+    rates = [float(one.rate) for one in found.kernels if one.rate]
+    points = np.geomspace(min(rates, default=1.0) / 1e2, max(rates, default=1.0) * 1e2, 2000)
+    for i in gains:
+        own = found.at(np.array([0.0, *points, np.inf]))[:, i, i].real
+        lacking = max(0.0, 1e-9 * float(found.gamma[i]) - float(own.min()))
+        gamma[i][i] = near(float(found.gamma[i]) + 2 * lacking, i)
+    for i in (i for i in range(m) if i not in gains):
+        gamma[i][i] = max(near(float(found.gamma[i]), i), rows[i], columns[i])
+    still = [Fraction(0)] * m  # what the kernels take from gamma at 0
+    for one in kernels if ratios else ():
+        still[one["channels"][0] - 1] += Fraction(one["coefficient"])
+    for i, (first, ratio) in enumerate(ratios):
+        if i == first:
+            gamma[i][i] = max(gamma[i][i], rows[i] * (1 + _STRICT))
+        else:
+            gamma[i][i] = ratio * widths[first] * (gamma[first][first] - still[first]) / widths[i] + still[i]
+    theta = [Fraction(f"{value:.{_DIGITS}g}") for value in found.theta]
+    return {"gamma": [[*map(str, row)] for row in gamma], "theta": [*map(str, theta)], "kernels": kernels}
