@@ -156,8 +156,8 @@ def _require_no_zero(asked: Problem) -> None:
     if _modes(asked) is not None:
         raise AssumptionError(
             "the loop with the gains at the lower bounds has an eigenvalue 0, or z = 1 (the critical case), left to "
-            "the circle criterion and Popov's with a multiplier for each channel, and to kernels in continuous time where "
-            "all slopes are bounded; give lower bounds above these",
+            "the circle criterion and Popov's with a multiplier for each channel, and to kernels in continuous time "
+            "where all slopes are bounded; give lower bounds above these",
             code=Reason.CRITICAL,
         )
 
