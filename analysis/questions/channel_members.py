@@ -20,7 +20,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_delays import delays_of, delays_refuting, without_delays
 from lure.analysis.questions.channel_problem import channel_plant
-from lure.analysis.questions.channel_proofs import constant_gains, gains_refuting, refutation
+from lure.analysis.questions.channel_refutations import constant_gains, gains_refuting, refutation
 from lure.analysis.questions.problem import Problem
 from lure.arrays import Reals, np, optimize
 from lure.errors import AssumptionError

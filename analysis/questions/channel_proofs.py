@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Plant
-from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
+from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.frequencies import MOST_CHANNELS, shifted
-from lure.analysis.certificates.systems import texts
-from lure.analysis.counterexamples.channel_gains import GainSearch
-from lure.analysis.counterexamples.channel_ramps import RampedGains
-from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channel_windows import ChannelWindows
 from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
@@ -39,8 +35,7 @@ from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 2e-5, 4e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
-RAMPS, SCALINGS = "ramped-gains", "matrix-scalings"
-_SURE = 1e-6  # of the largest entry: a growth below is more than rounding
+SCALINGS = "matrix-scalings"
 _MEETING = 1e-5  # relative: how near the ends of a search are that asks for proofs at each step
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
@@ -107,7 +102,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             and x.kind not in left
             and (sloped or not x.row.slope or (x.kind == _KERNELS and bool(_fixed(asked))))
         ]
-        if _critical(asked):
+        if is_critical(asked):
             kinds = (0, _KERNELS) if _rising(asked) else (0,)
             found = [x for x in found if x.kind in kinds and not x.row.linear] or found
     if not found:
@@ -143,8 +138,14 @@ def _modes(asked: Problem) -> ZeroModes | None:
     return zero_modes(A, B, C, discrete=H.dt is not None)
 
 
-def _critical(asked: Problem) -> bool:
-    """Whether there are such eigenvalues, covered by a theorem or not."""
+def is_critical(asked: Problem) -> bool:
+    """Whether with the gains at the lower bounds there are eigenvalues 0 (z = 1), covered by a theorem or not.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
     try:
         return _modes(asked) is not None
     except (AssumptionError, Rejected):
@@ -460,145 +461,3 @@ def _farthest_by(
         if shown is not None:
             return alpha, shown
     return None
-
-
-def unsettled(asked: Problem) -> bool:
-    """Whether the loop with the gains at the lower bounds is not stable, or floating point leaves it open.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
-    H = channel_plant(asked.plant)
-    A, B, C, D = H.doubles()
-    lower = np.array([float(v) for v in asked.classes.lower])
-    search = GainSearch(A, B, C, D, lower, lower, asked.classes.blocks, H.dt is not None)
-    return bool(search.growth(lower) > -_SURE * (1 + np.abs(A).max()))
-
-
-def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
-    """The smallest factor with destabilising gains that the checker accepts; 0 if they lie in the classes of each.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    most : float
-        The largest factor of interest; finite: gains of the classes of that factor.
-    """
-    if asked.classes.rectified:  # no gain is a member
-        return None
-    H = channel_plant(asked.plant)
-    A, B, C, D = H.doubles()
-    one = asked.classes.upper
-    lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, one))
-    memory = any(each.memory for each in asked.classes.classes)
-    upper[[each.memory == "stop" for each in asked.classes.classes]] = 0.0  # what is left of it far from 0
-    search = GainSearch(A, B, C, D, lower, upper, asked.classes.blocks, H.dt is not None, _critical(asked))
-    found = search.found(double_above(asked.classes.least), most)
-    for gains in search.proposals(*found, most=most) if found is not None else ():
-        least = max((g / u for g, u in zip(gains, one, strict=True) if u > 0), default=Fraction(0))
-        if math.isinf(most) and least <= 0:  # no gain is positive: they lie in the classes of every factor
-            alpha, of = Fraction(0), Fraction(1)
-        else:
-            alpha = of = Fraction(double_above(least)) if math.isinf(most) else Fraction(most)
-        rate = float(search.growth(np.array([*map(float, gains)]))) if memory else 0.0
-        growth = {"growth": str(Fraction(rate / 2))} if rate > 0 else {}
-        shown = refutation(asked, of, constant_gains(gains) | growth)
-        if shown is not None:
-            return alpha, shown
-    return None
-
-
-def switching_refuting(
-    asked: Problem, known: Fraction, most: float, *, whole: bool = False
-) -> tuple[Fraction, Refuted] | None:
-    """The smallest factor above what is known and up to ``most`` with gains that jump, or move as fast as they may.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    known : Fraction
-        A factor up to which nothing grows.
-    most : float
-        The largest factor of interest.
-    whole : bool
-        Whether as a refutation of the classes as they are given.
-    """
-    if asked.classes.operators or any(one.memory for one in asked.classes.classes):
-        return None
-    H, lower = channel_plant(asked.plant), asked.classes.lower
-    low, high = (np.array([float(v) for v in side]) for side in (lower, asked.classes.upper))
-    search = SwitchedGains(
-        *H.doubles(),
-        low,
-        high,
-        varying=tuple(one.time_varying and not one.linear for one in asked.classes.classes),
-        blocks=asked.classes.blocks,
-        discrete=H.dt is not None,
-    )
-    for one in search.proposals(double_above(known), most):
-        factor = Fraction(one.factor)
-        ends, alpha = (lower, asked.classes.scaled(factor).upper), Fraction(1) if whole else factor
-        gains = [[ends[end][i] for i, end in enumerate(row)] for row in one.ends]
-        proof: dict[str, Any] = {"method": "switched-gains", "gains": [texts(row) for row in gains]}
-        proof |= {} if search.discrete else {"times": texts(one.times)}
-        shown = refutation(asked, alpha, proof | {"squarings": one.squarings, "bits": one.bits})
-        if shown is not None:
-            return alpha, shown
-    return _ramps_refuting(asked, known, most, whole=whole)
-
-
-def _ramps_refuting(asked: Problem, known: Fraction, most: float, *, whole: bool) -> tuple[Fraction, Refuted] | None:
-    """The same with gains that move no faster than their rates."""
-    H, classes = channel_plant(asked.plant), asked.classes
-    rates = [classes.classes[block[0]].rate for block in classes.blocks]
-    search = RampedGains(*H.doubles(), classes.lower, classes.upper, rates, classes.blocks, H.dt is not None)
-    for one in search.proposals(double_above(known), most, lowest=not whole):
-        alpha = Fraction(1) if whole else Fraction(one.factor)
-        proof: dict[str, Any] = {"gains": [texts(row) for row in one.gains], "squarings": one.squarings}
-        proof |= {"method": "switched-gains"} if search.discrete else {"method": RAMPS, "times": texts(one.times)}
-        shown = refutation(asked, alpha, proof | {"bits": one.bits})
-        if shown is not None:
-            return alpha, shown
-    return None
-
-
-def constant_gains(gains: Sequence[Fraction]) -> dict[str, Any]:
-    """The proof of a certificate that constant gains refute.
-
-    Parameters
-    ----------
-    gains : sequence of Fraction
-        One for each channel.
-    """
-    return {"method": "linear-gains", "gains": texts(gains)}
-
-
-def refutation(asked: Problem, alpha: Fraction, proof: Mapping[str, Any]) -> Refuted | None:
-    """What the checker accepts against the classes of a factor; None if nothing.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    alpha : Fraction
-        The factor.
-    proof : Mapping
-        The proof of the certificate.
-    """
-    draft = {
-        "verdict": "REFUTED",
-        "system": asked.system,
-        "laws": asked.scaled(alpha).class_entry,
-        "theorem": "counterexample",
-        "proof": dict(proof),
-    }
-    try:
-        shown = checked(draft)
-    except (Rejected, InputError):
-        return None
-    other = shown.certificate["conclusion"] == OTHERS  # refutes nothing where an end of the classes is a critical case
-    return shown if isinstance(shown, Refuted) and not other else None

@@ -25,12 +25,14 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
     PARAMETRIC,
-    RAMPS,
     Criterion,
-    constant_gains,
     criteria_for,
     farthest,
     proved_whole,
+)
+from lure.analysis.questions.channel_refutations import (
+    RAMPS,
+    constant_gains,
     refutation,
     switching_refuting,
     unsettled,
