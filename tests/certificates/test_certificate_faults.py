@@ -224,8 +224,15 @@ LARGEST = {
 }
 
 
-@pytest.mark.parametrize("name", ["sector", "doubles", pytest.param("slope", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda f: f if isinstance(f, str) else type(f).__name__)
+@pytest.mark.parametrize(
+    ("fault", "name"),
+    [
+        pytest.param(fault, name, marks=[pytest.mark.thorough] * ((fault, name) == ("nonsense", "slope")))
+        for fault in FAULTS
+        for name in LARGEST
+    ],
+    ids=lambda part: part if isinstance(part, str) else type(part).__name__,
+)
 def test_the_largest_class_is_never_too_large(monkeypatch, broken, fault, name):
     ask, limit = LARGEST[name]
     broken(fault)

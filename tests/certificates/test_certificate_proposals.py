@@ -98,7 +98,7 @@ def test_continuous_criteria_are_certified_where_they_end(example, circle, popov
     ("example", "odd", "least"),
     [
         (1, False, 4.5894),
-        pytest.param(3, False, 2.25, marks=pytest.mark.slow),
+        pytest.param(3, False, 2.25, marks=pytest.mark.thorough),
         pytest.param(4, False, 1.34, marks=pytest.mark.thorough),
         pytest.param(5, False, 0.08, marks=pytest.mark.thorough),
         pytest.param(5, True, 0.11, marks=pytest.mark.thorough),
