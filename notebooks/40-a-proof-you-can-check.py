@@ -616,19 +616,8 @@ plt.show()
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
 # %%
-BESIDE = (
-    "arithmetic",
-    "balls",
-    "blocks",
-    "channels",
-    "frequencies",
-    "gains",
-    "parametric",
-    "regions",
-    "several",
-    "states",
-    "windows",
-)
+BESIDE = ("arithmetic", "balls", "blocks", "channels", "frequencies", "gains", "parametric",
+          "regions", "several", "states", "windows")  # fmt: skip
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")
     kernel.mkdir()

@@ -109,22 +109,10 @@ class FullBlockInequality(ShiftedLoop):
                 slopes[starts[which] : starts[which + 1]] = part
             return Block(np.zeros((order, order)), slopes)
 
-        B, D = self.B * widths, self.D * widths
-        moves, stays = np.hstack([self.A, -B]), np.hstack([np.eye(n), np.zeros((n, m))])
-        Y = np.vstack([np.hstack([self.C, -D]), np.hstack([np.zeros((m, n)), np.eye(m)])])
-        if self.discrete:
-            falls = stays.T @ state @ stays - moves.T @ state @ moves
-        else:
-            falls = -(stays.T @ state @ moves + moves.T @ state @ stays)
-        turns = [-np.outer(Y[m + i], widths[i] * self.own[i] @ moves) * self.unit for i in free]
-        turning = np.array([t + t.T for t in turns]).reshape(len(free), n + m, n + m)
-        margin = np.diag([0.0] * n + [1.0] * m)
-        seen, last = Y[[*own, *(m + i for i in own)]], len(sizes) - 1
-        acting = [widths[[*b]][:, None] * Y[[*b]] for b in self.operators]
-        acted = [Y[[m + i for i in b]] * widths[[*b]][:, None] for b in self.operators]
+        margin, last = np.diag([0.0] * n + [1.0] * m), len(sizes) - 1
         scale = [float(widths[[*b]].max()) ** 2 for b in self.operators]
-        norms = np.array([(v.T @ v - u.T @ u) / c for u, v, c in zip(acting, acted, scale, strict=True)])
-        parts = {0: falls, 1: -(seen.T @ form @ seen), 2: turning} | ({3: -margin[None]} if before is None else {})
+        slopes, norms = self._falling(widths, state, form, scale)
+        parts = dict(enumerate(slopes)) | ({3: -margin[None]} if before is None else {})
         blocks = [block(n + m, parts | ({last: norms} if self.operators else {}))]
         bounds: list[tuple[int, float, float]] = []  # of entry k: factor, and what it times the entry is at most
         bounds += [(j, sign, most) for j in range(starts[last], total) for sign, most in ((-1.0, 0.0), (1.0, _LARGEST))]
@@ -171,6 +159,27 @@ class FullBlockInequality(ShiftedLoop):
         return FullBlock(
             np.tensordot(found[starts[1] : starts[2]], form, 1), theta, signed, float(found[starts[3]]), weights
         )
+
+    def _falling(
+        self, widths: NDArray[np.float64], state: NDArray[np.float64], form: NDArray[np.float64], scale: list[float]
+    ) -> tuple[list[NDArray[np.float64]], NDArray[np.float64]]:
+        """Slopes of the matrix of ``-V'`` in the unknowns ``P``, ``Pi`` and ``theta``; in the weights of operators."""
+        (n, m), own = self.B.shape, self.own_channels
+        free = [i for i in range(m) if self.free[i]]
+        B, D = self.B * widths, self.D * widths
+        moves, stays = np.hstack([self.A, -B]), np.hstack([np.eye(n), np.zeros((n, m))])
+        Y = np.vstack([np.hstack([self.C, -D]), np.hstack([np.zeros((m, n)), np.eye(m)])])
+        if self.discrete:
+            falls = stays.T @ state @ stays - moves.T @ state @ moves
+        else:
+            falls = -(stays.T @ state @ moves + moves.T @ state @ stays)
+        turns = [-np.outer(Y[m + i], widths[i] * self.own[i] @ moves) * self.unit for i in free]
+        turning = np.array([t + t.T for t in turns]).reshape(len(free), n + m, n + m)
+        seen = Y[[*own, *(m + i for i in own)]]
+        acting = [widths[[*b]][:, None] * Y[[*b]] for b in self.operators]
+        acted = [Y[[m + i for i in b]] * widths[[*b]][:, None] for b in self.operators]
+        norms = np.array([(v.T @ v - u.T @ u) / c for u, v, c in zip(acting, acted, scale, strict=True)])
+        return [falls, -(seen.T @ form @ seen), turning], norms
 
     @property
     def own_channels(self) -> list[int]:
