@@ -70,6 +70,10 @@ def plot_region(found: RegionOfAttraction, *, plane: tuple[int, int] = (1, 2), a
             axes.streamplot(x, y, flow[0], flow[1], color=GREY, linewidth=0.5, density=0.8, arrowsize=0.7)
         _solutions(found, axes, rate, halves)
     axes.plot(0, 0, "o", color=INK, ms=4)
+    others = [(float(x[i]), float(x[j])) for x in found.equilibria] if found.states == 2 else []
+    shown = [place for place in others if abs(place[0]) < halves[0] and abs(place[1]) < halves[1]]
+    if shown:
+        axes.plot(*zip(*shown, strict=True), "s", color=VERMILLION, mfc="white", ms=5, label="other equilibria")
     axes.set_xlim(-halves[0], halves[0])
     axes.set_ylim(-halves[1], halves[1])
     axes.set_xlabel(f"state {i + 1}")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 from flint import arb, fmpq_mat, fmpq_poly
@@ -26,6 +26,7 @@ from lure.nonlinearities.base import exact_parameter
 from lure.plants.multivariable import MultivariablePlant
 
 _BITS = 40
+MOST_PIECES = 3000
 _GRID = np.concatenate([np.linspace(-1, -0.005, 200), np.linspace(0.005, 1, 200)])
 _FIXED = np.geomspace(1e-7, 1e7, 1400)
 
@@ -91,6 +92,11 @@ class Shape:
         if left[1] != right[1] or not low < 0 < high:
             return None
         return to_fraction(left[1]), to_fraction(middle[1]), min(-low, high)
+
+    def parts(self) -> Iterator[tuple[Any, Any, fmpq_poly]]:
+        """The pieces with their ends."""
+        ends: list[Any] = [-math.inf, *self.cuts, math.inf]
+        return ((low, high, p) for (low, high), p in zip(pairwise(ends), self.pieces, strict=False))
 
     def entry(self, bounds: tuple[Fraction, Fraction, Fraction] | None) -> dict[str, Any]:
         """The nonlinearity as it stands in a certificate; of one that is no polynomial its bounds on an interval."""
@@ -306,6 +312,38 @@ def _between(low: Any, high: Any, roots: Sequence[Fraction | arb], side: int) ->
     if places:
         far = min(places) if side > 0 else max(places)
     return near + side if math.isinf(far) else (Fraction(near) + Fraction(far)) / 2
+
+
+def equilibria(plant: MultivariablePlant, shapes: Sequence[Shape]) -> tuple[tuple[Fraction, ...], ...]:
+    """Isolated equilibria other than 0 where every nonlinearity is on a line, exactly: ``D = 0``.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part.
+    shapes : sequence of Shape
+        What is known of each nonlinearity.
+    """
+    n, m = plant.order, len(shapes)
+    lines = [
+        [(low, high, to_fraction(p[1]), to_fraction(p[0])) for low, high, p in shape.parts() if p.degree() <= 1]
+        for shape in shapes
+    ]
+    if any(map(any, plant.D)) or math.prod(map(len, lines)) > MOST_PIECES:
+        return ()
+    A, B, C = (fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for side in (plant.A, plant.B, plant.C))
+    still = fmpq_mat([[int(i == j) for j in range(n)] for i in range(n)]) * int(plant.dt is not None)
+    found = set[tuple[Fraction, ...]]()
+    for choice in product(*lines):
+        slopes = fmpq_mat([[to_fmpq(choice[i][2]) if i == j else to_fmpq(0) for j in range(m)] for i in range(m)])
+        whole = A - still - B * slopes * C
+        if whole.det() == 0:
+            continue
+        x = whole.inv() * B * fmpq_mat([[to_fmpq(line[3])] for line in choice])
+        sigma = [to_fraction((C * x)[i, 0]) for i in range(m)]
+        if all(low <= s <= high for s, (low, high, _, _) in zip(sigma, choice, strict=True)):
+            found.add(tuple(to_fraction(x[i, 0]) for i in range(n)))
+    return tuple(sorted(one for one in found if any(one)))
 
 
 def union_area(

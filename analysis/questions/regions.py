@@ -20,6 +20,7 @@ from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growt
 from lure.analysis.questions.region_sets import (
     LocalSector,
     Shape,
+    equilibria,
     matrix_of,
     positive,
     shape_given,
@@ -169,6 +170,9 @@ class RegionOfAttraction(Record):
     states: int = quantity("number of states")
     sets: tuple[AttractedSet, ...] = quantity("inside the region, the largest first", label="")
     outside: tuple[OutsideSet, ...] = quantity("outside of it", label="", default=())
+    equilibria: tuple[tuple[Fraction, ...], ...] = quantity(
+        "other than 0, exactly, where every nonlinearity is on a line: they are not attracted", label="", default=()
+    )
     area: tuple[float, float | None] = quantity(
         "of the region: its length with one state, its area with two, else its volume; above the second no region is, "
         "None where nothing is known"
@@ -317,7 +321,8 @@ def region(
     if not found.order:
         raise InputError("the plant has no states; a region of attraction needs one at least")
     answer = _answered(found, shapes, points, seconds)
-    return dataclasses.replace(answer, plant=found, nonlinearities=tuple(shape.nonlinearity for shape in shapes))
+    laws = tuple(shape.nonlinearity for shape in shapes)
+    return dataclasses.replace(answer, equilibria=equilibria(found, shapes), plant=found, nonlinearities=laws)
 
 
 def _answered(

@@ -206,6 +206,14 @@ def test_integrals_make_a_set_larger_and_both_checkers_accept_it():
     assert np.all(level.values(starts) <= 1)
 
 
+def test_equilibria_are_found_exactly(saddle):
+    # x' = y, y' = x - sat(3 x + 4 y): y = 0 and x = +-1; in discrete time x+ = 1.5 x - sat(1.5 x): x = 2 (x - 1) etc.
+    assert saddle.equilibria == ((-1, 0), (1, 0))
+    found = region(as_plant("1/(z-1.5)", dt=1), Saturation(gain="3/2", limit=1))
+    assert found.equilibria == ((-2,), (2,))
+    assert not any(one.contains(x) for one in saddle.sets for x in saddle.equilibria)
+
+
 def test_without_stable_modes_the_area_is_bounded_from_both_sides():
     found = region(as_plant(([["0.2", 1], [-1, "0.2"]], [0, 1], ["0.5", 2], 0)), Saturation())
     low, high = found.area
@@ -299,7 +307,7 @@ def test_the_drawing_shows_what_is_known(saddle):
     axes = Figure().add_subplot()
     assert saddle.plot(ax=axes) is axes
     said = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert said == ["never tends to 0", "tends to 0 (ellipsoid)", "solutions"]
+    assert said == ["never tends to 0", "tends to 0 (ellipsoid)", "solutions", "other equilibria"]
     assert axes.get_xlabel() == "state 1"
     line = region(([1], [1, -1]), Saturation(gain=2, limit=1)).plot(ax=Figure().add_subplot())
     assert [text.get_text() for text in line.get_legend().get_texts()] == ["tends to 0", "never tends to 0"]
