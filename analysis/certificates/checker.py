@@ -51,6 +51,7 @@ BOUNDED = "every motion is bounded"
 FINITE_ENERGY = "0 attracts every motion with inputs to the block and initial functions of finite energy"
 RESTS = "every motion of finite energy comes to rest, its end at a zero of the law"
 RESTING = "every motion of finite energy comes to rest, and the pressure of every contact tends to 0"
+QUIET = "every motion of finite energy comes to rest, and the pressure of every contact is square integrable"
 LINEAR = "every constant gain of the class makes the loop asymptotically stable"
 GAIN = "the L2 gain from w to z is at most gamma in every loop of the class"
 DECAYS = "|x(t)| <= c |x(0)| {} for every motion of every loop of the class, with one c"
@@ -350,7 +351,7 @@ def judged(
     """The same of the loop with this system, which with a rate is that of the solutions times ``r^-t``."""
     if isinstance(given, dict) and "channels" in given:
         kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof)
-        ends = (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED)
+        ends = (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET)
         return (Proved if kind else Refuted), ends[end], found, assumed
     if isinstance(given, dict) and "graphs" in given:
         kind, conclusion, found = regions.examined(verdict, name, data, system, given, phi, proof)

@@ -51,7 +51,7 @@ def examined(
     """Whether it is a proof, and what follows; 0: 0 attracts, 1: one moves on, 2: other equilibria, 3: no loop.
 
     4: all converge to the set of equilibria, 5: they are bounded, 6: rods come to rest.  Of a gain, 7: it is at most
-    that of the class, 8: one is above.
+    that of the class, 8: one is above.  9: rods come to rest whose pressures may depend on time.
 
     And how every hypothesis was found to hold, and what is assumed.
     """
@@ -60,9 +60,11 @@ def examined(
     need(phi is None, "no nonlinearity is given beside several classes")
     facts = {"class": described(asked)}
     if touching:
-        need(verdict == "PROVED" and (name, proof) == ("rods-energy", {"method": "structure"}), "rods: energy alone")
+        need(verdict == "PROVED" and proof == {"method": "structure"}, "rods are proved by their structure")
+        need(name in ("rods-energy", "rods-circle"), "rods are proved by their energy or by the circle criterion")
         fields(data)
-        return True, 6, facts | resting(system, asked), ""
+        energy = name == "rods-energy"
+        return True, 6 if energy else 9, facts | (resting if energy else quiet)(system, asked), ""
     if verdict == "PROVED":
         found, assumed = proved(name, data, system, asked, proof)
         if any(family.memory for family in asked.families):
@@ -103,6 +105,35 @@ def resting(system: Any, asked: Channels) -> dict[str, str]:
     damping = [number(one["k"]) for one in system["rods"]]
     need(min(damping) > 0, "a dashpot does not damp")
     return {"dissipation": f"k = {', '.join(map(str, damping))} > 0, so that energy is lost wherever a rod moves"}
+
+
+def quiet(system: Any, asked: Channels) -> dict[str, str]:
+    """The circle criterion for rods themselves, the areas as weights: ``1/K_i + Re H > 0`` at all frequencies.
+
+    At ``x = L`` alone ``Re H_j >= -l_j`` with ``l_j = (L/E) |k^2 - Z^2|/min(k, Z)^2`` as for one rod; across a gap
+    these add up, and an obstacle that moves is ``1/(i w k_o)``, without a real part.  At both ends, by Gershgorin,
+    ``Re H >= -(L/E) max(2 Z^2, Z^2 + |k^2 - Z^2|)/min(k, Z)^2``.  docs/theory/several-rods.md has the proofs.
+    """
+    lags, areas, both = [], [], system["arrangement"] == "both-ends"
+    for one in system["rods"]:
+        E, rho, L, A, k = (number(one[key]) for key in ("E", "rho", "L", "A", "k"))
+        need(k > 0, "a dashpot does not damp")
+        Z2 = A * A * rho * E
+        lag = max(2 * Z2, Z2 + abs(k * k - Z2)) if both else abs(k * k - Z2)
+        lags.append(L / E * lag / min(k * k, Z2))
+        areas.append(A)
+    if both:
+        lags *= 2
+    if system["arrangement"] == "across-gap":
+        lags = [sum((min(areas) / A * lag for A, lag in zip(areas, lags, strict=True)), ZERO)]
+    found = []
+    for i, family in each(asked):
+        low, K = asked.bounds(i)
+        need(low >= 0, f"the pressure of contact {i + 1} may pull: a sector from 0 on is needed")
+        need(not family.rough and K != INF, f"contact {i + 1}: locally Lipschitz, with an upper bound")
+        need(K * lags[i] < 1, f"contact {i + 1}: {K} times {lags[i]} is not below 1")
+        found.append(f"{K} * {lags[i]} < 1")
+    return {"inequality": f"K_i times the least -Re H_i: {', '.join(found)}"}
 
 
 def well_posed(D: Rows, asked: Channels) -> tuple[str, str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +20,8 @@ if TYPE_CHECKING:
     from lure.rod.assembly_motion import AssemblyMotion
 
 
-def of_the_rods(assembly: RodAssembly) -> tuple[str, Proved | None]:
-    """What a report on their scheme says of the rods themselves, and what the checker accepted; None if nothing.
+def of_the_rods(assembly: RodAssembly) -> tuple[str, tuple[Proved, ...]]:
+    """What a report on their scheme says of the rods themselves, and what the checker accepted.
 
     Parameters
     ----------
@@ -30,9 +32,16 @@ def of_the_rods(assembly: RodAssembly) -> tuple[str, Proved | None]:
     try:
         shown = rods_at_rest(assembly)
     except AssumptionError as refused:
-        return f"{head}nothing is proved: {refused}.", None
+        return f"{head}nothing is proved: {refused}.", ()
     laws = "whatever the pressures are, if they oppose the closing of their contacts and are locally Lipschitz"
-    return f"{head}it is proved without loads that {shown.certificate['conclusion']}, {laws} (certified).", shown
+    varying = varying_pressures(assembly)
+    ends = ", ".join(f"{float(Fraction(one['sector'][1])):.4g}" for one in varying.certificate["laws"]["channels"])
+    return (
+        f"{head}it is proved without loads that {shown.certificate['conclusion']}, {laws} (certified); and that every "
+        f"motion comes to rest if the pressures change with time and p_i/sigma_i stays within [0, K_i], K = {ends} "
+        "Pa/m, by the circle criterion (certified).",
+        (shown, varying),
+    )
 
 
 def followed(assembly: RodAssembly) -> tuple[tuple[str, ...], tuple[FigureSpec, ...]]:
@@ -139,6 +148,87 @@ def rods_at_rest(assembly: RodAssembly) -> Proved:
     >>> print(rods_at_rest(between).certificate["conclusion"])
     every motion of finite energy comes to rest, and the pressure of every contact tends to 0
     """
+    _demand_damping(assembly)
+    return _shown(assembly, "rods-energy", ["inf"] * assembly.contacts, time_varying=False)
+
+
+def varying_pressures(assembly: RodAssembly, bounds: Sequence[Fraction] | None = None) -> Proved:
+    """That every motion of the rods comes to rest for all pressures below some slopes, which may change with time.
+
+    The circle criterion for the partial differential equations, ``1/K_i + Re H(i omega) > 0`` with the areas as
+    weights (docs/theory/several-rods.md), for ``0 <= sigma_i p_i(t, sigma_i) <= K_i sigma_i^2``, measurable in ``t``
+    and locally Lipschitz in ``sigma_i``.  Above these slopes nothing follows: the energy of a contact may then be
+    pumped.  Nothing is said of loads, or of a rate.
+
+    Parameters
+    ----------
+    assembly : RodAssembly
+        The rods.
+    bounds : sequence of Fraction, optional
+        ``K_i`` of each contact [Pa/m]; by default 99 per cent of what this criterion covers, ``E/L`` where that is any.
+
+    Returns
+    -------
+    Proved
+        What the checker accepted.
+
+    Raises
+    ------
+    AssumptionError
+        A dashpot has ``k <= 0``, or a bound is not covered.
+    InputError
+        There is not one bound a contact.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lure.rod import Rod
+    >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=2, compliance=1)  # Z = 1: reach 1/3
+    >>> pair = RodAssembly(arrangement="across-gap", rods=(rod, rod), compliances=(Fraction(1),), gaps=(Fraction(0),))
+    >>> print(varying_pressures(pair, [Fraction(1, 7)]).certificate["conclusion"])
+    every motion of finite energy comes to rest, and the pressure of every contact is square integrable
+    """
+    _demand_damping(assembly)
+    reach = circle_reach(assembly)
+    if bounds is None:
+        stiffness = min(rod.exact["youngs_modulus"] / rod.exact["length"] for rod in assembly.rods)
+        bounds = [stiffness if end is None else Fraction(99, 100) * end for end in reach]
+    if len(bounds) != assembly.contacts:
+        raise InputError(f"bounds has {len(bounds)} values for {assembly.contacts} contacts; give one for each")
+    for number, (bound, end) in enumerate(zip(bounds, reach, strict=True), 1):
+        if end is not None and not bound < end:
+            raise AssumptionError(
+                f"bound {number} is {float(bound):g} Pa/m, and the circle criterion covers pressures that change with "
+                f"time below {float(end):g} Pa/m"
+            )
+    return _shown(assembly, "rods-circle", list(map(str, bounds)), time_varying=True)
+
+
+def circle_reach(assembly: RodAssembly) -> tuple[Fraction | None, ...]:
+    """For each contact the slope [Pa/m] below which the circle criterion covers it; None where it covers any.
+
+    With ``l_j = (L/E) |k^2 - Z^2|/min(k, Z)^2`` of each rod: ``1/l_j`` against an obstacle, ``1/sum_j min(A) l_j/A_j``
+    across a gap, and at both ends ``(E/L) min(k, Z)^2/max(2 Z^2, Z^2 + |k^2 - Z^2|)``.
+
+    Parameters
+    ----------
+    assembly : RodAssembly
+        Rods with ``k > 0``.
+    """
+    lags, areas = [], [rod.exact["area"] for rod in assembly.rods]
+    for rod in assembly.rods:
+        E, rho, L, A, k = (rod.exact[name] for name in ("youngs_modulus", "density", "length", "area", "damping"))
+        Z2, both = A * A * rho * E, assembly.arrangement == "both-ends"
+        lag = max(2 * Z2, Z2 + abs(k * k - Z2)) if both else abs(k * k - Z2)
+        lags.append(L / E * lag / min(k * k, Z2))
+    if assembly.arrangement == "both-ends":
+        lags *= 2
+    if assembly.arrangement == "across-gap":
+        lags = [sum((min(areas) * lag / A for A, lag in zip(areas, lags, strict=True)), Fraction(0))]
+    return tuple(1 / lag if lag else None for lag in lags)
+
+
+def _demand_damping(assembly: RodAssembly) -> None:
     for number, rod in enumerate(assembly.rods, 1):
         if not rod.damping > 0:
             raise AssumptionError(
@@ -146,13 +236,10 @@ def rods_at_rest(assembly: RodAssembly) -> Proved:
                 "every dashpot damps; give a positive one",
                 code=Reason.UNDAMPED,
             )
-    pressure: dict[str, Any] = {
-        "sector": ["0", "inf"],
-        "slope": None,
-        "odd": False,
-        "time_varying": False,
-        "linear": False,
-    }
+
+
+def _shown(assembly: RodAssembly, theorem: str, uppers: list[str], *, time_varying: bool) -> Proved:
+    pressure: dict[str, Any] = {"slope": None, "odd": False, "time_varying": time_varying, "linear": False}
     plate = assembly.obstacle_damping
     found = checked(
         {
@@ -164,8 +251,8 @@ def rods_at_rest(assembly: RodAssembly) -> Proved:
                 "rods": [certificate_parameters(rod) for rod in assembly.rods],
                 "obstacle": None if plate is None else str(plate),
             },
-            "laws": {"channels": [pressure] * assembly.contacts, "repeated": False},
-            "theorem": "rods-energy",
+            "laws": {"channels": [{"sector": ["0", end], **pressure} for end in uppers], "repeated": False},
+            "theorem": theorem,
             "multiplier": {},
             "proof": {"method": "structure"},
         }

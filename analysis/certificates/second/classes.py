@@ -19,6 +19,9 @@ EQUILIBRIA = "every motion converges to the set of equilibria"
 BOUNDED = "every motion is bounded"
 DELAYED = "0 attracts every motion with inputs to the block and initial functions of finite energy"
 AT_REST = "every motion of finite energy comes to rest, its end at a zero of the law"
+SQUARE_INTEGRABLE = (
+    "every motion of finite energy comes to rest, and the pressure of every contact is square integrable"
+)
 PRESSURELESS = "every motion of finite energy comes to rest, and the pressure of every contact tends to 0"
 GAINS = "every constant gain of the class makes the loop asymptotically stable"
 NO_REST = "a loop of the class has a motion that does not converge to an equilibrium"

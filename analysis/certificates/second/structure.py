@@ -8,6 +8,7 @@ of cells from ``theta (1 - a^2)/T >= 4 |a|``, that is ``theta >= L |k^2 - Z^2|/(
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from lure.analysis.certificates.second import classes as claims
@@ -63,7 +64,7 @@ def proved(document: Document, rod: RodData, nonlinearities: Nonlinearities) -> 
 
 
 def rods(document: Document) -> str:
-    """The sentence that is proved about rods with several contacts: energy is lost at each dashpot.
+    """The sentence that is proved about rods with several contacts: energy is lost at each dashpot, or by the circle.
 
     Virtual work leaves no pressure at rest where every pressure has the sign of ``sigma``, see the first checker's
     reference; here the classes are looked at by their least gain, and each dashpot by its sign.
@@ -73,7 +74,8 @@ def rods(document: Document) -> str:
     NotShown
         A hypothesis fails, or it is another theorem.
     """
-    require(document.verdict == "PROVED" and document.theorem == "rods-energy", "rods are proved by their energy")
+    circle = document.theorem == "rods-circle"
+    require(document.verdict == "PROVED" and (circle or document.theorem == "rods-energy"), "no theorem about rods")
     require(record(document.proof, "method")["method"] == "structure", "rods are proved by their structure")
     record(document.multiplier)
     require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
@@ -91,11 +93,39 @@ def rods(document: Document) -> str:
     else:
         require(arrangement == "one-obstacle" and 0 < len(bars) <= MOST_RODS, "the arrangement is unknown")
         m = len(bars)
-    for one in read_classes(document, m)[0]:
-        low, _ = one.ends
+    reach = _reach(arrangement, bars) if circle else []
+    for i, one in enumerate(read_classes(document, m)[0]):
+        low, high = one.ends
         require(low is not None and low >= 0, "a pressure may have the sign against its contact")
-        require(not one.rough and not one.time_varying, "a pressure jumps or depends on time")
-    return claims.PRESSURELESS
+        require(not one.rough and (circle or not one.time_varying), "a pressure jumps or depends on time")
+        if circle:
+            most = reach[i]
+            require(high is not None, "a pressure has no upper bound")
+            require(most is None or (high is not None and high < most), "a pressure exceeds what is reached")
+    return claims.SQUARE_INTEGRABLE if circle else claims.PRESSURELESS
+
+
+def _reach(arrangement: object, bars: Sequence[Mapping[str, object]]) -> list[Fraction | None]:
+    """Below which slope of each contact the circle criterion covers rods; None where any finite one is covered.
+
+    With ``q`` the larger of ``(k/Z)^2`` and its inverse and the compliance ``L/E`` of a rod: ``(E/L)/(q - 1)`` at one
+    end, at both ``(E/L)/max(2, q)`` for ``k >= Z`` and ``(E/L)/(2 q)`` below; across a gap the compliances add up.
+    """
+    ends: list[tuple[Fraction, Fraction]] = []
+    for bar in bars:
+        E, rho, L, A, k = (number(bar[key]) for key in ("E", "rho", "L", "A", "k"))
+        share = k**2 / (A**2 * rho * E)
+        q = max(share, 1 / share)
+        excess = q - 1 if arrangement != "both-ends" else max(Fraction(2), q) if share >= 1 else 2 * q
+        ends.append((A, excess * L / E))
+    if arrangement == "both-ends":
+        softness = [ends[0][1]] * 2
+    elif arrangement == "across-gap":
+        smaller = min(ends[0][0], ends[1][0])
+        softness = [smaller * ends[0][1] / ends[0][0] + smaller * ends[1][1] / ends[1][0]]
+    else:
+        softness = [one for _, one in ends]
+    return [None if one == 0 else 1 / one for one in softness]
 
 
 def refuted(document: Document, rod: RodData, nonlinearities: Nonlinearities) -> str:

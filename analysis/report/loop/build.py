@@ -55,7 +55,7 @@ def build_loop_report(
     say("simulation", 0.8)
     seen = observed(found)
     told = extension("beyond", system.approximates)
-    beyond, shown = ("", None) if told is None else told(system.approximates)
+    beyond, shown = ("", ()) if told is None else told(system.approximates)
     follow = extension("beyond, followed", system.approximates)
     beyond_observed, beyond_figures = ((), ()) if follow is None else follow(system.approximates)
     return LoopReport(

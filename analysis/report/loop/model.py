@@ -34,7 +34,7 @@ class LoopReport(Record):
         label="",
         default="",
     )
-    beyond_shown: Proved | None = quantity("What the checker accepted of it", label="", default=None)
+    beyond_shown: tuple[Proved, ...] = quantity("What the checker accepted of it", label="", default=())
     asked: Mapping[str, Any] = quantity(
         "The answers to what ``[report]`` asks beside stability, by name: gain, rate, region",
         label="",
@@ -71,8 +71,7 @@ class LoopReport(Record):
         """What the checker accepted, of the loop, of that which it approximates and of what is asked beside."""
         from lure.analysis.report.loop.asked import accepted
 
-        beyond = [] if self.beyond_shown is None else [self.beyond_shown]
-        return (*self.analysis.certificates, *beyond, *accepted(self.asked))
+        return (*self.analysis.certificates, *self.beyond_shown, *accepted(self.asked))
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """One bar a class; see :meth:`lure.analysis.questions.LoopAnalysis.plot`.
