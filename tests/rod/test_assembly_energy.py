@@ -117,7 +117,7 @@ def test_rods_come_to_rest_under_pressures_that_change_with_time(name):
     for i, upper in enumerate(beyond):
         for value in (upper, "inf"):
             path = ("laws", "channels", i, "sector", 1, value)
-            with pytest.raises(Rejected, match="is not below 1|with an upper bound"):
+            with pytest.raises(Rejected, match=r"is not below 1|with an upper bound"):
                 checked(changed(draft, *path))
             assert not recheck(changed(found, *path)).accepted
 
