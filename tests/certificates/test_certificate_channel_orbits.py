@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from lure import Diagonal, NonlinearityClass, as_plant
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.channel_members import orbits_refuting
 from lure.analysis.questions.channel_problem import channel_problem
@@ -147,6 +148,9 @@ def test_neither_checker_accepts_another_orbit(found, edit):
 
 
 def refuse(certificate):
+    draft = {name: certificate[name] for name in ("verdict", "system", "laws", "theorem", "proof")}
+    with pytest.raises((Rejected, Malformed)):  # whatever the certificate says was found
+        complete_and_check(draft)
     with pytest.raises((Rejected, Malformed)):
         check(json.dumps(certificate))
     assert not recheck(certificate).accepted
