@@ -20,6 +20,7 @@ from lure.arrays import Complexes, Reals, np
 
 SAMPLES = 128
 _CORRECTIONS, _DESCENTS, _SMALL, _FINE = 40, 60, 1e-6, 1e-9
+_RESONANT, _DETUNED, _SMALLER = 0.6, 0.1, 4.0  # of random waves: at a resonance, how near, how far below
 _LARGEST, _ALIKE, _ENOUGH, _KEPT, _POLISHED, _SEED = 1e6, 1e-3, 6, 2, 20, 20261122
 
 
@@ -89,7 +90,9 @@ class Balance:
         phase = np.arange(self.samples) * (2 * math.pi / self.samples)
         turns = np.exp(1j * np.outer(phase, self.harmonics))
         weight = np.where(np.array(self.harmonics) == 0, 1.0, 2.0) / self.samples
-        rates = np.abs(np.linalg.eigvals(self.A))
+        poles = np.linalg.eigvals(self.A)
+        self.turning = np.unique(np.abs(poles.imag[np.abs(poles.imag) > 1e-9 * np.abs(poles).max(initial=0.0)]))
+        rates = np.abs(poles)
         rates = rates[rates > 1e-6 * rates.max()] if rates.max() > 0 else np.ones(1)
         self.slowest, self.quickest = float(rates.min()) / 10, float(rates.max()) * 30
         self.synthesis = np.stack([turns.real, -turns.imag], axis=2)  # (q, h, 2)
@@ -332,13 +335,16 @@ class Balance:
         rng, m, order = np.random.default_rng(_SEED), len(self.D), np.maximum(self.harmonics, 1)
         for _ in range(count):
             omega = math.exp(rng.uniform(math.log(3 * self.slowest), math.log(self.quickest / 3)))
+            if len(self.turning) and rng.random() < _RESONANT:
+                harmonic = rng.choice([h for h in self.harmonics if h])
+                omega = float(rng.choice(self.turning) / harmonic * math.exp(_DETUNED * rng.normal()))
             parts = rng.normal(size=(m, len(order), 2)) / order[None, :, None]
             waves = np.einsum("qhp,mhp->mq", self.synthesis, parts)
             waves *= 10 ** rng.uniform(0.5, 2.5, (m, 1)) / np.abs(waves).max(axis=1, keepdims=True)
             mu = 10 ** rng.uniform(-1, 1, (m, 1)) * np.clip(waves, -1, 1)
             found = np.einsum("hij,jh->ih", self.response(omega)[0], self.harmonics_of(mu))
             size = float(np.linalg.norm(found))
-            alpha = most * math.exp(-rng.uniform(0, 3))
+            alpha = most * math.exp(-rng.uniform(0, _SMALLER))
             wave = Wave(alpha, omega, found / size, ())
             tops, sizes = np.abs(self.sampled(wave)).max(axis=1), np.abs(mu).max(axis=1) / size
             sides = []

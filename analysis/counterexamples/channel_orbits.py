@@ -306,10 +306,19 @@ def exact_stays(
     return found
 
 
-def proofs(
+class Found(NamedTuple):
+    """A periodic solution in exact numbers, approximately, with the factor of the classes that hold its members."""
+
+    alpha: Fraction
+    graphs: Graphs
+    pieces: list[list[int]]
+    course: Course
+
+
+def near_fold(
     balance: Balance, wave: Wave, H: Plant, lower: Sequence[Fraction], upper: Sequence[Fraction]
-) -> Iterator[tuple[Fraction, dict[str, Any]]]:
-    """Factors and proofs by ``flow-orbit``, the smallest first, for waves near a fold.
+) -> Iterator[Found]:
+    """Solutions on both sides of a fold, the nearest first.
 
     Parameters
     ----------
@@ -329,12 +338,23 @@ def proofs(
             continue
         alpha = Fraction(f"{near.alpha:.9g}")
         graphs = Graphs.of(near, balance, lower, [alpha * u for u in upper])
-        found = course(near, balance, H, graphs, half=half)
-        closed = None if found is None else found[1].closed()
-        if found is None or closed is None:
-            continue
-        shape = {"method": "flow-orbit", "nonlinearities": graphs.data, "pieces": found[0]}
-        for bits in LADDER[:2]:
-            numbers = closed.numbers(bits)
-            for share in SHARES:
-                yield alpha, {**shape, **numbers, "radius": str(Fraction(1, 2 ** int(bits * share))), "bits": bits}
+        begun = course(near, balance, H, graphs, half=half)
+        closed = None if begun is None else begun[1].closed()
+        if begun is not None and closed is not None:
+            yield Found(alpha, graphs, begun[0], closed)
+
+
+def proofs(found: Found) -> Iterator[dict[str, Any]]:
+    """Proofs by ``flow-orbit``, with numbers of more and more digits.
+
+    Parameters
+    ----------
+    found : Found
+        The solution.
+    """
+    for bits in LADDER[:2]:
+        numbers = found.course.numbers(bits)
+        for share in SHARES:
+            around = {"radius": str(Fraction(1, 2 ** int(bits * share))), "bits": bits}
+            shape = {"method": "flow-orbit", "nonlinearities": found.graphs.data, "pieces": found.pieces}
+            yield {**shape, **numbers, **around}

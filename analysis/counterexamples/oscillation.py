@@ -9,12 +9,15 @@ from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
 
+from lure.analysis.certificates.channels import Plant
+from lure.analysis.counterexamples.balance import Balance
+from lure.analysis.counterexamples.channel_orbits import Found, near_fold
 from lure.analysis.counterexamples.harmonic import HarmonicBalance, Orbit, RelayOrbit, RelayOrbits, followed, settled
 from lure.analysis.counterexamples.linear import Realisation, companion, doubles
 from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, proved, refined, saturation
 from lure.analysis.counterexamples.simulated import followed as followed_oscillation
 from lure.analysis.counterexamples.switched import circle_reach
-from lure.analysis.inequality.gains import hurwitz_limit
+from lure.analysis.inequality.gains import KALMAN, hurwitz_limit
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
@@ -276,6 +279,72 @@ def _smallest(block: RationalPlant, lower: Fraction) -> Witness | None:
         if witness is not None and witness.k < limit:
             return witness
     return None
+
+
+_WAVES = ((tuple(range(1, 20, 2)), 2), (tuple(range(8)), 1))  # harmonics and kinks: half waves, and whole ones
+_RANDOM, _REACH = 80, 100.0
+
+
+def wave_witness(block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0)) -> Witness | None:
+    r"""A staircase ``phi`` with slopes in ``[lower, k]``, odd or not, whose loop has a periodic solution: proved.
+
+    By harmonic balance with the kinks and ``k`` unknown, see :mod:`lure.analysis.counterexamples.balance`: more kinks
+    than :func:`oscillation_witness` has, and, unless ``odd``, solutions without half waves.
+
+    Parameters
+    ----------
+    block : RationalPlant
+        In continuous time.
+    odd : bool
+        Whether only odd nonlinearities are wanted.
+    lower : Fraction
+        Least slope.
+
+    Returns
+    -------
+    Witness or None
+        None if the search finds none below the smallest destabilising gain, which proves nothing.
+    """
+    found = [_from_waves(block, lower, half) for half in ((True,) if odd else (True, False))]
+    return min((one for one in found if one is not None), key=lambda one: one.k, default=None)
+
+
+@lru_cache(maxsize=64)
+def _from_waves(block: RationalPlant, lower: Fraction, half: bool) -> Witness | None:  # noqa: FBT001  (a cache's key)
+    """The witness of the smallest ``k`` found among half waves, or whole ones."""
+    if block.dt is not None or not KALMAN < block.order <= MAX_ORDER:
+        return None
+    plant = TransferPolynomials.of(block)
+    if plant.shifted(lower).poles.right > 0:
+        return None
+    start, stable = circle_reach(plant, lower)[0], hurwitz_limit(block, lower)
+    if start == math.inf or stable.low <= lower:
+        return None
+    system, (harmonics, kinks) = companion(block), _WAVES[0 if half else 1]
+    A, b, c, d = [list(row) for row in system.A], [[v] for v in system.b], [list(system.c)], [[system.d]]
+    inner, into, out, direct = (np.array(side, dtype=float) for side in (A, b, c, d))
+    low, high, best = np.array([float(lower)]), np.ones(1), list[Witness]()
+    balance = Balance(inner, into, out, direct, low, high, [range(1)], [half], harmonics, [kinks])
+    top = min(stable.high, _REACH * start)
+    for finer, wave in balance.found(_RANDOM, top):
+        for one in near_fold(finer, wave, Plant(A, b, c, d, discrete=False), [lower], [Fraction(1)]):
+            if one.alpha >= top:
+                continue
+            witness = _shown(system, one)
+            if witness is not None:
+                best.append(witness)
+                break
+    return min(best, key=lambda one: one.k, default=None)
+
+
+def _shown(system: Realisation, found: Found) -> Witness | None:
+    """The witness of a solution of one channel, if it is proved."""
+    given, course = found.graphs.data[0], found.course
+    points = [(Fraction(x), Fraction(w)) for x, w in given["points"]]
+    loop = PiecewiseLoop.of(system, Graph.through(points, Fraction(given["left"]), Fraction(given["right"])))
+    pieces, durations, state = (row[0] for row in found.pieces), tuple(course.durations), tuple(course.state)
+    orbit = refined(loop, Itinerary(pieces=tuple(pieces), durations=durations, state=state, half=course.half))
+    return None if orbit is None or not proved(loop, orbit) else orbit_witness(loop, orbit, Evidence.CERTIFIED)
 
 
 def absorbed(slope: float, d: float) -> float:

@@ -215,9 +215,10 @@ def _discrete(
 
 
 def _continuous(block: RationalPlant, lower: Fraction, *, odd: bool, time_varying: bool) -> list[Witness | None]:
-    from lure.analysis.counterexamples.oscillation import oscillation_witness
+    from lure.analysis.counterexamples.oscillation import oscillation_witness, wave_witness
     from lure.analysis.counterexamples.switched import switched_witness
 
     if time_varying:
         return [switched_witness(block, lower=lower)]
-    return [oscillation_witness(block, odd=odd, lower=lower)]
+    found = [oscillation_witness(block, odd=odd, lower=lower), wave_witness(block, odd=odd, lower=lower)]
+    return [min((one for one in found if one is not None), key=lambda one: one.k, default=None)]

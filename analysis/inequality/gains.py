@@ -24,6 +24,8 @@ from lure.record import Record, derived, plain, quantity
 FIRST_BITS = 128
 RELATIVE_BITS = 72
 BITS_BEFORE_ALGEBRA = 1024
+KALMAN = 3
+"""Up to this order no slope-restricted nonlinearity destabilises below the first unstable gain (Barabanov 1988)."""
 
 
 class GainEnd(Record):

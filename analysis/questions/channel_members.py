@@ -12,8 +12,8 @@ from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_gains import GainSearch
-from lure.analysis.counterexamples.channel_orbits import proofs
 from lure.analysis.counterexamples.gain_signals import best_signals
+from lure.analysis.counterexamples.channel_orbits import near_fold, proofs
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
 from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint
@@ -280,11 +280,14 @@ def orbits_refuting(
         for finer, wave in balance.found(_STARTS, top)[:_KEPT]:
             if not float(known) < wave.alpha < top * (1 - _NEAR):
                 continue
-            for alpha, proof in proofs(finer, wave, Plant(A, B, C, D, discrete=False), classes.lower, classes.upper):
-                factor = Fraction(1) if whole else alpha
-                shown = refutation(asked, factor, proof) if known < alpha < top else None
+            plant = Plant(A, B, C, D, discrete=False)
+            for one in near_fold(finer, wave, plant, classes.lower, classes.upper):
+                if not known < one.alpha < top:
+                    continue
+                factor = Fraction(1) if whole else one.alpha
+                shown = next((made for proof in proofs(one) if (made := refutation(asked, factor, proof))), None)
                 if shown is not None:
                     found.append((factor, shown))
-                    top = float(alpha)
+                    top = float(one.alpha)
                     break
     return min(found, key=lambda one: one[0], default=None)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.deadline import checkpoint, time_limit
+from lure.analysis.inequality.gains import KALMAN
 from lure.analysis.questions.advice import row_asked, serves
 from lure.analysis.questions.channel_proofs import criteria_for
 from lure.analysis.questions.channels import Factors, factor_steps
@@ -244,7 +245,8 @@ class _Shared:
 
     def __init__(self) -> None:
         self._known: dict[Hashable, object] = {}
-        self.slopes: dict[Fraction, float] = {}  # how far any class of restricted slope is proved, over its lower end
+        # how far a class of restricted slope is proved, over its lower end and whether it is one of odd ones
+        self.slopes: dict[tuple[Fraction, bool], float] = {}
 
     def once(self, key: Hashable, compute: Callable[[], T]) -> T:
         """The result of that name, computed if it is not known."""
@@ -293,20 +295,22 @@ def _criterion(found: Findings, row: Theorem, shared: _Shared) -> None:
     said = shared.once((*key, wider), partial(proved_answer, asked, said))
     found.answers.append(said)
     if asked.question == "slope" and said.verdict is Verdict.PROVED:
-        shared.slopes[asked.lower] = max(shared.slopes.get(asked.lower, -math.inf), said.largest.low)
+        kind = asked.lower, asked.odd
+        shared.slopes[kind] = max(shared.slopes.get(kind, -math.inf), said.largest.low)
 
 
 def _counterexamples(found: Findings, shared: _Shared) -> None:
     """Nonlinear members of the class, unless it is known that there are none of the kind looked for.
 
-    In continuous time the nonlinearities tried for time-invariant classes are odd and of restricted slope (see
-    :func:`lure.analysis.counterexamples.oscillation.oscillation_witness`): none is unstable below what is proved of
-    those.
+    In continuous time the nonlinearities tried for time-invariant classes are of restricted slope, and odd up to order
+    3 (see :mod:`lure.analysis.counterexamples.oscillation`): none is unstable below what is proved of those.
     """
     asked = found.asked
-    flow = isinstance(asked.plant, RationalPlant) and asked.plant.dt is None
-    if flow and not asked.time_varying and meet(shared.slopes.get(asked.lower, -math.inf), found.refuted):
-        return
+    if isinstance(asked.plant, RationalPlant) and asked.plant.dt is None and not asked.time_varying:
+        kinds = (False, True) if asked.odd or asked.plant.order <= KALMAN else (False,)
+        known = max(shared.slopes.get((asked.lower, odd), -math.inf) for odd in kinds)
+        if meet(known, found.refuted):
+            return
     found.witnesses += nonlinear_witnesses(asked)
 
 

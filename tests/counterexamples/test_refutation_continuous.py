@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from lure.analysis.counterexamples.linear import companion, realisation
-from lure.analysis.counterexamples.oscillation import oscillation_witness
+from lure.analysis.counterexamples.oscillation import oscillation_witness, wave_witness
 from lure.analysis.counterexamples.piecewise import Flow, Itinerary, PiecewiseLoop, proved, refined, returns, saturation
 from lure.analysis.counterexamples.search import accept_escape, accept_orbit_continuous
 from lure.analysis.counterexamples.simulated import simulate_loop
@@ -73,6 +73,29 @@ def test_both_counterexamples_are_found_and_proved(block, reached):
     assert_an_orbit(block, witness)
     assert oscillation_witness(block, odd=True, k=F(reached)).k <= reached
     assert oscillation_witness(block, odd=True, k=F(witness.k) / 2) is None
+
+
+# The published third example, s^2/(s^4 + .2 s^3 + 6 s^2 + .1 s + 1): all slopes up to 2.2526 are proved stable; with
+# two kinks the orbits of saturations begin at 703.9.  Fitts's: odd slopes up to .6738 are proved, all up to .3247.
+THIRD = RationalPlant([1, 0, 0], [1, F("0.2"), 6, F("0.1"), 1])
+
+
+@pytest.mark.parametrize(
+    ("block", "odd", "proved_up_to", "reached"),
+    [
+        pytest.param(FITTS, False, 0.3247, 0.5449, id="saturated earlier on one side"),
+        pytest.param(THIRD, True, 2.2526, 5.0, id="four kinks", marks=pytest.mark.thorough),
+    ],
+)
+def test_staircases_oscillate_at_smaller_slopes(block, odd, proved_up_to, reached):
+    witness = wave_witness(block, odd=odd)
+    assert (witness.kind, witness.evidence, witness.odd) == ("periodic orbit", Evidence.CERTIFIED, odd)
+    assert proved_up_to < witness.k < reached
+    assert_an_orbit(block, witness)
+
+
+def test_up_to_order_three_there_is_nothing_to_be_found():
+    assert wave_witness(RationalPlant([1], [1, 2, 2, 1]), odd=False) is None
 
 
 @cache
