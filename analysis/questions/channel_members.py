@@ -12,8 +12,8 @@ from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_gains import GainSearch
-from lure.analysis.counterexamples.gain_signals import best_signals
 from lure.analysis.counterexamples.channel_orbits import near_fold, proofs
+from lure.analysis.counterexamples.gain_signals import best_signals
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
 from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint
