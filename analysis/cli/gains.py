@@ -42,6 +42,9 @@ def gain(
     incremental: Annotated[
         bool, typer.Option("--incremental", help="The gain of differences of two solutions.")
     ] = False,
+    energy: Annotated[
+        bool, typer.Option("--energy", help="Also the energy of z after a push, and its peak for an energy of w.")
+    ] = False,
     set_: Settings = None,
     seconds: Seconds = None,
     as_json: Json = False,
@@ -59,10 +62,14 @@ def gain(
     with progress(quiet=quiet, verbose=verbose) as tell:
         ways: dict[str, Any] = {"criterion": criterion, "window": window, "incremental": incremental}
         found = l2_gain(chosen, **ways, seconds=seconds, progress=tell)
+        if energy:
+            from lure.analysis.questions.energy import energy_bounds
+
+            beside = energy_bounds(chosen)
     if as_json:
-        print_json(found.to_dict())
+        print_json(found.to_dict() | ({"energy": beside.to_dict()} if energy else {}))
     else:
-        print_wrapped([str(found)])
+        print_wrapped([str(found), *([str(beside)] if energy else [])])
     for path, shown in ((output, found.proof or found.refutation), (witness, found.refutation)):
         if path is not None and shown is not None:
             from lure.analysis.output import write_new

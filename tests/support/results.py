@@ -25,6 +25,7 @@ from lure.analysis.measured import (
 )
 from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 from lure.analysis.questions.channel_map import Ray, StabilityMap
+from lure.analysis.questions.energy import energy_bounds
 from lure.analysis.report.loop import LoopReport
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.comparison.modes import from_closed_form
@@ -195,6 +196,7 @@ RESULTS = {
     "RateBound": lambda: decay_rate(([1], [1, 2]), Sector(0, 1)),
     "StabilityBound of channels": lambda: lure.max_sector(([1], [1, 3, 3, 1]), [Sector(0, 1)]),
     "RegionOfAttraction": lambda: region(([1], [1, -1]), Saturation(gain=2, limit=1)),
+    "EnergyBounds": lambda: energy_bounds(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]}),
     "GainBound": lambda: l2_gain(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]}),
     "StabilityMap": lambda: StabilityMap(lower=(F(0), F(0)), asked=(F(1), F(2)), rays=(RAY,)),
     "exact motion": motion,
