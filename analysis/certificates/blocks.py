@@ -180,7 +180,7 @@ def paced(system: Any, rate: Fraction) -> Any:
     form(isinstance(system, dict), "the system is missing")
     kind, discrete = system.get("kind"), system.get("time") == "discrete"
     need(kind in ("transfer", "state-space", "multivariable"), "rates are shown of rational plants")
-    need(rate > 0, "a rate is positive")
+    need(rate > 0 or (rate == 0 and not discrete), "a rate is positive, in continuous time perhaps 0")
     found = dict(system)
     if kind == "transfer":
         for side in ("numerator", "denominator"):

@@ -13,6 +13,7 @@ from lure.analysis.plots.maps import plot_map as plot_map
 from lure.analysis.plots.measured import plot_compliance as plot_compliance
 from lure.analysis.plots.measured import plot_measured as plot_measured
 from lure.analysis.plots.measured import plot_measurements as plot_measurements
+from lure.analysis.plots.rates import plot_rate as plot_rate
 from lure.analysis.plots.regions import plot_region as plot_region
 from lure.analysis.plots.responses import plot_hint as plot_hint
 from lure.analysis.plots.responses import plot_nyquist_response as plot_nyquist_response

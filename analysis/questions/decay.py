@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import guarded
 from lure.analysis.certificates.representation import shown_dict
 from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.deadline import checkpoint, time_limit
+from lure.analysis.drawing import drawing
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.numerics.evidence import Bracket, ends
@@ -32,6 +33,9 @@ from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.record import Page, Record, derived, quantity
+
+if TYPE_CHECKING:
+    from lure.analysis.drawing import Axes
 
 Time = Literal["continuous", "discrete"]
 CLOSE = Fraction(1, 10**6)  # where the bisection ends, relative to the rate of the slowest gain, or to 1
@@ -104,6 +108,17 @@ class RateBound(Record):
     def closed(self) -> bool:
         """Whether what is proved and what is refuted meet, within one part in a million."""
         return self.rate.width <= 2e-6 * max(abs(self.rate.low), abs(self.rate.high))
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """The eigenvalues with constant gains of the class, and both rates; see :func:`lure.analysis.plots.plot_rate`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        drawn: Axes = drawing(self)(self, ax=ax)
+        return drawn
 
     def __bool__(self) -> bool:
         raise TypeError("a rate has bounds and no truth value; compare result.verdict")
@@ -340,7 +355,7 @@ class _OneChannel:
         """What is accepted against a rate."""
         proof = {"method": "linear-gain", "gain": str(self.slowest[1])}
         draft = {"verdict": "REFUTED", **self.base, "theorem": "counterexample", "proof": proof}
-        found = accepted({**draft, "rate": str(rate)} if rate > 0 else draft)
+        found = accepted({**draft, "rate": str(rate)}) if rate else accepted(draft) or accepted({**draft, "rate": "0"})
         return found if isinstance(found, Refuted) else None
 
 

@@ -173,7 +173,7 @@ class SeveralChannels:
         """
         proof = {"method": "linear-gains", "gains": texts(self.slowest[1])}
         draft = {"verdict": "REFUTED", **self.base, "theorem": "counterexample", "proof": proof}
-        found = accepted({**draft, "rate": str(rate)} if rate > 0 else draft)
+        found = accepted({**draft, "rate": str(rate)}) if rate else accepted(draft) or accepted({**draft, "rate": "0"})
         return found if isinstance(found, Refuted) else None
 
     @property

@@ -360,3 +360,21 @@ def test_gains_that_jump_are_slower_than_constant_ones():
     with pytest.raises(Rejected):
         check(changed)
     assert not recheck(changed).accepted
+
+
+def test_the_drawing_has_both_rates(gradient, friction):
+    for found, line in ((gradient, 0.9), (friction, -0.5)):
+        axes = found.plot()
+        labels = axes.get_legend_handles_labels()[1]
+        assert ["certified" in label for label in labels] == [False, True, False]
+        ends = [max(one.get_xdata(), key=abs) for one in axes.get_lines()]
+        assert any(abs(end) == pytest.approx(abs(line)) for end in ends)
+
+
+def test_an_integrator_without_feedback_does_not_decay():
+    # phi = 0 is a member, with which x stays where it is: not a refutation of convergence, but one of every rate
+    for plant, time in ((RationalPlant([1], [1, 0]), 0.0), (RationalPlant([F(1, 2)], [1, -1], dt=1), 1.0)):
+        found = decay_rate(plant, NonlinearityClass.slope_restricted(0, F(1, 10), odd=True))
+        assert found.verdict.name == "REFUTED"
+        assert time in (found.rate.low, found.rate.high)
+        assert recheck(dict(found.refutation.certificate)).accepted

@@ -30,7 +30,8 @@ def weighted(document: Document, rate: Fraction) -> Document:
     NotShown
         Rates do not go with this system, class or theorem.
     """
-    require(rate > 0, "a rate is not positive")
+    flow = document.system.get("time") == "continuous"
+    require(rate > 0 or (rate == 0 and flow), "a rate is not positive, nor 0 in continuous time")
     require(document.nonlinearity is None, "a rate is not one of a given nonlinearity")
     several = "channels" in document.nonlinearities
     if several:

@@ -22,6 +22,11 @@ _REGION = (
     "Grey: the field, black: some solutions, both in floating point."
 )
 
+_RATE = (
+    "Grey: eigenvalues with constant gains of the class, in floating point. Blue: what every solution of every member "
+    "decays at least as fast as, certified. Red: a member that is no faster."
+)
+
 
 class Row(NamedTuple):
     """A question: its title, who answers it about a system, and the caption of the figure."""
@@ -33,7 +38,7 @@ class Row(NamedTuple):
 
 ASKED: Mapping[str, Row] = {
     "gain": Row("How much of a disturbance comes through", l2_gain, _GAIN),
-    "rate": Row("How fast every solution decays", decay_rate),
+    "rate": Row("How fast every solution decays", decay_rate, _RATE),
     "region": Row("From where the loop recovers", region, _REGION),
 }
 
