@@ -82,11 +82,11 @@ def _eigenvalues(certificate: Any) -> Reals:  # noqa: ANN401  (JSON)
     """The eigenvalues with gains of the class: one gain from end to end, several at random."""
     system, classes = certificate["system"], certificate["laws"]
     if system["kind"] == "transfer":
-        sides = ([Fraction(c) for c in system[name]] for name in ("numerator", "denominator"))
-        plant = MultivariablePlant.of_one_channel(RationalPlant(*sides))
-        matrices = plant.doubles()
+        top, bottom = ([Fraction(c) for c in system[name]] for name in ("numerator", "denominator"))
+        plant = MultivariablePlant.of_one_channel(RationalPlant(top, bottom))
     else:
-        matrices = tuple(np.array([[float(Fraction(v)) for v in row] for row in system[side]]) for side in "ABCD")
+        A, B, C, D = (tuple(tuple(map(Fraction, row)) for row in system[side]) for side in "ABCD")
+        plant = MultivariablePlant(A, B, C, D, None)
     each = classes.get("channels", [classes])
     ends = [[float(Fraction(end)) for end in one["sector"]] for one in each]
     shares = np.random.default_rng(_SEED).uniform(0, 1, (_MEMBERS, len(ends)))
@@ -95,4 +95,4 @@ def _eigenvalues(certificate: Any) -> Reals:  # noqa: ANN401  (JSON)
     elif classes["repeated"] is True:
         shares[:] = shares[:, :1]
     low, high = np.array(ends).T
-    return np.asarray(np.linalg.eigvals(GainsAround(*matrices).closed_by(low + shares * (high - low))).ravel())
+    return np.asarray(np.linalg.eigvals(GainsAround(*plant.doubles()).closed_by(low + shares * (high - low))).ravel())
