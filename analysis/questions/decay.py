@@ -26,6 +26,7 @@ from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, class_given, loop_given, posed
 from lure.analysis.theorems.table import BEST
 from lure.analysis.theorems.weighted import WeightedKernels, WeightedTaps, closest
+from lure.analysis.theorems.zames_falb_discrete import NAME as ZAMES_FALB
 from lure.analysis.verdict import Verdict
 from lure.analysis.wording import class_words
 from lure.arrays import np
@@ -309,7 +310,7 @@ class _OneChannel:
             rate = simplest_between(*ends)
             multiplier = search.multiplier(float(rate), size)
             if multiplier is not None:
-                theorem = {"theorem": "zames-falb", "multiplier": multiplier, "proof": {"method": "polynomial"}}
+                theorem = {"theorem": ZAMES_FALB, "multiplier": multiplier, "proof": {"method": "polynomial"}}
                 shown = accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
                 if isinstance(shown, Proved):
                     yield rate, shown

@@ -33,7 +33,7 @@ ROOT = Path(__file__).parents[2]
 ALL = [pytest.param(row, time, id=f"{row.name}-{time}") for row in TABLE for time in row.times]
 EVERY = [case for case in ALL if case.values[0].stage < LAST]  # the last stage costs seconds: test_order_cone.py
 RANDOMLY = [case for case in EVERY if case.values[0].stage < 2]
-SECOND = ("theorems", "question")
+SECOND = ("theorems", "question", "pace")
 FOUND = {"continuous": CONTINUOUS[1], "discrete": DISCRETE[6]}
 
 
@@ -295,7 +295,9 @@ def test_dead_time_leaves_the_criteria_about_sectors():
 @pytest.mark.parametrize("name", sorted({row.name for row in TABLE if row.slope}))
 def test_a_criterion_is_named_in_one_place(name):
     own = {f"analysis/{row.largest.split(':')[0].replace('.', '/')}.py" for row in TABLE if row.name == name}
-    checkers = {"analysis/certificates/checker.py"} | {f"analysis/certificates/second/{each}.py" for each in SECOND}
+    checkers = {f"analysis/certificates/{each}.py" for each in ("checker", "blocks")} | {
+        f"analysis/certificates/second/{each}.py" for each in SECOND
+    }
     files = [path for package in ("lure", "analysis") for path in (ROOT / package).rglob("*.py")]
     found = {path.relative_to(ROOT).as_posix() for path in files if f'"{name}"' in path.read_text("utf-8")}
     found = {path.removeprefix("lure/") if path.startswith("lure/analysis/") else path for path in found}
