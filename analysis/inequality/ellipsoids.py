@@ -64,13 +64,14 @@ def shifted(plant: Sequence[Matrix], upper: Matrix) -> tuple[Matrix, Matrix, Mat
     return A - gain @ back @ C, B - gain @ back @ D, back @ C, back @ D
 
 
-def ellipsoid(
+def ellipsoid(  # noqa: PLR0913  (what a search needs)
     plant: Sequence[Matrix],
     local: Sequence[Local],
     *,
     discrete: bool,
     points: Matrix | None = None,
     margin: float = 1e-7,
+    turns: int = 3,
 ) -> Ellipsoid | None:
     """About the largest invariant ellipsoid: of the largest volume, or that holds the largest multiple of given points.
 
@@ -86,21 +87,23 @@ def ellipsoid(
         (k, n) points, None for the volume.
     margin : float
         By which the inequality is to hold, relative to its terms.
+    turns : int
+        How often it is solved, each time in better units.
 
     Returns
     -------
     Ellipsoid or None
         None where the solver finds none; else what has still to be proved.
     """
-    first = _solved(plant, local, points, max(margin, 1e-5), discrete=discrete)
-    if first is None:
-        return None
-    for _ in range(2):  # x = scale z, in which the last ellipsoid is the unit ball; channels by their weights
+    guess, found = _linear(plant, local, discrete=discrete), None
+    for turn in range(turns):  # x = scale z, in which the last ellipsoid is the unit ball; channels by their weights
+        if guess is None:
+            break
         try:
-            scale = np.linalg.cholesky(np.linalg.inv(first.P))
+            scale = np.linalg.cholesky(np.linalg.inv(guess.P))
         except np.linalg.LinAlgError:
-            return first
-        back, a = np.linalg.inv(scale), first.weights**-0.5
+            break
+        back, a = np.linalg.inv(scale), guess.weights**-0.5
         A, B, C, D = plant
         turned = (back @ A @ scale, back @ B * a, C @ scale / a[:, None], D * a / a[:, None])
         own = [
@@ -109,11 +112,33 @@ def ellipsoid(
         ]
         moved = None if points is None else points @ back.T
         moved = None if moved is None else moved / float(np.linalg.norm(moved, axis=1).max())
-        second = _solved(turned, own, moved, margin, discrete=discrete)
-        if second is None:
-            return first
-        first = Ellipsoid(back.T @ second.P @ back, second.weights / a**2, a[:, None] * second.rows @ back)
-    return first
+        guess = _solved(turned, own, moved, max(margin, 1e-5) if turn == 0 else margin, discrete=discrete)
+        if guess is not None:
+            guess = Ellipsoid(back.T @ guess.P @ back, guess.weights / a**2, a[:, None] * guess.rows @ back)
+            found = guess
+    return found
+
+
+def _linear(plant: Sequence[Matrix], local: Sequence[Local], *, discrete: bool) -> Ellipsoid | None:
+    """An ellipsoid of the loop with ``phi = u sigma`` that lies in the strips: where the search begins."""
+    from scipy import linalg
+
+    upper, low = (np.array([one[i] for one in local], dtype=float) for i in (1, 0))
+    A = shifted(plant, upper)[0]
+    modes = np.linalg.eigvals(A)
+    if not ((np.abs(modes).max() < 1) if discrete else (modes.real.max() < 0)):
+        return None
+    one = np.eye(len(A))
+    P = linalg.solve_discrete_lyapunov(A.T, one) if discrete else linalg.solve_continuous_lyapunov(A.T, -one)
+    P = (P + P.T) / 2
+    wide = np.einsum("ij,ji->i", plant[2], np.linalg.solve(P, plant[2].T))
+    reaches = np.array(
+        [own.reach if own.limit is None else own.limit / max(abs(own.upper - own.lower), 1e-9) for own in local]
+    )
+    reaches = np.where(np.isfinite(reaches), np.abs(reaches), 1.0)
+    P = P * float(np.max(wide / reaches**2, initial=1e-300))
+    width = np.maximum(upper - low, 1e-9) * reaches
+    return Ellipsoid(P, 1 / width**2, np.zeros((len(local), len(A))))
 
 
 def _solved(
@@ -122,6 +147,10 @@ def _solved(
     n, m = plant[1].shape
     upper, low = (np.array([one[i] for one in local], dtype=float) for i in (1, 0))
     A, B, C, D = shifted(plant, upper)
+    modes = np.linalg.eigvals(A)
+    decay = 1 - float(np.abs(modes).max()) ** 2 if discrete else -2 * float(modes.real.max())
+    if not decay > 0:
+        return None  # phi = u sigma is allowed
     w = (upper - low)[:, None]
     free = [i for i, one in enumerate(local) if one.limit is not None]
     basis = symmetric_basis(n)
@@ -148,12 +177,11 @@ def _solved(
     ofY[:, two, one] = Y
     ofS[:, two, two] = last
     if discrete:
-        ofW[:, one, one], ofW[:, three, one], ofW[:, three, three] = (1 - margin) * basis, A @ basis, basis
+        ofW[:, one, one], ofW[:, three, one], ofW[:, three, three] = (1 - margin * decay) * basis, A @ basis, basis
         ofS[:, three, two] = B @ S
     else:
         moved = A @ basis
-        size = max(float(np.linalg.norm(A, 2)), 1e-9)
-        ofW[:, one, one] = -(moved + np.swapaxes(moved, 1, 2)) - margin * size * basis
+        ofW[:, one, one] = -(moved + np.swapaxes(moved, 1, 2)) - margin * decay * basis
         ofS[:, two, one] = -np.swapaxes(B @ S, 1, 2)
     lower = [(0, ofW), (s, ofY), (k, ofS)]
     below, beside = np.tril_indices(order, -1)

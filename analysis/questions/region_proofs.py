@@ -107,7 +107,7 @@ def _reaches(
             reach = Fraction(2.0**log).limit_denominator(10**9) if log > -20 else Fraction(2.0**log)
             given[i] = reach if shapes[i].reach is None else min(reach, shapes[i].reach or reach)
         used = _local(plant, shapes, given, exactly=False)
-        found = None if used is None else ellipsoid(sides, used[0], discrete=discrete, points=points)
+        found = None if used is None else ellipsoid(sides, used[0], discrete=discrete, points=points, turns=1)
         if found is None:
             return -math.inf
         if points is None:

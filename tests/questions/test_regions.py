@@ -227,6 +227,15 @@ def test_a_loop_that_is_stable_from_everywhere_says_so():
     assert found.sets[0].contains([100, 100, 100])
 
 
+def test_a_loop_with_little_damping_near_0_has_a_set_too():
+    # tanh(sigma/0.01), gain 100 at 0: modes that decay by 6e-4 per second, and a set of the size of 1e-2
+    plant = as_plant(([1, 0, 0], [1, "0.12", "2.0254", "0.121308", "0.981919"]))
+    local = LocalSector(Fraction(9999, 100), 100, Fraction(1, 10**4))  # what tanh does there, and more
+    found = region(plant, local)
+    assert found.verdict is Verdict.PROVED
+    assert accepted(found.sets[0].proof.certificate) == (True, True)
+
+
 def test_a_dead_zone_that_does_not_hold_an_unstable_plant():
     # x' = x - dz(x): near 0 x' = x grows; there is no set
     assert region(([1], [1, -1]), DeadZone(width=1, gain=3)).sets == ()

@@ -18,7 +18,7 @@ from lure.nonlinearities import Cubic
 exact = st.fractions(Fraction(1, 20), 20, max_denominator=50)
 
 
-@settings(max_examples=sampled(15, of=2000), deadline=None)
+@settings(max_examples=sampled(15, of=400), deadline=None)
 @given(a=exact, b=exact, k=exact, low=exact, high=exact)
 def test_a_saturated_loop_with_one_state_is_exact_from_both_sides(a, b, k, low, high):
     # x' = a x - b sat(k x) between -low and high: attracted up to where a x = b high if b k > a, else not at all
@@ -29,7 +29,7 @@ def test_a_saturated_loop_with_one_state_is_exact_from_both_sides(a, b, k, low, 
         assert (found.verdict, found.sets) == (Verdict.INCONCLUSIVE, ())
 
 
-@settings(max_examples=sampled(10, of=2000), deadline=None)
+@settings(max_examples=sampled(10, of=400), deadline=None)
 @given(a=exact, b=exact, c=exact)
 def test_a_cubic_loop_with_one_state_ends_at_its_square_root(a, b, c):
     # x' = -a x + b (c x)^3: zero at x^2 = a/(b c^3)
