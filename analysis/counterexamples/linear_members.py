@@ -22,7 +22,7 @@ from lure.analysis.inequality.channels import ChannelInequality
 from lure.arrays import Complexes, Reals, np
 
 _VERTICES, _DRAWN, _REFINED, _GRID, _TURNS, _ZOOMS, _SEED = 6, 24, 3, 9, 12, 7, 20261122
-_BITS, _NEAR = 40, 1e-9
+_BITS, _NEAR, _FLAT = 40, 1e-9, 1e-5
 
 
 class Found(NamedTuple):
@@ -176,6 +176,10 @@ class MemberSearch:
             if inner[k] > best:
                 best, omega = float(inner[k]), float(points[k])
             low, high = float(points[max(k - 1, 0)]), float(points[min(k + 1, _GRID - 1)])
+        for end in (0.0, np.pi) if self.discrete else (0.0,):  # where H is real, and the gain flat about it
+            near = abs(omega - end) < _FLAT * (1.0 if self.discrete else self.loop.unit**-1)
+            if near and self.gains_at(self.loop.response(np.array([end]))[1], gains, radii)[0][0] > best * (1 - _NEAR):
+                omega = end
         H = self.loop.response(np.array([omega]))[1]
         value, Delta = self.gains_at(H, gains, radii)
         _, _, _, q = self._response(H, Delta)

@@ -21,6 +21,7 @@ from lure.arrays import NDArray, Reals, np
 
 MOST_STATES, MOST_CHANNELS = 24, 6
 _LEAVES, _ALL_LEAVES, _GRID, _DEEPEST = 150, 500, 320, 40
+_ABOUT = (-2.0, -1.2, -0.7, -0.3, 0.0, 0.3, 0.7, 1.2, 2.0)
 _PARTS = 8  # of a step where the values turn fast
 _ROOM = 1e-7  # of the half turn that the vertices may fill
 _KEPT = 0.03  # cosine of the angle to the values up to which a direction is kept for the next frequency
@@ -48,14 +49,19 @@ class GainBox(ChannelSearch):
         counts = np.stack([self.ends[:, list(block)].sum(axis=1) for block in self.blocks], axis=1)
         self.counts, which = np.unique(counts, axis=0, return_inverse=True)
         self.groups, self.leaves = [np.flatnonzero(which.ravel() == k) for k in range(len(self.counts))], 0
-        poles = np.linalg.eigvals(self.A).astype(complex)
-        if self.discrete:  # omega is the tangent of half the angle
-            poles = (poles - 1) / np.where(np.abs(poles + 1) < 1e-9, 1e-9, poles + 1)
+        poles = self._poles(np.zeros(len(self.blocks)))
         size = np.abs(poles)[np.abs(poles) > 1e-9]
         low, high = (float(size.min()), float(size.max())) if size.size else (1.0, 1.0)
-        near = [abs(p.imag) + abs(p.real) * np.linspace(-2, 2, 9) for p in poles]
-        points = np.concatenate([[0.0], np.geomspace(low / 1e3, high * 1e4, _GRID), *near])
-        self.omega = np.unique(points[points >= 0])
+        points = np.concatenate([[0.0], np.geomspace(low / 1e3, high * 1e4, _GRID), _near(poles)])
+        self.coarse = np.unique(points[points >= 0])
+        self.omega = self.coarse
+
+    def _poles(self, gains: Reals) -> NDArray[np.complex128]:
+        """The eigenvalues with one gain for each block, in discrete time in ``s``, ``z = (1 + s)/(1 - s)``."""
+        G = np.diag(gains[[j for j, block in enumerate(self.blocks) for _ in block]])
+        closed = self.A - self.B @ G @ np.linalg.solve(np.eye(len(G)) + self.D @ G, self.C)
+        poles = np.linalg.eigvals(closed).astype(complex)
+        return np.asarray((poles - 1) / np.where(np.abs(poles + 1) < 1e-9, 1e-9, poles + 1) if self.discrete else poles)
 
     def values(self, gains: Reals, omega: Reals) -> NDArray[np.complex128]:
         """Bernstein's coefficients of ``p(i omega, G)``, up to a positive factor for each ``omega``: (.., frequencies).
@@ -117,25 +123,20 @@ class GainBox(ChannelSearch):
         if self.leaves > self.most or depth > _DEEPEST:
             return None
         ends = np.array([float(v) for v in low]), np.array([float(v) for v in high])
-        vertices = self._vertices(*ends)
+        vertices, poles = self._vertices(*ends), [self._poles(end) for end in (*ends, (ends[0] + ends[1]) / 2)]
+        fine = np.concatenate([self.coarse, *map(_near, poles)])  # where p turns within the distance of its root
+        self.omega = np.unique(fine[fine >= 0])
         values = self.values(vertices, self.omega)
         found = self._directions(vertices, values)
         if isinstance(found, dict):
             return found
-        if self._unstable(ends[0]) or self._unstable(ends[1]):
+        if max(p.real.max() for p in poles) >= 0:
             return None
         which = self._widest(values[:, found])
         at = simplest_between(low[which] + (high[which] - low[which]) / 3, high[which] - (high[which] - low[which]) / 3)
         first = self._node(low, [*high[:which], at, *high[which + 1 :]], depth + 1)
         second = None if first is None else self._node([*low[:which], at, *low[which + 1 :]], high, depth + 1)
         return None if second is None else {"split": [which, str(at)], "parts": [first, second]}
-
-    def _unstable(self, gains: Reals) -> bool:
-        of = [j for j, block in enumerate(self.blocks) for _ in block]
-        G = np.diag(gains[of])
-        closed = self.A - self.B @ G @ np.linalg.solve(np.eye(len(G)) + self.D @ G, self.C)
-        values = np.linalg.eigvals(closed)
-        return bool((np.abs(values).max() - 1 if self.discrete else values.real.max()) >= 0)
 
     def _widest(self, values: NDArray[np.complex128]) -> int:
         """The block whose gain moves the values most."""
@@ -178,6 +179,12 @@ class GainBox(ChannelSearch):
             return len(self.omega) - 1
         pairs = [[str(round(np.cos(a) * 2**20)), str(round(np.sin(a) * 2**20))] for a in directions]
         return {"omega": exact, "directions": pairs}
+
+
+def _near(poles: NDArray[np.complex128]) -> Reals:
+    """Frequencies about those of the poles, as far apart as these are from the axis."""
+    near = poles[poles.imag >= 0]
+    return np.asarray(near.imag[:, None] + np.abs(near.real)[:, None] * np.array(_ABOUT)).ravel()
 
 
 def _holds(direction: float, angles: Reals) -> bool:
