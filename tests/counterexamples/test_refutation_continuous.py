@@ -80,11 +80,12 @@ def test_both_counterexamples_are_found_and_proved(block, reached):
 THIRD = RationalPlant([1, 0, 0], [1, F("0.2"), 6, F("0.1"), 1])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("block", "odd", "proved_up_to", "reached"),
     [
         pytest.param(FITTS, False, 0.3247, 0.5449, id="saturated earlier on one side"),
-        pytest.param(THIRD, True, 2.2526, 5.0, id="four kinks", marks=pytest.mark.thorough),
+        pytest.param(THIRD, True, 2.2526, 5.0, id="four kinks"),
     ],
 )
 def test_staircases_oscillate_at_smaller_slopes(block, odd, proved_up_to, reached):
