@@ -120,6 +120,33 @@ def test_no_linear_gain_is_taken_for_a_relu():
     assert found.gain.high == pytest.approx(1, rel=1e-6)
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize(("repeated", "published"), [(False, 4.1323), (True, 3.2327)])
+def test_the_published_windup_loop_with_one_odd_nonlinearity_twice(repeated, published):
+    # Kothare's anti-windup loop as IQCbeta has it, gain from f to w = phi(v); ill-conditioned, 8 states: v = -(Q1 (G
+    # - Gt) + Q2) w - Q1 G f, so that H = (Q1 (G - Gt) + Q2, -Q1 G; -1, 0) from (mu, f) to (v, w)
+    slow, bottom = "(2000*s**2 + 120*s + 1)", "((2000*s**2 + 120*s + 1)*(s + 10)**2)"
+    own = f"10*(48*s**3 + 3819.9*s**2 + 19998*s + 990)/{bottom}"
+    rows = [
+        [
+            own,
+            f"-10*(2700*s**3 + 27950*s**2 + 26500*s + 1250)/{bottom}",
+            f"-100*(s + 1)/{slow}",
+            f"1250*(s + 1)/({slow}*(s + 10))",
+        ],
+        [
+            f"-10*(1620*s**3 + 16770*s**2 + 15900*s + 750)/{bottom}",
+            own,
+            f"750*(s + 1)/({slow}*(s + 10))",
+            f"-100*(s + 1)/{slow}",
+        ],
+    ]
+    plant = as_plant([*rows, ["-1", "0", "0", "0"], ["0", "-1", "0", "0"]])
+    odd = NonlinearityClass.slope_restricted(0, 1, odd=True)
+    found = l2_gain(plant, Diagonal((odd, odd), repeated=repeated))
+    assert 1 < found.gain.low < found.gain.high < published
+
+
 def test_differences_are_bounded_by_gains_that_vary_and_need_slopes():
     slope = NonlinearityClass.slope_restricted(0, 1)
     found = l2_gain(OSCILLATOR, [slope], OF_OSCILLATOR, incremental=True)
