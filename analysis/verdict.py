@@ -47,7 +47,14 @@ class Verdict(Enum):
 # Destabilising members of a class of nonlinearities: the other side of every answer.
 
 Kind = Literal[
-    "linear gain", "linear gains", "switched gain", "varying gain", "periodic orbit", "simulated orbit", "disturbance"
+    "linear gain",
+    "linear gains",
+    "switched gain",
+    "varying gain",
+    "periodic orbit",
+    "simulated orbit",
+    "disturbance",
+    "delay",
 ]
 
 

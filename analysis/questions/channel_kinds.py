@@ -80,8 +80,8 @@ def channel_kinds(problem: Problem) -> list[Problem]:
 
 
 def _named(one: NonlinearityClass) -> str:
-    if one.memory:
-        return one.memory
+    if one.memory or "delay" in one.operator:
+        return one.memory or one.operator
     return "operator" if one.operator else "gain" if one.linear else "ReLU" if one.rectifier else _kind(one)
 
 

@@ -36,7 +36,7 @@ from lure.errors import AssumptionError, InputError, Reason
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 2e-5, 4e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
 SCALINGS = "matrix-scalings"
-_MEETING = 1e-5  # relative: how near the ends of a search are that asks for proofs at each step
+_MEETING = (1e-5, 2e-3)  # relative: how near the ends of a search are that asks for proofs at each step; of kernels
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 
@@ -426,13 +426,14 @@ def _farthest_delayed(
         best = best if shown is None else (alpha, shown)
         return shown is not None
 
-    low = max(float(known) * (1 + _WORTH), double_above(asked.classes.least))
-    if known and not proved(low):
+    meeting = _MEETING[criterion.kind == _KERNELS]
+    low = max(float(known) * (1 + meeting), double_above(asked.classes.least))
+    if 4 * low > LARGEST or (known and not proved(low)):
         return None
     high = most if most < math.inf else max(2 * low, 1.0)
     while most == math.inf and high < LARGEST and proved(high):
         low, high = high, 4 * high
-    while high - low > _MEETING * high and high > 1 / LARGEST:
+    while high - low > meeting * high and high > 1 / LARGEST:
         middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
         low, high = (middle, high) if proved(middle) else (low, middle)
     return best

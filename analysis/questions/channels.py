@@ -134,6 +134,7 @@ def _witness(shown: Refuted, factor: float) -> Witness:
     proof = shown.certificate["proof"]
     jumps, bends = (m := proof["method"]) in MOVING, m == "flow-orbit"
     kinds: dict[str, Kind] = {RAMPS: "varying gain", "flow-orbit": "periodic orbit", "signal": "disturbance"}
+    kinds |= {"delayed-gains": "delay"}
     parts = {"flow-orbit": ("nonlinearities", "state", "durations"), "signal": ("slopes", "inputs")}
     return Witness(
         kind=kinds.get(m, "switched gain" if jumps else "linear gains"),

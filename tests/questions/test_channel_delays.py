@@ -18,6 +18,7 @@ def test_a_constant_delay_is_refuted_at_its_crossing_and_proved_close_to_it(a, b
     assert found.refuted_at == pytest.approx(crossing, rel=1e-6)
     assert found.largest.low == pytest.approx(share * crossing, rel=1e-2)
     assert found.largest.low < crossing
+    assert found.witness.kind == "delay"
     assert "delay phi_1 = sigma(t - tau), tau in [0," in str(found)
 
 
