@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from lure import DeadZone, Saturation, analyse, as_plant
 from lure.analysis.counterexamples.channel_solutions import channel_solutions
 from lure.analysis.counterexamples.trajectories import Finding
+from lure.analysis.plots import plot_channels
 from lure.analysis.report.loop.build import build_loop_report
 from lure.analysis.report.loop.figures import loop_figures
 from lure.analysis.report.loop.observed import observed
@@ -49,12 +51,15 @@ def test_what_grows_is_called_so_and_contradicts_a_proof():
     assert found.verdict is Verdict.PROVED
     seen = observed(found)
     assert seen.sentences[0].startswith("3 simulated solutions")
+    axes = plot_channels(seen.trajectories[0], ax=Figure().add_subplot())
+    assert [line.get_label() for line in axes.lines[:2]] == ["channel 1", "channel 2"]
     steep = replace(found.problem, known=(DeadZone(gain=20, width=1), gentle))
     assert Finding.GROWS in [run.finding for run in channel_solutions(plant, steep.known, "")]
     with pytest.raises(ContradictionError, match="is contradicted by a simulated solution"):
         observed(replace(found, problem=steep))
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("sketched")
 def test_the_report_draws_the_channels():
     plant = as_plant([["1/(s+1)", "1/(s+2)"], ["0", "1/(s+1)"]])
