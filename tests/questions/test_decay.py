@@ -378,3 +378,17 @@ def test_an_integrator_without_feedback_does_not_decay():
         assert found.verdict.name == "REFUTED"
         assert time in (found.rate.low, found.rate.high)
         assert recheck(dict(found.refutation.certificate)).accepted
+
+
+# random loops of both times: what is proved never goes beyond what a member refutes, or no bracket could be made
+@pytest.mark.parametrize("seed", range(6))
+def test_random_loops_are_not_contradicted(seed):
+    rng = random.Random(seed)
+    dt = 1 if seed % 2 else None
+    poles = [rng.uniform(-0.9, 0.9) if dt else -rng.uniform(0.1, 3) for _ in range(2)]
+    top = [F(rng.randint(-50, 50), 50) for _ in range(2)]
+    bottom = [F(float(c)).limit_denominator(100) for c in np.poly(poles)]
+    laws = (varying(0, F(1, 2)), NonlinearityClass.slope_restricted(0, F(1, 2)), Sector(0, F(1, 2)))[seed // 2]
+    found = decay_rate(RationalPlant(top, bottom, dt=dt), laws)
+    assert found.rate.low <= found.rate.high
+    assert all(recheck(dict(shown.certificate)).accepted for shown in shown_of(found))
