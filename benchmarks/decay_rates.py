@@ -1,6 +1,6 @@
 """Claim: a decay rate from both sides, with its certificates, takes under 2 s, and agrees with the matrix inequality.
 
-Discrete time, four states, one time-varying nonlinearity in a sector: the smallest factor ``r`` that the circle criterion
+Discrete time, four states, a time-varying nonlinearity in a sector: the smallest factor ``r`` that the circle criterion
 proves.  Ours: to 1e-6, with a certificate that the checker accepts, and with gains on the other side.  Usual practice:
 bisection to 1e-4 on ``P > 0``, ``V+ <= r^2 V`` by cvxpy and Clarabel, which proves nothing.  The answers must agree to
 1e-3; processor time, one thread each.  (At this size the two take about as long.)
