@@ -10,6 +10,7 @@ from lure.analysis.certificates.checker import Checked
 from lure.analysis.questions import decay_rate, l2_gain
 from lure.analysis.questions.regions import region
 from lure.analysis.report.parts import FigureSpec
+from lure.errors import AssumptionError, InputError
 from lure.extensions import extension
 from lure.files.system import LoopSystem
 
@@ -43,6 +44,12 @@ ASKED: Mapping[str, Row] = {
 }
 
 
+_SHOWN = {
+    "rate": ("a rate of decay, ", ""),
+    "gain": ("anything about external inputs", "more about external inputs than the gain"),
+}
+
+
 def answers(system: LoopSystem, seconds: float | None) -> dict[str, Any]:
     """The answers to what a system asks, by name.
 
@@ -58,7 +65,29 @@ def answers(system: LoopSystem, seconds: float | None) -> dict[str, Any]:
     InputError, AssumptionError
         A question cannot be asked of this system.
     """
-    return {name: ASKED[name].answer(system, seconds=seconds) for name in system.ask}
+    found: dict[str, Any] = {}
+    for name in system.ask:
+        try:
+            found[name] = ASKED[name].answer(system, seconds=seconds)
+        except (InputError, AssumptionError) as error:
+            message = f"report.ask has {name!r}, which this system does not answer: {error}"
+            raise type(error)(message, code=error.code) from error
+    return found
+
+
+def not_answered(text: str, found: Mapping[str, Any]) -> str:
+    """What a verdict does not show, without what the answers beside it show.
+
+    Parameters
+    ----------
+    text : str
+        What the verdict does not show.
+    found : Mapping
+        From :func:`answers`.
+    """
+    for name in found:
+        text = text.replace(*_SHOWN.get(name, ("", "")))
+    return text
 
 
 def accepted(found: Mapping[str, Any]) -> Iterator[Checked]:

@@ -50,8 +50,8 @@ def build_loop_report(
         A simulation contradicts what is proved.
     """
     say = progress or (lambda _stage, _done: None)
+    told_of = answers(system, seconds)  # first, so that a question which has no answer is refused at once
     found = analyse(system, seconds=seconds, progress=lambda stage, done: say(stage, 0.8 * done))
-    told_of = answers(system, seconds)
     say("simulation", 0.8)
     seen = observed(found)
     told = extension("beyond", system.approximates)

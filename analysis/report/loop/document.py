@@ -13,6 +13,7 @@ from lure.analysis.nonlinearity.membership import certified_properties
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.table import analysis_dict
 from lure.analysis.report.certificates import certificate_list
+from lure.analysis.report.loop.asked import not_answered
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.parts import SCHEMA
 from lure.errors import AssumptionError, InputError
@@ -67,7 +68,7 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     keys: tuple[str, ...] = ("name", "title", "source", "block", "case", "class")
     keys += tuple(key for key in ("channels", "repeated", "classes", "map") if key in found)
     system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
-    found["not_shown"] = [_left(text, report) for text in found["not_shown"]]
+    found["not_shown"] = [not_answered(text, report.asked) for text in found["not_shown"]]
     beyond = {"beyond": report.beyond, "beyond_observed": list(report.beyond_observed)}
     more: dict[str, Any] = {key: said for key, said in beyond.items() if said}
     if report.asked:
@@ -85,18 +86,6 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
         "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(about, found)},
         "versions": dict(report.versions),
     }
-
-
-_SHOWN = {"rate": "a rate of decay, ", "gain": "anything about external inputs"}
-
-
-def _left(text: str, report: LoopReport) -> str:
-    """What is not shown, without the answers to what was asked."""
-    for name in report.asked:
-        text = text.replace(
-            _SHOWN.get(name, "\0"), "" if name == "rate" else "more about external inputs than the gain"
-        )
-    return text
 
 
 def transformation(about: Problem) -> tuple[str, ...]:

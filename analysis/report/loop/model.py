@@ -64,7 +64,10 @@ class LoopReport(Record):
         lines = [f"Observed: {text}" for text in self.observed] + [f"Hint: {text}" for text in self.hints]
         followed = [f"Computed: {text}" for text in self.beyond_observed]
         beyond = [*[self.beyond] * bool(self.beyond), *followed]
-        return "\n\n".join([str(self.analysis), *beyond, *map(str, self.asked.values()), *lines])
+        from lure.analysis.report.loop.asked import not_answered
+
+        analysis = not_answered(str(self.analysis), self.asked)
+        return "\n\n".join([analysis, *beyond, *map(str, self.asked.values()), *lines])
 
     @property
     def certificates(self) -> tuple[Checked, ...]:

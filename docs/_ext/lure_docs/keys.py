@@ -22,6 +22,7 @@ _WORDS = {
     bool: "true or false",
     "Expression": "formula",
     tuple[Fraction, ...]: "list of numbers",
+    tuple[str, ...]: "list of texts",
     list[typing.Any]: "list of rows",
     tuple[float | Fraction, float | Fraction]: "two numbers, inf allowed",
     tuple[int, int]: "two whole numbers, or one",

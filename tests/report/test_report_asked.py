@@ -1,0 +1,38 @@
+"""What a report is asked beside stability, ``[report] ask``: not said to be open, and refused where it has no answer."""
+
+import pytest
+
+from lure.analysis.report import report_on
+from lure.errors import InputError
+from lure.files import find_system
+
+FILE = """
+[plant]
+num = [1]
+den = [1, 3, 2]
+[class]
+sector = [0, 1]
+[report]
+ask = ["{}"]
+"""
+
+
+def made(tmp_path, question):
+    path = tmp_path / "loop.toml"
+    path.write_text(FILE.format(question))
+    return find_system(str(path))
+
+
+def test_what_was_asked_is_not_said_to_be_open(tmp_path):
+    said = str(report_on(made(tmp_path, "rate"), output=tmp_path / "out"))
+    assert "exp(-" in said
+    assert "a rate of decay" not in said
+    assert "a bound on the size of the solution, anything about external inputs" in said
+
+
+@pytest.mark.parametrize("question", ["region", "gain"])
+def test_a_question_without_an_answer_is_refused_by_its_key(tmp_path, question):
+    # a region is one of a known nonlinearity, a gain one from w to z: the file has neither
+    with pytest.raises(InputError, match=rf"^report\.ask has '{question}', "):
+        report_on(made(tmp_path, question), output=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
