@@ -1,4 +1,4 @@
-"""What a report is asked beside stability, ``[report] ask``: not said to be open, and refused where it has no answer."""
+"""What a report is asked beside stability, ``[report] ask``: not said to be open, refused where it has no answer."""
 
 import pytest
 
