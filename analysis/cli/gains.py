@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -23,17 +24,20 @@ from lure.analysis.cli.options import (
     loop_named,
     option,
     print_json,
-    print_note,
     print_wrapped,
+    write_certificate,
 )
 from lure.analysis.cli.progress import progress
+
+if TYPE_CHECKING:
+    from lure.analysis.questions.gain import GainBound
 
 
 @app.command(help=texts.GAIN)
 def gain(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file with a table [performance].")],
     output: Annotated[
-        Path | None, option("--certificate --output -o", "FILE", "Write the certificate of the bound, or against any.")
+        Path | None, option("-o --output --certificate", "FILE", "Write the certificate of the bound, or against any.")
     ] = None,
     witness: Annotated[Path | None, option("--witness", "FILE", "Write that of the member with a large gain.")] = None,
     force: Force = False,
@@ -72,9 +76,17 @@ def gain(
         print_wrapped([str(found), *([str(beside)] if energy else [])])
     for path, shown in ((output, found.proof or found.refutation), (witness, found.refutation)):
         if path is not None and shown is not None:
-            from lure.analysis.output import write_new
-            from lure.analysis.questions.certify import text_of
-
-            write_new(path, text_of(shown.certificate), force=force)
-            print_note(f"The certificate is {path}", as_json=as_json, quiet=quiet)
+            what = _side(found, upper=shown is found.proof)
+            write_certificate(path, shown, what, force=force, as_json=as_json, quiet=quiet)
     return exit_status(found.verdict)
+
+
+def _side(found: GainBound, *, upper: bool) -> str:
+    """Which side of the gain a certificate is of."""
+    from lure.analysis.numerics.doubles import bound_above, bound_below
+
+    if upper:
+        return f"that the gain is at most {bound_above(found.gain.high)}"
+    if found.gain.low == math.inf:
+        return "of the unstable member"
+    return f"that a member has a gain above {bound_below(found.gain.low)}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.plots import Draw
     from lure.analysis.verdict import Verdict
     from lure.errors import InputError
@@ -40,7 +42,7 @@ Settings = Annotated[
 Figure = Annotated[Path | None, option("--plot", "FILE", "Draw it: .svg or .png.")]
 Replace = Annotated[bool, typer.Option("--replace", help="Replace the figure if it exists.")]
 Rigid = Annotated[bool, typer.Option("--rigid", help="A rigid obstacle.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
+Force = Annotated[bool, typer.Option("--force", "--replace", help="Replace files that exist.")]
 
 
 def refused(sentence: str) -> InputError:
@@ -215,6 +217,32 @@ def print_note(message: str, *, as_json: bool, quiet: bool) -> None:
     """A message after the results, or on stderr where stdout is for JSON only."""
     if not quiet:
         print(message if as_json else f"\n{message}", file=sys.stderr if as_json else sys.stdout)
+
+
+def write_certificate(
+    path: Path, shown: Proved | Refuted, what: str, *, force: bool, as_json: bool, quiet: bool
+) -> None:
+    """Write a certificate, and say of what it is and how it is checked.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    shown : Proved or Refuted
+        What the checker accepted.
+    what : str
+        Of what it is the certificate, such as ``of the rate``.
+    force : bool
+        Whether a file that exists may be replaced.
+    as_json, quiet : bool
+        As for :func:`print_note`.
+    """
+    from lure.analysis.output import write_new
+    from lure.analysis.questions.certify import text_of
+
+    write_new(path, text_of(shown.certificate), force=force)
+    check = shlex.join(["lure", "verify", str(path)])
+    print_note(f"The certificate {what} is {path}; check it: {check}", as_json=as_json, quiet=quiet)
 
 
 def exit_status(verdict: Verdict) -> int:

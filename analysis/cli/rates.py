@@ -22,9 +22,9 @@ from lure.analysis.cli.options import (
     loop_named,
     option,
     print_json,
-    print_note,
     print_wrapped,
     refused,
+    write_certificate,
 )
 from lure.analysis.cli.progress import progress
 
@@ -32,7 +32,9 @@ from lure.analysis.cli.progress import progress
 @app.command(help=texts.RATE)
 def rate(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
-    output: Annotated[Path | None, option("--certificate -o", "FILE", "Write the certificate of the rate.")] = None,
+    output: Annotated[
+        Path | None, option("-o --output --certificate", "FILE", "Write the certificate of the rate, or against any.")
+    ] = None,
     force: Force = False,
     set_: Settings = None,
     seconds: Seconds = None,
@@ -60,9 +62,6 @@ def rate(
         print_wrapped([str(found)])
     shown = found.proof or found.refutation
     if output is not None and shown is not None:
-        from lure.analysis.output import write_new
-        from lure.analysis.questions.certify import text_of
-
-        write_new(output, text_of(shown.certificate), force=force)
-        print_note(f"The certificate is {output}", as_json=as_json, quiet=quiet)
+        what = "of the rate that is proved" if shown is found.proof else "of the member that is no faster"
+        write_certificate(output, shown, what, force=force, as_json=as_json, quiet=quiet)
     return exit_status(found.verdict)

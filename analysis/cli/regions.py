@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lure.analysis.cli import texts
+from lure.analysis.cli.certificates import check_target
 from lure.analysis.cli.options import (
     Figure,
+    Force,
     Json,
     Quiet,
-    Replace,
     Seconds,
     Settings,
     Verbose,
@@ -26,6 +27,7 @@ from lure.analysis.cli.options import (
     print_note,
     print_wrapped,
     refused,
+    write_certificate,
     write_figure,
 )
 from lure.analysis.cli.progress import progress
@@ -41,9 +43,11 @@ def region(
     along: Annotated[
         str | None, option("--along", "POINTS", "Hold the largest multiple of these, as '1 1; 1 -1'.")
     ] = None,
-    output: Annotated[Path | None, option("--certificate", "FILE", "Write the certificate of the first set.")] = None,
+    output: Annotated[
+        Path | None, option("-o --output --certificate", "FILE", "Write the certificate of the first set.")
+    ] = None,
     plot: Figure = None,
-    replace: Replace = False,
+    force: Force = False,
     seconds: Seconds = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -52,11 +56,9 @@ def region(
     """Print sets inside and outside of the region of attraction."""
     check_seconds(seconds)
     points = None if along is None else _points(along)
-    check_figure(plot, replace=replace)
+    check_figure(plot, replace=force)
     if output is not None:
-        from lure.analysis.output import check_targets
-
-        check_targets([output], replace=replace)
+        check_target(output, force=force)
     chosen = loop_named(system, set_)
     from lure.analysis.questions.regions import region as run
 
@@ -67,14 +69,10 @@ def region(
     else:
         print_wrapped(found.lines())
     if output is not None and found.sets:
-        from lure.analysis.output import written
-        from lure.analysis.questions.certify import text_of
-
-        with written([output], replace=replace) as places:
-            places[output].write_text(text_of(found.sets[0].proof.certificate), encoding="utf-8")
-        print_note(f"The certificate is {output}; check it: lure verify {output}", as_json=as_json, quiet=quiet)
+        what = "of the first set"
+        write_certificate(output, found.sets[0].proof, what, force=force, as_json=as_json, quiet=quiet)
     if plot is not None:
-        write_figure(plot, found.plot, (5.2, 4.4), replace=replace)
+        write_figure(plot, found.plot, (5.2, 4.4), replace=force)
         print_note(f"Written: {plot}", as_json=as_json, quiet=quiet)
     return exit_status(found.verdict)
 

@@ -199,9 +199,11 @@ def _simulate_several(
     check_figure(targets.get("plot"), replace=replace)
     from lure.analysis.output import check_targets, written
     from lure.analysis.rod.assembly import motion_sentences
-    from lure.analysis.rod.runs.drawing import check_netcdf, write_dataset
+    from lure.analysis.rod.runs.drawing import check_netcdf, check_netcdf_name, write_dataset
     from lure.rod.assembly_motion import assembly_motion
 
+    if "output" in targets:
+        check_netcdf_name(targets["output"])
     check_targets(list(targets.values()), replace=replace)
     if "output" in targets:
         check_netcdf()

@@ -228,7 +228,7 @@ GAIN = """Print the L2 gain from a disturbance w to an output z.
 Examples:
   lure gain plant.toml
   lure gain plant.toml --set class.sector="[0, 0.5]" --json
-  lure gain plant.toml --certificate gain.json && lure verify gain.json
+  lure gain plant.toml -o gain.json && lure verify gain.json
 
 \b
 The file has a table [performance]: Bw, Cz, Dzw, Dzmu and Dsigmaw, 0 where
@@ -250,7 +250,7 @@ Examples:
   lure region plant.toml
   lure region plant.toml --json
   lure region plant.toml --along "1 1; 1 -1"
-  lure region plant.toml --certificate region.json --plot region.svg
+  lure region plant.toml -o region.json --plot region.svg
 
 \b
 For one known nonlinearity in each channel: sets from which every solution

@@ -17,6 +17,7 @@ from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
+from lure.plants.conversion import rational_if_moderate
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 
@@ -34,7 +35,7 @@ def channel_plant(source: object) -> MultivariablePlant:
     InputError
         It is not rational.
     """
-    found = source.block if isinstance(source, LoopSystem) else as_plant(source)
+    found = source.block if isinstance(source, LoopSystem) else rational_if_moderate(as_plant(source))
     if isinstance(found, RationalPlant):
         found = MultivariablePlant.of_one_channel(found)
     if not isinstance(found, MultivariablePlant):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -23,7 +23,7 @@ from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
 from lure.analysis.questions.decay_channels import SeveralChannels, accepted, jumps
 from lure.analysis.questions.largest import UNFINISHED, Stopped
-from lure.analysis.questions.problem import Problem, class_given, loop_given, posed
+from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
 from lure.analysis.theorems.table import BEST
 from lure.analysis.theorems.weighted import WeightedKernels, WeightedTaps, closest
 from lure.analysis.theorems.zames_falb_discrete import NAME as ZAMES_FALB
@@ -31,6 +31,8 @@ from lure.analysis.verdict import Verdict
 from lure.analysis.wording import class_words
 from lure.arrays import np
 from lure.errors import InputError
+from lure.plants.conversion import rational_if_moderate
+from lure.plants.delay import DelayPlant
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.record import Page, Record, derived, quantity
@@ -224,15 +226,18 @@ class _OneChannel:
     close = CLOSE
 
     def __post_init__(self) -> None:
-        plant, own = self.asked.plant, self.asked.nonlinearity_class
-        if not isinstance(plant, RationalPlant):
+        plant, own = rational_if_moderate(self.asked.plant), self.asked.nonlinearity_class
+        long = plant is not self.asked.plant and isinstance(plant, RationalPlant) and by_matrices(plant) is not None
+        if not isinstance(plant, RationalPlant) or long:
+            lacks = "has a dead time" if isinstance(plant, DelayPlant) else "is none"
             raise InputError(
-                f"decay rates are shown of rational plants, and this one is a {type(plant).__name__}; give "
-                "coefficients, or matrices of moderate order"
+                f"decay rates are shown of rational plants of moderate order, and this one {lacks}; lure certify and "
+                "lure max-sector decide whether the loop is stable"
             )
         if self.asked.refusals or self.asked.untested or self.asked.rough:
             reasons = [one.detail for one in self.asked.refusals] or ["it is not known to be locally Lipschitz"]
             raise InputError(f"decay rates are shown of nonlinearities whose class is known: {reasons[0]}")
+        self.asked = replace(self.asked, plant=plant)
         if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
             raise InputError(
                 f"the class {own} has no uniform rate without finite bounds; give a sector with two numbers"

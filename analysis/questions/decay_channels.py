@@ -59,7 +59,10 @@ class SeveralChannels:
 
     def __post_init__(self) -> None:
         if self.asked.classes.operators:
-            raise InputError("decay rates are shown of nonlinearities and gains, not of operators; leave those out")
+            raise InputError(
+                "decay rates are not shown of operators, and a class here is one, such as a delay; lure certify and "
+                "lure max-sector decide whether the loop is stable"
+            )
 
     close = CLOSE
 

@@ -14,7 +14,7 @@ from lure.analysis.numerics.doubles import bound_above, bound_below, double_abov
 from lure.analysis.questions.answers import answer
 from lure.analysis.questions.channel_problem import channel_plant, channel_problem
 from lure.analysis.questions.largest import StabilityBound
-from lure.analysis.questions.problem import Problem
+from lure.analysis.questions.problem import Problem, class_given
 from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.arrays import linalg, np
@@ -186,8 +186,8 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     ----------
     plant : LoopSystem, or anything :func:`lure.as_plant` takes
         The linear part; the state is that of its matrices.
-    classes : sequence or Diagonal, optional
-        The class of each channel; that of the system if it is not given.
+    classes : sequence, Diagonal or a single class, optional
+        The class of each channel, without a list if it is one; that of the system if it is not given.
     performance : mapping or Performance, optional
         ``Bw`` (n, p), ``Cz`` (q, n), ``Dzw`` (q, p), ``Dzmu`` (q, m) and ``Dsigmaw`` (m, p), row by row, 0 where they
         are left out; that of the system if it is not given.  Or none where the plant has more inputs and outputs than
@@ -274,6 +274,8 @@ def gain_problem(
     """
     if classes is None:
         classes = _said(plant)
+    elif class_given(classes) is not None:
+        classes = [classes]
     stated = performance if performance is not None or not isinstance(plant, LoopSystem) else plant.performance
     source: object = plant
     if stated is None and isinstance(classes, list | tuple | Diagonal):
@@ -283,6 +285,12 @@ def gain_problem(
     found = Performance.given(stated)
     if isinstance(plant, LoopSystem) and isinstance(classes, list) and source is plant:
         source = plant.block
+    listed = classes.classes if isinstance(classes, Diagonal) else classes if isinstance(classes, list | tuple) else ()
+    for one in filter(None, map(class_given, listed)):
+        if math.inf in map(abs, one.gains):
+            raise InputError(
+                f"an L2 gain needs finite bounds, and a class is {one}; give two numbers, such as sector = [0, 10]"
+            )
     asked = channel_problem(source, classes, kind="sector", criterion=criterion)
     if incremental:
         asked = replace(asked, classes=_differences(asked.classes))

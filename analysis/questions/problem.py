@@ -113,7 +113,7 @@ class Problem:
             )
         for i, (low, high) in enumerate((one.gains for one in given), 1):
             if not (-math.inf < low <= high < math.inf):
-                raise InputError(f"channel {i} has the bounds [{low}, {high}]; with several channels they are finite")
+                raise InputError(f"channel {i} has the bounds [{low}, {high}]; give finite ones, such as [0, 10]")
 
     @property
     def several(self) -> bool:

@@ -16,6 +16,7 @@ from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.problem import class_given
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth, proved_level_set
 from lure.analysis.questions.region_sets import (
     LocalSector,
@@ -33,6 +34,7 @@ from lure.analysis.questions.region_sets import (
 )
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
+from lure.classes import Diagonal
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.files.system import LoopSystem
@@ -458,6 +460,11 @@ def _asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlant, l
     if len(listed) != found.inputs or found.inputs != found.outputs:
         raise InputError(
             f"the nonlinearities are {len(listed)}, and the plant has {found.size}; give one for each channel"
+        )
+    if isinstance(nonlinearities, Diagonal) or any(class_given(one) is not None for one in listed):
+        raise InputError(
+            "a region of attraction is asked of a known nonlinearity in each channel, such as Saturation(1) or "
+            "'tanh(sigma)', and a class is given; lure certify asks of all its members"
         )
     known = [
         one

@@ -260,6 +260,12 @@ def _value(key: str, text: str, kind: FileKind) -> object:
         return text
     if kind.free and text in ("true", "false"):  # elsewhere there are no truth values
         return text == "true"
+    if text.startswith("[") and "{" not in text:
+        try:
+            read = tomllib.loads(f"value = {text}", parse_float=exact_decimal)
+        except (ValueError, RecursionError):  # no TOML: a pair such as [0, 1/3], or a mistake that is told as text
+            return text
+        return read["value"] if len(read) == 1 else text
     return number_or_text(text)
 
 

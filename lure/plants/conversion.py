@@ -46,13 +46,27 @@ def exact_block(source: object, what: str) -> RationalPlant:
     >>> print(exact_block(control.tf([1], [1, 1]), "this"))
     1 / (s + 1)
     """
-    found = one_channel(source)
+    found = rational_if_moderate(one_channel(source))
     if not isinstance(found, RationalPlant):
         raise InputError(
             f"{what} needs exact coefficients, and a {type(found).__name__} has none; give coefficients, matrices of "
             "up to 60 states, or a formula without dead time"
         )
     return found
+
+
+def rational_if_moderate(block: object) -> object:
+    """A ``StateSpace`` of up to 60 states as the rational plant with the same doubles, anything else as it is.
+
+    Parameters
+    ----------
+    block : object
+        What :func:`lure.as_plant` returns.
+    """
+    if not isinstance(block, StateSpace) or block.order > MAX_EXACT_STATES:
+        return block
+    step: Step = True if block.any_period else block.dt
+    return _from_matrices((block.A, block.B, block.C, block.D), step, block.names)
 
 
 AnyBlock = RationalPlant | StateSpace | DelayPlant | FrequencyData

@@ -155,16 +155,17 @@ class MultivariablePlant(Record, kw_only=False):
 
     def __str__(self) -> str:
         time = "continuous time" if self.dt is None else f"discrete time, dt = {float(self.dt):g}"
-        return f"{_count(self.order, 'state')}, {self.size} in {time}"
+        return f"{counted(self.order, 'state')}, {self.size} in {time}"
 
     @property
     @derived(key="", label="channels")
     def size(self) -> str:
         """Inputs and outputs in words."""
-        return f"{_count(self.inputs, 'input')} and {_count(self.outputs, 'output')}"
+        return f"{counted(self.inputs, 'input')} and {counted(self.outputs, 'output')}"
 
 
-def _count(number: int, what: str) -> str:
+def counted(number: int, what: str) -> str:
+    """A number of things in words: ``1 state``, ``2 states``."""
     return f"{number} {what}{'s' * (number != 1)}"
 
 

@@ -9,7 +9,7 @@ from typing import cast
 
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.plants.multivariable import MultivariablePlant
+from lure.plants.multivariable import MultivariablePlant, counted
 from lure.record import Record, quantity
 
 Rows = tuple[tuple[Fraction, ...], ...]
@@ -102,10 +102,11 @@ class Performance(Record):
         n, m, p, q = H.order, H.inputs, self.inputs, self.outputs
         shapes = {"Bw": (n, p), "Cz": (q, n), "Dzw": (q, p), "Dzmu": (q, m), "Dsigmaw": (m, p)}
         for name, rows in self.stated.items():
-            if (len(rows), len(rows[0])) != shapes[name]:
+            shape = (len(rows), len(rows[0]))
+            if shape != shapes[name]:
                 raise InputError(
-                    f"performance.{name} has {len(rows)} rows of {len(rows[0])}; with {n} states, {m} channels, {p} "
-                    f"inputs w and {q} outputs z give {shapes[name][0]} rows of {shapes[name][1]}"
+                    f"performance.{name} has {_size(*shape)}; with {counted(n, 'state')}, {counted(m, 'channel')}, "
+                    f"{counted(p, 'input')} w and {counted(q, 'output')} z give {_size(*shapes[name])}"
                 )
         size = max(p, q)
 
@@ -143,13 +144,26 @@ def _filled(rows: Rows, high: int, wide: int) -> Rows:
     )
 
 
+def _size(high: int, wide: int) -> str:
+    return f"{counted(high, 'row')} of {counted(wide, 'number')}"
+
+
+def _plainly(value: object) -> str:
+    """A value in a message: lists in brackets, exact numbers as they are written."""
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_plainly, value))}]"
+    return repr(value) if isinstance(value, str) else str(value)
+
+
 def _matrix(name: str, value: object) -> Rows:
     rows = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(rows, int | float | Fraction) and not isinstance(rows, bool):
         rows = [[rows]]
     listed = isinstance(rows, list | tuple) and all(isinstance(row, list | tuple) and row for row in rows)
     if not listed or not rows or len({len(row) for row in cast("Sequence[Sequence[object]]", rows)}) != 1:
-        raise InputError(f"performance.{name} is {value!r:.60}; give rows of numbers of equal length, such as [[1, 0]]")
+        raise InputError(
+            f"performance.{name} is {_plainly(rows):.60}; give rows of numbers of equal length, such as [[1, 0]]"
+        )
     return tuple(
         tuple(exact_number(entry, f"performance.{name}[{i}][{j}]") for j, entry in enumerate(row))
         for i, row in enumerate(cast("Sequence[Sequence[object]]", rows))

@@ -209,7 +209,7 @@ def test_a_search_that_fails_proves_nothing(monkeypatch):
         (lambda: max_sector(FETZER, [ONE] * 3), "3 classes are given for the 4 channels of the plant"),
         (lambda: max_sector(as_plant((STATE, rows("1 0; 0 1; 0 0"), [1, 0, 0])), [ONE]), "need as many of both"),
         (lambda: max_sector(FETZER), "4 inputs and 4 outputs: .* choose a pair"),
-        (lambda: max_sector(FETZER, [Sector(0, float("inf"))] * 4), "with several channels they are finite"),
+        (lambda: max_sector(FETZER, [Sector(0, float("inf"))] * 4), "give finite ones, such as"),
         (lambda: max_sector(FETZER, [ONE, "tanh(sigma)", ONE, ONE]), "give a Sector, SlopeBounds or NonlinearityClass"),
         (lambda: max_slope(FETZER, [ONE] * 4), "the class of channel 1 has no slope bounds"),
         (lambda: max_sector(as_plant([["1/(s+1)", "0"], ["0", "1/(s+1)"]]), {"a": ONE, "b": ONE}), "no names"),

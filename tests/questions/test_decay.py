@@ -14,6 +14,7 @@ from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second import recheck
 from lure.analysis.questions.decay import decay_rate
+from lure.plants.state_space import StateSpace
 
 F = Fraction
 GRADIENT = RationalPlant([F(1, 10)], [1, -1], dt=1)
@@ -200,7 +201,7 @@ def test_random_members_are_no_slower_than_what_is_proved(friction):
     [
         (RationalPlant([1], [1, 1]), Sector(0, math.inf), "finite bounds"),
         (RationalPlant([1], [1, 1]), None, "no class"),
-        ("exp(-s)/(s+1)", Sector(0, 1), "rational plants"),
+        ("exp(-s)/(s+1)", Sector(0, 1), "this one has a dead time; lure certify and"),
         (RationalPlant([1], [1, 1]), Quantiser(step=1), "locally Lipschitz"),
         (RationalPlant([1], [2, 1], dt=1), Quantiser(step=1), "locally Lipschitz"),
     ],
@@ -342,6 +343,12 @@ def test_positive_loops_of_two_channels_have_the_rate_of_their_largest_gains():
         with pytest.raises(Rejected):
             check(changed)
         assert not recheck(changed).accepted
+
+
+def test_a_state_space_of_doubles_is_the_rational_plant_with_these_doubles():
+    block = StateSpace([[0, 1], [-0.1, -3]], [0, 1], [1, 0])
+    exact = ([[0, 1], [F(-0.1), -3]], [0, 1], [1, 0])
+    assert decay_rate(block, Sector(0, 1)).rate == decay_rate(exact, Sector(0, 1)).rate
 
 
 def test_rates_of_operators_are_refused():

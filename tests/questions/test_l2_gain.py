@@ -330,7 +330,10 @@ def test_the_figure_has_the_bound_above_every_linear_member():
     [
         ("", "give [performance] with Bw and Cz"),
         ("[performance]\nBw = [[1], [0]]\n", "performance has no w or no z"),
-        ("[performance]\nBw = [[1]]\nCz = [[1, 1]]\n", "performance.Bw has 1 rows of 1; with 2 states"),
+        (
+            "[performance]\nBw = [[1]]\nCz = [[1, 1]]\n",
+            "performance.Bw has 1 row of 1 number; with 2 states, 1 channel, 1 input w and 1 output z give 2 rows of 1",
+        ),
         ("[performance]\nBw = [[1], [0, 1]]\nCz = [[1, 1]]\n", "give rows of numbers of equal length"),
         ("[performance]\nBv = [[1], [0]]\nCz = [[1, 1]]\n", "unknown key performance.Bv"),
         ('[performance]\nBw = "1"\nCz = [[1, 1]]\n', "give a list of rows"),
@@ -343,6 +346,36 @@ def test_what_is_wrong_in_a_file_is_said_in_one_sentence(lure, tmp_path, table, 
     assert (status, out) == (2, "")
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_a_class_needs_no_list_and_finite_bounds():
+    plant, seen = ([[-1]], [[1]], [[1]], [[0]]), {"Bw": [[1]], "Cz": [[1]]}
+    assert l2_gain(plant, Sector(0, 1), seen).gain == l2_gain(plant, [Sector(0, 1)], seen).gain
+    with pytest.raises(InputError, match=r"an L2 gain needs finite bounds.*such as sector = \[0, 10\]"):
+        l2_gain(plant, Sector(0, math.inf), seen)
+    with pytest.raises(InputError, match=r"performance.Bw is \[0, 1/3\]; give rows"):
+        l2_gain(plant, Sector(0, 1), {"Bw": [0, F(1, 3)], "Cz": [[1]]})
+
+
+def test_certificates_are_named_with_their_side_and_replaced_if_asked(lure, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop.toml").write_text(
+        "[plant]\nA = [[-1]]\nB = [[1]]\nC = [[1]]\n[class]\nsector = [0, 1]\n[performance]\nCz = [[1]]\n"
+    )
+    asked = ("loop.toml", "--set", "performance.Bw=[[1], [0]]")
+    assert "performance.Bw has 2 rows of 1 number; with 1 state" in lure("gain", *asked)[2]
+    asked = ("loop.toml", "--set", "performance.Bw=[[1]]", "-o", "upper.json")
+    status, out, _ = lure("gain", *asked, "--witness", "lower.json")
+    assert status == 0
+    assert "The certificate that the gain is at most 1.0" in out
+    assert "is upper.json; check it: lure verify upper.json" in out
+    assert "The certificate that a member has a gain above 0.9" in out
+    assert "'upper.json' exists" in lure("gain", *asked)[2]
+    for word in ("--force", "--replace"):
+        assert lure("gain", *asked, word)[0] == 0
+        assert lure("rate", *asked[:3], "--output", "upper.json", word)[0] == 0
+    said = lure("rate", *asked[:3], "--certificate", "rate.json")[1]
+    assert "The certificate of the rate that is proved is rate.json; check it: lure verify rate.json" in said
 
 
 def test_states_that_nobody_named_have_no_inputs(lure, tmp_path):

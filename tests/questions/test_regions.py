@@ -306,6 +306,9 @@ def test_the_command_and_its_certificate(tmp_path, capsys):
     file.write_text(FILE)
     assert main(["region", str(file), "--json", "--along", "1 0", "--certificate", str(proof), "-q"]) == 0
     found = json.loads(capsys.readouterr().out)
+    assert main(["region", str(file), "-o", str(proof), "-q"]) == 2
+    assert main(["region", str(file), "--output", str(proof), "--replace"]) == 0
+    assert f"The certificate of the first set is {proof}; check it: lure verify {proof}" in capsys.readouterr().out
     assert found["schema"] == "lure-region/1"
     assert found["area"][0] == pytest.approx(found["sets"][0]["volume"])
     assert found["sets"][0]["level"] == "1"
@@ -380,3 +383,5 @@ def test_what_is_no_question_about_a_region_is_refused():
         region(([1], [1, 1]), [Saturation(), Saturation()])
     with pytest.raises(InputError, match="known by its values alone"):
         region(([1], [1, 1]), ByItsValues())
+    with pytest.raises(InputError, match="asked of a known nonlinearity in each channel"):
+        region(([1], [1, 1]), Sector(0, 1))

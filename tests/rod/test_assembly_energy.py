@@ -256,6 +256,7 @@ def test_the_command_follows_several_contacts(lure, here):
 @pytest.mark.parametrize(
     ("options", "text", "why"),
     [
+        (["-o", "rods.csv"], FILE, "output is 'rods.csv', and netCDF is written; give a name that ends in .nc"),
         (["--rigid"], FILE, "leave out the others, which are for one rod"),
         (["--samples", "1"], FILE, "samples is 1; give a whole number from 2"),
         (["--until", "-1"], FILE, "until is -1.0; give a time from 0"),

@@ -22,6 +22,23 @@ if TYPE_CHECKING:
     import xarray
 
 
+def check_netcdf_name(path: Path) -> None:
+    """Refuse a name of another kind of file for netCDF.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write.
+
+    Raises
+    ------
+    InputError
+        Its suffix is another.
+    """
+    if path.suffix.lower() not in (".nc", ".nc4"):
+        raise InputError(f"output is {str(path)!r}, and netCDF is written; give a name that ends in .nc")
+
+
 def check_netcdf() -> None:
     """Refuse to begin what ends in a netCDF file without the packages that write one.
 
@@ -243,8 +260,8 @@ def check_drawings(
         suffix = path.suffix.lower()
         if kind in ("plot", "space-time") and suffix not in FIGURES:
             raise InputError(f"{kind} is {str(path)!r}; give a name that ends in {' or '.join(FIGURES)}")
-        if kind == "output" and suffix not in (".nc", ".nc4"):
-            raise InputError(f"output is {str(path)!r}, and netCDF is written; give a name that ends in .nc")
+        if kind == "output":
+            check_netcdf_name(path)
         if kind == "animation":
             _check_film(path, suffix)
     if span is not None:
