@@ -95,7 +95,7 @@ def energy_bounds(plant: object, classes: object = None, performance: object = N
     >>> round(found.initial, 3), round(found.peak, 3)
     (0.5, 0.5)
     """
-    problem, stated = gain_problem(plant, classes, performance)
+    problem, stated, _ = gain_problem(plant, classes, performance)
     for one in problem.classes.classes[:-1]:
         if one.memory or one.operator not in ("", OPERATORS[0], OPERATORS[1], "performance"):
             raise InputError(

@@ -21,7 +21,7 @@ from lure.arrays import linalg, np
 from lure.classes import DELAYS, Diagonal, NonlinearityClass
 from lure.errors import InputError
 from lure.files.system import LoopSystem
-from lure.plants.multivariable import MultivariablePlant
+from lure.plants.multivariable import MultivariablePlant, every_state_seen
 from lure.plants.performance import Performance
 from lure.record import Page, Record, derived, plain, quantity
 
@@ -38,7 +38,8 @@ class GainBound(Record):
     r"""Bounds of the least ``gamma`` with :math:`\int |z|^2 \le \gamma^2 \int |w|^2`, ``x(0) = 0``, for all members."""
 
     gain: Bracket = quantity(
-        "``low``: some member has a gain above it; ``high``: none has.  Infinite both where a member is unstable",
+        "``low``: some member has a gain above it; ``high``: none has.  Infinite both where a linear member is "
+        "unstable in a state that ``w`` moves and ``z`` sees",
         plainly=lambda bounds: [plain(bounds.low), plain(bounds.high)],
     )
     classes: Diagonal = quantity("The classes of the channels, without that from ``z`` to ``w``")
@@ -53,7 +54,9 @@ class GainBound(Record):
     @property
     @derived()
     def verdict(self) -> Verdict:
-        """PROVED: ``gain.high`` is finite.  REFUTED: a member is unstable.  INCONCLUSIVE: neither is shown."""
+        """PROVED: ``gain.high`` is finite.  REFUTED: a member's gain is infinite.  INCONCLUSIVE: neither is shown."""
+        if self.factors.verdict is Verdict.REFUTED and self.gain.low < math.inf:
+            return Verdict.INCONCLUSIVE
         return self.factors.verdict
 
     @property
@@ -79,6 +82,11 @@ class GainBound(Record):
     @derived()
     def reason(self) -> str:
         """Why nothing was proved; empty if something was."""
+        if self.factors.verdict is Verdict.REFUTED and self.gain.low < math.inf:
+            return (
+                f"{self.witness}, and it is not shown that w moves what grows and z sees it: the gain may be finite, "
+                "and no theorem here proves one of an unstable loop"
+            )
         return self.factors.reason
 
     @property
@@ -132,7 +140,8 @@ class GainBound(Record):
         if low > 0:
             above = f"; a member has a gain above {bound_below(low)}: {self.witness.partition(' give')[0].rstrip(',')}"
         if self.verdict is Verdict.PROVED:
-            said = f"The {self._name} is at most {bound_above(high)} for {self.classes}"
+            given = ", ".join(filter(None, (str(self.classes), self.assumed)))
+            said = f"The {self._name} is at most {bound_above(high)} for {given}"
             return f"{said} ({self.criterion}, {self.evidence}){above}. {self.factors.unfinished}".rstrip()
         return f"No bound of the {self._name} is proved for {self.classes} ({self.reason}){above}."
 
@@ -232,31 +241,29 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     >>> print(found.verdict, round(found.gain.low, 5), round(found.gain.high, 5))
     PROVED 1.0 1.0
     """
-    problem, stated = gain_problem(plant, classes, performance, criterion=criterion, incremental=incremental)
+    problem, stated, asked = gain_problem(plant, classes, performance, criterion=criterion, incremental=incremental)
     problem = replace(problem, window=_window(window, problem))
     found = cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
-    given, unit = problem.classes, Fraction(problem.classes.classes[-1].sector.upper)
-    low = 0.0 if found.refuted_at is None else math.inf
+    unit, H = Fraction(problem.classes.classes[-1].sector.upper), cast("MultivariablePlant", problem.plant)
+    low = math.inf if found.refuted_at == 0 and _unbounded(found, H, len(problem.classes.blocks[-1])) else 0.0
     if found.refuted_at:
         low = double_below(1 / (unit * Fraction(found.refuted_at)))
     proved = found.verdict is Verdict.PROVED and found.largest.low > 0
     high = double_above(1 / (unit * Fraction(found.largest.low))) if proved else math.inf
-    own = tuple(len(block) for block in given.blocks[:-1])
-    asked = Diagonal(given.classes[: sum(own)], repeated=own)
     return GainBound(
         gain=Bracket(low, high),
         classes=asked,
         performance=stated,
         incremental=incremental,
-        plant=cast("MultivariablePlant", problem.plant),
+        plant=H,
         factors=found,
     )
 
 
 def gain_problem(
     plant: object, classes: object, performance: object, *, criterion: str = BEST, incremental: bool = False
-) -> tuple[Problem, Performance]:
-    """The question about the loop with a channel from ``z`` to ``w``, and the performance meant.
+) -> tuple[Problem, Performance, Diagonal]:
+    """The question about the loop with a channel from ``z`` to ``w``, the performance, and the classes asked about.
 
     Parameters
     ----------
@@ -292,6 +299,7 @@ def gain_problem(
                 f"an L2 gain needs finite bounds, and a class is {one}; give two numbers, such as sector = [0, 10]"
             )
     asked = channel_problem(source, classes, kind="sector", criterion=criterion)
+    own = asked.classes
     if incremental:
         asked = replace(asked, classes=_differences(asked.classes))
     H = cast("MultivariablePlant", asked.plant)
@@ -301,7 +309,16 @@ def gain_problem(
     channel = NonlinearityClass.performance(_unit(whole, asked.classes, size))
     sizes = (*(len(block) for block in asked.classes.blocks), size)
     both = Diagonal((*asked.classes.classes, *[channel] * size), repeated=sizes)
-    return replace(asked, plant=whole, classes=both, known=()), found
+    return replace(asked, plant=whole, classes=both, known=()), found, own
+
+
+def _unbounded(found: StabilityBound, H: MultivariablePlant, size: int) -> bool:
+    """Whether constant gains leave a loop that is unstable, and minimal from ``w`` to ``z``: then no gain is finite."""
+    proof = {} if found.refutation is None else found.refutation.certificate["proof"]
+    if proof.get("method") != "linear-gains" or not all(isinstance(gain, str) for gain in proof["gains"]):
+        return False
+    gains = [Fraction(gain) for gain in proof["gains"]]
+    return not any(gains[-size:]) and every_state_seen(H, gains, size)
 
 
 def _differences(classes: Diagonal) -> Diagonal:

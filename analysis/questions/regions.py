@@ -524,7 +524,7 @@ def _of_signs(inside: Proved | None, outside: Refuted | None) -> RegionOfAttract
             sets=(),
             outside=beyond,
             area=(0.0, high),
-            reason="0 attracts no neighbourhood of it",
+            reason="no interval around 0 was found on which |x| falls",
         )
     ends = _interval(inside)
     length = ends[1] - ends[0]

@@ -325,6 +325,35 @@ def _observed(A: fmpq_mat, C: fmpq_mat) -> fmpq_mat:
     return fmpq_mat(kept)
 
 
+def every_state_seen(plant: MultivariablePlant, gains: Sequence[Fraction], size: int) -> bool:
+    """Whether the last inputs move, and the last outputs see, every state of ``mu = -K sigma``; by exact ranks.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The plant; of its channels the last have the gain 0.
+    gains : sequence of Fraction
+        The diagonal of ``K``.
+    size : int
+        How many of the channels are the last.
+    """
+    from flint import fmpq_mat
+
+    if not plant.order:
+        return True
+    A, B, C, D = (_flint(rows) for rows in (plant.A, plant.B, plant.C, plant.D))
+    m = len(gains)
+    K = _flint([[gain if i == j else Fraction(0) for j in range(m)] for i, gain in enumerate(gains)])
+    one = _flint([[Fraction(int(i == j)) for j in range(m)] for i in range(m)])
+    if (one + D * K).rank() < m:
+        return False
+    closed = (one + D * K).inv() * C
+    inner = A - B * K * closed
+    entering = (B - B * K * (one + D * K).inv() * D).transpose().tolist()[m - size :]
+    sides = ((inner, closed.tolist()[m - size :]), (inner.transpose(), entering))
+    return all(_observed(matrix, fmpq_mat(rows)).nrows() == plant.order for matrix, rows in sides)
+
+
 def _flint(rows: Sequence[Sequence[Fraction]]) -> fmpq_mat:
     from flint import fmpq, fmpq_mat
 

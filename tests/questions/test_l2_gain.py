@@ -387,3 +387,31 @@ def test_states_that_nobody_named_have_no_inputs(lure, tmp_path):
     assert "give it by A, B and C" in err
     with pytest.raises(InputError, match="give A, B, C and D"):
         l2_gain("1/(s+1)", [Sector(0, 1)], SEEN)
+
+
+@pytest.mark.parametrize(
+    ("plant", "performance", "low"),
+    [  # an eigenvalue at 1 that w does not move (T = 1/(s + 1 + g), at most 1), or no w at all, or one seen by both
+        (([[-1, 0], [0, 1]], [[1], [0]], [[1, 0]], [[0]]), {"Bw": [[1], [0]], "Cz": [[1, 0]]}, 0),
+        (([[1]], [[1]], [[1]], [[0]]), {"Bw": [[0]], "Cz": [[1]]}, 0),
+        (([[1]], [[1]], [[1]], [[0]]), {"Bw": [[1]], "Cz": [[1]]}, math.inf),
+    ],
+)
+def test_no_gain_is_called_infinite_unless_w_moves_and_z_sees_what_grows(plant, performance, low):
+    found = l2_gain(plant, [Sector(0, 1)], performance)
+    assert (found.gain.low, found.gain.high) == (low, math.inf)
+    assert str(found.verdict) == ("REFUTED" if low else "INCONCLUSIVE")
+    assert ("the gain may be finite" in str(found)) is not bool(low)
+
+
+def test_the_gain_of_differences_is_said_of_slopes_alone():
+    # a phi of the sector [0, 1] has steep pieces, where differences grow: only bounds of slopes bound them
+    found = l2_gain(LAG, [NonlinearityClass.slope_restricted(0, 1)], SEEN, incremental=True)
+    assert "with slope in [0, 1]" in str(found)
+    assert "sector" not in str(found)
+
+
+def test_what_the_theorem_assumes_is_said():
+    # sigma = y - D phi(sigma) with a cycle in D: nothing in the class says that it has one solution
+    plant = ([[-1, 0], [0, -2]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[0, F(1, 2)], [F(1, 2), 0]])
+    assert "exactly one solution" in str(l2_gain(plant, [Sector(0, 1)] * 2, {"Bw": [[1], [0]], "Cz": [[1, 0]]}))

@@ -103,10 +103,11 @@ def _choices(schema: Part, label: str) -> list[tuple[str, ...]]:
     for choice in schema["allOf"]:
         asked, then = choice["if"]["properties"], choice["then"]["properties"]
         if set(asked) == {"theorem"} and "proof" in then:
-            theorem = asked["theorem"]["const"]
+            named = asked["theorem"]
             system = then.get("system", {}).get("properties", {}).get("kind", {})
             cells = (_type(part, label) if part else "" for part in (system, then.get("multiplier"), then.get("proof")))
-            rows.append((f"``{theorem}``", *cells))
+            theorems = named["enum"] if "enum" in named else [named["const"]]
+            rows.append((", ".join(f"``{theorem}``" for theorem in theorems), *cells))
     return rows
 
 
