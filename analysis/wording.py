@@ -158,9 +158,9 @@ def destroys(shown: Refuted) -> str:
     moves = conclusion.endswith("converge to an equilibrium")
     does = "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
     verb, _, rest = does.partition(" ")
-    several = _method(shown) in ("linear-gains", "linear-members", *_MOVING) or " and the gains" in counterexample(
-        shown
-    )
+    said = counterexample(shown)
+    alone = said.startswith("phi = ") and " and " not in said
+    several = not alone and (_method(shown) in ("linear-gains", "linear-members", *_MOVING) or " and the gains" in said)
     return f"{verb[:-1]} {rest}" if several else does
 
 
@@ -179,7 +179,7 @@ def counterexample(shown: Refuted) -> str:
     if method == "linear-members":
         kinds = shown.certificate["laws"]["channels"]
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
-        words = [f"the gains {', '.join(_near(Fraction(gain)) for gain in own)}"] if own else []
+        words = [_linear(shown, [_near(Fraction(gain)) for gain in own])] if own else []
         return " and ".join(words + ["all-pass operators"] * bool(proof["operators"])) or "the linear loop"
     if method == "signal":
         return f"a disturbance of {len(proof['inputs'])} samples, from rest,"
@@ -189,7 +189,9 @@ def counterexample(shown: Refuted) -> str:
         late = f"a delay of {_near(Fraction(proof['delays'][1]))} in channel {i}"
         return f"{late} and the gains {', '.join(_near(Fraction(gain)) for gain in own)}" if own else late
     if method == "linear-gains":
-        return f"the gains {', '.join(_near(Fraction(gain)) for gain in proof['gains'])}"
+        kinds = shown.certificate["laws"]["channels"]
+        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if one.get("operator") != "performance"]
+        return _linear(shown, [_near(Fraction(gain)) for gain in own])
     if method in _MOVING:
         first, second = (", ".join(_near(Fraction(gain)) for gain in row) for row in proof["gains"][:2])
         more = f" and {len(proof['gains']) - 2} more" if len(proof["gains"]) > 2 else ""
@@ -212,6 +214,25 @@ def counterexample(shown: Refuted) -> str:
     if method == "orbit":
         return _graph(proof)
     return "a nonlinearity of the class"
+
+
+def _linear(shown: Refuted, gains: list[str]) -> str:
+    """The gains of several channels; beside a performance channel one gain may be alone."""
+    asked = any(one.get("operator") == "performance" for one in shown.certificate["laws"]["channels"])
+    return constant_gains(gains) if asked and gains else f"the gains {', '.join(gains)}"
+
+
+def constant_gains(gains: Sequence[str]) -> str:
+    """Constant gains in words: ``phi = 2 sigma``, ``phi = 0``, or of several channels ``the constant gains 0.5, 0``.
+
+    Parameters
+    ----------
+    gains : sequence of str
+        The gains as they are to be read.
+    """
+    if len(gains) > 1:
+        return f"the constant gains {', '.join(gains)}"
+    return "phi = 0" if gains[0] == "0" else f"phi = {({'1': '', '-1': '-'}).get(gains[0], gains[0] + ' ')}sigma"
 
 
 def _method(shown: Refuted) -> str:

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lure.analysis.plots.style import BLUE, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.plots.style import BLUE, GREY, LEGEND, axes_or_new, finish_axes
 from lure.analysis.questions.gain import GainBound
+from lure.analysis.verdict import Verdict
+from lure.classes import DELAYS
 from lure.record import rounded
 
 if TYPE_CHECKING:
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
     from lure.arrays import Reals
 
-_MOST, _POINTS, _DECADES, _ROOM = 32, 600, 2, 1.45
+_MOST, _POINTS, _DECADES, _ROOM, _ROUNDING = 32, 600, 2, 1.45, 1e-9
 
 
 def plot_gain(found: GainBound, *, ax: Axes | None = None) -> Axes:
@@ -41,25 +43,19 @@ def plot_gain(found: GainBound, *, ax: Axes | None = None) -> Axes:
     """
     axes, H = axes_or_new(ax), found.plant
     low, high, top = found.gain.low, found.gain.high, 0.0
-    blocks = found.classes.blocks
-    ends = [[float(found.classes.lower[b[0]]), float(found.classes.upper[b[0]])] for b in blocks]
     omega = _frequencies(found)
+    extremes, largest = gain_curves(found, omega)
     label: str | None = "pieces of the ReLUs" if found.classes.rectified else "gains at the ends of the class"
-    for corner in islice(product(*ends), _MOST):
-        values = _gain(found, np.repeat(corner, [len(block) for block in blocks]), omega)
-        if values is not None:
-            axes.plot(omega, values, color=GREY, lw=0.9, label=label)
-            label, top = None, max(top, float(values.max()))
-    member = None if found.refutation is None else found.refutation.certificate["proof"]
-    if member is not None and math.isfinite(low) and "gains" in member and not member.get("operators"):
-        gains = np.array([float(Fraction(v)) for v in member["gains"][: len(found.classes.classes)]])
-        values = _gain(found, gains, omega)
-        if values is not None:
-            axes.plot(omega, values, color="black", lw=1.6, label=f"a member with more than {rounded(low, 'below', 4)}")
+    for values in extremes:
+        axes.plot(omega, values, color=GREY, lw=0.9, label=label)
+        label, top = None, max(top, float(values.max()))
+    if largest is not None:
+        axes.plot(omega, largest, color="black", lw=1.6, label=f"a member with more than {rounded(low, 'below', 4)}")
     if math.isfinite(high):
         axes.axhline(high, color=BLUE, lw=2, label=f"no member has more than {rounded(high, 'above', 4)}, certified")
     else:
-        axes.plot([], [], color=VERMILLION, label="no bound is proved")
+        unstable = found.verdict is Verdict.REFUTED
+        axes.plot([], [], " ", label="a member is unstable: no bound" if unstable else "no bound is proved")
     if H.dt is None:
         axes.set_xscale("log")
     axes.set_ylim(0, _ROOM * max(top, low if math.isfinite(low) else 0.0, high if math.isfinite(high) else 0.0) or 1.0)
@@ -69,6 +65,32 @@ def plot_gain(found: GainBound, *, ax: Axes | None = None) -> Axes:
     finish_axes(axes)
     axes.legend(loc="upper left", **LEGEND)
     return axes
+
+
+def gain_curves(found: GainBound, omega: Reals | None = None) -> tuple[list[Reals], Reals | None]:
+    """What :func:`plot_gain` draws of stable members: with extreme gains, and that of ``gain.low`` if there is one.
+
+    Parameters
+    ----------
+    found : GainBound
+        The answer.
+    omega : ndarray (k,), optional
+        Frequencies [rad/s], in discrete time [rad per sample]; by default those of the figure.
+    """
+    omega = _frequencies(found) if omega is None else omega
+    classes = found.classes
+    ends = [
+        [1.0] if classes.classes[b[0]].operator in DELAYS else [float(classes.lower[b[0]]), float(classes.upper[b[0]])]
+        for b in classes.blocks
+    ]
+    sizes = [len(block) for block in classes.blocks]
+    extremes = [_gain(found, np.repeat(corner, sizes), omega) for corner in islice(product(*ends), _MOST)]
+    member = None if found.refutation is None else found.refutation.certificate["proof"]
+    largest = None
+    if member is not None and math.isfinite(found.gain.low) and "gains" in member and not member.get("operators"):
+        gains = np.array([float(Fraction(v)) for v in member["gains"][: len(classes.classes)]])
+        largest = _gain(found, gains, omega)
+    return [values for values in extremes if values is not None], largest
 
 
 def _frequencies(found: GainBound) -> Reals:
@@ -92,7 +114,8 @@ def _gain(found: GainBound, gains: Reals, omega: Reals) -> Reals | None:
     Ac, Bw = A - B[:, :m] @ turn @ C[:m], B[:, m:] - B[:, :m] @ turn @ D[:m, m:]
     Cz, Dzw = C[m:] - D[m:, :m] @ turn @ C[:m], D[m:, m:] - D[m:, :m] @ turn @ D[:m, m:]
     poles, discrete = np.linalg.eigvals(Ac), found.plant.dt is not None
-    if (np.abs(poles).max() - 1 if discrete else poles.real.max()) >= 0:
+    size = np.abs(poles).max(initial=0.0)  # a pole on the axis may be rounded to either side
+    if (size - 1 if discrete else poles.real.max(initial=-1.0)) >= -_ROUNDING * size:
         return None
     points = np.exp(1j * omega) if discrete else 1j * omega
     states = np.linalg.solve(points[:, None, None] * np.eye(count) - Ac, Bw.astype(complex))

@@ -65,8 +65,8 @@ def plot_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
         axes.plot(*inside, "o", color="black", mfc="white", ms=6, label="asked about", zorder=4)
     axes.set_xlim(low[0], ends[0])
     axes.set_ylim(low[1], ends[1])
-    axes.set_xlabel("k₁, upper bound in channel 1")
-    axes.set_ylabel("k₂, upper bound in channel 2")
+    axes.set_xlabel(found.bounded[0])
+    axes.set_ylabel(found.bounded[1])
     finish_axes(axes)
     axes.legend(loc="upper right", **LEGEND)
     return axes

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lure.analysis.counterexamples.channel_switching import GainsAround
-from lure.analysis.plots.style import BLUE, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.plots.style import BLUE, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, room_below
 from lure.analysis.questions.decay import RateBound
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -63,10 +63,12 @@ def plot_rate(found: RateBound, *, ax: Axes | None = None) -> Axes:
     else:
         axes.axvline(0, color="black", lw=0.7)
     axes.margins(_ROOM)
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(room_below(bottom, top, len(axes.get_legend_handles_labels()[1])), top)
     axes.set_xlabel("Re z [1]" if discrete else "Re s [1/s]")
     axes.set_ylabel("Im z [1]" if discrete else "Im s [rad/s]")
     finish_axes(axes)
-    axes.legend(loc="upper left", **LEGEND)
+    axes.legend(loc="lower left", **LEGEND)
     return axes
 
 

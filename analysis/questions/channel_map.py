@@ -12,7 +12,7 @@ from lure.analysis.drawing import drawing
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions.answers import answer
 from lure.analysis.verdict import Evidence, Verdict
-from lure.classes import Diagonal
+from lure.classes import DELAYS, Diagonal
 from lure.errors import InputError
 from lure.record import Record, quantity
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lure.analysis.drawing import Axes
     from lure.analysis.questions.largest import StabilityBound
     from lure.analysis.questions.problem import Problem
+    from lure.plants.multivariable import MultivariablePlant
 
 _DIRECTIONS = (-5.0, -2.5, -1.0, 0.0, 1.0, 2.5, 5.0)  # powers of 2 of k2/k1, beside that of the classes asked about
 _FEW = (-2.5, 0.0, 2.5)  # of gains that change slowly, which take seconds each
@@ -52,6 +53,11 @@ class StabilityMap(Record):
     lower: tuple[Fraction, Fraction] = quantity("where the classes begin")
     asked: tuple[Fraction, Fraction] = quantity("the upper bounds asked about")
     rays: tuple[Ray, ...] = quantity("from channel 1 to channel 2", dims="ray", each=Ray)
+    bounded: tuple[str, str] = quantity(
+        "what is bounded, for the drawing",
+        hidden=True,
+        default=("k₁, upper bound in channel 1", "k₂, upper bound in channel 2"),
+    )
     evidence: Evidence = quantity("of both regions", default=Evidence.CERTIFIED)
     _kind = "stability map"
     _title = "Upper bounds of two nonlinearities"
@@ -145,9 +151,15 @@ def stability_map(
             classes = _towards(problem.classes, direction)
             same = [row for row in known if row.classes == classes and row.stopped is None]
             found = same[0] if same else answer(replace(problem, classes=classes, kind="sector", known=()))
-            rays.append(_ray(direction, cast("StabilityBound", found)))
-    lower = problem.classes.lower
-    return StabilityMap(lower=(lower[0], lower[1]), asked=(k1, k2), rays=tuple(rays))
+            rays.append(_ray(direction, cast("StabilityBound", found), problem.classes))
+    late = [one.operator in DELAYS for one in problem.classes.classes]
+    lower = [Fraction(0) if own else end for own, end in zip(late, problem.classes.lower, strict=True)]
+    unit = "s" if cast("MultivariablePlant", problem.plant).dt is None else "samples"
+    words = [
+        f"delay bound in channel {i} [{unit}]" if own else f"k{'₁₂'[i - 1]}, upper bound in channel {i}"
+        for i, own in enumerate(late, 1)
+    ]
+    return StabilityMap(lower=(lower[0], lower[1]), asked=(k1, k2), rays=tuple(rays), bounded=(words[0], words[1]))
 
 
 def _towards(classes: Diagonal, ends: tuple[Fraction, Fraction]) -> Diagonal:
@@ -156,7 +168,8 @@ def _towards(classes: Diagonal, ends: tuple[Fraction, Fraction]) -> Diagonal:
     return Diagonal(tuple(one.scaled(end / high) for one, end, high in pairs))
 
 
-def _ray(direction: tuple[Fraction, Fraction], found: StabilityBound) -> Ray:
+def _ray(direction: tuple[Fraction, Fraction], found: StabilityBound, classes: Diagonal) -> Ray:
+    """What is known in a direction; an operator is no gain, and refuted with all of its class."""
     proof, against = found.proof, found.refutation
     proved, refuted = list[float | None]([None, None]), list[float | None]([None, None])
     if proof is not None:
@@ -165,7 +178,11 @@ def _ray(direction: tuple[Fraction, Fraction], found: StabilityBound) -> Ray:
     if against is not None:
         gains = against.certificate["proof"]["gains"]  # of gains that jump those of each stay
         stays = gains if isinstance(gains[0], list) else [gains]
-        refuted = [double_above(max(Fraction(row[i]) for row in stays)) for i in range(2)]
+        whole = [Fraction(found.refuted_at or 0) * end for end in direction]
+        refuted = [
+            double_above(whole[i] if one.operator else max(Fraction(row[i]) for row in stays))
+            for i, one in enumerate(classes.classes)
+        ]
     return Ray(
         k1=float(direction[0]),
         k2=float(direction[1]),

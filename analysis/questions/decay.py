@@ -21,14 +21,14 @@ from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
-from lure.analysis.questions.decay_channels import SeveralChannels, accepted, jumps
+from lure.analysis.questions.decay_channels import SeveralChannels, accepted, gains_of, growth_of, jumps
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
 from lure.analysis.theorems.table import BEST
 from lure.analysis.theorems.weighted import WeightedKernels, WeightedTaps, closest
 from lure.analysis.theorems.zames_falb_discrete import NAME as ZAMES_FALB
 from lure.analysis.verdict import Verdict
-from lure.analysis.wording import class_words
+from lure.analysis.wording import class_words, constant_gains
 from lure.arrays import np
 from lure.errors import InputError
 from lure.plants.conversion import rational_if_moderate
@@ -133,7 +133,7 @@ class RateBound(Record):
             said = f"Every solution satisfies |x(t)| <= c |x(0)| {falls} with one c for {self.nonlinearity_class}"
             said += f" ({self.criterion}, certified)"
         if self.refutation is not None:
-            said += f"; {self.witness} a solution decays no faster than {self._like(_rate_of(self.refutation))}"
+            said += f"; {self.witness} a solution {self._slow(self.refutation)}"
         return f"{said}. {UNFINISHED[self.stopped] if self.stopped else ''}".rstrip()
 
     def _like(self, rate: Fraction, *, proved: bool = False) -> str:
@@ -141,6 +141,15 @@ class RateBound(Record):
         if self.time == "discrete":
             return f"{(bound_above if proved else bound_below)(rate)}^t"
         return f"exp(-{(bound_below if proved else bound_above)(rate)} t)" if rate else "a constant"
+
+    def _slow(self, shown: Refuted) -> str:
+        """What a solution of a member does."""
+        rate, growth = _rate_of(shown), growth_of(shown.certificate)
+        if growth is not None:
+            return f"grows like exp({bound_below(growth)} t)"
+        if self.time == "discrete" and rate > 1:
+            return f"grows like {self._like(rate)}"
+        return f"decays no faster than {self._like(rate)}"
 
     def _page(self) -> Page:
         unit = "per sample" if self.time == "discrete" else "1/s"
@@ -506,6 +515,6 @@ def _rate_of(shown: Proved | Refuted) -> Fraction:
 def _member(shown: Refuted) -> str:
     """The member of a refutation in words."""
     proof = shown.certificate["proof"]
-    if "gain" in proof:
-        return f"with phi = {bound_below(Fraction(proof['gain']))} sigma"
+    if "gain" in proof or proof["method"] == "linear-gains":
+        return f"with {constant_gains([bound_below(gain) for gain in gains_of(shown.certificate)])}"
     return "with gains that jump" if "switch" in proof["method"] else "with a piecewise linear phi of the class"

@@ -138,7 +138,9 @@ class GainBound(Record):
             return f"No {self._name} is finite for {self.classes}: {self.witness}."
         above = ""
         if low > 0:
-            above = f"; a member has a gain above {bound_below(low)}: {self.witness.partition(' give')[0].rstrip(',')}"
+            member = self.witness.partition(" give")[0].rstrip(",")
+            joined = ", with" if member.startswith(("phi = ", "the constant gains ")) else ":"
+            above = f"; a member has a gain above {bound_below(low)}{joined} {member}"
         if self.verdict is Verdict.PROVED:
             given = ", ".join(filter(None, (str(self.classes), self.assumed)))
             said = f"The {self._name} is at most {bound_above(high)} for {given}"

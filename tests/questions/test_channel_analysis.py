@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -140,10 +141,10 @@ def test_gains_that_jump_refute_where_all_of_them_are_members():
         proof, criterion = None, ""
         refutation = Shown([["1", "1/2"], ["0", "3"]])
 
-    ray = channel_map._ray((1, 2), Found)
+    ray = channel_map._ray((1, 2), Found, RING.classes)
     assert (ray.refuted_k1, ray.refuted_k2) == (1, 3)
     Found.refutation = Shown(["2", "0"])
-    assert channel_map._ray((1, 2), Found).refuted_k1 == 2
+    assert channel_map._ray((1, 2), Found, RING.classes).refuted_k1 == 2
 
 
 # every linear gain is stable, and tanh makes the loop oscillate (Fitts): a class of constant gains is not one of slopes
@@ -156,3 +157,18 @@ def test_a_class_of_constant_gains_in_one_channel_is_decided_by_root_counts():
     assert delayed.verdict is Verdict.PROVED  # by a criterion for sectors
     with pytest.raises(InputError, match="constant gains that are not odd"):
         NonlinearityClass(sector=Sector(0, 1), linear=True)
+
+
+def test_the_map_of_a_delay_begins_at_no_delay(monkeypatch):
+    # channel 2 alone: 1 + 4 e^(-tau s)/(s + 1), |4/(i w + 1)| = 1 at w = sqrt(15): unstable from
+    # tau = (pi - atan(sqrt(15)))/sqrt(15) on; channel 1 is stable for every bound
+    monkeypatch.setattr(channel_map, "_DIRECTIONS", (0.0,))
+    plant = as_plant([["1/(s+1)", "0"], ["0", "4/(s+1)"]])
+    map_ = analyse(plant, [SlopeBounds(0, 1), NonlinearityClass.delayed(0.2)]).map
+    limit = (np.pi - np.arctan(15**0.5)) / 15**0.5
+    assert map_.lower == (0, 0)
+    assert [ray.proved_k2 < limit for ray in map_.rays] == [True]
+    assert [ray.refuted_k2 == pytest.approx(limit, rel=1e-3) and ray.refuted_k2 > limit for ray in map_.rays] == [True]
+    axes = plot_map(map_, ax=Figure().add_subplot())
+    assert axes.get_ylim()[0] == 0 < axes.get_ylim()[1]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("k₁, upper bound in channel 1", "delay bound in channel 2 [s]")

@@ -375,6 +375,9 @@ def test_the_drawing_has_both_rates(gradient, friction):
         labels = axes.get_legend_handles_labels()[1]
         assert ["certified" in label for label in labels] == [False, True, False]
         ends = [max(one.get_xdata(), key=abs) for one in axes.get_lines()]
+        eigenvalues = axes.get_lines()[0].get_ydata()
+        bottom, top = axes.get_ylim()
+        assert bottom < min(eigenvalues) - 0.15 * (top - bottom)  # where the legend stands
         assert any(abs(end) == pytest.approx(abs(line)) for end in ends)
 
 
@@ -399,3 +402,27 @@ def test_random_loops_are_not_contradicted(seed):
     found = decay_rate(RationalPlant(top, bottom, dt=dt), laws)
     assert found.rate.low <= found.rate.high
     assert all(recheck(dict(shown.certificate)).accepted for shown in shown_of(found))
+
+
+# s^2 - 1 + phi (3 + 4 s): with phi = 0 the eigenvalue 1; s - 1 + phi: 1 - k, so 1/2 with phi = sigma/2; z - 1 + 3/2 phi
+@pytest.mark.parametrize(
+    ("plant", "ends", "said"),
+    [
+        (RationalPlant([4, 3], [1, 0, -1]), (0, 1), "with phi = 0 a solution grows like exp(1 t)"),
+        (RationalPlant([1], [1, -1]), (F(1, 2), 2), "with phi = 0.5 sigma a solution grows like exp(0.5 t)"),
+        (RationalPlant([F(3, 2)], [1, -1], dt=1), (1, 2), "with phi = 2 sigma a solution grows like 2^t"),
+        (RationalPlant([1], [1, 0]), (0, 1), "with phi = 0 a solution decays no faster than a constant"),
+        (RationalPlant([1], [1, 1]), (-1, 0), "with phi = -sigma a solution decays no faster than a constant"),
+        (RationalPlant([1], [1, 3]), (-1, 1), "with phi = -sigma a solution decays no faster than exp(-2 t)"),
+    ],
+)
+def test_what_a_solution_of_the_slowest_member_does_is_said(plant, ends, said):
+    assert said in str(decay_rate(plant, Sector(*ends)))
+
+
+def test_constant_gains_of_two_channels_that_grow():
+    # x1' = x1 - phi_1, x2' = -4 x2 - phi_2: 1 with phi_1 = 0, whatever the other is
+    plant = ([[1, 0], [0, -4]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[0, 0], [0, 0]])
+    found = str(decay_rate(plant, [Sector(0, 1), Sector(F(1, 2), 1)]))
+    assert "with the constant gains 0, " in found
+    assert found.endswith("a solution grows like exp(1 t).")

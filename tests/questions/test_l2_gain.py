@@ -9,12 +9,15 @@ from importlib import resources
 import jsonschema
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant
 from lure.analysis import l2_gain
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.plots.gains import gain_curves, plot_gain
+from lure.analysis.report.loop.asked import ASKED
 from lure.files import find_system
 from lure.files.loop import loop_to_toml
 from lure.plants.performance import Performance
@@ -415,3 +418,25 @@ def test_what_the_theorem_assumes_is_said():
     # sigma = y - D phi(sigma) with a cycle in D: nothing in the class says that it has one solution
     plant = ([[-1, 0], [0, -2]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[0, F(1, 2)], [F(1, 2), 0]])
     assert "exactly one solution" in str(l2_gain(plant, [Sector(0, 1)] * 2, {"Bw": [[1], [0]], "Cz": [[1, 0]]}))
+
+
+def test_the_figure_and_the_sentence_leave_out_an_unstable_member():
+    # x' = x - phi + w, z = x: 1 - k, unstable with phi = 0, with phi = 2 sigma 1/(s + 1)
+    found = l2_gain(([[1]], [[1]], [[1]], [[0]]), [Sector(0, 2)], {"Bw": [[1]], "Cz": [[1]]})
+    assert str(found).endswith(": phi = 0 destabilises the loop.")
+    extremes, largest = gain_curves(found)
+    assert len(extremes) == 1
+    assert max(extremes[0]) == pytest.approx(1, rel=1e-3)
+    assert largest is None
+    (_, unbounded), words = plot_gain(found, ax=Figure().add_subplot()).get_legend_handles_labels()
+    assert words == ["gains at the ends of the class", "a member is unstable: no bound"]
+    assert unbounded.get_linestyle() == "None"
+    assert caption_of("gain", found) == "Grey: stable linear members, in floating point."
+    # x' = -x - phi + w: at most 1, with phi = 0
+    stable = l2_gain(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 2)], {"Bw": [[1]], "Cz": [[1]]})
+    assert ", with phi = 0. " in f"{stable} "
+    assert caption_of("gain", stable).startswith("Grey and black: stable")
+
+
+def caption_of(name, found):
+    return ASKED[name].caption(found)

@@ -2,45 +2,76 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
 from lure.analysis.certificates.checker import Checked
+from lure.analysis.plots.gains import gain_curves
+from lure.analysis.plots.regions import flow_drawn
 from lure.analysis.questions import decay_rate, l2_gain
-from lure.analysis.questions.regions import region
+from lure.analysis.questions.decay import RateBound
+from lure.analysis.questions.gain import GainBound
+from lure.analysis.questions.regions import RegionOfAttraction, region
 from lure.analysis.report.parts import FigureSpec
 from lure.errors import AssumptionError, InputError
 from lure.extensions import extension
 from lure.files.system import LoopSystem
 
-_GAIN = (
-    "Grey and black: linear members, in floating point. Blue: what the gain of no member exceeds, linear or not, for "
-    "any disturbance of finite energy."
-)
-_REGION = (
-    "Blue: every solution that starts there tends to 0. Hatched: none that starts there does. White: nothing is known. "
-    "Grey: the field, black: some solutions, both in floating point."
-)
 
-_RATE = (
-    "Grey: eigenvalues with constant gains of the class, in floating point. Blue: what every solution of every member "
-    "decays at least as fast as, certified. Red: a member that is no faster."
-)
+def _gain(found: GainBound) -> str:
+    """What the figure of a gain shows."""
+    extremes, largest = gain_curves(found)
+    colours = [name for name, drawn in (("grey", extremes), ("black", largest is not None)) if drawn]
+    words = []
+    if colours:
+        words.append(f"{' and '.join(colours).capitalize()}: stable linear members, in floating point.")
+    if math.isfinite(found.gain.high):
+        words.append("Blue: what the gain of no member exceeds, linear or not, for any disturbance of finite energy.")
+    return " ".join(words)
+
+
+def _rate(found: RateBound) -> str:
+    """What the figure of a rate shows."""
+    words = []
+    if found.proof is not None or found.refutation is not None:
+        words.append("Grey: eigenvalues with constant gains of the class, in floating point.")
+    if found.proof is not None:
+        words.append("Blue: what every solution of every member decays at least as fast as, certified.")
+    if found.refutation is not None:
+        words.append("Red: a member that is no faster.")
+    return " ".join(words)
+
+
+def _region(found: RegionOfAttraction) -> str:
+    """What the figure of a region shows."""
+    whole = any(one.P is None and one.interval is None for one in found.sets)
+    words = ["Blue: every solution that starts there tends to 0."] if found.sets else []
+    if found.outside:
+        words.append("Hatched: none that starts there does.")
+    if not whole:
+        words.append("White: nothing is known.")
+    field, solutions = flow_drawn(found)
+    drawn = [text for text, seen in (("grey: the field", field), ("black: some solutions", solutions)) if seen]
+    if drawn:
+        text = ", ".join(drawn)
+        words.append(f"{text[0].upper()}{text[1:]}, {'both ' * (len(drawn) > 1)}in floating point.")
+    return " ".join(words)
 
 
 class Row(NamedTuple):
-    """A question: its title, who answers it about a system, and the caption of the figure."""
+    """A question: its title, who answers it about a system, and the caption of what its figure shows."""
 
     title: str
     answer: Callable[..., Any]
-    caption: str = ""
+    caption: Callable[[Any], str]
 
 
 ASKED: Mapping[str, Row] = {
-    "gain": Row("How much of a disturbance comes through", l2_gain, _GAIN),
-    "rate": Row("How fast every solution decays", decay_rate, _RATE),
-    "region": Row("From where the loop recovers", region, _REGION),
+    "gain": Row("How much of a disturbance comes through", l2_gain, _gain),
+    "rate": Row("How fast every solution decays", decay_rate, _rate),
+    "region": Row("From where the loop recovers", region, _region),
 }
 
 
@@ -115,4 +146,4 @@ def pictures(found: Mapping[str, Any]) -> Iterator[FigureSpec]:
         draw = extension("drawing", one)
         if draw is not None:
             title, _, caption = ASKED[name]
-            yield FigureSpec(name=name, section="asked", title=title, caption=caption, draw=partial(draw, one))
+            yield FigureSpec(name=name, section="asked", title=title, caption=caption(one), draw=partial(draw, one))
