@@ -178,11 +178,11 @@ def _ray(direction: tuple[Fraction, Fraction], found: StabilityBound, classes: D
     if against is not None:
         gains = against.certificate["proof"]["gains"]  # of gains that jump those of each stay
         stays = gains if isinstance(gains[0], list) else [gains]
-        whole = [Fraction(found.refuted_at or 0) * end for end in direction]
-        refuted = [
-            double_above(whole[i] if one.operator else max(Fraction(row[i]) for row in stays))
-            for i, one in enumerate(classes.classes)
-        ]
+        for i, one in enumerate(classes.classes):
+            if not one.operator:
+                refuted[i] = double_above(max(Fraction(row[i]) for row in stays))
+            elif found.refuted_at is not None:
+                refuted[i] = double_above(Fraction(found.refuted_at) * direction[i])
     return Ray(
         k1=float(direction[0]),
         k2=float(direction[1]),
