@@ -18,7 +18,7 @@ from sphinx.util import logging
 from lure_docs.listing import home, resolved
 
 _LOG = logging.getLogger(__name__)
-_THEIRS = ("control", "hypothesis", "matplotlib", "numpy", "scipy", "sympy", "xarray", "collections", "typing")
+_THEIRS = ("abc", "control", "hypothesis", "matplotlib", "numpy", "scipy", "sympy", "xarray", "collections", "typing")
 _TYPES = ("class", "exception", "data", "type")
 
 
