@@ -13,6 +13,7 @@ from importlib import resources
 import jsonschema
 import numpy as np
 import pytest
+from tampering import assert_both_reject
 
 from lure import NonlinearityClass, as_plant, max_slope
 from lure.analysis.certificates import frequencies
@@ -401,13 +402,6 @@ def test_a_multiplier_for_a_constant_gain_is_for_no_other_class(beside, change):
     certificate = copy.deepcopy(dict(beside.proof.certificate))
     certificate["laws"]["channels"][0] |= change
     assert_both_reject(certificate)
-
-
-def assert_both_reject(certificate):
-    text = json.dumps(certificate)
-    with pytest.raises((Rejected, Malformed)):
-        check(text, draft=True)
-    assert not recheck(text).accepted
 
 
 def test_kernels_of_a_constant_gain_with_other_signs_are_rejected_by_both(beside):

@@ -1,6 +1,5 @@
 """Gains that change slowly: what is proved and refuted, and what both checkers reject."""
 
-import copy
 import json
 import math
 from fractions import Fraction as F
@@ -9,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from tampering import assert_both_reject, edited
 
 from lure import NonlinearityClass, Sector, as_plant, certify, max_sector
-from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.balls import ramp
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
@@ -154,23 +153,6 @@ def test_in_discrete_time_v_falls_for_random_steps_of_the_gain(sampled):
         assert np.linalg.eigvalsh(fall).min() > 0
 
 
-def assert_both_reject(certificate):
-    text = json.dumps(certificate)
-    with pytest.raises((Rejected, Malformed)):
-        check(text, draft=True)
-    assert not recheck(text).accepted
-
-
-def edited(given, path, change):
-    certificate = copy.deepcopy(given)
-    *inner, last = path
-    part = certificate
-    for key in inner:
-        part = part[key]
-    part[last] = change(part[last]) if callable(change) else change
-    return certificate
-
-
 CHANNEL = ("laws", "channels", 0)
 
 
@@ -198,7 +180,7 @@ CHANNEL = ("laws", "channels", 0)
     ],
 )
 def test_a_proof_that_was_tampered_with_is_rejected_by_both(proof, path, change):
-    assert_both_reject(edited(proof, path, change))
+    assert_both_reject(edited(proof, *path, value=change))
 
 
 @pytest.mark.parametrize(
@@ -212,7 +194,7 @@ def test_a_proof_that_was_tampered_with_is_rejected_by_both(proof, path, change)
     ],
 )
 def test_a_proof_about_gains_and_nonlinearities_that_was_tampered_with_is_rejected_by_both(mixed, path, change):
-    assert_both_reject(edited(mixed, path, change))
+    assert_both_reject(edited(mixed, *path, value=change))
 
 
 @pytest.mark.parametrize(
@@ -228,11 +210,11 @@ def test_a_proof_about_gains_and_nonlinearities_that_was_tampered_with_is_reject
     ],
 )
 def test_a_refutation_that_was_tampered_with_is_rejected_by_both(refutation, path, change):
-    assert_both_reject(edited(refutation, path, change))
+    assert_both_reject(edited(refutation, *path, value=change))
 
 
 def test_a_step_in_discrete_time_is_no_larger_than_the_rate(sampled):
-    assert_both_reject(edited(sampled, (*CHANNEL, "rate"), "1/2"))
+    assert_both_reject(edited(sampled, *CHANNEL, "rate", value="1/2"))
 
 
 # Y' = (0, 1; -t, 0) Y: its first column solves Airy's y'' = -t y; y = 1 - t^3/6 + t^6/180 - ..

@@ -5,10 +5,10 @@ import json
 from fractions import Fraction as F
 
 import pytest
+from tampering import assert_both_reject, edited
 
 from lure import SlopeBounds
 from lure.analysis import max_slope
-from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.plants.multivariable import MultivariablePlant
@@ -38,23 +38,6 @@ def test_two_loops_side_by_side_are_proved_as_far_as_one(found):
     assert recheck(text).accepted
 
 
-def assert_both_reject(certificate):
-    text = json.dumps(certificate)
-    with pytest.raises((Rejected, Malformed)):
-        check(text, draft=True)
-    assert not recheck(text).accepted
-
-
-def edited(found, *path, value):
-    certificate = copy.deepcopy(dict(found.proof.certificate))
-    *inner, last = path
-    part = certificate
-    for key in inner:
-        part = part[key]
-    part[last] = value(part[last]) if callable(value) else value
-    return certificate
-
-
 @pytest.mark.parametrize(
     ("path", "value"),
     [
@@ -75,7 +58,7 @@ def edited(found, *path, value):
     ],
 )
 def test_what_was_tampered_with_is_rejected_by_both(found, path, value):
-    assert_both_reject(edited(found, *path, value=value))
+    assert_both_reject(edited(found.proof.certificate, *path, value=value))
 
 
 # P has either sign, so that a mode which nothing sees or drives can satisfy the inequality and grow: x+ = 2 x with

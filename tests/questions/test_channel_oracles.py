@@ -70,7 +70,7 @@ def ends(found):
     return found.largest.low, np.inf if found.refuted_at is None else found.refuted_at
 
 
-def agree(found, low, high, rel=1e-3):
+def assert_agreement(found, low, high, rel=1e-3):
     """What is proved is no weaker than is known, and what is known to be stable is not refuted, nor conversely."""
     proved, refuted = ends(found)
     assert min(low, FAR) * (1 - rel) <= proved <= high * (1 + 1e-9)
@@ -91,7 +91,7 @@ def test_channels_that_do_not_interact_have_the_least_of_their_answers(discrete,
     turn, scale = np.random.default_rng(seeds[0]).permutation(len(parts)), np.array(scale[: len(parts)])
     plant = (A, B[:, turn] * scale, scale[:, None] * C[turn])
     found = asked(plant, [one(1 / s**2) for s in scale], discrete)
-    agree(found, min(low for low, _ in alone), min(high for _, high in alone))
+    assert_agreement(found, min(low for low, _ in alone), min(high for _, high in alone))
 
 
 # Two channels with mu_1/2 + mu_2/2 = mu and the same sigma: with phi in both it is the loop of phi, and the mean of
@@ -103,7 +103,7 @@ def test_a_duplicated_channel_changes_nothing(discrete, seed, kind):
     one = KINDS[kind](1)
     A, B, C = drawn(seed, 1 + seed % 3, 1, discrete)
     low, high = ends(asked((A, B, C), [one], discrete))
-    agree(asked((A, np.hstack([B, B]) / 2, np.vstack([C, C])), [one] * 2, discrete), low, high)
+    assert_agreement(asked((A, np.hstack([B, B]) / 2, np.vstack([C, C])), [one] * 2, discrete), low, high)
 
 
 # A Metzler (in discrete time nonnegative), B, C >= 0, and mu = -phi fed back with the other sign: |x| is at most the
@@ -120,7 +120,7 @@ def test_an_internally_positive_plant_has_the_answer_of_its_linear_gain(discrete
     gain = C @ np.linalg.solve(discrete * np.eye(n) - A, B)
     largest = np.abs(np.linalg.eigvals(gain)).max()
     assume(largest > 1e-3)
-    agree(asked((A, -B, C), [KINDS[kind](1)] * m, discrete), 1 / largest, 1 / largest)
+    assert_agreement(asked((A, -B, C), [KINDS[kind](1)] * m, discrete), 1 / largest, 1 / largest)
 
 
 # A = A', C = B': passive in continuous time, so that no factor ends it.  In discrete time A - B G B' is symmetric for
@@ -136,7 +136,7 @@ def test_a_symmetric_plant_has_the_answer_of_equal_gains(discrete, seed, kind):
     assume(growth(A, discrete) < -0.02 and B.any())
     largest = np.linalg.eigvalsh(B.T @ np.linalg.solve(np.eye(n) + A, B)).max() if discrete else 0
     exact = 1 / largest if largest > 0 else np.inf
-    agree(asked((A, B, B.T), [KINDS[kind](1)] * m, discrete), exact, exact)
+    assert_agreement(asked((A, B, B.T), [KINDS[kind](1)] * m, discrete), exact, exact)
 
 
 # H = h(s) M, M = Q diag(mu) Q* normal: with Lambda = 1 the inequality is 1/alpha + Re mu_i h > 0 for each mu_i, and the
@@ -157,7 +157,7 @@ def test_a_normal_matrix_times_a_scalar_splits_over_its_eigenvalues(discrete, se
     least = min((value * h).real.min() for value in own)
     assume(least < -1e-3)
     found = asked(plant, [KINDS["time-varying"](1)] * m, discrete)
-    agree(found, -1 / least * (1 - 1e-6), np.inf)
+    assert_agreement(found, -1 / least * (1 - 1e-6), np.inf)
     if growth(np.kron(A, one) - 2 * FAR * np.kron(b @ c, M), discrete) < 0:
         return  # no gain destabilises: the boxes become many
     proved, refuted = ends(

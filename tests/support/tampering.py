@@ -1,0 +1,32 @@
+"""What tests of tampering share: a certificate with a change, which neither checker may accept."""
+
+import json
+
+import pytest
+
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.second.opinion import recheck
+
+
+def edited(certificate, *path, value):
+    """A copy of a certificate with one part set to a value, or to what a function makes of it."""
+    found = part = json.loads(json.dumps(dict(certificate)))
+    *inner, last = path
+    for key in inner:
+        part = part[key]
+    part[last] = value(part[last]) if callable(value) else value
+    return found
+
+
+def assert_both_reject(certificate, *, stored=False):
+    """Neither checker accepts it: the first not even as a draft, whose stored findings do not count.
+
+    With ``stored`` the change is in these findings, so that a draft would be right.
+    """
+    text = json.dumps(certificate)
+    with pytest.raises((Rejected, Malformed)):
+        check(text, draft=not stored)
+    with pytest.raises((Rejected, Malformed)):
+        check(text)
+    assert not recheck(text).accepted
