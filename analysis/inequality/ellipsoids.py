@@ -188,29 +188,12 @@ def _solved(
     for _, part in lower:
         part[:, beside, below] = part[:, below, beside]
     blocks = [spread(lower, order)]
-    for i, own in enumerate(local):
-        strip = np.zeros((count, n + 1, n + 1))
-        strip[:s, :n, :n] = basis
-        if own.limit is not None:
-            strip[s : s + len(Y), n, :n] = Y[:, i]
-        else:
-            strip[:s, n, :n] = plant[2][i] @ basis
-        strip[:, :n, n] = strip[:, n, :n]
-        constant = np.zeros((n + 1, n + 1))
-        constant[n, n] = (own.reach if own.limit is None else own.limit) ** 2
-        blocks.append(Block(constant, strip))
+    blocks += [_limited(own, count, basis, (s, Y[:, i]), plant[2][i]) for i, own in enumerate(local)]
     cost, logarithms = np.zeros(count), list[tuple[int, int]]()
-    if points is None:  # log det W >= sum log z_ii for a lower triangle Z with [[W, Z], [Z', diag Z]] >= 0
-        rows, columns = np.tril_indices(n)
-        slopes, at = np.zeros((count, 2 * n, 2 * n)), k + m
-        slopes[:s, :n, :n] = basis
-        for z, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
-            slopes[at + z, row, n + column] = slopes[at + z, n + column, row] = 1.0
-            if row == column:
-                slopes[at + z, n + row, n + row] = 1.0
-                logarithms.append((at + s + row, at + z))
-        blocks.append(Block(np.zeros((2 * n, 2 * n)), slopes))
-        cost[at + s :] = 1.0
+    if points is None:
+        block, logarithms = _log_det(count, basis, k + m)
+        blocks.append(block)
+        cost[k + m + s :] = 1.0
     else:
         cost[-1] = -1.0
         for point in points:
@@ -233,6 +216,38 @@ def _solved(
     P = np.linalg.inv(W)
     h = np.tensordot(found[s:k], Y, 1) @ P if free else np.zeros((m, n))
     return Ellipsoid((P + P.T) / 2, 1 / found[k : k + m], h)
+
+
+def _limited(own: Local, count: int, basis: Matrix, free: tuple[int, Matrix], row: Matrix) -> Block:
+    """``|h x| <= limit``, or ``|c x| <= reach``, on the ellipsoid; ``h W`` are variables from a place on."""
+    n, (place, Y) = basis.shape[-1], free
+    strip = np.zeros((count, n + 1, n + 1))
+    strip[: len(basis), :n, :n] = basis
+    if own.limit is not None:
+        strip[place : place + len(Y), n, :n] = Y
+    else:
+        strip[: len(basis), n, :n] = row @ basis
+    strip[:, :n, n] = strip[:, n, :n]
+    constant = np.zeros((n + 1, n + 1))
+    constant[n, n] = (own.reach if own.limit is None else own.limit) ** 2
+    return Block(constant, strip)
+
+
+def _log_det(count: int, basis: Matrix, place: int) -> tuple[Block, list[tuple[int, int]]]:
+    """``log det W >= sum log z_ii`` for a lower triangle ``Z`` from a place on with ``[[W, Z], [Z', diag Z]] >= 0``.
+
+    ``W`` is made of the basis by the first variables; the logarithms follow the triangle.
+    """
+    n = basis.shape[-1]
+    rows, columns = np.tril_indices(n)
+    slopes, logarithms = np.zeros((count, 2 * n, 2 * n)), list[tuple[int, int]]()
+    slopes[: len(basis), :n, :n] = basis
+    for z, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+        slopes[place + z, row, n + column] = slopes[place + z, n + column, row] = 1.0
+        if row == column:
+            slopes[place + z, n + row, n + row] = 1.0
+            logarithms.append((place + len(rows) + row, place + z))
+    return Block(np.zeros((2 * n, 2 * n)), slopes), logarithms
 
 
 class Growth(NamedTuple):
@@ -307,16 +322,10 @@ def _grown(
         slopes[:s] = half + np.swapaxes(half, 1, 2) - rate * held
     slopes[np.arange(s, s + m), np.arange(n, n + m), np.arange(n, n + m)] = 1.0
     blocks = [Block(-margin * rate * np.eye(n + m), slopes)]
-    inner, (rows, columns) = np.zeros((count, 2 * k, 2 * k)), np.tril_indices(k)
-    inner[:s, :k, :k] = unstable.T @ basis @ unstable
-    logarithms, cost, at = list[tuple[int, int]](), np.zeros(count), s + m
-    for z, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
-        inner[at + z, row, k + column] = inner[at + z, k + column, row] = 1.0
-        if row == column:
-            inner[at + z, k + row, k + row] = 1.0
-            logarithms.append((at + corner + row, at + z))
-    blocks.append(Block(np.zeros((2 * k, 2 * k)), inner))
-    cost[at + corner :] = 1.0
+    block, logarithms = _log_det(count, unstable.T @ basis @ unstable, s + m)
+    blocks.append(block)
+    cost = np.zeros(count)
+    cost[s + m + corner :] = 1.0
     sums, zero = np.zeros((m + 1, count)), np.zeros(m + 1)
     sums[0, s : s + m] = 1.0
     sums[np.arange(1, m + 1), np.arange(s, s + m)] = -1.0

@@ -30,6 +30,15 @@ def test_what_was_asked_is_not_said_to_be_open(tmp_path):
     assert "a bound on the size of the solution, anything about external inputs" in said
 
 
+# 1/(s (s + 1) (s + 2)) with phi = 0 stays where it is: no rate is true of the sector [0, 1]
+def test_what_was_asked_and_not_proved_is_still_said_not_to_be_shown(tmp_path):
+    path = tmp_path / "loop.toml"
+    path.write_text(FILE.format("rate").replace("[1, 3, 2]", "[1, 3, 2, 0]"))
+    report = report_on(find_system(str(path)))
+    assert str(report.asked["rate"].verdict) == "REFUTED"
+    assert "Not shown: a rate of decay" in str(report)
+
+
 @pytest.mark.parametrize("question", ["region", "gain"])
 def test_a_question_without_an_answer_is_refused_by_its_key(tmp_path, question):
     # a region is one of a known nonlinearity, a gain one from w to z: the file has neither

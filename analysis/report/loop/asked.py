@@ -15,6 +15,7 @@ from lure.analysis.questions.decay import RateBound
 from lure.analysis.questions.gain import GainBound
 from lure.analysis.questions.regions import RegionOfAttraction, region
 from lure.analysis.report.parts import FigureSpec
+from lure.analysis.verdict import Verdict
 from lure.errors import AssumptionError, InputError
 from lure.extensions import extension
 from lure.files.system import LoopSystem
@@ -107,7 +108,7 @@ def answers(system: LoopSystem, seconds: float | None) -> dict[str, Any]:
 
 
 def not_answered(text: str, found: Mapping[str, Any]) -> str:
-    """What a verdict does not show, without what the answers beside it show.
+    """What a verdict does not show, without what answers beside it prove.
 
     Parameters
     ----------
@@ -116,8 +117,9 @@ def not_answered(text: str, found: Mapping[str, Any]) -> str:
     found : Mapping
         From :func:`answers`.
     """
-    for name in found:
-        text = text.replace(*_SHOWN.get(name, ("", "")))
+    for name, answer in found.items():
+        if answer.verdict is Verdict.PROVED:
+            text = text.replace(*_SHOWN.get(name, ("", "")))
     return text
 
 
