@@ -41,7 +41,11 @@ LOOPS = {
 }
 RODS = {"rod": {"damping": "1e-3"}, "pushed-rod": {"damping": "-1e-3"}, "free-rod": {"damping": "0"}}
 RODS |= {"bent-rod": {"exponent": "2"}}
-PASSING = re.compile(r"versions|seconds|command|sha256|residual|difference|simulation|confirmation|time_series")
+PASSING = re.compile(
+    r"versions|seconds|command|sha256|residual|difference|simulation|confirmation|time_series|witness\.data\.times"
+)
+# What doubles leave open differs between processors: rounding errors, and where a flat maximum is taken.
+LOOSE = re.compile(r"(?<=relative difference )\S+|(?<=with period )[\d.]+|(?<=each for so long \[s\]\n)\S+, \S+")
 LONG = re.compile(r"(?<![\w.^/])[-+]?(?=[\d.]{11})\d+\.\d+(?:e[-+]?\d+)?|[0-9a-f]{64}|[-+]?\d[\d.]*e-1[3-9]")
 
 
@@ -58,6 +62,11 @@ def short(text):
         return said + ("" if abs(off) > 1e-9 * abs(value) or off == 0 else "+" if off > 0 else "-")
 
     return LONG.sub(six, text)
+
+
+def rough(match):
+    """Numbers to two digits, and ``~0`` for a rounding error."""
+    return ", ".join(f"{float(number):.2g}" if float(number) > 1e-9 else "~0" for number in match[0].split(", "))
 
 
 def words(html):
@@ -121,7 +130,7 @@ def of_rod(changes):
 @pytest.mark.parametrize("name", [*LOOPS, *RODS])
 def test_what_is_said_is_what_was_approved(name):
     found = of_loop(LOOPS[name]) if name in LOOPS else of_rod(RODS[name])
-    said = "".join(f"---- {part}\n{short(text).rstrip()}\n" for part, text in found.items())
+    said = "".join(f"---- {part}\n{short(LOOSE.sub(rough, text)).rstrip()}\n" for part, text in found.items())
     kept = APPROVED / f"{name}.txt"
     if os.environ.get("LURE_APPROVE"):
         kept.write_text(said, encoding="utf-8")
