@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.classes import in_channels, operator_words
+from lure.record import exact_text
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -175,11 +176,11 @@ def counterexample(shown: Refuted) -> str:
     proof, method = shown.certificate["proof"], _method(shown)
     if method in ("linear-gain", "matrix-gain"):
         gain = Fraction(proof["gain"])
-        return "phi = 0" if gain == 0 else f"phi = {_near(gain)} sigma"
+        return linear_gain(gain)
     if method == "linear-members":
         kinds = shown.certificate["laws"]["channels"]
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
-        words = [_linear(shown, [_near(Fraction(gain)) for gain in own])] if own else []
+        words = [_linear(shown, own)] if own else []
         return " and ".join(words + ["all-pass operators"] * bool(proof["operators"])) or "the linear loop"
     if method == "signal":
         return f"a disturbance of {len(proof['inputs'])} samples, from rest,"
@@ -191,7 +192,7 @@ def counterexample(shown: Refuted) -> str:
     if method == "linear-gains":
         kinds = shown.certificate["laws"]["channels"]
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if one.get("operator") != "performance"]
-        return _linear(shown, [_near(Fraction(gain)) for gain in own])
+        return _linear(shown, own)
     if method in _MOVING:
         first, second = (", ".join(_near(Fraction(gain)) for gain in row) for row in proof["gains"][:2])
         more = f" and {len(proof['gains']) - 2} more" if len(proof["gains"]) > 2 else ""
@@ -216,10 +217,15 @@ def counterexample(shown: Refuted) -> str:
     return "a nonlinearity of the class"
 
 
-def _linear(shown: Refuted, gains: list[str]) -> str:
+def _linear(shown: Refuted, gains: Sequence[str]) -> str:
     """The gains of several channels; beside a performance channel one gain may be alone."""
+    exact = [Fraction(gain) for gain in gains]
     asked = any(one.get("operator") == "performance" for one in shown.certificate["laws"]["channels"])
-    return constant_gains(gains) if asked and gains else f"the gains {', '.join(gains)}"
+    if asked and len(exact) == 1:
+        return linear_gain(exact[0])
+    texts = [_near(gain) for gain in exact]
+    about = "" if [Fraction(text) for text in texts] == exact else "about "
+    return constant_gains([about + texts[0], *texts[1:]]) if asked else f"the gains {about}{', '.join(texts)}"
 
 
 def constant_gains(gains: Sequence[str]) -> str:
@@ -235,6 +241,23 @@ def constant_gains(gains: Sequence[str]) -> str:
     return "phi = 0" if gains[0] == "0" else f"phi = {({'1': '', '-1': '-'}).get(gains[0], gains[0] + ' ')}sigma"
 
 
+def linear_gain(gain: Fraction) -> str:
+    """A constant gain in words: exactly where that is short, else about; rounded it may behave otherwise.
+
+    Parameters
+    ----------
+    gain : Fraction
+        The gain.
+
+    Examples
+    --------
+    >>> linear_gain(Fraction(1)), linear_gain(Fraction(5, 2)), linear_gain(Fraction(10**9 + 1, 10**9))
+    ('phi = sigma', 'phi = 2.5 sigma', 'phi = k sigma with k about 1')
+    """
+    text = exact_text(gain, 7)
+    return constant_gains([text]) if Fraction(text) == gain else f"phi = k sigma with k about {text}"
+
+
 def _method(shown: Refuted) -> str:
     return str(shown.certificate["proof"]["method"])
 
@@ -244,7 +267,7 @@ def _graph(proof: Mapping[str, Any]) -> str:
     points = sorted((Fraction(x), Fraction(w)) for x, w in proof["points"])
     left, right = Fraction(proof["left"]), Fraction(proof["right"])
     if len(points) == 1 and left == right:
-        return f"phi = {_near(left)} sigma"
+        return linear_gain(left)
     inner = [(w - v) / (x - y) for (y, v), (x, w) in pairwise(points)]
     (first, at_first), (last, at_last) = points[0], points[-1]
     if left == right and first == -last and at_first == -at_last and len(set(inner)) == 1:

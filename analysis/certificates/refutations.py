@@ -32,6 +32,7 @@ from lure.analysis.numerics.doubles import double_above
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.verdict import Evidence, Witness
+from lure.analysis.wording import linear_gain
 from lure.arrays import np
 from lure.errors import AssumptionError, InputError, Reason
 from lure.nonlinearities.piecewise_linear import Graph
@@ -454,7 +455,7 @@ def _as_accepted(witness: Witness, found: Refuted) -> Witness:
     return replace(
         witness,
         k=double_above(Fraction(gain)),
-        description=f"phi = {exact_text(Fraction(gain), 10)} sigma: the loop is not asymptotically stable",
+        description=f"{linear_gain(Fraction(gain))}: the loop is not asymptotically stable",
         data={**witness.data, "gain": gain},
         refutation=found,
     )

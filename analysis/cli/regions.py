@@ -65,7 +65,7 @@ def region(
     with progress(quiet=quiet, verbose=verbose):
         found = run(chosen, along=points, seconds=seconds)
     if as_json:
-        print_json({"schema": "lure-region/1", **found.to_dict()})
+        print_json(found.to_dict())
     else:
         print_wrapped(found.lines())
     if output is not None and found.sets:

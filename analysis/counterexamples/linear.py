@@ -17,6 +17,7 @@ from lure.analysis.numerics.doubles import double_above
 from lure.analysis.numerics.exact_matrix import exact_entry
 from lure.analysis.numerics.precision import ball
 from lure.analysis.verdict import Evidence, Witness
+from lure.analysis.wording import linear_gain
 from lure.arrays import ArrayLike, NDArray, linalg, np
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
@@ -24,7 +25,6 @@ from lure.plants.realisation import Realisation as Realisation
 from lure.plants.realisation import Row as Row
 from lure.plants.realisation import companion as companion
 from lure.plants.state_space import StateSpace
-from lure.record.values import exact_text
 
 # Exact state equations from a block or from matrices, and their entries as doubles and as balls.
 
@@ -170,8 +170,7 @@ def _at(block: RationalPlant, lower: Fraction, end: GainEnd) -> Witness:
 def _gain(block: RationalPlant, lower: Fraction, gain: Fraction) -> Witness:
     solvable = 1 + gain * block.feedthrough != 0
     text = "the loop is not asymptotically stable" if solvable else "the loop has no solution, 1 + k H(inf) = 0"
-    nonlinearity = f"phi = {exact_text(gain, 10)} sigma" if gain else "phi = 0"
-    return _witness(double_above(gain), f"{nonlinearity}: {text}", {"lower": str(lower), "gain": str(gain)})
+    return _witness(double_above(gain), f"{linear_gain(gain)}: {text}", {"lower": str(lower), "gain": str(gain)})
 
 
 def _witness(k: float, text: str, data: Mapping[str, object]) -> Witness:

@@ -15,6 +15,7 @@ from lure.analysis.numerics.minimum import at
 from lure.analysis.numerics.polynomial import X, even_odd, exact_midpoint, is_hurwitz, real_roots, to_fmpq, to_fraction
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Bracket, CriterionResult, Evidence, Verdict
+from lure.analysis.wording import constant_gains
 from lure.classes import NonlinearityClass, Sector
 from lure.plants.rational import RationalPlant
 from lure.record import Record, derived, plain, quantity
@@ -349,7 +350,7 @@ def hurwitz_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> C
             f"the gain {float(lower):g} is not stable"
             if unstable
             else f"no gain just above {float(lower):g} is stable",
-            f"phi = {gain} sigma",
+            constant_gains([str(gain)]),
         )
     if end.high is None:
         return _answer(
@@ -384,7 +385,9 @@ def hurwitz_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:
     gain = unstable_gain(block, sector)
     limit = INFINITE if sector.lower == -math.inf else hurwitz_limit(block, Fraction(sector.lower))
     if gain is not None:
-        return _answer(sector, limit, Verdict.REFUTED, f"the linear gain {gain} is not stable", f"phi = {gain} sigma")
+        return _answer(
+            sector, limit, Verdict.REFUTED, f"the linear gain {gain} is not stable", constant_gains([str(gain)])
+        )
     reason = f"every linear gain in the sector {sector} is stable; nothing follows for nonlinear phi"
     return _answer(sector, limit, Verdict.INCONCLUSIVE, reason)
 

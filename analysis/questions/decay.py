@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import guarded
-from lure.analysis.certificates.representation import shown_dict
 from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.drawing import drawing
@@ -21,23 +20,27 @@ from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
-from lure.analysis.questions.decay_channels import SeveralChannels, accepted, gains_of, growth_of, jumps
+from lure.analysis.questions.decay_channels import SeveralChannels, accepted, growth_of, jumps
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
+from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.theorems.table import BEST
 from lure.analysis.theorems.weighted import WeightedKernels, WeightedTaps, closest
 from lure.analysis.theorems.zames_falb_discrete import NAME as ZAMES_FALB
-from lure.analysis.verdict import Verdict
-from lure.analysis.wording import class_words, constant_gains
+from lure.analysis.verdict import Evidence, Verdict
+from lure.analysis.wording import class_words
+from lure.analysis.wording import counterexample as counterexample_in_words
 from lure.arrays import np
+from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.plants.conversion import rational_if_moderate
 from lure.plants.delay import DelayPlant
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
-from lure.record import Page, Record, derived, quantity
+from lure.record import Page, derived, quantity
 
 if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Checked
     from lure.analysis.drawing import Axes
 
 Time = Literal["continuous", "discrete"]
@@ -48,7 +51,7 @@ _SNAP = 10**6  # denominators of rates that may be exact
 _GRID, _ROUNDS = 129, 60
 
 
-class RateBound(Record):
+class RateBound(TwoSided):
     r"""How fast every solution of every loop of a class decays: ``|x(t)| <= c |x(0)| e^(-rate t)``, or ``rate^t``.
 
     In continuous time the largest such rate [1/s], in discrete time the smallest factor per sample, with one ``c`` for
@@ -61,24 +64,19 @@ class RateBound(Record):
         "``high`` is proved, ``inf`` for nothing, and no factor below ``low`` is true",
         plainly=ends,
     )
-    nonlinearity_class: str = quantity("The class in words")
+    classes: Diagonal = quantity("The class of each channel")
+    nonlinearity_class: str = quantity("The classes in words, as the certificates have them", key="")
     proof: Proved | None = quantity(
-        "What the checker accepted of the rate that is proved, with its certificate",
-        plainly=lambda shown: None if shown is None else shown_dict(shown),
-        label="",
-        default=None,
+        "What the checker accepted of the rate that is proved, with its certificate", key="", label="", default=None
     )
     refutation: Refuted | None = quantity(
-        "What the checker accepted of a slower member, with its certificate",
-        plainly=lambda shown: None if shown is None else shown_dict(shown),
-        label="",
-        default=None,
+        "What the checker accepted of a slower member, with its certificate", key="", label="", default=None
     )
     reason: str = quantity("Why no decay is proved; empty if it is", default="")
     stopped: Stopped | None = quantity(
         "What ended the search before it was complete; what is claimed was shown all the same", default=None
     )
-    _said = "sentence"
+    _schema, _kind, _said = "lure-rate/1", "decay rate", "sentence"
 
     @property
     @derived()
@@ -97,9 +95,9 @@ class RateBound(Record):
 
     @property
     @derived()
-    def evidence(self) -> str:
-        """What the rate rests on."""
-        return "certified" if self.proof is not None or self.refutation is not None else ""
+    def evidence(self) -> Evidence | None:
+        """What the bounds rest on; None where there is none."""
+        return Evidence.CERTIFIED if self.proof is not None or self.refutation is not None else None
 
     @property
     @derived()
@@ -108,6 +106,11 @@ class RateBound(Record):
         return "" if self.refutation is None else _member(self.refutation)
 
     @property
+    def _sides(self) -> tuple[Checked | None, Checked | None]:
+        return (self.refutation, self.proof) if self.time == "discrete" else (self.proof, self.refutation)
+
+    @property
+    @derived()
     def closed(self) -> bool:
         """Whether what is proved and what is refuted meet, within one part in a million."""
         return self.rate.width <= 2e-6 * max(abs(self.rate.low), abs(self.rate.high))
@@ -270,6 +273,11 @@ class _OneChannel:
         return {"system": system_of(self.plant), "laws": entry}
 
     @property
+    def classes(self) -> Diagonal:
+        """The class."""
+        return Diagonal((self.asked.nonlinearity_class,))
+
+    @property
     def words(self) -> str:
         """The class in words."""
         return class_words(self.base["laws"])
@@ -419,6 +427,7 @@ def _answered(
     return RateBound(
         time="discrete" if discrete else "continuous",
         rate=bounds,
+        classes=loop.classes,
         nonlinearity_class=loop.words,
         proof=None if proof is None else proof[1],
         refutation=None if refuted is None else refuted[1],
@@ -514,7 +523,8 @@ def _rate_of(shown: Proved | Refuted) -> Fraction:
 
 def _member(shown: Refuted) -> str:
     """The member of a refutation in words."""
-    proof = shown.certificate["proof"]
-    if "gain" in proof or proof["method"] == "linear-gains":
-        return f"with {constant_gains([bound_below(gain) for gain in gains_of(shown.certificate)])}"
-    return "with gains that jump" if "switch" in proof["method"] else "with a piecewise linear phi of the class"
+    return (
+        "with gains that jump"
+        if "switch" in shown.certificate["proof"]["method"]
+        else f"with {counterexample_in_words(shown)}"
+    )

@@ -24,6 +24,7 @@ from lure.analysis.questions.channel_proofs import criteria_for, proved_whole
 from lure.analysis.questions.problem import Problem
 from lure.analysis.wording import class_words
 from lure.arrays import NDArray, Reals, np
+from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
 
@@ -85,6 +86,11 @@ class SeveralChannels:
     def base(self) -> dict[str, Any]:
         """What all drafts have in common."""
         return {"system": dict(self.asked.system), "laws": dict(self.asked.class_entry)}
+
+    @property
+    def classes(self) -> Diagonal:
+        """The classes."""
+        return self.asked.classes
 
     @property
     def words(self) -> str:

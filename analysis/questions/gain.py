@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
-from lure.analysis.certificates import codes
 from lure.analysis.drawing import drawing
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.questions.answers import answer
 from lure.analysis.questions.channel_problem import channel_plant, channel_problem
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.problem import Problem, class_given
+from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.arrays import linalg, np
@@ -23,18 +23,17 @@ from lure.errors import InputError
 from lure.files.system import LoopSystem
 from lure.plants.multivariable import MultivariablePlant, every_state_seen
 from lure.plants.performance import Performance
-from lure.record import Page, Record, derived, plain, quantity
+from lure.record import Page, derived, plain, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.certificates.checker import Proved, Refuted
-    from lure.analysis.certificates.codes import Code
+    from lure.analysis.certificates.checker import Checked, Proved, Refuted
     from lure.analysis.drawing import Axes
 
 _FREQUENCIES = 200
 LONGEST = 12  # samples in a window
 
 
-class GainBound(Record):
+class GainBound(TwoSided):
     r"""Bounds of the least ``gamma`` with :math:`\int |z|^2 \le \gamma^2 \int |w|^2`, ``x(0) = 0``, for all members."""
 
     gain: Bracket = quantity(
@@ -49,7 +48,7 @@ class GainBound(Record):
     factors: StabilityBound = quantity(
         "The answer about the loop with a channel from ``z`` to ``w`` of norm ``1/gamma``", key="", label=""
     )
-    _kind, _said = "L2 gain", "sentence"
+    _schema, _kind, _said = "lure-gain/1", "L2 gain", "sentence"
 
     @property
     @derived()
@@ -90,12 +89,10 @@ class GainBound(Record):
         return self.factors.reason
 
     @property
-    @derived(plainly=lambda code: None if code is None else code.identifier)
-    def code(self) -> Code | None:
-        """The code of the reason; None with a verdict."""
-        if self.verdict is not Verdict.INCONCLUSIVE:
-            return None
-        return codes.OUT_OF_TIME if self.factors.stopped == "time" else codes.NO_MULTIPLIER
+    @derived()
+    def stopped(self) -> str | None:
+        """What ended the search before it was complete; what is claimed was shown all the same."""
+        return self.factors.stopped
 
     @property
     @derived()
@@ -120,10 +117,8 @@ class GainBound(Record):
         return self.factors.refutation
 
     @property
-    def certificates(self) -> dict[str, Mapping[str, Any] | None]:
-        """The certificates of ``gain.high`` and of ``gain.low``, None where there is none."""
-        both = {"high": self.proof, "low": self.refutation}
-        return {name: None if shown is None else shown.certificate for name, shown in both.items()}
+    def _sides(self) -> tuple[Checked | None, Checked | None]:
+        return self.refutation, self.proof
 
     @property
     def _name(self) -> str:
@@ -157,10 +152,6 @@ class GainBound(Record):
         """
         made: Axes = drawing(self)(self, ax=ax)
         return made
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data with both certificates; infinite numbers are the text ``inf``."""
-        return super().to_dict() | {"certificates": self.certificates}
 
     def _page(self) -> Page:
         rows = [

@@ -32,6 +32,7 @@ from lure.analysis.questions.region_sets import (
     volume_above,
     volume_below,
 )
+from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
 from lure.classes import Diagonal
@@ -41,9 +42,10 @@ from lure.files.system import LoopSystem
 from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
-from lure.record import Record, quantity
+from lure.record import Record, derived, quantity
 
 if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Checked
     from lure.analysis.drawing import Axes
 
 Ends = tuple[Fraction | float, Fraction | float]
@@ -160,7 +162,7 @@ class OutsideSet(Record):
         return _sentence(self.proof)
 
 
-class RegionOfAttraction(Record):
+class RegionOfAttraction(TwoSided):
     """Sets inside the region of attraction of 0, and sets outside of it; ``sigma = H mu``, ``mu = -phi(sigma)``.
 
     PROVED: there is a set of positive volume from which every solution tends to 0.  Nothing is said of a start that
@@ -183,14 +185,26 @@ class RegionOfAttraction(Record):
         "the largest factor of the points asked about for which they lie in the first set", default=None, form="below"
     )
     reason: str = quantity("why nothing is proved", default="")
+    stopped: str | None = quantity("``time`` where that ended the search before it was complete", default=None)
     plant: MultivariablePlant | None = quantity("the linear part, for the drawing", hidden=True, default=None)
     nonlinearities: tuple[Any, ...] = quantity("of each channel, for the drawing", hidden=True, default=())
-    _kind = "region of attraction"
-    _said = "sentence"
+    _schema, _kind, _said = "lure-region/1", "region of attraction", "sentence"
 
     @property
     def _verdict(self) -> str:
         return str(self.verdict)
+
+    @property
+    @derived()
+    def criterion(self) -> str:
+        """The theorem behind the first set; empty if there is none."""
+        return "" if self.proof is None else self.proof.theorem
+
+    @property
+    @derived(key="nonlinearities", label="")
+    def channels(self) -> tuple[str, ...]:
+        """The nonlinearity of each channel, in words."""
+        return tuple(map(str, self.nonlinearities))
 
     @property
     def discrete(self) -> bool:
@@ -206,6 +220,10 @@ class RegionOfAttraction(Record):
     def refutation(self) -> Refuted | None:
         """Of the first set outside, what the checker accepted."""
         return self.outside[0].proof if self.outside else None
+
+    @property
+    def _sides(self) -> tuple[Checked | None, Checked | None]:
+        return self.proof, self.refutation
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The sets in the plane of the first two states.
@@ -334,20 +352,20 @@ def _answered(
     seconds: float | None,
 ) -> RegionOfAttraction:
     began = time.monotonic()
-    with time_limit(seconds):
-        signs = sign_interval(found, shapes)
-        if signs is not None:
-            return _of_signs(*signs)
-        proof, beyond, late = None, None, True
-        try:
+    proof, beyond, late = None, None, True
+    try:
+        with time_limit(seconds):
+            signs = sign_interval(found, shapes)
+            if signs is not None:
+                return _of_signs(*signs)
             beyond = proved_growth(found, shapes)
             local = beyond is not None or any(shape.reach is not None for shape in shapes)
             whole = None if local else _everywhere(found, [shape.nonlinearity for shape in shapes])
             if whole is not None:
                 return _of_all(found.order, whole)
             proof, late = proved_ellipsoid(found, shapes, points), False
-        except TimeoutError:
-            pass
+    except TimeoutError:
+        pass
     outside, high = () if beyond is None else (_grown(beyond),), None
     if beyond is not None and found.order == 2:
         high = volume_above(matrix_of(beyond.certificate, "Q"))
@@ -359,6 +377,7 @@ def _answered(
             outside=outside,
             area=(0.0, high),
             reason="the time allowed is over" if late else "no invariant ellipsoid was found",
+            stopped="time" if late else None,
         )
     more = None
     if not late:

@@ -15,6 +15,7 @@ from lure.analysis.inequality.protocol import Best
 from lure.analysis.numerics.doubles import double_below, text_above, text_below
 from lure.analysis.numerics.minimum import positive_with_limits
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
+from lure.analysis.wording import constant_gains
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
@@ -273,7 +274,7 @@ def circle_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:
         margin=margin,
         verdict=Verdict.INCONCLUSIVE if gain is None else Verdict.REFUTED,
         reason=failure(case, margin, None if mirrored else best.largest, linear),
-        witness=None if linear is None else f"phi = {linear} sigma",
+        witness=None if linear is None else constant_gains([linear]),
     )
 
 

@@ -95,13 +95,13 @@ SKEW = {"method": "orbit", "points": [["-1", "0"], ["0", "0"], ["2", "0"]], "lef
     [
         (MOVES, {"method": "linear-gain", "gain": "6"}, "destabilises the loop", "phi = 6 sigma"),
         (MOVES, {"method": "matrix-gain", "gain": "0"}, "destabilises the loop", "phi = 0"),
-        (MOVES, {"method": "linear-gain", "gain": "1/3"}, "destabilises the loop", "phi = 0.33333 sigma"),
-        (OTHERS, {"method": "linear-gain", "gain": "1"}, "gives the loop other equilibria than 0", "phi = 1 sigma"),
+        (MOVES, {"method": "linear-gain", "gain": "1/3"}, "destabilises the loop", "phi = 1/3 sigma"),
+        (OTHERS, {"method": "linear-gain", "gain": "1"}, "gives the loop other equilibria than 0", "phi = sigma"),
         (
             UNSOLVABLE,
             {"method": "linear-gain", "gain": "-1"},
             "leaves the loop without exactly one solution",
-            "phi = -1 sigma",
+            "phi = -sigma",
         ),
         (
             MOVES,
