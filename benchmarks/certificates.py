@@ -21,7 +21,7 @@ import numpy as np
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.matrix import MatrixBlock, matrix_draft
-from lure.analysis.inequality.hamiltonian import popov_largest_computed
+from lure.analysis.inequality.state_space import StatesInequality
 from lure.analysis.rod.certificates import energy_theta
 from lure.analysis.theorems.table import Upper
 from lure.errors import AssumptionError
@@ -79,11 +79,9 @@ def margin(block: StateSpace, k: float, theta: float) -> float:
 def against_clarabel() -> bool:
     """Whether order 41 agrees with Clarabel and is as much faster as claimed."""
     block = resonant(MODES)
-    found = popov_largest_computed(block.A, block.B, block.C)
-    if found.largest is None or found.theta is None:
-        print("no largest sector was found")
-        return False
-    theta = Fraction(found.theta).limit_denominator(10**6)
+    found = StatesInequality(block, Fraction(0), weighted=True).best()
+    assert found.multiplier is not None
+    theta = Fraction(found.multiplier["theta"]).limit_denominator(10**6)
     k, above = (Fraction(found.largest.low) * share for share in (SHARE, OVER))
     print(f"order {block.order}: largest k about {found.largest.low:.8g}, theta {float(theta):.6g} s")
     runs = [certified(block, k, theta) for _ in range(5)]
@@ -120,10 +118,7 @@ def large() -> bool:
     k = rod.exact["damping"]
     limit = rod.exact["youngs_modulus"] / rod.exact["length"] * k**2 / (square - k**2)  # k < Z
     dense = random_block(2 * CELLS + 1)
-    computed = popov_largest_computed(dense.A, dense.B, dense.C).largest
-    if computed is None:
-        print("no largest sector was found")
-        return False
+    computed = StatesInequality(dense, Fraction(0), weighted=True).best().largest
     cases: list[tuple[str, MatrixBlock, Upper, Fraction | None]] = [
         ("rod, [0, inf), energy", scheme, "inf", energy_theta(scheme)),
         ("rod, circle, 1 - 1e-6", scheme, limit * (1 - Fraction(1, 10**6)), None),

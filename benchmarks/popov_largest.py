@@ -14,10 +14,11 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from lure.analysis.inequality.hamiltonian import popov_largest_computed
+from lure.analysis.inequality.state_space import StatesInequality
 from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import Evidence, Verdict
 from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 
 MODES, TOLERANCE, AGREEMENT, RATIO, SECONDS = 20, 1e-6, 1e-3, 100, 60.0
 
@@ -124,10 +125,11 @@ def main() -> int:
     a, b, c = modal(200, 3)
     q, _ = np.linalg.qr(rng.normal(size=a.shape))
     start = time.perf_counter()
-    large = popov_largest_computed(q @ a @ q.T, q @ b, c @ q.T)
+    large = StatesInequality(StateSpace(q @ a @ q.T, q @ b, c @ q.T), Fraction(0), weighted=True)
+    largest = large.best().largest
     took = time.perf_counter() - start
-    print(f"order 400, dense: computed {large.largest.low:.8g} .. {large.largest.high:.8g} in {took:.1f} s")
-    seconds = large.evidence is Evidence.COMPUTED and large.largest.low > 0 and took < SECONDS
+    print(f"order 400, dense: computed {largest.low:.8g} .. {largest.high:.8g} in {took:.1f} s")
+    seconds = large.grounds.evidence is Evidence.COMPUTED and largest.low > 0 and took < SECONDS
     holds = certified and agrees and peer >= RATIO * ours and seconds
     print("holds" if holds else "DOES NOT HOLD")
     return 0 if holds else 1

@@ -81,24 +81,24 @@ def state_space_family(block: StateSpace, lower: Fraction = Fraction(0)) -> Hami
         The loop with this gain is not stable as far as doubles can tell, or has no solution.
     """
     closed = shifted_states(block, lower)
-    A, b, c, d = closed.A, closed.B, closed.C, closed.D
     if block.dt is not None:
+        A, b, c, d = closed.A, closed.B, closed.C, closed.D
         try:
             J = np.linalg.inv(A + np.eye(b.size))
         except np.linalg.LinAlgError:
             raise AssumptionError("A has the eigenvalue -1: the block is not stable") from None
-        A, b, c, d = np.eye(b.size) - 2 * J, J @ b, 2 * c @ J, d - float(c @ J @ b)
-    return HamiltonianFamily.of(A, b, c, d, proposing=True)
+        closed = StateSpace(np.eye(b.size) - 2 * J, J @ b, 2 * c @ J, d - float(c @ J @ b))
+    return HamiltonianFamily.of(closed)
 
 
 @dataclass(frozen=True, slots=True)
 class StatesInequality:
     r"""``1/(k - lower) + Re[(1 + i omega theta) P(i omega)] > 0`` of a plant in doubles: computed, its upper end shown.
 
-    Levels are read off the eigenvalues of Hamiltonian matrices, as in
-    :func:`lure.analysis.inequality.hamiltonian.popov_largest_computed`.  At the one or two frequencies where the
-    inequality is tight ``P = H/(1 + lower H)`` is enclosed in balls: from ``largest.high`` on it fails there for every
-    ``theta``, which is certified.  A matrix ``P`` that the checker accepts makes a proof of it.
+    Levels of ``Re[(1 + i omega theta) P]`` are read off the eigenvalues of Hamiltonian matrices [1]_, so that no grid
+    is needed.  At the one or two frequencies where the inequality is tight ``P = H/(1 + lower H)`` is enclosed in
+    balls: from ``largest.high`` on it fails there for every ``theta``, which is certified.  A matrix ``P`` that the
+    checker accepts makes a proof of it.
 
     Attributes
     ----------
@@ -108,6 +108,10 @@ class StatesInequality:
         Lower end of the classes.
     weighted : bool
         Whether there is a ``theta``, in continuous time; else it is 0, as in the circle criterion.
+
+    References
+    ----------
+    .. [1] S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control Signals Systems 2 (1989) 207-219.
     """
 
     block: StateSpace

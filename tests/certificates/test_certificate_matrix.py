@@ -18,7 +18,7 @@ from lure.analysis.certificates.balls import positive_definite
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.matrix import matrix_draft
-from lure.analysis.inequality.hamiltonian import popov_largest_computed
+from lure.analysis.inequality.state_space import StatesInequality
 from lure.analysis.rod.certificates import energy_matrix, energy_theta
 from lure.analysis.theorems.circle import circle_largest
 from lure.analysis.theorems.popov import popov_largest
@@ -322,7 +322,7 @@ def test_a_dense_block_of_order_41_is_certified_at_nine_tenths_of_the_limit(thet
     A = rng.standard_normal((41, 41))
     A -= (np.linalg.eigvals(A).real.max() + 0.5) * np.eye(41)
     block = StateSpace(A, rng.standard_normal(41), rng.standard_normal(41))
-    largest = popov_largest_computed(block.A, block.B, block.C).largest
+    largest = StatesInequality(block, Fraction(0), weighted=True).best().largest
     found = proved(matrix_draft(block, Fraction(largest.low) * Fraction(9, 10), theta=theta or None))
     assert found.certificate["numbers"] == "doubles, exactly"
     with pytest.raises(AssumptionError):
