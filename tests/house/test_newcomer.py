@@ -38,37 +38,39 @@ def test_the_wheel_has_what_runs_and_the_sdist_what_explains(packages):
     assert {"tests/house/test_newcomer.py", "docs/index.md", ".ci/run"} <= kept
 
 
-def test_from_an_empty_folder_to_a_report(plain, tmp_path):
+def test_from_an_empty_folder_to_a_report_on_ones_own_loop(plain, tmp_path):
     where = plain.run(
         "python", "-c", "import lure.analysis; print(lure.__file__, lure.analysis.__file__)", cwd=tmp_path
     )
     assert all(str(plain.bin.parent) in path for path in where.split())
     plain.run("lure", "doctor", cwd=tmp_path)
 
+    plain.run("lure", "init", "--loop", "plant.toml", cwd=tmp_path)
+    file = tmp_path / "plant.toml"
+    text = file.read_text(encoding="utf-8")
+    assert "sector = [0, 5.9]" in text
+    said = plain.run("lure", "report", "plant.toml", cwd=tmp_path)  # Popov reaches 6: H = 1/(s(s+1)(s+2))
+    assert said.startswith("PROVED")
+    report = json.loads((tmp_path / "lure-report" / "report.json").read_text(encoding="utf-8"))
+    assert report["conclusion"]["verdict"] == "PROVED"
+    certificates = sorted((tmp_path / "lure-report" / "certificates").glob("*.json"))
+    assert certificates
+    assert "ACCEPTED" in plain.run("lure", "verify", certificates[0], cwd=tmp_path)
+
+    file.write_text(text.replace("gain = 5 ", "gain = 6.5 ").replace("[0, 5.9]", "[0, 6.5]"), encoding="utf-8")
+    plain.run(
+        "lure", "analyse", "plant.toml", cwd=tmp_path, status=11
+    )  # the linear gain 6.5 is in the class, and unstable
+
+
+def test_from_an_empty_folder_to_an_answer_about_a_rod(plain, tmp_path):
     plain.run("lure", "init", "rod.toml", cwd=tmp_path)
     file = tmp_path / "rod.toml"
     text = file.read_text(encoding="utf-8")
     assert "compliance = 1  " in text
     file.write_text(text.replace("compliance = 1  ", "compliance = 0.1"), encoding="utf-8")
-    said = plain.run("lure", "report", "rod.toml", cwd=tmp_path)
-    assert said.startswith("PROVED")
-    report = json.loads((tmp_path / "lure-report" / "report.json").read_text(encoding="utf-8"))
-    assert report["system"]["parameters"]["compliance"] == 0.1
-    certificates = sorted((tmp_path / "lure-report" / "certificates").glob("*.json"))
-    assert certificates
-    assert "ACCEPTED" in plain.run("lure", "verify", certificates[0], cwd=tmp_path)
-
-
-def test_from_an_empty_folder_to_an_answer_about_ones_own_loop(plain, tmp_path):
-    plain.run("lure", "init", "--loop", "plant.toml", cwd=tmp_path)
-    file = tmp_path / "plant.toml"
-    text = file.read_text(encoding="utf-8")
-    assert "sector = [0, 5.9]" in text
-    assert plain.run("lure", "analyse", "plant.toml", cwd=tmp_path)  # Popov reaches 6: H = 1/(s(s+1)(s+2))
-    file.write_text(text.replace("gain = 5 ", "gain = 6.5 ").replace("[0, 5.9]", "[0, 6.5]"), encoding="utf-8")
-    plain.run(
-        "lure", "analyse", "plant.toml", cwd=tmp_path, status=11
-    )  # the linear gain 6.5 is in the class, and unstable
+    assert plain.run("lure", "certify", "rod.toml", cwd=tmp_path).startswith("PROVED")
+    assert (tmp_path / "certificate.json").exists()
 
 
 def test_from_an_empty_folder_to_a_notebook_and_a_test_of_ones_own_nonlinearity(plain, tmp_path_factory):
@@ -81,10 +83,10 @@ def test_from_an_empty_folder_to_a_notebook_and_a_test_of_ones_own_nonlinearity(
     own.run("python", "my-loop.py", cwd=folder)  # it ends in assertions
 
     own.run("lure", "init", "--test", "test_my_law.py", cwd=folder)
-    file = folder / "test_my_law.py"
-    guard = ("python", "-m", "pytest", "test_my_law.py")
-    assert "2 passed" in own.run(*guard, cwd=folder)
-    text = file.read_text(encoding="utf-8")
+    text = (folder / "test_my_law.py").read_text(encoding="utf-8")
     assert "LOWER, UPPER = 0, 20\n" in text
-    file.write_text(text.replace("LOWER, UPPER = 0, 20\n", "LOWER, UPPER = 0, 10\n"), encoding="utf-8")
-    assert "leaves the sector [0, 10]" in own.run(*guard, cwd=folder, status=1)  # 20 sigma near 0
+    halved = text.replace("LOWER, UPPER = 0, 20\n", "LOWER, UPPER = 0, 10\n")
+    (folder / "test_half.py").write_text(halved, encoding="utf-8")
+    said = own.run("python", "-m", "pytest", "--lure-evidence", cwd=folder, status=1)  # the plugin is found by itself
+    assert "2 failed, 2 passed" in said
+    assert "leaves the sector [0, 10]" in said  # 20 sigma near 0

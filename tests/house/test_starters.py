@@ -1,28 +1,17 @@
 """What `lure init` writes for newcomers: a notebook about their own loop, and a test that guards their nonlinearity."""
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from inner import ran_pytest, ran_python
 
 from lure.analysis.starters import nonlinearity_test, notebook_json, notebook_script
 
 ROOT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("[0-9]*.py"))
 MARKED = re.compile(r"^# -+ change these two lines\n(.*?)^# -+\n", re.MULTILINE | re.DOTALL)
-
-
-def python(*arguments, folder):
-    """A program of its own in an empty folder; what it printed, errors included."""
-    environment = {**os.environ, "MPLBACKEND": "agg", "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
-    done = subprocess.run(
-        [sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
-    return done.returncode, done.stdout + done.stderr
 
 
 # the notebook
@@ -77,9 +66,9 @@ def with_own(plant, nonlinearity):
         ("control.tf([1], [1, -0.5], 1)", "lambda e: max(-1, min(1, e / 2))", ("PROVED: ", "Nyquist plot", "leaves")),
     ],
 )
-def test_the_notebook_serves_other_plants_and_laws(tmp_path, plant, nonlinearity, said):
-    (tmp_path / "own.py").write_text(with_own(plant, nonlinearity), encoding="utf-8")
-    status, out = python("own.py", folder=tmp_path)
+def test_the_notebook_serves_other_plants_and_laws(here, plant, nonlinearity, said):
+    (here / "own.py").write_text(with_own(plant, nonlinearity), encoding="utf-8")
+    status, out = ran_python("own.py")
     assert status == 0, out
     assert all(words in out for words in said)
     assert "All of it holds." not in out  # that is about the motor
@@ -112,7 +101,7 @@ def test_the_test_passes_as_written_and_fails_where_the_bound_is_halved(lure, he
     text = (here / "test_law.py").read_text(encoding="utf-8")
     assert text == nonlinearity_test()
     (here / "test_half.py").write_text(text.replace("LOWER, UPPER = 0, 20", "LOWER, UPPER = 0, 10"), encoding="utf-8")
-    status, out = python("-m", "pytest", "-p", "no:cacheprovider", "test_law.py", "test_half.py", folder=here)
+    status, out = ran_pytest("test_law.py", "test_half.py")
     assert status == 1
     assert "2 failed, 2 passed" in out
     assert re.findall(r"^FAILED (\w+\.py)", out, re.MULTILINE) == ["test_half.py", "test_half.py"]

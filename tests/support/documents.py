@@ -20,8 +20,9 @@ import subprocess
 import sys
 import textwrap
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from pathlib import Path
+
+from inner import ran_pytest
 
 NUMBER = re.compile(r"\d+\.\d+")
 FENCE = re.compile(r" *(`{3,})\s*(.*?)\s*")
@@ -149,7 +150,7 @@ class Page:
 
 
 def called(words):
-    """Status and output of a command: `lure` in this process, `python` and `pytest` in one of their own."""
+    """Status and output of a command: `lure` and `pytest` in this process, `python` in one of its own."""
     if words[0] == "lure":
         from lure.analysis.cli import main
 
@@ -157,13 +158,11 @@ def called(words):
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
             status = main(words[1:])
         return status, out.getvalue()
-    installed = any(found.value == "pytest_lure" for found in entry_points(group="pytest11"))
-    plugins = ["-p", "no:cacheprovider", "-p", "no:nbmake", *([] if installed else ["-p", "pytest_lure"])]
-    start = {"python": [sys.executable], "pytest": [sys.executable, "-m", "pytest", *plugins]}
-    assert words[0] in start, f"no command of ours: {words[0]}"
+    if words[0] == "pytest":
+        return ran_pytest(*words[1:])
+    assert words[0] == "python", f"no command of ours: {words[0]}"
     environment = {**os.environ, "MPLBACKEND": "Agg", "COLUMNS": "80"}
-    environment = {name: value for name, value in environment.items() if not name.startswith("PYTEST_")}
-    done = subprocess.run([*start[words[0]], *words[1:]], capture_output=True, text=True, env=environment, check=False)
+    done = subprocess.run([sys.executable, *words[1:]], capture_output=True, text=True, env=environment, check=False)
     return done.returncode, done.stdout + done.stderr
 
 

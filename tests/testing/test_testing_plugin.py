@@ -1,19 +1,17 @@
-"""The pytest plugin, in runs of pytest of its own."""
+"""The pytest plugin, in runs of pytest inside that of the tests."""
 
 import os
 import re
 import subprocess
 import sys
-from importlib.metadata import entry_points
 from pathlib import Path
+from textwrap import dedent
 from xml.etree import ElementTree
 
 import pytest
-
-pytest_plugins = ["pytester"]
+from inner import ran_pytest
 
 ROOT = Path(__file__).parents[2]
-INSTALLED = any(found.value == "pytest_lure" for found in entry_points(group="pytest11"))
 
 GUARDS = """
     import numpy as np
@@ -37,18 +35,22 @@ GUARDS = """
 """
 
 
+def write(name, text):
+    Path(f"{name}.py").write_text(dedent(text).lstrip(), encoding="utf-8")
+
+
 @pytest.fixture
-def run(pytester, monkeypatch):
-    """pytest in a process of its own, with the plugin loaded as an installed one would be."""
-    path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
-    monkeypatch.setenv("PYTHONPATH", path)
-    plugin = [] if INSTALLED else ["-p", "pytest_lure"]
-    unused = ["-p", "no:cacheprovider", "-p", "no:nbmake"]  # the second is slow to load
-    return lambda *arguments: pytester.runpytest_subprocess(*unused, *plugin, *arguments)
+def run(here):
+    """pytest in an empty folder, of which this process forgets the modules; what it says."""
+
+    def run(*arguments):
+        return pytest.RunResult(0, ran_pytest(*arguments)[1].splitlines(), [], 0)
+
+    return run
 
 
-def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytester, run):
-    pytester.makepyfile(test_guards=GUARDS)
+def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(here, run):
+    write("test_guards", GUARDS)
     result = run("--lure-plots", "plots/of nonlinearities")
     result.assert_outcomes(passed=3, failed=2)
     text = result.stdout.str()
@@ -66,31 +68,32 @@ def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytest
             "plots?of nonlinearities?test_guards-test_gain[[]2[]].svg",
         ]
     )
-    saved = {path.name for path in (pytester.path / "plots/of nonlinearities").iterdir()}
+    saved = {path.name for path in (here / "plots/of nonlinearities").iterdir()}
     assert saved == {"test_guards-test_gain[2].svg", "test_guards-TestGroup-test_falls.svg"}
-    assert all("<svg" in path.read_text(encoding="utf-8") for path in pytester.path.rglob("*.svg"))
+    assert all("<svg" in path.read_text(encoding="utf-8") for path in here.rglob("*.svg"))
     assert all(
         len(line) <= 90 for line in text.split("\n") if line.startswith("E  ") and "NonlinearityViolation" not in line
     )
 
 
-def test_a_plot_that_cannot_be_written_does_not_hide_the_failure(pytester, run):
-    pytester.makepyfile(
+def test_a_plot_that_cannot_be_written_does_not_hide_the_failure(here, run):
+    write(
+        "test_it",
         """
         from lure.analysis.testing import assert_odd
 
         def test_even():
             assert_odd(lambda sigma: sigma**2)
-        """
+        """,
     )
-    (pytester.path / "plots").write_text("a file", encoding="utf-8")
+    (here / "plots").write_text("a file", encoding="utf-8")
     result = run("--lure-plots", "plots")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["no plot: plots*cannot be written*"])
 
 
-def test_what_a_pass_rests_on_is_listed_on_request(pytester, run):
-    pytester.makepyfile(test_guards=GUARDS)
+def test_what_a_pass_rests_on_is_listed_on_request(here, run):
+    write("test_guards", GUARDS)
     run("--lure-evidence", "--junit-xml=out.xml").stdout.fnmatch_lines(
         [
             "*what the passed assertions about nonlinearities rest on*",
@@ -98,14 +101,15 @@ def test_what_a_pass_rests_on_is_listed_on_request(pytester, run):
             "test_guards.py::test_known: Saturation lies in the sector [[]0, 2[]]: for every sigma * (certified)",
         ]
     )
-    assert not list(pytester.path.rglob("*.svg"))
-    xml = (pytester.path / "out.xml").read_text(encoding="utf-8")
+    assert not list(here.rglob("*.svg"))
+    xml = (here / "out.xml").read_text(encoding="utf-8")
     assert xml.count('<property name="lure"') == 3
 
 
-def test_a_test_is_credited_with_its_own_assertions_only(pytester, run):
-    pytester.makepyfile(
-        test_lazy="""
+def test_a_test_is_credited_with_its_own_assertions_only(here, run):
+    write(
+        "test_lazy",
+        """
         import numpy as np
         from lure import Sector, SlopeBounds
         import lure.analysis.testing as guard  # loads nothing yet
@@ -121,19 +125,20 @@ def test_a_test_is_credited_with_its_own_assertions_only(pytester, run):
         def test_many():
             for i in range(1, 31):
                 guard.assert_in_sector(f"{i}*sigma", Sector(0, i))
-        """
+        """,
     )
     run("--junit-xml=out.xml").assert_outcomes(passed=3)
-    cases = {case.get("name"): case for case in ElementTree.parse(pytester.path / "out.xml").iter("testcase")}
+    cases = {case.get("name"): case for case in ElementTree.parse(here / "out.xml").iter("testcase")}
     credited = {name: len(case.findall("properties/property[@name='lure']")) for name, case in cases.items()}
     # a repeated assertion is listed once; of many the last 20
     assert credited == {"test_first": 2, "test_none": 0, "test_many": 20}
 
 
 @pytest.mark.thorough
-def test_hypothesis_shows_the_simplest_failing_law(pytester, run):
-    pytester.makepyfile(
-        test_fuzz="""
+def test_hypothesis_shows_the_simplest_failing_law(here, run):
+    write(
+        "test_fuzz",
+        """
         from hypothesis import given, settings
         from lure.analysis.testing import assert_in_sector
         from lure.analysis.testing.strategies import monotone_members
@@ -143,16 +148,17 @@ def test_hypothesis_shows_the_simplest_failing_law(pytester, run):
         @settings(derandomize=True, database=None, deadline=None)
         def test_wrong(nonlinearity):
             assert_in_sector(lambda sigma: nonlinearity(sigma), Sector(0, 1))
-        """
+        """,
     )
     result = run("--lure-plots", "plots")
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*leaves the sector*", "*law=ExpressionNonlinearity(text='2[*]sigma',*"])
-    assert [path.name for path in (pytester.path / "plots").iterdir()] == ["test_fuzz-test_wrong.svg"]
+    result.stdout.fnmatch_lines(["*leaves the sector*", "*nonlinearity=ExpressionNonlinearity(text='2[*]sigma',*"])
+    assert [path.name for path in (here / "plots").iterdir()] == ["test_fuzz-test_wrong.svg"]
 
 
-def test_unused_it_loads_nothing_and_changes_nothing(pytester, run):
-    pytester.makepyfile(
+def test_unused_it_loads_nothing_and_changes_nothing(here):
+    write(
+        "test_it",
         """
         import sys
 
@@ -160,17 +166,22 @@ def test_unused_it_loads_nothing_and_changes_nothing(pytester, run):
             ours = {name for name in sys.modules if name.split(".")[0] in ("lure", "numpy", "matplotlib")}
             assert not ours
             assert "pytest_lure" in sys.modules
-        """
+        """,
     )
-    result = run("--lure-plots", "plots", "-rA")
-    result.assert_outcomes(passed=1)
-    assert not (pytester.path / "plots").exists()
+    paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
+    alone = {**os.environ, "PYTHONPATH": paths, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # what others load is theirs
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "pytest_lure", "--lure-plots", "plots"]
+    done = subprocess.run(command, env=alone, capture_output=True, text=True, check=False)
+    assert "1 passed" in done.stdout
+    assert not (here / "plots").exists()
 
 
-def test_a_users_own_package_named_analysis_is_left_alone(pytester, run):
-    pytester.mkpydir("analysis").joinpath("mine.py").write_text("value = 3\n", encoding="utf-8")
-    pytester.makeconftest("")
-    pytester.makepyfile(
+def test_a_users_own_package_named_analysis_is_left_alone(here, run):
+    (here / "analysis").mkdir()
+    for name, text in (("analysis/__init__", ""), ("analysis/mine", "value = 3\n"), ("conftest", "")):
+        write(name, text)
+    write(
+        "test_it",
         """
         def test_mine():
             from analysis.mine import value
@@ -178,7 +189,7 @@ def test_a_users_own_package_named_analysis_is_left_alone(pytester, run):
 
         def test_failing():
             assert False
-        """
+        """,
     )
     run("--lure-plots", "plots", "--lure-evidence").assert_outcomes(passed=1, failed=1)
 
