@@ -19,6 +19,7 @@ extend(
         "lure.analysis.questions.decay:RateBound": "lure.analysis.plots.rates:plot_rate",
         "lure.analysis.questions.gain:GainBound": "lure.analysis.plots.gains:plot_gain",
         "lure.analysis.questions.regions:RegionOfAttraction": "lure.analysis.plots.regions:plot_region",
+        "lure.analysis.questions.steady:SteadyResponse": "lure.analysis.plots.steady:plot_steady",
         "lure.analysis.questions.largest:StabilityBound": "lure.analysis.plots.loops:plot_reach",
         "lure.analysis.questions.table:LoopAnalysis": "lure.analysis.plots.loops:plot_reach",
         "lure.analysis.testing.result:Violation": "lure.analysis.plots.sectors:plot_violation",

@@ -21,6 +21,7 @@ for _commands in (
     "loops",
     "gains",
     "rates",
+    "steady",
     "regions",
     "certificates",
     "sectors",

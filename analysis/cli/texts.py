@@ -243,6 +243,28 @@ Exit status: 0 a bound is proved, 10 none is, 11 a member is unstable,
 2 bad input, 130 interrupted before anything was found.
 """
 
+STEADY = """Print whether one steady response attracts all, and its amplitude.
+
+\b
+Examples:
+  lure steady plant.toml --amplitude 3 --omega 2
+  lure steady plant.toml --amplitude 3 --omega 0.1:10:40 --plot curve.svg
+  lure steady plant.toml --json                  forcing from the file
+  lure steady plant.toml -o rate.json && lure verify rate.json --second
+
+\b
+w(t) = constant + amplitude sin(omega t) enters as [performance] says, or is
+added to mu.  With slope bounds the circle criterion proves, for every bounded
+w, that one bounded solution attracts all others.  Of a [nonlinearity] its
+amplitude, the largest |z| over a period, is enclosed: harmonics are balanced,
+what they miss is bounded in ball arithmetic, and a certified gain bounds the
+error.  Without [performance] z is sigma.  A rod: see lure response --help.
+
+\b
+Exit status: 0 one solution attracts all, 10 inconclusive, 11 in some loop it
+does not, 2 bad input, 130 interrupted before anything was found.
+"""
+
 REGION = """Say from where a loop recovers that is stable near 0 only.
 
 \b

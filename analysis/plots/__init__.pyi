@@ -21,6 +21,7 @@ from lure.analysis.plots.responses import plot_popov_response as plot_popov_resp
 from lure.analysis.plots.sectors import plot_nonlinearity_sector as plot_nonlinearity_sector
 from lure.analysis.plots.sectors import plot_nonlinearity_slope as plot_nonlinearity_slope
 from lure.analysis.plots.sectors import plot_violation as plot_violation
+from lure.analysis.plots.steady import plot_steady as plot_steady
 from lure.analysis.plots.style import Draw as Draw
 from lure.analysis.plots.style import Picture as Picture
 from lure.analysis.plots.style import render as render

@@ -7,5 +7,7 @@ from lure.analysis.questions.gain import GainBound as GainBound
 from lure.analysis.questions.gain import l2_gain as l2_gain
 from lure.analysis.questions.largest import StabilityBound as StabilityBound
 from lure.analysis.questions.problem import Problem as Problem
+from lure.analysis.questions.steady import SteadyResponse as SteadyResponse
+from lure.analysis.questions.steady import steady_response as steady_response
 from lure.analysis.questions.table import LoopAnalysis as LoopAnalysis
 from lure.analysis.questions.table import analyse as analyse

@@ -383,9 +383,13 @@ class _OneChannel:
 
 
 def _answered(
-    loop: _OneChannel | SeveralChannels, seconds: float | None, progress: Callable[[str, float], None] | None
+    loop: _OneChannel | SeveralChannels,
+    seconds: float | None,
+    progress: Callable[[str, float], None] | None,
+    *,
+    jumping: bool = True,
 ) -> RateBound:
-    """Both sides, the slowest gain first."""
+    """Both sides, the slowest gain first; without ``jumping`` constant gains are all that is looked at."""
     tell = progress or (lambda _step, _done: None)
     discrete, stopped = loop.discrete, None
     proof: tuple[Fraction, Proved] | None = None
@@ -394,8 +398,9 @@ def _answered(
         with time_limit(seconds):
             tell("constant gains", 0.0)
             refuted = _refuted(loop)
-            tell("gains that jump", 0.1)
-            refuted = _slower(loop, refuted)
+            if jumping:
+                tell("gains that jump", 0.1)
+                refuted = _slower(loop, refuted)
             tell("the circle criterion", 0.2)
             end = None if refuted is None else refuted[0]
             for better in _proofs(loop, end):
@@ -404,7 +409,7 @@ def _answered(
                 tell("Zames-Falb multipliers", 0.4)
                 for better in loop.by_multipliers(end, None if proof is None else proof[0]):
                     proof = better
-            if proof is None and not (refuted is not None and _lasting(loop, refuted[0])):
+            if jumping and proof is None and not (refuted is not None and _lasting(loop, refuted[0])):
                 tell("counterexamples", 0.8)
                 lasting = loop.lasting()
                 refuted = refuted if lasting is None else (Fraction(int(discrete)), lasting)
@@ -434,6 +439,37 @@ def _answered(
         reason=reason,
         stopped=stopped,  # type: ignore[arg-type]  # one of the two
     )
+
+
+def difference_rate(
+    plant: object,
+    classes: Diagonal,
+    *,
+    seconds: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> RateBound:
+    """The rate at which any two solutions of one loop with one input approach each other, from both sides.
+
+    Their difference solves the loop with gains ``g_i(t)`` between the slopes.  Against a rate speak constant gains
+    alone: those that jump belong to no ``phi`` of ``sigma``.
+
+    Parameters
+    ----------
+    plant : object
+        As for :func:`decay_rate`, of one channel as a rational function.
+    classes : Diagonal
+        Of the differences: constant gains, or time-varying sectors.
+    seconds, progress : optional
+        As for :func:`decay_rate`.
+    """
+    if isinstance(plant, RationalPlant):
+        return _answered(
+            _OneChannel(posed(plant, classes.classes[0], criterion=BEST, finite=False)),
+            seconds,
+            progress,
+            jumping=False,
+        )
+    return _answered(SeveralChannels(channel_problem(plant, classes)), seconds, progress, jumping=False)
 
 
 def _lasting(loop: _OneChannel | SeveralChannels, rate: Fraction) -> bool:

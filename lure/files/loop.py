@@ -22,6 +22,7 @@ from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
 from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
+from lure.plants.forcing import Forcing
 from lure.plants.interconnection import padded
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.performance import Performance
@@ -54,6 +55,9 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     """
     system = _closed((tables.name or "loop", tables.title or title, source), tables, folder)
     system = replace(system, ask=() if tables.report is None else tables.report.ask)
+    if tables.forcing is not None:
+        stated = {name: side for name, side in tables.forcing if side}
+        system = replace(system, forcing=Forcing.given(stated))
     if tables.performance is None:
         if "gain" in system.ask:
             raise InputError("report.ask has 'gain', and nothing says of what; give [performance] with Bw and Cz")
@@ -276,6 +280,8 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
         ]
     if system.performance is not None:
         tables["performance"] = dict(system.performance.stated)
+    if system.forcing is not None:
+        tables["forcing"] = system.forcing.stated
     if system.ask:
         tables["report"] = {"ask": list(system.ask)}
     return tables

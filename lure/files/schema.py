@@ -19,7 +19,7 @@ from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.plants import coefficients
 from lure.plants.multivariable import MOST_CHANNELS
 
-QUESTIONS = ("gain", "rate", "region")
+QUESTIONS = ("gain", "rate", "region", "steady")
 _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
 
 
@@ -56,6 +56,16 @@ def _rows(value: object, name: str, depth: int) -> list[Any]:
         _rows(entry, f"{name}[{i}]", depth - 1) if isinstance(entry, list) else _exact(entry, f"{name}[{i}]")
         for i, entry in enumerate(value)
     ]
+
+
+def _numbers(value: object, info: ValidationInfo) -> tuple[Fraction, ...]:
+    """A number, or a list of them."""
+    name = field_key(info)
+    if not isinstance(value, list):
+        return (_exact(value, name),)
+    if not value:
+        raise InputError(f"{name} is an empty list; give numbers, or leave it out")
+    return tuple(_exact(entry, f"{name}[{i}]") for i, entry in enumerate(value))
 
 
 def _direct(value: object, info: ValidationInfo) -> Fraction | list[Any]:
@@ -187,6 +197,7 @@ Bound: TypeAlias = Annotated[Fraction | None, BeforeValidator(_norm)]
 Size: TypeAlias = Annotated[tuple[int, int] | None, BeforeValidator(_size)]
 Dynamics: TypeAlias = Annotated[str | None, BeforeValidator(_dynamics)]
 Memory: TypeAlias = Annotated[str | None, BeforeValidator(_memory)]
+Numbers: TypeAlias = Annotated[tuple[Fraction, ...], BeforeValidator(_numbers)]
 Line: TypeAlias = Annotated[str | None, BeforeValidator(one_line)]
 
 
@@ -265,12 +276,22 @@ class PerformanceTable(BaseModel):
     Dsigmaw: Matrix = Field(default=None, description="from w to sigma, a row for each channel")
 
 
+class ForcingTable(BaseModel):
+    """``[forcing]``: an input ``w(t) = constant + amplitude sin(omega t)``, to which the steady response is asked."""
+
+    model_config = ConfigDict(**STRICT, title="forcing")
+    amplitude: Numbers = Field(default=(), description="of the sine, a number for each entry of w")
+    omega: Numbers = Field(default=(), description="its frequency, or a list of frequencies [rad/s]")
+    constant: Numbers = Field(default=(), description="what is constant in w, a number for each entry")
+    unit: Line = Field(default=None, description="the unit of z, for figures")
+
+
 class ReportTable(BaseModel):
     """``[report]``: what the report is asked beside stability."""
 
     model_config = ConfigDict(**STRICT, title="report")
     ask: Annotated[tuple[str, ...], BeforeValidator(_questions)] = Field(
-        default=(), description="a list of 'gain', 'rate' and 'region'"
+        default=(), description="a list of 'gain', 'rate', 'region' and 'steady'"
     )
 
 
@@ -286,6 +307,7 @@ class PlantTables(BaseModel):
         default_factory=list, alias="class"
     )
     performance: PerformanceTable | None = None
+    forcing: ForcingTable | None = None
     report: ReportTable | None = None
 
 
@@ -294,6 +316,7 @@ PLANT_TABLES: dict[str, type[BaseModel]] = {
     "nonlinearity": NonlinearityTable,
     "class": ClassTable,
     "performance": PerformanceTable,
+    "forcing": ForcingTable,
     "report": ReportTable,
 }
 LAW_TEXTS = ("text", "expression", "formula", "law", "kind", "file")

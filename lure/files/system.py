@@ -11,6 +11,7 @@ from lure.errors import InputError
 from lure.loop import Loop, loop_rows
 from lure.nonlinearities.base import Nonlinearity
 from lure.plants.delay import DelayPlant
+from lure.plants.forcing import Forcing
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.performance import Performance
 from lure.plants.rational import RationalPlant
@@ -56,6 +57,7 @@ class LoopSystem(Record):
     performance: Performance | None = quantity(
         "The disturbance and the output of which the gain is asked, if there are such", default=None
     )
+    forcing: Forcing | None = quantity("The input to which the steady response is asked, if there is one", default=None)
     ask: tuple[str, ...] = quantity("What a report is asked beside stability", key="", label="", default=())
     approximates: object = quantity(
         "What the block is an approximation of, if that is known", hidden=True, default=None
@@ -96,7 +98,7 @@ class LoopSystem(Record):
         """Plain JSON data; ``classes`` and ``nonlinearities`` stand there for several channels."""
         found, several = super().to_dict(), isinstance(self.block, MultivariablePlant)
         left_out = [] if several else ["classes", "nonlinearities"]
-        left_out += ["performance"] if self.performance is None else []
+        left_out += [name for name in ("performance", "forcing") if getattr(self, name) is None]
         return {key: value for key, value in found.items() if key not in left_out}
 
     def _rows(self) -> Iterator[tuple[object, ...]]:
@@ -108,6 +110,8 @@ class LoopSystem(Record):
             yield "class asked about", str(asked)
         if self.performance is not None:
             yield "performance", str(self.performance)
+        if self.forcing is not None:
+            yield "forcing", str(self.forcing)
         if self.source:
             yield "source", self.source
 

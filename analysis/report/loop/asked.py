@@ -1,4 +1,4 @@
-"""What a report is asked beside stability: a gain, a rate, a region; one row each."""
+"""What a report is asked beside stability: a gain, a rate, a region, a steady response; one row each."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 from lure.analysis.certificates.checker import Checked
 from lure.analysis.plots.gains import gain_curves
 from lure.analysis.plots.regions import flow_drawn
-from lure.analysis.questions import decay_rate, l2_gain
+from lure.analysis.questions import decay_rate, l2_gain, steady_response
 from lure.analysis.questions.decay import RateBound
 from lure.analysis.questions.gain import GainBound
 from lure.analysis.questions.regions import RegionOfAttraction, region
+from lure.analysis.questions.steady import SteadyResponse
 from lure.analysis.report.parts import FigureSpec
-from lure.analysis.verdict import Verdict
+from lure.analysis.verdict import Evidence, Verdict
 from lure.errors import AssumptionError, InputError
 from lure.extensions import extension
 from lure.files.system import LoopSystem
@@ -61,6 +62,14 @@ def _region(found: RegionOfAttraction) -> str:
     return " ".join(words)
 
 
+def _steady(found: SteadyResponse) -> str:
+    """What the figure of a steady response shows."""
+    words = ["Dashed: harmonic balance, in floating point."]
+    if any(row.evidence is Evidence.CERTIFIED for row in found.response):
+        words.append("Blue bars: certified at that frequency, from whatever start; between them nothing is.")
+    return " ".join(words)
+
+
 class Row(NamedTuple):
     """A question: its title, who answers it about a system, and the caption of what its figure shows."""
 
@@ -73,12 +82,14 @@ ASKED: Mapping[str, Row] = {
     "gain": Row("How much of a disturbance comes through", l2_gain, _gain),
     "rate": Row("How fast every solution decays", decay_rate, _rate),
     "region": Row("From where the loop recovers", region, _region),
+    "steady": Row("What a steady input leads to", steady_response, _steady),
 }
 
 
 _SHOWN = {
     "rate": ("a rate of decay, ", ""),
     "gain": ("anything about external inputs", "more about external inputs than the gain"),
+    "steady": ("anything about external inputs", "more about external inputs than the steady response"),
 }
 
 
@@ -146,6 +157,6 @@ def pictures(found: Mapping[str, Any]) -> Iterator[FigureSpec]:
     """
     for name, one in found.items():
         draw = extension("drawing", one)
-        if draw is not None:
+        if draw is not None and getattr(one, "drawn", True):
             title, _, caption = ASKED[name]
             yield FigureSpec(name=name, section="asked", title=title, caption=caption(one), draw=partial(draw, one))

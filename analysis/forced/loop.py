@@ -1,0 +1,254 @@
+"""A loop with an input around constant gains, in exact numbers: what harmonics of it make of harmonics of the input."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
+
+from lure.analysis.forced.curves import Curve, curve_of
+from lure.analysis.numerics.polynomial import to_fmpq
+from lure.analysis.numerics.precision import ball, working_precision
+from lure.arrays import Complexes, Reals, np
+from lure.errors import InputError
+from lure.nonlinearities.base import Nonlinearity
+from lure.plants.multivariable import MultivariablePlant
+from lure.plants.performance import Performance, Rows
+
+MOST_STATES = 24
+_BITS = 192
+
+
+@dataclass(frozen=True)
+class ForcedLoop:
+    r"""The loop with an input, and gains ``g_i`` taken out of its nonlinearities.
+
+    .. math:: \dot x = A x + B \nu + E w, \quad (\sigma, z) = C x + D \nu + F w, \quad
+        \nu_i = -\psi_i(\sigma_i), \quad \psi_i(\sigma) = \varphi_i(\sigma) - g_i \sigma,
+
+    in discrete time with ``x+``.  If the slopes of ``phi_i`` lie in ``[l_i, k_i]`` and ``g_i`` in their middle, the
+    differences of ``psi_i`` are at most ``kappa_i = (k_i - l_i)/2`` times those of ``sigma_i``.
+
+    Attributes
+    ----------
+    A, B, C, D, E, F : fmpq_mat
+        Exactly; ``C``, ``D`` and ``F`` have the rows of ``sigma``, then those of ``z``.
+    gains : tuple of Fraction
+        ``g``.
+    spread : tuple of Fraction
+        ``kappa``.
+    nonlinearities : tuple of Nonlinearity
+        ``phi``.
+    curves : tuple of Curve
+        Their enclosures.
+    discrete : bool
+        Whether in discrete time.
+    """
+
+    A: fmpq_mat
+    B: fmpq_mat
+    C: fmpq_mat
+    D: fmpq_mat
+    E: fmpq_mat
+    F: fmpq_mat
+    gains: tuple[Fraction, ...]
+    spread: tuple[Fraction, ...]
+    nonlinearities: tuple[Nonlinearity, ...]
+    curves: tuple[Curve, ...]
+    discrete: bool
+
+    @classmethod
+    def around(
+        cls,
+        H: MultivariablePlant,
+        performance: Performance | None,
+        nonlinearities: Sequence[Nonlinearity],
+        slopes: Sequence[tuple[Fraction, Fraction]],
+    ) -> ForcedLoop:
+        """The loop around the middle of the slopes.
+
+        Parameters
+        ----------
+        H : MultivariablePlant
+            The plant.
+        performance : Performance or None
+            Where ``w`` enters and what ``z`` is; without one ``w`` is added to ``mu`` where it enters the plant, and
+            ``z`` is ``sigma``.
+        nonlinearities : sequence of Nonlinearity
+            One for each channel.
+        slopes : sequence of pairs of Fraction
+            Bounds of their difference quotients.
+
+        Raises
+        ------
+        InputError
+            The plant has more than 24 states, ``1 + D g`` is singular, or a nonlinearity is known by its values alone.
+        """
+        if H.order > MOST_STATES:
+            raise InputError(f"the plant has {H.order} states; steady responses are enclosed for up to {MOST_STATES}")
+        m, (Bw, Cz, Dzw, Dzmu, Dsw) = H.inputs, _sides(H, performance)
+        A, B, C, D = (
+            _flint(rows, (len(rows), width)) for rows, width in ((H.A, H.order), (H.B, m), (H.C, H.order), (H.D, m))
+        )
+        gains = tuple((low + high) / 2 for low, high in slopes)
+        G = _flint([[g * (i == j) for j in range(m)] for i, g in enumerate(gains)], (m, m))
+        one = _flint([[Fraction(i == j) for j in range(m)] for i in range(m)], (m, m))
+        whole = one + D * G
+        if whole.det() == 0:
+            raise InputError("the loop has no solution with constant gains in the middle of the slopes")
+        turn = whole.inv()  # sigma = turn (C x + D nu + Dsw w)
+        S, N, W = turn * C, turn * D, turn * Dsw
+        sides = {"A": A - B * G * S, "B": B - B * G * N, "E": Bw - B * G * W}
+        sides |= {"C": _stacked(S, Cz - Dzmu * G * S), "D": _stacked(N, Dzmu - Dzmu * G * N)}
+        return cls(
+            **sides,
+            F=_stacked(W, Dzw - Dzmu * G * W),
+            gains=gains,
+            spread=tuple((high - low) / 2 for low, high in slopes),
+            nonlinearities=tuple(nonlinearities),
+            curves=tuple(map(curve_of, nonlinearities)),
+            discrete=H.dt is not None,
+        )
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return int(self.A.nrows())
+
+    @property
+    def channels(self) -> int:
+        """Number of nonlinearities ``m``."""
+        return len(self.gains)
+
+    @property
+    def inputs(self) -> int:
+        """Length of ``w``."""
+        return int(self.F.ncols())
+
+    @property
+    def outputs(self) -> int:
+        """Length of ``z``."""
+        return int(self.F.nrows()) - self.channels
+
+    @cached_property
+    def doubles(self) -> tuple[Reals, ...]:
+        """``A``, ``B``, ``C``, ``D``, ``E`` and ``F`` in doubles."""
+        return tuple(_doubles(side) for side in (self.A, self.B, self.C, self.D, self.E, self.F))
+
+    def responses(self, omega: float, count: int) -> tuple[Complexes, Complexes]:
+        """From harmonics ``0, ..., count`` of ``nu`` and of ``w`` to those of ``(sigma, z)``, in floating point.
+
+        Parameters
+        ----------
+        omega : float
+            The frequency [rad/s].
+        count : int
+            How many harmonics.
+        """
+        A, B, C, D, E, F = self.doubles
+        points = 1j * omega * np.arange(count + 1)
+        points = np.exp(points) if self.discrete else points
+        states = np.linalg.solve(points[:, None, None] * np.eye(len(A)) - A, np.hstack([B, E]).astype(complex))
+        whole = C @ states + np.hstack([D, F])
+        return whole[..., : self.channels], whole[..., self.channels :]
+
+    def response(self, omega: Fraction, harmonic: int) -> acb_mat:
+        """From a harmonic of ``(nu, w)`` to that of ``(sigma, z)``, in balls.
+
+        Parameters
+        ----------
+        omega : Fraction
+            The frequency [rad/s].
+        harmonic : int
+            Which.
+        """
+        at = acb(0, ball(omega * harmonic))
+        at = at.exp() if self.discrete else at
+        inward = [[*left, *right] for left, right in zip(self.B.tolist(), self.E.tolist(), strict=True)]
+        direct = acb_mat([[*left, *right] for left, right in zip(self.D.tolist(), self.F.tolist(), strict=True)])
+        left = acb_mat(
+            [[at * (i == j) - acb(arb(v)) for j, v in enumerate(row)] for i, row in enumerate(self.A.tolist())]
+        )
+        return acb_mat(self.C.tolist()) * left.solve(acb_mat(inward)) + direct
+
+    def smoothing(self, omega: Fraction) -> list[arb]:
+        r"""For each row of ``(sigma, z)``, ``D nu`` left out, what it is at most where ``nu`` has the mean square 1.
+
+        .. math:: |y(t)| \le \|g\| \Big(\int_0^T |\nu|^2\Big)^{1/2}, \quad g(t) = c\, e^{At} (1 - e^{AT})^{-1} B, \quad
+            \int_0^T |g|^2 = \mathrm{tr}\, M' (X - e^{A'T} X e^{AT}) M, \quad A'X + X A = -c'c,
+
+        ``M = (1 - e^(AT))^-1 B``: the periodic solution is the convolution with ``g`` over a period.
+
+        Parameters
+        ----------
+        omega : Fraction
+            The frequency [rad/s]; 0 for constant signals.
+        """
+        with working_precision(_BITS):
+            return self._smoothing(omega)
+
+    def _smoothing(self, omega: Fraction) -> list[arb]:
+        rows = self.C.nrows()
+        if not omega or self.discrete:
+            constant = self.response(Fraction(0), 0)
+            inner = [[constant[i, j].real - arb(self.D[i, j]) for j in range(self.channels)] for i in range(rows)]
+            return [sum((v * v for v in row), arb(0)).sqrt() for row in inner]
+        T = 2 * arb.pi() / ball(omega)
+        A, B = arb_mat(self.A.tolist()), arb_mat(self.B.tolist())
+        E = (A * T).exp()
+        one = arb_mat([[arb(i == j) for j in range(self.order)] for i in range(self.order)])
+        begun = (one - E).solve(B)  # of the periodic response to an impulse in every period
+        ended = E * begun
+        found = list[arb]()
+        for X in self.observability:
+            energy = (begun.transpose() * X * begun).trace() - (ended.transpose() * X * ended).trace()
+            found.append((T * energy.nonnegative_part()).sqrt())
+        return found
+
+    @cached_property
+    def observability(self) -> list[arb_mat]:
+        """For each row ``c`` of ``C`` the ``X`` with ``A'X + X A = -c'c``, in balls."""
+        n = self.order
+        pairs = [(i, j) for i in range(n) for j in range(i + 1)]
+        at = {pair: k for k, pair in enumerate(pairs)} | {(j, i): k for k, (i, j) in enumerate(pairs)}
+        A = self.A.tolist()
+        left = [[fmpq(0)] * len(pairs) for _ in pairs]
+        for k, (i, j) in enumerate(pairs):
+            for h in range(n):
+                left[k][at[h, j]] += A[h][i]
+                left[k][at[i, h]] += A[h][j]
+        right = [[-row[i] * row[j] for row in self.C.tolist()] for i, j in pairs]
+        solved = arb_mat(left).solve(arb_mat(right))
+        rows = range(self.C.nrows())
+        return [arb_mat([[solved[at[i, j], r] for j in range(n)] for i in range(n)]) for r in rows]
+
+
+def _sides(H: MultivariablePlant, performance: Performance | None) -> list[fmpq_mat]:
+    """``Bw``, ``Cz``, ``Dzw``, ``Dzmu`` and ``Dsigmaw``."""
+    n, m = H.order, H.inputs
+    if performance is None:
+        return [_flint(rows, shape) for rows, shape in ((H.B, (n, m)), (H.C, (m, n)), *[(H.D, (m, m))] * 3)]
+    performance.beside(H)  # refuses what does not fit
+    p, q = performance.inputs, performance.outputs
+    shapes = {"Bw": (n, p), "Cz": (q, n), "Dzw": (q, p), "Dzmu": (q, m), "Dsigmaw": (m, p)}
+    return [_flint(getattr(performance, name), shape) for name, shape in shapes.items()]
+
+
+def _flint(rows: Rows | Sequence[Sequence[Fraction]], shape: tuple[int, int]) -> fmpq_mat:
+    """The matrix; zeros where none is given."""
+    if not rows or not shape[1]:
+        return fmpq_mat(*shape)
+    return fmpq_mat([[to_fmpq(v) for v in row] for row in rows])
+
+
+def _stacked(top: fmpq_mat, bottom: fmpq_mat) -> fmpq_mat:
+    rows = top.tolist() + bottom.tolist()
+    return fmpq_mat(rows) if rows and rows[0] else fmpq_mat(len(rows), top.ncols())
+
+
+def _doubles(side: fmpq_mat) -> Reals:
+    rows = [[int(v.p) / int(v.q) for v in row] for row in side.tolist()]
+    return np.array(rows, dtype=float).reshape(side.nrows(), side.ncols())

@@ -1,0 +1,452 @@
+"""The steady response of a loop to a constant input and to a sine: whether there is one alone, and how large it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.deadline import checkpoint, time_limit
+from lure.analysis.drawing import drawing
+from lure.analysis.forced.balance import Wave, balanced
+from lure.analysis.forced.band import band
+from lure.analysis.forced.loop import ForcedLoop
+from lure.analysis.nonlinearity.membership import Status, membership
+from lure.analysis.numerics.doubles import bound_above, bound_below
+from lure.analysis.numerics.evidence import ends
+from lure.analysis.questions.channel_problem import channel_plant, channel_problem
+from lure.analysis.questions.decay import RateBound, difference_rate
+from lure.analysis.questions.gain import GainBound, l2_gain
+from lure.analysis.questions.largest import UNFINISHED, Stopped
+from lure.analysis.questions.problem import class_given
+from lure.analysis.verdict import Bracket, Evidence, Verdict
+from lure.arrays import np
+from lure.classes import Diagonal, NonlinearityClass, Sector
+from lure.errors import InputError
+from lure.files.system import LoopSystem
+from lure.nonlinearities.base import Nonlinearity
+from lure.plants import as_plant
+from lure.plants.conversion import rational_if_moderate
+from lure.plants.forcing import Forcing
+from lure.plants.multivariable import MultivariablePlant
+from lure.plants.performance import Performance
+from lure.plants.rational import RationalPlant
+from lure.record import Page, Record, derived, quantity
+
+if TYPE_CHECKING:
+    from lure.analysis.drawing import Axes
+
+_COUNTS, _WIDTH = (8, 16, 32, 64, 128), 5e-4  # harmonics; of the band, relative, where no more are taken
+_POINTS, _DECADE, _SHARE = 25, 10.0, 1e-9
+
+
+class SteadyPoint(Record):
+    """The steady response at one frequency."""
+
+    omega: float = quantity("Frequency of the input; 0 for a constant one", "rad s-1", dims="", key="omega")
+    amplitude: Bracket = quantity(
+        "Largest ``|z(t)|`` over a period: of every steady response that is shown to exist", plainly=ends
+    )
+    sigma: tuple[Bracket, ...] = quantity(
+        "Largest ``|sigma_i(t)|`` over a period", plainly=lambda all_of: [ends(one) for one in all_of], label=""
+    )
+    computed: float = quantity("The amplitude by harmonic balance, in floating point", "1", dims="", key="computed")
+    error: float = quantity(
+        "How far ``z`` is from the balanced one at any time, at most", "1", dims="", key="error", form="above"
+    )
+    harmonics: int = quantity("How many harmonics were balanced", "1", dims="", key="harmonics")
+    residual: float = quantity("Mean square root of what they miss of ``phi(sigma)``", form="above")
+    evidence: Evidence = quantity(
+        "CERTIFIED: the solution exists, alone, with that amplitude; COMPUTED: ``computed`` alone"
+    )
+
+    @property
+    @derived("1", dims="", key="")
+    def low(self) -> float:
+        """Lower end of the amplitude."""
+        return self.amplitude.low
+
+    @property
+    @derived("1", dims="", key="")
+    def high(self) -> float:
+        """Upper end of the amplitude."""
+        return self.amplitude.high
+
+    def __str__(self) -> str:
+        at = f"at {self.omega:g} rad/s" if self.omega else "to the constant input"
+        if self.evidence is not Evidence.CERTIFIED:
+            return f"{at} the amplitude of z is about {self.computed:.4g} (computed)"
+        low, high = bound_below(self.amplitude.low), bound_above(self.amplitude.high)
+        return f"{at} the amplitude of z is between {low} and {high} (certified)"
+
+
+class SteadyResponse(Record):
+    r"""Whether a loop forgets where it began, and how large its steady response to an input is."""
+
+    classes: Diagonal = quantity("The classes of the channels")
+    known: tuple[str, ...] = quantity("The nonlinearities in words, if they are known", default=())
+    forcing: Forcing | None = quantity("The input, if there is one", default=None)
+    response: tuple[SteadyPoint, ...] = quantity(
+        "The steady response at each frequency, ascending", dims="omega", each=SteadyPoint, default=()
+    )
+    differences: RateBound = quantity("How fast differences of two solutions decay", key="", label="")
+    incremental: GainBound | None = quantity(
+        "How much of what is added to ``mu`` is seen in ``sigma``, of differences", key="", label="", default=None
+    )
+    outside: bool = quantity("Whether constant gains of the slopes may not belong to the class", key="", default=False)
+    assumed: str = quantity("What is believed of the nonlinearities; empty if nothing", default="")
+    open_reason: str = quantity("Why the response is not enclosed; empty if it is", key="", label="", default="")
+    stopped: Stopped | None = quantity("What ended the search before it was complete", default=None)
+    _kind, _said = "steady response", "sentence"
+
+    @property
+    @derived()
+    def verdict(self) -> Verdict:
+        """PROVED: every loop of the class has one bounded solution, which attracts all.  REFUTED: a member has not."""
+        found = self.differences.verdict
+        if found is Verdict.REFUTED and (self.known or self.outside):
+            return Verdict.INCONCLUSIVE  # a constant gain is not the nonlinearity that is given
+        return found
+
+    @property
+    @derived()
+    def evidence(self) -> str:
+        """What the verdict rests on."""
+        return "certified" if self.verdict is not Verdict.INCONCLUSIVE else ""
+
+    @property
+    @derived(plainly=ends)
+    def rate(self) -> Bracket:
+        """How fast differences decay [1/s; in discrete time a factor]: one end is proved, past the other nothing is."""
+        found = self.differences.rate
+        if not (self.known or self.outside):
+            return found
+        return Bracket(0.0, found.high) if self.differences.time == "discrete" else Bracket(found.low, math.inf)
+
+    @property
+    @derived()
+    def gain(self) -> float:
+        """An incremental L2 gain from what is added to ``mu`` to ``sigma``; infinite where none is proved."""
+        return math.inf if self.incremental is None else self.incremental.gain.high
+
+    @property
+    @derived()
+    def reason(self) -> str:
+        """Why it is not proved that one solution attracts all, or how large it is; empty if both are."""
+        if self.verdict is not Verdict.INCONCLUSIVE:
+            return self.open_reason
+        if self.differences.refutation is not None and self.differences.verdict is Verdict.REFUTED:
+            return (
+                f"differences decay for no class that contains the slopes: {self.differences.witness} a solution does "
+                "not, and multipliers of Popov or Zames and Falb say nothing of differences"
+            )
+        return "the circle criterion does not prove that differences of solutions decay"
+
+    @property
+    def proof(self) -> Proved | None:
+        """What the checker accepted of the rate."""
+        return self.differences.proof
+
+    @property
+    def refutation(self) -> Refuted | None:
+        """What the checker accepted of a member whose differences do not decay, or no faster."""
+        return None if self.known or self.outside else self.differences.refutation
+
+    @property
+    def certificates(self) -> dict[str, Mapping[str, Any] | None]:
+        """The certificates of the rate, against a faster one, and of the incremental gain; None where there is none."""
+        gain = None if self.incremental is None else self.incremental.proof
+        shown = {"rate": self.proof, "slower": self.refutation, "gain": gain}
+        return {name: None if one is None else one.certificate for name, one in shown.items()}
+
+    @property
+    def drawn(self) -> bool:
+        """Whether there is a frequency to draw."""
+        return any(row.omega and row.computed > 0 for row in self.response)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The amplitude over frequency with its band; see :func:`lure.analysis.plots.plot_steady`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        made: Axes = drawing(self)(self, ax=ax)
+        return made
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data with the certificates; infinite numbers are the text ``inf``."""
+        return super().to_dict() | {"certificates": self.certificates}
+
+    def __bool__(self) -> bool:
+        raise TypeError("a steady response has a verdict and no truth value; compare result.verdict")
+
+    @property
+    def _of(self) -> str:
+        return " and ".join(self.known) if self.known else str(self.classes)
+
+    def __str__(self) -> str:
+        whole = " and ".join(dict.fromkeys(self.known)) if self.known else str(self.classes)
+        given = ", ".join(filter(None, (whole, self.assumed)))
+        if self.verdict is Verdict.PROVED:
+            low, high = self.differences.rate.low, self.differences.rate.high
+            falls = f"{bound_above(high)}^t" if self.differences.time == "discrete" else f"exp(-{bound_below(low)} t)"
+            said = (
+                f"One solution is bounded on the whole time axis, and every other approaches it like {falls}, whatever "
+            )
+            said += f"the bounded input, for {given} ({self.differences.criterion}, certified)."
+            said += f" How large it is, is not known: {self.reason}." if self.reason else ""
+        elif self.verdict is Verdict.REFUTED:
+            said = f"Not every loop has a solution that attracts all others for {given}: {self.differences.witness} "
+            said += "differences of solutions do not decay."
+        else:
+            said = f"It is not decided whether one solution attracts all others for {given}: {self.reason}."
+        if self.response:
+            extremes = dict.fromkeys([max(self.response, key=lambda one: one.computed), self.response[0]])
+            said += "".join(f" {text[0].upper()}{text[1:]}." for text in map(str, extremes))
+        return f"{said} {UNFINISHED[self.stopped] if self.stopped else ''}".rstrip()
+
+    def _page(self) -> Page:
+        rows = [("rate of attraction", self.rate), ("proved by", self.differences.criterion or "-")]
+        rows += [("in a sentence", str(self))]
+        table = [
+            (f"{one.omega:g}", bound_below(one.amplitude.low), bound_above(one.amplitude.high), f"{one.computed:.4g}")
+            for one in self.response
+        ]
+        below = (
+            [Page("Amplitude of z", table, head=("omega [rad/s]", "at least", "at most", "computed"))] if table else []
+        )
+        return Page("Steady response", rows, verdict=str(self.verdict), below=below)
+
+
+def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, the input and two settings)
+    loop: object,
+    nonlinearity: object = None,
+    forcing: object = None,
+    performance: object = None,
+    *,
+    seconds: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> SteadyResponse:
+    r"""Whether a loop has exactly one bounded solution, which attracts all others, and how large it is.
+
+    .. math:: \dot x = A x + B \mu + B_w w, \quad \sigma = C x + D \mu + D_{\sigma w} w, \quad
+        z = C_z x + D_{z\mu} \mu + D_{zw} w, \quad \mu_i = -\varphi_i(\sigma_i), \quad w = w_0 + a \sin(\omega t).
+
+    Parameters
+    ----------
+    loop : LoopSystem, or anything :func:`lure.as_plant` takes
+        The loop or its plant, rational.
+    nonlinearity : object, optional
+        A class with slope bounds or a nonlinearity, a list of them for several channels; those of the system if it is
+        not given.
+    forcing : mapping or Forcing, optional
+        ``amplitude``, ``omega`` [rad/s] and ``constant``; that of the system if it is not given.
+    performance : mapping or Performance, optional
+        Where ``w`` enters and what ``z`` is, as for :func:`l2_gain`; without one ``w`` is added to ``mu`` and ``z`` is
+        ``sigma``.
+    seconds : float or None
+        Time allowed.
+    progress : callable, optional
+        Called as ``progress(step, done)`` when a step begins.
+
+    Returns
+    -------
+    SteadyResponse
+        PROVED is about every nonlinearity with these slopes, and every bounded input.  The amplitudes are about the
+        nonlinearity that is given.
+
+    Raises
+    ------
+    InputError
+        No slope bounds are known, the forcing does not fit, the plant is not rational, or the forcing is a sine and
+        time is discrete.
+
+    Notes
+    -----
+    Differences of two solutions with one input solve the loop with ``phi_1 - phi_2 = g(t) (sigma_1 - sigma_2)``, ``g``
+    between the slopes, so that the circle criterion with a rate proves that they decay (Yakubovich 1964; Demidovich
+    1961; Pavlov, van de Wouw, Nijmeijer 2006).  The response is that of :mod:`lure.analysis.forced`: harmonics are
+    balanced, their residual enclosed in balls, and an incremental gain, certified, makes of it a band.
+
+    Examples
+    --------
+    >>> from lure import Saturation
+    >>> found = steady_response(([1], [1, 1, 1]), Saturation(), {"amplitude": 3, "omega": 1})
+    >>> print(found.verdict, round(found.response[0].amplitude.low, 2), round(found.response[0].amplitude.high, 2))
+    PROVED 2.69 2.69
+    """
+    asked = _posed(loop, nonlinearity, forcing, performance)
+    tell, stopped = progress or (lambda _step, _done: None), None
+    between = _differences(asked.classes)
+    points, gain, reason = list[SteadyPoint](), None, ""
+    differences = difference_rate(asked.plant, between, seconds=seconds, progress=progress)
+    if asked.forcing is not None and asked.known and differences.verdict is Verdict.PROVED:
+        try:
+            with time_limit(seconds):
+                tell("the incremental gain", 0.5)
+                H = asked.H
+                gain = l2_gain(H, between, _added(H), progress=None)
+                if math.isinf(gain.gain.high):
+                    reason = "no incremental gain is proved"
+                for done, point in _points(asked, between, gain):
+                    points.append(point)
+                    tell("harmonic balance", 0.6 + 0.4 * done)
+        except TimeoutError:
+            stopped = "time"
+    return SteadyResponse(
+        classes=asked.classes,
+        known=tuple(map(str, asked.known)),
+        forcing=asked.forcing,
+        response=tuple(points),
+        differences=differences,
+        incremental=gain,
+        outside=any(_narrow(one) for one in asked.classes.classes),
+        assumed=asked.assumed,
+        open_reason=reason,
+        stopped=cast("Stopped | None", stopped),
+    )
+
+
+class _Asked(NamedTuple):
+    """The question."""
+
+    plant: object
+    H: MultivariablePlant
+    classes: Diagonal
+    known: tuple[Nonlinearity, ...]
+    forcing: Forcing | None
+    performance: Performance | None
+    assumed: str
+
+
+def _posed(loop: object, given: object, forcing: object, performance: object) -> _Asked:
+    plant, known, classes = loop, list[object](), None
+    if isinstance(loop, LoopSystem):
+        plant = loop.block
+        forcing = loop.forcing if forcing is None else forcing
+        performance = loop.performance if performance is None else performance
+        if given is None:
+            if loop.open:
+                raise InputError(
+                    "no class of nonlinearities is given; give [class] with slope = [l, k], or [nonlinearity]"
+                )
+            known = [*loop.nonlinearities] or [one for one in (loop.nonlinearity,) if one is not None]
+            classes = loop.classes or (
+                None if loop.nonlinearity_class is None else Diagonal((loop.nonlinearity_class,))
+            )
+    if given is not None:
+        listed = given if isinstance(given, list | tuple | Diagonal) else [given]
+        if isinstance(listed, Diagonal) or all(class_given(one) is not None for one in listed):
+            classes = channel_problem(plant, listed).classes
+        else:
+            known = list(listed)
+    H, tested = channel_plant(plant), tuple[Nonlinearity, ...]()
+    if known:
+        problem = channel_problem(plant, known)
+        tested, classes = problem.known, classes or problem.classes
+    if classes is None:
+        raise InputError("no class of nonlinearities is given; give one with slope bounds, or a nonlinearity")
+    if len(classes.classes) != H.inputs or H.inputs != H.outputs:
+        raise InputError(
+            f"{len(classes.classes)} classes are given, and the plant has {H.size}; give one for each channel"
+        )
+    stated = None if forcing is None else Forcing.given(forcing)
+    sides = None if performance is None else Performance.given(performance)
+    if stated is not None:
+        width = H.inputs if sides is None else sides.inputs
+        if stated.inputs != width:
+            raise InputError(f"forcing has {stated.inputs} entries, and w has {width}; give one for each")
+        if H.dt is not None and any(stated.amplitude):
+            raise InputError(
+                "forcing.amplitude is given, and time is discrete, where a sampled sine need not repeat; give constant"
+            )
+    assumed = _assumed(tested, classes)
+    exact = rational_if_moderate(as_plant(plant))
+    return _Asked(exact if isinstance(exact, RationalPlant) else H, H, classes, tested, stated, sides, assumed)
+
+
+def _assumed(known: tuple[Nonlinearity, ...], classes: Diagonal) -> str:
+    """What is declared of slopes and not shown."""
+    for one, own in zip(known, classes.classes, strict=False):
+        if membership(one, own).status is not Status.CHECKED:
+            return "whose slopes are as declared"
+    return ""
+
+
+def _narrow(one: NonlinearityClass) -> bool:
+    """Whether constant gains between the slopes need not be members of the class."""
+    slope, ends_of = one.slope, (one.sector.lower, one.sector.upper)
+    return one.rectifier or (not one.linear and slope is not None and (slope.lower, slope.upper) != ends_of)
+
+
+def _differences(classes: Diagonal) -> Diagonal:
+    """What differences of two solutions see: gains between the slopes that vary."""
+    found = list[NonlinearityClass]()
+    for i, one in enumerate(classes.classes, 1):
+        slope = one.slope
+        if one.linear and not one.operator:
+            found.append(one)
+            continue
+        if one.operator or one.memory or slope is None or math.inf in map(abs, (slope.lower, slope.upper)):
+            raise InputError(
+                f"channel {i} is {one}, without finite bounds of its slope, on which steady responses rest; give "
+                "slope = [l, k]"
+            )
+        found.append(NonlinearityClass(sector=Sector(slope.lower, slope.upper), time_varying=True))
+    return Diagonal(tuple(found), repeated=classes.repeated)
+
+
+def _added(H: MultivariablePlant) -> Performance:
+    """From what is added to ``mu`` to ``sigma``."""
+    return Performance(Bw=H.B, Cz=H.C, Dzw=H.D, Dzmu=H.D, Dsigmaw=H.D)
+
+
+def _points(asked: _Asked, between: Diagonal, gain: GainBound) -> Iterator[tuple[float, SteadyPoint]]:
+    """The response at each frequency, with what share of them is done."""
+    slopes = [(Fraction(one.sector.lower), Fraction(one.sector.upper)) for one in between.classes]
+    loop = ForcedLoop.around(asked.H, asked.performance, asked.known, slopes)
+    forcing = asked.forcing
+    assert forcing is not None, "asked where there is one"
+    omegas = sorted(set(forcing.omega)) if forcing.omega else _chosen(loop) if any(forcing.amplitude) else [Fraction(0)]
+    zeros = (Fraction(0),) * forcing.inputs
+    for i, omega in enumerate(omegas):
+        checkpoint()
+        wave = Wave(forcing.constant or zeros, forcing.amplitude or zeros, omega)
+        yield (i + 1) / len(omegas), _point(loop, wave, gain.gain.high)
+
+
+def _point(loop: ForcedLoop, wave: Wave, gain: float) -> SteadyPoint:
+    """More and more harmonics, until the band is narrow."""
+    start, known = np.zeros((loop.channels, 1), complex), math.isfinite(gain)
+    smooth = loop.smoothing(wave.base) if known else []
+    spread = gain * float(max(loop.spread)) + 1
+    slack = spread * max((float(one.mid()) for one in smooth[loop.channels :]), default=0.0)
+    for count in _COUNTS if wave.omega else (0,):
+        found = balanced(loop, wave, start, count)
+        start = found.psi
+        if slack * found.missed < _WIDTH * found.peak:
+            break
+    shown = band(loop, found, Fraction(gain), smooth) if known else None
+    nothing = Bracket(0.0, math.inf)
+    return SteadyPoint(
+        omega=float(wave.omega),
+        amplitude=nothing if shown is None else shown.z,
+        sigma=(nothing,) * loop.channels if shown is None else shown.sigma,
+        computed=found.peak,
+        error=math.inf if shown is None else shown.error,
+        harmonics=found.count,
+        residual=found.missed if shown is None else shown.residual,
+        evidence=Evidence.COMPUTED if shown is None else Evidence.CERTIFIED,
+    )
+
+
+def _chosen(loop: ForcedLoop) -> list[Fraction]:
+    """Frequencies around those of the loop, with few digits."""
+    sizes = np.abs(np.linalg.eigvals(loop.doubles[0]))  # none is 0: differences decay
+    seen = sizes[sizes > _SHARE * sizes.max()]
+    low, high = float(seen.min()) / _DECADE, float(seen.max()) * _DECADE
+    return [Fraction(f"{value:.3g}") for value in np.geomspace(low, high, _POINTS)]

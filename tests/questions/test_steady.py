@@ -1,0 +1,154 @@
+"""Steady responses against closed forms, against simulations from many starts, and where nothing may be said."""
+
+import json
+import math
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+
+from lure import InputError, Saturation, SlopeBounds, Tanh
+from lure.analysis import Verdict, steady_response
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.cli.entry import main
+from lure.nonlinearities import ExpressionNonlinearity, PiecewiseLinear
+
+RESONANT = ([1], [1, 1, 1])
+FILE = """
+[plant]
+num = [1]
+den = [1, 1, 1]
+[nonlinearity]
+kind = "saturation"
+gain = 1
+limit = 1
+[forcing]
+amplitude = 3
+omega = 1
+unit = "mm"
+"""
+
+
+# below the limit of the saturation the loop is H/(1 + H) = 1/(s^2 + s + 2): amplitude 1/|2 - omega^2 + i omega|
+@pytest.mark.parametrize("omega", [F(1, 2), 3])
+def test_a_loop_that_stays_on_its_line_has_the_closed_form_to_all_digits(omega):
+    found = steady_response(RESONANT, Saturation(), {"amplitude": 1, "omega": omega}).response[0]
+    truth = 1 / math.hypot(2 - omega**2, omega)
+    assert found.amplitude.low <= truth * (1 + 1e-15)
+    assert truth * (1 - 1e-15) <= found.amplitude.high
+    assert found.amplitude.width < 1e-10 * truth
+
+
+# sigma = H(0) (w - phi(sigma)), H(0) = 1: w = 2 + phi(2) leads to 2
+@pytest.mark.parametrize(("phi", "w"), [(Saturation(), 3), (Tanh(), 2 + math.tanh(2))])
+def test_a_constant_input_has_its_equilibrium(phi, w):
+    found = steady_response(RESONANT, phi, {"constant": w}).response[0]
+    assert found.omega == 0
+    assert found.amplitude.low - 1e-12 <= 2 <= found.amplitude.high + 1e-12
+    assert found.amplitude.width < 1e-12
+
+
+def test_a_direct_term_goes_into_the_band():  # H = (s + 2)/(s + 1), constant w = 3: sigma = 2 (3 - sat), H(0) = 2
+    found = steady_response(([1, 2], [1, 1]), Saturation(), {"constant": 3, "amplitude": F(1, 10), "omega": 20})
+    at = found.response[0].amplitude
+    assert 4 < at.low <= 4 + 0.1 * abs((20j + 2) / (20j + 1)) <= at.high < 4.11  # sigma > 1, where sat stays 1
+
+
+def simulated(phi, wave, starts, periods=14, steps=120):
+    """Peak of |sigma| over the last period from each start, by Runge and Kutta's method."""
+    A, B, C = np.array([[0, 1], [-1, -1.0]]), np.array([[0], [1.0]]), np.array([[1.0, 0]])  # of RESONANT
+    omega, amplitude, constant = wave
+    step, x, peak = 2 * math.pi / omega / steps, starts.copy(), 0.0
+
+    def rate(t, x):
+        return x @ A.T + np.outer(constant + amplitude * np.sin(omega * t) - np.asarray(phi(x @ C[0])), B[:, 0])
+
+    for k in range(periods * steps):
+        t = k * step
+        one = rate(t, x)
+        two = rate(t + step / 2, x + step / 2 * one)
+        three = rate(t + step / 2, x + step / 2 * two)
+        x = x + step / 6 * (one + 2 * two + 2 * three + rate(t + step, x + step * three))
+        if k >= (periods - 1) * steps:
+            peak = np.maximum(peak, np.abs(x @ C[0]))
+    return peak
+
+
+BENT = PiecewiseLinear([(-1, F(-1, 2)), (0, 0), (2, 2)], left_slope=F(1, 4), right_slope=F(1, 2))
+
+
+@pytest.mark.parametrize("phi", [BENT, ExpressionNonlinearity("sigma/(1 + sigma**2)**0.5")])
+def test_simulations_from_any_start_end_inside_the_band(phi):
+    wave = (1.25, 2.0, 0.5)
+    found = steady_response(RESONANT, phi, {"amplitude": 2, "constant": F(1, 2), "omega": F(5, 4)}).response[0]
+    assert found.amplitude.width < 5e-3 * found.amplitude.low
+    peaks = simulated(phi, wave, np.random.default_rng(1).normal(0, 10, (50, 2)))
+    assert (found.amplitude.low - 1e-4 <= peaks).all()
+    assert (peaks <= found.amplitude.high + 1e-4).all()
+
+
+# x' = -x - phi + w: differences decay like exp(-(1 + g) t), g between the slopes, so that 1 + l is the rate
+@pytest.mark.parametrize(("slopes", "rate"), [((0, 1), 1), ((F(-1, 2), 1), F(1, 2)), ((2, 5), 3)])
+def test_the_rate_of_attraction_is_that_of_the_slowest_gain(slopes, rate):
+    found = steady_response(([1], [1, 1]), SlopeBounds(*slopes))
+    assert found.verdict is Verdict.PROVED
+    assert found.rate.low == pytest.approx(float(rate), rel=1e-5)
+    assert found.rate.low <= rate <= found.rate.high
+    assert recheck(json.loads(json.dumps(found.certificates["rate"]))).accepted
+
+
+# 1/(s (s + 1)) has a pole at 0: with phi = 0 nothing attracts; 1/(s - 1) is stable for gains above 1
+@pytest.mark.parametrize(
+    ("plant", "slopes", "verdict"),
+    [
+        (([1], [1, 1, 0]), (0, 1), Verdict.REFUTED),
+        (([1], [1, 1, 0]), (F(1, 10), F(1, 2)), Verdict.PROVED),
+        (([1], [1, -1]), (2, 3), Verdict.PROVED),
+        (([1], [1, -1]), (F(1, 2), 3), Verdict.REFUTED),
+    ],
+)
+def test_poles_on_the_axis_and_beyond(plant, slopes, verdict):
+    assert steady_response(plant, SlopeBounds(*slopes)).verdict is verdict
+
+
+def test_a_constant_gain_says_nothing_against_a_saturation():
+    found = steady_response(([1], [1, 1, 0]), Saturation())
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.refutation is None
+    assert "with phi = 0" in found.reason
+
+
+def test_popov_proves_stability_where_nothing_is_proved_of_differences():
+    found = steady_response(([1], [1, F(1, 5), 1]), SlopeBounds(0, 10))  # Popov's criterion: every slope
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.rate.low == -math.inf
+
+
+@pytest.mark.parametrize(
+    ("given", "forcing", "message"),
+    [
+        (SlopeBounds(0, math.inf), None, "give finite ones"),
+        (Saturation(), {"omega": 1}, "neither amplitude nor constant"),
+        (Saturation(), {"amplitude": 1, "omega": -1}, "omega is -1"),
+        (Saturation(), {"amplitude": [1, 2], "omega": 1}, "2 entries"),
+        (Saturation(), {"amplitude": 1, "frequency": 1}, "'frequency'"),
+    ],
+)
+def test_bad_input_is_one_sentence(given, forcing, message):
+    with pytest.raises(InputError, match=message):
+        steady_response(RESONANT, given, forcing)
+
+
+def test_the_command_tells_the_same_as_json(tmp_path, capsys):
+    (tmp_path / "a.toml").write_text(FILE)
+    certificate, figure = tmp_path / "rate.json", tmp_path / "a.svg"
+    status = main(["steady", str(tmp_path / "a.toml"), "--json", "-q", "-o", str(certificate), "--plot", str(figure)])
+    data = json.loads(capsys.readouterr().out)
+    assert status == 0
+    assert data["verdict"] == "PROVED"
+    low, high = data["response"][0]["amplitude"]
+    assert 2.68 < low < 2.69 < high < 2.7
+    assert recheck(json.loads(certificate.read_text())).accepted
+    assert "[mm]" in figure.read_text()
+    assert main(["steady", str(tmp_path / "a.toml"), "--omega", "0:1"]) == 2
+    assert "--omega is '0:1'" in capsys.readouterr().err
