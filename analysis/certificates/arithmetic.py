@@ -249,6 +249,10 @@ def positive(p: Any, low: Fraction = ZERO, high: Fraction | None = None) -> bool
         return False
     if low == 0 and high is not None and p[0] + sum(min(a, 0) * high**i for i, a in enumerate(p) if i) > 0:
         return True
+    if low == 0 and high is not None and len(p) > 4:
+        found = positive_near(primitive(a * high**i for i, a in enumerate(p)))  # over [0, 1]
+        if found is not None:
+            return found
     p = p[::2] if low == 0 and high is None and not any(p[1::2]) else p
     if low == 0 and high is None and len(p) > 4:  # Sturm's chains are long
         whole = primitive(p)

@@ -257,8 +257,10 @@ def increments(H: Plant, asked: Channels) -> Channels:
     return Channels(families, [range(i, i + 1) for i in range(len(families))])
 
 
-def undelayed(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
+def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Channels]:
     """The loop with the gain 1 in place of each delay, and norm-bounded operators beside these.
+
+    Constant delays may be kept: the theorem is about them.
 
     A constant one: ``w = Delta m(h s) sigma`` with ``|Delta| <= 1``, linear and time-invariant, as
     ``|e^(-i omega tau) - 1| <= |m(i omega h)|`` (:func:`majorised`), ``m(s)/s`` and its inverse times ``s/(1 + s)``
@@ -268,18 +270,22 @@ def undelayed(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
     own = [i for i, family in each(asked) if family.operator in DELAYS]
     if not own:
         return H, asked
-    need(not H.discrete, "delays known by their bound are for continuous time")
     need(ordered(H.D, asked), "beside delays D has a cycle of channels")
-    majorised()
+    asked = asked._replace(delayed=tuple(own))
+    own = [i for i in own if asked.families[i].varying or not kept]
+    constant = [i for i in own if not asked.families[i].varying]
+    need(not (H.discrete and constant), "constant delays in samples have piecewise multipliers alone")
+    if constant:
+        majorised()
     families = list(asked.families)
     found = closed_loop(H, [[Fraction(i == j and i in own) for j in range(len(H.D))] for i in range(len(H.D))])
     need(found is not None, "the loop without delay has no solution", exact.IllPosed)
     A, B, C, D, _ = found or H
     for i in own:
-        h, constant = families[i].sector[1], families[i].operator == "delay"
-        one, kind = (Fraction(1), "linear time-invariant") if constant else (h, "any")
-        families[i] = families[i]._replace(operator=kind, sector=(-one, one), varying=not constant)
-        if not constant:
+        h, fixed = families[i].sector[1], i in constant
+        one, kind = (Fraction(1), "linear time-invariant") if fixed else (h, "any")
+        families[i] = families[i]._replace(operator=kind, sector=(-one, one), varying=not fixed)
+        if not fixed:
             need(not any(H.D[i]), f"sigma_{i + 1}, whose delay varies, is no function of the state alone")
             C[i], D[i] = ([dot(C[i], column) for column in zip(*side)] for side in (A, B))
             continue
@@ -291,7 +297,7 @@ def undelayed(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
         C[i] = [top * v for v in C[i]] + [(RISE[k] - top * FALL[k]) / FALL[3] for k in range(3)]
         C = [[*row, *[ZERO] * (n + 3 - len(row))] for row in C]
         D[i] = [top * v for v in D[i]]
-    return Plant(A, B, C, D, False), asked._replace(families=families, delayed=tuple(own))
+    return Plant(A, B, C, D, H.discrete), asked._replace(families=families)
 
 
 def majorised() -> None:

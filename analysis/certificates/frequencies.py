@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from .arithmetic import ZERO, eliminated, fields, form, integer, need, number, numbers, tick
-from .balls import dot, positive_definite
+from .balls import box, dot, positive_definite
 from .states import unit
 
 MOST_CHANNELS, MOST_KERNELS = 8, 400
+TAYLOR = 12  # of the exponentials on a piece
 Rows = list[list[Fraction]]
 
 
@@ -291,6 +292,90 @@ def inequality(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -
     Z = [[times(y, conjugate(d)) for y in row] for row in Y]
     F = [[total(Z[i][j], conjugate(Z[j][i])) for j in range(m)] for i in range(m)]
     return F, len(d) - 1 + m * (len(q) - 1) // 2
+
+
+# -- multipliers that change from piece to piece of the axis
+class Member(NamedTuple):
+    """What multiplies one channel: constant weights, or with ``kind`` "scaled", "delay" numbers of each piece.
+
+    After the shift by the lower bound, of a delay the gain 1: ``psi = -mu`` against ``width sigma - psi``; for a delay
+    up to ``bound`` ``w = -mu = sigma(t - tau) - sigma``.
+    """
+
+    kind: str
+    width: Fraction
+    weight: Fraction
+    theta: Fraction
+    bound: Fraction
+
+
+class Axis(NamedTuple):
+    """``|d|^2`` and ``N d^*`` on the axis, the loop being ``N/d`` after the shift, of order ``n``."""
+
+    own: exact.Form
+    seen: list[list[exact.Form]]
+    order: int
+    members: list[Member]
+
+
+def axis_of(H: Any, low: list[Fraction], members: list[Member]) -> Axis:
+    """The loop after the shift by ``low``, on the imaginary axis or the unit circle."""
+    (d, N), on_axis = transfer(*shifted(H, low)), on_circle if H.discrete else on_line
+    back = on_axis(d).conjugate()
+    return Axis(on_axis(d) * back, [[on_axis(f) * back for f in row] for row in N], len(d) - 1, members)
+
+
+def minors(axis: Axis, piece: Any) -> list[exact.Form]:
+    r"""The leading minors of ``F`` with the multipliers ``(x, y)`` of one piece, times powers of ``|d|^2``.
+
+    Row ``i`` of ``F``, plus its adjoint: ``lambda (1 + w H_i) + s theta H_i``, of a piece ``(x + i y)(1 + w H_i)``, and
+    for delays ``(y e^(-i omega h/2) - x) H_i + x/2``: with ``e^(-i omega tau)`` on the unit circle ``x (|sigma|^2 -
+    |sigma + w|^2) = 0``, and ``2 y (cos(omega (h/2 - tau)) - cos(omega h/2)) |sigma|^2 >= 0`` as ``omega h <= 2 pi``,
+    ``y >= 0``: the chord below its arc.
+    """
+    Y = list[list[exact.Form]]()
+    for i, (one, (x, y)) in enumerate(zip(axis.members, piece)):
+        if one.kind == "delay":
+            turn, direct = exact.Form({(one.bound / 2, 0): (y, ZERO)}) + exact.real(-x), exact.real(x / 2)
+        else:
+            direct = exact.Form({(ZERO, 0): (one.weight + x, y)})
+            turn = direct * exact.real(one.width) + exact.S * exact.real(one.theta)
+        Y.append([turn * f + (direct * axis.own if i == j else exact.Form()) for j, f in enumerate(axis.seen[i])])
+    parts, found = {0: exact.real(1)}, list[exact.Form]()
+    for i in range(len(Y)):  # as in determinant
+        wider = dict[int, exact.Form]()
+        for columns, p in parts.items():
+            for j in (j for j in range(len(Y)) if not columns >> j & 1):
+                f = (Y[i][j] + Y[j][i].conjugate()) * exact.real(-1 if (columns >> j).bit_count() % 2 else 1)
+                wider[columns | 1 << j] = wider.get(columns | 1 << j, exact.Form()) + p * f
+        parts = wider
+        found.append(parts[2 ** (i + 1) - 1])
+    return found
+
+
+def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None) -> str:
+    """Why ``F > 0`` fails on ``[a, b]``, or undecided; empty if it holds; b None: up to infinity, without delays."""
+    for k, p in enumerate(minors(axis, piece), 1):
+        if b is None:
+            left = p.part()
+            if any(tau for tau, _ in p) or len(left) != 2 * axis.order * k + 1 or not exact.positive(left, a):
+                return f"F > 0 fails from {float(a):.9g} on"
+        elif not box(p, a, b, TAYLOR):
+            return f"F > 0 fails between {float(a):.9g} and {float(b):.9g}"
+    return ""
+
+
+def on_line(p: Any) -> exact.Form:
+    """``p(i omega)``."""
+    turns = [(1, 0), (0, 1), (-1, 0), (0, -1)]  # powers of i
+    return exact.Form(
+        {(ZERO, k): (Fraction(c * turns[k % 4][0]), Fraction(c * turns[k % 4][1])) for k, c in enumerate(p) if c}
+    )
+
+
+def on_circle(p: Any) -> exact.Form:
+    """``p(e^(i omega))``."""
+    return exact.Form({(Fraction(-k), 0): (Fraction(c), ZERO) for k, c in enumerate(p) if c})
 
 
 # -- polynomials in s

@@ -6,7 +6,7 @@ Standard library only.  Every function raises ``Rejected`` unless what it is ask
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 from . import arithmetic as exact
@@ -31,10 +31,12 @@ from .channels import (
     triangle,
     undelayed,
     uniform,
+    within,
 )
 
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
 MOST_VERTICES = 10
+PIECEWISE = ("piecewise-circle", "piecewise-popov")
 THEOREMS = {  # the key of the multiplier, and whether with Popov's terms
     "diagonal-circle": ("lambda", False),
     "diagonal-popov": ("lambda", True),
@@ -166,7 +168,7 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     an operator it is ``lambda (r^2 |sigma_b|^2 - |mu_b|^2)``, whose integral up to any time is, and from ``z`` to ``w``
     that with ``r = 1/gamma``: with ``x(0) = 0`` the integral of ``|z|^2 - gamma^2 |w|^2`` is at most 0.
     """
-    H, asked = undelayed(plant(system), increments(plant(system), asked))
+    H, asked = undelayed(plant(system), increments(plant(system), asked), name in PIECEWISE)
     if name == "constant-gains":
         fields(data)
         return gains.gain_box(H, asked, *fields(proof, "method", "tree")), ""
@@ -178,6 +180,8 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
         return windows.lifted(name, H, data, asked, proof)
     if proof["method"] == "determinant":
         return over_frequencies(name, data, H, asked, proof)
+    if name in PIECEWISE:
+        return over_pieces(name, data, H, asked, proof)
     need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
     (key, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
     parts, beside = ["N"] * (key == "Pi" and isinstance(data, dict) and "N" in data), key != "lambda"
@@ -296,6 +300,62 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
     if not name.startswith("matrix") or ordered(H.D, asked):
         return facts | {"well-posed": posed}, assumed
     return facts | {"well-posed": solvable(H, asked, bounds)}, ""
+
+
+def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+    """The circle criterion or Popov's where delays, time-invariant operators and gains have multipliers by pieces.
+
+    What :func:`over_frequencies` says of ``tau phi`` is true of ``1 + k (e^(-s tau) - 1)``, ``k`` in ``[0, 1]``, where
+    ``x >= 0``; of ``e^(-s k tau)`` for each ``x``, whose differences have a norm as operators on ``sigma_i'``.
+    """
+    popov, m = name == "piecewise-popov", len(H.D)
+    given, *turned, listed = fields(data, "lambda", *["theta"] * popov, "pieces")
+    _, where = fields(proof, "method", "ends")
+    weights, theta, ends = numbers(given, m), numbers(turned[0], m) if popov else [ZERO] * m, numbers(where)
+    need(not (popov and H.discrete), f"{name} is for continuous time")
+    need(min(weights) >= 0, "a weight lambda is negative")
+    uniform(weights, asked)
+    members, low = list[frequencies.Member](), list[Fraction]()
+    alone = {block[0] for block in asked.blocks if len(block) == 1}
+    for i, one in each(asked):
+        free = one.operator == "linear time-invariant" or (one.linear and not one.varying and i in alone)
+        kind = one.operator if one.operator == "delay" else "scaled" if free else ""
+        l, u = (Fraction(1), Fraction(1)) if kind == "delay" else asked.bounds(i)
+        need(INF not in (abs(l), abs(u)), f"channel {i + 1} has no finite bounds")
+        need(not one.rough, "locally Lipschitz nonlinearities are needed")
+        need(not (kind and (weights[i] or theta[i])), f"channel {i + 1} has multipliers by pieces alone")
+        fixed = not (one.varying or one.operator or any(H.D[i]))
+        need(not theta[i] or fixed, f"theta_{i + 1} needs a function of the state alone that does not depend on time")
+        low.append(l)
+        members.append(frequencies.Member(kind, u - l, weights[i], theta[i], one.sector[1] if kind else ZERO))
+    rows = isinstance(listed, list) and all(isinstance(row, list) and len(row) == m for row in listed)
+    form(rows and len(listed) == len(ends) + (not H.discrete), "there is not one multiplier for each piece")
+    pieces = [[(ZERO, ZERO) if pair is None else tuple(numbers(pair, 2)) for pair in row] for row in listed]
+    ascend = all(a < b for a, b in pairwise([ZERO, *ends])) and (not H.discrete or ends[-1] * 10**6 > 3141593)
+    need(ascend, "the pieces do not follow one another, from 0 to pi in discrete time")
+    for row, end in zip(pieces, [*ends, None]):
+        for (x, y), member, (i, one) in zip(row, members, each(asked)):
+            need(bool(member.kind) or x == y == 0, f"channel {i + 1} has no multiplier by pieces")
+            either = member.kind == "delay" and not H.discrete and not any(H.D[i])
+            need(x >= 0 or either, f"x < 0 needs sigma_{i + 1} to be a function of the state alone")
+            if member.kind == "delay":
+                chord = end is not None and end * member.bound * 10**6 <= 6283185
+                need(y == 0 or (y > 0 and chord), "y > 0 needs omega h <= 2 pi")
+            need(y == 0 or not one.operator or member.kind == "delay", "an operator has a real multiplier")
+        same = all(row[i] == row[block[0]] for block in asked.operators for i in block if members[i].kind == "scaled")
+        need(same, "the channels of an operator have different multipliers")
+    A, *_ = frequencies.shifted(H, low)
+    need(within(A, H.discrete), "the loop at the lower bounds, and without delay, is not asymptotically stable")
+    axis = frequencies.axis_of(H, low, members)
+    for piece, (a, b) in zip(pieces, pairwise([ZERO, *ends, *[None] * (not H.discrete)])):
+        failure = frequencies.on_piece(axis, piece, a or ZERO, b)
+        need(not failure, failure)
+    found = f"F > 0 on {len(pieces)} pieces of the axis, by its leading minors"
+    posed, assumed = well_posed(H.D, asked)
+    if not ordered(H.D, asked):
+        posed, assumed = solvable(H, asked, [asked.bounds(i) for i, _ in each(asked)]), ""
+    order = f"without delay, at the lower bounds, the loop is asymptotically stable (order {len(A)})"
+    return {"stable": order, "inequality": found, "well-posed": posed}, assumed
 
 
 def on_axis(H: Plant, given: frequencies.Multiplier, asked: Channels) -> Plant:

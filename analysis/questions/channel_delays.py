@@ -54,7 +54,7 @@ def increments(asked: Problem) -> Problem:
     if not any(one.memory for one in asked.classes.classes):
         return asked
     try:
-        known = channels.increments(*_stated(asked))
+        known = channels.increments(*stated(asked))
     except Rejected as error:
         raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
     ends = [known.bounds(i) for i in range(len(known.families))]
@@ -62,8 +62,14 @@ def increments(asked: Problem) -> Problem:
     return replace(asked, classes=Diagonal(classes))
 
 
-def _stated(asked: Problem) -> tuple[Plant, channels.Channels]:
-    """The plant and the classes as the checker has them."""
+def stated(asked: Problem) -> tuple[Plant, channels.Channels]:
+    """The plant and the classes as the checker has them.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question about several channels.
+    """
     H = channel_plant(asked.plant)
     A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
     return Plant(A, B, C, D, H.dt is not None), channels.channels(class_entries(asked.classes), len(D))
@@ -86,7 +92,7 @@ def without_delays(asked: Problem) -> Problem:
     if not own:
         return asked
     try:
-        found, known = undelayed(*_stated(asked))
+        found, known = undelayed(*stated(asked))
     except Rejected as error:
         raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
     classes = list(asked.classes.classes)

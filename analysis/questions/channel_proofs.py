@@ -26,6 +26,7 @@ from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearc
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions.channel_delays import delays_of, increments, without_delays
+from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
@@ -48,8 +49,9 @@ KINDS = (  # how the names begin, the multipliers in words, and their letter
     ("full-block", "one multiplier for all channels", "Pi"),
     ("order", "a form for each nonlinearity", "M"),
     ("parameter", "a matrix that depends on the gains", "Lambda"),
+    ("piecewise", "functions of the frequency for delays", "M"),
 )
-_KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC = range(1, 7)
+_KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC, _PIECES = range(1, 8)
 _SAMPLES, _MANY = (2, 3, 4), 20
 
 
@@ -88,6 +90,9 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
     scaled = channel_plant(asked.plant).dt is not None and bool(_fixed(asked) or _constant(asked))
     found = [x for x in found if scaled or x.name != SCALINGS]
+    delayed = any(asked.classes.classes[i].operator == DELAYS[0] for i in delays_of(asked))
+    samples = channel_plant(asked.plant).dt is not None
+    found = [x for x in found if (delayed or x.kind != _PIECES) and not (delayed and samples and x.kind != _PIECES)]
     if not _parametric(asked):
         found = [x for x in found if x.kind != PARAMETRIC]
     if wanted == BEST:  # one channel needs no full block
@@ -111,7 +116,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             f"the criterion {asked.criterion!r:.40} is not for several nonlinearities in {time_of(asked.plant)} time; "
             f"choose from {BEST}, {names}"
         )
-    return sorted(found, key=lambda criterion: (not criterion.row.linear, criterion.kind))
+    return sorted(found, key=lambda one: (not one.row.linear, -1 if one.kind == _PIECES else one.kind))
 
 
 def _free(asked: Problem) -> list[bool]:
@@ -367,6 +372,9 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
         The criterion.
     """
     one = Fraction(1)
+    if criterion.kind == _PIECES:
+        proposal = _by_pieces(asked, criterion).at(one)
+        return None if proposal is None else _accepted(asked, criterion.name, one, proposal)
     if criterion.kind != _KERNELS:
         tried = (proved_at(asked, criterion.name, search, one) for search in searches(asked, criterion))
         return next((shown for shown in tried if shown is not None), None)
@@ -400,6 +408,12 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     most : float
         The smallest factor that is refuted, or infinity.
     """
+    if criterion.kind == _PIECES:
+        for alpha, proposal in _by_pieces(asked, criterion).farthest(max(known, asked.classes.least), most):
+            shown = _accepted(asked, criterion.name, alpha, proposal)
+            if shown is not None:
+                return alpha, shown
+        return None
     if any(asked.classes.classes[i].operator == DELAYS[0] for i in delays_of(asked)):
         return _farthest_delayed(asked, criterion, known, most)
     if criterion.kind == _KERNELS:
@@ -409,6 +423,10 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
         found = _farthest_by(asked, criterion.name, search, known if best is None else best[0], most)
         best = best if found is None else found
     return best
+
+
+def _by_pieces(asked: Problem, criterion: Criterion) -> PiecewiseProofs:
+    return PiecewiseProofs(asked, None if criterion.row.time_varying else _free(asked))
 
 
 def _farthest_delayed(

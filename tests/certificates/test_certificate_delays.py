@@ -55,7 +55,24 @@ CROSSING = draft(
         "frequencies": ["99999/100000", "100001/100000"],
     },
 )
-ALL = {"varying": VARYING, "constant": CONSTANT, "crossing": CROSSING}
+# h = 1.56 < pi/2: without delay H = 1/(1 + i w); y = 1 leaves 2 Re e^(-i w h/2) H > 0 up to w = .99, where
+# tan(w h/2) < 1/w, x = 1 alone 1 - 2 Re H > 0 from w = 1 on, and between the two x + 10 y
+PIECES = draft(
+    delay("39/25"),
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["99/100", "1001/1000"]},
+    {"lambda": ["0"], "pieces": [[["0", "1"]], [["1", "10"]], [["1", "0"]]]},
+)
+# in samples .8/(z - .5), tau up to 1, without delay H = .8/(z + .3): |.8/(z - .5)| = 1 at w = .9147, beyond it x = 1
+# leaves 1 - 2 Re H > 0; y = 1 leaves 2 Re e^(-i w/2) H > 0 up to w = 1.2
+SAMPLES = draft(
+    delay("1"),
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["11/10", "16/5"]},
+    {"lambda": ["0"], "pieces": [[["0", "1"]], [["1", "0"]]]},
+)
+SAMPLES["system"] = SAMPLES["system"] | {"time": "discrete", "A": [["1/2"]], "B": [["4/5"]]}
+ALL = {"varying": VARYING, "constant": CONSTANT, "crossing": CROSSING, "pieces": PIECES, "samples": SAMPLES}
 
 
 PARTS = ("verdict", "system", "laws", "theorem", "multiplier", "proof")
@@ -96,6 +113,23 @@ ONE = ("laws", "channels", 0)
         ("crossing", "proof", "delays", ["1571/1000", "1572/1000"]),
         ("crossing", "proof", "frequencies", ["11/10", "12/10"]),
         ("crossing", "system", "B", [["-1"]]),
+        ("pieces", *ONE, "sector", ["-63/40", "63/40"]),  # above pi/2
+        ("pieces", "proof", "ends", ["99/100", "1001/2000"]),
+        ("pieces", "proof", "ends", ["1001/1000"]),
+        ("pieces", "proof", "ends", ["99/100", "2"]),
+        ("pieces", "multiplier", "lambda", ["1"]),
+        ("pieces", "multiplier", "pieces", [[["0", "1"]], [["1", "-10"]], [["1", "0"]]]),
+        ("pieces", "multiplier", "pieces", [[["0", "1"]], [["1", "10"]], [["1", "1/100"]]]),
+        ("pieces", "multiplier", "pieces", [[["0", "1"]], [["1", "10"]], [["-1", "0"]]]),
+        ("pieces", "multiplier", "pieces", [[["0", "1"]], [["1", "10"]], [None]]),
+        ("pieces", "multiplier", "pieces", [[["0", "1"]], [["1", "0"]]]),
+        ("pieces", "system", "B", [["-1"]]),
+        ("pieces", "system", "D", [["1/10"]]),
+        ("pieces", *ONE, "operator", "any"),
+        ("samples", "proof", "ends", ["11/10", "3"]),
+        ("samples", "multiplier", "pieces", [[["0", "1"]], [["-1", "0"]]]),
+        ("samples", "system", "B", [["-1"]]),
+        ("samples", *ONE, "sector", ["-7/2", "7/2"]),  # unstable from a phase of 1.8680 samples on
         ("crossing", *ONE, "operator", "any"),
     ],
 )
@@ -129,6 +163,17 @@ def test_members_stay_below_the_majorant_and_varying_ones_below_their_bound():
         back = np.repeat(rng.random(41), 1000)[: len(t)] * (rng.random() < 0.5) + (t % 1) * 0.5
         w = np.interp(t - np.minimum(back, 1), t, sigma, left=0.0) - sigma
         assert (w**2).sum() <= (np.gradient(sigma, t) ** 2).sum() * 1.001
+
+
+def test_no_delay_of_the_class_is_outside_the_circle_and_the_chord():
+    # x (|sigma|^2 - |sigma + w|^2) + 2 Re (y e^(i w h/2) conj(sigma) w) for w = (e^(-i w tau) - 1) sigma, w h <= 2 pi
+    rng = np.random.default_rng(3)
+    sigma = rng.normal(size=2000) + 1j * rng.normal(size=2000)
+    x, y, angle = rng.normal(size=2000), rng.random(2000), rng.uniform(0, 2 * np.pi, 2000)
+    for longest, fails in ((1.0, False), (1.1, True)):  # and beyond the bound it is not so
+        w = (np.exp(-1j * angle * rng.uniform(0, longest, 2000)) - 1) * sigma
+        form = x * (abs(sigma) ** 2 - abs(sigma + w) ** 2) + 2 * y * (np.exp(0.5j * angle) * sigma.conj() * w).real
+        assert bool(form.min() < -1e-9) is fails
 
 
 def test_a_varying_delay_of_the_same_bound_contains_a_constant_one():

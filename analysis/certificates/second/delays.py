@@ -23,13 +23,15 @@ _TOP, _BOTTOM = fmpq_poly([0, 10041, 4751, 1133]), fmpq_poly([10000, 8563, 3183,
 _CROSSING_BITS = 256
 
 
-def without_delays(asked: Asked) -> Asked:
+def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
     """The loop with the gain 1 in place of delays, and operators that are bounded beside it.
 
     Parameters
     ----------
     asked : Asked
         The plant and its classes.
+    constant : bool
+        Whether constant delays are taken out too.
 
     Raises
     ------
@@ -39,9 +41,12 @@ def without_delays(asked: Asked) -> Asked:
     own = [i for i, one in enumerate(asked.nonlinearities) if one.operator in claims.DELAYS]
     if not own:
         return asked
-    require(not asked.discrete, "the theorem on delays is for continuous time")
     require(acyclic(asked), "D has a cycle of channels beside delays")
-    _require_majorant()
+    fixed = [i for i in own if asked.nonlinearities[i].operator == "delay"]
+    own = [i for i in own if constant or i not in fixed]
+    if constant and fixed:
+        require(not asked.discrete, "the theorem on delays is for continuous time")
+        _require_majorant()
     m = asked.D.nrows()
     unit, gain = diagonal([Fraction(1)] * m), diagonal([Fraction(int(i in own)) for i in range(m)])
     whole = unit + asked.D * gain
@@ -49,14 +54,14 @@ def without_delays(asked: Asked) -> Asked:
     C, D = whole.inv() * asked.C, whole.inv() * asked.D
     A, B, classes = asked.A - asked.B * gain * C, asked.B * (unit - gain * D), list(asked.nonlinearities)
     for i in own:
-        h, constant = classes[i].upper, classes[i].operator == "delay"
+        h, lasting = classes[i].upper, i in fixed
         if not isinstance(h, Fraction):
             raise NotShown("a delay has no bound")
-        radius = Fraction(1) if constant else h
-        kind = "linear time-invariant" if constant else "any"
+        radius = Fraction(1) if lasting else h
+        kind = "linear time-invariant" if lasting else "any"
         classes[i] = replace(classes[i], operator=kind, lower=-radius, upper=radius)
         pick = fmpq_mat([[int(j == i == k) for k in range(m)] for j in range(m)])
-        if constant:
+        if lasting:
             state, into, out, direct = _realised(h)
             row = fmpq_mat([[int(k == i) for k in range(m)]])
             n = A.nrows()

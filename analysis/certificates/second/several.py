@@ -51,6 +51,7 @@ from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, pos
 from lure.analysis.certificates.second.members import refuted_by_members, refuted_by_signal
 from lure.analysis.certificates.second.numerics import working_precision
 from lure.analysis.certificates.second.parametric import require_parametric
+from lure.analysis.certificates.second.pieces import require_pieces
 from lure.analysis.certificates.second.rays import refuted_by_ray
 from lure.analysis.certificates.second.reading import (
     Document,
@@ -88,7 +89,8 @@ def shown(document: Document) -> str:
         if any(one.memory is not None for one in asked.nonlinearities):
             require(not _proved(document, increments(asked)), "with memory an eigenvalue 0 is not covered")
             return claims.EQUILIBRIA
-        if not _proved(document, without_delays(asked)):
+        kept = document.theorem in ("piecewise-circle", "piecewise-popov")
+        if not _proved(document, without_delays(asked, constant=not kept)):
             return claims.GAIN if asked.performance else claims.ATTRACTS
         require(not asked.operators, "with operators an eigenvalue 0 is not covered")
         varying = any(one.time_varying for one in asked.nonlinearities)
@@ -112,6 +114,9 @@ def _proved(document: Document, asked: Asked) -> bool:
         return False
     if document.theorem in ("order-cones", "coupled-windows"):
         require_windows(document, asked)
+        return False
+    if document.theorem in ("piecewise-circle", "piecewise-popov"):
+        require_pieces(document, asked)
         return False
     if mapping(document.proof).get("method") == "determinant":
         return _over_frequencies(document, asked)

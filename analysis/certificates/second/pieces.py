@@ -1,0 +1,275 @@
+r"""Multipliers by pieces of the axis, checked again: matrices of balls, by Taylor's formula on ever shorter intervals.
+
+After the shift by the lower bounds, of delays by the gain 1, ``F = Y + Y^*`` with rows of ``Y``
+
+.. math:: \lambda (e_i + w H_i) + s \theta H_i, \qquad (x + i y)(e_i + w H_i), \qquad
+    (y e^{-i \omega h/2} - x) H_i + x e_i/2,
+
+of functions, of what is linear and does not depend on time, and of delays up to ``h``.  On a piece each entry of ``F``
+is a ball; from the last frequency on they are functions of ``1/omega``, analytic at 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+
+from flint import acb, acb_mat, acb_series, arb, arb_mat, fmpq_mat, fmpq_poly
+
+from lure.analysis.certificates.second.channels import Asked, acyclic
+from lure.analysis.certificates.second.frequencies import Matrices
+from lure.analysis.certificates.second.matrix import positive_definite
+from lure.analysis.certificates.second.numerics import (
+    SERIES_TERMS,
+    ball,
+    half_plane_counts,
+    working_precision,
+)
+from lure.analysis.certificates.second.reading import Document, listed, numbers, record, require, tick
+from lure.analysis.certificates.second.zero import shifted_by
+
+_BITS, _MOST, _NARROWEST = 192, 20_000, 2**36
+_TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
+
+
+@dataclass(frozen=True, slots=True)
+class _Channel:
+    kind: str  # "", "free" or "delay"
+    width: Fraction
+    weight: Fraction
+    theta: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class _Loop:
+    """``N/d`` of the shifted loop, ascending in ``s`` or ``z``, or far out in ``1/omega`` times ``i^n``."""
+
+    d: list[acb]
+    N: list[list[list[acb]]]
+    turned: list[list[list[acb]]]  # of s N/d, where Popov's terms are
+    discrete: bool
+    far: bool
+
+
+def require_pieces(document: Document, asked: Asked) -> None:
+    """Check that the loop without delay is stable at the lower bounds, and ``F > 0`` on every piece of the axis.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+    asked : Asked
+        The plant and its classes, constant delays among them.
+
+    Raises
+    ------
+    NotShown
+        It is not so, or a multiplier is none for its channel.
+    """
+    popov = document.theorem == "piecewise-popov"
+    given = record(document.multiplier, "lambda", "pieces", *(["theta"] if popov else []))
+    proof = record(document.proof, "method", "ends")
+    m, weights = asked.D.nrows(), numbers(given["lambda"])
+    theta, ends = numbers(given["theta"]) if popov else [Fraction(0)] * m, numbers(proof["ends"])
+    require(proof["method"] == "pieces" and len(weights) == len(theta) == m, "there is not one multiplier a channel")
+    require(not (popov and asked.discrete), "Popov's criterion is for continuous time")
+    require(acyclic(asked), "D has a cycle of channels")
+    known = _channels(asked, weights, theta)
+    rows = [[_pair(one) for one in listed(row)] for row in listed(given["pieces"])]
+    require(all(len(row) == m for row in rows), "a piece has not one multiplier for each channel")
+    require(len(rows) == len(ends) + (not asked.discrete), "there is not one multiplier for each piece")
+    require(all(a < b for a, b in pairwise([Fraction(0), *ends])), "the pieces do not follow one another")
+    require(not asked.discrete or ends[-1] >= _HALF, "the pieces end before pi")
+    for k, row in enumerate(rows):
+        _require_row(asked, known, row, ends[k] if k < len(ends) else None)
+    bounds = [(Fraction(1), Fraction(2)) if one.operator == "delay" else one.ends for one in asked.nonlinearities]
+    shifted = shifted_by(asked, [(low, high) for low, high in bounds if low is not None and high is not None])
+    require(asked.discrete or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows(), "no stable loop")
+    require(not asked.discrete or _inside(shifted[0].charpoly()), "the loop without delay is not stable")
+    d, N = _transfer(shifted)
+    with working_precision(_BITS):
+        near = _Loop([acb(arb(c)) for c in d.coeffs()], _balls(N), [[]], asked.discrete, far=False)
+        for row, (a, b) in zip(rows, pairwise([Fraction(0), *ends]), strict=False):
+            _require_piece(near, known, row, a, b)
+        if not asked.discrete:
+            n = d.degree()
+            far = [[_reversed(f, n) for f in line] for line in N]
+            turned = [
+                [_reversed(f, n - 1) if one.theta else [acb(0)] for f in line]
+                for one, line in zip(known, N, strict=True)
+            ]
+            outer = _Loop(_reversed(d, n), far, turned, discrete=False, far=True)
+            _require_piece(outer, known, rows[-1], Fraction(0), 1 / ends[-1])
+
+
+def _pair(value: object) -> tuple[Fraction, Fraction] | None:
+    if value is None:
+        return None
+    pair = numbers(value)
+    require(len(pair) == 2, "a multiplier is no pair")
+    return pair[0], pair[1]
+
+
+def _channels(asked: Asked, weights: Sequence[Fraction], theta: Sequence[Fraction]) -> list[_Channel]:
+    """What multiplies each channel, if its multipliers are such of its class."""
+    found = []
+    for i, one in enumerate(asked.nonlinearities):
+        low, high = one.ends
+        single = list(asked.repeated).count(asked.repeated[i]) == 1
+        gain = one.linear and not one.time_varying and single
+        kind = "delay" if one.operator == "delay" else "free" if one.operator == "linear time-invariant" or gain else ""
+        require(not one.rough and (kind == "delay" or None not in (low, high)), "a channel has no finite bounds")
+        require(weights[i] >= 0 and (kind == "" or weights[i] == theta[i] == 0), "a weight does not fit its channel")
+        fixed = not (one.time_varying or one.operator or any(asked.D[i, j] != 0 for j in range(len(weights))))
+        require(theta[i] == 0 or fixed, "Popov's term does not fit its channel")
+        width = one.upper if kind == "delay" else (high or Fraction(0)) - (low or Fraction(0))
+        require(isinstance(width, Fraction) and width > 0, "a channel has no finite bounds")
+        found.append(_Channel(kind, Fraction(width), weights[i], theta[i]))
+    for block in asked.operators:
+        require(all(weights[i] == weights[block[0]] for i in block), "an operator has several weights")
+    require(not asked.performance or weights[-1] > 0, "the weight of the performance channel is not positive")
+    return found
+
+
+def _require_row(
+    asked: Asked, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], end: Fraction | None
+) -> None:
+    """Check the signs of one piece, which ends at ``end``."""
+    for i, (one, pair) in enumerate(zip(known, row, strict=True)):
+        require((pair is None) is (one.kind == ""), "a multiplier by pieces does not fit its channel")
+        if pair is None:
+            continue
+        x, y = pair
+        smooth = not asked.discrete and all(asked.D[i, j] == 0 for j in range(len(known)))
+        require(x >= 0 or (one.kind == "delay" and smooth), "x is negative")
+        if one.kind == "delay":
+            short = end is not None and end * one.width <= _TURN
+            require(y == 0 or (y > 0 and short), "the chord of a delay is none there")
+        else:
+            require(y == 0 or asked.nonlinearities[i].operator == "", "the multiplier of an operator is not real")
+    for block in asked.operators:
+        require(
+            asked.nonlinearities[block[0]].operator == "delay" or all(row[i] == row[block[0]] for i in block),
+            "an operator has several multipliers",
+        )
+
+
+def _inside(p: fmpq_poly) -> bool:
+    """Whether all roots lie in the open unit disc: those of ``(1 - s)^n p((1 + s)/(1 - s))`` in the left half-plane."""
+    n, up, down = p.degree(), fmpq_poly([1, 1]), fmpq_poly([1, -1])
+    total = fmpq_poly([])
+    for k in range(n + 1):
+        total += p[k] * up**k * down ** (n - k)
+    return total.degree() == n and half_plane_counts(total).left == n
+
+
+def _transfer(shifted: Matrices) -> tuple[fmpq_poly, list[list[fmpq_poly]]]:
+    """``d = det(s - A)`` and ``N = d H``: ``det(s - A + b_j c_i) - d + D_ij d``."""
+    A, B, C, D = shifted
+    d, m, n = A.charpoly(), D.nrows(), A.nrows()
+    rows = list[list[fmpq_poly]]()
+    for i in range(m):
+        line = list[fmpq_poly]()
+        for j in range(m):
+            tick()
+            moved = A - fmpq_mat([[B[k, j] * C[i, h] for h in range(n)] for k in range(n)])
+            line.append(moved.charpoly() - d + D[i, j] * d)
+        rows.append(line)
+    return d, rows
+
+
+def _balls(N: Sequence[Sequence[fmpq_poly]]) -> list[list[list[acb]]]:
+    return [[[acb(arb(c)) for c in f.coeffs()] or [acb(0)] for f in row] for row in N]
+
+
+def _reversed(p: fmpq_poly, n: int) -> list[acb]:
+    """``u^n p(i/u)``, ascending in ``u``."""
+    require(p.degree() <= n, "an output with a Popov term has a direct one")
+    return [acb(arb(p[n - k])) * acb(0, 1) ** (n - k) for k in range(n + 1)]
+
+
+def _require_piece(
+    loop: _Loop,
+    known: Sequence[_Channel],
+    row: Sequence[tuple[Fraction, Fraction] | None],
+    low: Fraction,
+    high: Fraction,
+) -> None:
+    """Check ``F > 0`` from ``low`` to ``high``, of ``omega`` or of ``1/omega``."""
+    stack, narrow = [(low, high)], (high - low) / _NARROWEST
+    for _ in range(_MOST):
+        tick()
+        if not stack:
+            return
+        a, b = stack.pop()
+        found = _matrix(loop, known, row, a, b)
+        if found is not None and positive_definite(found):
+            continue
+        require(b - a > narrow, "F > 0 is not shown on a piece")
+        middle = (a + b) / 2
+        stack += [(a, middle), (middle, b)]
+    require(not stack, "F > 0 is not shown on a piece")
+
+
+def _matrix(
+    loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], a: Fraction, b: Fraction
+) -> arb_mat | None:
+    """``F`` on ``[a, b]`` as the real matrix ``(Re F, -Im F; Im F, Re F)`` of balls; None if these are too wide."""
+    m, middle, radius = len(known), ball((a + b) / 2), ball((b - a) / 2).upper()
+    here = _series(loop, known, row, acb_series([acb(middle), acb(1)]))
+    wide = _series(loop, known, row, acb_series([acb(ball(a).union(ball(b))), acb(1)]))
+    if here is None or wide is None:
+        return None
+    Y = [[_bound(here[i][j], wide[i][j], radius) for j in range(m)] for i in range(m)]
+    F = acb_mat([[Y[i][j] + Y[j][i].conjugate() for j in range(m)] for i in range(m)])
+    top = [[*(F[i, j].real for j in range(m)), *(-F[i, j].imag for j in range(m))] for i in range(m)]
+    bottom = [[*(F[i, j].imag for j in range(m)), *(F[i, j].real for j in range(m))] for i in range(m)]
+    return arb_mat([*top, *bottom])
+
+
+def _bound(here: acb_series, wide: acb_series, radius: arb) -> acb:
+    """Taylor's formula about the middle, the last coefficient being that on the whole interval."""
+    total, power = here[0], arb(1)
+    for k in range(1, SERIES_TERMS):
+        power *= radius
+        coefficient = wide[k] if k == SERIES_TERMS - 1 else here[k]
+        total += coefficient * power * (arb(0.5, 0.5) if k % 2 == 0 else arb(0, 1))
+    return total
+
+
+def _series(
+    loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], t: acb_series
+) -> list[list[acb_series]] | None:
+    """``Y`` as series in ``omega``, or in ``1/omega``; None if ``d`` may vanish."""
+    s = t if loop.far else (t * acb(0, 1)).exp() if loop.discrete else t * acb(0, 1)
+    below = _at(loop.d, s)
+    if below[0].contains(0):
+        return None
+    found = list[list[acb_series]]()
+    for i, (one, pair) in enumerate(zip(known, row, strict=True)):
+        H = [_at(f, s) / below for f in loop.N[i]]
+        if one.kind == "delay" and pair is not None:
+            x, y = map(ball, pair)
+            turn, direct = acb(-x), acb(x / 2)
+            factor = 0 * t + turn
+            if pair[1]:
+                factor = factor + (t * acb(0, -1) * ball(one.width / 2)).exp() * y
+        else:
+            direct = acb(ball(one.weight)) if pair is None else acb(ball(pair[0]), ball(pair[1]))
+            factor = 0 * t + direct * ball(one.width)
+        line = [factor * h for h in H]
+        line[i] = line[i] + direct
+        if one.theta:
+            turned = [_at(f, s) / below for f in loop.turned[i]] if loop.far else [s * h for h in H]
+            line = [f + h * ball(one.theta) for f, h in zip(line, turned, strict=True)]
+        found.append(line)
+    return found
+
+
+def _at(coefficients: Sequence[acb], s: acb_series) -> acb_series:
+    total = 0 * s
+    for c in reversed(coefficients):
+        total = total * s + c
+    return total

@@ -1,0 +1,386 @@
+r"""Multipliers that are functions of the frequency where members are linear and time-invariant, in floating point.
+
+After the shift by the lower bounds, for a delay by the gain 1, sought are numbers ``lambda``, ``theta`` of the other
+channels, the same at all frequencies, and ``x(omega)``, ``y(omega)`` with ``F = Y + Y^* > 0``: row ``i`` of ``Y`` is
+
+.. math:: \lambda (e_i + w H_i) + i \omega \theta H_i, \qquad (x + i y)(e_i + w H_i), \qquad
+    (y e^{-i \omega h/2} - x) H_i + x e_i/2
+
+for functions, constant gains and delays up to ``h``; an operator of norm up to ``r`` adds ``x (1 - r^2 H_b^* H_b)``.
+Semidefinite programmes over some frequencies find the numbers and whether there are functions; these are then made
+constant on pieces, each tested as the checker will test it.  Nothing here is believed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+from lure.analysis.certificates.frequencies import Axis, on_piece
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
+from lure.analysis.numerics.semidefinite import hermitian_programme, hermitian_rows
+from lure.arrays import NDArray, np
+
+_GRID, _BESIDE, _INSIDE, _BETWEEN, _CUTS, _ZOOMS, _DIPS = 60, 30.0, 5, 8, 6, 4, 4
+_LARGEST, _LEAST, _MARGIN, _CLOSE = 1e3, 1e-9, 1e-7, 1e-4
+_EASY, _STEP, _FINE = 1e-5, 3e-4, 400
+_DEEP, _DEEPEST, _ROUNDS, _AGAIN, _DIGITS = 20, 26, 12, 3, 8
+FULL_TURN = Fraction(6283185, 10**6)  # below 2 pi
+HALF_TURN = Fraction(3141593, 10**6)  # above pi
+
+
+class Channel(NamedTuple):
+    """A channel after the shift: one of the :data:`KINDS`, its width (of operators the norm, of delays the bound)."""
+
+    kind: str
+    width: Fraction
+    free: bool = False  # of a function: Popov's term, of a delay: x of either sign
+
+
+class _Basis(NamedTuple):
+    """Hermitian matrices at some frequencies: (numbers, k, m, m) of the constants and of the functions of each."""
+
+    shared: NDArray[np.complex128]
+    local: NDArray[np.complex128]
+
+
+@dataclass
+class Piecewise:
+    """The inequality of one plant, and of channels whose widths are given.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray
+        The loop after the shift; of operators the shift is 0.
+    channels : sequence of Channel
+        In order.
+    blocks : sequence of sequence of int
+        The channels of each operator.
+    discrete : bool
+        Whether in discrete time.
+    """
+
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+    C: NDArray[np.float64]
+    D: NDArray[np.float64]
+    channels: Sequence[Channel]
+    blocks: Sequence[Sequence[int]]
+    discrete: bool
+
+    def __post_init__(self) -> None:
+        kinds = [one.kind for one in self.channels]
+        self.shared = [(block, 0) for block in self.blocks if kinds[block[0]] == "operator"]
+        self.shared += [((i,), 0) for i, kind in enumerate(kinds) if kind == "function"]
+        self.weights = len(self.shared)
+        self.shared += [((i,), 1) for i, one in enumerate(self.channels) if one.kind == "function" and one.free]
+        self.local = [(block, 0) for block in self.blocks if kinds[block[0]] == "scaled operator"]
+        self.local += [((i,), k) for i, kind in enumerate(kinds) if kind in ("gain", "delay") for k in (0, 1)]
+        size = np.abs(np.linalg.eigvals(self.A))
+        self.points = np.linspace(0, math.pi, _GRID)
+        self.slow = 1.0
+        if not self.discrete:
+            bounds = [1 / float(one.width) for one in self.channels if one.kind == "delay"]
+            ends = min(size.min(), *bounds, math.inf) / _BESIDE, max(size.max(), *bounds, 0.0) * _BESIDE
+            self.points = np.concatenate([[0.0], np.geomspace(*ends, _GRID), [np.inf]])
+            self.slow = float(size.min())
+        self._cross([i for i, kind in enumerate(kinds) if kind == "delay"])
+
+    def _cross(self, delays: Sequence[int]) -> None:
+        """Add frequencies where ``|h| = 1`` for the loop around one delay: a root of it can only be there."""
+        finite = self.points[np.isfinite(self.points) & (self.points > 0)]
+        if not delays:
+            return
+        omega = np.linspace(0, math.pi, _FINE) if self.discrete else np.geomspace(finite[0], finite[-1], _FINE)
+        gain = 1 - 2 * np.diagonal(self._response(omega)[0], axis1=1, axis2=2).real[:, delays]
+        for i, values in zip(delays, gain.T, strict=True):
+            at = np.flatnonzero(values[:-1] * values[1:] < 0)
+            low, high, sign = omega[at], omega[at + 1], np.sign(values[at])
+            for _ in range(40 if len(at) else 0):
+                middle = (low + high) / 2
+                same = sign * (1 - 2 * self._response(middle)[0][:, i, i].real) > 0
+                low, high = np.where(same, middle, low), np.where(same, high, middle)
+            self.points = np.union1d(self.points, low)
+
+    def _response(self, omega: NDArray[np.float64]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """``H``, and ``s H`` where it is bounded, at some frequencies; infinity may be among them."""
+        far = np.isinf(omega)
+        s = np.exp(1j * omega) if self.discrete else 1j * np.where(far, 0.0, omega)
+        states = np.linalg.solve(s[:, None, None] * np.eye(len(self.A)) - self.A, self.B.astype(complex))
+        states[far] = 0
+        return np.asarray(self.C @ states + self.D), np.asarray(self.C @ (self.A @ states + self.B))
+
+    def basis(self, omega: NDArray[np.float64]) -> _Basis:
+        """The matrices whose combinations ``F`` is.
+
+        Parameters
+        ----------
+        omega : ndarray
+            (k,) frequencies.
+        """
+        H, turned = self._response(omega)
+        sides = []
+        for which in (self.shared, self.local):
+            found = np.zeros((len(which), len(omega), len(self.D), len(self.D)), dtype=complex)
+            for k, (block, part) in enumerate(which):
+                one, i = self.channels[block[0]], block[0]
+                w = float(one.width)
+                if "operator" in one.kind:
+                    own = H[:, block]
+                    found[k] = -(w**2) * own.conj().swapaxes(1, 2) @ own
+                    found[k][:, block, block] += 1
+                    continue
+                row = np.zeros((len(omega), len(self.D)), dtype=complex)
+                if one.kind == "delay" and part == 0:
+                    row = -H[:, i]
+                    row[:, i] += 0.5
+                elif one.kind == "delay":
+                    inside = omega * w <= float(FULL_TURN)
+                    row[inside] = np.exp(-0.5j * omega[inside] * w)[:, None] * H[inside, i]
+                elif one.kind == "function" and part == 1:
+                    row = turned[:, i] / self.slow
+                else:
+                    row = w * H[:, i]
+                    row[:, i] += 1
+                    row = row * (1j if part else 1)
+                found[k][:, i] = row
+            sides.append(found + found.conj().swapaxes(2, 3))
+        return _Basis(*sides)
+
+    def _signed(self) -> NDArray[np.bool_]:
+        """Which functions may be below 0."""
+        kinds = [(self.channels[block[0]], part) for block, part in self.local]
+        return np.array([(one.kind == "gain" and part == 1) or (one.free and part == 0) for one, part in kinds])
+
+    def constants(self) -> tuple[float, NDArray[np.float64]] | None:
+        """The largest margin at the points, and the numbers that give it; None if the programme has no solution."""
+        basis = self.basis(self.points)
+        ns, nl, k, m = len(self.shared), len(self.local), len(self.points), len(self.D)
+        size = ns + k * nl + 1
+        columns = np.zeros((k, m * (2 * m + 1), size))
+        columns[:, :, :ns] = np.moveaxis(hermitian_rows(basis.shared), 0, -1)
+        own = np.moveaxis(hermitian_rows(basis.local), 0, -1)
+        for j in range(k):
+            columns[j, :, ns + j * nl : ns + (j + 1) * nl] = own[j]
+        columns[:, :, -1] = -hermitian_rows(np.eye(m, dtype=complex)[None])
+        equal = np.zeros((min(self.weights, 1), size))
+        equal[:, : self.weights] = 1
+        least = np.concatenate([np.zeros(self.weights), np.full(ns - self.weights, -_LARGEST)])
+        below = np.where(np.tile(self._signed(), k), -self._most, 0.0) if nl else np.zeros(0)
+        eye = np.eye(size)[:-1]
+        rows, limits = (
+            np.vstack([-eye, eye]),
+            np.concatenate([-least, -below, np.full(ns, _LARGEST), np.full(k * nl, self._most)]),
+        )
+        found = hermitian_programme(np.eye(size)[-1], (equal, np.ones(len(equal))), (rows, limits), columns)
+        return None if found is None else (float(found[0][-1]), found[0][:ns])
+
+    @property
+    def _most(self) -> float:
+        return _LARGEST if self.weights else 1.0
+
+    def functions(
+        self, numbers: NDArray[np.float64], omega: NDArray[np.float64]
+    ) -> tuple[float, NDArray[np.float64]] | None:
+        """The largest margin that one value of the functions has at some frequencies, and the value.
+
+        Parameters
+        ----------
+        numbers : ndarray
+            The constants.
+        omega : ndarray
+            Frequencies.
+        """
+        basis, nl, m = self.basis(omega), len(self.local), len(self.D)
+        fixed = np.einsum("s,skij->kij", numbers, basis.shared)
+        if not nl:
+            return float(np.linalg.eigvalsh(fixed).min()), np.zeros(0)
+        columns = hermitian_rows(np.stack([*basis.local, fixed], axis=-3)).swapaxes(1, 2)
+        margin = -np.broadcast_to(hermitian_rows(np.eye(m, dtype=complex)), columns[:, :, 0].shape)
+        columns = np.concatenate([columns, margin[:, :, None]], axis=2)
+        equal = np.zeros((1, nl + 2))
+        equal[0, nl] = 1
+        eye = np.eye(nl, nl + 2)
+        most = np.concatenate([np.where(self._signed(), self._most, 0.0), np.full(nl, self._most)])
+        found = hermitian_programme(np.eye(nl + 2)[-1], (equal, np.ones(1)), (np.vstack([-eye, eye]), most), columns)
+        if found is None:
+            return None
+        values = np.clip(found[0][:nl], -most[:nl], most[nl:])
+        return float(self._margins(numbers, values, omega).min()), values
+
+    def _margins(
+        self, numbers: NDArray[np.float64], values: NDArray[np.float64], omega: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """The least eigenvalues of ``F`` with one value of the functions at some frequencies."""
+        basis = self.basis(omega)
+        F = np.einsum("s,skij->kij", numbers, basis.shared) + np.einsum("s,skij->kij", values, basis.local)
+        return np.asarray(np.linalg.eigvalsh(F)[:, 0])
+
+    def _lowest(
+        self, numbers: NDArray[np.float64], values: NDArray[np.float64], omega: NDArray[np.float64]
+    ) -> float | None:
+        """A frequency where ``F > 0`` fails, looked for closely about the least value; None if there is none."""
+        for _ in range(_ZOOMS):
+            least = self._margins(numbers, values, omega)
+            if least.min() <= 0:
+                return float(omega[least.argmin()])
+            padded = np.concatenate([[np.inf], least, [np.inf]])
+            at = np.flatnonzero((least <= padded[:-2]) & (least <= padded[2:]))
+            at = at[np.argsort(least[at])[:_DIPS]]
+            low, high = omega[np.maximum(at - 1, 0)], omega[np.minimum(at + 1, len(omega) - 1)]
+            near = np.isfinite(high)
+            if not near.any():
+                break
+            omega = np.unique(np.linspace(low[near], high[near], 9))
+        return None
+
+    def _worst(self, numbers: NDArray[np.float64], omega: float) -> float:
+        """About the frequency near one at which no functions serve where they serve least."""
+        at = int(np.searchsorted(self.points, omega))
+        low, high = self.points[max(at - 2, 0)], self.points[min(at + 1, len(self.points) - 1)]
+        high = min(high, 4 * omega)
+        for _ in range(_ZOOMS):
+            some = np.linspace(low, high, 9)
+            found = [self.functions(numbers, np.array([one])) for one in some]
+            k = int(np.argmin([math.inf if one is None else one[0] for one in found]))
+            omega, low, high = float(some[k]), some[max(k - 1, 0)], some[min(k + 1, 8)]
+        return omega
+
+    def largest(self, widths: Callable[[float], Sequence[Channel]], most: float) -> float:
+        """The largest factor below ``most`` at which there are multipliers, by halving; 0 if none.
+
+        Parameters
+        ----------
+        widths : callable
+            The channels of a factor; none where there are no such classes.
+        most : float
+            Only smaller factors are of interest.
+        """
+        for _ in range(_ROUNDS):
+            factor = self._between(widths, most)
+            if not factor:
+                return 0.0
+            most, factor = factor, factor * (1 - _STEP)
+            self.channels = widths(factor)
+            found = self.constants()
+            made = self._pieces(found[1], None) if found is not None else 0.0
+            if not isinstance(made, float):
+                break
+            self.points = np.union1d(self.points, [made])
+        return factor
+
+    def _between(self, widths: Callable[[float], Sequence[Channel]], most: float) -> float:
+        """The same, for the frequencies looked at alone."""
+
+        def serves(factor: float) -> bool:
+            """Whether the programme has a positive margin."""
+            checkpoint()
+            self.channels = widths(factor)
+            found = self.constants() if self.channels else None
+            return found is not None and found[0] > _EASY
+
+        low, high, share = 0.0, most if most < math.inf else 1.0, _CLOSE
+        while most < math.inf and share < 1:  # mostly it is close
+            low = most * (1 - share)
+            if serves(low):
+                break
+            low, high, share = 0.0, low, 6 * share
+        while most == math.inf and high < LARGEST and serves(high):
+            low, high = high, 4 * high
+        while high - low > _CLOSE * high and high > 1 / LARGEST:
+            middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
+            low, high = (middle, high) if serves(middle) else (low, middle)
+        return low
+
+    def proposal(self, exactly: Callable[[Sequence[Fraction], Sequence[Fraction]], Axis]) -> Proposal | None:
+        """A multiplier by pieces, each of which passed its test; None if none was found.
+
+        Parameters
+        ----------
+        exactly : callable
+            The loop on the axis for weights and Popov's terms, as the checker has it.
+        """
+        for _ in range(_AGAIN):
+            checkpoint()
+            found = self.constants()
+            if found is None or found[0] <= _LEAST:
+                return None
+            numbers = found[1]
+            weights, theta = [Fraction(0)] * len(self.D), [Fraction(0)] * len(self.D)
+            for value, (block, part) in zip(numbers, self.shared, strict=True):
+                for i in block:
+                    if part:
+                        theta[i] = Fraction(f"{value / self.slow:.{_DIGITS}g}")
+                    else:
+                        weights[i] = Fraction(f"{max(value, 0.0):.{_DIGITS}g}")
+            made = self._pieces(numbers, exactly(weights, theta))
+            if isinstance(made, float):
+                self.points = np.union1d(self.points, [made])
+                continue
+            ends, rows = made
+            stated = {"lambda": [*map(str, weights)], "theta": [*map(str, theta)], "pieces": rows}
+            return Proposal(stated, {"method": "pieces", "ends": [*map(str, ends)]})
+        return None
+
+    def _pieces(
+        self, numbers: NDArray[np.float64], axis: Axis | None
+    ) -> tuple[list[Fraction], list[list[list[str] | None]]] | float:
+        """Ends and functions of pieces that all pass; or a frequency where none did."""
+        far = Fraction(f"{self.points[-2]:.6g}") if not self.discrete else HALF_TURN
+        ends, rows, stack = list[Fraction](), list[list[list[str] | None]](), list[tuple[Fraction, Fraction]]()
+        low = far / 2**6
+        stack = [(low * 2**k, low * 2 ** (k + 1)) for k in reversed(range(6))] + [(Fraction(0), low)]
+        while stack:
+            checkpoint()
+            a, b = stack.pop()
+            row = self._constant(numbers, axis, a, b)
+            if row is not None:
+                ends.append(b)
+                rows.append(row)
+                continue
+            middle = (a + b) / 2
+            if b - a < far / 2 ** (_DEEPEST if axis else _DEEP):
+                return self._worst(numbers, float(middle))
+            stack += [(middle, b), (a, middle)]
+        if not self.discrete:
+            row = self._constant(numbers, axis, far, None)
+            if row is None:
+                return 2 * float(far)
+            rows.append(row)
+        return ends, rows
+
+    def _constant(
+        self, numbers: NDArray[np.float64], axis: Axis | None, a: Fraction, b: Fraction | None
+    ) -> list[list[str] | None] | None:
+        """Functions that serve from ``a`` to ``b``, or to infinity, and pass the test; None if there are none."""
+        if b is None:
+            omega = np.append(float(a) * np.array([1.0, 1.5, 3.0, 10.0, 100.0, 1e4]), np.inf)
+        else:
+            omega = np.linspace(float(a), float(b), _BETWEEN * (_INSIDE - 1) + 1)
+        found, some = None, omega[::_BETWEEN] if b is not None else omega
+        for _ in range(_CUTS):
+            found = self.functions(numbers, some)
+            if found is None or found[0] <= _MARGIN:
+                return None
+            lowest = self._lowest(numbers, found[1], omega)
+            if lowest is None:
+                break
+            some = np.append(some, lowest)
+        else:
+            return None
+        row, pairs = list[list[str] | None](), [[Fraction(0)] * 2 for _ in self.channels]
+        for value, (block, part) in zip(found[1], self.local, strict=True):
+            for i in block:
+                pairs[i][part] = Fraction(f"{value:.{_DIGITS}g}")
+        for one, pair in zip(self.channels, pairs, strict=True):
+            inside = b is not None and b * one.width <= FULL_TURN
+            free = one.kind in ("scaled operator", "gain", "delay")
+            pair[0] = pair[0] if one.free else max(pair[0], Fraction(0))
+            pair[1] = Fraction(0) if one.kind == "delay" and not inside else pair[1]
+            pair[1] = max(pair[1], Fraction(0)) if one.kind == "delay" else pair[1]
+            row.append([*map(str, pair)] if free else None)
+        return None if axis and on_piece(axis, pairs, a, b) else row

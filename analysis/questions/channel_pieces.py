@@ -1,0 +1,143 @@
+"""Several channels with constant delays: multipliers that are functions of the frequency, as checked certificates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+
+from lure.analysis.certificates import channels, frequencies
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.channels import Channels, Plant
+from lure.analysis.inequality.piecewise import Channel, Piecewise
+from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
+from lure.analysis.numerics.doubles import double_below
+from lure.analysis.questions.channel_delays import stated
+from lure.analysis.questions.problem import Problem
+from lure.arrays import np
+from lure.errors import AssumptionError, Reason
+
+_STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
+
+
+class PiecewiseProofs:
+    """What is proposed for the classes of a factor.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question about several channels.
+    free : sequence of bool or None
+        In which channels Popov's terms are used; None for the circle criterion.
+
+    Raises
+    ------
+    AssumptionError
+        The theorem is not for this loop.
+    """
+
+    def __init__(self, asked: Problem, free: Sequence[bool] | None) -> None:
+        self.asked, self.free = asked, free
+        plant, known = self._kept(Fraction(1))
+        low = self._lower(known, shifted=False)
+        found = channels.closed_loop(plant, [[v * (i == j) for j in range(len(low))] for i, v in enumerate(low)])
+        if found is None:
+            raise AssumptionError("the loop is not well posed with the gains at the lower bounds and without delay")
+        A, B, C, D = (np.array([[float(v) for v in row] for row in side]) for side in found[:4])
+        poles = np.linalg.eigvals(A)
+        if (np.abs(poles).max() if plant.discrete else 1 + poles.real.max()) >= 1:
+            raise AssumptionError(
+                "the loop with the gains at the lower bounds and without delay is not asymptotically stable"
+            )
+        blocks = known.operators
+        self.search = Piecewise(A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete)
+
+    def _kept(self, alpha: Fraction) -> tuple[Plant, Channels]:
+        """The loop of a factor with its constant delays, operators in place of those that vary."""
+        try:
+            return channels.undelayed(*stated(self.asked.scaled(alpha)), kept=True)
+        except Rejected as error:
+            raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
+
+    def _kind(self, known: Channels, i: int) -> str:
+        one, alone = known.families[i], range(i, i + 1) in known.blocks
+        if one.operator == "delay":
+            return "delay"
+        if one.operator:
+            return "scaled operator" if one.operator == "linear time-invariant" else "operator"
+        return "gain" if one.linear and not one.varying and alone else "function"
+
+    def _lower(self, known: Channels, *, shifted: bool) -> list[Fraction]:
+        """What the loop is shifted by; of operators 0, or as in a certificate ``-r``."""
+        found = list[Fraction]()
+        for i, one in enumerate(known.families):
+            apart = Fraction(1) if one.operator == "delay" else None
+            if apart is None and one.operator and not shifted:
+                apart = Fraction(0)
+            found.append(known.bounds(i)[0] if apart is None else apart)
+        return found
+
+    def _widths(self, alpha: Fraction) -> list[Channel]:
+        """The channels of a factor; none where there are no such classes."""
+        plant, known = self._kept(alpha)
+        found = list[Channel]()
+        for i, one in enumerate(known.families):
+            kind = self._kind(known, i)
+            if kind == "delay":
+                found.append(Channel(kind, one.sector[1], not plant.discrete and not any(plant.D[i])))
+                continue
+            low, high = known.bounds(i)
+            found.append(
+                Channel(
+                    kind, high if one.operator else high - low, kind == "function" and bool(self.free and self.free[i])
+                )
+            )
+        return found if min(one.width for one in found) > 0 else []
+
+    def _exactly(self, alpha: Fraction) -> Callable[[Sequence[Fraction], Sequence[Fraction]], frequencies.Axis]:
+        plant, known = self._kept(alpha)
+        low = self._lower(known, shifted=True)
+
+        def axis(weights: Sequence[Fraction], theta: Sequence[Fraction]) -> frequencies.Axis:
+            """The loop with these multipliers, as the checker has it."""
+            members = list[frequencies.Member]()
+            for i, one in enumerate(known.families):
+                kind = {"delay": "delay", "gain": "scaled", "scaled operator": "scaled"}.get(self._kind(known, i), "")
+                width = Fraction(0) if kind == "delay" else known.bounds(i)[1] - known.bounds(i)[0]
+                members.append(frequencies.Member(kind, width, weights[i], theta[i], Fraction(one.sector[1])))
+            return frequencies.axis_of(plant, low, members)
+
+        return axis
+
+    def at(self, alpha: Fraction) -> Proposal | None:
+        """A proposal for the classes of a factor; None if none was found.
+
+        Parameters
+        ----------
+        alpha : Fraction
+            The factor.
+        """
+        self.search.channels = self._widths(alpha)
+        found = self.search.proposal(self._exactly(alpha)) if self.search.channels else None
+        if found is not None and self.free is None:
+            del found.multiplier["theta"]
+        return found
+
+    def farthest(self, known: Fraction, most: float) -> Iterator[tuple[Fraction, Proposal]]:
+        """Proposals for large factors between two, the largest first.
+
+        Parameters
+        ----------
+        known : Fraction
+            Smaller ones are of no interest.
+        most : float
+            Nor are larger ones.
+        """
+        most = min(most, LARGEST)
+        for step in _STEPS_BACK:  # where a proposal fails its frequencies are looked at from then on
+            most = self.search.largest(lambda factor: self._widths(Fraction(f"{factor:.9g}")), most) * (1 - step)
+            alpha = Fraction(double_below(Fraction(f"{most:.9g}")))
+            if alpha <= known:
+                return
+            proposal = self.at(alpha)
+            if proposal is not None:
+                yield alpha, proposal
