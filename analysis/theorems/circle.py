@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
-from types import MappingProxyType
+from functools import partial
 
 from lure.analysis.inequality.checks import encirclement_condition, region, require_well_posed
 from lure.analysis.inequality.gains import GainEnd, simplest_inside, unstable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.inequality.polynomial import RationalInequality
-from lure.analysis.inequality.protocol import Best
-from lure.analysis.numerics.doubles import double_below, text_above, text_below
+from lure.analysis.inequality.protocol import Multiplier
+from lure.analysis.numerics.doubles import double_below
 from lure.analysis.numerics.minimum import positive_with_limits
-from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
+from lure.analysis.theorems.criterion import Criterion, sector_class
+from lure.analysis.verdict import Bracket, CriterionResult, Verdict
 from lure.analysis.wording import constant_gains
-from lure.classes import NonlinearityClass, Sector
+from lure.classes import Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
 
-# What an answer of the circle criterion says: conclusion, hypotheses, reasons, each with how it was checked.
-
+NAME = "the circle criterion"
 PRINCIPAL = (
     "circle criterion: I. W. Sandberg, Bell System Technical Journal 43 (1964) 1601-1608; G. Zames, IEEE Trans. "
     "Automatic Control 11 (1966) 228-238 and 465-476; H. K. Khalil, Nonlinear Systems, 3rd ed., theorem 7.1"
@@ -31,135 +31,15 @@ CRITICAL = (
     "F. R. Gantmacher, Absolute Stability of Regulator Systems, 1964; A. Kh. Gelig, G. A. Leonov, V. A. Yakubovich, "
     "Stability of Nonlinear Systems with Nonunique Equilibrium State, 1978"
 )
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class CircleCase:
-    """A question and what was computed for it.
-
-    Attributes
-    ----------
-    block : RationalPlant
-        The block as given; the inequality may be that of ``-H`` and ``[-upper, -lower]``.
-    inequality : RationalInequality
-        ``1/(k - lower) + Re P > 0``.
-    sector : Sector
-        The sector as given, or the largest one.
-    best : Best
-        How far the inequality goes.
-    proved : bool
-        Whether it proves the sector.
-    """
-
-    block: RationalPlant
-    inequality: RationalInequality
-    sector: Sector
-    best: Best
-    proved: bool
-
-    @property
-    def plant(self) -> TransferPolynomials:
-        """The block shifted by the lower gain (mirrored: by the upper one)."""
-        return self.inequality.plant
-
-    @property
-    def critical(self) -> bool:
-        """Whether the shifted block has a pole at 0."""
-        return self.plant.case == "critical"
-
-    @property
-    def omega(self) -> float:
-        """Frequency of the infimum [rad/s; rad per sample]."""
-        assert self.best.worst_frequency is not None
-        return self.best.worst_frequency
-
-
-def circle_answer(case: CircleCase) -> CriterionResult:
-    """The answer for a question, as if nothing but the inequality were known."""
-    sector = case.sector
-    bounds = {name: f"{bound}" if abs(bound) == math.inf else f"{Fraction(bound)}"
-              for name, bound in (("lower", sector.lower), ("upper", sector.upper))}  # fmt: skip
-    return CriterionResult(
-        criterion="circle",
-        theorem=CRITICAL if case.critical else PRINCIPAL,
-        largest=case.best.largest,
-        nonlinearity_class=NonlinearityClass(sector=sector, time_varying=not case.critical),
-        verdict=Verdict.PROVED if case.proved else Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        needs=("time-invariant",) if case.critical else (),
-        theta=0.0,
-        multiplier="1",
-        parameters=MappingProxyType({**bounds, "theta": "0"}),
-        worst_frequency=case.omega,
-        hypotheses=_hypotheses(case),
-        reason=_success(case) if case.proved else "no sector that double precision can name is reached",
-    )
-
-
-def _success(case: CircleCase) -> str:
-    consequence = (
-        "every solution is bounded and, for time-invariant locally Lipschitz phi, converges to the stationary set (to "
-        "0 only if the shifted phi vanishes at 0 alone); for time-varying phi boundedness only"
-        if case.critical
-        else "0 is globally exponentially stable for every phi(t, sigma) in it, time-varying phi included"
-    )
-    return f"the inequality holds at every frequency for {_named(case)}: {consequence}"
-
-
-def failure(case: CircleCase, margin: Bracket, largest: Bracket | None, gain: str | None) -> str:
-    """Why a sector is not proved: by how much the inequality fails and where, and what would work."""
-    failing = (
-        f"the inequality fails by {-margin.middle:.6g} at frequency {case.omega:.6g}"
-        if margin.high < 0
-        else f"the inequality is not strict: its left-hand side comes down to 0 at frequency {case.omega:.6g}"
-    )
-    if gain is not None:
-        return f"{failing}, and the linear gain {gain} of the sector is not stable"
-    advice = "for nonlinearities that do not change with time, Popov's may reach further"
-    if case.plant.discrete:
-        advice = "for nonlinearities that do not change with time and have bounded slope, max_slope may reach further"
-    if largest is not None and largest.low > case.sector.lower:
-        proved = f"[{float(case.sector.lower):g}, k] with k up to {text_below(largest.low)}"
-        advice = f"the criterion proves the sectors {proved}: {advice}"
-    return f"{failing}, from which nothing follows about the loop; {advice}"
-
-
-def _hypotheses(case: CircleCase) -> tuple[str, ...]:
-    plant = case.plant
-    zero = "z = 1" if plant.discrete else "s = 0"
-    regular = "continuous in sigma" if plant.discrete else "piecewise continuous in t, locally Lipschitz in sigma"
-    poles = (
-        f"critical case: simple pole at {zero}, residue {float(plant.residue):.6g} > 0, all others strictly stable"
-        if case.critical
-        else "principal case: the loop is stable for a linear gain at an end of the sector"
-    )
-    found = [
-        f"phi in {_named(case)}, {regular}: assumed of the class",
-        f"{poles}: checked by exact root counts",
-        f"Nyquist plot of H {region(case.sector)}, infinity included: "
-        + ("tested exactly at every frequency" if case.proved else "not established"),
-    ]
-    if case.proved and not case.critical:
-        found.append(encirclement_condition(case.block, case.sector, _inside(case.sector)))
-    if case.block.feedthrough:
-        found.append(
-            "well posed: 1 + kappa H(inf) does not vanish for any gain of the sector (checked), and the loop equation "
-            "sigma + H(inf) phi(t, sigma) = v is solved by one sigma (assumed of the class)"
-        )
-    return tuple(found)
-
-
-def _inside(sector: Sector) -> Fraction:
-    """A gain of the sector that is not zero."""
-    gain = simplest_inside(sector)
-    return gain or simplest_inside(Sector(0, sector.upper))
-
-
-def _named(case: CircleCase) -> str:
-    lower, upper = case.sector.lower, case.sector.upper
-    if upper == math.inf and not _holds(case.inequality, math.inf):
-        return f"every sector [{text_above(lower, 15)}, k] with finite k"
-    return f"the sector [{text_above(lower, 15)}, {text_below(upper, 15)}]"
+CONCLUSIONS = (
+    "0 is globally exponentially stable for every phi(t, sigma) of the class, time-varying phi included",
+    "every solution is bounded and, for time-invariant locally Lipschitz phi, converges to the stationary set (to 0 "
+    "only if the shifted phi vanishes at 0 alone); for time-varying phi boundedness only",
+)
+ADVICE = (
+    "for nonlinearities that do not change with time, Popov's may reach further",
+    "for nonlinearities that do not change with time and have bounded slope, max_slope may reach further",
+)
 
 
 def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
@@ -201,10 +81,7 @@ def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Cr
     3
     """
     inequality = _inequality(block, Fraction(lower))
-    best = inequality.best()
-    proved = best.largest.low > lower
-    sector = Sector(lower, best.largest.low if proved else math.inf)
-    return circle_answer(CircleCase(block=block, inequality=inequality, sector=sector, best=best, proved=proved))
+    return _with_geometry(block, _criterion(inequality).answer(inequality))
 
 
 def circle_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:
@@ -250,54 +127,84 @@ def circle_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:
         raise AssumptionError(
             "the circle criterion needs a sector with a finite end; got [-inf, inf]", code=Reason.NO_LOWER_END
         )
-    mirrored = _mirror_needed(block, sector)
-    used, lower, upper = block, sector.lower, sector.upper
+    used, asked, mirrored = block, sector, _mirror_needed(block, sector)
     if mirrored:
         used = RationalPlant([-c for c in block.numerator], block.denominator, block.dt)
-        lower, upper = -sector.upper, -sector.lower
-    lower = Fraction(lower)
-    require_well_posed(used, upper, lower=lower)
-    inequality = _inequality(used, lower)
-    best, proved = inequality.best(), _holds(inequality, upper)
-    margin, _ = inequality.least({inequality.weight: Fraction(0)}, upper)
+        asked = Sector(-sector.upper, -sector.lower)
+    require_well_posed(used, asked.upper, lower=Fraction(asked.lower))
+    answer = _criterion(_inequality(used, Fraction(asked.lower))).decide(used, asked)
+    proved = answer.verdict is Verdict.PROVED
     if mirrored:
-        largest = Bracket(double_below(Fraction(sector.upper)) if proved else -math.inf, math.inf)
-        best = replace(best, largest=largest)
-    case = CircleCase(block=block, inequality=inequality, sector=sector, best=best, proved=proved)
-    if proved:
-        return replace(circle_answer(case), margin=Bracket(max(margin.low, 0.0), margin.high))
-    margin = Bracket(margin.low, min(margin.high, 0.0))
-    gain = unstable_gain(used, Sector(lower, upper))
-    linear = None if gain is None else _linear_gain(gain, mirrored=mirrored)
+        turned = replace(answer.nonlinearity_class, sector=sector)
+        reach = Bracket(double_below(Fraction(sector.upper)) if proved else -math.inf, math.inf)
+        symmetry = f"-H and the sector {asked} in place of H and {sector}: the loop is the same"
+        answer = replace(answer, nonlinearity_class=turned, largest=reach, hypotheses=(symmetry, *answer.hypotheses))
+    answer = _with_geometry(block, answer)
+    gain = None if proved else unstable_gain(used, asked)
+    if gain is None:
+        reason = answer.reason.partition("; ")[0] if mirrored else answer.reason
+        return answer if proved else replace(answer, reason=f"{reason}; {ADVICE[block.dt is not None]}")
+    linear = _linear_gain(gain, mirrored=mirrored)
     return replace(
-        circle_answer(case),
-        margin=margin,
-        verdict=Verdict.INCONCLUSIVE if gain is None else Verdict.REFUTED,
-        reason=failure(case, margin, None if mirrored else best.largest, linear),
-        witness=None if linear is None else constant_gains([linear]),
+        answer,
+        verdict=Verdict.REFUTED,
+        reason=f"the linear gain {linear} of the sector is not stable",
+        witness=constant_gains([linear]),
     )
 
 
 def _inequality(block: RationalPlant, lower: Fraction) -> RationalInequality:
     discrete = isinstance(block, RationalPlant) and block.dt is not None
-    return RationalInequality.of(block, lower, "the circle criterion", discrete=discrete, critical=True).unweighted
+    return RationalInequality.of(block, lower, NAME, discrete=discrete, critical=True).unweighted
+
+
+def _criterion(inequality: RationalInequality) -> Criterion:
+    """The criterion for one plant: the critical case has another theorem, about time-invariant nonlinearities."""
+    grounds = inequality.grounds
+    regular = "continuous in sigma" if grounds.discrete else "piecewise continuous in t, locally Lipschitz in sigma"
+    return Criterion(
+        name="circle",
+        title=NAME,
+        theorem=CRITICAL if grounds.critical else PRINCIPAL,
+        formula="1",
+        inequality=lambda _block, _lower: inequality,
+        nonlinearities=partial(sector_class, time_varying=not grounds.critical),
+        assumed=f"{{class}}, {regular}: assumed of the class",
+        kind="",
+        needs=("time-invariant",) if grounds.critical else (),
+        composed=True,
+        endless=_endless,
+        conclusions=CONCLUSIONS,
+    )
+
+
+def _endless(base: RationalInequality, _multiplier: Multiplier) -> bool:
+    """Whether ``P`` is strictly positive real, with no hidden modes: the proof needs a minimal realisation.
+
+    ``Re P > 0`` at every frequency, and ``omega^2 Re P`` has a positive limit, in discrete time ``Re P`` itself.
+    """
+    if base.plant.hidden.degree() > 0:
+        return False
+    D, U = base.family.D, base.family.U
+    return positive_with_limits(U, U.degree()) and D.degree() - U.degree() <= (0 if base.plant.discrete else 1)
+
+
+def _with_geometry(block: RationalPlant, answer: CriterionResult) -> CriterionResult:
+    """The answer with what a proof says of the Nyquist plot."""
+    if answer.verdict is not Verdict.PROVED:
+        return answer
+    sector, every_finite = answer.sector, answer.margin is None and answer.sector.upper == math.inf
+    found = [] if every_finite else [f"so the Nyquist plot of H stays {region(sector)}, infinity included"]
+    if "time-invariant" not in answer.needs:
+        inside = simplest_inside(sector) or simplest_inside(Sector(0, sector.upper))
+        found.append(encirclement_condition(block, sector, inside))
+    return replace(answer, hypotheses=(*answer.hypotheses, *found))
 
 
 def _mirror_needed(block: RationalPlant, sector: Sector) -> bool:
     if sector.lower == -math.inf:
         return True
     return sector.upper != math.inf and TransferPolynomials.of(block).shifted(Fraction(sector.upper)).case == "critical"
-
-
-def _holds(inequality: RationalInequality, upper: Fraction | float) -> bool:
-    """Whether ``1/(upper - lower) + Re P > 0`` on ``[0, inf]``; for ``upper = inf``, ``P`` strictly positive real."""
-    if upper != math.inf:
-        return inequality.decide({inequality.weight: Fraction(0)}, Fraction(upper))
-    plant, D, U = inequality.plant, inequality.family.D, inequality.family.U
-    if plant.hidden.degree() > 0:  # the proof without an upper bound needs a minimal realisation
-        return False
-    # Re P > 0 at every frequency, and w^2 Re P has a positive limit (in discrete time Re P itself)
-    return positive_with_limits(U, U.degree()) and D.degree() - U.degree() <= (0 if plant.discrete else 1)
 
 
 def _linear_gain(gain: Fraction | GainEnd, *, mirrored: bool) -> str:

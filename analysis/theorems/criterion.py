@@ -246,6 +246,8 @@ def _shortfall(
     margin, worst = least
     unit = "rad per sample" if grounds.discrete else "rad/s"
     fails = f"fails by {-margin.high:.6g} at {worst:.6g} {unit}" if margin.high < 0 else "is not strict"
+    if not criterion.kind:
+        return f"the inequality {fails}, from which nothing follows for the loop; the largest k is {largest}"
     return (
         f"the inequality {fails} with this {criterion.kind}, from which nothing follows for the loop; with the best "
         f"{criterion.kind} the largest k is {largest}"
