@@ -196,9 +196,10 @@ def write_figure(plot: Path, draw: Draw, size: tuple[float, float], *, replace: 
     from lure.analysis.output import written
     from lure.analysis.plots import render
 
-    picture = render(draw, name=plot.stem, size=size)
+    suffix = plot.suffix.lower()
+    picture = render(draw, name=plot.stem, size=size, suffixes=[suffix])
     with written([plot], replace=replace) as places:
-        places[plot].write_bytes(picture.svg.encode() if plot.suffix.lower() == ".svg" else picture.png)
+        places[plot].write_bytes(picture.file(suffix))
 
 
 def print_json(data: object) -> None:

@@ -285,7 +285,7 @@ def with_figure(draw: Draw, table: str, *, alt: str) -> str:
         What the figure shows, for who cannot see it; also what its identifiers are salted with.
     """
     name = "figure-" + hashlib.sha256((alt + table).encode()).hexdigest()[:12]
-    svg: str = drawing(draw, task="file")(draw, name=name, size=(5.4, 3.8)).svg
+    svg: str = drawing(draw, task="file")(draw, name=name, size=(5.4, 3.8), suffixes=[".svg"]).svg
     label = f'role="img" aria-label="{html.escape(alt)}" style="max-width:100%;height:auto"'
     svg = svg[svg.index("<svg") :].replace("<svg", f"<svg {label}", 1)
     return f'<figure style="margin:0;max-width:40em">{svg}</figure>{table}'

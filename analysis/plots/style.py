@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -173,7 +174,7 @@ _PATH_DATA = re.compile(r' d="[^"]*"')
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Picture:
-    """A figure as an SVG document and a PNG image, both on white.
+    """A figure as an SVG document and a PNG image, both on white; empty what was not asked for.
 
     Attributes
     ----------
@@ -183,12 +184,18 @@ class Picture:
         The image.
     """
 
-    svg: str
-    png: bytes
+    svg: str = ""
+    png: bytes = b""
+
+    def file(self, suffix: str) -> bytes:
+        """The file whose name ends so, ``.svg`` or ``.png``."""
+        return self.svg.encode() if suffix.lower() == ".svg" else self.png
 
 
-def render(draw: Draw, *, name: str, size: tuple[float, float] = (4.4, 3.2)) -> Picture:
-    """Draw on the axes of a fresh figure and return it as SVG and PNG.
+def render(
+    draw: Draw, *, name: str, size: tuple[float, float] = (4.4, 3.2), suffixes: Collection[str] = (".svg", ".png")
+) -> Picture:
+    """Draw on the axes of a fresh figure and return it as SVG and PNG, or as one of them.
 
     Parameters
     ----------
@@ -198,6 +205,8 @@ def render(draw: Draw, *, name: str, size: tuple[float, float] = (4.4, 3.2)) -> 
         Salts the identifiers in the SVG, so that two figures on one page do not share them.
     size : tuple of float
         Width and height [inch].
+    suffixes : collection of str
+        Which files are wanted.
 
     Notes
     -----
@@ -216,9 +225,11 @@ def render(draw: Draw, *, name: str, size: tuple[float, float] = (4.4, 3.2)) -> 
         figure.subplots_adjust(left=0.17, right=0.97, bottom=0.15, top=0.92)
         draw(ax=figure.add_subplot())
         # the canvases directly: savefig would lay everything out once more for each file
-        FigureCanvasSVG(figure).print_svg(svg, metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
-        figure.dpi = 180
-        FigureCanvasAgg(figure).print_png(png, metadata={"Software": None})
+        if ".svg" in suffixes:
+            FigureCanvasSVG(figure).print_svg(svg, metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+        if ".png" in suffixes:
+            figure.dpi = 180
+            FigureCanvasAgg(figure).print_png(png, metadata={"Software": None})
     return Picture(svg=_shortened(svg.getvalue()), png=png.getvalue())
 
 

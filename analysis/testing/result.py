@@ -143,9 +143,9 @@ class Violation(Record):
         path : Path
             A name that ends in ``.png`` or ``.svg``; folders are made, and a file of this name is replaced.
         """
-        picture = drawing(self, task="file")(partial(drawing(self), self), name=self.claim)
+        picture = drawing(self, task="file")(partial(drawing(self), self), name=self.claim, suffixes=[path.suffix])
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(picture.png if path.suffix == ".png" else picture.svg.encode())
+        path.write_bytes(picture.file(path.suffix))
 
 
 class NonlinearityViolation(AssertionError):

@@ -247,7 +247,8 @@ def _shortfall(
     unit = "rad per sample" if grounds.discrete else "rad/s"
     fails = f"fails by {-margin.high:.6g} at {worst:.6g} {unit}" if margin.high < 0 else "is not strict"
     if not criterion.kind:
-        return f"the inequality {fails}, from which nothing follows for the loop; the largest k is {largest}"
+        proved = f"; every k up to {text_below(largest.low)} is proved" if largest.low > grounds.lower else ""
+        return f"the inequality {fails}, from which nothing follows for the loop{proved}"
     return (
         f"the inequality {fails} with this {criterion.kind}, from which nothing follows for the loop; with the best "
         f"{criterion.kind} the largest k is {largest}"

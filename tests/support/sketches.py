@@ -1,24 +1,23 @@
-"""Reports with sketches in place of their figures: drawn as ever, and not written, which takes most of the time."""
+"""Figures with sketches in place of their files: drawn as ever, and not written, which takes most of the time."""
 
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><g id="sketch"/></svg>'
 
-def sketch(draw, *, name, size=(4.4, 3.2)):
-    """What :func:`lure.analysis.plots.render` returns, a few bytes long."""
-    from matplotlib.figure import Figure
 
-    from lure.analysis.plots.style import Picture
-
-    draw(ax=Figure(figsize=size).add_subplot())
-    return Picture(svg=f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><g id="{name}"/></svg>', png=b"")
+def _written(_figure, file, **_settings):
+    Path(file).write_text(SVG, encoding="utf-8")
 
 
 @contextmanager
 def sketches():
-    """Reports that are written here have sketches."""
+    """Figures that are written here, by lure or by ``savefig``, are sketches."""
     with pytest.MonkeyPatch.context() as patch:
-        for report in ("lure.analysis.report.loop", "lure.analysis.rod.report"):
-            patch.setattr(f"{report}.figures.render", sketch)
+        backends = "matplotlib.backends.backend_"
+        patch.setattr(f"{backends}svg.FigureCanvasSVG.print_svg", lambda _canvas, file, **_: file.write(SVG))
+        patch.setattr(f"{backends}agg.FigureCanvasAgg.print_png", lambda _canvas, _file, **_: None)
+        patch.setattr("matplotlib.figure.Figure.savefig", _written)
         yield

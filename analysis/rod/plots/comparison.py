@@ -278,8 +278,7 @@ def comparison_file(found: Comparison, kind: FileKind) -> bytes:
     """
     draw = partial(_framed, found)
     if kind != "pdf":
-        picture = render(draw, name="comparison", size=SIZE)
-        return picture.svg.encode() if kind == "svg" else picture.png
+        return render(draw, name="comparison", size=SIZE, suffixes=[f".{kind}"]).file(f".{kind}")
     from matplotlib import rc_context
     from matplotlib.backends.backend_pdf import FigureCanvasPdf
     from matplotlib.figure import Figure

@@ -358,8 +358,8 @@ def write_results(done: Performed, wanted: Wanted, *, tell: Callable[..., None] 
 def _figure(draw: Callable[..., object], path: Path, size: tuple[float, float]) -> None:
     from lure.analysis.plots import render
 
-    picture = render(draw, name="motion", size=size)  # path has a random name here, which must not get into the file
-    path.write_bytes(picture.svg.encode() if path.suffix.lower() == ".svg" else picture.png)
+    suffix = path.suffix.lower()  # path has a random name here, which must not get into the file
+    path.write_bytes(render(draw, name="motion", size=size, suffixes=[suffix]).file(suffix))
 
 
 def _for_plot(done: Performed, span: tuple[float, float] | None) -> tuple[SampledRun, SampledRun]:
