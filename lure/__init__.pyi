@@ -1,5 +1,6 @@
 from lure import analysis as analysis
 from lure import methods as methods
+from lure import networks as networks
 from lure import rod as rod
 from lure.analysis.questions import analyse as analyse
 from lure.analysis.questions import max_sector as max_sector

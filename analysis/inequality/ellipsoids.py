@@ -95,7 +95,7 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
     Ellipsoid or None
         None where the solver finds none; else what has still to be proved.
     """
-    guess, found = _linear(plant, local, discrete=discrete), None
+    guess, found = linear_ellipsoid(plant, local, discrete=discrete), None
     for turn in range(turns):  # x = scale z, in which the last ellipsoid is the unit ball; channels by their weights
         if guess is None:
             break
@@ -119,8 +119,23 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
     return found
 
 
-def _linear(plant: Sequence[Matrix], local: Sequence[Local], *, discrete: bool) -> Ellipsoid | None:
-    """An ellipsoid of the loop with ``phi = u sigma`` that lies in the strips: where the search begins."""
+def linear_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discrete: bool) -> Ellipsoid | None:
+    """An ellipsoid of the loop with ``phi = u sigma`` that lies in the strips: where the search begins.
+
+    Parameters
+    ----------
+    plant : sequence of ndarray
+        ``A``, ``B``, ``C`` and ``D``.
+    local : sequence of Local
+        What is used of each nonlinearity.
+    discrete : bool
+        Whether time is discrete.
+
+    Returns
+    -------
+    Ellipsoid or None
+        None where that loop is not stable.
+    """
     from scipy import linalg
 
     upper, low = (np.array([one[i] for one in local], dtype=float) for i in (1, 0))

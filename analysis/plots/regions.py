@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lure.analysis.plots.style import BLUE, GREY, INK, LEGEND, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.questions.region_sets import levels
 from lure.analysis.questions.regions import RegionOfAttraction
 from lure.arrays import NDArray
 from lure.errors import InputError
@@ -123,16 +124,19 @@ def _halves(found: RegionOfAttraction, plane: tuple[int, int]) -> tuple[float, f
 
 
 def _rate(found: RegionOfAttraction) -> Callable[[NDArray[np.float64]], Any] | None:
-    """``x'``, in discrete time the next state, at points; None with a direct term."""
-    known = all(map(callable, found.nonlinearities))
-    if found.plant is None or not known or any(map(any, found.plant.D)):
+    """``x'``, in discrete time the next state, at points; None where a direct term leads back to its channel."""
+    groups = None if found.plant is None else levels(found.plant.D)
+    if found.plant is None or groups is None or not all(map(callable, found.nonlinearities)):
         return None
-    A, B, C, _ = found.plant.doubles()
+    A, B, C, D = found.plant.doubles()
     laws = found.nonlinearities
 
     def rate(points: NDArray[np.float64]) -> NDArray[np.float64]:
         """At points, (k, n)."""
-        phi = np.stack([np.asarray(law(points @ row)) for law, row in zip(laws, C, strict=True)], axis=1)
+        phi, seen = np.zeros((len(points), len(laws))), points @ C.T
+        for group in groups:
+            sigma = seen[:, group] - phi @ D[group].T
+            phi[:, group] = np.stack([laws[i](sigma[:, k]) for k, i in enumerate(group)], axis=1)
         return np.asarray(points @ A.T - phi @ B.T)
 
     return rate

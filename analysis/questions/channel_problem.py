@@ -69,6 +69,7 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
     plant = channel_plant(source)
     named: dict[str, Any] = {}
     if isinstance(source, LoopSystem):
+        source = source.everywhere()
         named = {"name": source.name, "title": source.title, "source": source.source}
         if given is None:
             given = _said(source)

@@ -594,7 +594,7 @@ def _parts(loop: object, *, discretised: bool) -> tuple[Plant, Nonlinearity | No
     if isinstance(loop, StructuredPlant):
         return loop, None, _EVERY
     if isinstance(loop, LoopSystem):
-        return loop.block, loop.nonlinearity, loop.nonlinearity_class
+        return loop.block, loop.everywhere().nonlinearity, loop.nonlinearity_class
     if isinstance(loop, Loop):
         return one_channel(loop.block), loop.nonlinearity, None
     return one_channel(loop), None, None

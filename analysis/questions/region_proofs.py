@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
-from typing import Any
+from itertools import chain
+from typing import Any, NamedTuple
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, ellipsoid, growing, shifted
+from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, ellipsoid, growing, linear_ellipsoid, shifted
 from lure.analysis.inequality.level_sets import level_set
+from lure.analysis.inequality.many_ellipsoids import MANY, many_ellipsoid
 from lure.analysis.numerics.polynomial import to_fraction
-from lure.analysis.questions.region_sets import Shape, matrix_of
+from lure.analysis.questions.region_sets import Shape, levels, matrix_of
 from lure.arrays import NDArray, np
 from lure.plants.multivariable import MultivariablePlant
 
 MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
 _BITS = 40
+_MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no state exceeds what reaches it
 
 
 # Ellipsoids.
@@ -41,12 +44,32 @@ def proved_ellipsoid(
         (k, n) points whose largest multiple it is to hold; None for the largest volume.
     """
     best = _reaches(plant, shapes, points)
-    if best is None:
-        return None
+    return None if best is None else proved_on(plant, shapes, best, points)
+
+
+def proved_on(
+    plant: MultivariablePlant,
+    shapes: Sequence[Shape],
+    states: Sequence[Fraction | None],
+    points: NDArray[np.float64] | None,
+) -> Proved | None:
+    """The same with ``|C_i x|`` bounded by given numbers on the set.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part.
+    shapes : sequence of Shape
+        What is known of each nonlinearity.
+    states : sequence of Fraction or None
+        The bounds, None for channels that see no state or are lines with limits.
+    points : ndarray or None
+        (k, n) points whose largest multiple it is to hold; None for the largest volume.
+    """
     for margin in MARGINS:
         for shrunk in (Fraction(1), Fraction(999, 1000)):
             checkpoint()
-            draft = _draft(plant, shapes, [None if c is None else c * shrunk for c in best], points, margin)
+            draft = _draft(plant, shapes, [None if c is None else c * shrunk for c in states], points, margin)
             if draft is None:
                 continue
             try:
@@ -58,38 +81,78 @@ def proved_ellipsoid(
     return None
 
 
+class _Used(NamedTuple):
+    """What a search uses of each channel; of sectors also the bounds and the intervals of ``sigma``, exactly."""
+
+    local: list[Local]
+    sectors: list[tuple[Fraction, Fraction] | None]
+    reaches: list[Fraction | None]
+
+
 def _local(
-    plant: MultivariablePlant, shapes: Sequence[Shape], reaches: Sequence[Fraction | None], *, exactly: bool
-) -> tuple[list[Local], list[tuple[Fraction, Fraction] | None]] | None:
-    """What the search uses of each channel, and the sectors; channel after channel, as ``D`` has it."""
-    most, found = dict[int, float](), dict[int, Local]()
-    sectors: list[tuple[Fraction, Fraction] | None] = [None] * len(shapes)
-    left = set(range(len(shapes)))
-    while left:
-        free = [i for i in left if not any(plant.D[i][j] for j in left)]
-        if not free:
+    plant: MultivariablePlant, shapes: Sequence[Shape], states: Sequence[Fraction | None], *, exactly: bool
+) -> _Used | None:
+    """What is used if ``|C_i x|`` is at most so large; channel after channel, as ``D`` has it: what feeds through adds.
+
+    A channel that sees no state has its interval from those before it.
+    """
+    most, found, m = dict[int, Fraction](), dict[int, Local](), len(shapes)
+    sectors: list[tuple[Fraction, Fraction] | None] = [None] * m
+    reaches: list[Fraction | None] = [None] * m
+    groups = levels(plant.D)
+    if groups is None:
+        return None
+    for i in chain(*groups):
+        clip, own = shapes[i].clip, states[i]
+        if clip is not None:
+            found[i] = Local(float(clip[0]), float(clip[1]), float(clip[2]), math.inf)
+            if clip[0] == 0:
+                most[i] = max(abs(to_fraction(p[0])) for p in shapes[i].pieces)
+            continue
+        if any(d and j not in most for j, d in enumerate(plant.D[i])):
             return None
-        for i in free:
-            left.discard(i)
-            clip, reach = shapes[i].clip, reaches[i]
-            if clip is not None:
-                found[i] = Local(float(clip[0]), float(clip[1]), float(clip[2]), math.inf)
-                most[i] = max(abs(float(p[0])) for p in shapes[i].pieces) if clip[0] == 0 else math.inf
-                continue
-            assert reach is not None, "a sector has one"
-            bounds = shapes[i].bounds(reach) if exactly else shapes[i].sampled(float(reach))
-            if bounds is None:
-                return None
-            if exactly:
-                sectors[i] = (Fraction(bounds[0]), Fraction(bounds[1]))
-            low, high = float(bounds[0]), float(bounds[1])
-            high += 1e-12 * (abs(high) + abs(low)) * (high == low)
-            rest = float(reach) - sum(abs(float(d)) * most[j] for j, d in enumerate(plant.D[i]) if d)
-            if not rest > 0:
-                return None
-            found[i] = Local(low, high, None, rest)
-            most[i] = max(abs(low), abs(high)) * float(reach)
-    return [found[i] for i in range(len(shapes))], sectors
+        through = sum((abs(d) * most[j] for j, d in enumerate(plant.D[i]) if d), Fraction(0))
+        reach = _above(through + (own if own and any(plant.C[i]) else through * _MORE or Fraction(1)))
+        reach = reach if shapes[i].reach is None else min(reach, shapes[i].reach or reach)
+        bounds = shapes[i].bounds(reach) if exactly else shapes[i].sampled(float(reach))
+        if bounds is None or reach <= through:
+            return None
+        low, high = Fraction(bounds[0]), Fraction(bounds[1])
+        sectors[i], reaches[i], most[i] = (low, high), reach, _above(max(abs(low), abs(high)) * reach)
+        wide = float(high) + 1e-12 * float(abs(high) + abs(low)) * (high == low)
+        found[i] = Local(float(low), wide, None, float(reach - through))
+    return _Used([found[i] for i in range(m)], sectors, reaches)
+
+
+def _above(value: Fraction) -> Fraction:
+    """A number of few digits that is not below one that is not negative, and hardly above it."""
+    if value.denominator.bit_length() < _BITS or not value:
+        return value
+    unit = Fraction(2) ** (math.floor(math.log2(value)) - _BITS)
+    return math.ceil(value / unit) * unit
+
+
+def _found(
+    sides: Sequence[NDArray[np.float64]],
+    used: _Used,
+    points: NDArray[np.float64] | None,
+    *,
+    discrete: bool,
+    margin: float | None = None,
+) -> Ellipsoid | None:
+    """About the largest ellipsoid, without a margin roughly: by the search that fits the number of channels."""
+    local = used.local
+    if len(local) < MANY:
+        if margin is None:
+            return ellipsoid(sides, local, discrete=discrete, points=points, turns=1)
+        return ellipsoid(sides, local, discrete=discrete, points=points, margin=margin)
+    guess = linear_ellipsoid(sides, local, discrete=discrete)
+    for digits in (1e-2,) if margin is None else (1e-2, 1e-5):  # the second in the units of the first
+        if guess is None:
+            break
+        least = MARGINS[0] if margin is None else margin
+        guess = many_ellipsoid(sides, local, guess.P, discrete=discrete, points=points, margin=least, digits=digits)
+    return guess
 
 
 def _reaches(
@@ -97,7 +160,7 @@ def _reaches(
 ) -> list[Fraction | None] | None:
     """For each sector the interval on which it is used: the best found, one after the other, by golden sections."""
     sides, discrete = plant.doubles(), plant.dt is not None
-    own = [i for i, shape in enumerate(shapes) if shape.clip is None]
+    own = [i for i, shape in enumerate(shapes) if shape.clip is None and any(plant.C[i])]
 
     def size(logs: Sequence[float]) -> float:
         """How large the ellipsoid is; -inf where there is none."""
@@ -107,15 +170,12 @@ def _reaches(
             reach = Fraction(2.0**log).limit_denominator(10**9) if log > -20 else Fraction(2.0**log)
             given[i] = reach if shapes[i].reach is None else min(reach, shapes[i].reach or reach)
         used = _local(plant, shapes, given, exactly=False)
-        found = None if used is None else ellipsoid(sides, used[0], discrete=discrete, points=points, turns=1)
-        if found is None:
-            return -math.inf
-        if points is None:
-            return found.size
-        return -max(0.5 * math.log(p @ found.P @ p) for p in points)
+        return _size(None if used is None else _found(sides, used, points, discrete=discrete), points)
 
     if not own:
-        return [None] * len(shapes)
+        return [None] * len(shapes)  # channels that see no state have their intervals from those before them
+    if len(shapes) >= MANY:
+        return _many_reaches(plant, shapes, points)
     sizes = [(size([k] * len(own)), float(k)) for k in range(-24, 25, 2)]
     value, start = max(sizes)
     if value == -math.inf:
@@ -136,6 +196,68 @@ def _reaches(
         reach = Fraction(2.0**log).limit_denominator(10**6) if log > -12 else Fraction(2.0**log)
         out[i] = min(reach, shapes[i].reach or reach)
     return out
+
+
+def _size(found: Ellipsoid | None, points: NDArray[np.float64] | None) -> float:
+    """How large an ellipsoid is; -inf where there is none."""
+    if found is None:
+        return -math.inf
+    return found.size if points is None else -max(0.5 * math.log(p @ found.P @ p) for p in points)
+
+
+def _many_reaches(
+    plant: MultivariablePlant, shapes: Sequence[Shape], points: NDArray[np.float64] | None
+) -> list[Fraction | None] | None:
+    """The same for many channels: one factor for those that share a nonlinearity, times how far the set goes.
+
+    Where a set leaves room in an interval, its sectors are tightened to it before the next factor is tried.
+    """
+    sides, discrete, m = plant.doubles(), plant.dt is not None, len(shapes)
+    C = sides[2]
+    own = [i for i, shape in enumerate(shapes) if shape.clip is None and C[i].any()]
+    groups = [[i for i in own if shapes[i].nonlinearity == one] for one in _different(shapes[i] for i in own)]
+
+    def tried(wide: NDArray[np.float64]) -> tuple[float, Ellipsoid | None]:
+        """The size with these intervals, and the set."""
+        checkpoint()
+        given = [Fraction(float(wide[i])).limit_denominator(10**9) if i in own else None for i in range(m)]
+        used = _local(plant, shapes, given, exactly=False)
+        found = None if used is None else _found(sides, used, points, discrete=discrete)
+        return _size(found, points), found
+
+    def spread(found: Ellipsoid) -> NDArray[np.float64]:
+        """How far ``C_i x`` goes on a set."""
+        return np.asarray(np.sqrt(np.einsum("ij,ji->i", C, np.linalg.solve(found.P, C.T))))
+
+    lengths = np.linalg.norm(C, axis=1)
+    value, best, wide = -math.inf, None, lengths
+    for k in range(-12, 7, 2):  # near 0 all is as the linear loop
+        now, found = tried(lengths / lengths.max() * 2.0**k)
+        if best is not None and now < value:
+            break
+        if found is not None:
+            value, best, wide = now, found, np.minimum(lengths / lengths.max() * 2.0**k, 1.0001 * spread(found))
+    if best is None:
+        return None
+    for factor in (1.5, 1.15, 1.04):
+        for group in groups:
+            for way in (factor, 1 / factor):
+                while True:
+                    new = wide.copy()
+                    new[group] *= way
+                    now, found = tried(new)
+                    if found is None or not now > value + 1e-3:
+                        break
+                    value, wide = now, np.minimum(new, 1.0001 * spread(found))
+    return [Fraction(float(wide[i])).limit_denominator(10**9) if i in own else None for i in range(m)]
+
+
+def _different(shapes: Iterable[Shape]) -> list[Any]:
+    found = list[Any]()
+    for shape in shapes:
+        if shape.nonlinearity not in found:
+            found.append(shape.nonlinearity)
+    return found
 
 
 def _golden(value: Callable[[float], float], low: float, high: float, rounds: int = 14) -> float:
@@ -165,8 +287,8 @@ def _draft(
     used = _local(plant, shapes, reaches, exactly=True)
     if used is None:
         return None
-    local, sectors = used
-    found = ellipsoid(plant.doubles(), local, discrete=plant.dt is not None, points=points, margin=margin)
+    local, sectors, reaches = used
+    found = _found(plant.doubles(), used, points, discrete=plant.dt is not None, margin=margin)
     if found is None or not all(np.isfinite(part).all() for part in found):
         return None
     grown = _grown(plant, local, found)
@@ -244,8 +366,7 @@ def proved_level_set(
     if plant.dt is not None or not any(given):
         return None
     terms = first.certificate["multiplier"]["terms"]
-    reaches = [Fraction(term["reach"]) if "reach" in term else None for term in terms]
-    used = _local(plant, shapes, reaches, exactly=True)
+    used = _local(plant, shapes, _seen(plant, shapes, terms), exactly=True)
     assert used is not None, "it was proved with these"
     zero = ["0"] * plant.order
     ellipse = Ellipsoid(
@@ -257,7 +378,7 @@ def proved_level_set(
     for margin in MARGINS[1:]:
         checkpoint()
         try:
-            found = level_set(plant.doubles(), used[0], integrals, ellipse, points=points, margin=margin)
+            found = level_set(plant.doubles(), used.local, integrals, ellipse, points=points, margin=margin)
         except np.linalg.LinAlgError:
             return None
         if found is None or not all(np.isfinite(part).all() for part in found):
@@ -274,7 +395,7 @@ def proved_level_set(
             weight = {"channel": i + 1, "weight": str(_short(float(found.weights[i])))}
             own = {key: term[key] for key in ("sector", "reach") if key in term}
             local["multiplier"]["terms"].append(
-                {**weight, **(own or {"row": _row(found.rows[i], found.P, used[0][i])})}
+                {**weight, **(own or {"row": _row(found.rows[i], found.P, used.local[i])})}
             )
         rows = [[str(v) for v in row[: i + 1]] for i, row in enumerate(_rounded(found.P))]
         proof = {"method": "level-set", "P": rows, "integrals": entries}
@@ -285,6 +406,18 @@ def proved_level_set(
         assert isinstance(shown, Proved), "the checker makes it of this verdict"
         return shown
     return None
+
+
+def _seen(plant: MultivariablePlant, shapes: Sequence[Shape], terms: Sequence[dict[str, Any]]) -> list[Fraction | None]:
+    """Of what was proved, the bounds of ``|C_i x|``: the intervals of ``sigma`` less what feeds through."""
+    most = [max((abs(to_fraction(p[0])) for p in shape.pieces), default=Fraction(0)) for shape in shapes]
+    for i, term in enumerate(terms):
+        if "reach" in term:
+            most[i] = max(abs(Fraction(v)) for v in term["sector"]) * Fraction(term["reach"])
+    through = [sum((abs(d) * v for d, v in zip(row, most, strict=True)), Fraction(0)) for row in plant.D]
+    return [
+        Fraction(term["reach"]) - own if "reach" in term else None for term, own in zip(terms, through, strict=True)
+    ]
 
 
 def _least(shape: Shape, entry: dict[str, Any]) -> Fraction:

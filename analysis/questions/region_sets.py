@@ -22,44 +22,14 @@ from lure.analysis.numerics.polynomial import X, to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence
 from lure.arrays import NDArray, np
 from lure.errors import InputError
-from lure.nonlinearities.base import exact_parameter
+from lure.nonlinearities import Tanh
+from lure.nonlinearities.local import LocalSector
 from lure.plants.multivariable import MultivariablePlant
 
 _BITS = 40
 MOST_PIECES = 3000
 _GRID = np.concatenate([np.linspace(-1, -0.005, 200), np.linspace(0.005, 1, 200)])
 _FIXED = np.geomspace(1e-7, 1e7, 1400)
-
-
-@dataclass(frozen=True, slots=True)
-class LocalSector:
-    """Every locally Lipschitz ``phi(t, sigma)`` with ``lower <= phi/sigma <= upper`` for ``0 < |sigma| <= reach``.
-
-    Nothing is said of it beyond, so that it is a class for :func:`lure.analysis.region` alone.
-
-    Attributes
-    ----------
-    lower, upper, reach : int, float, Fraction or str
-        Exact numbers; a float means the double it is.
-
-    Raises
-    ------
-    InputError
-        A number is none, the bounds are not in order, or the reach is not positive.
-    """
-
-    lower: Any
-    upper: Any
-    reach: Any
-
-    def __post_init__(self) -> None:
-        for name in ("lower", "upper", "reach"):
-            object.__setattr__(self, name, exact_parameter(getattr(self, name), f"LocalSector.{name}"))
-        if not self.lower < self.upper or self.reach <= 0:
-            raise InputError(
-                f"LocalSector is [{self.lower}, {self.upper}] for |sigma| <= {self.reach}; give two bounds in order, "
-                "and a positive reach"
-            )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -215,6 +185,24 @@ def _above(value: Fraction) -> Fraction:
     return math.ceil(value / unit) * unit
 
 
+def levels(D: Sequence[Sequence[Fraction]]) -> list[list[int]] | None:
+    """The channels in groups, of which each is fed by the ones before alone; None where ``D`` has a cycle.
+
+    Parameters
+    ----------
+    D : sequence of sequences of Fraction
+        (m, m), ``sigma = C x - D phi``.
+    """
+    left, found = set(range(len(D))), list[list[int]]()
+    while left:
+        free = sorted(i for i in left if not any(D[i][j] for j in left))
+        if not free:
+            return None
+        found.append(free)
+        left -= set(free)
+    return found
+
+
 # One state: signs.
 
 
@@ -344,6 +332,43 @@ def equilibria(plant: MultivariablePlant, shapes: Sequence[Shape]) -> tuple[tupl
         if all(low <= s <= high for s, (low, high, _, _) in zip(sigma, choice, strict=True)):
             found.add(tuple(to_fraction(x[i, 0]) for i in range(n)))
     return tuple(sorted(one for one in found if any(one)))
+
+
+def rests_at_0(plant: MultivariablePlant, shapes: Sequence[Shape]) -> bool:
+    r"""Whether 0 is shown to be the only equilibrium, exactly.
+
+    At one :math:`A x = B \varphi` (in discrete time ``A - I`` for ``A``), so that :math:`N B \varphi = 0` for the rows
+    ``N`` with ``N A = 0``.  Where ``N B`` has as many independent columns as there are channels, every ``phi_i`` is 0;
+    with it ``sigma_i`` where ``phi_i`` has no other zero, and then ``A x = 0`` and ``C x = 0``.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part.
+    shapes : sequence of Shape
+        What is known of each nonlinearity.
+    """
+    n, m = plant.order, len(shapes)
+    A, B, C = (fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for side in (plant.A, plant.B, plant.C))
+    A -= fmpq_mat([[int(i == j) for j in range(n)] for i in range(n)]) * int(plant.dt is not None)
+    # rank [A B] = rank A + rank N B
+    beside = fmpq_mat([[*a, *b] for a, b in zip(A.tolist(), B.tolist(), strict=True)])
+    below = fmpq_mat([*A.tolist(), *C.tolist()])
+    if beside.rank() - A.rank() < m or below.rank() < n:
+        return False
+    return all(_vanishes_at_0_alone(shape) for shape in shapes)
+
+
+def _vanishes_at_0_alone(shape: Shape) -> bool:
+    """Whether ``phi(sigma) != 0`` is known for all ``sigma`` but 0."""
+    if not shape.pieces:
+        return isinstance(shape.nonlinearity, Tanh)
+    for low, high, p in shape.parts():
+        if p.degree() < 0 or any(root != 0 or not isinstance(root, Fraction) for root in roots_between(p, low, high)):
+            return False
+        if any(not math.isinf(end) and end != 0 and p(to_fmpq(end)) == 0 for end in (low, high)):
+            return False
+    return True
 
 
 def union_area(

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lure.analysis.certificates.checker import ATTRACTS, Proved, Refuted
+from lure.analysis.certificates.checker import ATTRACTS, CONVERGES, Proved, Refuted
 from lure.analysis.deadline import check_seconds, time_left, time_limit
 from lure.analysis.drawing import drawing
 from lure.analysis.nonlinearity import nonlinearity_bounds
@@ -19,11 +19,11 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import class_given
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth, proved_level_set
 from lure.analysis.questions.region_sets import (
-    LocalSector,
     Shape,
     equilibria,
     matrix_of,
     positive,
+    rests_at_0,
     shape_given,
     shape_of,
     sign_interval,
@@ -40,6 +40,7 @@ from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.files.system import LoopSystem
 from lure.nonlinearities import ExpressionNonlinearity
+from lure.nonlinearities.local import LocalSector
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
 from lure.record import Record, derived, quantity
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 
 Ends = tuple[Fraction | float, Fraction | float]
 _GLOBAL = 5.0  # [s] for a proof that the region is everything
+_SHOWN = 6  # states, up to which a matrix is written out
 
 
 def _sentence(shown: Proved | Refuted) -> str:
@@ -246,7 +248,12 @@ class RegionOfAttraction(TwoSided):
             said = [f"INCONCLUSIVE: no set of starts is proved to be attracted by 0: {self.reason}."]
         else:
             first = self.sets[0]
-            if first.kind == "everything":
+            if first.kind == "everything" and first.proof.certificate["conclusion"] == CONVERGES:
+                said = [
+                    "PROVED: every solution tends to 0, wherever it starts: it converges to the set of equilibria, and "
+                    "0 is the only one."
+                ]
+            elif first.kind == "everything" or first.interval == (-math.inf, math.inf):
                 said = ["PROVED: every solution tends to 0, wherever it starts."]
             elif first.interval is not None:
                 low, high = map(_shown, first.interval, ("above", "below"))
@@ -259,6 +266,7 @@ class RegionOfAttraction(TwoSided):
                     else "the level set x^T P x + 2 sum theta_i int phi_i <= 1"
                 )
                 said = [f"PROVED: every solution that starts in {where} tends to 0; its {word} is at least {size}."]
+                said += _matrix_said(first)
             if self.reach is not None:
                 said.append(f"It holds the points asked about times {text_below(self.reach, 7)}.")
         for one in self.outside:
@@ -271,6 +279,15 @@ class RegionOfAttraction(TwoSided):
         if self.area[1] is not None and math.isfinite(self.area[1]):
             said.append(f"The {word} of the region is at most {text_above(self.area[1], 7)}.")
         return said
+
+
+def _matrix_said(one: AttractedSet) -> list[str]:
+    """The matrix of a set, rounded, and the weights of its integrals."""
+    if one.P is None or len(one.P) > _SHOWN:
+        return []
+    rows = ", ".join(f"[{', '.join(f'{float(v):.7g}' for v in row)}]" for row in one.P)
+    weights = "".join(f", theta_{entry['channel']} = {float(Fraction(entry['theta'])):.7g}" for entry in one.integrals)
+    return [f"P = [{rows}]{weights}, rounded; the certificate has it exactly."]
 
 
 def _shown(end: Fraction | float, towards: str) -> str:
@@ -302,7 +319,7 @@ def region(
         function is realised in companion form, whose states are then meant.
     nonlinearities : object
         One nonlinearity, or a list of one for each channel: objects, or formulas as text; by default that of the
-        system.  Or a :class:`~lure.analysis.questions.region_sets.LocalSector`, a class known on an interval only.
+        system.  Or a :class:`~lure.nonlinearities.local.LocalSector`, a class known on an interval only.
     along : sequence of sequences, optional
         Points of the state space: the largest multiple of them that an ellipsoid holds is asked for, instead of the
         largest volume.
@@ -360,7 +377,7 @@ def _answered(
                 return _of_signs(*signs)
             beyond = proved_growth(found, shapes)
             local = beyond is not None or any(shape.reach is not None for shape in shapes)
-            whole = None if local else _everywhere(found, [shape.nonlinearity for shape in shapes])
+            whole = None if local else _everywhere(found, shapes)
             if whole is not None:
                 return _of_all(found.order, whole)
             proof, late = proved_ellipsoid(found, shapes, points), False
@@ -443,9 +460,12 @@ def _box(sets: Sequence[AttractedSet]) -> tuple[float, float]:
     return float(halves[0]) * 1.01, float(halves[1]) * 1.01
 
 
-def _everywhere(plant: MultivariablePlant, nonlinearities: Sequence[Any]) -> Proved | None:
-    """A proof that 0 attracts every solution; None where none is found in a few seconds."""
-    single = plant.inputs == 1
+def _everywhere(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Proved | None:
+    """A proof that 0 attracts every solution; None where none is found in a few seconds.
+
+    In the critical case solutions are proved to converge to the set of equilibria, which has to be 0 alone.
+    """
+    single, nonlinearities = plant.inputs == 1, [shape.nonlinearity for shape in shapes]
     block, given = (plant.channel(0, 0), nonlinearities[0]) if single else (plant, list(nonlinearities))
     try:
         found = certify(block, given, ways=ProofOptions(seconds=max(1e-3, min(_GLOBAL, time_left()))))
@@ -454,7 +474,8 @@ def _everywhere(plant: MultivariablePlant, nonlinearities: Sequence[Any]) -> Pro
     shown = found.shown
     if not isinstance(shown, Proved) or found.assumed or shown.assumed:
         return None
-    return shown if shown.certificate["conclusion"] == ATTRACTS else None
+    conclusion = shown.certificate["conclusion"]
+    return shown if conclusion == ATTRACTS or (conclusion == CONVERGES and rests_at_0(plant, shapes)) else None
 
 
 def _of_all(states: int, proof: Proved) -> RegionOfAttraction:
@@ -468,7 +489,7 @@ def _grown(shown: Refuted) -> OutsideSet:
 
 def _asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlant, list[Shape]]:
     if isinstance(plant, LoopSystem) and nonlinearities is None:
-        nonlinearities = list(plant.nonlinearities) or plant.nonlinearity
+        nonlinearities = list(plant.local or plant.nonlinearities) or plant.nonlinearity
     found = channel_plant(plant)
     listed = nonlinearities if isinstance(nonlinearities, list | tuple) else [nonlinearities]
     if listed == [None]:
@@ -483,7 +504,8 @@ def _asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlant, l
     if isinstance(nonlinearities, Diagonal) or any(class_given(one) is not None for one in listed):
         raise InputError(
             "a region of attraction is asked of a known nonlinearity in each channel, such as Saturation(1) or "
-            "'tanh(sigma)', and a class is given; lure certify asks of all its members"
+            "'tanh(sigma)', or of a class that holds on an interval, and a class is given; lure certify asks of all "
+            "its members"
         )
     known = [
         one

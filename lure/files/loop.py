@@ -16,15 +16,18 @@ from lure.errors import InputError
 from lure.expressions.tree import decimal
 from lure.files.builtin import builtin_loop, loop_names
 from lure.files.kinds import FileKind
-from lure.files.schema import LAW_TEXTS, PLANT_TABLES, ClassTable, PlantTable, PlantTables
+from lure.files.schema import LAW_TEXTS, PLANT_TABLES, ClassTable, ControllerTable, PlantTable, PlantTables
 from lure.files.system import Block, LoopSystem, channel_system, loop_system
+from lure.networks.network import Network
+from lure.networks.reading import read_network
+from lure.nonlinearities.local import LocalSector
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
 from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
 from lure.plants.forcing import Forcing
 from lure.plants.interconnection import padded
-from lure.plants.multivariable import MultivariablePlant
+from lure.plants.multivariable import MultivariablePlant, counted
 from lure.plants.performance import Performance
 from lure.plants.rational import RationalPlant
 
@@ -78,7 +81,11 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
 
 def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -> LoopSystem:
     """The block of a file and what closes the loop."""
+    if tables.controller is not None:
+        return _with_network(identity, tables, tables.controller, folder)
     block = _block(tables.plant)
+    if any(table.on is not None for table in tables.nonlinearity_class):
+        return _on_intervals(identity, _only_channel(block), tables)
     channels = (table.relu or _operates(table) or table.rate is not None for table in tables.nonlinearity_class)
     if any(channels):
         block = _only_channel(block)  # what is known of these is known of channels
@@ -100,14 +107,48 @@ def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -
         raise InputError(f"nonlinearity: {error}") from None
 
 
+def _on_intervals(identity: tuple[str, str, str], plant: MultivariablePlant, tables: PlantTables) -> LoopSystem:
+    """The loop of a file whose classes hold on intervals."""
+    found = list[LocalSector]()
+    if tables.nonlinearity:
+        raise InputError("class: on is given beside a nonlinearity, whose bounds are found; leave one out")
+    for number, table in enumerate(tables.nonlinearity_class, 1):
+        with _numbered("class", number, len(tables.nonlinearity_class)):
+            found += [_local_sector(table)] * table.repeated
+    if not len(found) == plant.inputs == plant.outputs:
+        raise InputError(
+            f"class: the tables are about {counted(len(found), 'channel')}, and the plant has {plant.size}; give one "
+            "for each channel, in order, with repeated = n for one that acts in n"
+        )
+    return replace(channel_system(identity, plant), local=tuple(found))
+
+
+def _local_sector(table: ClassTable) -> LocalSector:
+    if table.on is None or table.sector is None or math.inf in map(abs, table.sector):
+        raise InputError(
+            "class: on is given without sector, or not everywhere; give sector = [l, u], finite, and on = [-a, b] for "
+            "each channel"
+        )
+    given = [table.slope, table.gain, table.rate, table.norm, table.size, table.dynamics, table.memory, table.delay]
+    if any(one is not None for one in given) or table.odd or table.relu or table.time_varying:
+        raise InputError("class: on is given beside other keys; give sector = [l, u] and on = [-a, b] alone")
+    low, high = table.on
+    if not low < 0 < high:
+        raise InputError(f"class: on is [{float(low):g}, {float(high):g}]; give an interval around 0, such as [-1, 2]")
+    reach = min(-low, high)
+    if reach == math.inf:
+        raise InputError("class: on is the whole line; leave it out, as the sector then holds everywhere")
+    return LocalSector(*table.sector, reach)
+
+
 def _only_channel(block: Block) -> MultivariablePlant:
     """The plant of a ReLU, a slow gain or an operator, which the theorems on several nonlinearities are about."""
     if isinstance(block, RationalPlant):
         block = MultivariablePlant.of_one_channel(block)
     if not isinstance(block, MultivariablePlant):
         raise InputError(
-            "class: relu, rate, norm, delay and memory need a plant with exact rational entries; leave the dead time "
-            "out, or these"
+            "class: relu, rate, norm, delay, memory and on need a plant with exact rational entries; leave the dead "
+            "time out, or these"
         )
     return block
 
@@ -124,13 +165,70 @@ def _with_channels(
     if any(ins != outs for ins, outs in sizes):
         with _numbered("class", 1, 1):
             plant = padded(plant, sizes)
+    classes = Diagonal(tuple(listed), repeated=repeated) if listed else None
+    return channel_system(identity, plant, classes=classes, nonlinearity_tables=_known(tables, folder))
+
+
+def _known(tables: PlantTables, folder: Path) -> list[dict[str, object]]:
+    """The tables of the nonlinearities, each standing for itself."""
     known = list[dict[str, object]]()
     for number, entry in enumerate(tables.nonlinearity, 1):
         with _numbered("nonlinearity", number, len(tables.nonlinearity)):
             found = _with_points(entry.nonlinearity_table(), folder)
         known.append(found if entry.repeated == 1 else {**found, "repeated": entry.repeated})
-    classes = Diagonal(tuple(listed), repeated=repeated) if listed else None
-    return channel_system(identity, plant, classes=classes, nonlinearity_tables=known)
+    return known
+
+
+def _with_network(
+    identity: tuple[str, str, str], tables: PlantTables, controller: ControllerTable, folder: Path
+) -> LoopSystem:
+    """The loop of a plant that a network closes: one channel for each neuron behind those of the plant."""
+    if tables.nonlinearity_class:
+        raise InputError("class: it is given beside [controller]; give [[nonlinearity]], or the loop without a network")
+    told = {name: getattr(controller, name) for name in ("activation", "negative_slope", "saturation")}
+    try:
+        network = read_network(folder / controller.network, **told)
+        plant = network.closed(_opened(tables.plant, controller, network))
+    except InputError as error:
+        raise InputError(f"controller: {error}") from None
+    return channel_system(identity, plant, nonlinearity_tables=[*_known(tables, folder), *network.tables])
+
+
+def _opened(table: PlantTable, controller: ControllerTable, network: Network) -> MultivariablePlant:
+    """The plant with ``u`` as last inputs and ``y`` as last outputs, behind its own channels."""
+    if controller.Bu is None:
+        if controller.Cy is not None:
+            raise InputError("Cy is given without Bu; give how u moves the state too")
+        plant = _block(table)
+        if isinstance(plant, RationalPlant):
+            plant = MultivariablePlant.of_one_channel(plant)
+        if not isinstance(plant, MultivariablePlant):
+            raise InputError("the plant of a network has exact rational entries; leave the dead time out")
+        return plant
+    if table.A is None or table.num is not None or table.transfer is not None:
+        raise InputError("Bu is about the states, and the plant is given without; give it by A, and B and C")
+    n, own = len(table.A), table.B is not None or table.C is not None
+    Cy = controller.Cy if controller.Cy is not None else [[int(i == j) for j in range(n)] for i in range(n)]
+    free = as_plant((table.A, controller.Bu, Cy, 0), dt=table.dt)  # checks the shapes
+    found = MultivariablePlant.of_one_channel(free) if isinstance(free, RationalPlant) else free
+    assert isinstance(found, MultivariablePlant), "matrices make no other plant"
+    if not own:
+        return found
+    block = _block(table)
+    rest = MultivariablePlant.of_one_channel(block) if isinstance(block, RationalPlant) else block
+    assert isinstance(rest, MultivariablePlant), "nor do these"
+    m, p, zero = network.outputs, network.inputs, Fraction(0)
+    if (found.inputs, found.outputs) != (m, p):
+        raise InputError(
+            f"Bu and Cy make {found.size}; the network has {counted(p, 'input')} and {counted(m, 'output')}"
+        )
+    return replace(
+        rest,
+        B=tuple((*a, *b) for a, b in zip(rest.B, found.B, strict=True)),
+        C=(*rest.C, *found.C),
+        D=(*((*row, *[zero] * m) for row in rest.D), *(((zero,) * (rest.inputs + m),) * p)),
+        names=(),
+    )
 
 
 @contextmanager
@@ -278,6 +376,8 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
             _class(one) | ({"size" if one.operator not in ("", *DELAYS) else "repeated": size} if size > 1 else {})
             for one, size in alike
         ]
+    if system.local:
+        tables["class"] = [{"sector": (one.lower, one.upper), "on": (-one.reach, one.reach)} for one in system.local]
     if system.performance is not None:
         tables["performance"] = dict(system.performance.stated)
     if system.forcing is not None:
@@ -396,7 +496,14 @@ PLANT_FILE = FileKind(
     written=loop_tables,
     names=loop_names,
     builtin=builtin_loop,
-    texts=("name", "title", "plant.transfer", *(f"nonlinearity.{key}" for key in LAW_TEXTS)),
+    texts=(
+        "name",
+        "title",
+        "plant.transfer",
+        "controller.network",
+        "controller.activation",
+        *(f"nonlinearity.{key}" for key in LAW_TEXTS),
+    ),
     single=("name", "title"),
     letters={"numerator": "plant.num", "denominator": "plant.den", "H": "plant.transfer", "G": "plant.transfer"},
     free="nonlinearity",

@@ -175,6 +175,16 @@ def _memory(value: object, info: ValidationInfo) -> str:
     return str(value)
 
 
+def _file(value: object, info: ValidationInfo) -> str:
+    if not isinstance(value, str) or not value.strip():
+        raise InputError(f"{field_key(info)} is {shown(value)}; give the path of a file in quotes")
+    return value
+
+
+def _number(value: object, info: ValidationInfo) -> Fraction:
+    return _exact(value, field_key(info))
+
+
 def _questions(value: object, info: ValidationInfo) -> tuple[str, ...]:
     listed = value if isinstance(value, list) else [value]
     wrong = [one for i, one in enumerate(listed) if one not in QUESTIONS or one in listed[:i]]
@@ -247,6 +257,7 @@ class ClassTable(BaseModel):
     model_config = ConfigDict(**STRICT, title="class")
     sector: Pair = Field(default=None, description="bounds of phi(sigma)/sigma")
     slope: Pair = Field(default=None, description="bounds of every difference quotient")
+    on: Pair = Field(default=None, description="interval around 0 of sigma on which sector holds alone, for a region")
     odd: Truth = Field(default=False, description="whether phi(-sigma) = -phi(sigma)")
     time_varying: Truth = Field(default=False, description="whether phi may depend on time")
     gain: Pair = Field(default=None, description="bounds of a constant gain, phi(sigma) = g sigma, instead of these")
@@ -286,6 +297,20 @@ class ForcingTable(BaseModel):
     unit: Line = Field(default=None, description="the unit of z, for figures")
 
 
+class ControllerTable(BaseModel):
+    """``[controller]``: a network ``u = N(y)`` that closes the plant, ``y = Cy x``, beside the nonlinearities."""
+
+    model_config = ConfigDict(**STRICT, title="controller")
+    network: Annotated[str, BeforeValidator(_file)] = Field(description="file of its weights, in quotes")
+    activation: Line = Field(default=None, description="of its neurons, such as 'tanh', if the file does not say it")
+    negative_slope: Annotated[Fraction | None, BeforeValidator(_number)] = Field(
+        default=None, description="of a leaky ReLU"
+    )
+    saturation: Bound = Field(default=None, description="limit of every output")
+    Bu: Matrix = Field(default=None, description="how u moves the state, a row for each state")
+    Cy: Matrix = Field(default=None, description="what it measures, a row for each of its inputs; the states without")
+
+
 class ReportTable(BaseModel):
     """``[report]``: what the report is asked beside stability."""
 
@@ -308,6 +333,7 @@ class PlantTables(BaseModel):
     )
     performance: PerformanceTable | None = None
     forcing: ForcingTable | None = None
+    controller: ControllerTable | None = None
     report: ReportTable | None = None
 
 
@@ -317,6 +343,7 @@ PLANT_TABLES: dict[str, type[BaseModel]] = {
     "class": ClassTable,
     "performance": PerformanceTable,
     "forcing": ForcingTable,
+    "controller": ControllerTable,
     "report": ReportTable,
 }
 LAW_TEXTS = ("text", "expression", "formula", "law", "kind", "file")

@@ -10,6 +10,7 @@ from lure.classes import Diagonal, NonlinearityClass
 from lure.errors import InputError
 from lure.loop import Loop, loop_rows
 from lure.nonlinearities.base import Nonlinearity
+from lure.nonlinearities.local import LocalSector
 from lure.plants.delay import DelayPlant
 from lure.plants.forcing import Forcing
 from lure.plants.multivariable import MultivariablePlant
@@ -54,6 +55,9 @@ class LoopSystem(Record):
     nonlinearity_tables: tuple[Mapping[str, object], ...] = quantity(
         "The tables ``[[nonlinearity]]`` that mean them", key="", default=()
     )
+    local: tuple[LocalSector, ...] = quantity(
+        "What is known of each nonlinearity on an interval alone, if that is all", default=()
+    )
     performance: Performance | None = quantity(
         "The disturbance and the output of which the gain is asked, if there are such", default=None
     )
@@ -92,13 +96,30 @@ class LoopSystem(Record):
     @property
     def open(self) -> bool:
         """Whether nothing is said of what closes the loop."""
-        return not (self.nonlinearity or self.nonlinearity_class or self.classes or self.nonlinearities)
+        closed = self.nonlinearity or self.nonlinearity_class or self.classes or self.nonlinearities or self.local
+        return not closed
+
+    def everywhere(self) -> LoopSystem:
+        """The system, of whose nonlinearities more is known than what they are on an interval.
+
+        Raises
+        ------
+        InputError
+            Nothing more is.
+        """
+        if self.local:
+            raise InputError(
+                "the classes of the system hold on an interval alone; from where its loop recovers is told by lure "
+                "region and lure.analysis.region, and this question needs classes without on"
+            )
+        return self
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; ``classes`` and ``nonlinearities`` stand there for several channels."""
         found, several = super().to_dict(), isinstance(self.block, MultivariablePlant)
         left_out = [] if several else ["classes", "nonlinearities"]
         left_out += [name for name in ("performance", "forcing") if getattr(self, name) is None]
+        left_out += [] if self.local else ["local"]
         return {key: value for key, value in found.items() if key not in left_out}
 
     def _rows(self) -> Iterator[tuple[object, ...]]:
@@ -108,6 +129,8 @@ class LoopSystem(Record):
         asked = self.nonlinearity_class or self.classes
         if asked is not None:
             yield "class asked about", str(asked)
+        for i, local in enumerate(self.local, 1):
+            yield f"class of channel {i}", str(local)
         if self.performance is not None:
             yield "performance", str(self.performance)
         if self.forcing is not None:

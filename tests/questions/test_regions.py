@@ -8,15 +8,19 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from tampering import assert_both_reject, edited
 
-from lure import InputError, Saturation, Sector, as_plant
+from lure import InputError, ReLU, Saturation, Sector, Tanh, as_plant
 from lure.analysis import check, region
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
-from lure.analysis.questions.region_sets import LocalSector
+from lure.analysis.questions.region_proofs import proved_ellipsoid
+from lure.analysis.questions.region_sets import matrix_of, rests_at_0, shape_of, volume_below
 from lure.analysis.verdict import Verdict
+from lure.files import loop_to_toml, parse_system, read_system
 from lure.nonlinearities import Cubic, DeadZone
+from lure.nonlinearities.local import LocalSector
 from lure.plants.multivariable import MultivariablePlant
 
 
@@ -385,3 +389,94 @@ def test_what_is_no_question_about_a_region_is_refused():
         region(([1], [1, 1]), ByItsValues())
     with pytest.raises(InputError, match="asked of a known nonlinearity in each channel"):
         region(([1], [1, 1]), Sector(0, 1))
+
+
+# x'' + x' = -phi(x): Popov's criterion with one pole at 0; NB = 1, and phi vanishes at 0 alone.
+def test_in_the_critical_case_0_attracts_everything_where_it_is_the_only_equilibrium():
+    plant = ([1], [1, 1, 0])
+    for law in (Saturation(), Tanh(), Cubic(linear=1, cubic=1)):
+        found = region(plant, law)
+        assert found.sets[0].kind == "everything"
+        assert "0 is the only one" in str(found) or found.proof.certificate["conclusion"] == "0 attracts every motion"
+    assert region(([1], [1, 0]), Saturation()).lines() == [
+        "PROVED: every solution tends to 0, wherever it starts."
+    ]  # one state, by the signs
+
+
+@pytest.mark.parametrize(
+    ("plant", "law", "alone"),
+    [
+        (([[0, 1], [0, -1]], [0, 1], [1, 0], 0), Saturation(), True),
+        (([[0, 1], [0, -1]], [0, 1], [1, 0], 0), DeadZone(width=1, gain=1), False),  # rests wherever |x1| <= 1
+        (([[0, 1], [0, -1]], [0, 1], [1, 0], 0), Cubic(linear=1, cubic=-1), False),  # phi(1) = 0
+        (([[0, 1], [0, -1]], [0, 1], [1, 0], 0), ReLU(), False),  # rests wherever x1 <= 0
+        (([[0, 1], [0, -1]], [0, 1], [0, 1], 0), Saturation(), False),  # x1 is not seen
+        (([[0, 1], [-1, -1]], [0, 1], [1, 0], 0), Saturation(), False),  # no pole at 0: not shown this way
+    ],
+)
+def test_the_only_equilibrium_is_shown_exactly(plant, law, alone):
+    A, B, C, _ = plant
+    many = MultivariablePlant(rows(A), rows([[v] for v in B]), rows([C]), rows([[0]]))
+    assert rests_at_0(many, [shape_of(law)]) is alone
+
+
+# x' = (U - 1) grad U with U = 20 x1^2 + x2^2 is attracted from U < 1 alone, which holds x'x <= 1/20 and no larger disc;
+# solvers have printed 1/15.  By polarisation, x1 x2^2 = ((x1 + x2)^3 + (x1 - x2)^3 - 2 x1^3)/6, it is a loop of four
+# cubics.
+def test_a_level_beyond_the_boundary_of_the_region_is_never_certified():
+    B = [["-2360/3", 0, "-20/3", "-20/3"], [0, "34/3", "-20/3", "20/3"]]
+    plant = MultivariablePlant(
+        rows([[-40, 0], [0, -2]]),
+        tuple(tuple(map(Fraction, row)) for row in B),
+        rows([[1, 0], [0, 1], [1, 1], [1, -1]]),
+        rows([[0] * 4] * 4),
+    )
+    A, inward, C, _ = plant.doubles()
+    x = np.random.default_rng(4).normal(size=(50, 2))
+    U = 20 * x[:, 0] ** 2 + x[:, 1] ** 2
+    assert np.allclose(x @ A.T - (x @ C.T) ** 3 @ inward.T, (U - 1)[:, None] * x * [40, 2])
+    good = proved_ellipsoid(plant, [shape_of(Cubic(cubic=1))] * 4, None).certificate
+    for P in ([["15"], ["0", "15"]], [["999/50"], ["0", "999/50"]], [["20"], ["0", "999/1000"]]):
+        assert_both_reject(edited(good, "proof", "P", value=P))
+    assert volume_below(matrix_of(good)) < math.pi / math.sqrt(20)
+    assert Fraction(2237, 10000) ** 2 * matrix_of(good)[0][0] > 1
+
+
+LOCAL = """
+[plant]
+A = [[1]]
+B = [1]
+C = [1]
+[class]
+sector = [2, 3]
+on = [-1, 2]
+"""
+
+
+def test_a_class_on_an_interval_from_a_file(tmp_path, capsys):
+    file = tmp_path / "plant.toml"
+    file.write_text(LOCAL)
+    system = read_system(file)
+    assert system.local == (LocalSector(2, 3, 1),)
+    assert parse_system(loop_to_toml(system), name="again", source="a text").local == system.local
+    assert 0.999 < region(system).area[0] / 2 < 1  # as in Python
+    assert main(["certify", str(file)]) == main(["report", str(file), "-o", str(tmp_path / "r")]) == 2
+    assert "hold on an interval alone" in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("on = [-1, 2]", "on = [1, 2]", "give an interval around 0"),
+        ("on = [-1, 2]", "on = [-inf, inf]", "the whole line"),
+        ("sector = [2, 3]", "slope = [2, 3]", "give sector = [l, u], finite"),
+        ("on = [-1, 2]", "on = [-1, 2]\nodd = true", "beside other keys"),
+        ("on = [-1, 2]", "on = [-1, 2]\nrepeated = 2", "about 2 channels"),
+        ("[class]", "[nonlinearity]\nkind = 'tanh'\n[class]", "beside a nonlinearity"),
+    ],
+)
+def test_bad_intervals_are_refused_in_a_sentence(tmp_path, capsys, old, new, words):
+    file = tmp_path / "plant.toml"
+    file.write_text(LOCAL.replace(old, new))
+    assert main(["region", str(file)]) == 2
+    assert words in " ".join(capsys.readouterr().err.split())

@@ -301,6 +301,7 @@ SYSTEMS = {
     "cubic": lure.Cubic(),
     "tanh": lure.Tanh(),
     "quantiser": lure.Quantiser(step=1),
+    "network": lure.networks.Network.given([[[2]], [[-3]]], activation="tanh", saturation=1),
     "formula": lure.ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
     "contradicted": lure.ExpressionNonlinearity("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
     "shifted": shifted_nonlinearity(lure.Tanh(), 1),

@@ -1,0 +1,188 @@
+"""Networks from files: weights in JSON or NumPy's format, ONNX models, and state dicts of PyTorch."""
+
+from __future__ import annotations
+
+import json
+import re
+import zipfile
+from collections.abc import Callable, Mapping
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from lure.arrays import np
+from lure.errors import InputError
+from lure.networks.network import Network
+
+MAX_BYTES = 1 << 24
+_TOLD = ("activation", "negative_slope", "saturation")
+
+
+def read_network(path: str | Path, **told: object) -> Network:
+    """The network of a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``.json`` with ``weights``, a list of matrices, and if wanted ``biases``, ``activation``, ``negative_slope`` and
+        ``saturation``, decimals taken exactly; ``.npz`` with arrays such as ``W1``, ``b1``, ``W2``; ``.onnx``, a chain
+        of layers, which needs the package ``onnx``; ``.pt`` or ``.pth``, the state dict of a chain of linear layers,
+        which needs PyTorch.
+    **told : object
+        ``activation``, ``negative_slope`` and ``saturation``, where the file does not say them.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, holds no such network, or says otherwise than what is told.
+
+    Examples
+    --------
+    >>> import json, pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "network.json"
+    >>> _ = file.write_text(json.dumps({"weights": [[[1, 2]], [[0.5]]]}))
+    >>> print(read_network(file, activation="tanh"))
+    2 inputs, 1 neuron (tanh) in 1 layer, 1 output
+    """
+    path = Path(path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise InputError(f"{path.name!r:.60} has none of the endings {', '.join(_READERS)}; give a file of weights")
+    try:
+        large = path.stat().st_size > MAX_BYTES
+    except (OSError, ValueError):
+        raise InputError(f"the file of the network {str(path)!r:.80} cannot be read; give the path of one") from None
+    if large or not path.is_file():
+        raise InputError(
+            f"{path.name!r:.60} is no ordinary file of at most 16 MiB; give the weights of a small network"
+        )
+    found = reader(path)
+    for key, value in told.items():
+        if value is None:
+            continue
+        if found.get(key) is not None and found[key] != value:
+            raise InputError(f"{key} is {value!s:.40}, and {path.name} says {found[key]!s:.40}; leave one of them out")
+        found[key] = value
+    if found.get("activation") is None:
+        raise InputError(f"{path.name} does not say what its neurons do; give activation, such as 'tanh'")
+    try:
+        return Network.given(found.pop("weights"), found.pop("biases", ()), **found)
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}") from None
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text("utf-8"), parse_float=Decimal)
+    except (OSError, ValueError, RecursionError):
+        raise InputError(f"{path.name} is no JSON; give an object with weights, a list of matrices") from None
+    if not isinstance(found, dict) or not isinstance(found.get("weights"), list):
+        raise InputError(f"{path.name} has no list of weights; give an object with weights, a list of matrices")
+    kept = {key: found[key] for key in ("weights", "biases", *_TOLD) if key in found}
+    if not isinstance(kept.get("biases", []), list) or not all(isinstance(b, list) for b in kept.get("biases", [])):
+        raise InputError(f"{path.name}: biases are a list of vectors, one for each layer")
+    return kept
+
+
+def _npz(path: Path) -> dict[str, Any]:
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            return _of_arrays(path, {name: arrays[name] for name in arrays.files})
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        raise InputError(f"{path.name} is no archive of arrays; write it by numpy.savez(file, W1=W1, W2=W2)") from None
+
+
+def _of_arrays(path: Path, arrays: Mapping[str, Any]) -> dict[str, Any]:
+    """Matrices and vectors in the order of the numbers in their names."""
+
+    def place(name: str) -> list[int]:
+        """The numbers in a name."""
+        return [int(digits) for digits in re.findall(r"\d+", name)]
+
+    names = sorted(arrays, key=place)
+    wrong = next((name for name in names if np.ndim(arrays[name]) not in (1, 2)), None)
+    if wrong is not None or len({tuple(place(name)) for name in names if np.ndim(arrays[name]) == 2}) < 2:
+        raise InputError(f"{path.name} has no matrices of two layers or more; name them W1, W2, and the biases b1, b2")
+    weights = [arrays[name] for name in names if np.ndim(arrays[name]) == 2]
+    return {"weights": weights, "biases": [arrays[name] for name in names if np.ndim(arrays[name]) == 1]}
+
+
+def _torch(path: Path) -> dict[str, Any]:
+    try:
+        import torch
+    except ImportError:
+        raise InputError(
+            f"{path.name} needs PyTorch, which is not installed; write the weights by numpy.savez instead"
+        ) from None
+    try:
+        state = torch.load(path, map_location="cpu", weights_only=True)
+        arrays = {name: value.double().numpy() for name, value in state.items()}
+    except Exception:  # whatever that package raises
+        raise InputError(f"{path.name} is no state dict; write it by torch.save(network.state_dict(), file)") from None
+    return _of_arrays(path, arrays)
+
+
+def _onnx(path: Path) -> dict[str, Any]:
+    try:
+        import onnx
+        from onnx import numpy_helper
+    except ImportError:
+        raise InputError(
+            f"{path.name} needs the package onnx, which is not installed; install lure[networks]"
+        ) from None
+    try:
+        graph = onnx.load(path).graph
+        arrays = {one.name: numpy_helper.to_array(one) for one in graph.initializer}
+        return _of_nodes(path, graph.node, arrays)
+    except InputError:
+        raise
+    except Exception:  # whatever that package raises
+        raise InputError(f"{path.name} is no ONNX model that can be read; export the network again") from None
+
+
+_ACTIVATIONS = {"Tanh": "tanh", "Relu": "relu", "LeakyRelu": "leaky relu"}
+
+
+def _of_nodes(path: Path, nodes: Any, arrays: dict[str, Any]) -> dict[str, Any]:  # noqa: ANN401  (of that package)
+    """A chain of ``Gemm``, or ``MatMul`` and ``Add``, with activations between them."""
+    weights, biases, told = list[Any](), list[Any](), list[tuple[str, float | None]]()
+    value = None  # what the node before puts out
+    for node in nodes:
+        settings = {one.name: one for one in node.attribute}
+        given = [name for name in node.input if name in arrays]
+        free = [name for name in node.input if name and name not in arrays]
+        if len(free) != 1 or value not in (None, free[0]):
+            raise InputError(f"{path.name} is no chain of layers: {node.op_type} does not take what is before it alone")
+        value = node.output[0]
+        turn = len(told) == len(weights)  # a layer's, not an activation's
+        if turn and given and (node.op_type == "MatMul" or (node.op_type == "Gemm" and free[0] == node.input[0])):
+            plain = all(settings[key].f == 1.0 for key in ("alpha", "beta") if key in settings)
+            if node.op_type == "Gemm" and (not plain or ("transA" in settings and settings["transA"].i)):
+                raise InputError(f"{path.name} has a Gemm with factors or a transposed input; export it as W x + b")
+            W = arrays[given[0]]
+            turned = bool("transB" in settings and settings["transB"].i)
+            left = node.op_type == "MatMul" and node.input[0] == given[0]
+            weights.append(W if turned or left else W.T)
+            biases.append(arrays[given[1]] if len(given) > 1 else [0.0])
+        elif node.op_type == "Add" and not turn and len(given) == 1:
+            biases[-1] = np.ravel(arrays[given[0]])
+        elif node.op_type in _ACTIVATIONS and not turn:
+            slope = (settings["alpha"].f if "alpha" in settings else 0.01) if node.op_type == "LeakyRelu" else None
+            told.append((_ACTIVATIONS[node.op_type], slope))
+        elif node.op_type not in ("Flatten", "Identity"):
+            raise InputError(
+                f"{path.name} has a layer {node.op_type!r:.40}; linear layers are taken, with Tanh, Relu or LeakyRelu "
+                "between them"
+            )
+    if len(set(told)) != 1 or len(told) != len(weights) - 1:
+        raise InputError(f"{path.name} has not one and the same activation behind each layer but the last")
+    return {"weights": weights, "biases": biases, "activation": told[0][0], "negative_slope": told[0][1]}
+
+
+_READERS: dict[str, Callable[[Path], dict[str, Any]]] = {
+    ".json": _json,
+    ".npz": _npz,
+    ".onnx": _onnx,
+    ".pt": _torch,
+    ".pth": _torch,
+}

@@ -1,0 +1,279 @@
+"""Networks as controllers: the loop of their neurons, files of weights, and regions that both checkers accept."""
+
+import json
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.figure import Figure
+from tampering import assert_both_reject, edited
+
+from lure import InputError, Saturation, as_plant
+from lure.analysis import certify, region
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.cli import main
+from lure.analysis.inequality.ellipsoids import Local, ellipsoid, linear_ellipsoid
+from lure.analysis.inequality.many_ellipsoids import many_ellipsoid
+from lure.analysis.questions.region_proofs import proved_ellipsoid
+from lure.analysis.questions.region_sets import matrix_of, shape_of
+from lure.analysis.questions.regions import AttractedSet, RegionOfAttraction
+from lure.analysis.verdict import Verdict
+from lure.files import loop_to_toml, parse_system, read_system
+from lure.networks import Network, read_network
+from lure.plants.multivariable import MultivariablePlant
+
+
+def phi_of(plant, laws, x):
+    """The nonlinearities' values, channel after channel."""
+    _, _, C, D = plant.doubles()
+    phi = np.zeros(len(laws))
+    for i, law in enumerate(laws):
+        phi[i] = law(C[i] @ x - D[i] @ phi)
+    return phi
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6), activation=st.sampled_from(["tanh", "relu", "leaky relu", "saturation"]))
+def test_the_loop_of_a_network_moves_as_the_network_does(seed, activation):
+    rng = np.random.default_rng(seed)
+    sizes = [3, *rng.integers(1, 5, size=rng.integers(1, 4)), 2]
+    network = Network.given(
+        [rng.normal(size=(after, before)) for before, after in pairwise(sizes)],
+        activation=activation,
+        negative_slope=0.1 if activation == "leaky relu" else None,
+        saturation=None if seed % 2 else 0.5,
+    )
+    A, B, C = rng.normal(size=(4, 4)), rng.normal(size=(4, 3)), rng.normal(size=(4, 4))
+    own = np.zeros((4, 3))
+    own[0, 1:] = rng.normal(size=2)  # u may feed a channel of the plant, and its mu what is measured
+    own[1:, 0] = 0 if own[0, 1:].any() else 1
+    plant = MultivariablePlant(*(tuple(tuple(map(Fraction, row)) for row in side) for side in (A, B, C, own)))
+    closed, laws = network.closed(plant), [Saturation(limit=2), *network.nonlinearities()]
+    assert closed.inputs == closed.outputs == len(laws)
+    x = rng.normal(size=4)
+    u = network(C[1:] @ x)
+    mu = -Saturation(limit=2)(C[0] @ x + own[0, 1:] @ u)
+    order = [*range(1, len(laws)), 0]  # sigma of the plant's own channel depends on u
+    turned = MultivariablePlant(
+        closed.A,
+        tuple(tuple(row[i] for i in order) for row in closed.B),
+        tuple(closed.C[i] for i in order),
+        tuple(tuple(closed.D[i][j] for j in order) for i in order),
+    )
+    moved = turned.doubles()[0] @ x - turned.doubles()[1] @ phi_of(turned, [laws[i] for i in order], x)
+    assert np.allclose(moved, A @ x + B @ [mu, *u], atol=1e-9)
+
+
+# x' = x + u, u = -3 sat(2 x) of one neuron: x' > 0 where x > 3 sat(2 x), from 3 on; the region is (-3, 3).
+def test_one_neuron_is_a_saturation():
+    network = Network.given([[[2]], [[-3]]], activation="saturation")
+    closed = network.closed(MultivariablePlant.of_one_channel(as_plant(([[1]], [1], [1], 0))))
+    found = region(closed, network.nonlinearities())
+    assert found.sets[0].interval == found.outside[0].interval == (-3, 3)
+
+
+# |u| <= 1 beside x' = 2 x: every solution from |x| >= 1/2 on grows, so no set reaches it; the network's own limit is 3.
+def test_the_limit_of_the_output_counts():
+    network = Network.given([[[2]], [[-3]]], activation="saturation", saturation=1)
+    closed = network.closed(MultivariablePlant.of_one_channel(as_plant(([[2]], [1], [1], 0))))
+    found = region(closed, network.nonlinearities())
+    assert 0.9 < found.area[0] < 1
+
+
+# Two inputs, limits 5 and 2 (Tarbouriech et al. 2011), and a cubic of a discrete loop.
+@pytest.mark.parametrize("discrete", [False, True])
+@pytest.mark.parametrize("points", [None, np.array([[1.0, 1.0], [1.0, -1.0]])])
+def test_both_searches_find_the_same_ellipsoid(discrete, points):
+    A, B = np.array([[0.1, -0.1], [0.1, -3.0]]), np.array([[5.0, 0.0], [0.0, 1.0]])
+    C = np.array([[0.7283, 0.0338], [0.0135, 1.3583]])
+    if discrete:
+        A, B = np.eye(2) + 0.1 * A, 0.1 * B
+    plant, local = (A, B, C, np.zeros((2, 2))), [Local(0, 1, 5.0, np.inf), Local(0.5, 1, None, 3.0)]
+    few = ellipsoid(plant, local, discrete=discrete, points=points)
+    first = linear_ellipsoid(plant, local, discrete=discrete)
+    many = many_ellipsoid(plant, local, first.P, discrete=discrete, points=points)
+
+    def size(P):
+        """The logarithm of the volume, or of the factor of the points."""
+        return -np.linalg.slogdet(P)[1] if points is None else -np.log(max(p @ P @ p for p in points))
+
+    assert size(many.P) == pytest.approx(size(few.P), abs=2e-3)
+    upper, lower = np.eye(2), np.diag([0, 0.5])  # what a certificate needs: V falls where both terms are not negative
+    F, phi = np.hstack([A, -B]), np.hstack([np.zeros((2, 2)), np.eye(2)])
+    kept = np.hstack([np.eye(2), np.zeros((2, 2))])
+    Y, h = np.hstack([C, np.zeros((2, 2))]), np.hstack([many.rows, np.zeros((2, 2))])
+    half = (upper @ Y - phi).T @ np.diag(many.weights) @ (phi - lower @ Y - h)
+    fall = kept.T @ many.P @ kept - F.T @ many.P @ F if discrete else -(kept.T @ many.P @ F + F.T @ many.P @ kept)
+    assert np.linalg.eigvalsh(fall - half - half.T)[0] > 0
+    assert many.rows[0] @ np.linalg.solve(many.P, many.rows[0]) <= 25
+
+
+def imitation(gain, seed=0, neurons=5):
+    """Weights of a network of two layers that imitates ``u = -gain y`` near 0."""
+    rng = np.random.default_rng(seed)
+    one, two = rng.normal(size=(neurons, len(gain))) / 4, rng.normal(size=(neurons, neurons)) / 3
+    last = np.linalg.lstsq((two @ one).T, -np.array(gain), rcond=None)[0]
+    return [np.round(one, 4).tolist(), np.round(two, 4).tolist(), np.round([last], 4).tolist()]
+
+
+FILE = """
+[plant]
+A = [[1, 0.1], [0.4, 0.9]]
+B = [[0], [0.4]]
+C = [[1, 0]]
+dt = 0.1
+[nonlinearity]
+kind = "expression"
+expression = "sigma - sin(sigma)"
+[controller]
+network = "weights.json"
+activation = "tanh"
+saturation = 1
+Bu = [[0], [0.5]]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    found = tmp_path_factory.mktemp("network")
+    (found / "weights.json").write_text(json.dumps({"weights": imitation([2.0, 1.0])}))
+    (found / "plant.toml").write_text(FILE)
+    return found
+
+
+@pytest.fixture(scope="module")
+def proof(folder):
+    """The ellipsoid of the loop in the file: 1 + 10 + 1 channels."""
+    system = read_system(folder / "plant.toml")
+    return proved_ellipsoid(system.block, [shape_of(one) for one in system.nonlinearities], None)
+
+
+def test_a_region_from_a_file_is_accepted_by_both_checkers(folder, proof):
+    certificate = proof.certificate
+    check(json.dumps(certificate))
+    assert recheck(json.dumps(certificate)).accepted
+    network = read_network(folder / "weights.json", activation="tanh", saturation=1)
+    rows = certificate["proof"]["P"]
+    P = np.array([[float(Fraction(rows[max(i, j)][min(i, j)])) for j in range(2)] for i in range(2)])
+    assert np.pi / np.sqrt(np.linalg.det(P)) > 1
+    z = np.random.default_rng(1).normal(size=(2000, 2))
+    x = np.linalg.solve(np.linalg.cholesky(P).T, (z / np.linalg.norm(z, axis=1)[:, None]).T).T
+    before = np.ones(len(x))
+    for _ in range(60):
+        u = network(x)[:, 0]
+        x = np.stack(
+            [x[:, 0] + 0.1 * x[:, 1], 0.4 * np.sin(x[:, 0]) + 0.9 * x[:, 1] + 0.5 * u], axis=1
+        )  # sin x1 = x1 - (x1 - sin x1)
+        now = np.einsum("ki,ij,kj->k", x, P, x)
+        assert np.all(now < before + 1e-12)
+        before = now
+    assert before.max() < 1e-2
+
+
+def test_a_changed_weight_sector_or_sign_is_refused_by_both(proof):
+    good = proof.certificate
+    terms = good["multiplier"]["terms"]
+    for bad in (
+        edited(good, "system", "D", 7, 2, value=lambda v: str(Fraction(v) + 3)),  # a weight of the second layer
+        edited(good, "system", "D", 11, 8, value=lambda v: str(-4 * Fraction(v) - 4)),  # and of the last
+        edited(good, "proof", "P", 0, 0, value=lambda v: str(Fraction(v) / 2)),
+        edited(good, "multiplier", "terms", 8, "weight", value=lambda v: str(-Fraction(v))),
+        edited(
+            good, "multiplier", "terms", 8, "reach", value=lambda v: str(Fraction(v) / 2)
+        ),  # what reaches it is more
+        edited(good, "multiplier", "terms", 8, "sector", 0, value=lambda v: str(Fraction(v) + Fraction(1, 20))),
+        edited(good, "multiplier", "terms", value=terms[:8] + terms[9:]),  # of one neuron nothing
+        edited(good, "laws", "graphs", 8, "reach", value=lambda v: str(Fraction(v) / 2)),
+    ):
+        assert_both_reject(bad)
+
+
+# |u| <= 0.26 |y_1| + 0.16 |y_2|, as |tanh v| <= |v|: too little to unsettle x'' = -2 x - 3 x' + u.
+def test_a_network_of_little_gain_is_stable_from_everywhere():
+    network = Network.given([[[0.5, 0.2], [-0.3, 0.4]], [[0.5, -0.25]], [[-0.8]]], activation="tanh")
+    plant = network.closed(as_plant(([[0, 1], [-2, -3]], [[0], [1]], [[1, 0], [0, 1]], 0)))
+    found = region(plant, network.nonlinearities())
+    assert found.sets[0].kind == "everything"
+    assert certify(plant, network.nonlinearities()).verdict is Verdict.PROVED
+
+
+def test_the_drawing_follows_the_network(folder, proof):
+    system = read_system(folder / "plant.toml")
+    one = AttractedSet(kind="ellipsoid", P=matrix_of(proof.certificate), level=Fraction(1), volume=1.0, proof=proof)
+    found = RegionOfAttraction(
+        verdict=Verdict.PROVED,
+        states=2,
+        sets=(one,),
+        area=(1.0, None),
+        plant=system.block,
+        nonlinearities=system.nonlinearities,
+    )
+    axes = found.plot(ax=Figure().add_subplot())
+    paths = [line.get_xydata() for line in axes.get_lines() if len(line.get_xydata()) > 30]
+    assert paths
+    network = read_network(folder / "weights.json", activation="tanh", saturation=1)
+    x = paths[0][0]
+    moved = [x[0] + 0.1 * x[1], 0.4 * np.sin(x[0]) + 0.9 * x[1] + 0.5 * network(x)[0]]
+    assert np.allclose(paths[0][1], moved, atol=1e-9)
+
+
+def test_the_file_reads_back_with_one_channel_a_neuron(folder):
+    system = read_system(folder / "plant.toml")
+    assert system.block.inputs == 12
+    again = parse_system(loop_to_toml(system), name="again", source="a text")
+    assert (again.block, again.nonlinearities) == (system.block, system.nonlinearities)
+
+
+def test_weights_in_numpys_format(tmp_path):
+    one, two = np.array([[1.0, 2.0], [0.5, -1.0]]), np.array([[1.0, 1.0]])
+    np.savez(tmp_path / "net.npz", W2=two, b1=np.zeros(2), W1=one)
+    assert read_network(tmp_path / "net.npz", activation="relu") == Network.given([one, two], activation="relu")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"weights.json"', '"none.json"', "controller: the file of the network"),
+        ('"weights.json"', '"weights.csv"', "none of the endings"),
+        ('"weights.json"', "3", "give the path of a file in quotes"),
+        ('activation = "tanh"\n', "", "does not say what its neurons do"),
+        ('"tanh"', '"sigmoid"', "choose from tanh, relu"),
+        ("saturation = 1", "saturation = -1", "give a positive bound"),
+        ("Bu = [[0], [0.5]]", "Bu = [[0, 1], [0.5, 1]]", "the network has 2 inputs and 1 output"),
+        ("Bu = [[0], [0.5]]", "Bu = [[0], [0.5], [1]]", "B"),
+        ("Bu = [[0], [0.5]]", "Cy = [[1, 0]]", "Cy is given without Bu"),
+        ('"tanh"', '"tanh"\nnegative_slope = 0.1', "goes with the activation 'leaky relu'"),
+        ("[controller]", "[class]\nsector = [0, 1]\n[controller]", "it is given beside [controller]"),
+    ],
+)
+def test_bad_controllers_are_refused_in_a_sentence(folder, capsys, old, new, words):
+    file = folder / "bad.toml"
+    file.write_text(FILE.replace(old, new))
+    assert main(["region", str(file)]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert words in said
+
+
+@pytest.mark.parametrize(
+    ("network", "words"),
+    [
+        ({"weights": [[[1]]]}, "has 1 layer"),
+        ({"weights": [[[1]], [[1, 2]]]}, "layer 2 of the network has 2 inputs"),
+        ({"weights": [[[1], [1, 2]], [[1]]]}, "rows of numbers of equal length"),
+        ({"weights": [[["x"]], [[1]]]}, "layer 1 of the network, row 1, column 1 is 'x'; give a number"),
+        ({"weights": [[[1]], [[1]]], "biases": [[1], [0]]}, "biases that are not 0"),
+        ({"weights": 3}, "no list of weights"),
+        ([], "no list of weights"),
+    ],
+)
+def test_bad_weights_are_refused_in_a_sentence(tmp_path, network, words):
+    (tmp_path / "net.json").write_text(json.dumps(network))
+    with pytest.raises(InputError, match=words):
+        read_network(tmp_path / "net.json", activation="tanh")
+    (tmp_path / "net.npz").write_text("none")
+    with pytest.raises(InputError, match="no archive of arrays"):
+        read_network(tmp_path / "net.npz", activation="tanh")
