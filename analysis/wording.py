@@ -187,7 +187,8 @@ def counterexample(shown: Refuted) -> str:
     if method == "delayed-gains":
         kinds, i = shown.certificate["laws"]["channels"], int(proof["channel"])
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
-        late = f"a delay of {_near(Fraction(proof['delays'][1]))} in channel {i}"
+        size = f"{proof['samples']} samples" if "samples" in proof else _near(Fraction(proof["delays"][1]))
+        late = f"a delay of {size} in channel {i}"
         return f"{late} and the gains {', '.join(_near(Fraction(gain)) for gain in own)}" if own else late
     if method == "linear-gains":
         kinds = shown.certificate["laws"]["channels"]

@@ -264,14 +264,15 @@ class NonlinearityClass(Record):
 
         ``tau`` is constant; or, ``varying``, any measurable function of time.  In the class ``sector`` is ``[-bound,
         bound]``: :math:`|\sigma(t - \tau) - \sigma|_{L_2} \le \mathrm{bound}\, |\sigma'|_{L_2}`.  With ``repeated``
-        all channels of the block have the same delay.  Continuous time only.
+        all channels of the block have the same delay.  In discrete time it is a number of samples.
 
         Parameters
         ----------
         bound : int, float or Fraction
-            The largest delay, positive and finite [s].
+            The largest delay, positive and finite [s; discrete: samples].
         varying : bool
-            Whether the delay may change, at any rate; then ``sigma`` has to be a function of the state alone.
+            Whether the delay may change, at any rate; then in continuous time ``sigma`` has to be a function of the
+            state alone.
 
         Raises
         ------

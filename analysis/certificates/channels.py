@@ -260,7 +260,8 @@ def increments(H: Plant, asked: Channels) -> Channels:
 def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Channels]:
     """The loop with the gain 1 in place of each delay, and norm-bounded operators beside these.
 
-    Constant delays may be kept: the theorem is about them.
+    Constant delays may be kept: the theorem is about them.  In samples ``w`` is less the sum of the last ``tau``
+    differences of ``sigma``, an operator of norm up to ``h`` on these, whether ``tau`` is constant or not.
 
     A constant one: ``w = Delta m(h s) sigma`` with ``|Delta| <= 1``, linear and time-invariant, as
     ``|e^(-i omega tau) - 1| <= |m(i omega h)|`` (:func:`majorised`), ``m(s)/s`` and its inverse times ``s/(1 + s)``
@@ -273,8 +274,7 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
     need(ordered(H.D, asked), "beside delays D has a cycle of channels")
     asked = asked._replace(delayed=tuple(own))
     own = [i for i in own if asked.families[i].varying or not kept]
-    constant = [i for i in own if not asked.families[i].varying]
-    need(not (H.discrete and constant), "constant delays in samples have piecewise multipliers alone")
+    constant = [i for i in own if not asked.families[i].varying and not H.discrete]
     if constant:
         majorised()
     families = list(asked.families)
@@ -285,6 +285,10 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
         h, fixed = families[i].sector[1], i in constant
         one, kind = (Fraction(1), "linear time-invariant") if fixed else (h, "any")
         families[i] = families[i]._replace(operator=kind, sector=(-one, one), varying=not fixed)
+        if H.discrete:  # sigma - z, z+ = sigma
+            A = [[*row, ZERO] for row in A] + [[*C[i], ZERO]]
+            B, C = [*B, D[i]], [[*row, ZERO - (j == i)] for j, row in enumerate(C)]
+            continue
         if not fixed:
             need(not any(H.D[i]), f"sigma_{i + 1}, whose delay varies, is no function of the state alone")
             C[i], D[i] = ([dot(C[i], column) for column in zip(*side)] for side in (A, B))

@@ -29,7 +29,7 @@ from .channels import (
 )
 from .frequencies import conjugate
 
-MOST_VERTICES, MOST_STEPS = 10, 1000
+MOST_VERTICES, MOST_STEPS, MOST_SAMPLES = 10, 1000, 50
 OPERATORS = ("any", "linear time-invariant")
 
 
@@ -51,7 +51,7 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     if method == "linear-members":
         return linear_members(H, asked, proof)
     if method == "delayed-gains":
-        return 1, delayed(H, asked, proof)
+        return late(H, asked, proof) if H.discrete else (1, delayed(H, asked, proof))
     if method == "flow-orbit":
         return 1, oscillation(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
@@ -214,6 +214,23 @@ def delayed(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     need(ends[0] * ends[1] < 0, "|h| - 1 does not change its sign")
     words = ", ".join(map(str, gains))
     return {"root": f"with the gains {words} and a delay of channel {i + 1} between {low} and {high} a root i omega"}
+
+
+def late(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """Gains, and a delay of ``k`` samples in one channel: ``q_1+ = sigma``, ``q_j+ = q_(j-1)``, ``mu = -q_k``."""
+    _, data, where, samples = fields(proof, "method", "gains", "channel", "samples")
+    i, k, gains = integer(where, 1, len(H.D)) - 1, integer(samples, 1, MOST_SAMPLES), member(data, asked)
+    own = range(i, i + 1) in asked.blocks and asked.families[i].operator in DELAYS
+    need(own and k <= asked.families[i].sector[1], "the delay is not of the class")
+    n, m = len(H.A), len(gains)
+    A = [[*row, *[ZERO] * k] for row in H.A] + [[*H.C[i], *[ZERO] * k]]
+    A += [[Fraction(j == n + h) for j in range(n + k)] for h in range(k - 1)]
+    C = [[*(ZERO if j == i else v for v in row), *[ZERO] * (k - 1), Fraction(j == i)] for j, row in enumerate(H.C)]
+    D = [[ZERO if j == i else v for v in row] for j, row in enumerate(H.D)]
+    moved = Plant(A, [*H.B, H.D[i], *([ZERO] * m for _ in range(k - 1))], C, D, True)
+    closed, words = closed_by(moved, gains), ", ".join(map(str, gains))
+    need(closed is not None, "the loop with these gains has no solution", exact.IllPosed)
+    return unstable(moved, closed or [], f"{words} and a delay of {k} samples in channel {i + 1}")
 
 
 def ray(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:

@@ -331,7 +331,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     rows = isinstance(listed, list) and all(isinstance(row, list) and len(row) == m for row in listed)
     form(rows and len(listed) == len(ends) + (not H.discrete), "there is not one multiplier for each piece")
     pieces = [[(ZERO, ZERO) if pair is None else tuple(numbers(pair, 2)) for pair in row] for row in listed]
-    ascend = all(a < b for a, b in pairwise([ZERO, *ends])) and (not H.discrete or ends[-1] * 10**6 > 3141593)
+    ascend = all(a < b for a, b in pairwise([ZERO, *ends])) and (not H.discrete or ends[-1] * 10**6 >= 3141593)
     need(ascend, "the pieces do not follow one another, from 0 to pi in discrete time")
     for row, end in zip(pieces, [*ends, None]):
         for (x, y), member, (i, one) in zip(row, members, each(asked)):

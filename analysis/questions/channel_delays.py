@@ -23,7 +23,7 @@ from lure.errors import AssumptionError, Reason
 from lure.plants.multivariable import MultivariablePlant
 
 _FACTORS = tuple(10 ** (k / 10) for k in range(-30, 31))
-_MOST_BLOCKS, _HALVINGS = 4, 50
+_MOST_BLOCKS, _HALVINGS, _MOST_SAMPLES, _OUTSIDE = 4, 50, 50, 1e-9
 _WIDTHS, _ON_AXIS = (1e-12, 1e-11, 1e-10, 1e-8, 1e-6), 1e-6
 
 
@@ -100,7 +100,7 @@ def without_delays(asked: Problem) -> Problem:
         kind = "any" if known.families[i].varying else "linear time-invariant"
         classes[i] = NonlinearityClass.norm_bounded(known.bounds(i)[1], dynamics=kind)
     A, B, C, D, _ = found
-    plant = MultivariablePlant(_rows(A), _rows(B), _rows(C), _rows(D))
+    plant = MultivariablePlant(_rows(A), _rows(B), _rows(C), _rows(D), dt=channel_plant(asked.plant).dt)
     return replace(asked, plant=plant, classes=replace(asked.classes, classes=tuple(classes)))
 
 
@@ -127,6 +127,9 @@ def delays_refuting(asked: Problem, most: float) -> Iterator[tuple[Fraction, dic
     most : float
         The largest factor of interest.
     """
+    if channel_plant(asked.plant).dt is not None:
+        yield from _late(asked, most)
+        return
     found = list[tuple[float, _Crossing]]()
     alone = [block[0] for block in asked.classes.blocks if len(block) == 1]
     blocks = [block for block in asked.classes.blocks if block not in asked.classes.operators]
@@ -153,6 +156,39 @@ def delays_refuting(asked: Problem, most: float) -> Iterator[tuple[Fraction, dic
             }
             if alpha <= most:
                 yield (alpha if math.isinf(most) else Fraction(most)), proof
+
+
+def _late(asked: Problem, most: float) -> Iterator[tuple[Fraction, dict[str, Any]]]:
+    """The same in discrete time: the fewest samples that destabilise, the gains at one end or the other."""
+    A, B, C, D = channel_plant(asked.plant).doubles()
+    classes, n, found = asked.classes, len(A), list[tuple[Fraction, dict[str, Any]]]()
+    blocks = [block for block in classes.blocks if block not in classes.operators]
+    shapes = list(product((0, 1), repeat=len(blocks))) if len(blocks) <= _MOST_BLOCKS else []
+    for i in (i for i in delays_of(asked) if range(i, i + 1) in classes.blocks):
+        for shape, k in product(shapes, range(1, _MOST_SAMPLES + 1)):
+            checkpoint()
+            alpha, gains = Fraction(k) / Fraction(classes.upper[i]), list(classes.lower)
+            if alpha > most or any(alpha >= factor for factor, _ in found):
+                continue
+            for block, end in zip(blocks, shape, strict=True):
+                for j in block:
+                    gains[j] = classes.upper[j] * (alpha if classes.performance is None else 1) if end else gains[j]
+            whole = np.zeros((n + k, n + k))
+            G, row, late = np.diag([float(g) for g in gains]), np.eye(len(D))[i], np.eye(len(D))
+            late[i, i] = 0
+            inner = np.linalg.inv(np.eye(len(D)) + late @ D @ G)  # sigma = late (C x - D G sigma) + e_i q_k
+            seen = np.zeros((len(D), n + k))
+            seen[:, :n] = late @ C
+            seen[:, -1] += row
+            seen = inner @ seen
+            whole[:n] = np.hstack([A, np.zeros((n, k))]) - B @ G @ seen
+            whole[n] = np.append(C[i], np.zeros(k)) - D[i] @ G @ seen
+            whole[range(n + 1, n + k), range(n, n + k - 1)] = 1
+            if np.abs(np.linalg.eigvals(whole)).max() > 1 + _OUTSIDE:
+                proof = {"method": "delayed-gains", "gains": texts(gains), "channel": i + 1, "samples": k}
+                found.append((Fraction(double_above(alpha)), proof))
+    for alpha, proof in sorted(found, key=lambda one: one[0]):
+        yield (alpha if math.isinf(most) else Fraction(most)), proof
 
 
 def _first(asked: Problem, i: int, taken: dict[range, int], top: float) -> tuple[float, _Crossing] | None:

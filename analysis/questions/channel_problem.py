@@ -10,7 +10,7 @@ from typing import Any
 from lure.analysis.nonlinearity.membership import examined
 from lure.analysis.questions.problem import Kind, Problem, class_given, is_rough
 from lure.analysis.theorems.table import BEST
-from lure.classes import DELAYS, Diagonal, NonlinearityClass, Sector, SlopeBounds
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.files.system import LoopSystem
 from lure.nonlinearities import ExpressionNonlinearity
@@ -102,12 +102,7 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
 
 
 def _sloped(problem: Problem) -> Problem:
-    """The problem, if it does not ask for slopes of classes that bound none, nor for delays in discrete time."""
-    if channel_plant(problem.plant).dt is not None and any(one.operator in DELAYS for one in problem.classes.classes):
-        raise InputError(
-            "a class has a delay that is known by its bound, and time is discrete; such delays are for continuous "
-            "time, so put the possible numbers of samples into the plant, one after the other"
-        )
+    """The problem, if it does not ask for slopes of classes that bound none."""
     lacking = [i for i, one in enumerate(problem.classes.classes, 1) if one.slope is None and not one.operator]
     if problem.kind == "slope" and lacking:
         raise InputError(

@@ -91,8 +91,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     scaled = channel_plant(asked.plant).dt is not None and bool(_fixed(asked) or _constant(asked))
     found = [x for x in found if scaled or x.name != SCALINGS]
     delayed = any(asked.classes.classes[i].operator == DELAYS[0] for i in delays_of(asked))
-    samples = channel_plant(asked.plant).dt is not None
-    found = [x for x in found if (delayed or x.kind != _PIECES) and not (delayed and samples and x.kind != _PIECES)]
+    found = [x for x in found if delayed or x.kind != _PIECES]
     if not _parametric(asked):
         found = [x for x in found if x.kind != PARAMETRIC]
     if wanted == BEST:  # one channel needs no full block

@@ -72,7 +72,21 @@ SAMPLES = draft(
     {"lambda": ["0"], "pieces": [[["0", "1"]], [["1", "0"]]]},
 )
 SAMPLES["system"] = SAMPLES["system"] | {"time": "discrete", "A": [["1/2"]], "B": [["4/5"]]}
-ALL = {"varying": VARYING, "constant": CONSTANT, "crossing": CROSSING, "pieces": PIECES, "samples": SAMPLES}
+# z^5 (z - 1) + 3/10 has roots outside the unit circle, as 3/10 > 2 sin(pi/22) = .2846
+LATE = draft(
+    delay("11/2"),
+    "counterexample",
+    {"method": "delayed-gains", "gains": ["1"], "channel": 1, "samples": 5},
+)
+LATE["system"] = LATE["system"] | {"time": "discrete", "A": [["1"]], "B": [["3/10"]]}
+ALL = {
+    "varying": VARYING,
+    "constant": CONSTANT,
+    "crossing": CROSSING,
+    "pieces": PIECES,
+    "samples": SAMPLES,
+    "late": LATE,
+}
 
 
 PARTS = ("verdict", "system", "laws", "theorem", "multiplier", "proof")
@@ -126,6 +140,13 @@ ONE = ("laws", "channels", 0)
         ("pieces", "system", "B", [["-1"]]),
         ("pieces", "system", "D", [["1/10"]]),
         ("pieces", *ONE, "operator", "any"),
+        ("late", "proof", "samples", 4),
+        ("late", "proof", "samples", 6),
+        ("late", "proof", "channel", 2),
+        ("late", "proof", "gains", ["0"]),
+        ("late", "system", "B", [["1/4"]]),
+        ("late", "system", "time", "continuous"),
+        ("late", *ONE, "operator", "any"),
         ("samples", "proof", "ends", ["11/10", "3"]),
         ("samples", "multiplier", "pieces", [[["0", "1"]], [["-1", "0"]]]),
         ("samples", "system", "B", [["-1"]]),

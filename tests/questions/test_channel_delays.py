@@ -48,8 +48,9 @@ def test_delays_beside_a_sector_from_a_file(tmp_path):
 
 def test_two_delays_and_a_gain_beside_one_meet_what_is_sampled():
     # x' = -x(t - tau_1) - x(t - tau_2): both at one delay h are the worst, 2 h = pi/2
-    both = max_sector(as_plant([["1/s", "1/s"]] * 2), [NonlinearityClass.delayed(1)] * 2, criterion="piecewise-circle")
-    assert 0.995 * math.pi / 4 < both.largest.low < math.pi / 4
+    both = as_plant([["1/s", "1/s"]] * 2)
+    shown = [certify(both, [NonlinearityClass.delayed(h)] * 2, criterion="piecewise-circle") for h in (0.784, 0.787)]
+    assert [one.verdict.name for one in shown] == ["PROVED", "INCONCLUSIVE"]
     # G/(1 + G e^(-i w tau)), G = .5/(s^2 + s/4 + 1), tau <= 1/2: 29.0517 at tau = 1/2, on 40001 frequencies
     plant, on = ([[0, 1], [-1, -0.25]], [[0], [1]], [[0.5, 0]], [[0]]), {"Bw": [[0], [1]], "Cz": [[0.5, 0]]}
     found = l2_gain(plant, [NonlinearityClass.delayed(0.5)], on, criterion="piecewise-circle")
@@ -87,9 +88,17 @@ def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, messag
         find_system(str(path), [])
 
 
-def test_discrete_time_and_a_cycle_in_d_are_refused():
-    with pytest.raises(InputError, match="such delays are for continuous"):
-        certify(as_plant("1/(z-0.5)", dt=1), [NonlinearityClass.delayed(1)])
+# x+ = x - .3 x(t - k) is stable below 2 sin(pi/(2 (2 k + 1))): .3473 for k = 4, .2846 for k = 5.  Varying: from w to
+# sigma(t) - sigma(t - 1) there is .3 (z - 1)/(z (z - .7)), at most .6/1.7 at z = -1
+@pytest.mark.parametrize(("varying", "low"), [(False, 4), (True, 17 / 6)])
+def test_delays_of_whole_samples(varying, low):
+    found = max_sector(as_plant("0.3/(z-1)", dt=1), [NonlinearityClass.delayed(1, varying=varying)])
+    assert low * (1 - 1e-6) < found.largest.low < (low * (1 + 1e-6) if varying else 5)
+    assert found.refuted_at == 5
+    assert "a delay of 5 samples in channel 1" in str(found)
+
+
+def test_a_bound_that_is_no_delay_and_a_cycle_in_d_are_refused():
     with pytest.raises(InputError, match="the bound of a delay is 0"):
         NonlinearityClass.delayed(0)
     shown = certify(as_plant([["1/(s+1)+1", "0"], ["0", "1/(s+1)"]]), [NonlinearityClass.delayed(1)] * 2)

@@ -14,13 +14,13 @@ from math import factorial
 from flint import acb, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
-from lure.analysis.certificates.second.channel_gains import positive_between
+from lure.analysis.certificates.second.channel_gains import positive_between, unstable
 from lure.analysis.certificates.second.channels import Asked, acyclic, closed_by, diagonal, joined, member
 from lure.analysis.certificates.second.numerics import X, ball, even_odd, to_fmpq, working_precision
 from lure.analysis.certificates.second.reading import Document, NotShown, count, numbers, record, require
 
 _TOP, _BOTTOM = fmpq_poly([0, 10041, 4751, 1133]), fmpq_poly([10000, 8563, 3183, 561])  # m
-_CROSSING_BITS = 256
+_CROSSING_BITS, _MOST_SAMPLES = 256, 50
 
 
 def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
@@ -44,8 +44,9 @@ def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
     require(acyclic(asked), "D has a cycle of channels beside delays")
     fixed = [i for i in own if asked.nonlinearities[i].operator == "delay"]
     own = [i for i in own if constant or i not in fixed]
+    if asked.discrete:
+        fixed = []
     if constant and fixed:
-        require(not asked.discrete, "the theorem on delays is for continuous time")
         _require_majorant()
     m = asked.D.nrows()
     unit, gain = diagonal([Fraction(1)] * m), diagonal([Fraction(int(i in own)) for i in range(m)])
@@ -59,7 +60,7 @@ def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
             raise NotShown("a delay has no bound")
         radius = Fraction(1) if lasting else h
         kind = "linear time-invariant" if lasting else "any"
-        classes[i] = replace(classes[i], operator=kind, lower=-radius, upper=radius)
+        classes[i] = replace(classes[i], operator=kind, lower=-radius, upper=radius, time_varying=not lasting)
         pick = fmpq_mat([[int(j == i == k) for k in range(m)] for j in range(m)])
         if lasting:
             state, into, out, direct = _realised(h)
@@ -71,6 +72,12 @@ def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
             side = row.transpose() * out
             C = fmpq_mat([[*a, *b] for a, b in zip(seen.tolist(), side.tolist(), strict=True)])
             D = (unit - pick + direct * pick) * D
+        elif asked.discrete:  # sigma(t) - sigma(t - 1)
+            row = fmpq_mat([[int(k == i) for k in range(m)]])
+            n = A.nrows()
+            A = joined(A, fmpq_mat(n, 1), fmpq_mat(1, 1), lower_left=row * C)
+            B = fmpq_mat([*B.tolist(), *(row * D).tolist()])
+            C = fmpq_mat([[*line, -int(k == i)] for k, line in enumerate(C.tolist())])
         else:
             require(all(asked.D[i, j] == 0 for j in range(m)), "sigma of a varying delay jumps with mu")
             C, D = (unit - pick) * C + pick * C * A, (unit - pick) * D + pick * C * B
@@ -118,6 +125,8 @@ def refuted_by_delay(document: Document, asked: Asked) -> str:
     NotShown
         No such root is shown.
     """
+    if asked.discrete:
+        return _refuted_in_samples(document, asked)
     proof = record(document.proof, "method", "gains", "channel", "delays", "frequencies")
     gains, i = member(proof["gains"], asked), count(proof["channel"], least=1) - 1
     require(i < len(gains) and asked.repeated.count(asked.repeated[i]) == 1, "there is no such channel")
@@ -128,7 +137,7 @@ def refuted_by_delay(document: Document, asked: Asked) -> str:
     require(
         len(delays) == len(band) == 2 and 0 <= delays[0] < delays[1] <= one.upper, "the delays are not in the class"
     )
-    require(0 < band[0] < band[1] and not asked.discrete, "the frequencies are not in order")
+    require(0 < band[0] < band[1], "the frequencies are not in order")
     require(band[1] * (delays[1] - delays[0]) < 3, "the delays are too far apart")
     rest = [g * (k != i) for k, g in enumerate(gains)]
     open_loop, whole = closed_by(asked, rest), closed_by(asked, [g * (k != i) + (k == i) for k, g in enumerate(gains)])
@@ -152,3 +161,26 @@ def refuted_by_delay(document: Document, asked: Asked) -> str:
         sizes = [abs(response(ball(omega))) - 1 for omega in band]
         require(bool(turned and sizes[0] * sizes[1] < 0), "no delay of the class is shown to have a root on the axis")
     return claims.NO_REST
+
+
+def _refuted_in_samples(document: Document, asked: Asked) -> str:
+    """What a constant delay of some samples does in one channel: ``q_1+ = sigma``, ``q_(k+1)+ = q_k``."""
+    proof = record(document.proof, "method", "gains", "channel", "samples")
+    gains, i, k = member(proof["gains"], asked), count(proof["channel"], least=1) - 1, count(proof["samples"], least=1)
+    require(i < len(gains) and asked.repeated.count(asked.repeated[i]) == 1, "there is no such channel")
+    one = asked.nonlinearities[i]
+    if one.operator not in claims.DELAYS or not isinstance(one.upper, Fraction):
+        raise NotShown("the channel has no delay")
+    require(k <= one.upper and k <= _MOST_SAMPLES, "the delay is not in the class")
+    n, m = asked.A.nrows(), len(gains)
+    row = fmpq_mat([[int(j == i) for j in range(m)]])
+    shift = fmpq_mat([[int(g == h + 1) for h in range(k)] for g in range(k)])
+    first = fmpq_mat([[int(g == 0)] for g in range(k)])
+    late = fmpq_mat([[int(j == i and h == k - 1) for h in range(k)] for j in range(m)])
+    keep = diagonal([Fraction(int(j != i)) for j in range(m)])
+    own = keep * asked.C
+    A = joined(asked.A, fmpq_mat(n, k), shift, lower_left=first * row * asked.C)
+    B = fmpq_mat([*asked.B.tolist(), *(first * row * asked.D).tolist()])
+    C = fmpq_mat([[*a, *b] for a, b in zip(own.tolist(), late.tolist(), strict=True)])
+    closed = closed_by(replace(asked, A=A, B=B, C=C, D=keep * asked.D), gains)
+    return claims.NO_SOLUTION if closed is None else unstable(closed, discrete=True)
