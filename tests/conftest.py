@@ -10,6 +10,7 @@ import os
 import sys
 
 import pytest
+from compiled import share_compiled
 from depth import THOROUGH, thorough
 from hypothesis import settings
 from sketches import sketches
@@ -32,11 +33,10 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     """Put the way that was asked for in place of the choice by cost; numba optimises half, in a third less time.
 
-    What it compiles so is kept apart: its cache does not tell how much was optimised.
+    What it compiles so is kept apart, since its cache does not tell how much was optimised, and for all clones.
     """
     if config.getoption("hypothesis_profile") != THOROUGH:
-        os.environ.setdefault("NUMBA_OPT", "1")
-        os.environ.setdefault("NUMBA_CACHE_DIR", str(config.rootpath / ".pytest_cache" / "numba"))
+        share_compiled()
     way = config.getoption("--motion")
     if way is not None:
         pays = engine.compilation_pays

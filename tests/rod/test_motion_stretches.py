@@ -131,7 +131,7 @@ def test_bounds_hold_between_the_round_trips_that_are_looked_at(monkeypatch):
     figure_8(2.0, PLAIN)
     assert max((span.last - span.first).max() for span in seen) > 30
     for span in seen:
-        for low, high, first, last in zip(span.low, span.high, span.first, span.last, strict=True):
+        for low, high, first, last in zip(-span.reach[:, 0], span.reach[:, 1], span.first, span.last, strict=True):
             edges = span.block.at(np.arange(first, last + 1), span.table)[:, : len(span.others) + 1]
             assert low <= edges.min() + 1e-17
             assert edges.max() <= high + 1e-17
@@ -158,9 +158,9 @@ def test_bounds_over_parts_of_a_block_hold(problem, seed):
         places = np.polynomial.chebyshev.chebvander(random.uniform(-1, 1, 7), steps.trip.series.shape[1] - 1)
         zeta = np.einsum("xk,pkn,in->ixp", places, steps.trip.series, states).reshape(len(n), -1)
         slack = 1e-14 * np.abs(zeta).max(axis=1)
-        assert np.all(span.low - slack <= zeta.min(axis=1))
-        assert np.all(span.high + slack >= zeta.max(axis=1))
-        assert np.all(span.tops <= span.high + slack)
+        assert np.all(-span.reach[:, 0] - slack <= zeta.min(axis=1))
+        assert np.all(span.reach[:, 1] + slack >= zeta.max(axis=1))
+        assert np.all(span.tops <= span.reach[:, 1] + slack)
 
 
 @pytest.mark.parametrize("force", FORCES)

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod.motion.pieces import Array
+from lure.rod.motion.pieces import Array, basis
 from lure.rod.motion.trip_matrix import TripMatrix
 
 Counts = NDArray[np.int64]
@@ -30,6 +30,7 @@ _FIRST, _MOST = 64, 1024  # round trips made by doubling
 _FEW = 16  # coordinates: powers of the matrix cost less than calls
 LARGEST = 128  # state for which they are
 _MANY = 128  # numbers for which calls cost less than steps along short rows
+_NOISE = 4e-16  # of the largest value: coefficients of a curve in the number of the round trip that are rounding
 _OVER = np.append(0.0, 1.0 / np.arange(1, TERMS + 1))
 _LESS = np.append(-1.0, np.arange(TERMS) * _OVER[1:])
 
@@ -58,6 +59,12 @@ def _grid(count: int) -> tuple[Array, Array]:
     return n, binomials(n)
 
 
+@lru_cache(maxsize=64)
+def _curve(count: int) -> Array:
+    """(TERMS+1, TERMS+1) from the terms of a series to Chebyshev coefficients on ``count`` round trips."""
+    return np.asarray(basis(TERMS).from_inner @ binomials(0.5 * count * (basis(TERMS).inner + 1.0)))
+
+
 class Steps:
     """A round trip as a matrix, and so many at once."""
 
@@ -65,8 +72,10 @@ class Steps:
         self.trip, self._powers = trip, [trip.step]
         self._last: tuple[Array | None, Array, Array] = None, trip.step, trip.step
         self._straight = trip.setting.rate == 0.0
-        # how large a coordinate of the wave is
-        self._sizes = np.abs(trip.wave[:, :, : trip.zeta]).sum(axis=1).max(axis=0)
+        # how large a coordinate of the wave is, and zeta
+        self._sizes = np.zeros((len(trip.step), 2))
+        self._sizes[: trip.zeta, 0] = np.add.reduce(np.abs(trip.wave[:, :, : trip.zeta]), axis=1).max(axis=0)
+        self._sizes[trip.zeta, 1] = 1.0
 
     def differences(self, state: Array) -> Array:
         """(TERMS+1, N) the terms ``D^j y`` of the series."""
@@ -88,15 +97,18 @@ class Steps:
 
     def length(self, rows: Array) -> int:
         """How far the series holds: 0 if it does not for twice as many round trips as it has terms."""
-        setting, zeta, growth = self.trip.setting, self.trip.zeta, _growth()
-        size = np.abs(rows)
-        waves, level = size[:, :zeta] @ self._sizes, size[:, zeta]
-        wave = max(float(waves[0]), abs(setting.push) + setting.rate * float(level[0]), 1e-300)
-        swing = 2.0 * setting.transit * setting.share * wave
-        holds = growth @ waves <= _CANCELLED * wave
-        holds &= growth @ level <= _CANCELLED * (float(level[0]) + _FIRST * swing)
-        holds &= growth[:, -1] * max(float(waves[-1]) / wave, float(level[-1]) / swing) <= _LEFT_OUT
-        return int(_LENGTHS[holds.nonzero()[0][-1]]) if holds[0] else 0
+        setting, (wave, level) = self.trip.setting, (np.abs(rows) @ self._sizes).T.tolist()
+        size = max(wave[0], abs(setting.push) + setting.rate * level[0], 1e-300)
+        swing = max(2.0 * setting.transit * setting.share * size, 5e-324)
+        most, reach, left = _CANCELLED * size, _CANCELLED * (level[0] + _FIRST * swing), wave[-1] / size
+        found, growth = 0, _growth()
+        left = max(left, level[-1] / swing)
+        sums = (growth @ np.array([wave, level]).T).tolist()
+        for length, (waves, levels), last in zip(_LENGTHS.tolist(), sums, growth[:, -1].tolist(), strict=True):
+            if not (waves <= most and levels <= reach and last * left <= _LEFT_OUT):
+                break
+            found = length
+        return found
 
     def states(self, state: Array, count: int) -> tuple[Array, Array]:
         """(count+1, N) the states of so many round trips, a power of two, and the next; what ``zeta`` has gained."""
@@ -163,6 +175,27 @@ class Block:
     def at(self, n: Array, table: Array) -> Array:
         """Values (len(n), F) in round trips counted from the first of the block."""
         return table[n.astype(np.int64)] if self.rows is None else binomials(n) @ table
+
+    def read(self, n: Array, functions: Array, steps: Steps) -> tuple[Array, Array]:
+        """(R, J) and (J, len(n)), the product of which are functions (R, N) of the states in round trips of the block.
+
+        For many round trips a series is taken as one of Chebyshev, of which few terms can be seen.
+        """
+        if self.rows is None:
+            return functions, self.table(steps)[n.astype(np.int64)].T
+        if len(n) < _MANY:
+            return functions @ self.rows.T, binomials(n).T
+        table = functions @ (_curve(self.count) @ self.rows).T
+        size = np.maximum.reduce(np.abs(table))
+        terms = int((size > _NOISE * size.max()).nonzero()[0].max(initial=0)) + 1
+        weights, x = np.empty((max(terms, 2), len(n))), n * (2.0 / self.count)
+        x -= 1.0
+        weights[0], weights[1] = 1.0, x
+        x += x
+        for k in range(2, terms):
+            np.multiply(x, weights[k - 1], out=weights[k])
+            weights[k] -= weights[k - 2]
+        return table[:, :terms], weights[:terms]
 
     def grid(self, table: Array) -> tuple[Array, Array]:
         """Round trips that cover the block, and the values there."""

@@ -7,6 +7,7 @@ from array import array
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
+from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, cast
@@ -84,11 +85,12 @@ from lure.rod.motion.kernel_trip import (
     MANY,
     NEAR,
     STIFF,
+    renamed,
     run,
     run_powers,
     stored,
 )
-from lure.rod.motion.pieces import Array, Pieces, largest
+from lure.rod.motion.pieces import NOISE, Array, Pieces, largest
 from lure.rod.motion.record import Level, Record, State
 from lure.rod.motion.sources import NO_LOAD, Load, Panels, Problem, block_count
 from lure.rod.sampled import Contact
@@ -98,7 +100,6 @@ _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked 
 _PANELS = 20_000
 _MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
 _MOST_PACE = 1024
-_NOISE = 4e-16  # of the initial wave: what its fit leaves of coefficients that are zero
 # [s] a piece without compilation, with a power law; compilation; loading what was compiled
 _PIECE, _POWERED, _COMPILE, _LOAD = 1e-4, 1e-3, 20.0, 1.0
 LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
@@ -173,7 +174,7 @@ class Engine:
         q[SEGMENT], q[COUNT], q[MERGED] = first.segment, len(wave.series), 8
         f[VALUE], f[REST], f[LATER] = first.zeta.value, first.zeta.rest, error
         f[STORED] = stored(f, q, nonlinearity[first.segment][ORIGIN] + first.zeta.value)
-        seen = np.abs(wave.series) > _NOISE * largest(wave.series)
+        seen = np.abs(wave.series) > NOISE * largest(wave.series)
         degree = np.where(seen.any(axis=1), self._room.degree - seen[:, ::-1].argmax(axis=1), 0)
         sizes = np.abs(wave.series).sum(axis=1)
         pieces = np.column_stack((wave.edges[:-1], wave.edges[1:], sizes, wave.series))
@@ -387,15 +388,14 @@ def compiled_kernel(function: Kernel) -> Kernel:
     from numba import njit
 
     _register()
+    # numba looks at the file of the function only; the name tells of all files what it keeps was compiled from
+    parts = sorted(Path(__file__).parent.glob("kernel_*.py"))
+    mark = sha256(b"".join(path.read_bytes() for path in parts)).hexdigest()[:12]
+    marked = renamed(function, f"{function.__name__}_{mark}", function.__defaults__)
     try:
-        made: Any = njit(cache=True, error_model="numpy")(function)
+        made: Any = njit(cache=True, error_model="numpy")(marked)
     except RuntimeError:  # there is no place on disk to keep it
-        made = njit(error_model="numpy")(function)
-    # numba looks at the file of the function only: what was compiled before another file changed is forgotten
-    newest = max(path.stat().st_mtime for path in Path(__file__).parent.glob("kernel_*.py"))
-    for path in _on_disk(made):
-        if path.stat().st_mtime < newest:
-            path.unlink(missing_ok=True)
+        made = njit(error_model="numpy")(marked)
     _KERNELS[function] = made
     return cast(Kernel, made)
 

@@ -83,7 +83,7 @@ class EventFreeInterval:
         edges = self.steps.trip.setting.edges
         trip = np.minimum(np.maximum(np.floor(0.5 * t) - float(self.number), 0.0), self.count - 1.0)
         place = t - 2.0 * (trip + float(self.number))
-        piece = np.minimum(np.maximum(edges.searchsorted(place, side="right") - 1, 0), len(edges) - 2)
+        piece = edges[1:-1].searchsorted(place, side="right")
         low, high = edges[piece], edges[piece + 1]
         x = np.minimum(np.maximum(((place - low) - (high - place)) / (high - low), -1.0), 1.0)
         if name != "returned":
@@ -92,15 +92,19 @@ class EventFreeInterval:
 
     def _at(self, trip: Array, piece: Counts, x: Array, name: Series) -> Array:
         made, setting = self.steps.trip, self.steps.trip.setting
-        functions = made.wave if name == "wave" else made.series
-        coefficients = np.empty((len(x), functions.shape[1]))
+        functions, found = made.wave if name == "wave" else made.series, np.empty(len(x))
         for block, some, n in self._blocks(trip):
-            states, pieces, rows = block.table(self.steps), piece[some], coefficients[some]
-            for p in range(int(pieces.min()), int(pieces.max()) + 1):
-                here = (pieces == p).nonzero()[0]
-                if len(here):
-                    rows[here] = block.at(n[here], states @ functions[p].T)
-        found = values(coefficients, x[:, None])[:, 0]
+            order = piece[some].argsort(kind="stable")
+            pieces = piece[some][order]
+            starts = [0, *((pieces[1:] != pieces[:-1]).nonzero()[0] + 1).tolist()]
+            wanted = functions[pieces[starts]]
+            table, weights = block.read(n[order], wanted.reshape(-1, wanted.shape[2]), self.steps)
+            coefficients = np.empty((wanted.shape[1], len(n)))
+            for part, low, high in zip(
+                table.reshape(*wanted.shape[:2], -1), starts, [*starts[1:], len(n)], strict=True
+            ):
+                np.matmul(part, weights[:, low:high], out=coefficients[:, low:high])
+            found[some][order] = values(coefficients.T, x[some][order, None])[:, 0]
         if name == "wave":
             return found
         return found + setting.origin if name == "z" else setting.push + setting.rate * found

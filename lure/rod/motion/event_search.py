@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,8 @@ from lure.rod.motion.kernel_series import (
     SEGMENT_SIZE,
     SINCE,
     SIZE,
+    START,
+    STOP,
     STORED,
     STRESS,
     TOUCHING,
@@ -89,7 +92,8 @@ class Finder:
         most = min(most, force.finite_until - number)
         if most < LEAST:
             return None
-        setting, ends, back = _setting(f, q)
+        back = _coming_back(f, q)
+        setting, ends = _setting(f, q)
         if _crosses(setting, ends, back, float(f[VALUE])):
             return None
         with np.errstate(over="ignore", invalid="ignore"):  # a wave that grows beyond the doubles has no bounds
@@ -113,13 +117,24 @@ class Finder:
         )
 
 
-def _setting(f: Array, q: Counts) -> tuple[Setting, tuple[float, float], Array]:
-    """What does not change from here on; bounds on ``zeta``; the wave (P, degree+1) that comes back."""
+def _coming_back(f: Array, q: Counts) -> Array:
+    """The coefficients (P, degree+1) of the wave that comes back."""
+    width, at = int(q[DEGREE]) + 1 + COEF, int(q[OLD])
+    pieces = f[at : at + width * int(q[COUNT])].reshape(-1, width)[:, COEF:]
+    degrees = q[q[OLD_DEGREES] : q[OLD_DEGREES] + q[COUNT]]
+    return np.where(_places(width - COEF) <= degrees[:, None], pieces, 0.0)
+
+
+@lru_cache(maxsize=4)
+def _places(size: int) -> Counts:
+    return np.arange(size)
+
+
+def _setting(f: Array, q: Counts) -> tuple[Setting, tuple[float, float]]:
+    """What does not change from here on; bounds on ``zeta``."""
     width, at = int(q[DEGREE]) + 1 + COEF, int(q[OLD])
     pieces = f[at : at + width * int(q[COUNT])].reshape(-1, width)
-    degrees = q[q[OLD_DEGREES] : q[OLD_DEGREES] + q[COUNT]]
-    back = np.where(np.arange(width - COEF) <= degrees[:, None], pieces[:, COEF:], 0.0)
-    edges = np.append(pieces[:, 0], pieces[-1, 1])
+    edges = np.append(pieces[:, START], pieces[-1, STOP])
     place = int(q[LAW] + SEGMENT_SIZE * q[SEGMENT])
     segment = f[place : place + SEGMENT_SIZE].tolist()
     transit, share, echo, _, area, mobility = f[TRANSIT : MOBILITY + 1].tolist()
@@ -135,7 +150,7 @@ def _setting(f: Array, q: Counts) -> tuple[Setting, tuple[float, float], Array]:
         loading=area / mobility if segment[TOUCHING] > 0.0 else 0.0,
         degree=width - COEF - 1,
     )
-    return setting, (segment[LOW] - segment[ORIGIN], segment[HIGH] - segment[ORIGIN]), back
+    return setting, (segment[LOW] - segment[ORIGIN], segment[HIGH] - segment[ORIGIN])
 
 
 def _crosses(setting: Setting, ends: tuple[float, float], back: Array, zeta: float) -> bool:
@@ -143,11 +158,12 @@ def _crosses(setting: Setting, ends: tuple[float, float], back: Array, zeta: flo
 
     What each round trip adds is taken for the same in all of them where that is nearly so, else for one of them.
     """
-    ways = (setting.share * (back @ means(back.shape[1])) - setting.push) * (2.0 * setting.halves)
-    edges = zeta + ways.cumsum()
+    speeds, low, high, place = (back @ means(back.shape[1])).tolist(), zeta, zeta, zeta
+    for speed, half in zip(speeds, setting.halves.tolist(), strict=True):
+        place += 2.0 * half * (setting.share * speed - setting.push)
+        low, high = min(low, place), max(high, place)
     slow = setting.echo * (2.0 * setting.share - 1.0) > _SLOW and setting.rate * setting.transit < 1.0 - _SLOW
-    last = (LEAST if slow else 0) * float(edges[-1] - zeta)
-    low, high = min(float(edges.min()), zeta), max(float(edges.max()), zeta)
+    last = (LEAST if slow else 0) * (place - zeta)
     return low + min(last, 0.0) < ends[0] or high + max(last, 0.0) > ends[1]
 
 
@@ -165,8 +181,8 @@ class Span:
         (P,) bounds on the coefficients of ``W`` beyond the first.
     first, last : ndarray
         (m,) round trips, counted from that of the block.
-    low, high : ndarray
-        (m,) bounds on ``zeta``.
+    reach : ndarray
+        (m, 2) bounds on ``-zeta`` and ``zeta``.
     tops : ndarray
         (m,) the largest ``zeta`` at an edge in round trip ``first[i]``.
     """
@@ -176,8 +192,7 @@ class Span:
     others: Array
     first: Array
     last: Array
-    low: Array
-    high: Array
+    reach: Array
     tops: Array
 
 
@@ -199,7 +214,7 @@ class Walk:
     """
 
     def __init__(self, steps: Steps, ends: tuple[float, float], most: int) -> None:
-        self.steps, self._ends, self._most = steps, ends, most
+        self.steps, self._most = steps, most
         self.blocks: list[Block] = []
         self.count, self.missed, self.largest, self.size = 0, 0.0, 0.0, 0.0
         self.last: Array = np.empty(0)
@@ -207,14 +222,16 @@ class Walk:
         self._spans: list[Span] = []
         trip, setting = steps.trip, steps.trip.setting
         P = len(trip.wave)
-        self._watched = np.empty((2 * P + 1, len(trip.step)))
-        self._watched[: P + 1] = trip.begins
-        self._watched[P + 1 :] = setting.share * trip.wave[:, 0] - setting.rate * trip.begins[:-1]
-        self._watched[P + 1 :, -1] -= setting.push
+        watched = np.empty((2 * P + 1, len(trip.step)))
+        watched[: P + 1] = trip.begins
+        watched[P + 1 :] = setting.share * trip.wave[:, 0] - setting.rate * trip.begins[:-1]
+        watched[P + 1 :, -1] -= setting.push
+        self._watched, self._widths, self._limits = watched.T, 2.0 * setting.halves, np.array([-ends[0], ends[1]])
         size = np.abs(trip.wave)
         # of the wave: all coefficients on each piece, those beyond the first, and the last, which a segment with a
         # slope makes of those before
-        self._sums = np.concatenate((size.sum(axis=1), setting.share * size[:, 1:].sum(axis=1), size[:, -1]))
+        beyond = np.add.reduce(size[:, 1:], axis=1)
+        self._sums = np.concatenate((size[:, 0] + beyond, setting.share * beyond, size[:, -1]))
         if setting.rate == 0.0:
             self._sums[2 * P :] = 0.0
 
@@ -239,29 +256,30 @@ class Walk:
 
     def _shortened(self, block: Block) -> bool:
         """Shorten the block to round trips that are certainly free of events; whether one that is not may follow."""
-        setting, (least, most) = self.steps.trip.setting, self._ends
+        setting = self.steps.trip.setting
         states, P = block.table(self.steps), len(setting.halves)
         while True:
             sums = self._sums @ block.sizes(states)
-            wave, top = float(sums[:P].max()), float(sums[2 * P :].max())
+            wave, top = float(np.maximum.reduce(sums[:P])), float(np.maximum.reduce(sums[2 * P :]))
             if top <= TOP * wave:
                 break
             if block.rows is None or block.count < LEAST:
                 block.count = 0
                 return True
             block.count //= 2
-        table = states @ self._watched.T
-        others, bends = sums[P : 2 * P], block.bends(table)
+        table = states @ self._watched
+        bounds = sums[P : 2 * P], block.bends(table)
         clear, (n, values), finest = block.count, block.grid(table), math.inf
         while True:
-            span = self._bounds(block, table, (n, values), (others, bends))
-            size = np.maximum(-span.low, span.high)
-            tight = ~(np.minimum(span.low - least, most - span.high) > _MARGIN * (size + (span.high - span.low)))
-            tight &= span.last - span.first <= finest
+            span = self._bounds(block, table, (n, values), bounds)
+            tight = self._tight(span.reach)
+            fine = None if finest == math.inf else span.last - span.first <= finest
+            if fine is not None:
+                tight &= fine
             if not tight.any():
-                self._enter(span, size, span.last - span.first <= finest)
+                self._enter(span, fine)
                 break
-            self._enter(span, size, ~tight & (span.last - span.first <= finest))
+            self._enter(span, ~tight if fine is None else ~tight & fine)
             first, last = span.first[tight][:PARTS], span.last[tight][:PARTS]
             if tight.sum() > PARTS:
                 clear = min(clear, int(last[-1]))
@@ -280,54 +298,66 @@ class Walk:
         block.count = clear
         return closed
 
-    def _enter(self, span: Span, size: Array, open_: NDArray[np.bool_]) -> None:
-        """Parts in which nothing happens."""
-        if open_.any():
-            self.size = max(self.size, float(size[open_].max()))
-            if self.steps.trip.setting.loading:
-                names = ("first", "last", "low", "high", "tops")
-                self._spans.append(replace(span, **{name: getattr(span, name)[open_] for name in names}))
+    def _tight(self, reach: Array) -> NDArray[np.bool_]:
+        """Where ``zeta`` is not certainly off its ends; what is no number is not."""
+        room = np.minimum.reduce(self._limits - reach, axis=1)
+        size = np.maximum.reduce(reach, axis=1)
+        return np.asarray(~(room > _MARGIN * (size + np.add.reduce(reach, axis=1))))
+
+    def _enter(self, span: Span, open_: NDArray[np.bool_] | None) -> None:
+        """Parts in which nothing happens; None for all."""
+        if open_ is not None:
+            if not open_.any():
+                return
+            span = replace(span, **{name: getattr(span, name)[open_] for name in ("first", "last", "reach", "tops")})
+        self.size = max(self.size, float(span.reach.max()))
+        if self.steps.trip.setting.loading:
+            self._spans.append(span)
 
     def _bounds(self, block: Block, table: Array, values: tuple[Array, Array], bounds: tuple[Array, Array]) -> Span:
         """Where the slope keeps its sign on a piece its ends are the bounds; straight lines between, and what bends."""
         (n, value), (others, bends), P = values, bounds, len(bounds[0])
+        both = np.empty((len(n), 2, value.shape[1]))  # of -zeta and zeta
+        np.negative(value, out=both[:, 0])
+        both[:, 1] = value
         step = n[1:] - n[:-1]
-        off = (0.5 * np.floor(0.25 * step * step))[:, None] * bends  # (m, F), at whole numbers: none between neighbours
-        low, high = np.minimum(value[:-1], value[1:]) - off, np.maximum(value[:-1], value[1:]) + off
-        swing = self._swing(low[:, P + 1 :], high[:, P + 1 :], others)
+        most = np.maximum(both[:-1], both[1:])
+        if block.rows is not None:  # at whole numbers, so that nothing bends between neighbours
+            most += np.multiply.outer(0.5 * np.floor(0.25 * step * step), bends)[:, None, :]
+        swing = self._swing(most[:, 0, P + 1 :], most[:, 1, P + 1 :], others)
+        reach = np.maximum(most[:, :, :P], most[:, :, 1 : P + 1])
+        reach += swing[:, None, :]
         return Span(
             block=block,
             table=table,
             others=others,
             first=n[:-1],
             last=n[1:],
-            low=(np.minimum(low[:, :P], low[:, 1 : P + 1]) - swing).min(axis=1),
-            high=(np.maximum(high[:, :P], high[:, 1 : P + 1]) + swing).max(axis=1),
-            tops=value[:-1, : P + 1].max(axis=1),
+            reach=np.maximum.reduce(reach, axis=2),
+            tops=np.maximum.reduce(value[:-1, : P + 1], axis=1),
         )
 
-    def _swing(self, low: Array, high: Array, others: Array) -> Array:
+    def _swing(self, fall: Array, rise: Array, others: Array) -> Array:
         """How far ``zeta`` may leave its ends on a piece, from bounds on its slope: not where that keeps its sign."""
-        setting = self.steps.trip.setting
-        swing = 2.0 * setting.halves * (np.maximum(-low, high) + others)
-        swing[np.maximum(low, -high) >= others + setting.rate * swing] = 0.0
-        return np.asarray(swing)
+        swing = np.maximum(fall, rise)
+        swing += others
+        swing *= self._widths
+        swing *= np.minimum(fall, rise) + (self.steps.trip.setting.rate * swing + others) > 0.0
+        return swing
 
     def passing(self) -> tuple[float, float]:
         """Largest ``int W^2 dt`` [m^2/s] and ``|int (z' - W + d p) dt|`` [m] of round trips with which blocks begin."""
         trip, setting = self.steps.trip, self.steps.trip.setting
-        states = np.array([block.state for block in self.blocks])
-        wave, zeta = (
-            (states @ table.reshape(-1, table.shape[2]).T).reshape(len(states), *table.shape[:2])
-            for table in (trip.wave, trip.series)
-        )
-        square = ((wave @ products(wave.shape[2])) * wave).sum(axis=2) @ setting.halves
-        off = setting.rate * zeta
-        off[:, :, : wave.shape[2]] -= setting.share * wave
-        off[:, :, 0] += setting.push
-        off *= setting.halves[:, None]
-        off += zeta @ basis(zeta.shape[2] - 1).derivative.T
-        return float(square.max()), 2.0 * float(np.abs(off).sum(axis=(1, 2)).max())
+        states = np.array([block.state for block in self.blocks]).T
+        wave, off = trip.wave @ states, trip.series @ states  # (P, k, blocks)
+        square = setting.halves @ ((products(wave.shape[1]) @ wave) * wave).sum(axis=1)
+        slope = basis(off.shape[1] - 1).derivative @ off
+        off *= setting.rate
+        off[:, : wave.shape[1]] -= setting.share * wave
+        off[:, 0] += setting.push
+        off *= setting.halves[:, None, None]
+        off += slope
+        return float(square.max()), 2.0 * float(np.abs(off).sum(axis=(0, 1)).max())
 
     def peak(self) -> float:
         """The largest ``zeta``."""
@@ -335,7 +365,7 @@ class Walk:
         if self.steps.trip.setting.rate == 0.0:
             return best
         for span in self._spans:
-            some = (span.high > best).nonzero()[0]
+            some = (span.reach[:, 1] > best).nonzero()[0]
             if not len(some):
                 continue
             n = np.concatenate([np.arange(span.first[i], span.last[i]) for i in some])
@@ -343,7 +373,7 @@ class Walk:
             values, P = span.block.at(n, span.table), len(span.others)
             best = max(best, float(values[:, : P + 1].max(initial=-math.inf)))
             slopes = values[:, P + 1 :]
-            most = np.maximum(values[:, :P], values[:, 1 : P + 1]) + self._swing(slopes, slopes, span.others)
+            most = np.maximum(values[:, :P], values[:, 1 : P + 1]) + self._swing(-slopes, slopes, span.others)
             near = n[most.max(axis=1) > best]
             if len(near):
                 states = span.block.at(near, span.block.table(self.steps))
@@ -356,7 +386,7 @@ def _balanced(f: Array, q: Counts, walk: Walk, level: tuple[float, float]) -> No
     """The energy balance: the work follows from where the end begins and stops, up to the residual of its equation."""
     setting, (value, rest) = walk.steps.trip.setting, level
     first, last = float(f[VALUE] + f[REST]), value + rest
-    before, after = (float(stored(f, q, setting.origin + zeta)) for zeta in (first, last))
+    before = float(stored(f, q, setting.origin + first))
     term = setting.push + 0.5 * setting.rate * (first + last)
     term *= f[AREA] / f[MOBILITY] * (value - f[VALUE] + (rest - f[REST]))
     push = abs(setting.push) + setting.rate * walk.size
@@ -366,7 +396,7 @@ def _balanced(f: Array, q: Counts, walk: Walk, level: tuple[float, float]) -> No
     f[WORST] = max(f[WORST], abs(off) + imbalance)
     f[WORK_REST] += (f[WORK] - total) + term if abs(f[WORK]) >= abs(term) else (term - total) + f[WORK]
     f[WORK] = total
-    f[ENERGY] = max(f[ENERGY], 0.25 * f[IMPEDANCE] * square, abs(before), abs(after), abs(f[STORED]))
+    f[ENERGY] = max(f[ENERGY], 0.25 * f[IMPEDANCE] * square, abs(before), abs(before + term), abs(f[STORED]))
 
 
 def _carried(f: Array, q: Counts, walk: Walk) -> None:

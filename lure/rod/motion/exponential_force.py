@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,8 +44,7 @@ class ExponentialForce:
         """Values at instants [transits] of the wave, which has taken a transit."""
         total, late = np.zeros(t.shape), t - 1.0
         for rate, weights in zip(self.rate.tolist(), self.weights, strict=True):
-            shares = np.polynomial.polynomial.polyval(late, weights)
-            total += (shares * np.exp(rate * late)).real
+            total += (_shares(late, weights) * np.exp(rate * late)).real
         return total
 
     def columns(self, number: int, edges: Array, degree: int, least: float) -> Array | None:
@@ -64,23 +64,25 @@ class ExponentialForce:
         least : float
             What may be left out of a coefficient.
         """
-        low, high = edges[:-1, None], edges[1:, None]
-        x = low + 0.5 * (high - low) * (basis(degree).inner + 1.0) - 1.0
-        found: list[Array] = []
+        low, high, space = edges[:-1, None], edges[1:, None], basis(degree)
+        x = low + 0.5 * (high - low) * (space.inner + 1.0) - 1.0
+        if not self.count:
+            return np.zeros((0, len(x), 1))
+        table, i = np.empty((self.count, *x.shape)), 0
         for rate, weights in zip(self.rate.tolist(), self.weights, strict=True):
-            grown = np.exp(rate * x) * np.exp(2.0 * number * rate)
+            grown = np.exp(rate * x + 2.0 * number * rate.real) * cmath.rect(1.0, 2.0 * number * rate.imag)
             for k in range(len(weights)):
                 shares = [2.0**k * math.comb(K, k) * weights[K] for K in range(k, len(weights))]
-                flat = len(shares) == 1
-                values = grown * (shares[0] if flat else np.polynomial.polynomial.polyval(x + 2.0 * number, shares))
-                found += [values.real, -values.imag] if rate.imag else [values.real]
-        if not found:
-            return np.zeros((0, len(x), 1))
-        table = np.array(found)
-        series = np.abs(table).max(axis=(1, 2)), table @ basis(degree).from_inner.T
-        tiny = np.maximum(least, _TINY * (1.0 + float(np.abs(self.rate).max())) * series[0])
-        n = int((np.abs(series[1]).max(axis=1) > tiny[:, None]).any(axis=0).nonzero()[0].max(initial=0))
-        return None if n == degree else series[1][:, :, : n + 1]
+                values = grown * _shares(x + 2.0 * number, shares)
+                table[i], i = values.real, i + 1
+                if rate.imag:
+                    table[i], i = -values.imag, i + 1
+        series = table @ space.from_inner.T
+        size = _TINY * (1.0 + max(map(abs, self.rate.tolist())))
+        tiny = np.maximum(least, size * np.abs(table).max(axis=(1, 2)))
+        over = (np.maximum.reduce(np.abs(series), axis=1) > tiny[:, None]).any(axis=0).tolist()
+        n = max(k for k in range(degree + 1) if over[k] or not k)
+        return None if n == degree else series[:, :, : n + 1]
 
     @cached_property
     def start(self) -> Array:
@@ -116,6 +118,14 @@ class ExponentialForce:
         """Round trip up to which no exponential is beyond the doubles."""
         fastest = float(self.rate.real.max(initial=0.0))
         return int(_LARGEST / fastest) if fastest > 0.0 else 1 << 62
+
+
+def _shares(t: Array, weights: Sequence[complex] | Complex) -> Complex | complex:
+    """Values of a polynomial, one number for a constant."""
+    total: Complex | complex = weights[-1]
+    for weight in weights[-2::-1]:
+        total = np.asarray(total * t + weight)
+    return total
 
 
 class ExponentialForces:

@@ -192,14 +192,14 @@ def run(f: Array, q: Counts, loads: tuple[Array, Counts], stop: int, powers: int
     return DONE
 
 
-def with_powers(function: Callable[..., int]) -> Callable[..., int]:
-    """The same code, which numba compiles and keeps under another name, with power laws: that takes twice as long."""
-    found = FunctionType(function.__code__, function.__globals__, "run_powers", (1,))
-    found.__qualname__, found.__module__ = "run_powers", function.__module__
+def renamed(function: Callable[..., int], name: str, defaults: tuple[object, ...] | None) -> Callable[..., int]:
+    """The same code with other defaults, which numba compiles and keeps under another name."""
+    found = FunctionType(function.__code__, function.__globals__, name, defaults)
+    found.__qualname__, found.__module__ = name, function.__module__
     return found
 
 
-run_powers = with_powers(run)
+run_powers = renamed(run, "run_powers", (1,))  # with power laws, which take twice as long to compile
 
 
 @kernel

@@ -19,6 +19,7 @@ _MOST = 5000
 _CHECKS = np.array([-0.97, -0.43, 0.11, 0.71])
 LOOKS = 2048
 _DENORMAL = 1e-320
+NOISE = 4e-16  # of a function: what its fit leaves of coefficients that are zero
 _NEAR_END = 1e-6  # distance of the outermost checks from the ends, in half widths,
 _CLEAR_OF_END = 2e-14  # but not less than this, for an end is known to rounding only
 
@@ -109,10 +110,19 @@ def products(size: int) -> Array:
 
 def values(coefficients: Array, x: Array) -> Array:
     """Values (m, j) of m series (m, N+1) at their own points ``x`` (m, j), by Clenshaw's recurrence."""
-    total, before = np.zeros_like(x), np.zeros_like(x)
-    for k in range(coefficients.shape[1] - 1, 0, -1):
-        total, before = 2.0 * x * total - before + coefficients[:, k, None], total
-    return np.asarray(x * total - before + coefficients[:, 0, None])
+    if coefficients.shape[1] == 1:
+        return np.asarray(coefficients + 0.0 * x)
+    doubled, before = 2.0 * x, np.zeros_like(x)
+    total = before + coefficients[:, -1, None]
+    for k in range(coefficients.shape[1] - 2, 0, -1):
+        above, before = before, total
+        total = doubled * before
+        total -= above
+        total += coefficients[:, k, None]
+    total *= x
+    total -= before
+    total += coefficients[:, 0, None]
+    return total
 
 
 def right_ends(coefficients: Array) -> Array:
@@ -265,18 +275,21 @@ def fitted(
     """
     space, n = basis(degree), degree + 1
     looks = 2 * max(8, looks // len(edges))
-    starts, stops, error = edges[:-1], edges[1:], 0.0
+    starts, stops, error, halved = edges[:-1], edges[1:], 0.0, False
     done: list[tuple[float, float, Array]] = []
     while starts.size:
         half = 0.5 * (stops - starts)[:, None]
         last = np.maximum(1.0 - np.maximum(_NEAR_END, _CLEAR_OF_END / half), 0.5)
         looks //= 2
         checks = np.append(_CHECKS, (2.0 * np.arange(looks) + 0.74) / max(looks, 1) - 1.0)
-        x = np.hstack((np.tile(np.append(space.inner, checks), (len(starts), 1)), -last, last))
+        x = np.empty((len(starts), n + len(checks) + 2))
+        x[:, :n], x[:, n:-2], x[:, -2:-1], x[:, -1:] = space.inner, checks, -last, last
         table, noise = (part.reshape(x.shape) for part in function((starts[:, None] + half * (x + 1.0)).ravel()))
-        scale = max(scale, float(np.abs(table).max()))
-        series = table[:, :n] @ space.from_inner.T
-        miss = (np.abs(values(series, x[:, n:]) - table[:, n:]) - 8.0 * noise[:, n:]).max(axis=1)
+        size = float(np.abs(table).max())
+        scale, series = max(scale, size), table[:, :n] @ space.from_inner.T
+        seen = np.abs(series).max(axis=0) > NOISE * size
+        shown = values(series[:, : n - int(seen[::-1].argmax())], x[:, n:])
+        miss = (np.abs(shown - table[:, n:]) - 8.0 * noise[:, n:]).max(axis=1)
         miss = np.maximum(miss, tails(series))
         doubt = np.partition(noise[:, :n], n - 3, axis=1)[:, n - 3]  # a jump near one node or two excuses nothing
         allowed = 3e-15 * scale + _DENORMAL + 8.0 * doubt
@@ -290,6 +303,9 @@ def fitted(
         series[narrow, 0], series[narrow, 1] = 0.5 * (table[narrow, n - 1] + [[1.0], [-1.0]] * table[narrow, 0])
         good = (miss <= allowed) | narrow
         error += float(((miss + doubt) * (stops - starts))[good].sum())
+        if not halved and good.all():
+            return Pieces(edges, series), error
+        halved = True
         done += list(zip(starts[good], stops[good], series[good], strict=True))
         middle = 0.5 * (starts[~good] + stops[~good])
         starts, stops = (

@@ -124,21 +124,23 @@ def trip_matrix(setting: Setting, back: Array, force: ExponentialForce, number: 
         The round trip.
     """
     size, flight = np.abs(back), setting.rate == 0.0
-    largest = float(size.sum(axis=1).max())
+    largest = float(np.add.reduce(size, axis=1).max())
     columns = force.columns(number, setting.edges, setting.degree, _SMALL * largest)
     if columns is None:
         return None
     P, C = len(back), len(columns)
-    seen = np.flatnonzero((size > (_SEEN if flight else TOP) * largest).any(axis=0))
-    n = max(columns.shape[2] - 1, int(seen[-1]) if len(seen) else 0)
+    n, tiny = setting.degree, (_SEEN if flight else TOP) * largest
+    sizes = np.maximum.reduce(size).tolist()
+    while n >= columns.shape[2] and not sizes[n] > tiny:
+        n -= 1
     last = min(n + 1, setting.degree)
     if not flight:
         stiff, n, last = setting.rate * setting.halves, n + 1, n + 2
-        term = float(np.prod(stiff.max() / (2.0 * np.arange(1, last + 1))))
-        while term > _SMALL and last < setting.degree:
-            last += 1
-            term *= stiff.max() / (2.0 * last)
-        last = min(last, setting.degree)
+        half, k, term = 0.5 * float(stiff.max()), 0, 1.0
+        while k < last or (term > _SMALL and k < setting.degree):
+            k += 1
+            term *= half / k
+        last = min(k, setting.degree)
         if n > setting.degree or term > _SMALL:
             return None
     unit = setting.halves[:, None, None] * (_quadrature(n, last) if flight else _solutions(stiff, n, last))
@@ -153,14 +155,15 @@ def trip_matrix(setting: Setting, back: Array, force: ExponentialForce, number: 
         wave[:, :, 0], wave[:, :, 1 : 1 + C], wave[:, 0, 1 + C : r] = back[:, : n + 1], loads, 1.0
         state[0], state[1 : 1 + C] = 1.0, force.start
     else:
-        wave.reshape(-1, N)[:, :r] = np.eye(r)
+        wave.ravel()[: r * N : N + 1] = 1.0
         state[:r] = (back[:, : n + 1] + loads @ force.start).ravel()
     begins, step[r] = _begins(setting, wave, unit, r)
     made = TripMatrix(setting=setting, step=step, wave=wave, unit=unit, begins=begins, zeta=r)
-    step[np.arange(r), np.arange(r)] = setting.echo * (2.0 * setting.share - 1.0) - 1.0
+    step.ravel()[: r * N : N + 1] = setting.echo * (2.0 * setting.share - 1.0) - 1.0
     step[r + 1, -1] = 2.0 * setting.loading * setting.push * setting.transit
     step[r + 2 : -1, r + 2 : -1] = force.turn
-    turned = force.turn + np.eye(C)
+    turned = force.turn.copy()
+    turned.ravel()[:: C + 1] += 1.0
     if flight:
         step[1 : 1 + C, r + 2 : -1], step[1 + C : r, -1] = turned, constant
     else:
@@ -169,7 +172,7 @@ def trip_matrix(setting: Setting, back: Array, force: ExponentialForce, number: 
         echoes[:, :, r + 2 : -1] += loads @ turned
         step[:r] += echoes.reshape(r, N)
         shares = 2.0 * setting.loading * setting.rate * setting.halves
-        step[r + 1] += (shares[:, None] * means(last + 1)).ravel() @ made.series.reshape(-1, N)
+        step[r + 1] += np.multiply.outer(shares, means(last + 1)).ravel() @ made.series.reshape(-1, N)
     return made, state
 
 
@@ -220,17 +223,22 @@ def _quadrature(n: int, last: int) -> Array:
 
 def _solutions(stiff: Array, n: int, last: int) -> Array:
     """(P, K, n+1) the same with ``s`` (P,) > 0; the last row takes its value at 1 for ``s -> inf`` from ``h``."""
+    right, still, moving = _equations(n, last)
+    return np.asarray(np.linalg.solve(still + np.multiply.outer(stiff, moving), right))
+
+
+@lru_cache(maxsize=64)
+def _equations(n: int, last: int) -> tuple[Array, Array, Array]:
+    """Right side (K, n+1) and matrix (K, K) of the equations of the coefficients: for 0, and what ``s`` adds."""
     right, k = _differences(n, last).copy(), np.arange(1, last + 1)
+    still, moving = np.zeros((last + 1, last + 1)), np.zeros((last + 1, last + 1))
     if last <= n:
         right[last, last] += (last + 1.0) / last
-    system = np.zeros((len(stiff), last + 1, last + 1))
-    system[:, 0] = _signs(last)
-    system[:, k, k] = 2.0 * k
-    system[:, k, k - 1] = stiff[:, None]
-    system[:, 1, 0] *= 2.0
-    system[:, k[:-1], k[1:]] = -stiff[:, None]
-    system[:, last, last] += stiff * (last + 1.0) / last
-    return np.asarray(np.linalg.solve(system, np.broadcast_to(right, (len(stiff), *right.shape))))
+    still[0], still[k, k] = _signs(last), 2.0 * k
+    moving[k, k - 1], moving[k[:-1], k[1:]] = 1.0, -1.0
+    moving[1, 0] = 2.0
+    moving[last, last] += (last + 1.0) / last
+    return right, still, moving
 
 
 @lru_cache(maxsize=64)
