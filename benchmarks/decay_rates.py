@@ -1,11 +1,12 @@
-"""Claim: a decay rate from both sides, with its certificates, takes under 2 s, and agrees with the matrix inequality.
+"""Claim: a decay rate with its certificate takes a third of the time of a bisection that proves nothing, and agrees.
 
 Discrete time, four states, a time-varying nonlinearity in a sector: the smallest factor ``r`` that the circle criterion
-proves.  Ours: to 1e-6, with a certificate that the checker accepts, and with gains on the other side.  Usual practice:
-bisection to 1e-4 on ``P > 0``, ``V+ <= r^2 V`` by cvxpy and Clarabel, which proves nothing.  The answers must agree to
-1e-3; processor time, one thread each.  (At this size the two take about as long.)
+proves.  Ours: to 1e-6, with a certificate that the checker accepts, and with gains on the other side, in under 2 s.
+Usual practice: bisection to 1e-4 on ``P > 0``, ``V+ <= r^2 V`` by cvxpy and Clarabel.  The answers must agree to 1e-3,
+and ours take a third of the time in the median of the plants; processor time, one thread each.
 """
 
+import statistics
 import sys
 import time
 import warnings
@@ -19,7 +20,7 @@ from lure.analysis import decay_rate
 from lure.plants.realisation import companion
 
 Reals = np.ndarray
-TOLERANCE, AGREEMENT, SECONDS = 1e-4, 1e-3, 2.0
+TOLERANCE, AGREEMENT, SECONDS, FASTER = 1e-4, 1e-3, 2.0, 3.0
 UPPER = Fraction(1, 5)
 CLASS = NonlinearityClass(sector=Sector(0, UPPER), time_varying=True)
 
@@ -46,7 +47,10 @@ def solvable(parts: tuple[Reals, Reals, Reals], rate: float) -> bool:
     problem = cp.Problem(cp.Minimize(0), [P >> np.eye(n), matrix << -1e-7 * np.eye(n + 1)])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        problem.solve(solver=cp.CLARABEL)
+        try:
+            problem.solve(solver=cp.CLARABEL)
+        except cp.SolverError:  # at the limit it sometimes gives up
+            return False
     return problem.status in ("optimal", "optimal_inaccurate")
 
 
@@ -59,8 +63,8 @@ def bisected(parts: tuple[Reals, Reals, Reals]) -> float:
     return high
 
 
-def compared(seed: int) -> bool:
-    """Whether the answers for one plant agree, and ours does not take too long."""
+def compared(seed: int) -> float:
+    """How many times as long the programme takes for one plant; 0 if the answers differ or ours takes too long."""
     H = plant(seed)
     start = time.process_time()
     found = decay_rate(H, CLASS)
@@ -71,7 +75,7 @@ def compared(seed: int) -> bool:
     theirs = bisected(parts)
     peer = time.process_time() - start
     print(f"{found.rate.high:.6f} certified, {ours:.2f} s; cvxpy {theirs:.6f}, {peer:.2f} s")
-    return abs(found.rate.high - theirs) <= AGREEMENT and ours < SECONDS
+    return peer / ours if abs(found.rate.high - theirs) <= AGREEMENT and ours < SECONDS else 0.0
 
 
 def main() -> int:
@@ -81,7 +85,9 @@ def main() -> int:
         return 1
     decay_rate(plant(0), CLASS)  # what is imported on first use
     solvable((np.array([[0.5]]), np.ones((1, 1)), np.ones((1, 1))), 0.9)
-    good = all([compared(seed) for seed in range(1, 6)])
+    times = [compared(seed) for seed in range(1, 8)]
+    print(f"{statistics.median(times):.1f} times as fast (claim: {FASTER:g} times)")
+    good = min(times) > 0 and statistics.median(times) >= FASTER
     print("holds" if good else "DOES NOT HOLD")
     return 0 if good else 1
 

@@ -25,12 +25,12 @@ from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
 from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.theorems.table import BEST
-from lure.analysis.theorems.weighted import WeightedKernels, WeightedTaps, closest
+from lure.analysis.theorems.weighted import WeightedCircle, WeightedKernels, WeightedTaps, closest
 from lure.analysis.theorems.zames_falb_discrete import NAME as ZAMES_FALB
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import class_words
 from lure.analysis.wording import counterexample as counterexample_in_words
-from lure.arrays import np
+from lure.arrays import Reals, np, optimize
 from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.plants.conversion import rational_if_moderate
@@ -45,10 +45,12 @@ if TYPE_CHECKING:
 
 Time = Literal["continuous", "discrete"]
 CLOSE = Fraction(1, 10**6)  # where the bisection ends, relative to the rate of the slowest gain, or to 1
+_FAR = 1e-4
+_BESIDE = tuple(Fraction(1, 10**digits) for digits in (8, 6, 4))
 _NEAR = tuple(Fraction(1, 10**digits) for digits in (15, 12, 9, 7))
 _SLACK = (1e-6, 5e-6, 2e-5, 1e-4, 1e-3, 1e-2)
 _SNAP = 10**6  # denominators of rates that may be exact
-_GRID, _ROUNDS = 129, 60
+_GRID, _ROUNDS = 129, 6
 
 
 class RateBound(TwoSided):
@@ -289,6 +291,20 @@ class _OneChannel:
         found = accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
         return found if isinstance(found, Proved) else None
 
+    def expected(self, easy: Fraction, hard: Fraction) -> float:
+        """Where the circle criterion seems to end between a rate that it serves and another, on the side it serves."""
+        own = self.asked.nonlinearity_class
+        low, high = (Fraction(end) for end in own.gains)
+        if own.linear and not self.asked.time_varying:
+            return float(hard)
+        circle = WeightedCircle(plant=self.plant, lower=low, upper=high)
+        ends = float(easy), float(hard)
+        if circle.margin(ends[0]) <= 0:
+            return ends[0]
+        if circle.margin(ends[1]) > 0:
+            return ends[1]
+        return float(optimize.brentq(lambda rate: max(circle.margin(rate), -1.0), *ends, xtol=1e-14, rtol=1e-12))
+
     @cached_property
     def multipliers(self) -> WeightedTaps | WeightedKernels | None:
         """The search for Zames-Falb multipliers; None where the class has no slope bounds."""
@@ -341,31 +357,32 @@ class _OneChannel:
     @cached_property
     def slowest(self) -> tuple[float, Fraction]:
         """The rate of the slowest constant gain, in floating point, and the gain."""
-        own = self.asked.nonlinearity_class
-        low, high = (Fraction(end) for end in own.gains)
+        low, high = (Fraction(end) for end in self.asked.nonlinearity_class.gains)
         n, d = self.plant.numerator, self.plant.denominator
         top, bottom = [np.array([float(c) for c in side]) for side in (n, d)]
         top = np.concatenate([np.zeros(len(bottom) - len(top)), top])
 
-        def slowness(gain: float) -> float:
+        def slowness(gains: Reals) -> Reals:
             """The spectral abscissa or radius; infinite where the loop has no solution."""
-            p = bottom + gain * top
-            if abs(p[0]) <= 1e-14 * np.abs(p).max():
-                return math.inf
-            roots = np.roots(p)
-            return float(np.max(np.abs(roots) if self.discrete else roots.real, initial=-math.inf))
+            p = bottom + gains[:, None] * top
+            lost = np.abs(p[:, 0]) <= 1e-14 * np.abs(p).max(axis=1)
+            companion = np.zeros((len(gains), len(d) - 1, len(d) - 1))
+            companion[:, 1:, :-1] = np.eye(len(d) - 2)
+            companion[:, 0] = -p[:, 1:] / np.where(lost, 1.0, p[:, 0])[:, None]
+            roots = np.linalg.eigvals(companion)
+            values = np.max(np.abs(roots) if self.discrete else roots.real, axis=1, initial=-math.inf)
+            return np.where(lost, math.inf, values)
 
-        grid = np.linspace(float(low), float(high), _GRID)
-        values = [slowness(g) for g in grid]
-        best, gain = max(zip(values, grid, strict=True))
-        i = int(np.argmax(values))
-        left, right = grid[max(i - 1, 0)], grid[min(i + 1, _GRID - 1)]
+        left, right, best, gain = float(low), float(high), -math.inf, float(low)
         for _ in range(_ROUNDS):
-            a, b = left + 0.382 * (right - left), left + 0.618 * (right - left)
-            fa, fb = slowness(a), slowness(b)
-            best, gain = max((best, gain), (fa, a), (fb, b))
-            left, right = (left, b) if fa > fb else (a, right)
-        as_slow = (g for g in (low, high) if slowness(float(g)) >= best - 1e-12 * abs(best))
+            grid = np.linspace(left, right, _GRID)
+            values = slowness(grid)
+            i = int(np.argmax(values))
+            if values[i] > best:
+                best, gain = float(values[i]), float(grid[i])
+            left, right = grid[max(i - 1, 0)], grid[min(i + 1, _GRID - 1)]
+        at_ends = slowness(np.array([float(low), float(high)]))
+        as_slow = (g for g, v in zip((low, high), at_ends, strict=True) if v >= best - 1e-12 * abs(best))
         exact = next(as_slow, min(max(Fraction(gain), low), high))
         return (best if self.discrete else -best), exact
 
@@ -398,9 +415,6 @@ def _answered(
         with time_limit(seconds):
             tell("constant gains", 0.0)
             refuted = _refuted(loop)
-            if jumping:
-                tell("gains that jump", 0.1)
-                refuted = _slower(loop, refuted)
             tell("the circle criterion", 0.2)
             end = None if refuted is None else refuted[0]
             for better in _proofs(loop, end):
@@ -409,6 +423,9 @@ def _answered(
                 tell("Zames-Falb multipliers", 0.4)
                 for better in loop.by_multipliers(end, None if proof is None else proof[0]):
                     proof = better
+                if jumping:
+                    tell("gains that jump", 0.7)
+                    refuted = _slower(loop, refuted)
             if jumping and proof is None and not (refuted is not None and _lasting(loop, refuted[0])):
                 tell("counterexamples", 0.8)
                 lasting = loop.lasting()
@@ -520,21 +537,31 @@ def _proofs(loop: _OneChannel | SeveralChannels, end: Fraction | None) -> Iterat
     best = end if end is not None else Fraction(0 if discrete else loop.fastest)  # what cannot be improved
     if not discrete and best <= 0:
         return
-    worst = one if discrete else Fraction(0)
     scale = max(best, Fraction(1, 1000)) if discrete else best
-    for step in (Fraction(0), *_NEAR, CLOSE):
+    easiest = (one if best >= 1 else one - (one - best) * loop.close) if discrete else best * loop.close
+    guess = loop.expected(easiest, best)
+    off = abs(guess - float(best)) > _FAR * float(scale)  # then none of the rates beside the end is proved
+    for step in () if off else (Fraction(0), *_NEAR, CLOSE):
         rate = best + step * scale if discrete else best - step * scale
         if rate > 0 and (shown := loop.prove(rate)) is not None:
             yield rate, shown
             return
-    easiest = (one if best >= 1 else one - (one - best) * loop.close) if discrete else best * loop.close
-    shown = loop.prove(easiest)
-    if shown is None:
-        if discrete and (shown := loop.prove(one)) is not None:
-            yield one, shown
-        return
-    yield easiest, shown
-    worst = easiest
+    worst = None
+    for step in _BESIDE if off and guess != float(easiest) else ():  # as much easier than it seems to be possible
+        rate = simplest_between(*sorted(Fraction(guess) + (easiest - Fraction(guess)) * step * part for part in (1, 2)))
+        if (shown := loop.prove(rate)) is not None:
+            yield rate, shown
+            if step <= loop.close:
+                return
+            worst = rate
+            break
+    if worst is None:
+        if (shown := loop.prove(easiest)) is None:
+            if discrete and (shown := loop.prove(one)) is not None:
+                yield one, shown
+            return
+        yield easiest, shown
+        worst = easiest
     while abs(worst - best) > loop.close * scale:
         middle = _between(*sorted((worst, best)))
         shown = loop.prove(middle)

@@ -190,6 +190,10 @@ class SeveralChannels:
         found = accepted({**draft, "rate": str(rate)}) if rate else accepted(draft) or accepted({**draft, "rate": "0"})
         return found if isinstance(found, Refuted) else None
 
+    def expected(self, _easy: Fraction, hard: Fraction) -> float:
+        """Where the criteria end is not known beforehand."""
+        return float(hard)
+
     @property
     def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
         """Rates that gains that jump seem to have, and their proofs."""

@@ -1,4 +1,4 @@
-"""Zames-Falb multipliers for a decay rate, weighed by its powers: linear programmes propose, in floating point."""
+"""Multipliers for a decay rate, weighed by its powers, Zames-Falb ones by linear programmes: in floating point."""
 
 from __future__ import annotations
 
@@ -73,20 +73,41 @@ class WeightedTaps:
         size : int
             The largest ``|i|``.
         """
-        found = self._taps(rate, size)
+        found, _ = self.taps(rate, size)
         return None if found is None else {"taps": [[i, str(h)] for i, h in found.items()]}
 
-    def _taps(self, rate: float, length: int) -> dict[int, Fraction] | None:
+    def margin(self, rate: float, size: int) -> float:
+        """How far the taps serve a rate; negative or 0, how much they lack.
+
+        Parameters
+        ----------
+        rate : float
+            The rate.
+        size : int
+            The largest ``|i|``.
+        """
+        return self.taps(rate, size)[1]
+
+    def taps(self, rate: float, length: int) -> tuple[dict[int, Fraction] | None, float]:
+        """Taps up to a shift and their margin; None if none serve.
+
+        Parameters
+        ----------
+        rate : float
+            The rate.
+        length : int
+            The largest ``|i|``.
+        """
         response = self.response(rate)
         if response is None:
-            return None
+            return None, -1.0
         shifts = np.array([i for i in range(-length, length + 1) if i], dtype=float)
         inverse, omega = 1 / float(self.width), response.omega[::_THIN]
         for _ in range(_ROUNDS):
             checkpoint()
-            found = self._programme(response.at(omega) + inverse, omega, shifts, rate)
+            found, margin = self._programme(response.at(omega) + inverse, omega, shifts, rate)
             if found is None:
-                return None
+                return None, margin
 
             def violation(at: Reals, h: Reals = found) -> Reals:
                 """How far the inequality fails."""
@@ -97,15 +118,18 @@ class WeightedTaps:
             worst, peaks = response.maximum(violation)
             if worst < 0:
                 cut = (math.trunc(h * _DIGITS) for h in found.tolist())
-                return {int(i): Fraction(h, _DIGITS) for i, h in zip(shifts, cut, strict=True) if h}
+                taps = {int(i): Fraction(h, _DIGITS) for i, h in zip(shifts, cut, strict=True) if h}
+                return taps, min(margin, -worst)
             fresh = np.setdiff1d(peaks, omega)
             if not fresh.size:
-                return None
+                break
             omega = np.union1d(omega, fresh)
-        return None
+        return None, 0.0
 
-    def _programme(self, G: NDArray[np.complex128], omega: Reals, shifts: Reals, rate: float) -> Reals | None:
-        """The taps with the largest margin at these frequencies; None if it is none."""
+    def _programme(
+        self, G: NDArray[np.complex128], omega: Reals, shifts: Reals, rate: float
+    ) -> tuple[Reals | None, float]:
+        """The taps with the largest margin at these frequencies, and it; None if it is none."""
         scale = np.abs(G)
         rows = (np.exp(-1j * np.outer(omega, shifts)) * G[:, None]).real / scale[:, None]
         masses = np.array([rate**shifts, rate**-shifts])
@@ -121,9 +145,9 @@ class WeightedTaps:
             options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
         )
         if result.x is None or not np.all(np.isfinite(result.x)) or result.x[-1] <= _LEAST:
-            return None
+            return None, _short(result.x)
         x = np.clip(np.asarray(result.x[:count]), 0, None)
-        return np.asarray(x[: count // 2] - x[count // 2 :] if self.odd else x)
+        return np.asarray(x[: count // 2] - x[count // 2 :] if self.odd else x), float(result.x[-1])
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -161,6 +185,22 @@ class WeightedKernels:
         size : int
             How many rates of kernels there are, each on both sides.
         """
+        return self._sought(rate, size)[0]
+
+    def margin(self, rate: float, size: int) -> float:
+        """How far they serve a rate; negative or 0, how much they lack.
+
+        Parameters
+        ----------
+        rate : float
+            The rate [1/s].
+        size : int
+            How many rates of kernels there are, each on both sides.
+        """
+        return self._sought(rate, size)[1]
+
+    def _sought(self, rate: float, size: int) -> tuple[Multiplier | None, float]:
+        """Both."""
         bottom = np.array([float(c) for c in self.plant.denominator])
         top = np.concatenate(
             [np.zeros(len(bottom) - len(self.plant.numerator)), [float(c) for c in self.plant.numerator]]
@@ -168,7 +208,7 @@ class WeightedKernels:
         below = bottom + float(self.lower) * top
         poles = np.roots(below)
         if np.max(poles.real, initial=-math.inf) >= -rate:
-            return None
+            return None, -1.0
         scale = float(np.abs(poles).max(initial=rate)) or 1.0
         steps = [Fraction(v).limit_denominator(1000) for v in scale * np.geomspace(0.1, 30, size)]
         rates = [Fraction(rate).limit_denominator(1000) + Fraction(1, 500) + step for step in steps]
@@ -184,18 +224,18 @@ class WeightedKernels:
         omega = fine[::_THIN]
         for _ in range(_ROUNDS):
             checkpoint()
-            found = self._programme(response(omega), omega, basis, rate, scale)
+            found, margin = self._programme(response(omega), omega, basis, rate, scale)
             if found is None:
-                return None
+                return None, margin
             values = self._rows(response(fine), fine, basis, scale) @ found
             if values.min() > 0:
-                return self._written(found, basis)
+                return self._written(found, basis), min(margin, float(values.min()))
             least = np.flatnonzero((values < np.roll(values, 1)) & (values <= np.roll(values, -1)) & (values < _LEAST))
             fresh = np.setdiff1d(np.append(fine[least], fine[int(values.argmin())]), omega)
             if not fresh.size:
-                return None
+                break
             omega = np.union1d(omega, fresh)
-        return None
+        return None, 0.0
 
     def _rows(
         self, G: NDArray[np.complex128], omega: Reals, basis: Sequence[tuple[Fraction, int]], scale: float
@@ -214,8 +254,8 @@ class WeightedKernels:
         basis: Sequence[tuple[Fraction, int]],
         rate: float,
         scale: float,
-    ) -> Reals | None:
-        """1, ``theta`` and the ``c`` with the largest margin at these frequencies; None if it is none."""
+    ) -> tuple[Reals | None, float]:
+        """1, ``theta`` and the ``c`` with the largest margin at these frequencies, and it; None if it is none."""
         rows = self._rows(G, omega, basis, scale)
         weights = [[float(a) / (float(a) + side * s) for a, side in basis] for s in (rate, -rate)]
         masses = np.array([[-rate, *weights[0]], [rate, *weights[1]]])
@@ -231,8 +271,8 @@ class WeightedKernels:
             options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
         )
         if result.x is None or not np.all(np.isfinite(result.x)) or result.x[-1] <= _LEAST:
-            return None
-        return np.concatenate([[1.0], result.x[:1], np.clip(result.x[1:count], 0, None)])
+            return None, _short(result.x)
+        return np.concatenate([[1.0], result.x[:1], np.clip(result.x[1:count], 0, None)]), float(result.x[-1])
 
     def _written(self, found: Reals, basis: Sequence[tuple[Fraction, int]]) -> Multiplier:
         """The multiplier of a certificate, rounded towards 0."""
@@ -246,6 +286,65 @@ class WeightedKernels:
             if abs(v) > _SMALL
         ]
         return {"theta": str(cut[0]), "kernels": kernels}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class WeightedCircle:
+    r"""The circle criterion at a rate, in floating point: ``Re[p q^*] > 0`` where ``p = d + u n`` and ``q = d + l n``.
+
+    Of the weighted plant, with all roots of ``q`` inside.  At its least value the polynomial is flat or at an end, so
+    that no frequencies are sampled.
+
+    Attributes
+    ----------
+    plant : RationalPlant
+        The plant, in either time.
+    lower, upper : Fraction
+        The ends of the sector.
+    """
+
+    plant: RationalPlant
+    lower: Fraction
+    upper: Fraction
+
+    def margin(self, rate: float) -> float:
+        """The least ``Re[p q^*]``, over what its terms add up to without their signs; ``-inf`` if ``q`` is unstable.
+
+        Parameters
+        ----------
+        rate : float
+            The rate.
+        """
+        n, d = self.plant.numerator, self.plant.denominator
+        top = np.concatenate([np.zeros(len(d) - len(n)), [float(c) for c in n]])
+        bottom, discrete = np.array([float(c) for c in d]), self.plant.dt is not None
+        p, q = (_paced(bottom + float(gain) * top, rate, discrete=discrete) for gain in (self.upper, self.lower))
+        roots = np.roots(q)
+        if np.max(np.abs(roots) - 1 if discrete else roots.real, initial=-1.0) >= 0:
+            return -math.inf
+        if discrete:  # sum c_k cos(k omega), and cos(k omega) are Chebyshev's polynomials of cos omega
+            lags = np.correlate(p, q, "full")
+            c = lags[len(p) - 1 :] + np.concatenate([[0.0], lags[: len(p) - 1][::-1]])
+            where, value, size = np.polynomial.chebyshev.chebroots, np.polynomial.chebyshev.chebval, np.abs(c).sum()
+            flat, ends = where(np.polynomial.chebyshev.chebder(c)) if len(c) > 2 else np.zeros(0), (-1.0, 1.0)
+            x = np.append(np.clip(flat.real, -1, 1), ends)
+            return float(np.min(value(x, c)) / size)
+        turn = 1j ** np.arange(len(p))[::-1]
+        whole = np.polymul(p * turn, np.conj(q * turn)).real[::2]  # even in omega
+        x = np.append(np.maximum(np.roots(np.polyder(whole)).real, 0), 0.0)
+        values = np.append(np.polyval(whole, x) / np.polyval(np.abs(whole), x), np.sign(whole[0]))
+        return float(np.min(values))
+
+
+def _short(x: Reals | None) -> float:
+    """The margin of a programme that is none."""
+    return float(x[-1]) if x is not None and x[-1] < 0 else -_LEAST
+
+
+def _paced(p: Reals, rate: float, *, discrete: bool) -> Reals:
+    """``p(r z)`` or ``p(s - a)``, descending."""
+    powers = np.arange(len(p) - 1, -1, -1)
+    return p * rate**powers if discrete else np.poly1d(p)(np.poly1d([1.0, -rate])).coeffs
 
 
 def closest(
@@ -270,15 +369,21 @@ def closest(
     for size in search.sizes:
         start = easy if best is None else best[0]
         first = start + _WORTH * (end - start) if proved or best is not None else start
-        if search.multiplier(first, size) is None:
+        ahead = search.margin(first, size)
+        if ahead <= 0:
             continue
-        served, missed = first, end
-        while abs(served - missed) > close:
-            middle = 0.5 * (served + missed)
-            if search.multiplier(middle, size) is None:
-                missed = middle
-            else:
-                served = middle
+        served = first
+        if abs(first - end) > close:
+            margins = {first: ahead, end: min(search.margin(end, size), -_LEAST)}  # beyond it nothing is true
+
+            def margin(rate: float, size: int = size, margins: dict[float, float] = margins) -> float:
+                """The same, looked at once."""
+                if rate not in margins:
+                    margins[rate] = search.margin(rate, size) or -_LEAST
+                return margins[rate]
+
+            optimize.brentq(margin, first, end, xtol=close / 2, rtol=1e-12)
+            served = min((rate for rate, found in margins.items() if found > 0), key=lambda rate: abs(rate - end))
         best = served, size
         if abs(served - end) <= 2 * close:
             break
