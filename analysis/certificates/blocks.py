@@ -64,7 +64,7 @@ def masses(data: Any, discrete: bool, rate: Fraction | None) -> tuple[Fraction, 
         else:
             need("delay" not in item, "a kernel that is a delay has no rational weight")
             a, n, c = number(item["rate"]), item["order"], abs(number(item["coefficient"]))
-            need(a > rate, "a kernel decays more slowly than the rate")
+            need(a > abs(rate), "a kernel decays more slowly than the rate")
             weights = (a / (a + rate)) ** n, (a / (a - rate)) ** n
             weights = weights if item["side"] == "causal" else weights[::-1]
         found = [v + c * w for v, w in zip(found, weights)]
@@ -180,7 +180,7 @@ def paced(system: Any, rate: Fraction) -> Any:
     form(isinstance(system, dict), "the system is missing")
     kind, discrete = system.get("kind"), system.get("time") == "discrete"
     need(kind in ("transfer", "state-space", "multivariable"), "rates are shown of rational plants")
-    need(rate > 0 or (rate == 0 and not discrete), "a rate is positive, in continuous time perhaps 0")
+    need(rate > 0 or not discrete, "in discrete time a rate is positive")
     found = dict(system)
     if kind == "transfer":
         for side in ("numerator", "denominator"):

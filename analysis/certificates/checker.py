@@ -339,7 +339,7 @@ def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Ref
         need(refuted or INF not in map(abs, ends), "with a rate the bounds of the class are finite")
     kind, conclusion, facts, more = judged(verdict, paced(system, rate), given, phi, name, data, proof, rate)
     if conclusion != UNSOLVABLE:
-        rates = (f"({rate})^t", f"x(t)/({rate})^t") if discrete else (f"exp(-{rate} t)", f"x(t) exp({rate} t)")
+        rates = (f"({rate})^t", f"x(t)/({rate})^t") if discrete else (f"exp({-rate} t)", f"x(t) exp({rate} t)")
         conclusion = SLOWER.format(rates[1]) if refuted else DECAYS.format(rates[0])
     scaled = f"all of this is of the loop with {'H(r z)' if discrete else 'H(s - r)'}, r = {rate}"
     return kind, conclusion, facts | {"rate": scaled}, more

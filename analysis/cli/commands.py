@@ -108,7 +108,9 @@ def _stream(*, terminal: bool) -> str:
 # What ``lure init`` writes: a system as TOML, a notebook about a loop, or a test of a nonlinearity.
 
 
-def starting(path: Path | None, *, loop: bool, notebook: Path | None, test: Path | None) -> tuple[Path, str, str]:
+def starting(
+    path: Path | None, *, loop: bool, kind: str | None, notebook: Path | None, test: Path | None
+) -> tuple[Path, str, str]:
     """The file to write, its text, and what to do with it then.
 
     Parameters
@@ -117,17 +119,20 @@ def starting(path: Path | None, *, loop: bool, notebook: Path | None, test: Path
         The TOML file, None for its usual name.
     loop : bool
         Whether it describes a plant with a nonlinearity instead of a rod.
+    kind : str or None
+        What else it is about.
     notebook, test : Path or None
         The other files, asked for by the options of these names.
 
     Raises
     ------
     refused
-        An ``InputError``: more than one file is asked for, or a name that is not of its kind.
+        An ``InputError``: more than one file is asked for, a name that is not of its kind, or no such kind.
     """
-    named = {"PATH": path is not None, "--loop": loop, "--notebook": notebook is not None, "--test": test is not None}
+    options = {"--kind": kind, "--notebook": notebook, "--test": test}
+    named = {"PATH": path is not None, "--loop": loop} | {name: one is not None for name, one in options.items()}
     given = [name for name, asked in named.items() if asked]
-    if len(given) > 1 and given != ["PATH", "--loop"]:
+    if len(given) > 1 and given not in (["PATH", "--loop"], ["PATH", "--kind"]):
         raise refused(
             f"{' and '.join(given)} do not go together; each writes a file of its own, so run lure init twice"
         )
@@ -135,11 +140,25 @@ def starting(path: Path | None, *, loop: bool, notebook: Path | None, test: Path
         return _notebook(notebook)
     if test is not None:
         return _test(test)
+    if kind is not None:
+        return _of_kind(path, kind)
     from lure.files import plant_template
     from lure.rod.file import template
 
     target = path or Path("plant.toml" if loop else "rod.toml")
     return target, plant_template() if loop else template(), f"edit it, then run: {_command('lure report', target)}"
+
+
+def _of_kind(path: Path | None, kind: str) -> tuple[Path, str, str]:
+    from lure.files import TEMPLATES, plant_template
+    from lure.rod.file import template
+
+    kinds = sorted((*TEMPLATES, "contact"))
+    if kind not in kinds:
+        raise refused(f"--kind is {kind!r:.40}; {hint(kind, kinds)}give one of {', '.join(kinds)}")
+    target = path or Path(f"{kind}.toml")
+    text = template(kind) if kind == "contact" else plant_template(kind)
+    return target, text, f"edit it, then run: {_command('lure report', target)}"
 
 
 def _notebook(path: Path) -> tuple[Path, str, str]:
@@ -228,6 +247,10 @@ def init(
         ),
     ] = None,
     loop: Annotated[bool, typer.Option("--loop", help="A plant with a nonlinearity instead of a rod.")] = False,
+    kind: Annotated[
+        str | None,
+        option("--kind", "KIND", "A short file: contact, delay, disturbance, memory or operator."),
+    ] = None,
     notebook: Annotated[
         Path | None, option("--notebook", "FILE", "A notebook about your own loop, .ipynb or .py.")
     ] = None,
@@ -237,7 +260,7 @@ def init(
     """Write the template."""
     from lure.analysis.output import write_new
 
-    target, text, then = starting(path, loop=loop, notebook=notebook, test=test)
+    target, text, then = starting(path, loop=loop, kind=kind, notebook=notebook, test=test)
     write_new(target, text, force=force)
     print(f"{target} is written; {then}")
 

@@ -91,14 +91,16 @@ Examples:
   lure init && lure report rod.toml
   lure init --loop && lure report plant.toml
   lure init --loop plants/servo.toml
+  lure init --kind delay && lure report delay.toml
   lure init --notebook my-loop.ipynb && jupyter lab my-loop.ipynb
   lure init --test test_law.py && pytest test_law.py
 
 \b
-The TOML file describes the paper's rod, or a plant with --loop.  The notebook
-takes your plant and your nonlinearity from the question to Popov's plot, a
-proof and a test; as .py it is a script.  The test fails where a nonlinearity
-leaves its sector or its slope bounds.
+The TOML file describes the paper's rod, or a plant with --loop; with --kind a
+rod with contacts, a delay, a disturbance, a memory, an unknown operator.  The
+notebook takes your plant and your nonlinearity from the question to Popov's
+plot, a proof and a test; as .py it is a script.  The test fails where a
+nonlinearity leaves its sector or its slope bounds.
 """
 
 SYSTEMS = """List the built-in systems, or show one of them.

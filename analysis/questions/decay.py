@@ -20,7 +20,7 @@ from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
-from lure.analysis.questions.decay_channels import SeveralChannels, accepted, growth_of, jumps
+from lure.analysis.questions.decay_channels import SeveralChannels, accepted, jumps
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
 from lure.analysis.questions.two_sided import TwoSided
@@ -45,7 +45,8 @@ if TYPE_CHECKING:
 
 Time = Literal["continuous", "discrete"]
 CLOSE = Fraction(1, 10**6)  # where the bisection ends, relative to the rate of the slowest gain, or to 1
-_FAR = 1e-4
+_FAR, _AT_REST = 1e-4, 1e-12
+_GROWTHS = (1, 16, 256, 4096)  # by what a bound of a growth exceeds a limit, over that
 _BESIDE = tuple(Fraction(1, 10**digits) for digits in (8, 6, 4))
 _NEAR = tuple(Fraction(1, 10**digits) for digits in (15, 12, 9, 7))
 _SLACK = (1e-6, 5e-6, 2e-5, 1e-4, 1e-3, 1e-2)
@@ -132,10 +133,12 @@ class RateBound(TwoSided):
         raise TypeError("a rate has bounds and no truth value; compare result.verdict")
 
     def __str__(self) -> str:
-        said = f"No rate is proved for {self.nonlinearity_class}" + (f": {self.reason}" if self.reason else "")
+        said = f"No rate is proved for {self.nonlinearity_class}: {self.reason}"
         if self.proof is not None:
-            falls = self._like(_rate_of(self.proof), proved=True)
-            said = f"Every solution satisfies |x(t)| <= c |x(0)| {falls} with one c for {self.nonlinearity_class}"
+            opened = self.verdict is Verdict.INCONCLUSIVE
+            said = f"No decay is proved: {self.reason}; every" if opened else "Every"
+            like = self._like(_rate_of(self.proof), proved=True)
+            said += f" solution satisfies |x(t)| <= c |x(0)| {like} with one c for {self.nonlinearity_class}"
             said += f" ({self.criterion}, certified)"
         if self.refutation is not None:
             said += f"; {self.witness} a solution {self._slow(self.refutation)}"
@@ -145,16 +148,15 @@ class RateBound(TwoSided):
         """How fast that is, rounded to the slower side for a proof, to the faster for a member."""
         if self.time == "discrete":
             return f"{(bound_above if proved else bound_below)(rate)}^t"
-        return f"exp(-{(bound_below if proved else bound_above)(rate)} t)" if rate else "a constant"
+        if not rate and not proved:
+            return "a constant"
+        return f"exp({(bound_above if proved else bound_below)(-rate)} t)"
 
     def _slow(self, shown: Refuted) -> str:
         """What a solution of a member does."""
-        rate, growth = _rate_of(shown), growth_of(shown.certificate)
-        if growth is not None:
-            return f"grows like exp({bound_below(growth)} t)"
-        if self.time == "discrete" and rate > 1:
-            return f"grows like {self._like(rate)}"
-        return f"decays no faster than {self._like(rate)}"
+        rate = _rate_of(shown)
+        grows = rate > 1 if self.time == "discrete" else rate < 0
+        return f"{'grows like' if grows else 'decays no faster than'} {self._like(rate)}"
 
     def _page(self) -> Page:
         unit = "per sample" if self.time == "discrete" else "1/s"
@@ -419,14 +421,14 @@ def _answered(
             end = None if refuted is None else refuted[0]
             for better in _proofs(loop, end):
                 proof = better
-            if proof is None or end is None or abs(proof[0] - end) > 2 * loop.close * proof[0]:
+            if proof is None or end is None or abs(proof[0] - end) > 2 * loop.close * abs(proof[0]):
                 tell("Zames-Falb multipliers", 0.4)
                 for better in loop.by_multipliers(end, None if proof is None else proof[0]):
                     proof = better
                 if jumping:
                     tell("gains that jump", 0.7)
                     refuted = _slower(loop, refuted)
-            if jumping and proof is None and not (refuted is not None and _lasting(loop, refuted[0])):
+            if jumping and not _decays(loop, proof) and not (refuted is not None and _lasting(loop, refuted[0])):
                 tell("counterexamples", 0.8)
                 lasting = loop.lasting()
                 refuted = refuted if lasting is None else (Fraction(int(discrete)), lasting)
@@ -445,7 +447,7 @@ def _answered(
         bounds = Bracket(
             -math.inf if found is None else double_below(found), math.inf if against is None else double_above(against)
         )
-    reason = "" if proof is not None else "no criterion proves that every solution decays exponentially"
+    reason = "" if _decays(loop, proof) else "no criterion proves that every solution decays exponentially"
     return RateBound(
         time="discrete" if discrete else "continuous",
         rate=bounds,
@@ -489,6 +491,11 @@ def difference_rate(
     return _answered(SeveralChannels(channel_problem(plant, classes)), seconds, progress, jumping=False)
 
 
+def _decays(loop: _OneChannel | SeveralChannels, proof: tuple[Fraction, Proved] | None) -> bool:
+    """Whether what is proved is a decay, and not a bound of a growth."""
+    return proof is not None and not _lasting(loop, proof[0])
+
+
 def _lasting(loop: _OneChannel | SeveralChannels, rate: Fraction) -> bool:
     """Whether a member of that rate has a solution that does not decay."""
     return rate >= 1 if loop.discrete else rate <= 0
@@ -499,18 +506,19 @@ def _refuted(loop: _OneChannel | SeveralChannels) -> tuple[Fraction, Refuted] | 
     slowest, _ = loop.slowest
     if not math.isfinite(slowest):
         return None
-    value = Fraction(slowest)
-    if not loop.discrete and value <= 0:  # a gain that does not decay: the loop itself refutes
+    value, slack = Fraction(slowest), -1 if loop.discrete else 1
+    if not loop.discrete and abs(slowest) <= _AT_REST:
         shown = loop.refute(Fraction(0))
         return None if shown is None else (Fraction(0), shown)
-    slack = 1 if not loop.discrete else -1
     short = ((value.limit_denominator(most), within) for most, within in ((_SNAP, _NEAR[2]), (1000, CLOSE)))
-    tried = [near for near, within in short if abs(near - value) <= within * value]
-    tried += [value * (1 + slack * step) for step in (*_NEAR, Fraction(1, 10**5), Fraction(1, 10**3))]
+    tried = [near for near, within in short if abs(near - value) <= within * abs(value)]
+    tried += [value + slack * step * abs(value) for step in (*_NEAR, Fraction(1, 10**5), Fraction(1, 10**3))]
     for rate in tried:
         checkpoint()
-        if rate > 0 and (shown := loop.refute(rate)) is not None:
+        if rate and (rate > 0 or not loop.discrete) and (shown := loop.refute(rate)) is not None:
             return rate, shown
+    if not loop.discrete and value <= 0 and (shown := loop.refute(Fraction(0))) is not None:
+        return Fraction(0), shown  # a gain that does not decay: the loop itself refutes
     return None
 
 
@@ -521,47 +529,48 @@ def _slower(
     for rate, proof in loop.patterns:
         if known is not None and (rate <= known[0] if loop.discrete else rate >= known[0]):
             return known
-        lasting = not loop.discrete and rate <= 0
         draft = {"verdict": "REFUTED", **loop.base, "theorem": "counterexample", "proof": proof}
-        shown = accepted(draft if lasting else {**draft, "rate": str(rate)})
+        shown = accepted({**draft, "rate": str(rate)})
         if isinstance(shown, Refuted):
-            return (Fraction(0) if lasting else rate), shown
+            return rate, shown
     return known
 
 
-def _proofs(loop: _OneChannel | SeveralChannels, end: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
-    """Rates that are proved, each better than the one before, by halving; ``end`` is refuted, or nearly."""
+def _proofs(loop: _OneChannel | SeveralChannels, refuted: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+    """Rates that are proved, each better than the one before, by halving; none is beyond what is refuted."""
     one, discrete = Fraction(1), loop.discrete
-    if discrete and end is not None and end > 1:
-        return
-    best = end if end is not None else Fraction(0 if discrete else loop.fastest)  # what cannot be improved
-    if not discrete and best <= 0:
-        return
-    scale = max(best, Fraction(1, 1000)) if discrete else best
-    easiest = (one if best >= 1 else one - (one - best) * loop.close) if discrete else best * loop.close
-    guess = loop.expected(easiest, best)
-    off = abs(guess - float(best)) > _FAR * float(scale)  # then none of the rates beside the end is proved
-    for step in () if off else (Fraction(0), *_NEAR, CLOSE):
-        rate = best + step * scale if discrete else best - step * scale
-        if rate > 0 and (shown := loop.prove(rate)) is not None:
-            yield rate, shown
-            return
-    worst = None
-    for step in _BESIDE if off and guess != float(easiest) else ():  # as much easier than it seems to be possible
-        rate = simplest_between(*sorted(Fraction(guess) + (easiest - Fraction(guess)) * step * part for part in (1, 2)))
-        if (shown := loop.prove(rate)) is not None:
-            yield rate, shown
-            if step <= loop.close:
+    best = refuted if refuted is not None else Fraction(0 if discrete else loop.fastest)  # what cannot be improved
+    lasting = _lasting(loop, best)
+    scale = max(abs(best), Fraction(1, 1000))
+    outward = scale if discrete else -scale
+    limit = best if lasting else one if discrete else Fraction(0)  # of a decay; beyond it only a growth is bounded
+    easier = [] if lasting else [(one - (one - best) * loop.close) if discrete else best * loop.close]
+    easier += [limit + part * outward for part in (0, *_GROWTHS)]
+    guess = loop.expected(easier[1 if lasting else 0], best)
+    if abs(guess - float(best)) <= _FAR * float(scale):
+        for step in (Fraction(0), *_NEAR, CLOSE):
+            rate = best + step * outward
+            if (rate > 0 or not discrete) and (shown := loop.prove(rate)) is not None:
+                yield rate, shown
                 return
-            worst = rate
+    worst = None
+    for easy in easier:
+        end = Fraction(loop.expected(easy, best))
+        steps = [step for step in _BESIDE if end not in (best, easy)]
+        beside = [simplest_between(*sorted(end + (easy - end) * step * part for part in (1, 2))) for step in steps]
+        for rate in (*beside, easy):
+            if (shown := loop.prove(rate)) is not None:
+                yield rate, shown
+                if abs(rate - end) <= loop.close * scale:
+                    return
+                worst = rate
+                break
+        if worst is not None:
             break
+        best = easy
     if worst is None:
-        if (shown := loop.prove(easiest)) is None:
-            if discrete and (shown := loop.prove(one)) is not None:
-                yield one, shown
-            return
-        yield easiest, shown
-        worst = easiest
+        return
+    scale = max(scale, abs(worst))
     while abs(worst - best) > loop.close * scale:
         middle = _between(*sorted((worst, best)))
         shown = loop.prove(middle)

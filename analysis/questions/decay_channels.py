@@ -9,8 +9,6 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any
 
-from flint import fmpq_mat, fmpq_poly
-
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.blocks import paced
 from lure.analysis.certificates.checker import PACED_CHANNELS, Proved, Refuted
@@ -18,7 +16,6 @@ from lure.analysis.certificates.drafts import checked, guarded
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_switching import MOST_STATES, GainsAround, Pattern, SwitchedGains
 from lure.analysis.deadline import checkpoint
-from lure.analysis.numerics.polynomial import from_descending, is_hurwitz, to_descending, to_fmpq
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import criteria_for, proved_whole
 from lure.analysis.questions.problem import Problem
@@ -282,41 +279,3 @@ def gains_of(certificate: Mapping[str, Any]) -> list[Fraction]:
     if proof["method"] not in ("linear-gain", "linear-gains"):
         return []
     return [Fraction(gain) for gain in proof.get("gains", [proof.get("gain")])]
-
-
-def growth_of(certificate: Mapping[str, Any]) -> Fraction | None:
-    """In continuous time an ``a > 0`` such that a loop with constant gains has an eigenvalue ``Re s >= a``.
-
-    Next below what floating point says of the abscissa, and then exactly: ``p(s + a)`` is not Hurwitz, ``p`` being the
-    characteristic polynomial.  Some solution of that loop grows at least like ``exp(a t)``.
-
-    Parameters
-    ----------
-    certificate : Mapping
-        A refutation.
-
-    Returns
-    -------
-    Fraction or None
-        None where no solution is shown to grow.
-    """
-    system, gains = certificate["system"], gains_of(certificate)
-    if not gains or system["time"] != "continuous" or system["kind"] not in ("transfer", "multivariable"):
-        return None
-    p = _characteristic(system, gains)
-    seen = max((float(root.real) for root in np.roots([float(c) for c in to_descending(p)])), default=0.0)
-    tried = [Fraction(seen).limit_denominator(_SHORT), *(Fraction(seen) * (1 - back) for back in _BELOW)]
-    shifts = (a for a in tried if a > _LEAST and abs(a - Fraction(seen)) <= Fraction(1, 10**3) * a)
-    return next((a for a in shifts if not is_hurwitz(p(fmpq_poly([to_fmpq(a), 1])))), None)
-
-
-def _characteristic(system: Mapping[str, Any], gains: list[Fraction]) -> fmpq_poly:
-    """That of the loop with these gains, but for a constant factor."""
-    if system["kind"] == "transfer":
-        top, bottom = (from_descending([Fraction(c) for c in system[name]]) for name in ("numerator", "denominator"))
-        return bottom + to_fmpq(gains[0]) * top
-    A, B, C, D = (fmpq_mat([[to_fmpq(Fraction(v)) for v in row] for row in system[side]]) for side in "ABCD")
-    m = len(gains)
-    G = fmpq_mat([[to_fmpq(g if i == j else Fraction(0)) for j in range(m)] for i, g in enumerate(gains)])
-    one = fmpq_mat([[int(i == j) for j in range(m)] for i in range(m)])
-    return (A - B * G * (one + D * G).inv() * C).charpoly()

@@ -345,9 +345,19 @@ def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
         raise InputError(f"class: {error}") from None
 
 
-def plant_template() -> str:
-    """The commented TOML file of a plant to start from."""
-    return files("lure").joinpath("files", "plant.toml").read_text(encoding="utf-8")
+TEMPLATES = ("delay", "disturbance", "memory", "operator")
+
+
+def plant_template(kind: str = "") -> str:
+    """The commented TOML file of a plant to start from.
+
+    Parameters
+    ----------
+    kind : str
+        One of ``TEMPLATES``, for a short file about that; by default the one that explains every key.
+    """
+    parts = ("templates", f"{kind}.toml") if kind else ("plant.toml",)
+    return files("lure").joinpath("files", *parts).read_text(encoding="utf-8")
 
 
 def loop_tables(system: LoopSystem) -> dict[str, object]:

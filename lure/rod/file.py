@@ -210,9 +210,15 @@ def _refuse_infinite(name: str, values: ArrayLike, variable: str, points: NDArra
 _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?(e[+-]?\d+)?", re.ASCII)
 
 
-def template() -> str:
-    """The commented TOML file that ``lure init`` writes: the paper's rod."""
-    return files("lure").joinpath("rod", "rod.toml").read_text(encoding="utf-8")
+def template(name: str = "rod") -> str:
+    """The commented TOML file that ``lure init`` writes: the paper's rod, or rods with several contacts.
+
+    Parameters
+    ----------
+    name : {"rod", "contact"}
+        Which.
+    """
+    return files("lure").joinpath("rod", f"{name}.toml").read_text(encoding="utf-8")
 
 
 def system_tables(system: RodSystem) -> dict[str, object]:

@@ -12,7 +12,7 @@ from lure import RationalPlant
 from lure.analysis.cli.loops import linear, lines
 from lure.analysis.questions import max_sector, max_slope, search
 from lure.analysis.verdict import Bracket
-from lure.files import parse_system, plant_template, read_system
+from lure.files import TEMPLATES, parse_system, plant_template, read_system
 from lure.files.builtin import builtin_loop, loop_names
 
 KEYS = {"criterion", "largest", "theta", "multiplier", "verdict", "evidence", "hurwitz", "refuted_at", "witness"}
@@ -363,6 +363,16 @@ def test_init_writes_the_template_of_a_loop(lure, tmp_path):
     assert lure("init", "--loop", "other.toml")[0] == 0
     assert read_system(tmp_path / "other.toml").nonlinearity is not None
     assert lure("init")[1].startswith("rod.toml is written")
+    assert lure("init", "--kind", "memroy")[2] == (
+        "lure: --kind is 'memroy'; did you mean 'memory'? give one of contact, delay, disturbance, memory, operator\n"
+    )
+
+
+@pytest.mark.parametrize("kind", [*TEMPLATES, "contact"])
+def test_each_short_template_is_a_system_about_which_something_is_proved(lure, kind):
+    said = f"{kind}.toml is written; edit it, then run: lure report {kind}.toml\n"
+    assert lure("init", "--kind", kind) == (0, said, "")
+    assert lure("analyse", f"{kind}.toml", "--json")[0] == 0
 
 
 # the time allowed, and the steps --------------------------------------------------------------------------------------

@@ -31,7 +31,7 @@ def weighted(document: Document, rate: Fraction) -> Document:
         Rates do not go with this system, class or theorem.
     """
     flow = document.system.get("time") == "continuous"
-    require(rate > 0 or (rate == 0 and flow), "a rate is not positive, nor 0 in continuous time")
+    require(rate > 0 or flow, "in discrete time a rate is not positive")
     require(document.nonlinearity is None, "a rate is not one of a given nonlinearity")
     several = "channels" in document.nonlinearities
     if several:
@@ -69,7 +69,7 @@ def conclusion(document: Document, rate: Fraction, shown: str, stable: Sequence[
         grown = f"x(t)/({rate})^t" if discrete else f"x(t) exp({rate} t)"
         return f"a loop of the class has a motion for which {grown} does not tend to 0"
     require(shown in stable, "the solutions of the weighted loop are not bounded")
-    falls = f"({rate})^t" if discrete else f"exp(-{rate} t)"
+    falls = f"({rate})^t" if discrete else f"exp({-rate} t)"
     return f"|x(t)| <= c |x(0)| {falls} for every motion of every loop of the class, with one c"
 
 
@@ -124,6 +124,6 @@ def kernel_weights(theta: Fraction, kernels: Sequence[tuple[Fraction, object]], 
         if not isinstance(kernel, tuple):
             raise NotShown("a delay has no rational weight")
         decay, order, side = kernel
-        require(decay > rate, "a kernel does not decay faster than the rate")
+        require(decay > abs(rate), "a kernel does not decay faster than the rate")
         found = [v + abs(c) * (decay / (decay + side * s)) ** order for v, s in zip(found, (rate, -rate), strict=True)]
     return found

@@ -13,7 +13,6 @@ from lure.analysis.questions.largest import UNFINISHED
 from lure.analysis.report.certificates import certificate_files
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph
 from lure.analysis.report.html import glyphs, inline, lowered, prose, shown, template
-from lure.analysis.report.loop.asked import ASKED
 from lure.analysis.report.loop.bars import Bar, bar
 from lure.analysis.report.loop.document import loop_document, nonlinearity_text
 from lure.analysis.report.loop.figures import loop_figures
@@ -116,7 +115,6 @@ def loop_page(data: Data, figures: tuple[Figure, ...], diagram: Markup, *, paper
         d=data,
         several="channels" in data["system"],
         n=partial(shown, data),
-        titles={name: row.title for name, row in ASKED.items()},
         own=own(data),
         headline=headline(data),
         explanation=explanation(data),
