@@ -482,12 +482,8 @@ def difference_rate(
         As for :func:`decay_rate`.
     """
     if isinstance(plant, RationalPlant):
-        return _answered(
-            _OneChannel(posed(plant, classes.classes[0], criterion=BEST, finite=False)),
-            seconds,
-            progress,
-            jumping=False,
-        )
+        loop = _OneChannel(posed(plant, classes.classes[0], criterion=BEST, finite=False))
+        return _answered(loop, seconds, progress, jumping=False)
     return _answered(SeveralChannels(channel_problem(plant, classes)), seconds, progress, jumping=False)
 
 

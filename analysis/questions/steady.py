@@ -21,6 +21,7 @@ from lure.analysis.questions.decay import RateBound, difference_rate
 from lure.analysis.questions.gain import GainBound, l2_gain
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import class_given
+from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.arrays import np
 from lure.classes import Diagonal, NonlinearityClass, Sector
@@ -36,6 +37,7 @@ from lure.plants.rational import RationalPlant
 from lure.record import Page, Record, derived, quantity
 
 if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Checked
     from lure.analysis.drawing import Axes
 
 _COUNTS, _WIDTH = (8, 16, 32, 64, 128), 5e-4  # harmonics; of the band, relative, where no more are taken
@@ -82,7 +84,7 @@ class SteadyPoint(Record):
         return f"{at} the amplitude of z is between {low} and {high} (certified)"
 
 
-class SteadyResponse(Record):
+class SteadyResponse(TwoSided):
     r"""Whether a loop forgets where it began, and how large its steady response to an input is."""
 
     classes: Diagonal = quantity("The classes of the channels")
@@ -99,7 +101,7 @@ class SteadyResponse(Record):
     assumed: str = quantity("What is believed of the nonlinearities; empty if nothing", default="")
     open_reason: str = quantity("Why the response is not enclosed; empty if it is", key="", label="", default="")
     stopped: Stopped | None = quantity("What ended the search before it was complete", default=None)
-    _kind, _said = "steady response", "sentence"
+    _schema, _kind, _said = "lure-steady/1", "steady response", "sentence"
 
     @property
     @derived()
@@ -112,9 +114,9 @@ class SteadyResponse(Record):
 
     @property
     @derived()
-    def evidence(self) -> str:
-        """What the verdict rests on."""
-        return "certified" if self.verdict is not Verdict.INCONCLUSIVE else ""
+    def evidence(self) -> Evidence | None:
+        """What the verdict rests on; None where there is none."""
+        return Evidence.CERTIFIED if self.verdict is not Verdict.INCONCLUSIVE else None
 
     @property
     @derived(plainly=ends)
@@ -127,6 +129,12 @@ class SteadyResponse(Record):
 
     @property
     @derived()
+    def criterion(self) -> str:
+        """The theorem behind the rate; empty if nothing decays."""
+        return self.differences.criterion if self.verdict is Verdict.PROVED else ""
+
+    @property
+    @derived(key="incremental_gain")
     def gain(self) -> float:
         """An incremental L2 gain from what is added to ``mu`` to ``sigma``; infinite where none is proved."""
         return math.inf if self.incremental is None else self.incremental.gain.high
@@ -156,10 +164,14 @@ class SteadyResponse(Record):
 
     @property
     def certificates(self) -> dict[str, Mapping[str, Any] | None]:
-        """The certificates of the rate, against a faster one, and of the incremental gain; None where there is none."""
+        """Those of both ends of the rate, and of the incremental gain; None where there is none."""
         gain = None if self.incremental is None else self.incremental.proof
-        shown = {"rate": self.proof, "slower": self.refutation, "gain": gain}
-        return {name: None if one is None else one.certificate for name, one in shown.items()}
+        return super().certificates | {"gain": None if gain is None else gain.certificate}
+
+    @property
+    def _sides(self) -> tuple[Checked | None, Checked | None]:
+        sides = self.proof, self.refutation
+        return sides[::-1] if self.differences.time == "discrete" else sides
 
     @property
     def drawn(self) -> bool:
@@ -176,10 +188,6 @@ class SteadyResponse(Record):
         """
         made: Axes = drawing(self)(self, ax=ax)
         return made
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data with the certificates; infinite numbers are the text ``inf``."""
-        return super().to_dict() | {"certificates": self.certificates}
 
     def __bool__(self) -> bool:
         raise TypeError("a steady response has a verdict and no truth value; compare result.verdict")
@@ -307,7 +315,7 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
         outside=any(_narrow(one) for one in asked.classes.classes),
         assumed=asked.assumed,
         open_reason=reason,
-        stopped=cast("Stopped | None", stopped),
+        stopped=cast("Stopped | None", stopped or differences.stopped),
     )
 
 

@@ -18,7 +18,7 @@ _FIRST = ("kind", "verdict", "evidence", *_WORDS, "code", "stopped", "classes")
 
 
 class TwoSided(Record):
-    """The base of answers about a gain, a rate, a region: one shape of JSON, the numbers in the middle.
+    """The base of answers about a gain, a rate, a region, a steady response: one shape of JSON for all.
 
     What has no value is None, or empty text for words.  ``certificates`` has the keys ``low`` and ``high``, after the
     end of the numbers that each shows.  A subclass says its ``_schema``, has a ``verdict``, and in ``_sides`` what the

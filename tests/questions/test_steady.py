@@ -94,7 +94,7 @@ def test_the_rate_of_attraction_is_that_of_the_slowest_gain(slopes, rate):
     assert found.verdict is Verdict.PROVED
     assert found.rate.low == pytest.approx(float(rate), rel=1e-5)
     assert found.rate.low <= rate <= found.rate.high
-    assert recheck(json.loads(json.dumps(found.certificates["rate"]))).accepted
+    assert recheck(json.loads(json.dumps(found.certificates["low"]))).accepted
 
 
 # 1/(s (s + 1)) has a pole at 0: with phi = 0 nothing attracts; 1/(s - 1) is stable for gains above 1
@@ -121,7 +121,7 @@ def test_a_constant_gain_says_nothing_against_a_saturation():
 def test_popov_proves_stability_where_nothing_is_proved_of_differences():
     found = steady_response(([1], [1, F(1, 5), 1]), SlopeBounds(0, 10))  # Popov's criterion: every slope
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert found.rate.low == -math.inf
+    assert found.rate.low < 0  # how fast a difference may grow
 
 
 @pytest.mark.parametrize(

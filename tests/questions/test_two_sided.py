@@ -7,8 +7,8 @@ from importlib import resources
 import jsonschema
 import pytest
 
-from lure import NonlinearityClass, RationalPlant, Saturation, Sector
-from lure.analysis import check, decay_rate, l2_gain, region
+from lure import NonlinearityClass, RationalPlant, Saturation, Sector, SlopeBounds
+from lure.analysis import check, decay_rate, l2_gain, region, steady_response
 from lure.analysis.certificates import codes
 from lure.analysis.questions.answers import answer
 from lure.analysis.wording import linear_gain
@@ -26,6 +26,8 @@ ASKED = [
     (lambda: decay_rate(FLOW, [VARYING]), "rate", (1, 1), "PROVED", "diagonal-circle"),
     # x+ = (x - phi(x))/2, phi/x in [0, 1/2]
     (lambda: decay_rate(SAMPLED, Sector(0, 0.5)), "rate", (0.5, 0.5), "PROVED", "circle"),
+    # two solutions of x' = -x - phi(x) + w approach each other like exp(-t), phi rising
+    (lambda: steady_response(FLOW, SlopeBounds(0, 1)), "rate", (1, 1), "PROVED", "circle"),
     (lambda: region(([1], [1, -1]), Saturation(gain=2, limit=1)), "area", (2, 2), "PROVED", "scalar"),
 ]
 
