@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy import integrate, optimize
 from tampering import assert_both_reject, edited
 
 from lure import InputError, NonlinearityClass, Quantiser, RationalPlant, Sector, SlopeBounds, methods
@@ -456,6 +457,37 @@ def test_a_kernel_that_decays_more_slowly_than_a_growth_has_no_weight():
     assert masses(data, False, F(-1, 8)) == (F(1), F(1, 3))
     with pytest.raises(NotShown):
         kernel_weights(F(0), [(F(1, 2), (F(1, 4), 1, 1))], F(-1, 2))
+
+
+# phi odd, phi(q sigma) = q phi(sigma), of slope k on [q, q^.9] and 1 up to 1: for one k near 19 the swing from 1 ends
+# at -q, so that x(t + T) = -q x(t) for good.  A published table has .39001 for d varying in [.8, 1.2]; no such rate is
+# true with d = .8, nor could a theorem show it.
+def test_a_swing_that_repeats_itself_in_small_is_slower_than_a_published_rate():
+    q, d = 0.4587, 0.8
+    p = q**0.9
+
+    def swing(k):
+        c = (k * (p - q) + 1 - p) / (1 - q)  # phi(1)
+
+        def motion(_, state):
+            n = math.floor(math.log(abs(state[0]) + 1e-300) / math.log(q))
+            y = abs(state[0]) / q**n
+            value = q**n * (q * c + k * (min(y, p) - q) + max(y - p, 0))
+            return state[1], -d * state[1] - math.copysign(value, state[0])
+
+        def turns(_, state):
+            return state[1]
+
+        turns.terminal, turns.direction = True, 1
+        found = integrate.solve_ivp(motion, (0, 5), (1, -1e-12), events=turns, rtol=1e-8, atol=1e-11, max_step=0.05)
+        return -found.y[0, -1], found.t[-1]
+
+    assert swing(10)[0] < q < swing(29)[0]
+    slope = optimize.brentq(lambda k: swing(k)[0] - q, 18, 20, xtol=1e-4)
+    rate = -math.log(q) / swing(slope)[1]
+    assert rate == pytest.approx(0.3776, abs=1e-4)
+    found = decay_rate(RationalPlant([1], [1, F(4, 5), 0]), NonlinearityClass.slope_restricted(1, 29, odd=True))
+    assert 0.2957 < found.rate.low < rate < found.rate.high == pytest.approx(0.4)
 
 
 def test_constant_gains_of_two_channels_that_grow():
