@@ -150,7 +150,8 @@ def starting(
 
 
 def _of_kind(path: Path | None, kind: str) -> tuple[Path, str, str]:
-    from lure.files import TEMPLATES, plant_template
+    from lure.files import plant_template
+    from lure.files.loop import TEMPLATES
     from lure.rod.file import template
 
     kinds = sorted((*TEMPLATES, "contact"))

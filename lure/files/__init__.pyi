@@ -1,4 +1,3 @@
-from lure.files.loop import TEMPLATES as TEMPLATES
 from lure.files.loop import loop_to_toml as loop_to_toml
 from lure.files.loop import plant_template as plant_template
 from lure.files.reading import find_system as find_system

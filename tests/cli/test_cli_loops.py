@@ -12,8 +12,9 @@ from lure import RationalPlant
 from lure.analysis.cli.loops import linear, lines
 from lure.analysis.questions import max_sector, max_slope, search
 from lure.analysis.verdict import Bracket
-from lure.files import TEMPLATES, parse_system, plant_template, read_system
+from lure.files import parse_system, plant_template, read_system
 from lure.files.builtin import builtin_loop, loop_names
+from lure.files.loop import TEMPLATES
 
 KEYS = {"criterion", "largest", "theta", "multiplier", "verdict", "evidence", "hurwitz", "refuted_at", "witness"}
 EXAMPLE_6 = ("--num", "2 0.92", "--den", "1 -0.5 0", "--dt", "1")
