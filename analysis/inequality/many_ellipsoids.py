@@ -143,10 +143,11 @@ class _Programme:
                 gradient, hessian = gradient + t * slope, hessian + t * bend
             else:
                 gradient[-1] += t
-            if not np.isfinite(hessian).all():
+            with np.errstate(all="ignore"):
+                scale = np.sqrt(np.diag(hessian)[:size])
+                inner = hessian[:size, :size] / np.outer(scale, scale) + 1e-13 * np.eye(size)
+            if not np.isfinite(inner).all():
                 break
-            scale = np.sqrt(np.diag(hessian)[:size])
-            inner = hessian[:size, :size] / np.outer(scale, scale) + 1e-13 * np.eye(size)
             step = np.zeros(len(x))
             try:
                 step[:size] = -linalg.cho_solve(linalg.cho_factor(inner), gradient[:size] / scale) / scale

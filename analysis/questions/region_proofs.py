@@ -240,7 +240,7 @@ def _many_reaches(
     if best is None:
         return None
     for factor in (1.5, 1.15, 1.04):
-        for group in groups:
+        for group in [own, *groups] if len(groups) > 1 else groups:  # all together, then each
             for way in (factor, 1 / factor):
                 while True:
                     new = wide.copy()

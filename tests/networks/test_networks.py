@@ -2,6 +2,7 @@
 
 import json
 from fractions import Fraction
+from importlib.resources import files
 from itertools import pairwise
 
 import numpy as np
@@ -18,8 +19,8 @@ from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
 from lure.analysis.inequality.ellipsoids import Local, ellipsoid, linear_ellipsoid
 from lure.analysis.inequality.many_ellipsoids import many_ellipsoid
-from lure.analysis.questions.region_proofs import proved_ellipsoid
-from lure.analysis.questions.region_sets import matrix_of, shape_of
+from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_on
+from lure.analysis.questions.region_sets import matrix_of, shape_of, volume_below
 from lure.analysis.questions.regions import AttractedSet, RegionOfAttraction
 from lure.analysis.verdict import Verdict
 from lure.files import loop_to_toml, parse_system, read_system
@@ -226,6 +227,22 @@ def test_the_file_reads_back_with_one_channel_a_neuron(folder):
     assert system.block.inputs == 12
     again = parse_system(loop_to_toml(system), name="again", source="a text")
     assert (again.block, again.nonlinearities) == (system.block, system.nonlinearities)
+
+
+# Yin, Seiler, Arcak (2022): |v1| <= 0.1 and |x1| <= 0.73 give the area 1.74987 by the least trace.
+@pytest.mark.thorough
+def test_the_published_pendulum_is_certified_on_the_published_intervals():
+    system = read_system(files("lure.networks") / "pendulum.toml")
+    shapes = [shape_of(one) for one in system.nonlinearities]
+    found = proved_on(system.block, shapes, [Fraction("0.73"), *[Fraction("0.1")] * 32, *[None] * 33], None)
+    assert 2.2 < volume_below(matrix_of(found.certificate)) < 2.25
+    assert recheck(json.dumps(dict(found.certificate))).accepted
+
+
+@pytest.mark.thorough
+def test_the_published_pendulum_has_a_larger_region_with_other_intervals():
+    found = region(read_system(files("lure.networks") / "pendulum.toml"))
+    assert found.area[0] > 7.6
 
 
 def test_weights_in_numpys_format(tmp_path):
