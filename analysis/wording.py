@@ -61,7 +61,9 @@ def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled
     if "operator" in nonlinearities:
         bound, gain = Fraction(nonlinearities["sector"][1]), nonlinearities["operator"] == "performance"
         about = _number(1 / bound if gain else bound, up=inwards is gain, spelled=spelled)
-        return operator_words(nonlinearities["operator"], about)
+        slow = nonlinearities.get("rate")
+        paced = "" if slow is None else _number(Fraction(slow), up=not inwards, spelled=spelled)
+        return operator_words(nonlinearities["operator"], about, paced)
     sector, slope = interval(nonlinearities["sector"], inwards=inwards, spelled=spelled), nonlinearities["slope"]
     bounds = sector if slope is None else interval(slope, inwards=inwards, spelled=spelled)
     words = f"{kind_words(nonlinearities)} {bounds}"

@@ -87,14 +87,16 @@ class NonlinearityClass(Record):
                 "slopes lies in the sector of the same bounds; give a sector inside the slope bounds"
             )
         paced = self.rate is not None
-        if (self.linear or paced) and (self.time_varying is not paced or self.slope is None or not self.odd):
+        if (self.linear or (paced and not self.operator)) and (
+            self.time_varying is not paced or self.slope is None or not self.odd
+        ):
             raise InputError(
                 "NonlinearityClass has constant gains that are not odd, have no slope bounds, or depend on time; give "
                 "NonlinearityClass.constant_gain(lower, upper), the sector for gains that depend on time, or "
                 "NonlinearityClass.varying_gain(lower, upper, rate=r) for those that change slowly"
             )
         if self.rate is not None:
-            if not self.linear:
+            if not self.linear and self.operator != DELAYS[1]:
                 raise InputError(
                     "NonlinearityClass has a rate and is not linear; give NonlinearityClass.varying_gain(lower, upper, "
                     "rate=r), or leave the rate out"
@@ -134,6 +136,11 @@ class NonlinearityClass(Record):
             raise InputError(
                 "NonlinearityClass is an operator with other properties than a finite bound of its norm; give "
                 "NonlinearityClass.norm_bounded(bound)"
+            )
+        if self.rate is not None and self.rate >= 1:
+            raise InputError(
+                f"the rate of a delay is {float(self.rate):g}; give a number below 1, or leave it out for delays that "
+                "change at any rate"
             )
         object.__setattr__(self, "time_varying", self.operator not in (OPERATORS[1], DELAYS[0]))
 
@@ -259,7 +266,9 @@ class NonlinearityClass(Record):
         return cls(sector=bounds[0], slope=bounds[1], memory=kind)  # type: ignore[arg-type]  # checked above
 
     @classmethod
-    def delayed(cls, bound: float | Fraction, *, varying: bool = False) -> NonlinearityClass:
+    def delayed(
+        cls, bound: float | Fraction, *, varying: bool = False, rate: float | Fraction | None = None
+    ) -> NonlinearityClass:
         r"""The delays ``mu = -sigma(t - tau)`` with ``0 <= tau <= bound``, of which nothing else is known.
 
         ``tau`` is constant; or, ``varying``, any measurable function of time.  In the class ``sector`` is ``[-bound,
@@ -273,18 +282,22 @@ class NonlinearityClass(Record):
         varying : bool
             Whether the delay may change, at any rate; then in continuous time ``sigma`` has to be a function of the
             state alone.
+        rate : int, float, Fraction or None
+            Of a delay that varies in continuous time: a bound of ``|tau'|``, above 0 and below 1.
 
         Raises
         ------
         InputError
-            The bound is not positive and finite.
+            The bound is not positive and finite, or the rate is out of range.
 
         Examples
         --------
         >>> print(NonlinearityClass.delayed(0.5))
         delay phi = sigma(t - tau), tau in [0, 0.5]
         """
-        return cls._of_norm(bound, DELAYS[bool(varying)], "bound", "delay")
+        found = cls._of_norm(bound, DELAYS[bool(varying or rate is not None)], "bound", "delay")
+        paced: Fraction | None = rate  # type: ignore[assignment]  # made exact there
+        return found if rate is None else replace(found, rate=paced)
 
     @classmethod
     def performance(cls, bound: float | Fraction = 1) -> NonlinearityClass:
@@ -329,7 +342,7 @@ class NonlinearityClass(Record):
         return replace(self, sector=Sector(self.sector.lower, top(self.sector.upper)), slope=slope)
 
     def __str__(self) -> str:
-        if self.rate is not None:
+        if self.rate is not None and not self.operator:
             return f"phi = g(t) sigma, g in {self.sector}, rate at most {upper_text(self.rate)}"
         if self.memory:
             return f"{self.memory} phi of a slope in {self.slope}"
@@ -341,7 +354,8 @@ class NonlinearityClass(Record):
             return f"phi = {'' if high == 1 else f'{upper_text(high)} '}max(sigma, 0){leak}"
         if self.operator:
             bound, gain = self.sector.upper, self.operator == "performance"
-            return operator_words(self.operator, upper_text(1 / Fraction(bound)) if gain else lower_text(bound))
+            slow = "" if self.rate is None else upper_text(self.rate)
+            return operator_words(self.operator, upper_text(1 / Fraction(bound)) if gain else lower_text(bound), slow)
         words = "odd phi" if self.odd else "phi"
         bounds = f"slope in {self.slope}" if self.slope is not None else f"sector {self.sector}"
         if self.slope is not None and (self.slope.lower, self.slope.upper) != (self.sector.lower, self.sector.upper):
@@ -354,20 +368,23 @@ class NonlinearityClass(Record):
         return f"Class of nonlinearities: {self}"
 
 
-def operator_words(operator: str, bound: str) -> str:
+def operator_words(operator: str, bound: str, rate: str = "") -> str:
     """A norm-bounded block, or the performance channel, in words.
 
     Parameters
     ----------
     operator : str
         ``operator`` of a class.
+    rate : str
+        That of a delay in digits, empty if there is none.
     bound : str
         The bound of the norm; of the performance channel the gain, its inverse.
     """
     if operator == "performance":
         return f"an L2 gain of {bound} from w to z"
     if operator in DELAYS:
-        return f"delay phi = sigma(t - tau{'(t)' * (operator != DELAYS[0])}), tau in [0, {bound}]"
+        slow = f", |tau'| <= {rate}" if rate else ""
+        return f"delay phi = sigma(t - tau{'(t)' * (operator != DELAYS[0])}), tau in [0, {bound}]{slow}"
     return f"{'' if operator == 'any' else operator + ' '}operator phi of norm <= {bound}"
 
 

@@ -260,7 +260,9 @@ def increments(H: Plant, asked: Channels) -> Channels:
 def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Channels]:
     """The loop with the gain 1 in place of each delay, and norm-bounded operators beside these.
 
-    Constant delays may be kept: the theorem is about them.  In samples ``w`` is less the sum of the last ``tau``
+    Constant delays, and those of a bounded slope, may be kept for the theorem about them.
+
+    In samples ``w`` is less the sum of the last ``tau``
     differences of ``sigma``, an operator of norm up to ``h`` on these, whether ``tau`` is constant or not.
 
     A constant one: ``w = Delta m(h s) sigma`` with ``|Delta| <= 1``, linear and time-invariant, as
@@ -273,7 +275,8 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
         return H, asked
     need(ordered(H.D, asked), "beside delays D has a cycle of channels")
     asked = asked._replace(delayed=tuple(own))
-    own = [i for i in own if asked.families[i].varying or not kept]
+    apart = [i for i in own if not asked.families[i].varying or asked.families[i].rate is not None]
+    own = [i for i in own if not (kept and i in apart)]
     constant = [i for i in own if not asked.families[i].varying and not H.discrete]
     if constant:
         majorised()
@@ -284,7 +287,7 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
     for i in own:
         h, fixed = families[i].sector[1], i in constant
         one, kind = (Fraction(1), "linear time-invariant") if fixed else (h, "any")
-        families[i] = families[i]._replace(operator=kind, sector=(-one, one), varying=not fixed)
+        families[i] = families[i]._replace(operator=kind, sector=(-one, one), varying=not fixed, rate=None)
         if H.discrete:  # sigma - z, z+ = sigma
             A = [[*row, ZERO] for row in A] + [[*C[i], ZERO]]
             B, C = [*B, D[i]], [[*row, ZERO - (j == i)] for j, row in enumerate(C)]

@@ -213,7 +213,9 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
         return False  # it has one member
     if "operator" in larger or "operator" in smaller:
         kinds = larger.get("operator"), smaller.get("operator")
-        return _inside(smaller["sector"], larger["sector"]) and (
+        slow = "rate" not in larger or kinds[1] == "delay" or "rate" in smaller
+        slow = slow and Fraction(smaller.get("rate", "0")) <= Fraction(larger.get("rate", "1"))
+        return (slow and _inside(smaller["sector"], larger["sector"])) and (
             kinds[0] == kinds[1] or kinds in (("any", "linear time-invariant"), ("varying delay", "delay"))
         )
     if "memory" in larger or "memory" in smaller:

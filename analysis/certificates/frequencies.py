@@ -296,10 +296,10 @@ def inequality(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -
 
 # -- multipliers that change from piece to piece of the axis
 class Member(NamedTuple):
-    """What multiplies one channel: constant weights, or with ``kind`` "scaled", "delay" numbers of each piece.
+    """What multiplies one channel: constant weights, or with ``kind`` "scaled", "delay", "slow" numbers of each piece.
 
     After the shift by the lower bound, of a delay the gain 1: ``psi = -mu`` against ``width sigma - psi``; for a delay
-    up to ``bound`` ``w = -mu = sigma(t - tau) - sigma``.
+    up to ``bound`` ``w = -mu = sigma(t - tau) - sigma``; of a slow one, ``tau' <= d``, the width is ``d/(1 - d)``.
     """
 
     kind: str
@@ -310,10 +310,11 @@ class Member(NamedTuple):
 
 
 class Axis(NamedTuple):
-    """``|d|^2`` and ``N d^*`` on the axis, the loop being ``N/d`` after the shift, of order ``n``."""
+    """``|d|^2``, ``N d^*`` and ``N`` on the axis, the loop being ``N/d`` after the shift, of order ``n``."""
 
     own: exact.Form
     seen: list[list[exact.Form]]
+    bare: list[list[exact.Form]]
     order: int
     members: list[Member]
 
@@ -321,8 +322,8 @@ class Axis(NamedTuple):
 def axis_of(H: Any, low: list[Fraction], members: list[Member]) -> Axis:
     """The loop after the shift by ``low``, on the imaginary axis or the unit circle."""
     (d, N), on_axis = transfer(*shifted(H, low)), on_circle if H.discrete else on_line
-    back = on_axis(d).conjugate()
-    return Axis(on_axis(d) * back, [[on_axis(f) * back for f in row] for row in N], len(d) - 1, members)
+    back, bare = on_axis(d).conjugate(), [[on_axis(f) for f in row] for row in N]
+    return Axis(on_axis(d) * back, [[f * back for f in row] for row in bare], bare, len(d) - 1, members)
 
 
 def minors(axis: Axis, piece: Any) -> list[exact.Form]:
@@ -331,16 +332,23 @@ def minors(axis: Axis, piece: Any) -> list[exact.Form]:
     Row ``i`` of ``F``, plus its adjoint: ``lambda (1 + w H_i) + s theta H_i``, of a piece ``(x + i y)(1 + w H_i)``, and
     for delays ``(y e^(-i omega h/2) - x) H_i + x/2``: with ``e^(-i omega tau)`` on the unit circle ``x (|sigma|^2 -
     |sigma + w|^2) = 0``, and ``2 y (cos(omega (h/2 - tau)) - cos(omega h/2)) |sigma|^2 >= 0`` as ``omega h <= 2 pi``,
-    ``y >= 0``: the chord below its arc.
+    ``y >= 0``: the chord below its arc.  Slow ones: ``x (|sigma|^2/(1 - d) - |sigma + w|^2)``, as ``s = t - tau`` has
+    ``dt <= ds/(1 - d)``, and ``y (h^2 |sigma'|^2 - |w|^2)``, both ``>= 0`` when integrated.
     """
-    Y = list[list[exact.Form]]()
+    Y, less = list[list[exact.Form]](), list[tuple[list[exact.Form], exact.Form]]()
     for i, (one, (x, y)) in enumerate(zip(axis.members, piece)):
         if one.kind == "delay":
             turn, direct = exact.Form({(one.bound / 2, 0): (y, ZERO)}) + exact.real(-x), exact.real(x / 2)
+        elif one.kind == "slow":
+            turn, direct = exact.real(-x), exact.real((x + y) / 2)
+            less.append((axis.bare[i], exact.real(-x * one.width, 0, -y * one.bound**2)))
         else:
             direct = exact.Form({(ZERO, 0): (one.weight + x, y)})
             turn = direct * exact.real(one.width) + exact.S * exact.real(one.theta)
         Y.append([turn * f + (direct * axis.own if i == j else exact.Form()) for j, f in enumerate(axis.seen[i])])
+    for i, row in enumerate(Y):  # half of it, as the adjoint is added
+        for bare, weight in less:
+            Y[i] = row = [f + weight * exact.real(Fraction(1, 2)) * bare[i].conjugate() * g for f, g in zip(row, bare)]
     parts, found = {0: exact.real(1)}, list[exact.Form]()
     for i in range(len(Y)):  # as in determinant
         wider = dict[int, exact.Form]()

@@ -319,10 +319,12 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     alone = {block[0] for block in asked.blocks if len(block) == 1}
     for i, one in each(asked):
         free = one.operator == "linear time-invariant" or (one.linear and not one.varying and i in alone)
-        kind = one.operator if one.operator == "delay" else "scaled" if free else ""
-        l, u = (Fraction(1), Fraction(1)) if kind == "delay" else asked.bounds(i)
+        kind = {"delay": "delay", "varying delay": "slow"}.get(one.operator, "scaled" if free else "")
+        steep = 1 if one.rate is None or kind != "slow" else 1 + one.rate / (1 - one.rate)
+        l, u = (Fraction(1), Fraction(steep)) if kind in ("delay", "slow") else asked.bounds(i)
         need(INF not in (abs(l), abs(u)), f"channel {i + 1} has no finite bounds")
         need(not one.rough, "locally Lipschitz nonlinearities are needed")
+        need(not (kind == "slow" and H.discrete), "slow delays are for continuous time")
         need(not (kind and (weights[i] or theta[i])), f"channel {i + 1} has multipliers by pieces alone")
         fixed = not (one.varying or one.operator or any(H.D[i]))
         need(not theta[i] or fixed, f"theta_{i + 1} needs a function of the state alone that does not depend on time")
@@ -334,14 +336,18 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     ascend = all(a < b for a, b in pairwise([ZERO, *ends])) and (not H.discrete or ends[-1] * 10**6 >= 3141593)
     need(ascend, "the pieces do not follow one another, from 0 to pi in discrete time")
     for row, end in zip(pieces, [*ends, None]):
-        for (x, y), member, (i, one) in zip(row, members, each(asked)):
+        for i, ((x, y), member, one) in enumerate(zip(row, members, asked.families)):
             need(bool(member.kind) or x == y == 0, f"channel {i + 1} has no multiplier by pieces")
             either = member.kind == "delay" and not H.discrete and not any(H.D[i])
             need(x >= 0 or either, f"x < 0 needs sigma_{i + 1} to be a function of the state alone")
             if member.kind == "delay":
                 chord = end is not None and end * member.bound * 10**6 <= 6283185
                 need(y == 0 or (y > 0 and chord), "y > 0 needs omega h <= 2 pi")
-            need(y == 0 or not one.operator or member.kind == "delay", "an operator has a real multiplier")
+            if member.kind == "slow":
+                need(y >= 0 and (x, y) == pieces[0][i], "a delay that varies has one multiplier at all frequencies")
+                need(y == 0 or not any(H.D[i]), f"y > 0 needs sigma_{i + 1} to be a function of the state alone")
+            free = not one.operator or member.kind in ("delay", "slow")
+            need(y == 0 or free, "an operator has a real multiplier")
         same = all(row[i] == row[block[0]] for block in asked.operators for i in block if members[i].kind == "scaled")
         need(same, "the channels of an operator have different multipliers")
     A, *_ = frequencies.shifted(H, low)

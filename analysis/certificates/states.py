@@ -63,9 +63,10 @@ def classes(data: Any, several: bool = False) -> Family:
     form(data.get("regularity", "any") == "any", "regularity is left out or any")
     form(data.get("relu", True) is True, "relu is left out or true")
     rate = number(data["rate"]) if own else None
-    form(rate is None or (rate > 0 and linear is varying is True), "a rate > 0 is one of gains that depend on time")
+    slow = linear is varying is True if operator is None else operator == "varying delay" and (rate or 0) < 1
+    form(rate is None or (rate > 0 and slow), "a rate > 0 is one of gains that depend on time, or below 1 of delays")
     if operator is not None:
-        plain = (slope, odd, linear, len(keys)) == (None, False, False, 6)
+        plain = (slope, odd, linear, len(keys) - own) == (None, False, False, 6)
         form(isinstance(operator, str) and operator in OPERATORS, "operator is of no kind there is")
         form(
             plain and varying is (operator not in ("linear time-invariant", "delay")),
@@ -114,7 +115,8 @@ def described(family: Family) -> str:
         if family.operator == "performance":
             return f"{OPERATORS[family.operator]}, gamma = {1 / bound} (about {float(1 / bound):.9g})"
         if "delay" in family.operator:
-            return f"all phi = {OPERATORS[family.operator]} in [0, {bound}], from any bounded initial function on"
+            slow = "" if family.rate is None else f" of a slope up to {family.rate}"
+            return f"all phi = {OPERATORS[family.operator]}{slow} in [0, {bound}], from any bounded initial function on"
         return f"all {OPERATORS[family.operator]} of L2 gain up to {bound}, at rest at first"
     kind = "constant gains" if family.linear else "time-varying laws" if family.varying else "time-invariant laws"
     if family.relu:

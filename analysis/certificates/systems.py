@@ -185,7 +185,9 @@ def nonlinearity_class_of(nonlinearities: Mapping[str, Any]) -> NonlinearityClas
         )
 
     if "operator" in nonlinearities:
-        return NonlinearityClass(sector=Sector(*bounds(nonlinearities["sector"])), operator=nonlinearities["operator"])
+        slow = Fraction(nonlinearities["rate"]) if "rate" in nonlinearities else None
+        sector = Sector(*bounds(nonlinearities["sector"]))
+        return NonlinearityClass(sector=sector, operator=nonlinearities["operator"], rate=slow)
     sector, slope = Sector(*bounds(nonlinearities["sector"])), nonlinearities["slope"]
     within = None if slope is None else SlopeBounds(*bounds(slope))
     if within is not None:  # nonlinearities with these slopes lie in the sector of the same bounds

@@ -38,7 +38,8 @@ class Channel(NamedTuple):
 
     kind: str
     width: Fraction
-    free: bool = False  # of a function: Popov's term, of a delay: x of either sign
+    free: bool = False  # of a function: Popov's term, of a delay: x of either sign, of a slow one: y
+    rate: Fraction = Fraction(0)  # of a slow delay
 
 
 class _Basis(NamedTuple):
@@ -75,16 +76,17 @@ class Piecewise:
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]
         self.shared = [(block, 0) for block in self.blocks if kinds[block[0]] == "operator"]
-        self.shared += [((i,), 0) for i, kind in enumerate(kinds) if kind == "function"]
+        self.shared += [((i,), 0) for i, kind in enumerate(kinds) if kind in ("function", "slow delay")]
+        self.shared += [((i,), 1) for i, one in enumerate(self.channels) if one.kind == "slow delay" and one.free]
         self.weights = len(self.shared)
         self.shared += [((i,), 1) for i, one in enumerate(self.channels) if one.kind == "function" and one.free]
         self.local = [(block, 0) for block in self.blocks if kinds[block[0]] == "scaled operator"]
         self.local += [((i,), k) for i, kind in enumerate(kinds) if kind in ("gain", "delay") for k in (0, 1)]
         size = np.abs(np.linalg.eigvals(self.A))
-        self.points = np.linspace(0, math.pi, _GRID)
+        self.points, self.slowly = np.linspace(0, math.pi, _GRID), dict[int, list[Fraction]]()
         self.slow = 1.0
         if not self.discrete:
-            bounds = [1 / float(one.width) for one in self.channels if one.kind == "delay"]
+            bounds = [1 / float(one.width) for one in self.channels if "delay" in one.kind]
             ends = min(size.min(), *bounds, math.inf) / _BESIDE, max(size.max(), *bounds, 0.0) * _BESIDE
             self.points = np.concatenate([[0.0], np.geomspace(*ends, _GRID), [np.inf]])
             self.slow = float(size.min())
@@ -135,6 +137,13 @@ class Piecewise:
                     found[k][:, block, block] += 1
                     continue
                 row = np.zeros((len(omega), len(self.D)), dtype=complex)
+                if one.kind == "slow delay":
+                    share = float(one.rate / (1 - one.rate)) if part == 0 else w**2
+                    side = (H if part == 0 else turned)[:, i]
+                    found[k] = -share / 2 * side.conj()[:, :, None] * side[:, None, :]
+                    found[k][:, i] -= H[:, i] * (part == 0)
+                    found[k][:, i, i] += 0.5
+                    continue
                 if one.kind == "delay" and part == 0:
                     row = -H[:, i]
                     row[:, i] += 0.5
@@ -311,12 +320,16 @@ class Piecewise:
                 return None
             numbers = found[1]
             weights, theta = [Fraction(0)] * len(self.D), [Fraction(0)] * len(self.D)
+            slow = {i: [Fraction(0)] * 2 for i, one in enumerate(self.channels) if one.kind == "slow delay"}
             for value, (block, part) in zip(numbers, self.shared, strict=True):
                 for i in block:
-                    if part:
+                    if i in slow:
+                        slow[i][part] = Fraction(f"{max(value, 0.0):.{_DIGITS}g}")
+                    elif part:
                         theta[i] = Fraction(f"{value / self.slow:.{_DIGITS}g}")
                     else:
                         weights[i] = Fraction(f"{max(value, 0.0):.{_DIGITS}g}")
+            self.slowly = slow
             made = self._pieces(numbers, exactly(weights, theta))
             if isinstance(made, float):
                 self.points = np.union1d(self.points, [made])
@@ -376,7 +389,11 @@ class Piecewise:
         for value, (block, part) in zip(found[1], self.local, strict=True):
             for i in block:
                 pairs[i][part] = Fraction(f"{value:.{_DIGITS}g}")
-        for one, pair in zip(self.channels, pairs, strict=True):
+        for i, (one, pair) in enumerate(zip(self.channels, pairs, strict=True)):
+            if one.kind == "slow delay":
+                pair[:] = self.slowly.get(i, pair)
+                row.append([*map(str, pair)])
+                continue
             inside = b is not None and b * one.width <= FULL_TURN
             free = one.kind in ("scaled operator", "gain", "delay")
             pair[0] = pair[0] if one.free else max(pair[0], Fraction(0))

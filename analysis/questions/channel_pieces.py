@@ -60,8 +60,8 @@ class PiecewiseProofs:
 
     def _kind(self, known: Channels, i: int) -> str:
         one, alone = known.families[i], range(i, i + 1) in known.blocks
-        if one.operator == "delay":
-            return "delay"
+        if "delay" in one.operator:
+            return "slow delay" if one.varying else "delay"
         if one.operator:
             return "scaled operator" if one.operator == "linear time-invariant" else "operator"
         return "gain" if one.linear and not one.varying and alone else "function"
@@ -70,7 +70,7 @@ class PiecewiseProofs:
         """What the loop is shifted by; of operators 0, or as in a certificate ``-r``."""
         found = list[Fraction]()
         for i, one in enumerate(known.families):
-            apart = Fraction(1) if one.operator == "delay" else None
+            apart = Fraction(1) if "delay" in one.operator else None
             if apart is None and one.operator and not shifted:
                 apart = Fraction(0)
             found.append(known.bounds(i)[0] if apart is None else apart)
@@ -82,8 +82,9 @@ class PiecewiseProofs:
         found = list[Channel]()
         for i, one in enumerate(known.families):
             kind = self._kind(known, i)
-            if kind == "delay":
-                found.append(Channel(kind, one.sector[1], not plant.discrete and not any(plant.D[i])))
+            if kind in ("delay", "slow delay"):
+                smooth = not plant.discrete and not any(plant.D[i])
+                found.append(Channel(kind, one.sector[1], smooth, one.rate or Fraction(0)))
                 continue
             low, high = known.bounds(i)
             found.append(
@@ -101,8 +102,11 @@ class PiecewiseProofs:
             """The loop with these multipliers, as the checker has it."""
             members = list[frequencies.Member]()
             for i, one in enumerate(known.families):
-                kind = {"delay": "delay", "gain": "scaled", "scaled operator": "scaled"}.get(self._kind(known, i), "")
-                width = Fraction(0) if kind == "delay" else known.bounds(i)[1] - known.bounds(i)[0]
+                names = {"delay": "delay", "slow delay": "slow", "gain": "scaled", "scaled operator": "scaled"}
+                kind, slow = names.get(self._kind(known, i), ""), one.rate or Fraction(0)
+                width = slow / (1 - slow)
+                if kind not in ("delay", "slow"):
+                    width = known.bounds(i)[1] - known.bounds(i)[0]
                 members.append(frequencies.Member(kind, width, weights[i], theta[i], Fraction(one.sector[1])))
             return frequencies.axis_of(plant, low, members)
 

@@ -90,7 +90,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
     scaled = channel_plant(asked.plant).dt is not None and bool(_fixed(asked) or _constant(asked))
     found = [x for x in found if scaled or x.name != SCALINGS]
-    delayed = any(asked.classes.classes[i].operator == DELAYS[0] for i in delays_of(asked))
+    late = [asked.classes.classes[i] for i in delays_of(asked)]
+    delayed = any(one.operator == DELAYS[0] or one.rate is not None for one in late)
     found = [x for x in found if delayed or x.kind != _PIECES]
     if not _parametric(asked):
         found = [x for x in found if x.kind != PARAMETRIC]

@@ -277,13 +277,13 @@ def _operates(table: ClassTable) -> bool:
 
 
 def _delay(table: ClassTable, bound: Fraction) -> NonlinearityClass:
-    given = [table.sector, table.slope, table.gain, table.rate, table.norm, table.size, table.dynamics]
+    given = [table.sector, table.slope, table.gain, table.norm, table.size, table.dynamics]
     if any(one is not None for one in given) or table.odd or table.relu:
         raise InputError(
-            "class: delay is given beside other keys; give delay = h, with time_varying = true if it may change, and "
-            "repeated = n if it is one delay in n channels"
+            "class: delay is given beside other keys; give delay = h, with time_varying = true if it may change, with "
+            "rate = d if it changes by at most d in a second, and repeated = n if it is one delay in n channels"
         )
-    return NonlinearityClass.delayed(bound, varying=table.time_varying)
+    return NonlinearityClass.delayed(bound, varying=table.time_varying, rate=table.rate)
 
 
 def _memory(table: ClassTable, kind: str) -> NonlinearityClass:
@@ -458,7 +458,8 @@ def _class(asked: NonlinearityClass) -> dict[str, object]:
     if asked.memory:
         return {"memory": asked.memory, "slope": (asked.sector.lower, asked.sector.upper)}
     if asked.operator in DELAYS:
-        return {"delay": asked.sector.upper, "time_varying": asked.operator != DELAYS[0]}
+        slow = {} if asked.rate is None else {"rate": asked.rate}
+        return {"delay": asked.sector.upper, "time_varying": asked.operator != DELAYS[0], **slow}
     if asked.operator:
         return {"norm": asked.sector.upper, "dynamics": asked.operator}
     if asked.linear:

@@ -72,6 +72,14 @@ SAMPLES = draft(
     {"lambda": ["0"], "pieces": [[["0", "1"]], [["1", "0"]]]},
 )
 SAMPLES["system"] = SAMPLES["system"] | {"time": "discrete", "A": [["1/2"]], "B": [["4/5"]]}
+# .9/(s + 1) and |tau'| <= 1/10: the gain of the delay is at most 1/sqrt(.9) < 1/.9, whatever its bound
+SLOW = draft(
+    delay(100, "varying delay") | {"rate": "1/10"},
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["1"]},
+    {"lambda": ["0"], "pieces": [[["1", "0"]], [["1", "0"]]]},
+)
+SLOW["system"] = SLOW["system"] | {"A": [["-1"]], "B": [["9/10"]]}
 # z^5 (z - 1) + 3/10 has roots outside the unit circle, as 3/10 > 2 sin(pi/22) = .2846
 LATE = draft(
     delay("11/2"),
@@ -86,6 +94,7 @@ ALL = {
     "pieces": PIECES,
     "samples": SAMPLES,
     "late": LATE,
+    "slow": SLOW,
 }
 
 
@@ -140,6 +149,16 @@ ONE = ("laws", "channels", 0)
         ("pieces", "system", "B", [["-1"]]),
         ("pieces", "system", "D", [["1/10"]]),
         ("pieces", *ONE, "operator", "any"),
+        ("slow", *ONE, "rate", "1/5"),  # .9/sqrt(.8) > 1
+        ("slow", *ONE, "rate", "1"),
+        ("slow", *ONE, "rate", "-1/10"),
+        ("slow", *ONE, "operator", "any"),
+        ("slow", *ONE, delay(100, "varying delay")),
+        ("slow", "multiplier", "pieces", [[["1", "0"]], [["2", "0"]]]),
+        ("slow", "multiplier", "pieces", [[["1", "1"]], [["1", "1"]]]),
+        ("slow", "multiplier", "pieces", [[["1", "-1/100"]], [["1", "-1/100"]]]),
+        ("slow", "multiplier", "pieces", [[None], [None]]),
+        ("slow", "system", "time", "discrete"),
         ("late", "proof", "samples", 4),
         ("late", "proof", "samples", 6),
         ("late", "proof", "channel", 2),
@@ -197,7 +216,24 @@ def test_no_delay_of_the_class_is_outside_the_circle_and_the_chord():
         assert bool(form.min() < -1e-9) is fails
 
 
+def test_slow_delays_have_their_gain_and_no_smaller_one():
+    rng, t, d = np.random.default_rng(4), np.linspace(0, 60, 60001), 0.6
+    largest = 0.0
+    for _ in range(40):
+        f = rng.uniform(0.5, 6)
+        sigma = np.where(t < 30, np.sin(f * t) * np.sin(rng.uniform(0.1, 2) * t), 0.0)
+        late = np.abs((d * (t + rng.uniform(0, 20)) + 10) % 20 - 10)  # up and down with the slope d
+        w = np.interp(t - late, t, sigma, left=0.0)
+        largest = max(largest, (w**2).sum() / (sigma**2).sum())
+    assert 1 < largest < 1.001 / (1 - d)
+
+
 def test_a_varying_delay_of_the_same_bound_contains_a_constant_one():
     assert contains(delay(1, "varying delay"), delay(1))
     assert not contains(delay(1), delay(1, "varying delay"))
+    slow = delay(1, "varying delay") | {"rate": "1/2"}
+    assert contains(slow, delay(1))
+    assert contains(delay(1, "varying delay"), slow)
+    assert not contains(slow, delay(1, "varying delay"))
+    assert not contains(slow, slow | {"rate": "3/4"})
     assert not contains({**delay(1), "operator": "any", "time_varying": True}, delay(1))

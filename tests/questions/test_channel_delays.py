@@ -78,6 +78,7 @@ def test_scalings_reach_far_in_a_series_of_a_delay_and_a_sector():
         ("delay = 0", "class.delay is 0; give a positive bound"),
         ("delay = 1\nsector = [0, 1]", "delay is given beside other keys"),
         ("delay = 1\nnorm = 1", "delay is given beside other keys"),
+        ("delay = 1\nrate = 2", "the rate of a delay is 2; give a number below 1"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, message):
@@ -85,6 +86,24 @@ def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, messag
     path.write_text(f"[plant]\nnum = [1]\nden = [1, 1]\n[[class]]\n{table}\n")
     with pytest.raises(InputError, match=message):
         find_system(str(path), [])
+
+
+def test_a_delay_that_changes_slowly_lies_between(tmp_path):
+    # x' = -x(t - tau(t)): 1 at any rate, pi/2 for a constant delay; below Myshkis' 3/2, which is for any rate
+    slow = NonlinearityClass.delayed(1, rate=0.5)
+    found = max_sector(as_plant("1/s"), [slow])
+    assert 1.2 < found.largest.low < 1.5
+    assert "tau in [0, 1.22" in str(found)
+    assert "|tau'| <= 0.5" in str(found)
+    path = tmp_path / "loop.toml"
+    path.write_text("[plant]\nnum = [0.9]\nden = [1, 1]\n[[class]]\ndelay = 1000\nrate = 0.1\n")
+    system = find_system(str(path), [])
+    assert certify(system).verdict.name == "PROVED"
+    again = tmp_path / "again.toml"
+    again.write_text(loop_to_toml(system))
+    assert find_system(str(again), []).classes == system.classes
+    with pytest.raises(InputError, match="the rate of a delay is 1"):
+        NonlinearityClass.delayed(1, rate=1)
 
 
 # x+ = x - .3 x(t - k) is stable below 2 sin(pi/(2 (2 k + 1))): .3473 for k = 4, .2846 for k = 5.  Varying: from w to

@@ -226,7 +226,8 @@ def read_memory(value: Mapping[str, object]) -> Nonlinearities:
 
 def read_operator(value: Mapping[str, object]) -> Nonlinearities:
     """The operators of a certificate: of nothing but their norm is there a bound."""
-    found = record(value, "sector", "slope", "odd", "time_varying", "linear", "operator")
+    slow = ["rate"] if "rate" in value else []
+    found = record(value, "sector", "slope", "odd", "time_varying", "linear", "operator", *slow)
     kinds = {
         **{"any": True, "linear time-invariant": False, "performance": True},
         **{"delay": False, "varying delay": True},
@@ -237,6 +238,8 @@ def read_operator(value: Mapping[str, object]) -> Nonlinearities:
     require(isinstance(upper, Fraction) and lower == -upper, "the norm of an operator has no bound")
     bare = found["slope"] is None and not flag(found["odd"]) and not flag(found["linear"])
     require(bare and flag(found["time_varying"]) is kinds[str(operator)], "an operator has no other properties")
+    rate = number(found["rate"]) if slow else None
+    require(rate is None or (0 < rate < 1 and operator == DELAYS[1]), "a rate is one of delays, between 0 and 1")
     return Nonlinearities(
         lower=lower,
         upper=upper,
@@ -244,6 +247,7 @@ def read_operator(value: Mapping[str, object]) -> Nonlinearities:
         odd=False,
         time_varying=kinds[str(operator)],
         linear=False,
+        rate=rate,
         operator=str(operator),
     )
 

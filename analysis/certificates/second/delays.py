@@ -43,7 +43,8 @@ def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
         return asked
     require(acyclic(asked), "D has a cycle of channels beside delays")
     fixed = [i for i in own if asked.nonlinearities[i].operator == "delay"]
-    own = [i for i in own if constant or i not in fixed]
+    slow = [i for i in own if asked.nonlinearities[i].rate is not None]
+    own = [i for i in own if constant or i not in (*fixed, *slow)]
     if asked.discrete:
         fixed = []
     if constant and fixed:
@@ -60,7 +61,9 @@ def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
             raise NotShown("a delay has no bound")
         radius = Fraction(1) if lasting else h
         kind = "linear time-invariant" if lasting else "any"
-        classes[i] = replace(classes[i], operator=kind, lower=-radius, upper=radius, time_varying=not lasting)
+        classes[i] = replace(
+            classes[i], operator=kind, lower=-radius, upper=radius, time_varying=not lasting, rate=None
+        )
         pick = fmpq_mat([[int(j == i == k) for k in range(m)] for j in range(m)])
         if lasting:
             state, into, out, direct = _realised(h)

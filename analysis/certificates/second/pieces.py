@@ -19,6 +19,7 @@ from itertools import pairwise
 from flint import acb, acb_mat, acb_series, arb, arb_mat, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.channels import Asked, acyclic
+from lure.analysis.certificates.second.classes import DELAYS
 from lure.analysis.certificates.second.frequencies import Matrices
 from lure.analysis.certificates.second.matrix import positive_definite
 from lure.analysis.certificates.second.numerics import (
@@ -36,10 +37,11 @@ _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi,
 
 @dataclass(frozen=True, slots=True)
 class _Channel:
-    kind: str  # "", "free" or "delay"
+    kind: str  # "", "free", "delay" or "slow"
     width: Fraction
     weight: Fraction
     theta: Fraction
+    rate: Fraction = Fraction(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +84,12 @@ def require_pieces(document: Document, asked: Asked) -> None:
     require(len(rows) == len(ends) + (not asked.discrete), "there is not one multiplier for each piece")
     require(all(a < b for a, b in pairwise([Fraction(0), *ends])), "the pieces do not follow one another")
     require(not asked.discrete or ends[-1] >= _HALF, "the pieces end before pi")
+    for i, one in enumerate(known):
+        same = one.kind != "slow" or all(row[i] == rows[0][i] for row in rows)
+        require(same, "a delay that varies has several multipliers")
     for k, row in enumerate(rows):
         _require_row(asked, known, row, ends[k] if k < len(ends) else None)
-    bounds = [(Fraction(1), Fraction(2)) if one.operator == "delay" else one.ends for one in asked.nonlinearities]
+    bounds = [(Fraction(1), Fraction(2)) if one.operator in DELAYS else one.ends for one in asked.nonlinearities]
     shifted = shifted_by(asked, [(low, high) for low, high in bounds if low is not None and high is not None])
     require(asked.discrete or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows(), "no stable loop")
     require(not asked.discrete or _inside(shifted[0].charpoly()), "the loop without delay is not stable")
@@ -97,7 +102,7 @@ def require_pieces(document: Document, asked: Asked) -> None:
             n = d.degree()
             far = [[_reversed(f, n) for f in line] for line in N]
             turned = [
-                [_reversed(f, n - 1) if one.theta else [acb(0)] for f in line]
+                [_reversed(f, n - 1) if one.theta or one.kind == "slow" else [acb(0)] for f in line]
                 for one, line in zip(known, N, strict=True)
             ]
             outer = _Loop(_reversed(d, n), far, turned, discrete=False, far=True)
@@ -119,14 +124,19 @@ def _channels(asked: Asked, weights: Sequence[Fraction], theta: Sequence[Fractio
         low, high = one.ends
         single = list(asked.repeated).count(asked.repeated[i]) == 1
         gain = one.linear and not one.time_varying and single
-        kind = "delay" if one.operator == "delay" else "free" if one.operator == "linear time-invariant" or gain else ""
-        require(not one.rough and (kind == "delay" or None not in (low, high)), "a channel has no finite bounds")
+        kind = "free" if one.operator == "linear time-invariant" or gain else ""
+        if one.operator in DELAYS:
+            kind = "slow" if one.time_varying else "delay"
+        late = kind in ("delay", "slow")
+        require(not (kind == "slow" and (asked.discrete or one.rate is None)), "a delay changes too fast")
+        require(not one.rough and (late or None not in (low, high)), "a channel has no finite bounds")
         require(weights[i] >= 0 and (kind == "" or weights[i] == theta[i] == 0), "a weight does not fit its channel")
         fixed = not (one.time_varying or one.operator or any(asked.D[i, j] != 0 for j in range(len(weights))))
         require(theta[i] == 0 or fixed, "Popov's term does not fit its channel")
-        width = one.upper if kind == "delay" else (high or Fraction(0)) - (low or Fraction(0))
+        width = one.upper if late else (high or Fraction(0)) - (low or Fraction(0))
         require(isinstance(width, Fraction) and width > 0, "a channel has no finite bounds")
-        found.append(_Channel(kind, Fraction(width), weights[i], theta[i]))
+        slope = one.rate if kind == "slow" and one.rate is not None else Fraction(0)
+        found.append(_Channel(kind, Fraction(width), weights[i], theta[i], slope))
     for block in asked.operators:
         require(all(weights[i] == weights[block[0]] for i in block), "an operator has several weights")
     require(not asked.performance or weights[-1] > 0, "the weight of the performance channel is not positive")
@@ -147,11 +157,13 @@ def _require_row(
         if one.kind == "delay":
             short = end is not None and end * one.width <= _TURN
             require(y == 0 or (y > 0 and short), "the chord of a delay is none there")
+        elif one.kind == "slow":
+            require(y == 0 or (y > 0 and smooth), "y is negative, or sigma no function of the state alone")
         else:
             require(y == 0 or asked.nonlinearities[i].operator == "", "the multiplier of an operator is not real")
     for block in asked.operators:
         require(
-            asked.nonlinearities[block[0]].operator == "delay" or all(row[i] == row[block[0]] for i in block),
+            asked.nonlinearities[block[0]].operator in DELAYS or all(row[i] == row[block[0]] for i in block),
             "an operator has several multipliers",
         )
 
@@ -222,8 +234,7 @@ def _matrix(
     wide = _series(loop, known, row, acb_series([acb(ball(a).union(ball(b))), acb(1)]))
     if here is None or wide is None:
         return None
-    Y = [[_bound(here[i][j], wide[i][j], radius) for j in range(m)] for i in range(m)]
-    F = acb_mat([[Y[i][j] + Y[j][i].conjugate() for j in range(m)] for i in range(m)])
+    F = acb_mat([[_bound(here[i][j], wide[i][j], radius) for j in range(m)] for i in range(m)])
     top = [[*(F[i, j].real for j in range(m)), *(-F[i, j].imag for j in range(m))] for i in range(m)]
     bottom = [[*(F[i, j].imag for j in range(m)), *(F[i, j].real for j in range(m))] for i in range(m)]
     return arb_mat([*top, *bottom])
@@ -242,19 +253,26 @@ def _bound(here: acb_series, wide: acb_series, radius: arb) -> acb:
 def _series(
     loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], t: acb_series
 ) -> list[list[acb_series]] | None:
-    """``Y`` as series in ``omega``, or in ``1/omega``; None if ``d`` may vanish."""
+    """``F`` as series in ``omega``, or in ``1/omega``; None if ``d`` may vanish.
+
+    Less ``x d/(1 - d) H_i^* H_i + y h^2 (s H_i)^* (s H_i)`` for the slow delays.
+    """
     s = t if loop.far else (t * acb(0, 1)).exp() if loop.discrete else t * acb(0, 1)
     below = _at(loop.d, s)
     if below[0].contains(0):
         return None
-    found = list[list[acb_series]]()
+    found, squares = list[list[acb_series]](), list[tuple[list[acb_series], arb]]()
     for i, (one, pair) in enumerate(zip(known, row, strict=True)):
         H = [_at(f, s) / below for f in loop.N[i]]
-        if one.kind == "delay" and pair is not None:
+        if one.kind in ("delay", "slow") and pair is not None:
             x, y = map(ball, pair)
-            turn, direct = acb(-x), acb(x / 2)
+            turn, direct = acb(-x), acb((x + y if one.kind == "slow" else x) / 2)
             factor = 0 * t + turn
-            if pair[1]:
+            if one.kind == "slow":
+                moved = [_at(f, s) / below for f in loop.turned[i]] if loop.far else [s * h for h in H]
+                squares.append((H, x * ball(one.rate / (1 - one.rate))))
+                squares.append((moved, y * ball(one.width**2)))
+            if pair[1] and one.kind == "delay":
                 factor = factor + (t * acb(0, -1) * ball(one.width / 2)).exp() * y
         else:
             direct = acb(ball(one.weight)) if pair is None else acb(ball(pair[0]), ball(pair[1]))
@@ -265,7 +283,16 @@ def _series(
             turned = [_at(f, s) / below for f in loop.turned[i]] if loop.far else [s * h for h in H]
             line = [f + h * ball(one.theta) for f, h in zip(line, turned, strict=True)]
         found.append(line)
-    return found
+    both = range(len(found))
+    F = [[found[i][j] + _conjugate(found[j][i]) for j in both] for i in both]
+    for side, weight in squares:
+        F = [[f - _conjugate(side[i]) * side[j] * weight for j, f in enumerate(row)] for i, row in enumerate(F)]
+    return F
+
+
+def _conjugate(f: acb_series) -> acb_series:
+    """The conjugate of a function of a real variable."""
+    return acb_series([f[k].conjugate() for k in range(SERIES_TERMS)])
 
 
 def _at(coefficients: Sequence[acb], s: acb_series) -> acb_series:
