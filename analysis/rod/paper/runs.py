@@ -108,8 +108,8 @@ def _shifted(
     echo, z = -rod.reflection, scenario.contact_coordinate(rod)
     entered = 0.0 if z > 0 else None
     path, contacts = [z], []
-    for i in range(count):
-        w = incoming[i] + push[i]
+    for i, (back, pushed) in enumerate(zip(incoming, push[:count], strict=False)):  # what comes back grows on the way
+        w = back + pushed
         after = decay * z + gain * w if z > 0 else z + step * w
         if (after > 0) != (z > 0):  # the obstacle is reached or left inside the cell
             part = -z / w if z <= 0 else math.log1p(-rate * z / w) / rate
@@ -236,10 +236,12 @@ class _Phase:
         return np.asarray(free.real + (self.response * np.exp(1j * self.omega * t)).imag)
 
     def gap(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The last state, ``z``, at several times."""
-        growth = np.exp(np.multiply.outer(t - self.start, self.modes.values))
-        free = growth @ (self.modes.vectors[-1] * self.weights)
-        return np.asarray(free.real + (self.response[-1] * np.exp(1j * self.omega * t)).imag)
+        """The last state, ``z``, at evenly spaced times: exponentials of sums are products, so that few are taken."""
+        step, count = float(t[-1] - t[0]) / max(len(t) - 1, 1), math.isqrt(len(t) - 1) + 1
+        early = np.exp(np.multiply.outer(step * np.arange(count), self.modes.values))
+        late = np.exp(np.multiply.outer(t[::count] - self.start, self.modes.values))
+        free = ((late * (self.modes.vectors[-1] * self.weights)) @ early.T).real.ravel()[: len(t)]
+        return np.asarray(free + (self.response[-1] * np.exp(1j * self.omega * t)).imag)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import sympy as sp
 
@@ -83,6 +84,7 @@ def elastic_energy(form: Form = "corrected") -> sp.Expr:
     return area * stress**2 / 2 if checked_form(form) == "as-printed" else area * stress * strain / 2
 
 
+@cache
 def hamilton(form: Form = "corrected") -> Hamilton:
     r"""Vary the action (3) and integrate by parts.
 
@@ -253,6 +255,7 @@ class DelayEquation:
     transport: tuple[sp.Expr, sp.Expr]
 
 
+@cache
 def riemann() -> Riemann:
     """Diagonalise the first-order system: (26), (29), (30), (31).
 
@@ -289,6 +292,7 @@ def riemann() -> Riemann:
     )
 
 
+@cache
 def boundary_relations(motion: Hamilton | None = None) -> BoundaryRelations:
     """Solve the boundary conditions for the outgoing wave at each end: (32), with ``a, b, d`` read off.
 

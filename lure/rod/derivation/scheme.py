@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
@@ -170,6 +171,7 @@ def printed_input(cells: int) -> sp.ImmutableMatrix:
 # What the matrices give: H_N, the characteristic polynomial, the zero eigenvalue, and the limit of many cells.
 
 
+@cache
 def transfer_function(system: int | Scheme) -> sp.Expr:
     """``H_N(s') = c^T (s' I - A)^-1 b1``, from ``mu`` to ``sigma`` [m/Pa], by exact elimination over Q(a, d, s, s').
 
@@ -208,6 +210,7 @@ def stated_transfer_function(cells: int) -> sp.Expr:
     return d / laplace * (1 - delayed) / (1 + delayed)
 
 
+@cache
 def characteristic_polynomial(system: int | Scheme) -> sp.Expr:
     """``det(s' I - A)``, computed from the matrix; ``s' ((s' + s)^{2N} + a s^{2N})`` is what it should be.
 
@@ -237,6 +240,7 @@ def stated_characteristic_polynomial(cells: int) -> sp.Expr:
     return laplace * ((laplace + s) ** power + a * s**power)
 
 
+@cache
 def residue_at_zero(system: int | Scheme) -> sp.Expr:
     """``rho_0``, the residue of ``H_N`` at zero, ``d (1 - a)/(1 + a)`` [m/(s Pa)] for every ``N``.
 

@@ -290,11 +290,6 @@ class Equations:
     scenario: Scenario
 
     @cached_property
-    def load_nodes(self) -> Array:
-        """(q,) quadrature nodes of the body force [m], panels cut where it changes its formula."""
-        return self._rule[0]
-
-    @cached_property
     def _rule(self) -> tuple[Array, Array, csr_array]:
         model, f = self.model, self.scenario.body_force
         rule = quadrature(model.space, (*model.rod.breakpoints, *interior_breakpoints(model.rod.length, f)))
