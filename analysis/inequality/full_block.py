@@ -114,24 +114,12 @@ class FullBlockInequality(ShiftedLoop):
         slopes, norms = self._falling(widths, state, form, scale)
         parts = dict(enumerate(slopes)) | ({3: -margin[None]} if before is None else {})
         blocks = [block(n + m, parts | ({last: norms} if self.operators else {}))]
+        blocks += [block(len(sides[1][0]), sides) for sides in self._legal(form, before, rates)]
+        diagonal = starts[1] + np.array([i * (i + 1) // 2 + i for i in range(2 * k)])
         bounds: list[tuple[int, float, float]] = []  # of entry k: factor, and what it times the entry is at most
         bounds += [(j, sign, most) for j in range(starts[last], total) for sign, most in ((-1.0, 0.0), (1.0, _LARGEST))]
-        diagonal = starts[1] + np.array([i * (i + 1) // 2 + i for i in range(2 * k)])
-        if self.orthants:
-            view = _view(k)
-            inner = view.T @ form @ view
-            for at, pattern in enumerate(patterns, 4):
-                both = np.array([*pattern, *pattern])
-                blocks.append(block(2 * k, {1: inner * both[:, None] * both, at: -form}))
-                bounds += [(j, -1.0, 0.0) for j in range(starts[at], starts[at + 1])]
-        else:
-            for view in _vertices(np.ones(k)):
-                sides = {1: view.T @ form @ view}
-                if before is not None and rates is not None:
-                    turn = view.T @ before.Pi @ np.vstack([np.zeros((k, k)), view[k:] * rates[own]])
-                    sides[3] = (turn + turn.T)[None]
-                blocks.append(block(k, sides))
-            bounds += [(j, 1.0, 0.0) for j in diagonal[k:]]
+        bounds += [(j, -1.0, 0.0) for j in range(starts[4], starts[last])]
+        bounds += [(j, 1.0, 0.0) for j in diagonal[k:] if not self.orthants]
         bounds += [(j, sign, _LARGEST) for j in diagonal for sign in (1.0, -1.0)]
         bounds += [(j, sign, _LARGEST_THETA) for j in range(starts[2], starts[3]) for sign in (1.0, -1.0)]
         bounds += [(starts[3], 1.0, _LARGEST)]
@@ -159,6 +147,26 @@ class FullBlockInequality(ShiftedLoop):
         return FullBlock(
             np.tensordot(found[starts[1] : starts[2]], form, 1), theta, signed, float(found[starts[3]]), weights
         )
+
+    def _legal(
+        self, form: NDArray[np.float64], before: FullBlock | None, rates: NDArray[np.float64] | None
+    ) -> Iterator[dict[int, NDArray[np.float64]]]:
+        """What makes ``Pi`` a multiplier, slopes by their unknowns: nonnegative on every orthant, or at every vertex."""
+        own = self.own_channels
+        k = len(own)
+        if self.orthants:
+            view = _view(k)
+            inner = view.T @ form @ view
+            for at, pattern in enumerate(signs(k), 4):
+                both = np.array([*pattern, *pattern])
+                yield {1: inner * both[:, None] * both, at: -form}
+            return
+        for view in _vertices(np.ones(k)):
+            sides = {1: view.T @ form @ view}
+            if before is not None and rates is not None:
+                turn = view.T @ before.Pi @ np.vstack([np.zeros((k, k)), view[k:] * rates[own]])
+                sides[3] = (turn + turn.T)[None]
+            yield sides
 
     def _falling(
         self, widths: NDArray[np.float64], state: NDArray[np.float64], form: NDArray[np.float64], scale: list[float]
