@@ -11,6 +11,7 @@ from html import unescape
 
 import pytest
 from markupsafe import Markup
+from pages import page_and_data_agree
 from reports import loop_report, rod_report
 
 from lure import StateSpace
@@ -173,6 +174,12 @@ def near_class(data, nonlinearity_class):
         for one, other in pairs
     )
     return ends and (data["odd"], data["time_varying"]) == (nonlinearity_class.odd, nonlinearity_class.time_varying)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_every_answer_is_a_page_and_plain_data(name):
+    for row in told(name).found.rows:
+        page_and_data_agree(row)
 
 
 @pytest.mark.parametrize("name", [one for one in LOOPS if one.values[0] not in SEVERAL])

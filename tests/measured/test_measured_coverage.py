@@ -57,9 +57,7 @@ def test_smooth_laws_lie_inside_where_interpolation_alone_misses_them(name):
 @pytest.mark.parametrize(
     ("name", "noise"),
     [
-        pytest.param(
-            name, noise, marks=[] if noise == 0.01 or (name, noise) == ("Hertz", 0.003) else pytest.mark.thorough
-        )
+        pytest.param(name, noise, marks=[] if noise == (0.003 if name == "Hertz" else 0.01) else pytest.mark.thorough)
         for name in TRUTH
         for noise in (0.05, 0.01, 0.003, 0.001)
     ],

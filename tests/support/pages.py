@@ -1,5 +1,6 @@
 """Pages of notebooks as a reader sees them: they must parse, close everything and run nothing."""
 
+import json
 from html.parser import HTMLParser
 
 VOID = {"br", "hr", "img", "path", "use", "rect", "stop", "circle", "metadata"}
@@ -34,3 +35,10 @@ def read(page):
     assert "script" not in reader.tags
     assert not {"#000", "#fff", "color:", "background"} & set(page.split("<svg")[0].split())
     return reader.tags, "".join(reader.words)
+
+
+def page_and_data_agree(found):
+    """A result is a page that says what it does not show, and plain data with the same sentence."""
+    _, text = read(found._repr_html_())
+    assert "Not shown" in text or "proves nothing" in text
+    assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["sentence"] == str(found)
