@@ -151,7 +151,7 @@ class FullBlockInequality(ShiftedLoop):
     def _legal(
         self, form: NDArray[np.float64], before: FullBlock | None, rates: NDArray[np.float64] | None
     ) -> Iterator[dict[int, NDArray[np.float64]]]:
-        """What makes ``Pi`` a multiplier, slopes by their unknowns: nonnegative on every orthant, or at every vertex."""
+        """What makes ``Pi`` a multiplier, slopes by their unknowns: for every orthant, or for every vertex."""
         own = self.own_channels
         k = len(own)
         if self.orthants:

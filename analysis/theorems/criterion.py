@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -172,6 +173,24 @@ class Criterion:
         reason = said if holds else _shortfall(self, grounds, (margin, worst), best.largest, upper)
         blank = _blank(self, grounds, (lower, upper), replace(best, multiplier=used), holds=holds)
         return replace(blank, margin=margin, worst_frequency=worst, reason=reason)
+
+
+def slope_criterion(*, odd: bool, **parts: Any) -> Criterion:  # noqa: ANN401  (the other fields)
+    """A criterion for monotone nonlinearities, or for odd ones.
+
+    Parameters
+    ----------
+    odd : bool
+        Which of the two.
+    **parts
+        The other fields of :class:`Criterion`.
+    """
+    return Criterion(
+        nonlinearities=partial(slope_class, odd=odd),
+        assumed=SLOPE_ODD if odd else SLOPE,
+        needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),
+        **parts,
+    )
 
 
 def _blank(

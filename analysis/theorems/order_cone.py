@@ -7,22 +7,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from typing import ClassVar
 
 from flint import fmpq_poly
 
 from lure.analysis.certificates.states import order_positive
 from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.inequality.order_cones import FormProposal, FormSearch, OrderCones
-from lure.analysis.inequality.polynomial import RationalInequality
-from lure.analysis.inequality.protocol import Best, Grounds, Proves
+from lure.analysis.inequality.protocol import Best, Proves
 from lure.analysis.inequality.protocol import Multiplier as Weights
 from lure.analysis.inequality.unit_circle import DiscretePlant, largest_certified
 from lure.analysis.numerics.doubles import double_below, text_above
 from lure.analysis.numerics.polynomial import to_fmpq
-from lure.analysis.numerics.trigonometric import Laurent, least_on_circle, positive_on_circle
-from lure.analysis.theorems.criterion import SLOPE, SLOPE_ODD, Criterion, slope_class
+from lure.analysis.numerics.trigonometric import Laurent, positive_on_circle
+from lure.analysis.theorems.criterion import Criterion, slope_criterion
 from lure.analysis.theorems.fir import Multiplier, SampledResponse
-from lure.analysis.theorems.zames_falb_discrete import best_multiplier
+from lure.analysis.theorems.zames_falb_discrete import TapsInequality, best_multiplier
 from lure.analysis.verdict import Bracket, CriterionResult
 from lure.arrays import np
 from lure.classes import SlopeBounds
@@ -105,7 +105,7 @@ def order_cone_largest(
         least = 1 if name == "window" else 0
         if value is not None and not (whole and least <= value <= top):
             raise InputError(f"order_cone_largest: {name} is {value!r:.40}; give a whole number from {least} to {top}")
-    windows = WINDOWS[odd] if window is None else (window,)
+    windows = () if window is None else (window,)
     return _criterion(odd=odd).answer(WindowInequality.of(block, Fraction(lower), odd=odd, windows=windows, taps=taps))
 
 
@@ -138,54 +138,21 @@ def order_cone_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class WindowInequality:
+class WindowInequality(TapsInequality):
     """``Re[m G] - W^* M W > 0`` on the circle, with taps in ``m`` and a form ``M`` of consecutive samples.
 
     Attributes
     ----------
-    base : RationalInequality
-        The same without taps and form.
-    discrete : DiscretePlant
-        The shifted plant in powers of ``z``.
-    odd : bool
-        Whether for odd nonlinearities.
-    windows : tuple of int
-        Numbers of samples to try, ascending, as long as one gains something.
+    base, discrete, odd : RationalInequality, DiscretePlant, bool
+        As those of :class:`.TapsInequality`.
     taps : int or None
         Largest shift of a tap; None for those of the Zames-Falb criterion.
+    windows : tuple of int
+        Numbers of samples to try, ascending, as long as one gains something; empty for the usual ones.
     """
 
-    base: RationalInequality
-    discrete: DiscretePlant
-    odd: bool
-    windows: tuple[int, ...]
-    taps: int | None = None
-
-    @classmethod
-    def of(
-        cls,
-        block: RationalPlant,
-        lower: Fraction,
-        *,
-        odd: bool,
-        windows: tuple[int, ...] | None = None,
-        taps: int | None = None,
-    ) -> WindowInequality:
-        """The inequality of a plant.
-
-        Raises
-        ------
-        AssumptionError, InputError
-            As :func:`lure.analysis.inequality.checks.admitted_plant`.
-        """
-        base = RationalInequality.of(block, lower, TITLE, discrete=True).unweighted
-        discrete = DiscretePlant.of(block, lower, TITLE)
-        return cls(base=base, discrete=discrete, odd=odd, windows=windows or WINDOWS[odd], taps=taps)
-
-    @property
-    def grounds(self) -> Grounds:
-        """Those of Popov's inequality."""
-        return self.base.grounds
+    windows: tuple[int, ...] = ()
+    title: ClassVar[str] = TITLE
 
     def best(self, enough: Fraction | None = None) -> Best:
         """The farthest form that the cutting planes find; above it nothing is ruled out but what linear gains do."""
@@ -197,7 +164,7 @@ class WindowInequality:
             taps, low = best_multiplier(discrete, self.base.plant.block, odd=self.odd)
         length = max(map(abs, taps.taps), default=0) if self.taps is None else self.taps
         form = Form(taps, (), Fraction(1) if math.isnan(low) else Fraction(low) - lower)
-        for samples in self.windows:
+        for samples in self.windows or WINDOWS[self.odd]:
             if low >= top * (1 - CLOSED):
                 break
             search = FormSearch(response.omega, response.at(response.omega), length, OrderCones(samples, self.odd))
@@ -233,12 +200,10 @@ class WindowInequality:
         form = Form.of(multiplier).at(width)
         return form.legal(odd=self.odd) and self._holds(form, width)
 
-    def least(self, multiplier: Weights, upper: Fraction | float) -> tuple[Bracket, float]:
-        """The infimum over frequency of the left-hand side, and where it is attained [rad per sample]."""
-        width = Fraction(upper) - self.base.lower
-        inequality = Form.of(multiplier).at(width).inequality(self.discrete, width)
-        margin, c = least_on_circle(inequality, self.discrete.square)
-        return margin, math.acos(min(max(c, -1.0), 1.0))
+    def polynomial(self, multiplier: Weights, width: Fraction | None) -> fmpq_poly:
+        """The left-hand side times ``|d|^2`` as a polynomial in ``cos w``, for a finite width of the class."""
+        assert width is not None, "the forms are about finite bounds"
+        return Form.of(multiplier).at(width).inequality(self.discrete, width)
 
 
 @dataclass(frozen=True, slots=True)
@@ -351,17 +316,15 @@ def _rounded(proposal: FormProposal, shifts: Sequence[tuple[int, int]], *, odd: 
 
 def _criterion(*, odd: bool) -> Criterion:
     """The criterion for monotone nonlinearities, or for odd ones."""
-    return Criterion(
+    return slope_criterion(
+        odd=odd,
         name=NAME,
         title=TITLE,
         theorem=THEOREM,
         formula="M(z) = 1 - sum h_i z^-i, and a form of consecutive samples",
         inequality=partial(WindowInequality.of, odd=odd),
-        nonlinearities=partial(slope_class, odd=odd),
         legal=(
             f"sum |h_i| < 1, {'of either sign, for odd phi' if odd else 'h_i >= 0'}, and the form is positive on every "
             "order cone: checked exactly"
         ),
-        assumed=SLOPE_ODD if odd else SLOPE,
-        needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),
     )

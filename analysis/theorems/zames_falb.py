@@ -15,7 +15,7 @@ from lure.analysis.inequality.polynomial import RationalInequality
 from lure.analysis.inequality.protocol import Best, Grounds, Proves
 from lure.analysis.inequality.protocol import Multiplier as Weights
 from lure.analysis.numerics.doubles import double_below, text_above
-from lure.analysis.theorems.criterion import SLOPE, SLOPE_ODD, Criterion, slope_class
+from lure.analysis.theorems.criterion import Criterion, slope_criterion
 from lure.analysis.theorems.kernel_search import TOLERANCE, Family, Proposal, Scaled, Search, seeds
 from lure.analysis.theorems.kernels import Multiplier, check, check_every, margin_near, multiplier_of
 from lure.analysis.verdict import Bracket, CriterionResult
@@ -326,17 +326,15 @@ class KernelInequality:
 
 def _criterion(*, odd: bool, effort: Effort) -> Criterion:
     """The criterion for monotone nonlinearities, or for odd ones."""
-    return Criterion(
+    return slope_criterion(
+        odd=odd,
         name="zames-falb",
         title=TITLE,
         theorem=THEOREM,
         formula="M(s) + theta s",
         inequality=partial(KernelInequality.of, odd=odd, full=effort == "full"),
-        nonlinearities=partial(slope_class, odd=odd),
         legal="sum of |c_j| at most 1, kernels nonnegative of mass 1: checked on the exact numbers",
-        assumed=SLOPE_ODD if odd else SLOPE,
         kind="multiplier",
-        needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),
     )
 
 

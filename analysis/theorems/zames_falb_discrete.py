@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from typing import Any, ClassVar, Self
+
+from flint import fmpq_poly
 
 from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.inequality.polynomial import RationalInequality
@@ -15,7 +18,7 @@ from lure.analysis.inequality.protocol import Multiplier as Weights
 from lure.analysis.inequality.unit_circle import DiscretePlant, largest_certified
 from lure.analysis.numerics.doubles import double_below, text_above
 from lure.analysis.numerics.trigonometric import least_on_circle
-from lure.analysis.theorems.criterion import SLOPE, SLOPE_ODD, Criterion, slope_class
+from lure.analysis.theorems.criterion import Criterion, slope_criterion
 from lure.analysis.theorems.fir import (
     Multiplier,
     Proposal,
@@ -153,18 +156,30 @@ class TapsInequality:
     discrete: DiscretePlant
     odd: bool
     taps: int | None = None
+    title: ClassVar[str] = TITLE
 
     @classmethod
-    def of(cls, block: RationalPlant, lower: Fraction, *, odd: bool, taps: int | None = None) -> TapsInequality:
+    def of(cls, block: RationalPlant, lower: Fraction, *, odd: bool, **more: Any) -> Self:  # noqa: ANN401  (fields)
         """The inequality of a plant.
+
+        Parameters
+        ----------
+        block : RationalPlant
+            The plant.
+        lower : Fraction
+            Lower slope.
+        odd : bool
+            Whether ``phi`` is known to be odd.
+        **more
+            The other fields.
 
         Raises
         ------
         AssumptionError, InputError
             As :func:`lure.analysis.inequality.checks.admitted_plant`.
         """
-        base = RationalInequality.of(block, lower, TITLE, discrete=True).unweighted
-        return cls(base=base, discrete=DiscretePlant.of(block, lower, TITLE), odd=odd, taps=taps)
+        base = RationalInequality.of(block, lower, cls.title, discrete=True).unweighted
+        return cls(base=base, discrete=DiscretePlant.of(block, lower, cls.title), odd=odd, **more)
 
     @property
     def grounds(self) -> Grounds:
@@ -193,8 +208,12 @@ class TapsInequality:
     def least(self, multiplier: Weights, upper: Fraction | float) -> tuple[Bracket, float]:
         """The infimum over frequency of the left-hand side, and where it is attained [rad per sample]."""
         width = None if upper == math.inf else Fraction(upper) - self.base.lower
-        margin, c = least_on_circle(inequality(self.discrete, _taps(multiplier), width), self.discrete.square)
+        margin, c = least_on_circle(self.polynomial(multiplier, width), self.discrete.square)
         return margin, math.acos(min(max(c, -1.0), 1.0))
+
+    def polynomial(self, multiplier: Weights, width: Fraction | None) -> fmpq_poly:
+        """The left-hand side times ``|d|^2`` as a polynomial in ``cos w``, for a width of the class, None for none."""
+        return inequality(self.discrete, _taps(multiplier), width)
 
 
 def _taps(multiplier: Weights) -> Multiplier:
@@ -203,16 +222,14 @@ def _taps(multiplier: Weights) -> Multiplier:
 
 def _criterion(*, odd: bool) -> Criterion:
     """The criterion for monotone nonlinearities, or for odd ones."""
-    return Criterion(
+    return slope_criterion(
+        odd=odd,
         name=NAME,
         title=TITLE,
         theorem=THEOREM,
         formula="M(z) = 1 - sum h_i z^-i",
         inequality=partial(TapsInequality.of, odd=odd),
-        nonlinearities=partial(slope_class, odd=odd),
         legal=f"sum |h_i| < 1, {'of either sign, for odd phi' if odd else 'h_i >= 0'}: checked on the exact taps",
-        assumed=SLOPE_ODD if odd else SLOPE,
-        needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),
     )
 
 
