@@ -22,6 +22,12 @@ extend(
         "lure.analysis.questions.steady:SteadyResponse": "lure.analysis.plots.steady:plot_steady",
         "lure.analysis.questions.largest:StabilityBound": "lure.analysis.plots.loops:plot_reach",
         "lure.analysis.questions.table:LoopAnalysis": "lure.analysis.plots.loops:plot_reach",
+        "lure.analysis.rod.confirmation.result:Confirmation": "lure.analysis.rod.plots.comparison:plot_both_ends",
+        "lure.analysis.rod.response.resting:Basin": "lure.analysis.rod.plots.response:plot_basin",
+        "lure.analysis.rod.response.run:Response": "lure.analysis.rod.plots.response:plot_response",
+        "lure.analysis.rod.response.sweeping:Bifurcation": "lure.analysis.rod.plots.response:plot_bifurcation",
+        "lure.analysis.rod.runs.sampled:SampledRun": "lure.analysis.rod.plots.run:plot_run_end",
+        "lure.analysis.rod.simulation.trajectory:Trajectory": "lure.analysis.rod.plots.motion:plot_end_motion",
         "lure.analysis.testing.result:Violation": "lure.analysis.plots.sectors:plot_violation",
     },
 )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.inequality.plant import TransferPolynomials, closed_loop_poles
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots, to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence
@@ -22,7 +22,6 @@ from lure.plants.conversion import exact_block
 from lure.record import Page, Record, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.drawing import Axes
     from lure.plants.rational import RationalPlant
 
 # The gain of a nonlinearity for the first harmonic of a sinusoid.
@@ -217,16 +216,7 @@ class DescribingHint(Record):
     def _attributes(self) -> dict[str, object]:
         return {"evidence": str(self.evidence), "comment": str(self)}
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The locus ``-1/N(A)`` and ``H(i omega)``, which meet at the balances, by :func:`.plot_hint`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
+    plot = drawn("The locus ``-1/N(A)`` and ``H(i omega)``, which meet at the balances, by :func:`.plot_hint`.")
 
     def _page(self) -> Page:
         words = {True: "perhaps attracting", False: "perhaps repelling", None: "of unknown kind"}

@@ -37,3 +37,22 @@ def drawing(of: object, *, task: str = "drawing") -> Callable[..., Any]:
     if found is None:
         raise TypeError(f"there is no {task} of a {type(of).__name__}")
     return found
+
+
+def drawn(says: str) -> Callable[..., Axes]:
+    """The method ``plot`` of a result: it draws by the function that is registered for its type.
+
+    Parameters
+    ----------
+    says : str
+        What is drawn, the first line of its docstring.
+    """
+
+    def plot(self: object, ax: Axes | None = None) -> Axes:
+        made: Axes = drawing(self)(self, ax=ax)
+        return made
+
+    plot.__doc__ = (
+        f"{says}\n\nParameters\n----------\nax : Axes, optional\n    Where to draw; by default a new figure.\n"
+    )
+    return plot

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.certificates.theory import theory_of
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawing, drawn
 from lure.analysis.theorems.circle import circle_criterion
 from lure.analysis.theorems.popov import popov_criterion
 from lure.analysis.verdict import CriterionResult, Evidence, Verdict
@@ -30,7 +30,7 @@ from lure.record import Record, derived, quantity
 if TYPE_CHECKING:
     import control
 
-    from lure.analysis.drawing import Axes, Draw
+    from lure.analysis.drawing import Draw
     from lure.analysis.graphical.axis import Drawable
     from lure.analysis.questions import StabilityBound
 
@@ -137,16 +137,7 @@ class Drawn(Record, ABC):
     def __bool__(self) -> bool:
         raise TypeError("a drawing proves nothing; look at response.answer or response.found")
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """The curve, what is forbidden to it, the sector and the least distance seen.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
+    plot = drawn("The curve, what is forbidden to it, the sector and the least distance seen.")
 
     def to_control(self) -> control.FrequencyResponseData:
         """The values drawn as a ``control.FrequencyResponseData``."""

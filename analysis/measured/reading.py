@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.measured.table import (
     EXAMPLES,
     SI,
@@ -31,7 +31,7 @@ from lure.errors import InputError
 from lure.record import Column, Page, Record, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.drawing import Axes
+    pass
 
 # Pairs of displacement and load in SI units, with the lines they came from and the branches they form.
 
@@ -218,16 +218,7 @@ class Measurements(Record):
         ]
         return Page(f"measurements from {self.source}", rows, verdict="OBSERVED", notes=self.notes)
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Load against displacement; see :func:`lure.analysis.plots.plot_measurements`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
+    plot = drawn("Load against displacement; see :func:`lure.analysis.plots.plot_measurements`.")
 
     def __len__(self) -> int:
         return self.displacement.size

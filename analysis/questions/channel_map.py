@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, cast
 
 from lure.analysis.deadline import time_limit
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions.answers import answer
 from lure.analysis.verdict import Evidence, Verdict
@@ -17,7 +17,6 @@ from lure.errors import InputError
 from lure.record import Record, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.drawing import Axes
     from lure.analysis.questions.largest import StabilityBound
     from lure.analysis.questions.problem import Problem
     from lure.plants.multivariable import MultivariablePlant
@@ -93,16 +92,7 @@ class StabilityMap(Record):
             return Verdict.PROVED
         return Verdict.REFUTED if any(k1 >= a and k2 >= b for a, b in self.refuted) else Verdict.INCONCLUSIVE
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """The plane of ``(k1, k2)``: proved, refuted, open.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
+    plot = drawn("The plane of ``(k1, k2)``: proved, refuted, open.")
 
 
 def _outer(corners: list[tuple[float, float]], sign: int) -> tuple[tuple[float, float], ...]:

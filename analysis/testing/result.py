@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawing, drawn
 from lure.analysis.testing.search import NotANumber, Subject
 from lure.analysis.verdict import Evidence
 from lure.arrays import Reals, np
@@ -20,7 +20,7 @@ from lure.record import quantity as declared
 from lure.record.values import exact_text
 
 if TYPE_CHECKING:
-    from lure.analysis.drawing import Axes
+    pass
 
 # What an assertion about a nonlinearity returns, and what it raises.
 
@@ -114,16 +114,9 @@ class Violation(Record):
         x0, y0 = (self.sigma[0], self.phi[0]) if self.kind == "slope" else (0.0, 0.0)
         return [(x0, y0, float(slope)) for slope in (self.lower, self.upper) if abs(slope) != math.inf]
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The nonlinearity, the lines that bound it and the point; see :func:`lure.analysis.plots.plot_violation`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
+    plot = drawn(
+        "The nonlinearity, the lines that bound it and the point; see :func:`lure.analysis.plots.plot_violation`."
+    )
 
     def _page(self) -> Page:
         rows = [

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.analysis.drawing import drawn
 from lure.analysis.verdict import Evidence
 from lure.record import Column, Page, Record, derived, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.plots.style import Axes
+    pass
 
 Array = NDArray[np.float64]
 Kind = Literal["decay", "undamped", "growth", "load"]
@@ -182,14 +183,4 @@ class Confirmation(Record):
         head, notes = ("", *(side.model for side in sides)), (*skipped, *against, self.comment)
         return Page(f"motions beside what was shown, {self.kind}", rows, head, "OBSERVED", notes)
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The contact coordinate of both; see :func:`lure.analysis.rod.plots.plot_both_ends`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        from lure.analysis.rod.plots.comparison import plot_both_ends
-
-        return plot_both_ends(self, ax=ax)
+    plot = drawn("The contact coordinate of both; see :func:`lure.analysis.rod.plots.plot_both_ends`.")

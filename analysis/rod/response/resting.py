@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.analysis.drawing import drawn
 from lure.analysis.rod.response.recording import MOST_TRIPS, Array, Progress, contact_time, means, wave_rate
 from lure.analysis.rod.response.sweeping import checked_values
 from lure.analysis.verdict import Evidence
@@ -31,7 +32,7 @@ from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
-    from lure.analysis.plots.style import Axes
+    pass
 
 # Resting places of the rod without a load over a grid of initial data.
 
@@ -114,17 +115,7 @@ class Basin(Record):
         notes = ("Of the rod itself, from these initial data only.",)
         return Page("resting places of the rod", rows, verdict="COMPUTED", notes=notes)
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Resting places over the initial data; see :func:`lure.analysis.rod.plots.plot_basin`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        from lure.analysis.rod.plots.response import plot_basin
-
-        return plot_basin(self, ax=ax)
+    plot = drawn("Resting places over the initial data; see :func:`lure.analysis.rod.plots.plot_basin`.")
 
 
 def basin(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lure.analysis.drawing import drawn
 from lure.analysis.rod.response.period import load_period
 from lure.analysis.rod.response.recording import Array, Plan, Progress, Recording, Settling, Watch, follow, settling
 from lure.analysis.rod.response.seen import (
@@ -32,7 +33,7 @@ from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
-    from lure.analysis.plots.style import Axes
+    pass
 
 # The answer to a long run.
 
@@ -182,17 +183,9 @@ class Response(Record):
         rows.append(("energy balance", f"relative residual {self.energy_residual:.1g}"))
         return Page("response of the rod to a periodic load", rows, verdict="OBSERVED", notes=(f"One {_WATCHED}.",))
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """History, stroboscopic points, spectrum and impulses; see :func:`lure.analysis.rod.plots.plot_response`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        from lure.analysis.rod.plots.response import plot_response
-
-        return plot_response(self, ax=ax)
+    plot = drawn(
+        "History, stroboscopic points, spectrum and impulses; see :func:`lure.analysis.rod.plots.plot_response`."
+    )
 
 
 Load = Scenario | Expression | str | int | float | Fraction

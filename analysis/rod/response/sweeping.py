@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from lure.analysis.drawing import drawn
 from lure.analysis.rod.response.period import load_period
 from lure.analysis.rod.response.recording import Array, Plan, Progress, Watch, follow, settling
 from lure.analysis.rod.response.run import classified, stroboscopic, watched_times
@@ -30,7 +31,7 @@ from lure.rod.scenario import Scenario
 from lure.rod.systems import rod_from_exact
 
 if TYPE_CHECKING:
-    from lure.analysis.plots.style import Axes
+    pass
 
 # A family of rods and forces with one parameter: a field of the rod, or a symbol in the formula of the force.
 
@@ -495,14 +496,4 @@ class Bifurcation(Record):
         title = f"response of the rod itself against {self.parameter}, g = {self.force}"
         return Page(title, rows, head, "OBSERVED", (*notes, *str(self).split("\n")))
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Stroboscopic points against the parameter; see :func:`lure.analysis.rod.plots.plot_bifurcation`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        from lure.analysis.rod.plots.response import plot_bifurcation
-
-        return plot_bifurcation(self, ax=ax)
+    plot = drawn("Stroboscopic points against the parameter; see :func:`lure.analysis.rod.plots.plot_bifurcation`.")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.analysis.drawing import drawn
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
 from lure.record import Column, Page, Record, finite, plain, quantity
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     import control
     import xarray
 
-    from lure.analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 Subject = Literal["rod", "scheme", "Galerkin space"]
@@ -124,17 +124,7 @@ class SampledRun(Record):
         """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
         return datasets.loop_response(self.about, self.t, self.z, self.stress, self.scenario.force(t=self.t))
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The end of the rod and its contacts; see :func:`lure.analysis.rod.plots.plot_run_end`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        from lure.analysis.rod.plots.run import plot_run_end
-
-        return plot_run_end(self, ax=ax)
+    plot = drawn("The end of the rod and its contacts; see :func:`lure.analysis.rod.plots.plot_run_end`.")
 
     def _page(self) -> Page:
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.analysis.drawing import drawn
 from lure.record import Column, Page, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SERIES, STRESS
@@ -17,7 +18,6 @@ from lure.rod.scheme.motion import SchemeMotion
 if TYPE_CHECKING:
     import control
 
-    from lure.analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 
@@ -158,17 +158,7 @@ class Trajectory(SchemeMotion):
         title = f"simulated motion of the scheme, N = {self.cells}"
         return Page(title, rows, verdict="OBSERVED", notes=(self.comment,))
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The end of the rod; see :func:`lure.analysis.rod.plots.plot_end_motion`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        from lure.analysis.rod.plots.motion import plot_end_motion
-
-        return plot_end_motion(self, ax=ax)
+    plot = drawn("The end of the rod; see :func:`lure.analysis.rod.plots.plot_end_motion`.")
 
 
 def contradictions(trajectory: Trajectory) -> tuple[str, ...]:
