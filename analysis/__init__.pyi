@@ -1,5 +1,3 @@
-from lure.analysis.certificates.checker import Proved as Proved
-from lure.analysis.certificates.checker import Refuted as Refuted
 from lure.analysis.certificates.checker import check as check
 from lure.analysis.describing import describing_function as describing_function
 from lure.analysis.graphical import nyquist_response as nyquist_response
@@ -15,6 +13,4 @@ from lure.analysis.questions.certify import certify as certify
 from lure.analysis.questions.regions import region as region
 from lure.analysis.report import report_on as report_on
 from lure.analysis.rod.trajectories import simulate as simulate
-from lure.analysis.verdict import Bracket as Bracket
-from lure.analysis.verdict import Evidence as Evidence
 from lure.analysis.verdict import Verdict as Verdict

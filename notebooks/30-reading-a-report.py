@@ -30,7 +30,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from lure import LoopSystem, NonlinearityClass, Saturation, Sector, as_plant
-from lure.analysis import Proved, Verdict, check
+from lure.analysis import Verdict, check
+from lure.analysis.certificates.checker import Proved
 from lure.analysis.plots import plot_popov, plot_reach
 from lure.analysis.questions.table import class_name
 from lure.analysis.report import build_loop_report, write_loop_report

@@ -32,7 +32,8 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from lure import PiecewiseLinear, as_plant
-from lure.analysis import Refuted, check, max_sector, max_slope
+from lure.analysis import check, max_sector, max_slope
+from lure.analysis.certificates.checker import Refuted
 from lure.analysis.describing import describing_hint
 from lure.analysis.plots import plot_nonlinearity, plot_reach
 from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, finish_axes

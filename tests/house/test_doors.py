@@ -28,7 +28,7 @@ def test_the_questions_are_asked_of_lure_itself():
 
 def test_few_names_are_handed_out_and_those_of_the_rod_by_its_rooms():
     assert len(lure.__all__) <= 36
-    assert len(lure.analysis.__all__) <= 20
+    assert len(lure.analysis.__all__) <= 16
     assert {"Rod", "exact_motion", "upwind"} <= set(lure.rod.__all__)
     assert {"compare", "bifurcation"} <= set(lure.analysis.rod.__all__)
 

@@ -12,8 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import Loop, Saturation, as_plant
-from lure.analysis import Evidence, Verdict, nyquist_response, popov_response
+from lure.analysis import Verdict, nyquist_response, popov_response
 from lure.analysis.graphical.supporting_proof import searched_theta
+from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
 from lure.files.builtin import builtin_loops
 from lure.rod import RodPlant, upwind

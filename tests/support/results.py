@@ -336,7 +336,7 @@ def rod_criterion(model):
 
 
 ANSWERS = {
-    "bracket": lambda: lure.analysis.Bracket(0, 1),
+    "bracket": lambda: lure.analysis.verdict.Bracket(0, 1),
     "largest": lambda: max_sector(THIRD),
     "largest refuted": lambda: max_sector("4/((s-1)*(s/3+1))"),
     "largest observed": lambda: max_sector(SAMPLES),
