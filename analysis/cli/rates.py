@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -28,6 +28,11 @@ from lure.analysis.cli.options import (
 )
 from lure.analysis.cli.progress import progress
 
+if TYPE_CHECKING:
+    from lure.analysis.questions.decay import RateBound
+    from lure.analysis.questions.overshoot import Overshoot
+    from lure.files.system import LoopSystem
+
 
 @app.command(help=texts.RATE)
 def rate(
@@ -36,6 +41,9 @@ def rate(
         Path | None, option("-o --output --certificate", "FILE", "Write the certificate of the rate, or against any.")
     ] = None,
     force: Force = False,
+    constant: Annotated[
+        bool, typer.Option("--constant", help="Also the number c, at nine tenths of the rate; needs A, B, C.")
+    ] = False,
     set_: Settings = None,
     seconds: Seconds = None,
     as_json: Json = False,
@@ -56,12 +64,26 @@ def rate(
 
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = decay_rate(chosen, seconds=seconds, progress=tell)
+        beside = _constant(chosen, found) if constant else None
     if as_json:
-        print_json(found.to_dict())
+        print_json(found.to_dict() | ({"constant": beside.to_dict()} if beside else {}))
     else:
-        print_wrapped([str(found)])
+        print_wrapped([str(found), *([str(beside)] if beside else [])])
     shown = found.proof or found.refutation
     if output is not None and shown is not None:
         what = "of the rate that is proved" if shown is found.proof else "of the member that is no faster"
         write_certificate(output, shown, what, force=force, as_json=as_json, quiet=quiet)
     return exit_status(found.verdict)
+
+
+def _constant(loop: LoopSystem, found: RateBound) -> Overshoot | None:
+    """The number ``c`` at nine tenths of a decay that is proved."""
+    from fractions import Fraction
+
+    from lure.analysis.questions.overshoot import overshoot
+    from lure.analysis.verdict import Verdict
+
+    if found.verdict is not Verdict.PROVED:
+        return None
+    rate = Fraction(f"{found.rate.high**0.9 if found.time == 'discrete' else 0.9 * found.rate.low:.6g}")
+    return overshoot(loop, rate=rate)

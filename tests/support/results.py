@@ -26,6 +26,7 @@ from lure.analysis.measured import (
 from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 from lure.analysis.questions.channel_map import Ray, StabilityMap
 from lure.analysis.questions.energy import energy_bounds
+from lure.analysis.questions.overshoot import overshoot
 from lure.analysis.report.loop import LoopReport
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.comparison.modes import from_closed_form
@@ -196,6 +197,7 @@ RESULTS = {
     "RateBound": lambda: decay_rate(([1], [1, 2]), Sector(0, 1)),
     "StabilityBound of channels": lambda: lure.max_sector(([1], [1, 3, 3, 1]), [Sector(0, 1)]),
     "RegionOfAttraction": lambda: region(([1], [1, -1]), Saturation(gain=2, limit=1)),
+    "Overshoot": lambda: overshoot(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], Fraction(1, 2)),
     "EnergyBounds": lambda: energy_bounds(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]}),
     "GainBound": lambda: l2_gain(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]}),
     "SteadyResponse": lambda: steady_response(([1], [1, 1]), Saturation(), {"amplitude": 1, "omega": [1, 2]}),

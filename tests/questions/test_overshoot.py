@@ -1,0 +1,81 @@
+"""The number c beside a rate: exact cases, members that are simulated, and what is refused."""
+
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lure import AssumptionError, InputError, NonlinearityClass, RationalPlant, Sector, as_plant
+from lure.analysis.certificates.second import recheck
+from lure.analysis.questions.overshoot import overshoot
+
+F = Fraction
+VARYING = NonlinearityClass(sector=Sector(0, F(1, 2)), time_varying=True)
+OSCILLATOR = ([[0, 1], [-1, -1]], [[0], [1]], [[1, 0]], [[0]])
+
+
+def test_one_state_goes_nowhere_before_it_decays():
+    # x' = -x - phi(x): |x(t)| <= |x(0)| e^-t, and P is a number
+    found = overshoot(([[-1]], [[1]], [[1]], [[0]]), [VARYING], F(1, 2))
+    assert 1 <= found.constant <= 1 + 1e-8
+    assert recheck(dict(found.proof.certificate)).accepted
+
+
+def test_no_member_that_jumps_goes_farther():
+    found = overshoot(OSCILLATOR, [VARYING], F(1, 4))
+    A, B, C = (np.array(side, dtype=float) for side in OSCILLATOR[:3])
+    random, h, farthest = np.random.default_rng(5), 0.02, 0.0
+    x = random.normal(size=(400, 2))
+    x /= np.linalg.norm(x, axis=1)[:, None]
+    for step in range(300):
+        if step % 13 == 0:
+            gains = np.where(random.random(400) < 0.5, 0, 0.5)
+
+        def rate(x, gains=gains):
+            return x @ A.T - (gains * (x @ C[0]))[:, None] * B[:, 0]
+
+        middle = rate(x + h / 2 * rate(x))
+        x = x + h * middle
+        farthest = max(farthest, np.linalg.norm(x, axis=1).max() * np.exp(0.25 * (step + 1) * h))
+    assert 1.1 < farthest < found.constant
+
+
+# xi+ = A xi/r with a normal A = a 1, so that every P > 0 serves where |a| < r; the one that is found has a c >= 1
+@settings(max_examples=10, deadline=None)
+@given(st.fractions(F(1, 10), F(1, 2), max_denominator=20), st.fractions(F(3, 5), F(9, 10), max_denominator=20))
+def test_in_discrete_time_powers_stay_below(a, r):
+    A = np.array([[float(a), 0.3], [0.0, float(a)]])
+    plant = as_plant(([[a, F(3, 10)], [0, a]], [[0], [F(1, 100)]], [[1, 0]], [[0]]), dt=1)
+    try:
+        found = overshoot(plant, [VARYING], r)
+    except AssumptionError:
+        return
+    powers = [np.linalg.norm(np.linalg.matrix_power(A, t), 2) / float(r) ** t for t in range(40)]
+    assert max(powers) <= found.constant
+
+
+def test_a_rate_that_is_not_true_or_a_loop_without_states_is_refused():
+    with pytest.raises(AssumptionError, match="no quadratic function shows the rate"):
+        overshoot(OSCILLATOR, [VARYING], 0.45)  # a gain that jumps decays like .4201
+    for wrong in (0, float("nan")):
+        with pytest.raises(InputError, match="rate is"):
+            overshoot(as_plant(([[0]], [[1]], [[1]], [[0]]), dt=1), [VARYING], wrong)
+    with pytest.raises(InputError, match="about states, and the plant is given without"):
+        overshoot(RationalPlant([1], [1, 1]), [VARYING], F(1, 2))
+
+
+def test_the_command_says_it_at_nine_tenths_of_the_rate(lure, tmp_path):
+    (tmp_path / "loop.toml").write_text(
+        "[plant]\nA = [[0, 1], [-1, -1]]\nB = [[0], [1]]\nC = [[1, 0]]\n"
+        "[class]\nsector = [0, 0.5]\ntime_varying = true\n"
+    )
+    status, out, _ = lure("rate", "loop.toml", "--constant", "--json")
+    data = json.loads(out)
+    assert status == 0
+    assert F(data["constant"]["rate"]) == pytest.approx(0.9 * data["rate"][0], rel=1e-5)
+    assert 1 < data["constant"]["constant"] < 4
+    (tmp_path / "bare.toml").write_text("[plant]\nnum = [1]\nden = [1, 1]\n[class]\nsector = [0, 0.5]\n")
+    assert lure("rate", "bare.toml", "--constant")[2].startswith("lure: the number c is about states")
