@@ -34,6 +34,7 @@ extend(
 extend("file", {"builtins:object": "lure.analysis.plots.style:render"})
 extend("beyond", {"lure.rod.assembly:RodAssembly": "lure.analysis.rod.assembly:of_the_rods"})
 extend("beyond, followed", {"lure.rod.assembly:RodAssembly": "lure.analysis.rod.assembly:followed"})
+extend("sweep", {"lure.rod.systems:RodSystem": "lure.analysis.rod.sweeping:rod_row"})
 extend("report", {"lure.rod.systems:RodSystem": "lure.analysis.rod.report.build:build_report"})
 extend(
     "report files",

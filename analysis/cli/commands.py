@@ -45,6 +45,7 @@ NEEDED = (
 OPTIONAL = {  # the extras of pyproject.toml that a user chooses
     "fast": ("numba",),
     "netcdf": ("netCDF4", "xarray"),
+    "sweep": ("zarr", "xarray", "distributed"),
     "cvode": ("scikit-sundae",),
     "pdf": ("weasyprint",),
     "notebooks": ("ipykernel", "ipywidgets", "jsonschema", "jupytext", "nbmake"),

@@ -23,6 +23,7 @@ for _commands in (
     "rates",
     "steady",
     "regions",
+    "sweeps",
     "certificates",
     "sectors",
     "rods",

@@ -267,6 +267,41 @@ Exit status: 0 one solution attracts all, 10 inconclusive, 11 in some loop it
 does not, 2 bad input, 130 interrupted before anything was found.
 """
 
+SWEEP = """Answer one question for many systems, as a labelled data set.
+
+\b
+Examples:
+  lure sweep study.toml -o study.zarr --workers 2
+  lure sweep study.toml -o study.zarr --scheduler tcp://127.0.0.1:8786
+  lure sweep study.zarr --report
+
+\b
+The file names a system, what is varied (keys as for --set) and what is asked:
+  system = "paper-rod"       # or a TOML file
+  ask = "rod"                # or sector, slope, class, gain, rate, or a list
+  [over]
+  "rod.damping" = { from = 1e-4, to = 1e-2, count = 1000, spacing = "log" }
+  "rod.compliance" = [0.1, 1, 10]
+
+\b
+In place of a grid points are drawn, always the same ones for one seed:
+  [draw]
+  count = 1000
+  seed = 7
+  method = "sobol"           # or "random"
+  [over]
+  "rod.damping" = { between = [1e-4, 1e-2], spacing = "log" }
+  "rod.compliance" = { mean = 1, deviation = 0.1 }
+
+\b
+Interrupted at any moment, the same command goes on: what is done is kept. A
+point that fails is a row with its sentence in the variable error. One row in
+1000, at least one, is computed again and rechecked before the run ends.
+
+\b
+Exit status: 0 all points are done, 2 bad input, 130 interrupted.
+"""
+
 REGION = """Say from where a loop recovers that is stable near 0 only.
 
 \b

@@ -34,7 +34,7 @@ from lure.nonlinearities import (
     shifted_class,
 )
 from lure.nonlinearities import nonlinearity_class as smallest_class
-from lure.nonlinearities.base import Nonlinearity
+from lure.nonlinearities.base import NamedNonlinearity, Nonlinearity
 from lure.nonlinearities.formula import VARIABLE
 from lure.nonlinearities.properties import nonlinearity_text
 from lure.nonlinearities.reading import as_nonlinearity
@@ -318,6 +318,12 @@ def membership(nonlinearity: object, nonlinearity_class: NonlinearityClass) -> M
     (True, 'locally Lipschitz', '{0}')
     """
     phi = as_nonlinearity(nonlinearity)
+    if isinstance(phi, NamedNonlinearity) and not isinstance(phi, ShiftedNonlinearity):
+        return _known_membership(phi, nonlinearity_class)
+    return _membership(phi, nonlinearity_class)
+
+
+def _membership(phi: Nonlinearity, nonlinearity_class: NonlinearityClass) -> Membership:
     if isinstance(phi, ShiftedNonlinearity) and known_nonlinearity(phi, -math.inf, math.inf) is None:
         inner = membership(phi.nonlinearity, shifted_class(nonlinearity_class, -phi.gain))
         return _shifted(inner, phi, nonlinearity_class)
@@ -341,6 +347,9 @@ def membership(nonlinearity: object, nonlinearity_class: NonlinearityClass) -> M
         regularity_property=how,
         zeros=zero_set(phi),
     )
+
+
+_known_membership = lru_cache(maxsize=128)(_membership)  # nonlinearities of the library are equal if their numbers are
 
 
 def _shifted(inner: Membership, phi: ShiftedNonlinearity, nonlinearity_class: NonlinearityClass) -> Membership:

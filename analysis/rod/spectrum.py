@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from lure.errors import AssumptionError
 from lure.record import Column, Page, Record, quantity
@@ -154,17 +154,39 @@ def rod_spectrum(scheme: UpwindScheme) -> RodSpectrum:
     modes = tuple(
         ModePair(number=m, scheme=wave_mode(rod, m, N), rod=wave_mode(rod, m, None)) for m in range(first, last + 1)
     )
-    slowest = wave_mode(rod, first, N)
+    slowest = slowest_decays(scheme)
     return RodSpectrum(
         zero_multiplicity=2 if double else 1,
         residue_at_zero=residue,
-        decay_scheme=0.0 - slowest.real,
-        decay_rod=0.0 - wave_mode(rod, first, None).real,
+        decay_scheme=slowest.scheme,
+        decay_rod=slowest.rod,
         elastic_scheme=wave_mode(rod, 1, N),
         elastic_rod=wave_mode(rod, 1, None),
         modes=modes,
         jordan_size=1,
     )
+
+
+class SlowestDecays(NamedTuple):
+    """Decay of the slowest wave mode [1/s]: of the rod, and of its scheme."""
+
+    rod: float
+    scheme: float
+
+
+def slowest_decays(scheme: UpwindScheme) -> SlowestDecays:
+    """How fast the slowest wave mode of a rod decays, and that of its scheme; part of :func:`rod_spectrum`.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme, with its rod.
+    """
+    rod = scheme.rod
+    if rod.reflection == 0.0:  # k = Z: the rod comes to rest in finite time
+        return SlowestDecays(math.inf, scheme.rate)
+    first = 0 if rod.reflection < 0 else 1
+    return SlowestDecays(0.0 - wave_mode(rod, first, None).real, 0.0 - wave_mode(rod, first, scheme.cells).real)
 
 
 def drawn_resonances(block: UpwindScheme | RodPlant) -> tuple[list[complex], float, float]:

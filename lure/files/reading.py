@@ -7,6 +7,7 @@ import re
 import stat
 import tomllib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -77,22 +78,100 @@ def find_system(reference: str, settings: Sequence[str] = ()) -> NamedSystem:
     >>> system.name, system.rod.damping
     ('paper-rod (changed)', 0.0008)
     """
+    return system_source(reference).changed(settings)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SystemSource:
+    """A system read once, of which many variants are asked.
+
+    Attributes
+    ----------
+    kind : FileKind
+        The kind of its file.
+    tables : dict
+        The tables that mean it, unchanged.
+    name, title, source : str
+        As of the system.
+    folder : Path
+        Where the files lie that the tables name.
+    builtin : NamedSystem or None
+        The built-in system, if it is one.
+    """
+
+    kind: FileKind
+    tables: Tables
+    name: str
+    title: str
+    source: str
+    folder: Path = Path()
+    builtin: NamedSystem | None = None
+
+    def changed(self, settings: Sequence[str] = ()) -> NamedSystem:
+        """The system with some values changed.
+
+        Parameters
+        ----------
+        settings : sequence of str
+            As for :func:`find_system`.
+
+        Raises
+        ------
+        InputError
+            A key or a value is no good.
+        """
+        if self.builtin is not None and not settings:
+            return self.builtin
+        tables = _changed(self.tables, settings, self.kind)
+        if self.builtin is None:
+            tables.setdefault("name", self.name)
+        else:
+            name = self.name if tables.get("name") == self.name else None
+            tables["name"] = f"{name} (changed)" if name else tables.get("name")
+            if tables.get("title") == self.title:
+                del tables["title"]
+        changes = "".join(f"; with {shown(setting.strip())[1:-1]}" for setting in settings)
+        title, source = self.title + changes, self.source + changes
+        return _checked(tables, self.kind, title=title, source=source, folder=self.folder)
+
+    def check_key(self, key: str) -> None:
+        """Refuse a key that no file of this kind has.
+
+        Parameters
+        ----------
+        key : str
+            As before the ``=`` of a setting.
+
+        Raises
+        ------
+        InputError
+            There is no such key.
+        """
+        _check_key(_placed(key)[0], self.kind)
+
+
+def system_source(reference: str) -> SystemSource:
+    """What the variants of one system are made from; it is read, and not yet checked.
+
+    Parameters
+    ----------
+    reference : str
+        As for :func:`find_system`.
+
+    Raises
+    ------
+    InputError
+        There is no such system, or it cannot be read.
+    """
     names = {name: kind for kind in kinds() for name in kind.names()}
     if reference in names:
         kind = names[reference]
         system = kind.builtin(reference)
-        if not settings:
-            return system
-        tables = _changed(kind.written(system), settings, kind)
-        name = system.name if tables.get("name") == system.name else None
-        tables["name"] = f"{name} (changed)" if name else tables.get("name")
-        if tables.get("title") == system.title:
-            del tables["title"]
-        changes = _changes(settings)
-        return _checked(tables, kind, title=system.title + changes, source=system.source + changes)
+        name, title, tables = system.name, system.title, kind.written(system)
+        return SystemSource(kind=kind, tables=tables, name=name, title=title, source=system.source, builtin=system)
     path = Path(reference)
     if reference.endswith(".toml") or path.exists():
-        return read_system(path, settings)
+        return _source_of(_text(path), name=path.stem, source=path.name, folder=path.parent)
     near = difflib.get_close_matches(reference, names, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]!r}? " if near else ""
     raise InputError(
@@ -149,6 +228,10 @@ def parse_system(
     >>> print(parse_system(plant_template(), name="loop", source="the template").block)
     1 / (s^3 + 3 s^2 + 2 s)
     """
+    return _source_of(text, name=name, source=source, folder=folder).changed(settings)
+
+
+def _source_of(text: str, *, name: str, source: str, folder: Path) -> SystemSource:
     label = shown_path(source)
     # the time and memory tomllib needs grow with the square of the parts of a dotted key
     if max(line.count(".") for line in text.split("\n")) > _MAX_DOTS:
@@ -170,11 +253,9 @@ def parse_system(
     except ValueError:  # int() of more than 4300 digits
         raise InputError(f"{label} does not parse as TOML: a whole number has more than 4300 digits") from None
     kind = kind_of(tables)
-    tables = _changed(tables, settings, kind)
-    tables.setdefault("name", shown(name)[1:-1] or kind.word)
-    changes = _changes(settings)
-    title = f"the {kind.word} of {label}{changes}"
-    return _checked(tables, kind, title=title, source=f"{label}{changes}", folder=folder)
+    called = shown(name)[1:-1] or kind.word
+    title = f"the {kind.word} of {label}"
+    return SystemSource(kind=kind, tables=tables, name=called, title=title, source=label, folder=folder)
 
 
 def _text(path: Path) -> str:
@@ -209,10 +290,6 @@ def _stands(head: str, text: str) -> bool:
     return any("".join(line.split("#")[0].split()) == head for line in text.split("\n"))
 
 
-def _changes(settings: Sequence[str]) -> str:
-    return "".join(f"; with {shown(setting.strip())[1:-1]}" for setting in settings)
-
-
 def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
     changed = {key: _copied(value) for key, value in tables.items()}
     for setting in settings:
@@ -223,8 +300,7 @@ def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
             raise InputError(f"--set {shown(setting)[1:-1]}: the key is missing; give one such as rod.damping=8e-4")
         key, place = _placed(key)
         table, _, last = key.rpartition(".")
-        if key not in kind.keys and not (kind.free and key.startswith(f"{kind.free}.")):
-            raise InputError(f"--set: {unknown_key(key, kind)}")
+        _check_key(key, kind)
         target = changed.setdefault(table, {}) if table else changed
         if isinstance(target, list):
             if place is None or not 0 < place <= len(target):
@@ -238,6 +314,11 @@ def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
         if isinstance(target, dict):  # otherwise the file is wrong here, and is told so when it is checked
             target[last] = _value(key, text, kind)
     return changed
+
+
+def _check_key(key: str, kind: FileKind) -> None:
+    if key not in kind.keys and not (kind.free and key.startswith(f"{kind.free}.")):
+        raise InputError(f"--set: {unknown_key(key, kind)}")
 
 
 def _copied(value: object) -> object:

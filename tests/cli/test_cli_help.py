@@ -9,7 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 COMMANDS = (
     *("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope", "gain"),
-    "region",
+    *("region", "sweep"),
     *("certify", "verify", "explain"),
     *("simulate", "compare", "response", "bifurcation", "basin", "sector"),
 )

@@ -1,0 +1,220 @@
+"""One point of a sweep: the question asked and its answer as a row of named values."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+from lure.analysis.questions import decay_rate, l2_gain
+from lure.analysis.questions.answers import max_sector, max_slope
+from lure.analysis.questions.certify import ProofOptions, certify
+from lure.analysis.verdict import Verdict
+from lure.errors import AssumptionError, InputError
+from lure.extensions import extension
+from lure.files.reading import SystemSource
+from lure.files.system import LoopSystem
+
+Row = dict[str, Any]
+Kind = Literal["text", "number"]
+Certificate = Mapping[str, Any]
+
+
+class Variable(NamedTuple):
+    """A variable of the data set: what it holds, in which unit, and what it says."""
+
+    kind: Kind
+    unit: str
+    text: str
+
+
+VARIABLES: dict[str, Variable] = {
+    "verdict": Variable("text", "1", "PROVED, REFUTED or INCONCLUSIVE; empty where the point failed"),
+    "evidence": Variable("text", "1", "what the verdict rests on: certified, computed or observed"),
+    "largest_low": Variable("number", "1", "largest k proved, rounded down; inf: every finite k"),
+    "largest_high": Variable("number", "1", "no larger k can be proved, rounded up"),
+    "refuted_at": Variable("number", "1", "smallest k with a destabilising member that was found"),
+    "low": Variable("number", "1", "lower end of the gain or of the rate"),
+    "high": Variable("number", "1", "upper end of the gain or of the rate"),
+    "criterion": Variable("text", "1", "the theorem behind the verdict"),
+    "margin": Variable("number", "1", "least value of the frequency inequality for a class that is given"),
+    "slowest_decay": Variable("number", "1/s", "decay of the slowest wave mode of the rod, of its linear part"),
+    "theta": Variable("number", "s", "multiplier of Popov's criterion"),
+    "code": Variable("text", "1", "why the verdict is INCONCLUSIVE"),
+    "error": Variable("text", "1", "why the point failed, in one sentence; empty where it did not"),
+    "seconds": Variable("number", "s", "time taken"),
+    "scheme_verdict": Variable("text", "1", "as verdict, of the scheme with N cells"),
+    "scheme_largest_low": Variable("number", "Pa/m", "as largest_low, of the scheme"),
+    "scheme_slowest_decay": Variable("number", "1/s", "decay of the slowest wave mode of the scheme"),
+    "circle": Variable(
+        "number", "Pa/m", "the circle criterion holds for [0, k] below it, for the rod and every scheme"
+    ),
+}
+_USED = {
+    "rod": (
+        "verdict evidence largest_low largest_high refuted_at criterion margin slowest_decay theta code error seconds "
+        "scheme_verdict scheme_largest_low scheme_slowest_decay circle"
+    ),
+    "sector": "verdict evidence largest_low largest_high refuted_at criterion margin theta code error seconds",
+    "slope": "verdict evidence largest_low largest_high refuted_at criterion margin theta code error seconds",
+    "class": "verdict evidence criterion theta code error seconds",
+    "gain": "verdict evidence low high criterion code error seconds",
+    "rate": "verdict evidence low high criterion code error seconds",
+}
+APART = ("seconds",)  # what differs between two runs of the same study
+
+
+def variables(ask: tuple[str, ...]) -> dict[str, Variable]:
+    """The variables of the answers to some questions.
+
+    Parameters
+    ----------
+    ask : tuple of str
+        The questions.
+    """
+    used = {name for question in ask for name in _USED[question].split()}
+    rod = {"largest_low", "largest_high", "refuted_at"} if "rod" in ask else set()
+    return {name: one._replace(unit="Pa/m") if name in rod else one for name, one in VARIABLES.items() if name in used}
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """A row, and the certificates of what it says."""
+
+    row: Row
+    certificates: tuple[Certificate, ...] = ()
+
+
+def answered(source: SystemSource, settings: list[str], question: str, seconds: float | None = None) -> Answered:
+    """The answer of one point; a point that fails is a row with its sentence.
+
+    Parameters
+    ----------
+    source : SystemSource
+        The system.
+    settings : list of str
+        What the point changes.
+    question : str
+        One of the questions.
+    seconds : float or None
+        Time allowed.
+    """
+    begun = time.perf_counter()
+    try:
+        system = source.changed(settings)
+        found = _ASKED[question](system, seconds)
+    except (InputError, AssumptionError) as error:
+        found = Answered({"verdict": "", "error": str(error), "code": str(error.code or "")})
+    except (ArithmeticError, RuntimeError, MemoryError) as error:  # a point never ends a run; its row says so
+        found = Answered({"verdict": "", "error": f"{type(error).__name__}: {error}"})
+    found.row["seconds"] = time.perf_counter() - begun
+    return found
+
+
+def _own(system: Any, seconds: float | None) -> Answered:  # noqa: ANN401  (a system with a row of its own)
+    """What a kind of system that is no loop says of itself, such as a rod."""
+    row = extension("sweep", system)
+    assert row is not None, "the study has seen that there is one"
+    answer: Answered = row(system, seconds)
+    return answer
+
+
+def _largest(question: str) -> Callable[[LoopSystem, float | None], Answered]:
+    """The largest sector or slope bound; with several channels the largest factor of the upper bounds."""
+
+    def found(system: LoopSystem, seconds: float | None) -> Answered:
+        ask = max_sector if question == "sector" else max_slope
+        if system.classes is not None:
+            bound = ask(system.block, system.classes, seconds=seconds)
+        else:
+            given = system.nonlinearity_class
+            low = given.sector.lower if given is not None and given.sector.lower > -math.inf else 0
+            more: dict[str, Any] = {} if given is None else _said(question, given)
+            bound = ask(system.block, lower=low, seconds=seconds, **more)
+        best = bound.answers[0] if bound.answers else None
+        row = {
+            "verdict": str(bound.verdict),
+            "evidence": str(bound.evidence),
+            "largest_low": bound.largest.low,
+            "largest_high": bound.largest.high,
+            "refuted_at": math.nan if bound.refuted_at is None else bound.refuted_at,
+            "criterion": bound.criterion,
+            "margin": math.nan if best is None or best.margin is None else best.margin.low,
+            "theta": math.nan if bound.theta is None else bound.theta,
+            "code": "" if bound.conclusion.code is None else bound.conclusion.code.identifier,
+        }
+        sides = (bound.conclusion.shown, None if bound.witness is None else bound.witness.refutation)
+        return Answered(row, tuple(one.certificate for one in sides if one is not None))
+
+    return found
+
+
+def _said(question: str, given: Any) -> dict[str, Any]:  # noqa: ANN401  (a class of one nonlinearity)
+    return {"time_varying": given.time_varying} if question == "sector" else {"odd": given.odd}
+
+
+def _class(system: LoopSystem, seconds: float | None) -> Answered:
+    """The class of the file, or that of its nonlinearity."""
+    found = certify(system, ways=ProofOptions(seconds=seconds))
+    shown, code = found.shown, found.conclusion.code
+    row = {
+        "verdict": str(found.verdict),
+        "evidence": str(found.conclusion.evidence),
+        "criterion": "" if shown is None else str(shown.theorem),
+        "theta": math.nan,
+        "code": "" if code is None else code.identifier,
+    }
+    return Answered(row, () if shown is None else (shown.certificate,))
+
+
+def _code(bound: Any) -> str:  # noqa: ANN401  (a gain or a rate)
+    code = getattr(bound, "code", None)
+    return "" if code is None else str(code.identifier)
+
+
+def _both_ways(question: Callable[..., Any], name: str) -> Callable[[LoopSystem, float | None], Answered]:
+    """A question whose answer is a bracket: a gain or a rate."""
+
+    def found(system: LoopSystem, seconds: float | None) -> Answered:
+        bound = question(system, seconds=seconds)
+        bracket = getattr(bound, name)
+        row = {
+            "verdict": str(bound.verdict),
+            "evidence": str(bound.evidence),
+            "low": bracket.low,
+            "high": bracket.high,
+            "criterion": bound.criterion,
+            "code": _code(bound),
+        }
+        sides = (bound.proof, bound.refutation)
+        return Answered(row, tuple(one.certificate for one in sides if one is not None))
+
+    return found
+
+
+_ASKED: Mapping[str, Callable[[Any, float | None], Answered]] = {
+    "rod": _own,
+    "sector": _largest("sector"),
+    "slope": _largest("slope"),
+    "class": _class,
+    "gain": _both_ways(l2_gain, "gain"),
+    "rate": _both_ways(decay_rate, "rate"),
+}
+
+
+def rows(source: SystemSource, places: Iterator[list[str]], ask: tuple[str, ...]) -> Iterator[list[Answered]]:
+    """The answers of many points, for each point one of each question.
+
+    Parameters
+    ----------
+    source : SystemSource
+        The system.
+    places : iterator of list of str
+        What each point changes.
+    ask : tuple of str
+        The questions.
+    """
+    for settings in places:
+        yield [answered(source, settings, question) for question in ask]

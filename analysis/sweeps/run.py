@@ -1,0 +1,403 @@
+"""``sweep``: the chunks of a study, computed by several processes, kept as they come, taken up where they stopped."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+import numpy as np
+
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.second import recheck
+from lure.analysis.sweeps.rows import APART, Answered, answered
+from lure.analysis.sweeps.store import Store
+from lure.analysis.sweeps.study import Study, read_study, study_of
+from lure.errors import InputError
+from lure.files.reading import system_source
+from lure.record import Record, quantity
+
+if TYPE_CHECKING:
+    import xarray
+
+Keep = Literal["none", "sample", "all"]
+KEEP: tuple[Keep, ...] = ("none", "sample", "all")
+IN_FLIGHT = 4  # chunks for each process
+ONE_IN = 1000  # rows that are computed again
+MOST_AGAIN = 1000
+_LOST = 3  # losses of one chunk after which the run ends
+_WATCH = 1.0  # [s] between two looks for a parent that has died
+
+
+class SweepSummary(Record):
+    """What a sweep has done."""
+
+    store: str = quantity("The data set", label="")
+    question: str = quantity("What was asked of what")
+    points: int = quantity("Points of the study")
+    done: int = quantity("Points with a row, failed ones among them")
+    failed: int = quantity("Points whose row is a sentence that says why")
+    proved: int = quantity("Answers PROVED")
+    refuted: int = quantity("Answers REFUTED")
+    inconclusive: int = quantity("Answers INCONCLUSIVE")
+    computed_now: int = quantity("Points computed in this run")
+    lost: int = quantity("Chunks lost with a process that died, and computed again", default=0)
+    checked_again: int = quantity("Rows computed again by the plain question and by both checkers", default=0)
+    seconds: float = quantity("Time of this run", "s")
+
+    def __str__(self) -> str:
+        rest = self.points - self.done
+        return (
+            f"{self.question}. {self.done} of {self.points} points done, {self.computed_now} now in "
+            f"{self.seconds:.1f} s: "
+            f"{self.proved} PROVED, {self.refuted} REFUTED, {self.inconclusive} INCONCLUSIVE, {self.failed} failed."
+            + (f" {self.lost} chunks were lost with a process and computed again." if self.lost else "")
+            + (f" {rest} are open; the same command goes on." if rest else "")
+            + (
+                f" {self.checked_again} rows, drawn at random, were computed again and agree."
+                if self.checked_again
+                else ""
+            )
+        )
+
+
+class Pool(Protocol):
+    """What computes chunks: this process, several of this machine, or a Dask cluster."""
+
+    workers: int
+
+    def submit(self, number: int, job: Job) -> Future[int]:
+        """Have a chunk computed."""
+
+    def shutdown(self) -> None:
+        """Let the processes go."""
+
+
+def sweep(  # noqa: PLR0913  (a study, a store and five settings with defaults)
+    study: Study | Mapping[str, Any] | Path | str,
+    output: Path | str,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    certificates: Keep = "none",
+    seconds: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> SweepSummary:
+    """Answer one question for every point of a study, and keep the answers in a Zarr store.
+
+    The store opens with ``xarray.open_zarr``.  Interrupted at any moment, the same call goes on: nothing that is done
+    is computed again, nothing is lost, and each process that dies repeats at most the chunk it was at.
+
+    Parameters
+    ----------
+    study : Study, Mapping or path
+        The study, the tables of its file, or the file.
+    output : path
+        The store, such as ``study.zarr``; one that holds the same study is continued.
+    workers : int
+        Processes.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers compute in place of processes of this machine.
+    certificates : {"none", "sample", "all"}
+        Which certificates are kept in the store, one of a chunk or all.
+    seconds : float, optional
+        Time allowed to each point.
+    progress : callable, optional
+        Called as ``progress(stage, done)``, ``0 <= done <= 1``.
+
+    Returns
+    -------
+    SweepSummary
+        Counts.
+
+    Raises
+    ------
+    InputError
+        The study or the store is no good, or a chunk killed its process three times.
+    RuntimeError
+        A row that was computed again differs, or a checker rejects its certificate: a bug.
+    KeyboardInterrupt
+        What is done is kept.
+    """
+    if not isinstance(study, Study):
+        study = study_of(study) if isinstance(study, Mapping) else read_study(Path(study))
+    if isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 1024:
+        raise InputError(f"workers is {workers!r:.40}; give a whole number from 1 to 1024")
+    if certificates not in KEEP:
+        raise InputError(f"certificates is {certificates!r:.40}; give 'none', 'sample' or 'all'")
+    begun, store = time.monotonic(), Store(Path(output), study)
+    store.open()
+    done = store.done()
+    left = [number for number in range(study.chunks) if number not in done]
+    tell = progress or (lambda _stage, _done: None)
+    job = Job(
+        path=str(store.path.resolve()),
+        study=replace(study),  # without what it has read
+        digest=study.digest,
+        keep=certificates,
+        seconds=seconds,
+    )
+    run = _Run(store, left, job, tell)
+    if left:
+        run.everything(lambda: _pool(min(workers, len(left)), scheduler))
+    now = sum(study.size(number) for number in left)
+    again = 0
+    if store.done() == set(range(study.chunks)):
+        tell("some rows again", 1.0)
+        again = computed_again(store, seconds)
+        store.note("checked_again", again)
+    return _summary(store, now, run.lost, again, time.monotonic() - begun)
+
+
+class _Run:
+    """The chunks that are left, handed to a pool a few at a time."""
+
+    def __init__(self, store: Store, left: list[int], job: Job, tell: Callable[[str, float], None]) -> None:
+        self.store, self.waiting, self.job, self.tell = store, list(reversed(left)), job, tell
+        self.losses: Counter[int] = Counter()
+        self.finished = store.study.chunks - len(left)
+
+    @property
+    def lost(self) -> int:
+        """How many chunks were lost with a process."""
+        return self.losses.total()
+
+    def everything(self, opened: Callable[[], Pool]) -> None:
+        """Compute them all; a pool whose process died is opened anew."""
+        while self.waiting:
+            pool = opened()
+            try:
+                self._with(pool, max(IN_FLIGHT * pool.workers, 1))
+            finally:
+                pool.shutdown()
+
+    def _with(self, pool: Pool, most: int) -> None:
+        running: dict[Future[int], int] = {}
+        try:
+            while self.waiting or running:
+                while self.waiting and len(running) < most:
+                    number = self.waiting.pop()
+                    running[pool.submit(number, self.job)] = number
+                over, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in over:
+                    future.result()
+                    del running[future]
+                    self.finished += 1
+                    self.tell(f"{self.store.study.system}", self.finished / self.store.study.chunks)
+        except BrokenProcessPool:
+            self._after_loss(list(running.values()))
+
+    def _after_loss(self, begun: list[int]) -> None:
+        """Take up what was handed out and has no marker; only the first few of it were being computed."""
+        done = self.store.done()
+        open_ = [number for number in begun if number not in done]
+        self.losses.update(open_[:1])
+        worst = max(self.losses, key=self.losses.__getitem__, default=None)
+        if worst is not None and self.losses[worst] >= _LOST:
+            first = self.store.study.settings([part.start for part in self.store.study.region(worst)])
+            raise InputError(
+                f"a process died {_LOST} times in the chunk from {', '.join(first)}, of too little memory perhaps; "
+                f"what is done is kept in {self.store.path}: give fewer --workers and run the same command again"
+            )
+        self.finished = len(done)
+        self.waiting += reversed(open_)
+
+
+class _Here:
+    """A pool of one: the process itself."""
+
+    workers = 0
+
+    def submit(self, number: int, job: Job) -> Future[int]:
+        """Have a chunk computed, at once."""
+        future: Future[int] = Future()
+        future.set_result(computed(number, job))
+        return future
+
+    def shutdown(self) -> None:
+        """Let nothing go."""
+
+
+class _Processes:
+    """Processes of this machine."""
+
+    def __init__(self, workers: int) -> None:
+        context, self.workers = multiprocessing.get_context("spawn"), workers
+        self._pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(os.getpid(),))
+
+    def submit(self, number: int, job: Job) -> Future[int]:
+        """Have a chunk computed by one that is free."""
+        return self._pool.submit(computed, number, job)
+
+    def shutdown(self) -> None:
+        """Let them finish what they are at."""
+        self._pool.shutdown(cancel_futures=True)
+
+
+def _pool(workers: int, scheduler: str | None) -> Pool:
+    if scheduler is not None:
+        from lure.analysis.sweeps.cluster import Cluster
+
+        return Cluster(scheduler)
+    return _Here() if workers == 1 else _Processes(workers)
+
+
+def _begin(parent: int) -> None:
+    """Of a process: leave interrupts to the parent, and end when it has died."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_WATCH)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """What every process needs to compute chunks.
+
+    Attributes
+    ----------
+    path : str
+        The store.
+    study : Study
+        What it holds.
+    digest : str
+        That of the study.
+    keep : {"none", "sample", "all"}
+        Which certificates are kept.
+    seconds : float or None
+        Time allowed to each point.
+    """
+
+    path: str
+    study: Study
+    digest: str
+    keep: Keep
+    seconds: float | None
+
+
+_KNOWN: dict[tuple[str, str], Store] = {}  # the store of a process, whose system was read once
+
+
+def computed(number: int, job: Job) -> int:
+    """Compute and keep one chunk; how many points it has.
+
+    Parameters
+    ----------
+    number : int
+        Of the chunk.
+    job : Job
+        Of which study.
+    """
+    store = _KNOWN.get((job.path, job.digest))
+    if store is None:
+        _KNOWN.clear()
+        store = _KNOWN[job.path, job.digest] = Store(Path(job.path), job.study)
+    study = store.study
+    points = [
+        [answered(study.source, place, one, job.seconds) for one in study.ask] for place in study.of_chunk(number)
+    ]
+    kept = [one for point in points for each in point for one in each.certificates]
+    store.write(number, points, {"none": [], "sample": kept[:1], "all": kept}[job.keep])
+    return len(points)
+
+
+# Rows again, by another way.
+
+
+def computed_again(store: Store, seconds: float | None = None) -> int:
+    """Compute a sample of the rows again, by the plain question and by both checkers; how many there were.
+
+    Parameters
+    ----------
+    store : Store
+        A store that is done.
+    seconds : float, optional
+        Time allowed to each.
+
+    Raises
+    ------
+    RuntimeError
+        One of them differs: a bug, and the store is not to be believed.
+    """
+    study = store.study
+    count = min(max(study.points // ONE_IN, 1), MOST_AGAIN)
+    chosen = np.random.default_rng(int(study.digest[:15], 16)).choice(study.points, count, replace=False)
+    data = opened(store.path)
+    for flat in sorted(int(each) for each in chosen):
+        place = tuple(int(each) for each in np.unravel_index(flat, study.shape))
+        settings = study.settings(place)
+        for i, question in enumerate(study.ask):
+            where = (*place, *([i] if len(study.ask) > 1 else []))
+            found = answered(system_source(study.reference), settings, question, seconds)
+            _demand_agreement(store, settings, found, {name: data[name].values[where] for name in store.variables})
+    return count
+
+
+def _demand_agreement(store: Store, settings: list[str], found: Answered, kept: Mapping[str, Any]) -> None:
+    for name, one in store.variables.items():
+        if name in APART:
+            continue
+        value = found.row.get(name, "" if one.kind == "text" else np.nan)
+        same = (
+            str(value) == str(kept[name]) if one.kind == "text" else np.array_equal(value, kept[name], equal_nan=True)
+        )
+        if not same:
+            raise RuntimeError(
+                f"{', '.join(settings)}: {name} is {value}, and {kept[name]} in {store.path}: please report it"
+            )
+    for certificate in found.certificates:
+        check(certificate)
+        opinion = recheck(certificate)
+        if not opinion.accepted:
+            raise RuntimeError(f"{', '.join(settings)}: the second checker says {opinion.reason}: please report it")
+
+
+def opened(path: Path) -> xarray.Dataset:
+    """The data set of a store.
+
+    Parameters
+    ----------
+    path : Path
+        The store.
+    """
+    import warnings
+
+    import xarray
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found: xarray.Dataset = xarray.open_zarr(path, chunks=None)
+    return found
+
+
+def _summary(store: Store, now: int, lost: int, again: int, seconds: float) -> SweepSummary:
+    data, study = opened(store.path), store.study
+    done = sum(study.size(number) for number in store.done())
+    verdicts, errors = data["verdict"].values, data["error"].values
+    return SweepSummary(
+        store=str(store.path),
+        question=str(study),
+        points=study.points,
+        done=done,
+        failed=int((errors != "").sum()),
+        proved=int((verdicts == "PROVED").sum()),
+        refuted=int((verdicts == "REFUTED").sum()),
+        inconclusive=int((verdicts == "INCONCLUSIVE").sum()),
+        computed_now=now,
+        lost=lost,
+        checked_again=again,
+        seconds=seconds,
+    )

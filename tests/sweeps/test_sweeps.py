@@ -1,0 +1,200 @@
+"""Sweeps: rows are the answers of the plain questions, nothing is lost or done twice, bad studies are refused."""
+
+import json
+import math
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+
+from lure.analysis.sweeps import run as runs
+from lure.analysis.sweeps import sweep
+from lure.analysis.sweeps.page import page_of
+from lure.analysis.sweeps.run import opened
+from lure.analysis.sweeps.study import study_of
+from lure.errors import InputError
+
+# 1/(s(s+a)(s+2)): Routh gives the largest linear gain 2a(a+2), and Popov's criterion proves the whole sector below it.
+LOOP = """
+[plant]
+num = [1]
+den = [1, 3, 2, 0]
+"""
+ROD = {"system": "paper-rod", "ask": "rod", "over": {"rod.damping": [-1e-4, 0, 2e-4, 1e-3], "rod.compliance": [1, 10]}}
+
+
+@pytest.fixture
+def loops(tmp_path):
+    """A study of third-order loops, one of which has no sector."""
+    (tmp_path / "loop.toml").write_text(LOOP)
+    dens = [[1, a + 2, 2 * a, 0] for a in (1, 2, 3)]
+    return {"system": "loop.toml", "ask": "sector", "chunk": 1, "over": {"plant.den": [*dens, "nonsense"]}}, tmp_path
+
+
+def test_the_rows_of_rods_are_those_of_the_energy_theorem(tmp_path):
+    found = sweep(ROD, tmp_path / "rods.zarr")
+    counts = (found.points, found.proved, found.refuted, found.inconclusive, found.failed)
+    assert counts == (8, 4, 2, 2, 0)
+    data = opened(tmp_path / "rods.zarr")
+    assert list(data["verdict"].sel({"rod.compliance": 1}).values) == ["REFUTED", "INCONCLUSIVE", "PROVED", "PROVED"]
+    assert (data["verdict"] == data["scheme_verdict"]).all()
+    # -ln|a|/(2T) with a = (k - Z)/(k + Z), Z = A sqrt(rho E) = 1.2 and T = L sqrt(rho/E) = 1/6000
+    k = np.array([2e-4, 1e-3])
+    expected = -np.log((1.2 - k) / (1.2 + k)) * 6000 / 2
+    np.testing.assert_allclose(data["slowest_decay"].values[2:, 0], expected, rtol=1e-12)
+    assert data["largest_low"].attrs["units"] == "Pa/m"
+    assert np.isinf(data["largest_low"].values[2:]).all()
+
+
+def test_a_sweep_of_sectors_agrees_with_routh_and_a_point_that_fails_is_a_row(loops):
+    study, folder = loops
+    found = sweep(study_of(study, folder=folder), folder / "loops.zarr", certificates="all")
+    assert (found.proved, found.failed, found.computed_now) == (3, 1, 4)
+    data = opened(folder / "loops.zarr")
+    np.testing.assert_allclose(data["largest_low"].values[:3], [6, 16, 30], rtol=1e-6)
+    assert data["error"].values[3].startswith("plant.den")
+    assert np.isnan(data["largest_low"].values[3])
+    assert found.checked_again == 1
+    page = page_of(folder / "loops.zarr")
+    assert "3 PROVED" in page
+    assert "failed: plant.den" in page
+    again = sweep(study_of(study, folder=folder), folder / "loops.zarr")
+    assert again.computed_now == 0
+
+
+def test_an_interrupted_sweep_goes_on_where_it_stopped(loops, monkeypatch):
+    study, folder = loops
+    study = study_of(study, folder=folder)
+    whole = sweep(study, folder / "whole.zarr")
+    begun = []
+
+    def stopped(*given):
+        begun.append(given)
+        if len(begun) == 3:
+            raise KeyboardInterrupt
+        return answered(*given)
+
+    answered = runs.answered
+    monkeypatch.setattr(runs, "answered", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        sweep(study, folder / "parts.zarr")
+    monkeypatch.setattr(runs, "answered", answered)
+    rest = sweep(study, folder / "parts.zarr")
+    assert rest.computed_now == 2
+    assert (rest.done, rest.proved) == (whole.done, whole.proved)
+    first, second = (opened(folder / name).drop_vars("seconds") for name in ("whole.zarr", "parts.zarr"))
+    assert first.drop_attrs().identical(second.drop_attrs())
+
+
+def test_values_without_a_marker_are_not_taken_for_done(loops):
+    study, folder = loops
+    study = study_of(study, folder=folder)
+    sweep(study, folder / "loops.zarr")
+    (folder / "loops.zarr" / ".lure" / "done" / "1").unlink()
+    assert sweep(study, folder / "loops.zarr").computed_now == 1
+
+
+def test_a_row_that_was_changed_is_noticed(tmp_path):
+    import zarr
+
+    study = study_of({**ROD, "over": {"rod.damping": [2e-4]}})
+    sweep(study, tmp_path / "rods.zarr")
+    zarr.open_group(tmp_path / "rods.zarr", mode="r+")["slowest_decay"][0] = 2.0
+    with pytest.raises(RuntimeError, match=r"rod\.damping=0\.0002: slowest_decay is 1\.0.*, and 2\.0 in"):
+        sweep(study, tmp_path / "rods.zarr")
+
+
+@pytest.mark.thorough
+def test_killed_processes_lose_nothing(tmp_path):
+    import psutil
+
+    over = {"rod.damping": {"from": 1e-4, "to": 1e-2, "count": 400}}
+    study = study_of({"system": "paper-rod", "ask": "rod", "chunk": 10, "over": over})
+    stop = threading.Event()
+
+    def kill():
+        while not stop.wait(4):
+            for child in psutil.Process().children(recursive=True)[-1:]:
+                os.kill(child.pid, signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        found = sweep(study, tmp_path / "killed.zarr", workers=2)
+    finally:
+        stop.set()
+        killer.join()
+    plain = sweep(study, tmp_path / "plain.zarr")
+    assert (found.done, found.proved) == (plain.done, plain.proved) == (400, 400)
+    first, second = (opened(tmp_path / f"{name}.zarr").drop_vars("seconds") for name in ("killed", "plain"))
+    assert first.drop_attrs().identical(second.drop_attrs())
+
+
+def test_points_are_drawn_alike_for_one_seed(tmp_path):
+    tables = {
+        "system": "paper-rod",
+        "ask": "rod",
+        "over": {
+            "rod.damping": {"between": [1e-4, 1e-2], "spacing": "log"},
+            "rod.gap": {"mean": 0.02, "deviation": 1e-3},
+        },
+        "draw": {"count": 5, "seed": 3, "method": "sobol"},
+    }
+    first, second = study_of(tables), study_of(tables)
+    assert [first.settings((i,)) for i in range(5)] == [second.settings((i,)) for i in range(5)]
+    damping = first.drawn["rod.damping"]
+    assert ((damping >= 1e-4) & (damping <= 1e-2)).all()
+    assert math.isclose(study_of({**tables, "draw": {"count": 1024}}).drawn["rod.gap"].mean(), 0.02, rel_tol=0.01)
+    found = sweep(first, tmp_path / "drawn.zarr")
+    assert found.proved == 5
+    data = opened(tmp_path / "drawn.zarr")
+    assert list(data.coords) == ["rod.damping", "rod.gap"]
+    assert "5 PROVED" in page_of(tmp_path / "drawn.zarr")
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"ask": "sectors"}, "ask is 'sectors'; give one of rod, sector"),
+        ({"ask": "sector"}, "ask is 'sector', and paper-rod is a rod; ask 'rod'"),
+        ({"over": {}}, "over is a table; give a table"),
+        ({"over": {"rod.dampin": [1]}}, "unknown key rod.dampin; did you mean rod.damping?"),
+        ({"over": {"rod.damping": []}}, "over.rod.damping is an empty array"),
+        ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 2, "spacing": "log"}}}, "give positive ends"),
+        ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 0}}}, "over.rod.damping.count is 0"),
+        ({"over": {"rod.damping": {"from": 0, "to": 1, "step": 2}}}, "unknown key over.rod.damping.step"),
+        ({"draw": {"count": 3}}, "over.rod.damping is an array; with [draw] give"),
+        ({"draw": {"count": 3}, "over": {"rod.damping": {"between": [2, 1]}}}, "give the smaller end first"),
+        ({"sweep": 1}, "unknown key 'sweep' of a study"),
+        ({"chunk": -1}, "chunk is -1"),
+        ({"system": 3}, "system is 3"),
+    ],
+)
+def test_a_study_that_is_no_good_is_refused_in_a_sentence(change, sentence):
+    with pytest.raises(InputError) as error:
+        study_of({**ROD, **change})
+    assert sentence in str(error.value)
+
+
+def test_another_study_does_not_go_into_the_same_store(tmp_path):
+    sweep({**ROD, "over": {"rod.damping": [1e-4]}}, tmp_path / "rods.zarr")
+    with pytest.raises(InputError, match="holds another study; give another -o"):
+        sweep({**ROD, "over": {"rod.damping": [2e-4]}}, tmp_path / "rods.zarr")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes").write_text("mine")
+    with pytest.raises(InputError, match="exists and is no sweep of lure"):
+        sweep({**ROD, "over": {"rod.damping": [2e-4]}}, tmp_path / "mine")
+
+
+def test_the_command_prints_counts_and_writes_a_page(tmp_path, lure, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.toml").write_text('system = "paper-rod"\nask = "rod"\n[over]\nrod.damping = [1e-4, 0]\n')
+    status, out, _ = lure("sweep", "study.toml", "--json")
+    found = json.loads(out)
+    assert status == 0
+    assert {found[name] for name in ("points", "done", "computed_now")} == {2}
+    assert (found["proved"], found["inconclusive"], found["failed"]) == (1, 1, 0)
+    assert lure("sweep", "study.zarr", "--report")[0] == 0
+    assert "lure report paper-rod --set rod.damping=0.0" in (tmp_path / "study.html").read_text()
