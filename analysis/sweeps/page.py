@@ -73,7 +73,8 @@ def _figures(data: xarray.Dataset) -> Iterator[Figure]:
 
 def _finite(values: xarray.DataArray) -> np.ndarray[Any, Any]:
     numbers = np.asarray(values.values, dtype=float)
-    return numbers[np.isfinite(numbers)]
+    finite: np.ndarray[Any, Any] = numbers[np.isfinite(numbers)]
+    return finite
 
 
 def _figure(name: str, title: str, plane: Plane, draw: Draw) -> Figure:

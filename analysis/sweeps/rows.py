@@ -11,7 +11,6 @@ from typing import Any, Literal, NamedTuple
 from lure.analysis.questions import decay_rate, l2_gain
 from lure.analysis.questions.answers import max_sector, max_slope
 from lure.analysis.questions.certify import ProofOptions, certify
-from lure.analysis.verdict import Verdict
 from lure.errors import AssumptionError, InputError
 from lure.extensions import extension
 from lure.files.reading import SystemSource
