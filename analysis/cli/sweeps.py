@@ -18,6 +18,7 @@ from lure.analysis.cli.options import (
     check_seconds,
     option,
     print_json,
+    print_wrapped,
     refused,
 )
 from lure.analysis.cli.progress import progress
@@ -74,7 +75,7 @@ def sweep(
     if as_json:
         print_json(found.to_dict())
     else:
-        print(found)
+        print_wrapped([str(found)])
         if not quiet:
             print(f'Open it: xarray.open_zarr("{target}"); a page: lure sweep {target} --report')
     return 0

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def rod_row(system: RodSystem, _seconds: float | None = None) -> Answered:
-    """The rod and its scheme with the rod's own pressure law: the energy theorem decides both, for every sector at once.
+    """The rod and its scheme with the rod's own pressure law: the energy theorem decides both, for every sector.
 
     Parameters
     ----------

@@ -62,11 +62,7 @@ class SweepSummary(Record):
             f"{self.proved} PROVED, {self.refuted} REFUTED, {self.inconclusive} INCONCLUSIVE, {self.failed} failed."
             + (f" {self.lost} chunks were lost with a process and computed again." if self.lost else "")
             + (f" {rest} are open; the same command goes on." if rest else "")
-            + (
-                f" {self.checked_again} rows, drawn at random, were computed again and agree."
-                if self.checked_again
-                else ""
-            )
+            + (" A sample, computed again and rechecked, agrees." if self.checked_again else "")
         )
 
 

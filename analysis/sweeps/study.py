@@ -234,9 +234,7 @@ class Study:
         varied = " x ".join(f"{len(axis.values)} values of {axis.key}" for axis in self.axes)
         if self.draw is not None:
             varied = f"{self.draw.count} points drawn ({self.draw.method}) of {', '.join(self.keys)}"
-        return (
-            f"{self.system}, asked for {' and '.join(self.ask)}: {varied}, {self.points} points in {self.chunks} chunks"
-        )
+        return f"{self.system}, asked for {' and '.join(self.ask)}: {varied}"
 
 
 @lru_cache(maxsize=2)
@@ -308,7 +306,7 @@ def study_of(tables: Mapping[str, Any], *, folder: Path = Path()) -> Study:
     --------
     >>> study = study_of({"system": "paper-rod", "ask": "rod", "over": {"rod.damping": [1e-4, 2e-4]}})
     >>> print(study)
-    paper-rod, asked for rod: 2 values of rod.damping, 2 points in 1 chunks
+    paper-rod, asked for rod: 2 values of rod.damping
     """
     unknown = [key for key in tables if key not in _KEYS]
     if unknown:
