@@ -7,7 +7,6 @@ import os
 import signal
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -34,7 +33,7 @@ KEEP: tuple[Keep, ...] = ("none", "sample", "all")
 IN_FLIGHT = 4  # chunks for each process
 ONE_IN = 1000  # rows that are computed again
 MOST_AGAIN = 1000
-_LOST = 3  # losses of one chunk after which the run ends
+_LOST = 3  # deaths of a process in turn, without a chunk done between them, after which the run ends
 _WATCH = 1.0  # [s] between two looks for a parent that has died
 
 
@@ -50,7 +49,7 @@ class SweepSummary(Record):
     refuted: int = quantity("Answers REFUTED")
     inconclusive: int = quantity("Answers INCONCLUSIVE")
     computed_now: int = quantity("Points computed in this run")
-    lost: int = quantity("Chunks lost with a process that died, and computed again", default=0)
+    lost: int = quantity("Times that a process died and what it was at was computed again", default=0)
     checked_again: int = quantity("Rows computed again by the plain question and by both checkers", default=0)
     seconds: float = quantity("Time of this run", "s")
 
@@ -60,7 +59,7 @@ class SweepSummary(Record):
             f"{self.question}. {self.done} of {self.points} points done, {self.computed_now} now in "
             f"{self.seconds:.1f} s: "
             f"{self.proved} PROVED, {self.refuted} REFUTED, {self.inconclusive} INCONCLUSIVE, {self.failed} failed."
-            + (f" {self.lost} chunks were lost with a process and computed again." if self.lost else "")
+            + (f" Processes died {self.lost} times; what they were at was computed again." if self.lost else "")
             + (f" {rest} are open; the same command goes on." if rest else "")
             + (" A sample, computed again and rechecked, agrees." if self.checked_again else "")
         )
@@ -118,7 +117,7 @@ def sweep(  # noqa: PLR0913  (a study, a store and five settings with defaults)
     Raises
     ------
     InputError
-        The study or the store is no good, or a chunk killed its process three times.
+        The study or the store is no good, or processes died three times before anything was done.
     RuntimeError
         A row that was computed again differs, or a checker rejects its certificate: a bug.
     KeyboardInterrupt
@@ -159,13 +158,8 @@ class _Run:
 
     def __init__(self, store: Store, left: list[int], job: Job, tell: Callable[[str, float], None]) -> None:
         self.store, self.waiting, self.job, self.tell = store, list(reversed(left)), job, tell
-        self.losses: Counter[int] = Counter()
+        self.lost = self.in_vain = 0
         self.finished = store.study.chunks - len(left)
-
-    @property
-    def lost(self) -> int:
-        """How many chunks were lost with a process."""
-        return self.losses.total()
 
     def everything(self, opened: Callable[[], Pool]) -> None:
         """Compute them all; a pool whose process died is opened anew."""
@@ -181,31 +175,31 @@ class _Run:
         try:
             while self.waiting or running:
                 while self.waiting and len(running) < most:
-                    number = self.waiting.pop()
-                    running[pool.submit(number, self.job)] = number
+                    running[pool.submit(self.waiting[-1], self.job)] = self.waiting[-1]
+                    self.waiting.pop()
                 over, _ = wait(running, return_when=FIRST_COMPLETED)
                 for future in over:
                     future.result()
                     del running[future]
-                    self.finished += 1
+                    self.finished, self.in_vain = self.finished + 1, 0
                     self.tell(f"{self.store.study.system}", self.finished / self.store.study.chunks)
         except BrokenProcessPool:
             self._after_loss(list(running.values()))
 
     def _after_loss(self, begun: list[int]) -> None:
-        """Take up what was handed out and has no marker; only the first few of it were being computed."""
+        """Take up what was handed out and has no marker; end where processes die and nothing gets done."""
         done = self.store.done()
-        open_ = [number for number in begun if number not in done]
-        self.losses.update(open_[:1])
-        worst = max(self.losses, key=self.losses.__getitem__, default=None)
-        if worst is not None and self.losses[worst] >= _LOST:
-            first = self.store.study.settings([part.start for part in self.store.study.region(worst)])
+        left = [number for number in begun if number not in done]
+        self.lost += 1
+        self.in_vain = self.in_vain + 1 if len(done) == self.finished else 1
+        if self.in_vain >= _LOST and left:
+            first = self.store.study.settings([part.start for part in self.store.study.region(left[0])])
             raise InputError(
-                f"a process died {_LOST} times in the chunk from {', '.join(first)}, of too little memory perhaps; "
-                f"what is done is kept in {self.store.path}: give fewer --workers and run the same command again"
+                f"a process died {_LOST} times before anything was done at {', '.join(first)}, of too little memory "
+                f"perhaps; what is done is kept in {self.store.path}: give fewer --workers and run it again"
             )
         self.finished = len(done)
-        self.waiting += reversed(open_)
+        self.waiting += reversed(left)
 
 
 class _Here:

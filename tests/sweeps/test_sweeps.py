@@ -115,7 +115,12 @@ def test_killed_processes_lose_nothing(tmp_path):
     stop = threading.Event()
 
     def kill():
-        while not stop.wait(4):
+        seen = 0
+        while not stop.wait(0.2):
+            done = len(list((tmp_path / "killed.zarr").glob(".lure/done/[0-9]*")))
+            if done <= seen:
+                continue
+            seen = done + 4
             for child in psutil.Process().children(recursive=True)[-1:]:
                 os.kill(child.pid, signal.SIGKILL)
 
@@ -126,6 +131,7 @@ def test_killed_processes_lose_nothing(tmp_path):
     finally:
         stop.set()
         killer.join()
+    assert found.lost > 2
     plain = sweep(study, tmp_path / "plain.zarr")
     assert (found.done, found.proved) == (plain.done, plain.proved) == (400, 400)
     first, second = (opened(tmp_path / f"{name}.zarr").drop_vars("seconds") for name in ("killed", "plain"))
