@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
 from functools import lru_cache
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 from lure.analysis.nonlinearity.bounds import bounds_of_known, cuts_of, has_values, jumps_of, nonlinearity_bounds
 from lure.analysis.nonlinearity.pieces import Known, Piece, Value, known_nonlinearity
@@ -210,7 +210,8 @@ def examined(nonlinearity: object, nonlinearity_class: NonlinearityClass | None 
         found = membership(phi, nonlinearity_class)
         _demand_true(found, "asked about in a class with", "give a class that contains it")
     if type(phi) is ExpressionNonlinearity and found.regularity == "locally Lipschitz" and not phi.locally_lipschitz:
-        phi = _declaring(phi, phi.sector, phi.slope_bounds, odd=phi.odd, locally_lipschitz=True)
+        said: dict[str, Any] = {"sector": phi.sector, "slope_bounds": phi.slope_bounds, "odd": phi.odd}
+        phi = ExpressionNonlinearity(phi.text, locally_lipschitz=True, **said)
     asked = own if nonlinearity_class is None else nonlinearity_class
     return Examined(nonlinearity=phi, nonlinearity_class=asked, membership=found)
 
@@ -259,8 +260,7 @@ def _with_certified(phi: Nonlinearity) -> Nonlinearity:
     found = certified_bounds(phi)
     if found is None or _loose(found.sector_lower, found.sector_upper):
         raise InputError(
-            f"the nonlinearity {phi.text!r:.60} declares no sector, and none could be certified; declare one, "
-            f"such as "
+            f"the nonlinearity {phi.text!r:.60} declares no sector, and none could be certified; declare one, such as "
             "sector = [0, 5]"
         )
     low, high = _shown(found, "sector")
@@ -269,22 +269,14 @@ def _with_certified(phi: Nonlinearity) -> Nonlinearity:
     if slope is not None and slope.upper - slope.lower > _WIDEST * (high - low):
         slope = None  # no criterion gains from them, and the question would be put for a class beyond all interest
     odd = phi.odd or bool(known_odd(phi.expression, VARIABLE))
-    lipschitz = phi.locally_lipschitz
-    return _declaring(phi, Sector(below(low), above(high)), slope, odd=odd, locally_lipschitz=lipschitz)
+    said: dict[str, Any] = {"sector": Sector(below(low), above(high)), "slope_bounds": slope, "odd": odd}
+    return ExpressionNonlinearity(phi.text, locally_lipschitz=phi.locally_lipschitz, **said)
 
 
 def _loose(low: Extreme, high: Extreme) -> bool:
     """Whether bounds were given up far from the values seen."""
     size = max((abs(end.inner) for end in (low, high) if isinstance(end.inner, Fraction)), default=Fraction(0))
     return low.gap > size or high.gap > size
-
-
-def _declaring(
-    phi: ExpressionNonlinearity, sector: Sector, slope: SlopeBounds | None, *, odd: bool, locally_lipschitz: bool
-) -> ExpressionNonlinearity:
-    return ExpressionNonlinearity(
-        phi.text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=locally_lipschitz
-    )
 
 
 def membership(nonlinearity: object, nonlinearity_class: NonlinearityClass) -> Membership:
@@ -319,10 +311,11 @@ def membership(nonlinearity: object, nonlinearity_class: NonlinearityClass) -> M
     """
     phi = as_nonlinearity(nonlinearity)
     if isinstance(phi, NamedNonlinearity) and not isinstance(phi, ShiftedNonlinearity):
-        return _known_membership(phi, nonlinearity_class)
-    return _membership(phi, nonlinearity_class)
+        return _membership(phi, nonlinearity_class)
+    return _membership.__wrapped__(phi, nonlinearity_class)
 
 
+@lru_cache(maxsize=128)  # nonlinearities of the library are equal if their numbers are
 def _membership(phi: Nonlinearity, nonlinearity_class: NonlinearityClass) -> Membership:
     if isinstance(phi, ShiftedNonlinearity) and known_nonlinearity(phi, -math.inf, math.inf) is None:
         inner = membership(phi.nonlinearity, shifted_class(nonlinearity_class, -phi.gain))
@@ -347,9 +340,6 @@ def _membership(phi: Nonlinearity, nonlinearity_class: NonlinearityClass) -> Mem
         regularity_property=how,
         zeros=zero_set(phi),
     )
-
-
-_known_membership = lru_cache(maxsize=128)(_membership)  # nonlinearities of the library are equal if their numbers are
 
 
 def _shifted(inner: Membership, phi: ShiftedNonlinearity, nonlinearity_class: NonlinearityClass) -> Membership:
