@@ -168,14 +168,35 @@ def destroys(shown: Refuted) -> str:
 
 
 def counterexample(shown: Refuted) -> str:
-    """The destabilising nonlinearity of a certificate in words.
+    """The destabilising nonlinearity of a certificate in words, and the parameters of the plant if it has any.
 
     Parameters
     ----------
     shown : Refuted
         What the checker accepted.
     """
-    proof, method = shown.certificate["proof"], _method(shown)
+    found, whole, system = _destabilising(shown), shown.certificate["proof"], shown.certificate["system"]
+    if whole["method"] != "member":
+        return found
+    values = zip(system["parameters"], whole["at"], strict=True)
+    return f"{found} with {', '.join(f'{name} = {_near(Fraction(v))}' for (name, *_), v in values)}"
+
+
+def plants_words(system: Mapping[str, Any]) -> str:
+    """For which plants something is proved, such as `` for every a in [1, 2]``; empty for a single one.
+
+    Parameters
+    ----------
+    system : Mapping
+        ``system`` of a certificate.
+    """
+    if system.get("kind") != "family":
+        return ""
+    return f" for every {', '.join(f'{name} in {interval(ends)}' for name, *ends in system['parameters'])}"
+
+
+def _destabilising(shown: Refuted) -> str:
+    proof, method = _proof(shown), _method(shown)
     if method in ("linear-gain", "matrix-gain"):
         gain = Fraction(proof["gain"])
         return linear_gain(gain)
@@ -262,7 +283,13 @@ def linear_gain(gain: Fraction) -> str:
 
 
 def _method(shown: Refuted) -> str:
-    return str(shown.certificate["proof"]["method"])
+    return str(_proof(shown)["method"])
+
+
+def _proof(shown: Refuted) -> Mapping[str, Any]:
+    """The proof of a refutation, of one plant of a box that of the loop with this plant."""
+    proof: Mapping[str, Any] = shown.certificate["proof"]
+    return proof["proof"] if proof["method"] == "member" else proof
 
 
 def _graph(proof: Mapping[str, Any]) -> str:

@@ -611,12 +611,12 @@ plt.show()
 #
 # ## 6. The checker alone
 #
-# `checker.py` and the eleven files beside it need Python and nothing else. We copy the twelve into an empty folder and
+# `checker.py` and the twelve files beside it need Python and nothing else. We copy all into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
 # %%
-BESIDE = ("arithmetic", "balls", "blocks", "channels", "frequencies", "gains", "parametric",
+BESIDE = ("arithmetic", "balls", "blocks", "boxes", "channels", "frequencies", "gains", "parametric",
           "regions", "several", "states", "windows")  # fmt: skip
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")

@@ -179,9 +179,15 @@ def paced(system: Any, rate: Fraction) -> Any:
     """
     form(isinstance(system, dict), "the system is missing")
     kind, discrete = system.get("kind"), system.get("time") == "discrete"
-    need(kind in ("transfer", "state-space", "multivariable"), "rates are shown of rational plants")
+    need(kind in ("transfer", "state-space", "multivariable", "family"), "rates are shown of rational plants")
     need(rate > 0 or not discrete, "in discrete time a rate is positive")
     found = dict(system)
+    if kind == "family":  # n and d are sums, and this is linear in them
+        as_one = {"kind": "transfer", "time": system.get("time")}
+        found["terms"] = [
+            term | {n: v for n, v in paced(term | as_one, rate).items() if n in term} for term in system["terms"]
+        ]
+        return found
     if kind == "transfer":
         for side in ("numerator", "denominator"):
             p = numbers(system[side])[::-1]

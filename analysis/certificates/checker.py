@@ -4,8 +4,7 @@
 
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
-Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``balls``, ``blocks``, ``channels``,
-``frequencies``, ``gains``, ``parametric``, ``regions``, ``several``, ``states`` and ``windows`` beside it compute.
+Only this file makes a ``Proved`` or a ``Refuted``; what it imports beside it, twelve files, computes.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ import json
 import sys
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ if not __package__:  # run as a script: the files beside it are its package
     __package__ = Path(__file__).resolve().parent.name
 
 from . import arithmetic as exact
-from . import regions, several, states
+from . import boxes, regions, several, states
 from .arithmetic import INF, ZERO, Form, Rejected, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
 from .blocks import (
@@ -80,6 +80,7 @@ class Checked:
             raise TypeError(f"only the checker makes a {type(self).__name__}: give the certificate to check()")
         self.certificate, self.facts, self.assumed = certificate, facts, assumed
         more = f", for which {assumed}" if assumed and "solvable" not in facts else ""
+        more += f"; {facts['parameters']}" if "parameters" in facts else ""
         self.claim, self.theorem = f"{certificate['conclusion']}: {facts['class']}{more}", str(certificate["theorem"])
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -172,9 +173,9 @@ def polynomial_proof(F: Form, *, critical: bool, bounded: bool) -> dict[str, Any
     return {"method": "polynomial", "variable": variable, "coefficients": whole, "limits": limits}
 
 
-def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any) -> dict[str, str]:
+def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any = None) -> dict[str, str]:
     """``F > 0`` at every frequency and at infinity; unbounded: up to the positive term that each bound adds."""
-    if proof["method"] == "cover":
+    if proof and proof["method"] == "cover":
         _, boxes, order = fields(proof, "method", "boxes", "order")
         form(isinstance(boxes, list) and 0 < len(boxes) < 10_000, "boxes are a list of pairs")
         ends, order = [numbers(x, 2) for x in boxes], integer(order, 2, 60)
@@ -183,9 +184,9 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any) -> di
             need(a < b and box(F, a, b, order, critical), f"F > 0 is not shown on the box [{a}, {b}]")
         need(tail(F, ends[-1][1], full), "F > 0 is not shown beyond the boxes")
         return {"inequality": f"F > 0 up to omega = {ends[-1][1]}, number of boxes: {len(ends)}, and beyond"}
-    need(proof == polynomial_proof(F, critical=critical, bounded=bounded), "F is another polynomial")
-    p, skip = [int(c) for c in proof["coefficients"]], 2 if critical else 0
-    degree = max(len(p) - 1, 0) * (2 if proof["variable"] == "omega^2" else 1)
+    need(proof in (None, own := polynomial_proof(F, critical=critical, bounded=bounded)), "F is another polynomial")
+    p, skip = [int(c) for c in own["coefficients"]], 2 if critical else 0
+    degree = max(len(p) - 1, 0) * (2 if own["variable"] == "omega^2" else 1)
     need(not bounded or degree == full - skip, "F > 0 fails in the limit of high frequencies")
     need(exact.positive(p) or not (p or bounded), "F > 0 fails at some frequency")
     return {"inequality": f"F, of degree {degree} in omega, has no root in [0, inf) and a positive leading coefficient"}
@@ -252,6 +253,9 @@ def counterexample(system: Any, family: states.Family, proof: Any, paced: bool) 
         return MOVES, {
             "growth": "phi = 0: a wave mode grows, |a| > 1" if slow else "a gain > 0: a positive real root, A/k < 0"
         }
+    if method == "member":
+        one, inner, point = boxes.member(system, proof)
+        return (found := counterexample(one, family, inner, paced))[0], found[1] | point
     if method == "flow-orbit":
         need(realised(system, ZERO)[4] is False, "flow-orbit is about continuous time")
         return MOVES, states.flow_orbit(realised(system, ZERO)[:4], family, proof)
@@ -328,8 +332,8 @@ def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Ref
     discrete, refuted = system.get("time") == "discrete", verdict == "REFUTED"
     several = isinstance(given, dict) and "channels" in given
     need(phi is None, "with a rate no nonlinearity is given")
-    covered = proof["method"] in PACED_MEMBERS if refuted else name in (PACED_CHANNELS if several else PACED)
-    need(covered, f"{name!r:.40} by {proof['method']!r:.40} does not cover rates")
+    method, names = proof.get("proof", proof)["method"], (PACED, PACED_CHANNELS)[several]
+    need(method in PACED_MEMBERS if refuted else name in names, f"{name!r:.40} by {method!r:.40} has no rates")
     if several:
         need(not any("operator" in one for one in given["channels"]), "an operator has another norm with a rate")
         need(not any("memory" in one for one in given["channels"]), "with play and stop 0 attracts nothing at a rate")
@@ -376,13 +380,17 @@ def judged(
         )
         conclusion, found = structure(name, data, system, family)
         return Proved, conclusion, facts | found, ""
-    need(proof["method"] in ("polynomial", "cover", "matrix"), f"there is no proof by {proof['method']!r:.40}")
+    need(proof["method"] in ("polynomial", "cover", "matrix", "boxes"), f"there is no proof by {proof['method']!r:.40}")
     if name == "hurwitz":
         need(fields(data) == [] and proof == {"method": "polynomial"}, "constant gains are proved by polynomials")
         return Proved, LINEAR, facts | linear(block(system), family), ""
     if proof["method"] == "matrix":
         critical, found = by_matrix(name, data, system, family, proof)
         direct, discrete, delayed = *realised(system, ZERO)[3:], False
+    elif proof["method"] == "boxes":
+        need(fields(data) == [] and not family.endless[name in SLOPED], "each box has its multiplier, the class an end")
+        gains, shows, delayed = family[name in SLOPED], partial(inequality, name, family=family, rate=rate), False
+        critical, direct, discrete, found = boxes.proved(system, proof, name, gains, shows, on_axis)
     else:
         B = block(system)
         F, full, critical, found = inequality(name, data, B, family, rate)

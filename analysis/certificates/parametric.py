@@ -216,6 +216,8 @@ def coefficients(values: dict[tuple[int, ...], Rows], degrees: list[int]) -> Ite
             tick()
             line = [values[(*node[:axis], k, *node[axis + 1 :])] for k in range(degrees[axis] + 1)]
             share = [(c, Y) for c, Y in zip(back[node[axis]], line) if c]
-            turned[node] = [[sum((c * Y[i][j] for c, Y in share), ZERO) for j in range(len(X))] for i in range(len(X))]
+            turned[node] = [
+                [sum((c * Y[i][j] for c, Y in share), ZERO) for j in range(len(row))] for i, row in enumerate(X)
+            ]
         values = turned
     yield from values.values()

@@ -13,6 +13,7 @@ from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Tanh
 from lure.nonlinearities.base import NormalCompliance
 from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
+from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
@@ -60,7 +61,7 @@ def system_of(block: object) -> dict[str, Any]:
 
     Parameters
     ----------
-    block : RationalPlant, DelayPlant, StateSpace, MultivariablePlant or StructuredPlant
+    block : RationalPlant, PlantFamily, DelayPlant, StateSpace, MultivariablePlant or StructuredPlant
         The block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices mean the
         doubles they are.
 
@@ -83,6 +84,14 @@ def system_of(block: object) -> dict[str, Any]:
         time = "continuous" if block.dt is None else "discrete"
         top, bottom = texts(block.numerator), texts(block.denominator)
         return {"kind": "transfer", "time": time, "numerator": top, "denominator": bottom}
+    if isinstance(block, PlantFamily):
+        bounds = [[name, str(low), str(high)] for name, (low, high) in zip(block.names, block.box, strict=True)]
+        sums = [
+            {"powers": list(powers), "numerator": texts(top), "denominator": texts(bottom)}
+            for powers, top, bottom in block.terms
+        ]
+        time = "continuous" if block.dt is None else "discrete"
+        return {"kind": "family", "time": time, "parameters": bounds, "terms": sums}
     if isinstance(block, DelayPlant):
         terms = [[str(delay), texts(top)] for delay, top in block.terms]
         return {"kind": "delay", "terms": terms, "denominator": texts(block.denominator)}

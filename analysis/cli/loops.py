@@ -149,6 +149,8 @@ def refutation(witness: Witness) -> str:
     if witness.kind == "linear gain" and isinstance(gain, str) and colon:
         factor = {"1": "", "-1": "-"}.get(gain, f"{gain} ")
         nonlinearity = "without feedback (phi = 0)" if Fraction(gain) == 0 else f"with phi = {factor}sigma"
+        if isinstance(values := witness.data.get("parameters"), Mapping):
+            nonlinearity += f", {', '.join(f'{name} = {value}' for name, value in values.items())},"
         return f"{nonlinearity} {rest} ({witness.evidence})"
     return f"{witness.description} ({witness.evidence})"
 
@@ -169,6 +171,8 @@ def linear(limit: Bracket, lower: Fraction) -> str:
         return "Every larger linear gain is stable." if lower else "Every positive linear gain is stable."
     if limit.high == math.inf:
         return f"Linear gains are stable up to {limit.low:.7g} at least."
+    if limit.high - limit.low > 1e-4 * abs(limit.high):
+        return f"Linear gains are stable up to {limit.low:.7g} at least, and not beyond {limit.high:.7g}."
     return f"Linear gains are stable up to {limit.middle:.7g}."
 
 

@@ -12,6 +12,7 @@ from lure.analysis.questions.problem import plant_given
 from lure.errors import InputError
 from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
+from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
@@ -70,7 +71,8 @@ def drawable(system: object) -> Drawable:
     Parameters
     ----------
     system : object
-        Whatever :func:`lure.as_plant` takes, a ``StructuredPlant`` such as a rod, or a loop with a ``block``.
+        Whatever :func:`lure.as_plant` takes, a ``StructuredPlant`` such as a rod, or a loop with a ``block``; of plants
+        with parameters in a box the one in its middle is drawn.
 
     Raises
     ------
@@ -83,6 +85,8 @@ def drawable(system: object) -> Drawable:
     if isinstance(system, Loop | LoopSystem):
         system = system.block
     block = plant_given(system)
+    if isinstance(block, PlantFamily):
+        return block.central
     return _finite_part(block) if isinstance(block, FrequencyData) else block
 
 

@@ -21,7 +21,7 @@ from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Evidence, Verdict
-from lure.analysis.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
+from lure.analysis.wording import class_words, counterexample, destroys, direct_term, meaning, plants_words, proviso
 from lure.nonlinearities.base import Nonlinearity
 from lure.record import Page, Record, derived, quantity
 
@@ -242,7 +242,8 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
         return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
     says, attracts = meaning(shown, asked.subject), shown.certificate["conclusion"].startswith("0 attracts")
     whole = f"{about} {assumed}" if assumed else about
-    head = f"{says} for every {whole}"
+    plants = plants_words(shown.certificate["system"])
+    head = f"{says} for every {whole}{plants and ' and' + plants.removeprefix(' for')}"
     found = head
     if name:
         member = "of which it is one as declared" if words else "of which it is checked to be one"
@@ -255,7 +256,7 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
             found = f": {head[0].lower()}{head[1:]}, {member}, and {only}"
             says, attracts = says.partition(" converges")[0] + " converges to 0", True
         provisos = [words, f"if {assumed.removeprefix('for which ')}" if assumed else ""]
-        head = f"{says} with {name}" + "".join(f", {said}" for said in provisos if said)
+        head = f"{says} with {name}{plants}" + "".join(f", {said}" for said in provisos if said)
         found = head + found
     reaches = "" if larger is None or asked.several else f", which reaches {_end(larger)}"
     return Conclusion(
@@ -278,7 +279,7 @@ def _refuted(asked: Problem, shown: Refuted, beside: Refuted | None) -> Conclusi
     about = class_words(nonlinearities, inwards=False, spelled=asked.spelled)
     if not contains(asked.class_entry, nonlinearities):
         return undecided(asked, f"what is refuted is {about}, which the class asked about does not contain")
-    if "equilibria other than 0" in shown.certificate["conclusion"] and _critical_end(asked):
+    if "equilibria other than 0" in shown.certificate["conclusion"] and _critical_end(asked, shown):
         return undecided(asked, "other equilibria refute nothing where an end of the class leaves a pole at 0")
     does = destroys(shown)
     head = f"Some {about} {does}: {counterexample(shown)}"
@@ -315,6 +316,7 @@ def undecided(
         What that rests on.
     """
     head = f"Nothing is decided for {class_words(asked.class_entry, spelled=asked.spelled)}"
+    head += plants_words(asked.system)
     head += f", nor for {asked.nonlinearity_words}" if asked.nonlinearity_words else ""
     return Conclusion(
         verdict=Verdict.INCONCLUSIVE,
@@ -327,16 +329,20 @@ def undecided(
     )
 
 
-def _critical_end(asked: Problem) -> bool:
+def _critical_end(asked: Problem, shown: Refuted) -> bool:
     """Whether a gain at an end of the class leaves a pole at 0 (``z = 1``) and otherwise stable ones, or may do so."""
     from lure.analysis.certificates.arithmetic import extended
     from lure.analysis.certificates.blocks import block, critical_end
+    from lure.analysis.certificates.boxes import plants
 
-    if asked.system["kind"] not in ("transfer", "delay"):
+    system = asked.system
+    if system["kind"] == "family":  # of the plant at which it is refuted
+        system = plants(dict(system)).at([Fraction(v) for v in shown.certificate["proof"]["at"]])
+    if system["kind"] not in ("transfer", "delay"):
         return True
     ends = [asked.class_entry["sector"], *([asked.class_entry["slope"]] if asked.class_entry["slope"] else [])]
     low, high = max(extended(end[0]) for end in ends), min(extended(end[1]) for end in ends)
-    return critical_end(block(asked.system), low, high)
+    return critical_end(block(system), low, high)
 
 
 def _end(larger: Proved) -> str:
@@ -433,7 +439,7 @@ def _rests_at_zero_only(given: Sequence[Nonlinearity], shown: Proved) -> bool:
     if certificate["conclusion"] != "every motion converges to the set of equilibria":
         return False
     kind, laws = certificate["system"]["kind"], certificate["laws"]
-    if kind not in ("transfer", "state-space", "delay", "multivariable"):
+    if kind not in ("transfer", "state-space", "delay", "multivariable", "family"):
         return False
     if kind == "multivariable":
         gains = [max(Fraction(end[0]) for end in (one["sector"], one["slope"]) if end) for one in laws["channels"]]

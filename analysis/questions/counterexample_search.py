@@ -3,31 +3,50 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from lure.analysis.certificates import codes
+from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.drafts import Failure, check_for_class, guarded
 from lure.analysis.certificates.theory import theory_of
 from lure.analysis.inequality.gains import hurwitz_limit, unstable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.numerics.precision import ball, outward
+from lure.analysis.questions import families
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.proofs import EXPECTED
 from lure.analysis.verdict import Bracket, Evidence, Witness
 from lure.errors import AssumptionError, Reason
 from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
+from lure.plants.family import PlantFamily, Point
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
 if TYPE_CHECKING:
-    from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.certificates.checker import Proved
     from lure.analysis.certificates.proposals import Numbers
 
 # Linear gains: members of every class.
+
+
+@lru_cache(maxsize=64)
+def _worst(family: PlantFamily, lower: Fraction) -> tuple[Point, float]:
+    """About where in a box the stable linear gains end first, and where they end there."""
+    return families.least(family, lambda plant: hurwitz(Problem.largest(plant, "sector", lower=lower)).high)
+
+
+def _at_worst(asked: Problem) -> tuple[Problem, Point]:
+    """The question about the plant of a box at which the stable linear gains end first."""
+    family, lower = asked.plant, asked.lower
+    assert isinstance(family, PlantFamily)
+    point, _ = _worst(family, lower)
+    return replace(asked, plant=family.at(point)), point
 
 
 def hurwitz(asked: Problem) -> Bracket:
@@ -37,6 +56,9 @@ def hurwitz(asked: Problem) -> Bracket:
         if TransferPolynomials.of(plant).shifted(lower).case == "unstable":  # lower itself, a member of every class
             return outward(ball(lower), ball(lower))
         return hurwitz_limit(plant, lower)
+    if isinstance(plant, PlantFamily):
+        _, high = _worst(plant, lower)
+        return Bracket(min(double_below(lower), high), high)
     if isinstance(plant, StateSpace):
         witness = _smallest_gain(plant, lower)
         return Bracket(double_below(lower), math.inf if witness is None else witness.k)
@@ -55,7 +77,7 @@ def hurwitz(asked: Problem) -> Bracket:
 
 def critical(asked: Problem) -> bool:
     """Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): members of the class add equilibria."""
-    plant = asked.plant
+    plant = asked.plant.central if isinstance(asked.plant, PlantFamily) else asked.plant
     if isinstance(plant, RationalPlant):
         return TransferPolynomials.of(plant).shifted(asked.lower).case == "critical"
     if isinstance(plant, DelayPlant):
@@ -75,6 +97,9 @@ def linear_witnesses(asked: Problem, limit: Bracket) -> list[Witness]:
     """
     from lure.analysis.certificates.refutations import accepted_witness
 
+    if isinstance(asked.plant, PlantFamily):
+        one, point = _at_worst(asked)
+        return [families.refuted_at(asked.plant, point, witness) for witness in linear_witnesses(one, limit)]
     found = _smallest_gain(asked.plant, asked.lower, limit)
     return [] if found is None else [accepted_witness(asked.plant, found)]
 
@@ -108,7 +133,7 @@ def _dead_time_gain(plant: DelayPlant, limit: Bracket) -> Witness:
     )
 
 
-def linear_refutation(asked: Problem, numbers: Numbers) -> Proved | Refuted | None:
+def linear_refutation(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failure | None:
     """A constant gain of the class with which the loop does not come to rest; or what the plant's structure refutes.
 
     Parameters
@@ -126,6 +151,8 @@ def linear_refutation(asked: Problem, numbers: Numbers) -> Proved | Refuted | No
     from lure.analysis.certificates.refutations import refutation_draft
 
     plant, sector = asked.plant, asked.nonlinearity_class.sector
+    if isinstance(plant, PlantFamily):
+        return _of_one_plant(asked, linear_refutation, numbers)
     if isinstance(plant, StructuredPlant):
         draft = theory_of(plant).refutation()
         return None if draft is None else check_for_class(asked, {**draft, "numbers": numbers})
@@ -141,6 +168,20 @@ def linear_refutation(asked: Problem, numbers: Numbers) -> Proved | Refuted | No
     if witness is None or not bounds.lower <= witness.k <= bounds.upper:
         return None
     return check_for_class(asked, refutation_draft(plant, witness, asked.class_entry, numbers=numbers))
+
+
+def _of_one_plant(
+    asked: Problem, search: Callable[[Problem, Numbers], Proved | Refuted | Failure | None], numbers: Numbers
+) -> Proved | Refuted | Failure | None:
+    """What a search refutes of the plant of a box at which the stable linear gains end first."""
+    if asked.nonlinearity_class.sector.lower == -math.inf:
+        return None
+    one, point = _at_worst(asked)
+    found = search(one, numbers)
+    if not isinstance(found, Refuted):
+        return found
+    assert isinstance(asked.plant, PlantFamily)
+    return check_for_class(asked, families.member_draft(asked.plant, point, found.certificate))
 
 
 def _some_gain(asked: Problem) -> Witness | None:
@@ -184,6 +225,9 @@ def nonlinear_witnesses(asked: Problem) -> list[Witness]:
     """
     from lure.analysis.certificates.refutations import accepted_witness
 
+    if isinstance(asked.plant, PlantFamily):
+        one, point = _at_worst(asked)
+        return [families.refuted_at(asked.plant, point, witness) for witness in nonlinear_witnesses(one)]
     found = guarded("refute", lambda: _nonlinearities(asked), passing=(*EXPECTED, TimeoutError))
     if isinstance(found, Failure):
         return []
@@ -209,6 +253,8 @@ def counterexample(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failu
     from lure.analysis.certificates.refutations import refutation_draft
 
     plant, bounds = asked.plant, asked.nonlinearity_class.slope or asked.nonlinearity_class.sector
+    if isinstance(plant, PlantFamily):
+        return _of_one_plant(asked, counterexample, numbers)
     if not isinstance(plant, RationalPlant) or bounds.lower == -math.inf:
         return None
     last: Failure | None = None

@@ -27,6 +27,7 @@ from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.block import StructuredPlant
 from lure.plants.conversion import one_channel
 from lure.plants.delay import DelayPlant
+from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -34,7 +35,7 @@ from lure.plants.state_space import StateSpace
 
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]
-OneChannel = RationalPlant | DelayPlant | StateSpace | FrequencyData | StructuredPlant
+OneChannel = RationalPlant | PlantFamily | DelayPlant | StateSpace | FrequencyData | StructuredPlant
 Plant = OneChannel | MultivariablePlant
 LONG = 30_000  # binary digits of the characteristic polynomial from which on matrices are faster
 _GAINS = "hurwitz"  # decides a class of constant gains
@@ -488,7 +489,7 @@ def by_matrices(block: RationalPlant) -> StateSpace | None:
     return StateSpace(*given.doubles(), block.dt)
 
 
-def certifiable(block: object) -> RationalPlant | DelayPlant | StateSpace:
+def certifiable(block: object) -> RationalPlant | PlantFamily | DelayPlant | StateSpace:
     """The block, if there is exact data behind it; by its matrices where these are doubles and polynomials too long.
 
     Parameters
@@ -503,7 +504,7 @@ def certifiable(block: object) -> RationalPlant | DelayPlant | StateSpace:
     """
     if isinstance(block, RationalPlant):
         return by_matrices(block) or block
-    if isinstance(block, DelayPlant | StateSpace):
+    if isinstance(block, DelayPlant | StateSpace | PlantFamily):
         return block
     raise AssumptionError(
         f"a {type(block).__name__} gives computed numbers, and nothing certified can be said of it; give coefficients, "

@@ -11,9 +11,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.drafts import Failure, check_for_class, guarded
+from lure.analysis.certificates.drafts import Failure, check_for_class, complete_and_check, guarded
+from lure.analysis.certificates.systems import class_entry
 from lure.analysis.certificates.theory import Draft, theory_of
 from lure.analysis.numerics.doubles import double_below
+from lure.analysis.questions import families
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, Theorem, Upper, row_of, theorems_for
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
@@ -21,6 +23,7 @@ from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError, Reason
 from lure.exact import exact_number
 from lure.plants.block import StructuredPlant
+from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
@@ -57,7 +60,18 @@ def _largest(row: Theorem, asked: Problem, lower: Fraction) -> CriterionResult:
     """The largest class from ``lower`` on, by the means that there are for such a plant."""
     if isinstance(asked.block, StructuredPlant):
         return theory_of(asked.block).largest(row.name)
+    if isinstance(asked.block, PlantFamily):
+        return families.largest(asked.block, row, lower, partial(_class_to, asked, row), odd=asked.odd)
     return row.answer(asked.block, lower=lower, odd=asked.odd)
+
+
+def _class_to(asked: Problem, row: Theorem, upper: Upper) -> tuple[NonlinearityClass, dict[str, Any]]:
+    """The class asked about with another upper end, and the same as it stands in a certificate."""
+    top = math.inf if isinstance(upper, str) else upper
+    slope = SlopeBounds(asked.lower, top) if asked.question == "slope" else None
+    odd = asked.odd and (row.odd or row.only_odd)
+    given = NonlinearityClass(sector=Sector(asked.lower, top), slope=slope, odd=odd, time_varying=asked.time_varying)
+    return given, class_entry(given, unbounded=False)
 
 
 def rank(answer: CriterionResult) -> tuple[bool, bool, float, float]:
@@ -101,6 +115,8 @@ def proved_answer(asked: Problem, answer: CriterionResult) -> CriterionResult:
         With ``proof``, and ``largest.low`` lowered to the class that was accepted.
     """
     computed = answer.evidence is Evidence.COMPUTED
+    if isinstance(asked.block, PlantFamily):
+        return _of_this_kind(asked, answer)
     if (answer.verdict is not Verdict.PROVED and not computed) or isinstance(asked.block, FrequencyData):
         return answer
     found = guarded(answer.criterion, lambda: _certified(asked, answer), passing=(TimeoutError,))
@@ -114,6 +130,19 @@ def proved_answer(asked: Problem, answer: CriterionResult) -> CriterionResult:
     reason = f"{tried} is the largest k for which a certificate was tried" if limited else answer.reason
     shown = replace(answer, largest=largest, shown=found.proved, search_limited=limited, reason=reason)
     return _by_a_matrix(shown) if computed else shown
+
+
+def _of_this_kind(asked: Problem, answer: CriterionResult) -> CriterionResult:
+    """What is proved of all plants of a box, stated for time-varying nonlinearities where those are asked about."""
+    if answer.proof is None or answer.nonlinearity_class.time_varying or not asked.time_varying:
+        return answer
+    wide = replace(answer.nonlinearity_class, time_varying=True)
+    laws = {**answer.proof.certificate["laws"], "time_varying": True}
+    again = {**answer.proof.certificate, "laws": laws}
+    found = guarded(answer.criterion, lambda: complete_and_check(again), passing=(TimeoutError,))
+    if isinstance(found, Failure):
+        return _uncertified(answer, found)
+    return replace(answer, nonlinearity_class=wide, shown=found)
 
 
 def _by_a_matrix(answer: CriterionResult) -> CriterionResult:
@@ -142,7 +171,7 @@ def _certified(asked: Problem, answer: CriterionResult, upper: Upper | None = No
     """What the checker accepts of an answer, for nonlinearities that vary with time where those are asked about."""
     from lure.analysis.certificates.proposals import certified
 
-    assert not isinstance(asked.block, FrequencyData)
+    assert not isinstance(asked.block, FrequencyData | PlantFamily)
     wider = asked.time_varying and not answer.nonlinearity_class.time_varying
     wide = (
         replace(answer, nonlinearity_class=replace(answer.nonlinearity_class, time_varying=True)) if wider else answer
@@ -303,6 +332,11 @@ def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Pr
             return [(theory.argument, lambda: check_for_class(asked, {**theory.proof(), "numbers": numbers}))], []
         if plant.order is None:
             return [], []  # no criterion proves anything of infinitely many states
+    if isinstance(plant, PlantFamily):
+        asking = theorems_for(plant, asked.question, asked.criterion, odd=asked.odd, time_varying=asked.time_varying)
+        return [
+            (row.name, partial(_of_family, asked, row, numbers)) for row in asking if row.name not in families.UNUSED
+        ], []
     if isinstance(plant, StateSpace) or (isinstance(plant, StructuredPlant) and method == "matrix"):
         from lure.analysis.certificates.by_matrices import class_drafts
 
@@ -310,6 +344,19 @@ def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Pr
         return [(name, partial(_computed, asked, name, draft, numbers)) for name, draft in drafts], []
     each = [(one.name, partial(_proof, asked, one, numbers)) for one in candidates(asked, finite=asked.finite)]
     return [one for one in each if not one[0].endswith(LONG)], [one for one in each if one[0].endswith(LONG)]
+
+
+def _of_family(asked: Problem, row: Theorem, numbers: Numbers) -> Proved | Refuted:
+    """A proof by one criterion for all plants of a box."""
+    assert isinstance(asked.plant, PlantFamily)
+    given = asked.nonlinearity_class
+    bounds = given.slope if row.slope and given.slope is not None else given.sector
+    if bounds.lower == -math.inf:
+        raise AssumptionError("with parameters the class needs a finite lower end", code=Reason.NO_LOWER_END)
+    upper: Upper = Fraction(bounds.upper) if bounds.upper != math.inf else "finite"
+    laws = {**asked.class_entry}
+    shown = families.Search(asked.plant, row, asked.odd).proved(laws, Fraction(bounds.lower), upper)
+    return check_for_class(asked, {**shown.certificate, "numbers": numbers})
 
 
 def _proof(asked: Problem, candidate: Candidate, numbers: Numbers) -> Proved | Refuted | Failure:
@@ -329,7 +376,7 @@ def _proof(asked: Problem, candidate: Candidate, numbers: Numbers) -> Proved | R
 
         by_matrix = answer_draft(plant, asked.nonlinearity_class, answer, finite=asked.finite)
         return check_for_class(asked, {**by_matrix, "numbers": numbers})
-    assert not isinstance(plant, StateSpace | FrequencyData)
+    assert not isinstance(plant, StateSpace | FrequencyData | PlantFamily)
     found = certified(plant, answer, upper, numbers=numbers)
     if found.upper != upper:
         detail = f"what {name} proves is accepted with the upper end {found.upper} in place of {upper}"

@@ -44,6 +44,7 @@ from lure.analysis.questions.proofs import (
 from lure.analysis.theorems.table import BEST, LAST, Theorem, theorems_for
 from lure.analysis.verdict import Bracket, Verdict, Witness
 from lure.errors import AssumptionError, InputError, Reason
+from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 
@@ -359,7 +360,7 @@ def _own(asked: Problem, numbers: Numbers) -> Iterator[Proposal]:
     proposed = guarded("criteria", lambda: proposals(asked, numbers))
     cheap, dear = ([("criteria", lambda: proposed)], []) if isinstance(proposed, Failure) else proposed
     yield from cheap
-    if isinstance(asked.plant, RationalPlant) and asked.criterion == asked.method == BEST:
+    if isinstance(asked.plant, RationalPlant | PlantFamily) and asked.criterion == asked.method == BEST:
         yield "counterexamples", lambda: counterexample(asked, numbers)
     yield from dear
     if asked.provable and not asked.finite and asked.nonlinearity_class.sector.upper == math.inf:

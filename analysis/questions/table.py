@@ -30,6 +30,7 @@ from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.plants.delay import DelayPlant
+from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
@@ -81,6 +82,10 @@ def _loop(problem: Problem) -> dict[str, Any]:
     data["dt"] = None if step is None else str(step)
     if isinstance(plant, StateSpace | MultivariablePlant):
         data["matrices"] = plant.to_dict()
+    elif isinstance(plant, PlantFamily):
+        data["numerator"], data["denominator"] = plant.sides
+        pairs = zip(plant.names, plant.box, strict=True)
+        data["parameters"] = {name: [str(low), str(high)] for name, (low, high) in pairs}
     elif isinstance(plant, RationalPlant | DelayPlant):
         data["denominator"] = [str(c) for c in plant.denominator]
         if isinstance(plant, RationalPlant):
@@ -512,6 +517,9 @@ def _gains(block: Plant) -> tuple[GainInterval, ...] | None:
 
 
 def _case(block: Plant, rows: list[StabilityBound]) -> Case:
+    if isinstance(block, PlantFamily):  # of every plant
+        shown_rows = [row for row in rows if row.verdict is Verdict.PROVED and row.lower == 0]
+        return ("critical" if shown_rows[0].critical else "stable") if shown_rows else "unstable"
     if isinstance(block, StateSpace):
         shown = any(row.verdict is Verdict.PROVED and row.lower == 0 for row in rows)
         poles = np.linalg.eigvals(block.A)

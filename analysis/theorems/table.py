@@ -19,6 +19,7 @@ from lure.analysis.inequality.protocol import ScalarPlant
 from lure.analysis.verdict import CriterionResult
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
+from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
 
 Question = Literal["sector", "slope"]
@@ -393,13 +394,14 @@ def theorems_for(
         near = difflib.get_close_matches(wanted, CRITERIA, n=1)
         hint = f"did you mean {near[0]!r}? " if near else ""
         raise InputError(f"there is no criterion {criterion!r}; {hint}choose from {BEST}, {', '.join(CRITERIA)}")
-    exact = isinstance(block, RationalPlant)  # for other blocks there are only the criteria for sectors
+    exact = isinstance(block, RationalPlant | PlantFamily)  # for other blocks there are only the criteria for sectors
     found = [row for row in TABLE if time in row.times and (exact or not row.slope)]
     if wanted == BEST:
         return [
             row
             for row in found
             if not row.linear
+            and (row.stage < LAST or not isinstance(block, PlantFamily))
             and (question == "slope" or not row.slope)
             and (odd or not row.only_odd)
             and (row.time_varying or not time_varying)

@@ -25,6 +25,7 @@ from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
 from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
+from lure.plants.family import PlantFamily
 from lure.plants.forcing import Forcing
 from lure.plants.interconnection import padded
 from lure.plants.multivariable import MultivariablePlant, counted
@@ -255,6 +256,8 @@ def _block(plant: PlantTable) -> Block:
     given = {key for key in ("num", "den", "A", "B", "C", "D", "transfer") if getattr(plant, key) is not None}
     found: object
     try:
+        if plant.parameters is not None:
+            return _with_parameters(plant, given)
         if given == {"num", "den"}:
             found = as_plant((plant.num, plant.den), dt=plant.dt)
         elif given in ({"A", "B", "C"}, {"A", "B", "C", "D"}):
@@ -269,6 +272,21 @@ def _block(plant: PlantTable) -> Block:
         raise InputError(f"plant: {error}") from None
     assert isinstance(found, Block), "no key of a file holds frequency data"
     return found
+
+
+def _with_parameters(plant: PlantTable, given: set[str]) -> Block:
+    """The plants of a table with parameters."""
+    bounds = plant.parameters or {}
+    if given == {"num", "den"}:
+        return PlantFamily.of_coefficients(plant.num or (), plant.den or (), bounds, plant.dt)
+    if given in ({"A", "B", "C"}, {"A", "B", "C", "D"}):
+        direct = 0 if plant.D is None else plant.D
+        return PlantFamily.of_matrices(plant.A or (), plant.B or (), plant.C or (), direct, bounds, dt=plant.dt)
+    if given == {"transfer"} and isinstance(plant.transfer, str):
+        return PlantFamily.of_formula(plant.transfer, bounds, plant.dt)
+    raise InputError(
+        f"with parameters the block is given by {_FORMS}, a formula; got {', '.join(sorted(given)) or 'none'}"
+    )
 
 
 def _operates(table: ClassTable) -> bool:
@@ -426,7 +444,9 @@ def loop_to_toml(system: LoopSystem) -> str:
     lines = [f"# {' '.join(system.source.split())}"] if system.source.strip() else []
     for key, value in loop_tables(system).items():
         if isinstance(value, dict):
-            lines += ["", f"[{key}]", *_entries(value)]
+            inner = {name: entry for name, entry in value.items() if isinstance(entry, dict)}
+            lines += ["", f"[{key}]", *_entries({name: entry for name, entry in value.items() if name not in inner})]
+            lines += [line for name, entry in inner.items() for line in ("", f"[{key}.{name}]", *_entries(entry))]
         elif isinstance(value, list):
             lines += [line for table in value for line in ("", f"[[{key}]]", *_entries(table))]
         else:
@@ -445,6 +465,10 @@ def _plant(system: LoopSystem) -> dict[str, object]:
     if isinstance(block, MultivariablePlant):
         sides: dict[str, object] = {name: getattr(block, name) for name in "ABCD"}
         return sides if block.dt is None else {**sides, "dt": block.dt}
+    if isinstance(block, PlantFamily):
+        bounds = {name: list(ends) for name, ends in zip(block.names, block.box, strict=True)}
+        step = {} if block.dt is None else {"dt": block.dt}
+        return {"num": block.sides[0], "den": block.sides[1], **step, "parameters": bounds}
     if isinstance(block, DelayPlant):
         terms = [f"({_formula(top)})*exp(-({_text(delay)})*s)" for delay, top in block.terms]
         return {"transfer": f"({' + '.join(terms)})/({_formula(block.denominator)})"}

@@ -33,8 +33,34 @@ def _exact(value: object, name: str) -> Fraction:
     return number_of(value, name)
 
 
-def _list(value: object, info: ValidationInfo) -> tuple[Fraction, ...]:
+def _parameters(value: object, info: ValidationInfo) -> dict[str, Fraction | tuple[Fraction, Fraction]]:
+    """Bounds of each parameter, or its value."""
     name = field_key(info)
+    if not isinstance(value, dict) or not value:
+        raise InputError(f"{name} is {shown(value)}; give a table of parameters such as a = [2.5, 3.5]")
+    found = dict[str, Fraction | tuple[Fraction, Fraction]]()
+    for key, entry in value.items():
+        if not isinstance(entry, list):
+            found[key] = _exact(entry, f"{name}.{key}")
+        elif len(entry) == 2:
+            low, high = (_exact(end, f"{name}.{key}[{i}]") for i, end in enumerate(entry))
+            if low > high:
+                raise InputError(f"{name}.{key} is [{float(low):g}, {float(high):g}]; the first must not be the larger")
+            found[key] = low if low == high else (low, high)
+        else:
+            raise InputError(f"{name}.{key} has {len(entry)} entries; give two numbers such as [2.5, 3.5], or one")
+    return found
+
+
+def _formulas(info: ValidationInfo) -> bool:
+    """Whether the entry is of a plant with parameters, in which it may be a formula."""
+    return field_key(info).startswith("plant.") and bool(info.data.get("parameters", "refused"))
+
+
+def _list(value: object, info: ValidationInfo) -> tuple[Fraction | str, ...]:
+    name = field_key(info)
+    if _formulas(info) and isinstance(value, list):
+        return tuple(_entry(entry, f"{name}[{i}]") for i, entry in enumerate(value))
     if isinstance(value, str):
         return coefficients(value, name)
     if not isinstance(value, list | tuple):
@@ -43,17 +69,20 @@ def _list(value: object, info: ValidationInfo) -> tuple[Fraction, ...]:
 
 
 def _matrix(value: object, info: ValidationInfo) -> list[Any]:
-    return _rows(value, field_key(info), depth=2)
+    return _rows(value, field_key(info), depth=2, formulas=_formulas(info))
 
 
-def _rows(value: object, name: str, depth: int) -> list[Any]:
-    """Nested lists of exact numbers; their shapes are checked with the others'."""
+def _rows(value: object, name: str, depth: int, *, formulas: bool = False) -> list[Any]:
+    """Nested lists of exact numbers, or formulas; their shapes are checked with the others'."""
     if not isinstance(value, list):
         raise InputError(f"{name} is {shown(value)}; give a list of rows such as [[0, 1], [-2, -3]]")
     if depth == 0:
         raise InputError(f"{name} is nested too deeply; give a list of rows")
+    exact = _entry if formulas else _exact
     return [
-        _rows(entry, f"{name}[{i}]", depth - 1) if isinstance(entry, list) else _exact(entry, f"{name}[{i}]")
+        _rows(entry, f"{name}[{i}]", depth - 1, formulas=formulas)
+        if isinstance(entry, list)
+        else exact(entry, f"{name}[{i}]")
         for i, entry in enumerate(value)
     ]
 
@@ -68,11 +97,13 @@ def _numbers(value: object, info: ValidationInfo) -> tuple[Fraction, ...]:
     return tuple(_exact(entry, f"{name}[{i}]") for i, entry in enumerate(value))
 
 
-def _direct(value: object, info: ValidationInfo) -> Fraction | list[Any]:
-    name = field_key(info)
+def _direct(value: object, info: ValidationInfo) -> Fraction | str | list[Any]:
+    name, formulas = field_key(info), _formulas(info)
     while isinstance(value, list) and len(value) == 1:
         value = value[0]
-    return _rows(value, name, depth=2) if isinstance(value, list) else _exact(value, name)
+    if isinstance(value, list):
+        return _rows(value, name, depth=2, formulas=formulas)
+    return _entry(value, name) if formulas else _exact(value, name)
 
 
 def _formula(value: object, info: ValidationInfo) -> str | list[Any]:
@@ -198,7 +229,8 @@ def _listed(value: object) -> object:
     return [value] if isinstance(value, dict) else value
 
 
-Coefficients: TypeAlias = Annotated[tuple[Fraction, ...] | None, BeforeValidator(_list)]
+Coefficients: TypeAlias = Annotated[tuple[Fraction | str, ...] | None, BeforeValidator(_list)]
+Parameters: TypeAlias = Annotated[dict[str, Any] | None, BeforeValidator(_parameters)]
 Matrix: TypeAlias = Annotated[list[Any] | None, BeforeValidator(_matrix)]
 Pair: TypeAlias = Annotated[tuple[float | Fraction, float | Fraction] | None, BeforeValidator(_pair)]
 Truth: TypeAlias = Annotated[bool, BeforeValidator(_truth)]
@@ -215,12 +247,15 @@ class PlantTable(BaseModel):
     """``[plant]``: the linear part, in one of three forms."""
 
     model_config = ConfigDict(**STRICT, title="plant")
+    parameters: Parameters = Field(
+        default=None, description="a table: bounds of constants that are not known, such as a = [2.5, 3.5], or values"
+    )
     num: Coefficients = Field(default=None, description="numerator, highest power first")
     den: Coefficients = Field(default=None, description="denominator, highest power first")
     A: Matrix = Field(default=None, description="state matrix, a list of rows")
     B: Matrix = Field(default=None, description="input, an entry for each state, or a row for several inputs")
     C: Matrix = Field(default=None, description="output, one entry for each state; for several outputs a list of rows")
-    D: Annotated[Fraction | list[Any] | None, BeforeValidator(_direct)] = Field(
+    D: Annotated[Fraction | str | list[Any] | None, BeforeValidator(_direct)] = Field(
         default=None, description="feedthrough, a number or for several channels a list of rows"
     )
     transfer: Annotated[str | list[Any] | None, BeforeValidator(_formula)] = Field(

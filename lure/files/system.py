@@ -12,6 +12,7 @@ from lure.loop import Loop, loop_rows
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.local import LocalSector
 from lure.plants.delay import DelayPlant
+from lure.plants.family import PlantFamily
 from lure.plants.forcing import Forcing
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.performance import Performance
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     import control
 
 
-Block = RationalPlant | DelayPlant | StateSpace | MultivariablePlant
+Block = RationalPlant | DelayPlant | StateSpace | MultivariablePlant | PlantFamily
 
 
 class LoopSystem(Record):
@@ -87,6 +88,8 @@ class LoopSystem(Record):
                 f"the system {self.name!r:.60} has no nonlinearity to close the loop with; Loop(system.block, "
                 "phi) has one"
             )
+        if isinstance(self.block, PlantFamily):
+            raise InputError("a plant with parameters is many; give Loop(system.block.at(point), phi) one of them")
         return Loop(self.block, self.nonlinearity).to_control(pade=pade)
 
     @property

@@ -14,6 +14,7 @@ from typing import Literal, cast
 from lure.errors import InputError
 from lure.plants.block import LinearBlock
 from lure.plants.delay import DelayPlant
+from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.matrices import MAX_EXACT_STATES, float_block, rational_block
 from lure.plants.multivariable import MultivariablePlant, plant_of_matrices, plant_of_transfers
@@ -69,7 +70,7 @@ def rational_if_moderate(block: object) -> object:
     return _from_matrices((block.A, block.B, block.C, block.D), step, block.names)
 
 
-AnyBlock = RationalPlant | StateSpace | DelayPlant | FrequencyData
+AnyBlock = RationalPlant | PlantFamily | StateSpace | DelayPlant | FrequencyData
 """Every kind of block with one input and one output that :func:`lure.as_plant` returns."""
 
 Step = Fraction | Literal[True] | None
@@ -110,7 +111,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
     Parameters
     ----------
     source : object
-        - a ``RationalPlant``, ``StateSpace``, ``FrequencyData`` or ``DelayPlant``: returned as it is;
+        - a ``RationalPlant``, ``StateSpace``, ``FrequencyData``, ``DelayPlant`` or ``PlantFamily``: returned as it is;
         - ``(num, den)``: lists or texts of coefficients, highest power first;
         - ``(A, B, C)`` or ``(A, B, C, D)``: ints, Fractions, floats, texts; nested lists or arrays, of any shapes;
         - a list of rows of formulas or blocks, ``[["1/(s+1)", "0"], ["1/s", "1/(s+2)"]]``: a transfer matrix, outputs
@@ -150,7 +151,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
     >>> print(as_plant(([[0, 1], [-2, -3]], [0, 1], [1, 0])))
     1 / (s^2 + 3 s + 2)
     """
-    if isinstance(source, RationalPlant | StateSpace | DelayPlant | FrequencyData | MultivariablePlant):
+    if isinstance(source, PlantFamily | RationalPlant | StateSpace | DelayPlant | FrequencyData | MultivariablePlant):
         sampling_time(dt, 0 if source.dt is None else source.dt, name="the block")
         return source
     if isinstance(source, LinearBlock):

@@ -6,8 +6,9 @@ import re
 import reprlib
 from collections.abc import Iterable, Sized
 from dataclasses import dataclass
+from dataclasses import field as dataclasses_field
 from fractions import Fraction
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from lure.errors import InputError
 from lure.exact import exact_number
@@ -293,33 +294,110 @@ def parse_transfer(text: str, *, dt: object = None, field: str = "transfer") -> 
     >>> parse_transfer("z/(z-0.5)").dt
     Fraction(1, 1)
     """
-    reader = Reader(_tokens(text, field), ("s", "z"), field)
+    found, variable = parsed_quotient(text, OneVariable(), field)
+    step = step_of_formula(variable, dt, field)
+    return RationalPlant(_descending(found.top), _descending(found.bottom), step)
+
+
+def step_of_formula(variable: str, dt: object, field: str) -> Fraction | Literal[True] | None:
+    """The sampling time of a formula in ``s`` or ``z``; a text in ``z`` without one has period 1.
+
+    Parameters
+    ----------
+    variable : {"s", "z", ""}
+        The variable that occurs.
+    dt : None, 0, True or number
+        Sampling time in python-control's convention.
+    field : str
+        Where the text stands, for errors.
+
+    Raises
+    ------
+    InputError
+        The variable contradicts ``dt``.
+    """
+    said = stated(dt)
+    if variable == "s" and said:
+        raise InputError(f"{field}: the formula is in s but dt asks for discrete time; write it in z or leave dt out")
+    if variable == "z" and said == 0:
+        raise InputError(f"{field}: the formula is in z but dt = 0 asks for continuous time; write it in s")
+    return sampling_time(True if variable == "z" and said is None else dt)
+
+
+Element: TypeAlias = Any  # a polynomial of python-flint, in one variable or in several
+
+
+class OneVariable:
+    """The polynomials of a formula: in ``s`` or in ``z``, which stand for each other."""
+
+    names: tuple[str, ...] = ("s", "z")
+
+    def number(self, value: Fraction) -> Element:
+        """A constant."""
+        from flint import fmpq, fmpq_poly
+
+        return fmpq_poly([fmpq(value.numerator, value.denominator)])
+
+    def variable(self, name: str) -> Element:
+        """``s`` or ``z``."""
+        from flint import fmpq_poly
+
+        return fmpq_poly([0, 1])
+
+    def degree(self, p: Element) -> int:
+        """The degree, -1 for 0."""
+        return int(p.degree())
+
+    def bits(self, p: Element) -> int:
+        """The size of the numbers."""
+        return max(int(p.numer().height_bits()), int(p.denom()).bit_length())
+
+
+def parsed_quotient(text: str, ring: OneVariable, field: str) -> tuple[_Quotient, str]:
+    """A formula as a quotient of polynomials, and which of ``s`` and ``z`` occurs.
+
+    Parameters
+    ----------
+    text : str
+        As for :func:`parse_transfer`.
+    ring : OneVariable
+        The polynomials, and the names they may hold.
+    field : str
+        Where the text stands, for errors.
+
+    Raises
+    ------
+    InputError
+        It is no such formula, or holds both ``s`` and ``z``.
+    """
+    reader = _Formula(_tokens(text, field), ring.names, field, ring=ring)
     if reader.ended:
         raise InputError(f"{field}: the text is empty; write a transfer function such as 1/(s*(s+1))")
     found = _sum(reader)
     if not reader.ended:
         reader.refuse(f"expected an operator but found {reader.token}")
-    names = {token.text for token in reader.tokens if token.kind == "name"}
+    names = {token.text for token in reader.tokens if token.kind == "name"} & {"s", "z"}
     if len(names) > 1:
         raise InputError(f"{field}: both s and z occur; write s for continuous or z for discrete time")
-    said = stated(dt)
-    if "s" in names and said:
-        raise InputError(f"{field}: the formula is in s but dt asks for discrete time; write it in z or leave dt out")
-    if "z" in names and said == 0:
-        raise InputError(f"{field}: the formula is in z but dt = 0 asks for continuous time; write it in s")
-    step = sampling_time(True if "z" in names and said is None else dt)
-    return RationalPlant(_descending(found.top), _descending(found.bottom), step)
+    return found, "".join(names)
+
+
+@dataclass(slots=True)
+class _Formula(Reader):
+    """The words of a formula, and the polynomials it is made of."""
+
+    ring: OneVariable = dataclasses_field(default_factory=OneVariable)
 
 
 @dataclass(frozen=True, slots=True)
 class _Quotient:
     """``top / bottom``; factors common to both are kept."""
 
-    top: fmpq_poly
-    bottom: fmpq_poly
+    top: Element
+    bottom: Element
 
 
-def _sum(reader: Reader) -> _Quotient:
+def _sum(reader: _Formula) -> _Quotient:
     result = _product(reader)
     while at := reader.accept("+", "-"):
         right = _product(reader)
@@ -330,7 +408,7 @@ def _sum(reader: Reader) -> _Quotient:
     return result
 
 
-def _product(reader: Reader) -> _Quotient:
+def _product(reader: _Formula) -> _Quotient:
     result, divided = _signed(reader), False
     while True:
         if at := reader.accept("*"):
@@ -346,7 +424,7 @@ def _product(reader: Reader) -> _Quotient:
             return result
 
 
-def _signed(reader: Reader) -> _Quotient:
+def _signed(reader: _Formula) -> _Quotient:
     if not (at := reader.accept("+", "-")):
         return _power(reader)
     reader.enter(at)
@@ -355,7 +433,7 @@ def _signed(reader: Reader) -> _Quotient:
     return _Quotient(-inner.top, inner.bottom) if at.text == "-" else inner
 
 
-def _power(reader: Reader) -> _Quotient:
+def _power(reader: _Formula) -> _Quotient:
     base = _atom(reader)
     if not (at := reader.accept("^", "**")):
         return base
@@ -369,8 +447,9 @@ def _power(reader: Reader) -> _Quotient:
         reader.expect(")", "to close the exponent")
     if reader.token.text in ("^", "**"):
         reader.refuse("a power of a power needs brackets")
-    exponent, degree = int(token.text), max(base.top.degree(), base.bottom.degree(), 0)
-    if degree * exponent > MAX_ORDER or _bits(base.top, base.bottom) * exponent > _MAX_BITS:
+    exponent, degree = int(token.text), max(*map(reader.ring.degree, (base.top, base.bottom)), 0)
+    bits = max(map(reader.ring.bits, (base.top, base.bottom)))
+    if degree * exponent > MAX_ORDER or bits * exponent > _MAX_BITS:
         reader.refuse(f"the power is too large (degrees stop at {MAX_ORDER})", at)
     top, bottom = base.top**exponent, base.bottom**exponent
     if sign is None or sign.text == "+":
@@ -380,44 +459,43 @@ def _power(reader: Reader) -> _Quotient:
     return _checked(reader, at, bottom, top)
 
 
-def _atom(reader: Reader) -> _Quotient:
-    from flint import fmpq, fmpq_poly
-
-    token = reader.token
+def _atom(reader: _Formula) -> _Quotient:
+    token, one = reader.token, reader.ring.number(Fraction(1))
     if token.kind == "number":
         reader.position += 1
         value = exact_coefficient(token.text, f"{reader.field}: the number at column {token.column}")
-        return _Quotient(fmpq_poly([fmpq(value.numerator, value.denominator)]), fmpq_poly([1]))
+        return _Quotient(reader.ring.number(value), one)
     if token.kind == "name":
         if token.text not in reader.variables:
             hint = _HINTS.get(token.text.lower(), "a transfer function is a formula in s, or in z for discrete time")
             reader.refuse(f"unknown name {token} ({hint})")
         reader.position += 1
-        return _Quotient(fmpq_poly([0, 1]), fmpq_poly([1]))
+        return _Quotient(reader.ring.variable(token.text), one)
     if reader.accept("("):
-        return reader.closed(token, _sum)
+        reader.enter(token)
+        inner = _sum(reader)
+        reader.leave()
+        reader.expect(")", f"to close '(' of column {token.column}")
+        return inner
     reader.refuse(f"expected a number, s, z or '(' but found {token}")
 
 
-def _transfer_text_times(reader: Reader, at: Token, left: _Quotient, right: _Quotient) -> _Quotient:
+def _transfer_text_times(reader: _Formula, at: Token, left: _Quotient, right: _Quotient) -> _Quotient:
     return _checked(reader, at, left.top * right.top, left.bottom * right.bottom)
 
 
-def _over(reader: Reader, at: Token, left: _Quotient, right: _Quotient) -> _Quotient:
+def _over(reader: _Formula, at: Token, left: _Quotient, right: _Quotient) -> _Quotient:
     if not right.top:
         reader.refuse("division by zero", at)
     shared = left.bottom.gcd(right.bottom)
     return _checked(reader, at, left.top * (right.bottom // shared), (left.bottom // shared) * right.top)
 
 
-def _checked(reader: Reader, at: Token, top: fmpq_poly, bottom: fmpq_poly) -> _Quotient:
-    if max(top.degree(), bottom.degree()) > MAX_ORDER or _bits(top, bottom) > _MAX_BITS:
+def _checked(reader: _Formula, at: Token, top: Element, bottom: Element) -> _Quotient:
+    ring = reader.ring
+    if max(map(ring.degree, (top, bottom))) > MAX_ORDER or max(map(ring.bits, (top, bottom))) > _MAX_BITS:
         reader.refuse(f"the formula is too large (degrees stop at {MAX_ORDER})", at)
     return _Quotient(top, bottom)
-
-
-def _bits(*polynomials: fmpq_poly) -> int:
-    return max(max(int(p.numer().height_bits()), int(p.denom()).bit_length()) for p in polynomials)
 
 
 def _descending(p: fmpq_poly) -> list[Fraction]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from lure.analysis.certificates.second import counterexamples, pace, regions, several, structure, theorems
+from lure.analysis.certificates.second import boxes, counterexamples, pace, regions, several, structure, theorems
 from lure.analysis.certificates.second.classes import (
     ATTRACTS,
     BOUNDED,
@@ -84,10 +84,15 @@ def _follows(document: Document) -> str:
         return (structure.rods if document.system.get("kind") == "rods" else several.shown)(document)
     if "graphs" in document.nonlinearities:
         return regions.shown(document)
-    nonlinearities, system = read_nonlinearities(document.nonlinearities), read_system(document.system)
+    nonlinearities = read_nonlinearities(document.nonlinearities)
     require(not nonlinearities.relu, "a ReLU is asked about as one of several channels")
     if document.nonlinearity is not None:
         require_member(document.nonlinearity, nonlinearities)
+    if document.system.get("kind") == "family":
+        if document.verdict == "PROVED":
+            return boxes.proved(document, nonlinearities)
+        document = boxes.member(document)
+    system = read_system(document.system)
     if document.verdict == "PROVED":
         if isinstance(system, RodData) and document.proof.get("method") == "matrix":
             system = system.states()

@@ -44,7 +44,9 @@ def weighted(document: Document, rate: Fraction) -> Document:
             ends = document.nonlinearities["slope" if document.theorem == "zames-falb" else "sector"]
             require(not {"inf", "-inf", "finite"} & set(map(str, listed(ends))), "a rate needs finite bounds")
     else:
-        require(document.proof.get("method") in LINEAR, "a refutation of a rate is linear")
+        proof = document.proof
+        proof = mapping(proof["proof"]) if proof.get("method") == "member" else proof
+        require(proof.get("method") in LINEAR, "a refutation of a rate is linear")
     return replace(document, system=_system(document.system, rate))
 
 
@@ -75,6 +77,11 @@ def conclusion(document: Document, rate: Fraction, shown: str, stable: Sequence[
 
 def _system(system: Mapping[str, object], rate: Fraction) -> Mapping[str, object]:
     kind, discrete = system.get("kind"), system.get("time") == "discrete"
+    if kind == "family":  # whose n and d are sums of such terms
+        own = {"kind": "transfer", "time": system.get("time")}
+        terms = [mapping(term) for term in listed(system["terms"])]
+        turned = [_same_length(term, _system({**term, **own}, rate)) for term in terms]
+        return {**system, "terms": turned}
     if kind == "transfer":
         inner = fmpq_poly([0, to_fmpq(rate)]) if discrete else fmpq_poly([-to_fmpq(rate), 1])
         both = {name: from_descending(numbers(system[name])) for name in ("numerator", "denominator")}
@@ -89,6 +96,12 @@ def _system(system: Mapping[str, object], rate: Fraction) -> Mapping[str, object
     given = [numbers(system["b"])] if inputs == "b" else [numbers(row) for row in listed(system["B"])]
     slower, driven = (_texts([[v / rate for v in row] for row in side]) for side in (rows, given))
     return {**system, "A": slower, inputs: driven[0] if inputs == "b" else driven}
+
+
+def _same_length(term: Mapping[str, object], turned: Mapping[str, object]) -> dict[str, object]:
+    """The term of a sum with its turned sides, with zeros in front as before."""
+    sides = {name: (listed(term[name]), listed(turned[name])) for name in ("numerator", "denominator")}
+    return {**term, **{name: ["0"] * (len(was) - len(now)) + [*now] for name, (was, now) in sides.items()}}
 
 
 def _descending(p: fmpq_poly) -> list[str]:

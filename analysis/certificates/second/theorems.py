@@ -64,43 +64,68 @@ def require_on_circle(asked: Question, block: Shifted) -> None:
     NotShown
         The inequality fails somewhere on the unit circle, or the class is larger than the theorem covers.
     """
-    claim, given, nonlinearities = asked.claim, asked.document.multiplier, asked.claim.nonlinearities
+    claim = asked.claim
     need: Need = "positive" if claim.unbounded else claim.need
-    one, z = Laurent(fmpq_poly([1])), Laurent(fmpq_poly([0, 1]))
+    if asked.theorem == "order-cone":
+        p = _window(asked, block)
+    else:
+        hidden = asked.theorem == "circle" and claim.unbounded and block.hidden
+        require(not hidden, "nonlinearities without bound need a block without hidden modes")
+        n, d = Laurent(block.n[0][1]), Laurent(block.d)
+        p = on_products(asked, block.feedthrough, (n * d.conjugate(), d * d.conjugate(), n * n.conjugate()))
+        # |d|^2 and the real part both vanish at z = 1, where d has its simple root
+        p = p // ONE_MINUS_C if block.case == "critical" else p
+    require_written(asked, half_line(p), block, (fmpq_poly([1, 1]),))
+    require(holds_on_circle(p, need), "the inequality does not hold on the unit circle")
+
+
+def on_products(asked: Question, feedthrough: Fraction, products: tuple[Laurent, Laurent, Laurent]) -> fmpq_poly:
+    """``|d|^2 (Re[M (H + 1/w)])`` or ``|d|^2 (1/w + Re[M H] - loss |(z - 1) H|^2)`` on the circle, in ``c = cos w``.
+
+    Parameters
+    ----------
+    asked : Question
+        The theorem, not that of forms of several samples, the class and the multiplier.
+    feedthrough : Fraction
+        ``H(inf)`` after the shift.
+    products : tuple of Laurent
+        ``n d*``, ``|d|^2`` and ``|n|^2``, in which this is linear.
+
+    Raises
+    ------
+    NotShown
+        The multiplier is not one of the theorem for such a class.
+    """
+    claim, given, nonlinearities = asked.claim, asked.document.multiplier, asked.claim.nonlinearities
+    one, z, (cross, square, own) = Laurent(fmpq_poly([1])), Laurent(fmpq_poly([0, 1])), products
+    eased = square.scaled(claim.inverse_gain)
     if asked.theorem == "circle":
-        require(
-            not (claim.unbounded and block.hidden), "nonlinearities without bound need a block without hidden modes"
-        )
-        p = on_response(block, one, claim.inverse_gain)
-    elif asked.theorem == "zames-falb":
+        return (cross + eased).real_part()
+    if asked.theorem == "zames-falb":
         taps = read_taps(given)
         rate = asked.document.rate
         masses = None if rate is None else tap_weights(taps, rate)
         require_legal(list(taps.values()), claim, strict=rate is None, masses=masses)
-        p = on_sum(block, taps_multiplier(taps), claim.inverse_gain)
-    elif asked.theorem == "order-cone":
-        p = _window(asked, block)
+        return (taps_multiplier(taps) * (cross + eased)).real_part()
+    q, width = number(record(given, "q")["q"]), claim.width
+    require(q >= 0, "q is negative")
+    if asked.theorem != "jury-lee":
+        odd = asked.theorem == "tsypkin-odd"
+        require(nonlinearities.odd or not odd, "the theorem is for odd nonlinearities")
+        require(
+            nonlinearities.slopes_within(claim.lower, nonlinearities.upper if feedthrough < 0 else "inf"),
+            "Tsypkin's criterion needs the slope from the lower bound on, and up to k if H(inf) < 0",
+        )
+        difference, loss = one + z.conjugate().scaled(Fraction(1 if odd else -1)), Fraction(0)
     else:
-        q, width = number(record(given, "q")["q"]), claim.width
-        require(q >= 0, "q is negative")
-        if asked.theorem != "jury-lee":
-            odd = asked.theorem == "tsypkin-odd"
-            require(nonlinearities.odd or not odd, "the theorem is for odd nonlinearities")
-            require(
-                nonlinearities.slopes_within(claim.lower, nonlinearities.upper if block.feedthrough < 0 else "inf"),
-                "Tsypkin's criterion needs the slope from the lower bound on, and up to k if H(inf) < 0",
-            )
-            difference, loss = one + z.conjugate().scaled(Fraction(1 if odd else -1)), Fraction(0)
-        else:
-            require(
-                nonlinearities.slopes_within(claim.lower if block.feedthrough > 0 else "-inf", nonlinearities.upper),
-                "the Jury-Lee criterion needs the slope up to the upper bound, and from l on if H(inf) > 0",
-            )
-            require(width is not None or q == 0, "for every finite bound at once q must be 0")
-            difference, loss = z + one.scaled(Fraction(-1)), q * (width or 0) / 2
-        p = on_response(block, one + difference.scaled(q), claim.inverse_gain, loss)
-    require_written(asked, half_line(p), block, (fmpq_poly([1, 1]),))
-    require(holds_on_circle(p, need), "the inequality does not hold on the unit circle")
+        require(
+            nonlinearities.slopes_within(claim.lower if feedthrough > 0 else "-inf", nonlinearities.upper),
+            "the Jury-Lee criterion needs the slope up to the upper bound, and from l on if H(inf) > 0",
+        )
+        require(width is not None or q == 0, "for every finite bound at once q must be 0")
+        difference, loss = z + one.scaled(Fraction(-1)), q * (width or 0) / 2
+    found = ((one + difference.scaled(q)) * cross + eased).real_part()
+    return found - to_fmpq(loss) * 2 * ONE_MINUS_C * own.real_part()  # |z - 1|^2 |n|^2
 
 
 def _window(asked: Question, block: Shifted) -> fmpq_poly:
@@ -125,46 +150,12 @@ def _window(asked: Question, block: Shifted) -> fmpq_poly:
     return total
 
 
-def on_sum(block: Shifted, multiplier: Laurent, inverse_gain: Fraction) -> fmpq_poly:
-    """``|d|^2 Re[M (H + inverse_gain)]``; in the critical case divided by ``1 - c``.
-
-    Parameters
-    ----------
-    block : Shifted
-        In discrete time.
-    multiplier : Laurent
-        ``M``; it acts on ``inverse_gain`` too.
-    inverse_gain : Fraction
-        ``1/w``.
-    """
-    n, d = Laurent(block.n[0][1]), Laurent(block.d)
-    inner = n * d.conjugate() + (d * d.conjugate()).scaled(inverse_gain)
-    return _finished(block, (multiplier * inner).real_part(), n, Fraction(0))
-
-
-def on_response(block: Shifted, multiplier: Laurent, inverse_gain: Fraction, loss: Fraction = Fraction(0)) -> fmpq_poly:
-    """``|d|^2 (inverse_gain + Re[M H] - loss |(z - 1) H|^2)``: the multiplier acts on ``H`` alone.
-
-    ``loss`` is ``q w/2`` of the Jury-Lee criterion.
-    """
-    n, d = Laurent(block.n[0][1]), Laurent(block.d)
-    inner = multiplier * n * d.conjugate() + (d * d.conjugate()).scaled(inverse_gain)
-    return _finished(block, inner.real_part(), n, loss)
-
-
 def taps_multiplier(taps: dict[int, Fraction]) -> Laurent:
     """``1 - sum h_i z^-i``."""
     reach = max((abs(i) for i in taps), default=0)
     coefficients = [to_fmpq(-taps.get(reach - j, Fraction(0))) for j in range(2 * reach + 1)]
     coefficients[reach] += 1
     return Laurent(fmpq_poly(coefficients), reach)
-
-
-def _finished(block: Shifted, real_part: fmpq_poly, n: Laurent, loss: Fraction) -> fmpq_poly:
-    difference = 2 * ONE_MINUS_C * (n * n.conjugate()).real_part()  # |z - 1|^2 |n|^2
-    found = real_part - to_fmpq(loss) * difference
-    # |d|^2 and the real part both vanish at z = 1, where d has its simple root
-    return found // ONE_MINUS_C if block.case == "critical" else found
 
 
 SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
@@ -197,23 +188,36 @@ def proved(document: Document, system: Rational | Delayed, nonlinearities: Nonli
             _mirrored(system),
             replace(nonlinearities, slope=None).mirrored(),
         )  # the sector is all that is used
-    if theorem in SLOPES:  # the slope bounds the sector too
-        if nonlinearities.slope is None:
-            raise NotShown("the theorem needs slope bounds")
-        nonlinearities = replace(nonlinearities, lower=nonlinearities.slope[0], upper=nonlinearities.slope[1])
-    asked = Question(theorem=theorem, system=system, claim=claims.Claim.of(nonlinearities), document=document)
-    _require_scope(asked)
-    if isinstance(system, Rational):
-        require_well_posed(system.feedthrough, asked.claim.lower, nonlinearities.upper)
+    asked = posed(document, system, nonlinearities)
     if document.proof.get("method") == "matrix":
-        return _sentence(asked, _by_matrix(asked))
+        return sentence(asked, _by_matrix(asked))
     block = shifted(system, asked.claim.lower)
-    _require_case(asked, block.case)
+    require_case(asked, block.case)
     if block.discrete:
         require_on_circle(asked, block)
     else:
         _continuous(asked, block)
-    return _sentence(asked, block.case)
+    return sentence(asked, block.case)
+
+
+def posed(document: Document, system: Rational | Delayed, nonlinearities: Nonlinearities) -> Question:
+    """The theorem, applied to what it covers as far as that does not depend on the poles.
+
+    Raises
+    ------
+    NotShown
+        It does not cover it.
+    """
+    if document.theorem in SLOPES:  # the slope bounds the sector too
+        if nonlinearities.slope is None:
+            raise NotShown("the theorem needs slope bounds")
+        nonlinearities = replace(nonlinearities, lower=nonlinearities.slope[0], upper=nonlinearities.slope[1])
+    claim = claims.Claim.of(nonlinearities)
+    asked = Question(theorem=document.theorem, system=system, claim=claim, document=document)
+    _require_scope(asked)
+    if isinstance(system, Rational):
+        require_well_posed(system.feedthrough, claim.lower, nonlinearities.upper)
+    return asked
 
 
 def _require_scope(asked: Question) -> None:
@@ -237,7 +241,8 @@ def _require_scope(asked: Question) -> None:
         )
 
 
-def _require_case(asked: Question, case: Case) -> None:
+def require_case(asked: Question, case: Case) -> None:
+    """Check that the theorem covers the poles."""
     if case == "critical":
         require(
             not asked.claim.nonlinearities.rough, "with a pole at z = 1 convergence needs continuous nonlinearities"
@@ -250,7 +255,8 @@ def _require_case(asked: Question, case: Case) -> None:
             )
 
 
-def _sentence(asked: Question, case: Case) -> str:
+def sentence(asked: Question, case: Case) -> str:
+    """What follows where the inequality holds."""
     if case == "critical":
         return claims.BOUNDED if asked.claim.nonlinearities.time_varying else claims.EQUILIBRIA
     return claims.DELAYED if isinstance(asked.system, Delayed) else claims.ATTRACTS
@@ -267,7 +273,7 @@ def _by_matrix(asked: Question) -> Case:
             not asked.claim.unbounded or asked.direct > 0 or theta >= 0, "nonlinearities without bound need theta >= 0"
         )
     case = require_matrix(system, asked.claim, theta, asked.document.proof)
-    _require_case(asked, case)
+    require_case(asked, case)
     return case
 
 
@@ -278,32 +284,45 @@ def _continuous(asked: Question, block: Shifted) -> None:
         inequality = axis.off_axis(block, number(record(given, "alpha")["alpha"]), claim.inverse_gain)
         require_polynomial(asked, block, inequality, need)
         return
-    multiplier = axis.Multiplier()
     if asked.theorem == "circle" and claim.unbounded:
         require(not block.hidden, "nonlinearities without bound need a block without hidden modes")
         need = "decaying"
-    elif asked.theorem == "popov":
-        multiplier = axis.Multiplier(theta=number(record(given, "theta")["theta"]))
+    multiplier = multiplier_of(asked)
+    if asked.theorem == "popov":
         need = _popov(asked, block, multiplier.theta)
-    elif asked.theorem == "park":
-        found = record(given, "theta", "tau")
-        theta, tau = number(found["theta"]), number(found["tau"])
-        require(tau >= 0, "tau is negative")
-        grown = axis.Axis.of(fmpq_poly([1]) - to_fmpq(tau) * X * X)  # 1 - tau s^2 = 1 + tau omega^2
-        multiplier = axis.Multiplier(terms={Fraction(0): grown}, theta=theta, growth=int(tau > 0))
-    elif asked.theorem == "zames-falb":
-        theta, kernels = read_kernels(given)
-        rate = asked.document.rate
-        masses = None if rate is None else kernel_weights(theta, kernels, rate)
-        require(rate is None or theta == 0 or asked.direct == 0, "theta and a rate need H(inf) = 0")
-        require_legal([c for c, _ in kernels], claim, strict=False, masses=masses)
-        multiplier = axis.kernels(theta, kernels)
     curve = axis.curve(block, multiplier, claim.inverse_gain)
     if curve.polynomial is None:
         require(need != "decaying" and asked.document.proof.get("method") == "cover", "delays need a cover")
         require_cover(curve, asked.document.proof, need)
     else:
         require_polynomial(asked, block, (curve.polynomial, curve.full), need, multiplier.factors)
+
+
+def multiplier_of(asked: Question) -> axis.Multiplier:
+    """The multiplier of a theorem in continuous time, but for the off-axis circle criterion.
+
+    Raises
+    ------
+    NotShown
+        It is none of the theorem for such a class.
+    """
+    given = asked.document.multiplier
+    if asked.theorem == "popov":
+        return axis.Multiplier(theta=number(record(given, "theta")["theta"]))
+    if asked.theorem == "park":
+        found = record(given, "theta", "tau")
+        theta, tau = number(found["theta"]), number(found["tau"])
+        require(tau >= 0, "tau is negative")
+        grown = axis.Axis.of(fmpq_poly([1]) - to_fmpq(tau) * X * X)  # 1 - tau s^2 = 1 + tau omega^2
+        return axis.Multiplier(terms={Fraction(0): grown}, theta=theta, growth=int(tau > 0))
+    if asked.theorem == "zames-falb":
+        theta, kernels = read_kernels(given)
+        rate = asked.document.rate
+        masses = None if rate is None else kernel_weights(theta, kernels, rate)
+        require(rate is None or theta == 0 or asked.direct == 0, "theta and a rate need H(inf) = 0")
+        require_legal([c for c, _ in kernels], asked.claim, strict=False, masses=masses)
+        return axis.kernels(theta, kernels)
+    return axis.Multiplier()
 
 
 def _popov(asked: Question, block: Shifted, theta: Fraction) -> Need:

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from lure.analysis.graphical.axis import axis_values, continuous
+from lure.analysis.graphical.axis import axis_values, continuous, drawable
 from lure.analysis.graphical.nyquist import NyquistResponse
 from lure.analysis.graphical.popov import PopovResponse
 from lure.analysis.graphical.supporting_proof import searched_theta
@@ -18,7 +18,7 @@ from lure.analysis.plots import render
 from lure.analysis.plots.loops import plot_channels, plot_nonlinearity, plot_orbit_signals, plot_reach, plot_solutions
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
 from lure.analysis.questions import StabilityBound
-from lure.analysis.questions.problem import OneChannel, Plant
+from lure.analysis.questions.problem import Plant
 from lure.analysis.questions.table import class_name
 from lure.analysis.report.loop.asked import pictures
 from lure.analysis.report.loop.model import LoopReport
@@ -96,7 +96,7 @@ def _channels(report: LoopReport) -> Iterator[FigureSpec]:
 
 
 def _nyquist(report: LoopReport) -> FigureSpec:
-    block = report.analysis.problem.block
+    block = drawable(report.analysis.problem.block)
     lower, (k, _, proved) = _lower(report), _line(report, "circle")
     omega, values = axis_values(block, None)
     seen = NyquistResponse(
@@ -111,11 +111,11 @@ def _nyquist(report: LoopReport) -> FigureSpec:
 
 def _popov(report: LoopReport) -> Iterator[FigureSpec]:
     """In continuous time, with the lower end of the class moved into the block."""
-    block, lower = report.analysis.problem.block, _lower(report)
+    block, lower = drawable(report.analysis.problem.block), _lower(report)
     if not continuous(block):
         return
     k, theta, proved = _line(report, "popov")
-    drawn: OneChannel = block
+    drawn = block
     if lower and isinstance(block, RationalPlant):
         drawn = shifted_block(block, Fraction(lower))
     elif lower and isinstance(block, StateSpace):

@@ -1,0 +1,185 @@
+"""Plants whose coefficients are polynomials in parameters, constant but unknown in a box: part of the checker.
+
+Standard library only.  ``H = n/d``, ``n = sum p^e n_e(s)``, ``d = sum p^e d_e(s)``.  Every function raises ``Rejected``
+unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from functools import partial
+from itertools import product
+from math import prod
+from typing import Any, NamedTuple
+
+from .arithmetic import INF, MINUS, ZERO, Form, S, fields, form, homogeneous, integer, need, number, numbers, real, tick
+from .blocks import Block, over_s
+from .parametric import coefficients
+
+MOST_PARAMETERS, MOST_DEGREE, MOST_NODES, MOST_BOXES, DEEPEST = 6, 12, 2000, 20_000, 400
+NAME = re.compile(r"[A-Za-z][A-Za-z_0-9]{0,40}")
+Box = list[tuple[Fraction, Fraction]]
+Shows = Callable[[Any, Block], tuple[Form, int, bool, dict[str, str]]]
+Decides = Callable[[Form, int, bool, bool], object]
+Values = dict[tuple[int, ...], list[list[Fraction]]]
+
+
+class Plants(NamedTuple):
+    """The plants of a box: names and bounds of the parameters, and powers, numerator, denominator of each term."""
+
+    time: str
+    names: list[str]
+    box: Box
+    terms: list[tuple[list[int], list[Fraction], list[Fraction]]]
+    forms: list[tuple[Form, Form]]
+
+    @property
+    def degrees(self) -> list[int]:
+        """The highest power of each parameter."""
+        return [max(powers[j] for powers, *_ in self.terms) for j in range(len(self.names))]
+
+    def weights(self, point: list[Fraction]) -> list[Fraction]:
+        """The products of powers."""
+        return [prod((v**e for v, e in zip(point, powers)), start=Fraction(1)) for powers, *_ in self.terms]
+
+    def at(self, point: list[Fraction]) -> dict[str, Any]:
+        """One of them, as the system of a certificate."""
+        weights, size = self.weights(point), range(len(self.terms[0][1]))
+        sides = [[str(sum(w * term[i][k] for w, term in zip(weights, self.terms))) for k in size] for i in (1, 2)]
+        return {"kind": "transfer", "time": self.time, "numerator": sides[0], "denominator": sides[1]}
+
+    def block(self, point: list[Fraction]) -> Block:
+        """The same as a block, ``H(inf)`` being 0."""
+        weights, n, d = self.weights(point), Form(), Form()
+        need(sum(w * term[2][0] for w, term in zip(weights, self.terms)) != 0, "the order is less for some parameters")
+        for w, (top, bottom) in zip(weights, self.forms):
+            n, d = n + real(w) * top, d + real(w) * bottom
+        return Block(n, d, len(self.terms[0][2]) - 1, ZERO, self.time == "discrete", False)
+
+
+def words(names: list[str], box: Box) -> str:
+    """The parameters in words."""
+    ranges = [f"{name} in [{low}, {high}]" for name, (low, high) in zip(names, box)]
+    return f"for all constant {', '.join(ranges)}"
+
+
+def plants(system: Any) -> Plants:
+    """The plants of a system with parameters."""
+    _, time, given, terms = fields(system, "kind", "time", "parameters", "terms")
+    form(time in ("continuous", "discrete") and isinstance(given, list), "time is one of two, parameters are a list")
+    form(0 < len(given) <= MOST_PARAMETERS and all(isinstance(x, list) and len(x) == 3 for x in given), "no parameters")
+    names, box = [x[0] for x in given], [(number(x[1]), number(x[2])) for x in given]
+    form(all(isinstance(name, str) and NAME.fullmatch(name) for name in names), "a parameter has no name")
+    form(len(set(names)) == len(names) and all(low < high for low, high in box), "two have a name, or an interval none")
+    form(isinstance(terms, list) and 0 < len(terms) <= 2000, "terms are a list")
+    found = list[tuple[list[int], list[Fraction], list[Fraction]]]()
+    for term in terms:
+        powers, top, bottom = fields(term, "powers", "numerator", "denominator")
+        form(isinstance(powers, list) and len(powers) == len(names), "each parameter has its power")
+        exponents = [integer(e, 0, MOST_DEGREE) for e in powers]
+        n, d = numbers(top), numbers(bottom)
+        form(len(n) == len(d) <= 401, "numerator and denominator have a coefficient for each power, up to 400")
+        found.append((exponents, n, d))
+    form(len({len(d) for *_, d in found}) == 1, "all terms have as many coefficients")
+    form(len({tuple(powers) for powers, *_ in found}) == len(found), "powers are there twice")
+    up, down = (real(1) + S, real(1) + MINUS * S) if time == "discrete" else (S, real(1))
+    forms = [(homogeneous(n, up, down, len(n) - 1), homogeneous(d, up, down, len(d) - 1)) for _, n, d in found]
+    return Plants(time, names, box, found, forms)
+
+
+def leaves(tree: Any, box: Box) -> Iterator[tuple[Box, Any]]:
+    """The boxes into which a box is cut, which cover it by their making, each with its multiplier."""
+    pending, count = [(tree, box, 0)], 0
+    while pending:
+        part, own, depth = pending.pop()
+        form(isinstance(part, dict) and depth <= DEEPEST, "a box is cut too often, or is none")
+        if "multiplier" in part:
+            count += 1
+            need(count <= MOST_BOXES, "there are too many boxes")
+            yield own, fields(part, "multiplier")[0]
+            continue
+        which, at, below, above = fields(part, "parameter", "at", "below", "above")
+        j, cut = integer(which, 0, len(box) - 1), number(at)
+        need(own[j][0] < cut < own[j][1], "a cut lies outside its box")
+        for half, ends in ((above, (cut, own[j][1])), (below, (own[j][0], cut))):
+            pending.append((half, [*own[:j], ends, *own[j + 1 :]], depth + 1))
+
+
+def proved(
+    system: Any, proof: Any, name: str, gains: Any, shows: Shows, decides: Decides
+) -> tuple[bool, Fraction, bool, dict[str, str]]:
+    """Whether critical, ``H(inf)``, whether in discrete time, and the hypotheses: of every plant of a box."""
+    H, (method, tree) = plants(system), fields(proof, "method", "boxes")
+    degrees = [2 * d for d in H.degrees]
+    form(method == "boxes" and min(degrees) > 0, "the method is boxes, and each parameter counts")
+    need(prod(d + 1 for d in degrees) <= MOST_NODES, "the degrees in the parameters are too high")
+    need(not any(n[0] for _, n, _ in H.terms), "with parameters H(inf) = 0 is needed")
+    need(-INF not in gains, "the lower bound is infinite")
+    cases = list[tuple[bool, str]]()
+    for box, data in leaves(tree, H.box):
+        need(not (isinstance(data, dict) and "mirrored" in data), "with parameters the lower bound is a stable gain")
+        cases.append(on_box(H, box, gains, partial(shows, data), decides))
+    need(len({critical for critical, _ in cases}) == 1, "the loop has a pole at 0 for some of the parameters only")
+    facts = {
+        "parameters": words(H.names, H.box),
+        "stable": f"in the middle of the first box {cases[0][1]}; elsewhere no root crosses the axis: Re(c* d) > 0",
+        "well-posed": "H(inf) = 0 for all of the parameters",
+        "inequality": f"F > 0: its Bernstein coefficients, of degrees {degrees}, are, at every frequency, on each of "
+        f"the boxes that cover these parameters, {len(cases)} of them",
+    }
+    return cases[0][0], ZERO, H.time == "discrete", facts
+
+
+def on_box(
+    H: Plants, box: Box, gains: tuple[Any, Any], shows: Callable[[Block], Any], decides: Decides
+) -> tuple[bool, str]:
+    """Whether critical, and what is found of the roots in the middle of a box, on which one multiplier shows ``F > 0``.
+
+    The multiplier does not depend on ``p``, so that ``F`` is a form in ``n`` and ``d``: of degree ``2 deg`` in each
+    parameter, its value a mean of its Bernstein coefficients on the box, which its values at ``2 deg + 1`` points give.
+    So it is with ``Re(c* d)``, ``c`` the ``d`` of the middle: where it is positive ``d`` has no root on the axis, its
+    degree is that of ``c``, and by continuity as many of its roots are inside.
+    """
+    degrees, (l, k) = [2 * d for d in H.degrees], gains
+    middle = H.block([(low + high) / 2 for low, high in box])
+    _, _, critical, facts = shows(middle)
+    c = lowest(middle, l)
+    F, apart, residue, full = Values(), Values(), Values(), 0
+    for node in product(*(range(d + 1) for d in degrees)):
+        tick()
+        B = H.block([low + (high - low) * Fraction(i, d) for (low, high), i, d in zip(box, node, degrees)])
+        found, full, same, _ = shows(B)
+        need(same == critical, "the loop has a pole at 0 for some of the parameters only")
+        F[node], apart[node] = [found.part()], [(c.conjugate() * lowest(B, l)).part()]
+        residue[node] = [[B.n.get((ZERO, 0), (ZERO, ZERO))[0]]]
+    for p in bernstein(F, degrees):
+        decides(real(*p), full, critical, k != INF)
+    for p in bernstein(apart, degrees):
+        decides(real(*p), 2 * (len(H.terms[0][2]) - 1), critical, True)
+    turn = over_s(c)[ZERO, 0][0] if critical else ZERO
+    positive = (turn * v > 0 for (v,) in bernstein(residue, degrees))
+    need(not critical or all(positive), "the residue at 0 is not positive for all parameters")
+    return critical, facts["stable"]
+
+
+def lowest(B: Block, l: Fraction) -> Form:
+    """The denominator of the loop with the gain ``l``."""
+    return B.d + real(l) * B.n
+
+
+def bernstein(values: Values, degrees: list[int]) -> Iterator[list[Fraction]]:
+    """Bernstein coefficients of the rows that are polynomials in the parameters, from those at the nodes."""
+    most = max(len(rows[0]) for rows in values.values())
+    filled = {node: [[*rows[0], *[ZERO] * (most - len(rows[0]))]] for node, rows in values.items()}
+    return (rows[0] for rows in coefficients(filled, degrees))
+
+
+def member(system: Any, proof: Any) -> tuple[Any, Any, dict[str, str]]:
+    """The plant of a box at which a refutation is, its proof, and where that is."""
+    H, (_, at, inner) = plants(system), fields(proof, "method", "at", "proof")
+    point = numbers(at, len(H.names))
+    need(all(low <= v <= high for v, (low, high) in zip(point, H.box)), "the parameters are outside their bounds")
+    form(isinstance(inner, dict) and "method" in inner and inner["method"] != "member", "a proof is missing")
+    return H.at(point), inner, {"parameters": ", ".join(f"{name} = {v}" for name, v in zip(H.names, point))}

@@ -1,0 +1,573 @@
+"""Plants with parameters in a box: proofs by branch and bound over the box, refutations by one plant of it.
+
+What the criteria find for the plant in the middle of a box is tried on all of the box by the checker's own test; where
+it fails the box is cut.  Nothing here is believed: the certificate holds the cuts and the multipliers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cached_property, partial
+from itertools import islice
+from random import Random
+from typing import Any, TypeAlias
+
+from lure.analysis.certificates import boxes
+from lure.analysis.certificates.arithmetic import Form, Rejected, real
+from lure.analysis.certificates.blocks import Block, multiplier
+from lure.analysis.certificates.checker import SLOPED, Proved, Refuted, inequality, on_axis
+from lure.analysis.certificates.drafts import complete_and_check, guarded
+from lure.analysis.certificates.multipliers import multipliers
+from lure.analysis.certificates.states import classes
+from lure.analysis.certificates.systems import system_of
+from lure.analysis.deadline import checkpoint
+from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.theorems.table import Theorem, Upper
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
+from lure.arrays import NDArray, Reals, np
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
+from lure.errors import AssumptionError
+from lure.plants.family import Box, PlantFamily, Point
+from lure.plants.rational import RationalPlant
+
+MOST_BOXES, MOST_LOOKS, RANDOM, MOST_CORNERS = 400, 40, 4, 32
+NEAR = (Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000), Fraction(1, 10**5), Fraction(1, 5 * 10**6))
+FAR = (Fraction(1, 4), Fraction(1, 2), Fraction(3, 4), Fraction(19, 20), Fraction(999, 1000))
+LARGE = (10**9, 10**6, 10**3)
+UNUSED = ("hurwitz", "order-cone")
+"""Criteria that are not shown of plants with parameters."""
+
+
+# Where in the box a number is least: the corners, the middle, a few more points, then along one parameter at a time.
+
+
+def least(
+    family: PlantFamily, value: Callable[[RationalPlant], float], *, looks: int = MOST_LOOKS
+) -> tuple[Point, float]:
+    """A point of the box at which a number is about least, and the number.
+
+    Parameters
+    ----------
+    family : PlantFamily
+        The plants.
+    value : callable
+        The number for a plant.
+    looks : int
+        How many plants are looked at.
+    """
+    seen = dict[Point, float]()
+
+    def at(point: Point) -> float:
+        """The number at a point."""
+        checkpoint()
+        if point not in seen:
+            seen[point] = value(family.at(point))
+        return seen[point]
+
+    dice = Random(1)
+    points = [family.middle, *islice(family.corners, MOST_CORNERS)]
+    for _ in range(RANDOM):
+        points.append(tuple(low + (high - low) * Fraction(dice.randrange(65), 64) for low, high in family.box))
+    best = min(points, key=at)
+    step = Fraction(1, 4)
+    while len(seen) < looks and step > Fraction(1, 2**20):
+        near = [_moved(best, j, family.box, sign * step) for j in range(len(best)) for sign in (1, -1)]
+        better = min(near, key=at)
+        best, step = (better, step) if at(better) < at(best) else (best, step / 4)
+    return best, at(best)
+
+
+def _moved(point: Point, j: int, box: Box, share: Fraction) -> Point:
+    low, high = box[j]
+    return (*point[:j], min(max(point[j] + share * (high - low), low), high), *point[j + 1 :])
+
+
+# One class for all plants of the box.
+
+
+@dataclass(slots=True)
+class Leaf:
+    """A box that is cut no further, and what shows the inequality on it."""
+
+    box: Box
+    multiplier: Mapping[str, Any] | None = None
+
+
+@dataclass(slots=True)
+class Cut:
+    """A box in two halves."""
+
+    box: Box
+    parameter: int
+    at: Fraction
+    below: Tree
+    above: Tree
+
+
+Tree = Leaf | Cut
+Sides: TypeAlias = "tuple[NDArray[np.complex128], NDArray[np.complex128]]"
+
+
+class Short(AssumptionError):
+    """A criterion does not reach the class at a plant of the box."""
+
+    def __init__(self, point: Point, words: str) -> None:
+        super().__init__(f"with {words} the criterion does not reach so far")
+        self.point = point
+
+
+@dataclass
+class Search:
+    """The search for a proof by one criterion, for classes of one kind.
+
+    Attributes
+    ----------
+    family : PlantFamily
+        The plants.
+    row : Theorem
+        The criterion.
+    odd : bool
+        Whether it may use that the nonlinearities are odd.
+    most : int
+        How many boxes the box may be cut into.
+    """
+
+    family: PlantFamily
+    row: Theorem
+    odd: bool = False
+    most: int = MOST_BOXES
+    exact: bool = field(default=False, init=False)
+
+    @cached_property
+    def plants(self) -> boxes.Plants:
+        """The plants as the checker reads them."""
+        return boxes.plants(system_of(self.family))
+
+    def decided(self, point: Point, lower: Fraction, upper: Upper) -> Mapping[str, Any]:
+        """The likeliest multiplier for a class at a plant.
+
+        Raises
+        ------
+        Short
+            The criterion does not prove the class there.
+        """
+        plant, end = self.family.at(point), math.inf if isinstance(upper, str) else upper
+        bounds = SlopeBounds(lower, end) if self.row.slope else Sector(lower, end)
+        answer = self.row.decide(plant, bounds, odd=self.odd)
+        given = next(iter(multipliers(plant, answer, upper)), None)
+        if answer.verdict is not Verdict.PROVED or given is None or "mirrored" in given:
+            raise Short(point, self.family.words(point))
+        return given
+
+    def tree(self, laws: Mapping[str, Any], lower: Fraction, upper: Upper, start: Tree | None = None) -> Tree:
+        """Boxes that cover the box with a multiplier each, on which the inequality holds as far as floats can tell.
+
+        Parameters
+        ----------
+        laws : Mapping
+            The class as it stands in a certificate.
+        lower, upper
+            Its ends.
+        start : Leaf or Cut, optional
+            Boxes to begin with.
+
+        Raises
+        ------
+        Short
+            At some plant the criterion does not reach the class.
+        AssumptionError
+            The boxes became too many.
+        """
+        given = classes(dict(laws))
+        ends = given.slope if self.row.name in SLOPED else given.sector
+        look, count = Look(self.family, self.row.name, ends), [0]
+
+        def holds(box: Box, multiplier: Mapping[str, Any]) -> bool:
+            """Whether the test is passed on a box: by floats, in doubt or where these erred by the checker's own."""
+            checkpoint()
+            if not look.passes(box, multiplier):
+                return False
+            if not self.exact:
+                return True
+            try:
+                shows = partial(inequality, self.row.name, dict(multiplier), family=given)
+                boxes.on_box(self.plants, list(box), ends, shows, on_axis)
+            except Rejected:
+                return False
+            return True
+
+        def made(box: Box, known: Mapping[str, Any] | None) -> Tree:
+            """The boxes for one."""
+            count[0] += 1
+            if count[0] > self.most:
+                raise AssumptionError(f"the box of parameters was cut into {self.most} boxes, and some are still open")
+            if known is not None and holds(box, known):
+                return Leaf(box, known)
+            own = self.decided(tuple((low + high) / 2 for low, high in box), lower, upper)
+            if own != known and holds(box, own):
+                return Leaf(box, own)
+            j = look.widest(box)
+            low, high = box[j]
+            at = simplest(low, high)
+            halves = ((*box[:j], ends, *box[j + 1 :]) for ends in ((low, at), (at, high)))
+            below, above = (made(half, own) for half in halves)
+            return Cut(box, j, at, below, above)
+
+        def again(part: Tree) -> Tree:
+            """The same for boxes that were made for another class."""
+            if isinstance(part, Cut):
+                return Cut(part.box, part.parameter, part.at, again(part.below), again(part.above))
+            return made(part.box, part.multiplier)
+
+        return again(start or Leaf(self.family.box))
+
+    def proved(self, laws: Mapping[str, Any], lower: Fraction, upper: Upper, start: Tree | None = None) -> Proved:
+        """What the checker accepts of the class.
+
+        Parameters
+        ----------
+        laws, lower, upper, start
+            As for :meth:`tree`.
+
+        Raises
+        ------
+        AssumptionError
+            No boxes were found.
+        Rejected
+            The checker accepts none.
+        """
+        tree = self.tree(laws, lower, upper, start)
+        try:
+            shown = complete_and_check(draft(self.family, self.row, laws, tree))
+        except Rejected:
+            self.exact = True
+            shown = complete_and_check(draft(self.family, self.row, laws, self.tree(laws, lower, upper, tree)))
+        assert isinstance(shown, Proved), "it is a proof that was drafted"
+        return shown
+
+
+class Look:
+    """The test of a box in floating point: Bernstein coefficients of ``F`` and of ``Re(c* d)`` at many frequencies.
+
+    Parameters
+    ----------
+    family : PlantFamily
+        The plants.
+    name : str
+        The criterion.
+    gains : tuple of Fraction
+        The bounds of the class.
+    """
+
+    def __init__(self, family: PlantFamily, name: str, gains: tuple[Any, Any]) -> None:
+        self.family, self.name, self.gains = family, name, gains
+        roots = (_roots(family.at(p), gain) for p in self._points() for gain in gains if gain != math.inf)
+        poles = np.concatenate([*roots])
+        if family.dt is None:
+            size = np.abs(poles[np.abs(poles) > 0])
+            size = size if size.size else np.ones(1)
+            far = np.geomspace(min(size) / 300, max(size) * 300, 160)
+            near = (np.abs(poles.imag)[:, None] + np.abs(poles.real)[:, None] * np.linspace(-2, 2, 9)).ravel()
+        else:
+            far = np.geomspace(1e-3, 1e3, 160)
+            angle = np.angle(poles)[:, None] + (1 - np.abs(poles))[:, None] * np.linspace(-2, 2, 9)
+            near = np.tan(np.clip(angle.ravel() / 2, -1.57, 1.57))
+        near = near[(near > 1e-9) & (near < 1e9)]
+        self.omega = np.unique(np.concatenate([far, near]))
+        self.sides = self._sides(self.omega)
+        self.back = [_backwards(2 * d) for d in family.degrees]
+
+    def _points(self) -> Iterator[Point]:
+        yield self.family.middle
+        yield from islice(self.family.corners, MOST_CORNERS)
+
+    def _sides(self, omega: Reals) -> Sides:
+        """``n_e`` and ``d_e`` of each term on the axis."""
+        s = 1j * omega
+        z = s if self.family.dt is None else (1 + s) / (1 - s)
+        top, bottom = ([np.polyval([float(c) for c in term[i]], z) for term in self.family.terms] for i in (1, 2))
+        return np.asarray(top, dtype=complex), np.asarray(bottom, dtype=complex)
+
+    def _at(self, node: tuple[float, ...], sides: Sides) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """``n`` and ``d + l n`` on the axis at a plant."""
+        weights = [math.prod(v**e for v, e in zip(node, powers, strict=True)) for powers, *_ in self.family.terms]
+        n, d = (np.asarray(np.tensordot(weights, side, axes=(0, 0)), dtype=complex) for side in sides)
+        return n, np.asarray(d + float(self.gains[0]) * n)
+
+    def passes(self, box: Box, data: Mapping[str, Any]) -> bool:
+        """Whether all coefficients are positive, between the frequencies of the grid too, where they are least.
+
+        Parameters
+        ----------
+        box : tuple of (Fraction, Fraction)
+            Where the parameters are.
+        data : Mapping
+            The multiplier as it stands in a certificate.
+        """
+        one = Block(real(1), real(1), 0, Fraction(0), discrete=self.family.dt is not None, delayed=False)
+        try:
+            first, _, third, fourth, _ = multiplier(self.name, dict(data), one, self.gains[1] == math.inf)
+        except Rejected:
+            return False
+        parts = (first, third, fourth)
+        seen = self._least(box, parts, self.omega, self.sides)
+        if not seen.min() > 0:
+            return False
+        dips = np.flatnonzero((seen[1:-1] <= seen[:-2]) & (seen[1:-1] <= seen[2:])) + 1
+        for i in sorted(dips, key=seen.__getitem__)[:3]:
+            omega = np.linspace(self.omega[i - 1], self.omega[i + 1], 41)
+            if not self._least(box, parts, omega, self._sides(omega)).min() > 0:
+                return False
+        return True
+
+    def _least(self, box: Box, parts: tuple[Form, Form, Form], omega: Reals, sides: Sides) -> Reals:
+        """The least coefficient at each frequency, over ``|d|^2`` in the middle."""
+        low_gain, k = self.gains
+        m, e, r = (_values(part, omega) for part in parts)
+        width = 1.0 if k == math.inf else float(k - low_gain)
+        rest = (m.real * (k < math.inf), width**2 * r.real * (k < math.inf))  # each finite bound adds a positive term
+        ends = [(float(low), float(high)) for low, high in box]
+        _, c = self._at(tuple((low + high) / 2 for low, high in ends), sides)
+        shape = [2 * d + 1 for d in self.family.degrees]
+        F, apart, size = np.empty((*shape, omega.size)), np.empty((*shape, omega.size)), np.abs(c) ** 2
+        for node in np.ndindex(*shape):
+            shares = zip(ends, node, shape, strict=True)
+            n, d = self._at(tuple(low + (high - low) * i / (most - 1) for (low, high), i, most in shares), sides)
+            cross = width * ((m + e) * n * d.conj()).real
+            F[node] = (cross + rest[0] * np.abs(d) ** 2 - rest[1] * np.abs(n) ** 2) / size
+            apart[node] = (c.conj() * d).real / size
+        for j, back in enumerate(self.back):
+            F, apart = (np.moveaxis(np.tensordot(back, one, axes=(1, j)), 0, j) for one in (F, apart))
+        over = tuple(range(len(shape)))
+        floor = F.min(axis=over) + (1e-12 if k == math.inf else 0.0)
+        return np.asarray(np.minimum(floor, apart.min(axis=over)))
+
+    def widest(self, box: Box) -> int:
+        """The parameter that changes the plants most over a box.
+
+        Parameters
+        ----------
+        box : tuple of (Fraction, Fraction)
+            Where the parameters are.
+        """
+        middle = tuple(float(low + high) / 2 for low, high in box)
+        k = float(self.gains[1] - self.gains[0]) if self.gains[1] != math.inf else 1.0
+        n, d = self._at(middle, self.sides)
+        size = np.abs(d) + k * np.abs(n)
+        changes = list[float]()
+        for j, ends in enumerate(box):
+            (n0, d0), (n1, d1) = (self._at((*middle[:j], float(end), *middle[j + 1 :]), self.sides) for end in ends)
+            changes.append(float(np.max((np.abs(d1 - d0) + k * np.abs(n1 - n0)) / np.where(size > 0, size, 1.0))))
+        return max(range(len(box)), key=changes.__getitem__)
+
+
+def _roots(plant: RationalPlant, gain: Fraction) -> NDArray[np.complex128]:
+    """The poles of the loop with a gain."""
+    n, d = ([float(c) for c in side] for side in (plant.numerator, plant.denominator))
+    return np.asarray(np.roots(np.polyadd(d, float(gain) * np.array(n))), dtype=complex)
+
+
+def _values(part: Form, omega: Reals) -> NDArray[np.complex128]:
+    """A sum of ``(u + i v) omega^n`` in floating point."""
+    total = np.zeros(omega.shape, dtype=complex)
+    for (tau, n), (u, v) in part.items():
+        total = total + complex(u, v) * omega**n * np.exp(-1j * float(tau) * omega)
+    return total
+
+
+def _backwards(degree: int) -> Reals:
+    """From the values of a polynomial at ``k/degree`` to its Bernstein coefficients."""
+    t = np.arange(degree + 1) / degree
+    basis = [[math.comb(degree, i) * x**i * (1 - x) ** (degree - i) for i in range(degree + 1)] for x in t]
+    return np.asarray(np.linalg.inv(np.array(basis)))
+
+
+def simplest(low: Fraction, high: Fraction) -> Fraction:
+    """A short number about in the middle."""
+    middle, width = (low + high) / 2, high - low
+    digits = 1
+    while abs((near := middle.limit_denominator(digits)) - middle) > width / 16:
+        digits *= 2
+    return near
+
+
+def written(tree: Tree) -> dict[str, Any]:
+    """The boxes as they stand in a certificate.
+
+    Parameters
+    ----------
+    tree : Leaf or Cut
+        The boxes.
+    """
+    if isinstance(tree, Leaf):
+        return {"multiplier": dict(tree.multiplier or {})}
+    parts = {"below": written(tree.below), "above": written(tree.above)}
+    return {"parameter": tree.parameter, "at": str(tree.at), **parts}
+
+
+def draft(family: PlantFamily, row: Theorem, laws: Mapping[str, Any], tree: Tree) -> dict[str, Any]:
+    """A certificate for all plants of a box, the checker's part left out.
+
+    Parameters
+    ----------
+    family : PlantFamily
+        The plants.
+    row : Theorem
+        The criterion.
+    laws : Mapping
+        The class.
+    tree : Leaf or Cut
+        The boxes with their multipliers.
+    """
+    return {
+        "verdict": "PROVED",
+        "system": system_of(family),
+        "laws": dict(laws),
+        "theorem": row.name,
+        "proof": {"method": "boxes", "boxes": written(tree)},
+    }
+
+
+# The largest class of a criterion.
+
+Laws = Callable[[Upper], tuple[NonlinearityClass, Mapping[str, Any]]]
+
+
+def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, odd: bool) -> CriterionResult:
+    """How far a criterion proves the classes ``[lower, k]`` for all plants of the box.
+
+    Parameters
+    ----------
+    family : PlantFamily
+        The plants.
+    row : Theorem
+        The criterion.
+    lower : Fraction
+        Lower end of the classes.
+    laws : callable
+        The class with an upper end, and the same as it stands in a certificate.
+    odd : bool
+        Whether the classes are of odd nonlinearities.
+
+    Raises
+    ------
+    AssumptionError
+        The criterion proves no class of all plants of the box.
+    """
+    if row.name in UNUSED:
+        raise AssumptionError(f"the criterion {row.name} is not shown of plants with parameters; try best")
+
+    def reach(plant: RationalPlant) -> float:
+        """How far it goes for one plant."""
+        answer = row.answer(plant, lower=lower, odd=odd)
+        return answer.largest.low if answer.verdict is Verdict.PROVED else -math.inf
+
+    worst, top = least(family, reach, looks=len(family.box) * 4 + 2 if row.stage else MOST_LOOKS)
+    if top <= lower:
+        raise AssumptionError(f"with {family.words(worst)} the criterion proves nothing")
+    search, kept, reason = Search(family, row, odd), list[tuple[Upper, Tree]](), ""
+
+    def tries(upper: Upper) -> bool:
+        """Whether a class is shown, which is then kept."""
+        nonlocal top, reason
+        try:
+            kept.append((upper, search.tree(laws(upper)[1], lower, upper, kept[-1][1] if kept else None)))
+        except Short as short:
+            top, reason = min(top, reach(family.at(short.point))), str(short)
+        except AssumptionError as refusal:
+            reason = str(refusal)
+        else:
+            return True
+        return False
+
+    if top == math.inf:
+        _ = tries("finite") or any(tries(Fraction(n)) for n in LARGE)
+    else:
+        for share in NEAR:
+            if not any(tries(_below(lower, before, share)) for before in _tops(lambda: top)):
+                break
+        _ = kept or any(tries(_below(lower, top, share)) for share in FAR)
+    if not kept:
+        raise AssumptionError(reason or "nothing is proved for all parameters")
+    upper, tree = kept[-1]
+    nonlinearity_class, entry = laws(upper)
+    shown = search.proved(entry, lower, upper, tree)
+    end = math.inf if isinstance(upper, str) else float(upper)
+    tried = top == math.inf and not isinstance(upper, str)
+    return replace(
+        row.answer(family.central, lower=lower, odd=odd),
+        nonlinearity_class=nonlinearity_class,
+        verdict=Verdict.PROVED,
+        evidence=Evidence.CERTIFIED,
+        largest=Bracket(end, max(end, double_above(Fraction(top)) if top < math.inf else top)),
+        theta=None,
+        multiplier=None,
+        parameters={name: [str(low), str(high)] for name, (low, high) in zip(family.names, family.box, strict=True)},
+        margin=None,
+        worst_frequency=None,
+        hypotheses=tuple(f"{name}: {fact}" for name, fact in shown.facts.items()),
+        reason=f"{end:g} is the largest k for which a certificate was tried" if tried else reason,
+        search_limited=tried,
+        shown=shown,
+    )
+
+
+def _below(lower: Fraction, top: float, share: Fraction) -> Fraction:
+    """A double that leaves a share of the way from ``lower`` to ``top``."""
+    return Fraction(double_below(lower + (Fraction(top) - lower) * (1 - share)))
+
+
+def _tops(top: Callable[[], float]) -> Iterator[float]:
+    """How far the worst plant known lets it go, again while a worse one is found, twice at most."""
+    before = math.inf
+    for _ in range(3):
+        if top() < before:
+            before = top()
+            yield before
+
+
+# Refutations: a plant of the box with a destabilising member.
+
+
+def refuted_at(family: PlantFamily, point: Point, witness: Witness) -> Witness:
+    """The witness of one plant of the box, as one of the box.
+
+    Parameters
+    ----------
+    family : PlantFamily
+        The plants.
+    point : tuple of Fraction
+        The parameters.
+    witness : Witness
+        What destabilises the loop there, with what the checker accepted of it.
+    """
+    data = {**witness.data, "parameters": {name: str(v) for name, v in zip(family.names, point, strict=True)}}
+    description = f"with {family.words(point)}, {witness.description}"
+    moved = replace(witness, description=description, data=data, refutation=None)
+    if witness.refutation is None:
+        return moved
+    inner = witness.refutation.certificate
+    whole = {**member_draft(family, point, inner), "laws": inner["laws"]}
+    found = guarded("the parameters", lambda: complete_and_check(whole), passing=(TimeoutError,))
+    if not isinstance(found, Refuted):
+        return replace(moved, evidence=Evidence.COMPUTED)
+    return replace(moved, refutation=found)
+
+
+def member_draft(family: PlantFamily, point: Point, inner: Mapping[str, Any]) -> dict[str, Any]:
+    """The draft of a refutation by one plant of the box, from a certificate about that plant.
+
+    Parameters
+    ----------
+    family : PlantFamily
+        The plants.
+    point : tuple of Fraction
+        The parameters.
+    inner : Mapping
+        The certificate.
+    """
+    proof = {"method": "member", "at": [str(v) for v in point], "proof": inner["proof"]}
+    return {**inner, "system": system_of(family), "proof": proof}

@@ -1,0 +1,76 @@
+"""Plants with parameters: formulas in their coefficients become exact polynomials."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lure import as_plant
+from lure.errors import InputError
+from lure.files import find_system, loop_to_toml
+from lure.files.reading import parse_system
+from lure.plants.family import PlantFamily
+from lure.plants.rational import RationalPlant
+
+BOX = {"m": (1, 2), "c": (Fraction(1, 2), 1), "k": (1, 3)}
+numbers = st.fractions(min_value=-3, max_value=5, max_denominator=50)
+
+
+@given(m=st.fractions(1, 2, max_denominator=9), c=numbers, k=numbers)
+def test_coefficients_formula_and_matrices_are_the_same_plants(m, c, k):
+    # m x'' + c x' + k x = mu, in three ways
+    ways = [
+        PlantFamily.of_coefficients([1], ["m", "c", "k"], BOX),
+        PlantFamily.of_formula("1/(m*s^2 + c*s + k)", BOX),
+        PlantFamily.of_matrices([[0, 1], ["-k/m", "-c/m"]], [0, "1/m"], [1, 0], 0, BOX),
+    ]
+    wanted = as_plant(([1], [m, c, k]))
+    assert [one.at((m, c, k)) for one in ways] == [wanted] * 3
+    assert len({one.terms for one in ways}) == 1
+
+
+@given(a=numbers, b=numbers)
+def test_matrices_with_a_direct_term_are_those_of_the_numbers(a, b):
+    A, B, C = [["-a", "1"], ["b^2", -2]], [["a"], [1]], [[1, "b"]]
+    family = PlantFamily.of_matrices(A, B, C, "a*b", {"a": (0, 1), "b": (0, 1)})
+    exact = ([[-a, 1], [b * b, -2]], [a, 1], [1, b], a * b)
+    assert family.at((a, b)) == as_plant(exact)
+
+
+def test_constants_are_no_parameters_and_constants_alone_make_one_plant():
+    family = PlantFamily.of_coefficients(["g"], [1, "2*a", "g"], {"a": (1, 2), "g": Fraction("0.1")})
+    assert (family.names, family.degrees) == (("a",), (1,))
+    assert PlantFamily.of_coefficients(["g"], [1, "g"], {"g": 2}) == RationalPlant([2], [1, 2])
+
+
+def test_a_file_reads_back_as_it_was_written():
+    plant = '[plant]\nnum = ["b"]\nden = [1, "2*zeta*w", "w^2/3"]\n'
+    text = plant + "[plant.parameters]\nw = [1, 2]\nzeta = [0.1, 0.3]\nb = [1, 2]\n"
+    system = parse_system(text, name="own", source="here")
+    again = parse_system(loop_to_toml(system), name="own", source="here")
+    assert system.block == again.block
+    assert system.block.box == ((1, 2), (Fraction(1, 10), Fraction(3, 10)), (1, 2))
+
+
+@pytest.mark.parametrize(
+    ("plant", "parameters", "said"),
+    [
+        ('num = ["b"]\nden = [1, "a"]', "a = [2, 1]\nb = 1", r"parameters\.a is \[2, 1\]"),
+        ('num = [1]\nden = [1, "a"]', "a = [1, 2]\nb = [1, 2]", "parameters.b does not occur"),
+        ('num = [1]\nden = [1, "q"]', "a = [1, 2]", "unknown name 'q'"),
+        ('num = [1]\nden = [1, "a*s"]', "a = [1, 2]", "holds s"),
+        ('num = [1]\nden = [1, "1/a"]', "a = [-1, 2]", "may vanish in the box"),
+        ('num = [1]\nden = [1, "a"]', "s = [1, 2]\na = 1", "is no name here"),
+        ('transfer = "s^2/(s+a)"', "a = [1, 2]", "improper"),
+        ('transfer = "exp(-s)/(s+a)"', "a = [1, 2]", "unknown name 'exp'"),
+        ('num = [1]\nden = [1, "a"]', "a = [1, 2, 3]", "give two numbers"),
+        ("A = [[0, 1]]\nB = [1]\nC = [1]", "a = [1, 2]", "A is square"),
+    ],
+)
+def test_what_is_no_family_is_refused_in_one_sentence(plant, parameters, said, tmp_path):
+    path = Path(tmp_path, "plant.toml")
+    path.write_text(f"[plant]\n{plant}\n[plant.parameters]\n{parameters}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        find_system(str(path))

@@ -1,0 +1,115 @@
+"""Questions about every plant of a box of parameters: exact families, refutations by one plant, the command."""
+
+import json
+from fractions import Fraction
+from math import inf
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lure import NonlinearityClass, Sector, analyse, certify, max_sector, max_slope
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.cli import main
+from lure.analysis.verdict import Verdict
+from lure.files.reading import parse_system
+from lure.plants.family import PlantFamily
+from lure.plants.rational import RationalPlant
+
+positive = st.fractions(Fraction(1, 10), 10, max_denominator=20)
+
+
+# H = -b/(s + a): the gain k puts the pole at b k - a, so that k < a/b is needed of linear gains; the circle criterion
+# proves as much, 1 + k Re H > 0 being 1 > k b/a.  Of all of the box: k < min a / max b.
+@settings(max_examples=5)
+@given(a=positive, b=positive, wide=positive, high=positive)
+def test_first_order_plants_reach_the_least_ratio_and_no_farther(a, b, wide, high):
+    family = PlantFamily.of_coefficients(["-b"], [1, "a"], {"a": (a, a + wide), "b": (b, b + high)})
+    found, limit = max_sector(family, time_varying=True), a / (b + high)
+    assert float(limit) * (1 - 1e-6) < found.largest.low < limit
+    assert limit <= found.refuted_at < float(limit) * (1 + 1e-6)
+    assert recheck(found.proof.certificate).accepted
+    assert recheck(found.refutation.certificate).accepted
+
+
+# H = b/(s (s + a) (s + 2)): Routh, k < 2 a (a + 2)/b; Popov's criterion reaches it, and it is least at a corner
+def test_third_order_plants_reach_rouths_limit_at_a_corner():
+    box = {"a": (Fraction("0.9"), Fraction("1.1")), "b": (1, Fraction("1.2"))}
+    found = max_sector(PlantFamily.of_formula("b/(s*(s+a)*(s+2))", box))
+    limit = 0.9 * 2 * 2.9 / 1.2
+    assert found.criterion == "popov"
+    assert found.critical
+    assert limit * (1 - 1e-5) < found.largest.low < limit <= found.refuted_at < limit * (1 + 1e-9)
+    assert "every a in [0.9, 1.1], b in [1, 1.2]" in str(found)
+    assert found.refutation.facts["parameters"] == "a = 9/10, b = 6/5"
+
+
+def test_second_order_plants_are_proved_for_every_finite_bound():
+    # b/(s^2 + 2 zeta s + a): Re[(1 + theta s) H] |d|^2 = b (a - x + 2 zeta theta x) >= 0 for theta >= 1/(2 zeta)
+    family = PlantFamily.of_coefficients(["b"], [1, "2*zeta", "a"], {"a": (2, 3), "zeta": (0.125, 0.25), "b": (1, 2)})
+    found = max_sector(family)
+    assert (found.verdict, found.criterion, found.largest.low) == (Verdict.PROVED, "popov", inf)
+
+
+def test_an_interval_of_one_point_is_a_number():
+    text = '[plant]\nnum = [1]\nden = [1, "a", 2, 0]\n[plant.parameters]\na = [3, 3]\n'
+    block = parse_system(text, name="own", source="here").block
+    assert block == RationalPlant([1], [1, 3, 2, 0])
+
+
+def test_a_class_given_whole_is_decided_for_all_plants_or_refuted_by_one():
+    family = PlantFamily.of_formula("b/((s+1)*(s+a)*(s+2))", {"a": (1, 2), "b": (1, 2)})
+    # at a = 1, b = 2, Routh: (s+1)^2 (s+2) + 2 k is stable for k < 9
+    proved = certify(family, Sector(0, 8))
+    assert proved.verdict is Verdict.PROVED
+    assert "for all constant a in [1, 2], b in [1, 2]" in str(proved)
+    refuted = certify(family, NonlinearityClass(sector=Sector(0, 10)))
+    assert refuted.verdict is Verdict.REFUTED
+    assert "with a = 1, b = 2" in refuted.conclusion.headline
+
+
+def test_discrete_time_plants_by_the_circle_criterion():
+    # b/(z - a): |z - a| >= 1 - a at z = 1 and 1 + a at z = -1; H is least at z = -1: -b/(1 + a): k < (1 + a)/b
+    family = PlantFamily.of_coefficients(["b"], [1, "-a"], {"a": (0.25, 0.5), "b": (1, 2)}, dt=1)
+    found = max_sector(family)
+    assert 0.625 * (1 - 1e-6) < found.largest.low < 0.625 <= found.refuted_at < 0.625 * (1 + 1e-6)
+
+
+def test_where_one_plant_is_unstable_every_class_is_refuted():
+    family = PlantFamily.of_coefficients([1], [1, "a", 1], {"a": (-1, 1)})
+    found = max_sector(family)
+    assert found.verdict is Verdict.REFUTED
+    assert Fraction(found.refutation.facts["parameters"].removeprefix("a = ")) <= 0
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_no_member_of_a_proved_box_destabilises(odd):
+    family = PlantFamily.of_formula("(s + b)/(s^3 + a*s^2 + 2*s + b)", {"a": (1, 1.5), "b": (0.25, 0.5)})
+    found, dice = max_slope(family, odd=odd, seconds=3), np.random.default_rng(1)
+    assert found.verdict is Verdict.PROVED
+    for _ in range(2000):
+        plant = family.at([low + (high - low) * Fraction(dice.random()) for low, high in family.box])
+        k = min(found.largest.low, 1e3) * dice.random()
+        n, d = ([float(c) for c in side] for side in (plant.numerator, plant.denominator))
+        assert max(np.roots(np.polyadd(d, k * np.array(n))).real) < 0
+
+
+def test_the_commands_take_the_file_and_the_json_has_the_parameters(tmp_path, capsys):
+    path = tmp_path / "mass.toml"
+    path.write_text('[plant]\nnum = ["-b"]\nden = [1, "a"]\n[plant.parameters]\na = [1, 2]\nb = [0.5, 1]\n')
+    assert main(["max-sector", "--system", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["parameters"] == {"a": ["1", "2"], "b": ["1/2", "1"]}
+    assert main(["max-sector", "--system", str(path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "every a in [1, 2], b in [0.5, 1], by circle (certified)" in said
+
+
+def test_an_analysis_has_a_row_for_each_class():
+    family = PlantFamily.of_coefficients(["b"], [1, 1, "a"], {"a": (1, 2), "b": (0.5, 1)})
+    found = analyse(family, seconds=20)
+    assert {row.verdict for row in found.rows} == {Verdict.PROVED}
+    assert found.to_dict()["block"]["parameters"] == {"a": ["1", "2"], "b": ["1/2", "1"]}
+    # time-varying: the circle criterion, 3 at a = b = 1
+    assert next(row for row in found.rows if row.time_varying).largest.low == pytest.approx(3, rel=1e-5)
