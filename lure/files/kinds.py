@@ -182,7 +182,8 @@ def _missing(item: ErrorDetails, kind: FileKind) -> str:
     path = _path(item)
     if path in kind.tables:
         fields = kind.tables[path].model_fields
-        required = [key for key, entry in fields.items() if entry.is_required()] or list(fields)[:2]
+        plain = [key for key, entry in fields.items() if not str(entry.description).startswith("a table")]
+        required = [key for key, entry in fields.items() if entry.is_required()] or plain[:2]
         return f"the table [{path}] is missing; give it with {', '.join(required)}"
     table, _, key = path.partition(".")
     return f"{path} is missing; give {kind.tables[table].model_fields[key].description}"
