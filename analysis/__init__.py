@@ -16,6 +16,7 @@ extend(
         "lure.analysis.measured.reading:Measurements": "lure.analysis.plots.measured:plot_measurements",
         "lure.analysis.nonlinearity.result:NonlinearityBounds": "lure.analysis.plots.sectors:plot_nonlinearity_sector",
         "lure.analysis.questions.channel_map:StabilityMap": "lure.analysis.plots.maps:plot_map",
+        "lure.analysis.questions.margins:Tolerances": "lure.analysis.plots.margins:plot_tolerances",
         "lure.analysis.questions.decay:RateBound": "lure.analysis.plots.rates:plot_rate",
         "lure.analysis.questions.gain:GainBound": "lure.analysis.plots.gains:plot_gain",
         "lure.analysis.questions.regions:RegionOfAttraction": "lure.analysis.plots.regions:plot_region",

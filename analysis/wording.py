@@ -179,7 +179,7 @@ def counterexample(shown: Refuted) -> str:
     if whole["method"] != "member":
         return found
     values = zip(system["parameters"], whole["at"], strict=True)
-    return f"{found} with {', '.join(f'{name} = {_near(Fraction(v))}' for (name, *_), v in values)}"
+    return f"{found} at {', '.join(f'{name} = {_near(Fraction(v))}' for (name, *_), v in values)}"
 
 
 def plants_words(system: Mapping[str, Any]) -> str:

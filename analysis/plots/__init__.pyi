@@ -10,6 +10,7 @@ from lure.analysis.plots.loops import plot_orbit_signals as plot_orbit_signals
 from lure.analysis.plots.loops import plot_reach as plot_reach
 from lure.analysis.plots.loops import plot_solutions as plot_solutions
 from lure.analysis.plots.maps import plot_map as plot_map
+from lure.analysis.plots.margins import plot_tolerances as plot_tolerances
 from lure.analysis.plots.measured import plot_compliance as plot_compliance
 from lure.analysis.plots.measured import plot_measured as plot_measured
 from lure.analysis.plots.measured import plot_measurements as plot_measurements

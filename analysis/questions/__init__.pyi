@@ -6,6 +6,8 @@ from lure.analysis.questions.decay import decay_rate as decay_rate
 from lure.analysis.questions.gain import GainBound as GainBound
 from lure.analysis.questions.gain import l2_gain as l2_gain
 from lure.analysis.questions.largest import StabilityBound as StabilityBound
+from lure.analysis.questions.margins import Tolerances as Tolerances
+from lure.analysis.questions.margins import tolerances as tolerances
 from lure.analysis.questions.problem import Problem as Problem
 from lure.analysis.questions.steady import SteadyResponse as SteadyResponse
 from lure.analysis.questions.steady import steady_response as steady_response

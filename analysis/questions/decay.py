@@ -21,6 +21,7 @@ from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
 from lure.analysis.questions.decay_channels import SeveralChannels, accepted, jumps
+from lure.analysis.questions.decay_families import BoxOfPlants, end_of
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
 from lure.analysis.questions.two_sided import TwoSided
@@ -35,6 +36,7 @@ from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.plants.conversion import rational_if_moderate
 from lure.plants.delay import DelayPlant
+from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.record import Page, derived, quantity
@@ -231,7 +233,8 @@ def decay_rate(
         return _answered(SeveralChannels(problem), seconds, progress)
     given = class_given(nonlinearity)
     asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
-    return _answered(_OneChannel(asked), seconds, progress)
+    of_one = BoxOfPlants if isinstance(asked.plant, PlantFamily) else _OneChannel
+    return _answered(of_one(asked), seconds, progress)
 
 
 @dataclass
@@ -299,13 +302,7 @@ class _OneChannel:
         low, high = (Fraction(end) for end in own.gains)
         if own.linear and not self.asked.time_varying:
             return float(hard)
-        circle = WeightedCircle(plant=self.plant, lower=low, upper=high)
-        ends = float(easy), float(hard)
-        if circle.margin(ends[0]) <= 0:
-            return ends[0]
-        if circle.margin(ends[1]) > 0:
-            return ends[1]
-        return float(optimize.brentq(lambda rate: max(circle.margin(rate), -1.0), *ends, xtol=1e-14, rtol=1e-12))
+        return end_of(WeightedCircle(plant=self.plant, lower=low, upper=high), easy, hard)
 
     @cached_property
     def multipliers(self) -> WeightedTaps | WeightedKernels | None:
@@ -402,7 +399,7 @@ class _OneChannel:
 
 
 def _answered(
-    loop: _OneChannel | SeveralChannels,
+    loop: _OneChannel | BoxOfPlants | SeveralChannels,
     seconds: float | None,
     progress: Callable[[str, float], None] | None,
     *,
@@ -487,17 +484,17 @@ def difference_rate(
     return _answered(SeveralChannels(channel_problem(plant, classes)), seconds, progress, jumping=False)
 
 
-def _decays(loop: _OneChannel | SeveralChannels, proof: tuple[Fraction, Proved] | None) -> bool:
+def _decays(loop: _OneChannel | BoxOfPlants | SeveralChannels, proof: tuple[Fraction, Proved] | None) -> bool:
     """Whether what is proved is a decay, and not a bound of a growth."""
     return proof is not None and not _lasting(loop, proof[0])
 
 
-def _lasting(loop: _OneChannel | SeveralChannels, rate: Fraction) -> bool:
+def _lasting(loop: _OneChannel | BoxOfPlants | SeveralChannels, rate: Fraction) -> bool:
     """Whether a member of that rate has a solution that does not decay."""
     return rate >= 1 if loop.discrete else rate <= 0
 
 
-def _refuted(loop: _OneChannel | SeveralChannels) -> tuple[Fraction, Refuted] | None:
+def _refuted(loop: _OneChannel | BoxOfPlants | SeveralChannels) -> tuple[Fraction, Refuted] | None:
     """The slowest constant gain with the best rate that the checker accepts of it."""
     slowest, _ = loop.slowest
     if not math.isfinite(slowest):
@@ -519,7 +516,7 @@ def _refuted(loop: _OneChannel | SeveralChannels) -> tuple[Fraction, Refuted] | 
 
 
 def _slower(
-    loop: _OneChannel | SeveralChannels, known: tuple[Fraction, Refuted] | None
+    loop: _OneChannel | BoxOfPlants | SeveralChannels, known: tuple[Fraction, Refuted] | None
 ) -> tuple[Fraction, Refuted] | None:
     """Gains that jump, where they may and are slower than the constant ones known."""
     for rate, proof in loop.patterns:
@@ -532,7 +529,9 @@ def _slower(
     return known
 
 
-def _proofs(loop: _OneChannel | SeveralChannels, refuted: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+def _proofs(
+    loop: _OneChannel | BoxOfPlants | SeveralChannels, refuted: Fraction | None
+) -> Iterator[tuple[Fraction, Proved]]:
     """Rates that are proved, each better than the one before, by halving; none is beyond what is refuted."""
     one, discrete = Fraction(1), loop.discrete
     best = refuted if refuted is not None else Fraction(0 if discrete else loop.fastest)  # what cannot be improved

@@ -264,16 +264,16 @@ class Look:
 
     def __init__(self, family: PlantFamily, name: str, gains: tuple[Any, Any]) -> None:
         self.family, self.name, self.gains = family, name, gains
-        roots = (_roots(family.at(p), gain) for p in self._points() for gain in gains if gain != math.inf)
-        poles = np.concatenate([*roots])
+        near_axis = (poles(family.at(p), gain) for p in self._points() for gain in gains if gain != math.inf)
+        at = np.concatenate([*near_axis])
         if family.dt is None:
-            size = np.abs(poles[np.abs(poles) > 0])
+            size = np.abs(at[np.abs(at) > 0])
             size = size if size.size else np.ones(1)
             far = np.geomspace(min(size) / 300, max(size) * 300, 160)
-            near = (np.abs(poles.imag)[:, None] + np.abs(poles.real)[:, None] * np.linspace(-2, 2, 9)).ravel()
+            near = (np.abs(at.imag)[:, None] + np.abs(at.real)[:, None] * np.linspace(-2, 2, 9)).ravel()
         else:
             far = np.geomspace(1e-3, 1e3, 160)
-            angle = np.angle(poles)[:, None] + (1 - np.abs(poles))[:, None] * np.linspace(-2, 2, 9)
+            angle = np.angle(at)[:, None] + (1 - np.abs(at))[:, None] * np.linspace(-2, 2, 9)
             near = np.tan(np.clip(angle.ravel() / 2, -1.57, 1.57))
         near = near[(near > 1e-9) & (near < 1e9)]
         self.omega = np.unique(np.concatenate([far, near]))
@@ -364,8 +364,16 @@ class Look:
         return max(range(len(box)), key=changes.__getitem__)
 
 
-def _roots(plant: RationalPlant, gain: Fraction) -> NDArray[np.complex128]:
-    """The poles of the loop with a gain."""
+def poles(plant: RationalPlant, gain: Fraction) -> NDArray[np.complex128]:
+    """The poles of the loop with a gain, in floating point.
+
+    Parameters
+    ----------
+    plant : RationalPlant
+        The plant.
+    gain : Fraction
+        ``mu = -gain sigma``.
+    """
     n, d = ([float(c) for c in side] for side in (plant.numerator, plant.denominator))
     return np.asarray(np.roots(np.polyadd(d, float(gain) * np.array(n))), dtype=complex)
 

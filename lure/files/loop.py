@@ -75,7 +75,9 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     performance = Performance.given(stated)
     block = system.block
     if not isinstance(block, MultivariablePlant | RationalPlant):
-        raise InputError("performance needs a plant with exact rational entries; leave the dead time out, or this")
+        raise InputError(
+            "performance needs a plant with exact rational entries; leave out the dead time, the parameters, or this"
+        )
     performance.beside(MultivariablePlant.of_one_channel(block) if isinstance(block, RationalPlant) else block)
     return replace(system, performance=performance)
 

@@ -19,7 +19,7 @@ from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.plants import coefficients
 from lure.plants.multivariable import MOST_CHANNELS
 
-QUESTIONS = ("gain", "rate", "region", "steady")
+QUESTIONS = ("gain", "rate", "region", "steady", "tolerances")
 _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
 
 
@@ -351,7 +351,7 @@ class ReportTable(BaseModel):
 
     model_config = ConfigDict(**STRICT, title="report")
     ask: Annotated[tuple[str, ...], BeforeValidator(_questions)] = Field(
-        default=(), description="a list of 'gain', 'rate', 'region' and 'steady'"
+        default=(), description="a list of 'gain', 'rate', 'region', 'steady' and 'tolerances'"
     )
 
 

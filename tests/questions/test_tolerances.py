@@ -10,19 +10,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lure import NonlinearityClass, Sector, analyse, certify, max_sector, max_slope
+from lure.analysis import decay_rate, tolerances
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
+from lure.analysis.report.loop.asked import accepted, answers, pictures
 from lure.analysis.verdict import Verdict
+from lure.errors import InputError
 from lure.files.reading import parse_system
 from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
+from tests.support.tampering import assert_both_reject, edited
 
 positive = st.fractions(Fraction(1, 10), 10, max_denominator=20)
 
 
 # H = -b/(s + a): the gain k puts the pole at b k - a, so that k < a/b is needed of linear gains; the circle criterion
 # proves as much, 1 + k Re H > 0 being 1 > k b/a.  Of all of the box: k < min a / max b.
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(a=positive, b=positive, wide=positive, high=positive)
 def test_first_order_plants_reach_the_least_ratio_and_no_farther(a, b, wide, high):
     family = PlantFamily.of_coefficients(["-b"], [1, "a"], {"a": (a, a + wide), "b": (b, b + high)})
@@ -66,7 +70,7 @@ def test_a_class_given_whole_is_decided_for_all_plants_or_refuted_by_one():
     assert "for all constant a in [1, 2], b in [1, 2]" in str(proved)
     refuted = certify(family, NonlinearityClass(sector=Sector(0, 10)))
     assert refuted.verdict is Verdict.REFUTED
-    assert "with a = 1, b = 2" in refuted.conclusion.headline
+    assert "at a = 1, b = 2" in refuted.conclusion.headline
 
 
 def test_discrete_time_plants_by_the_circle_criterion():
@@ -83,6 +87,7 @@ def test_where_one_plant_is_unstable_every_class_is_refuted():
     assert Fraction(found.refutation.facts["parameters"].removeprefix("a = ")) <= 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("odd", [False, True])
 def test_no_member_of_a_proved_box_destabilises(odd):
     family = PlantFamily.of_formula("(s + b)/(s^3 + a*s^2 + 2*s + b)", {"a": (1, 1.5), "b": (0.25, 0.5)})
@@ -106,6 +111,7 @@ def test_the_commands_take_the_file_and_the_json_has_the_parameters(tmp_path, ca
     assert "every a in [1, 2], b in [0.5, 1], by circle (certified)" in said
 
 
+@pytest.mark.thorough
 def test_an_analysis_has_a_row_for_each_class():
     family = PlantFamily.of_coefficients(["b"], [1, 1, "a"], {"a": (1, 2), "b": (0.5, 1)})
     found = analyse(family, seconds=20)
@@ -113,3 +119,66 @@ def test_an_analysis_has_a_row_for_each_class():
     assert found.to_dict()["block"]["parameters"] == {"a": ["1", "2"], "b": ["1/2", "1"]}
     # time-varying: the circle criterion, 3 at a = b = 1
     assert next(row for row in found.rows if row.time_varying).largest.low == pytest.approx(3, rel=1e-5)
+
+
+# x+ = x - h phi(x): the gain g multiplies by 1 - h g, the most with h = 1/20, g = 1: 19/20; the least is 1 - 10/10 = 0
+def test_the_rate_of_the_gradient_method_whose_step_is_not_known_is_that_of_the_least_step():
+    family = PlantFamily.of_coefficients(["h"], [1, -1], {"h": (Fraction(1, 20), Fraction(1, 10))}, dt=1)
+    found = decay_rate(family, Sector(1, 10))
+    assert found.rate.low == pytest.approx(0.95, abs=1e-9)
+    assert found.rate.high == pytest.approx(0.95, abs=1e-6)
+    assert "for every h in [0.05, 0.1]" in str(found)
+    for shown in (found.proof, found.refutation):
+        assert recheck(shown.certificate).accepted
+    assert_both_reject(edited(found.proof.certificate, "rate", value="94/100"))
+    assert_both_reject(edited(found.refutation.certificate, "rate", value="96/100"))
+
+
+# b/(s + a), 0 <= g <= 1: poles -a - b g, the slowest -1 with a = 1, g = 0
+def test_the_rate_in_continuous_time():
+    family = PlantFamily.of_coefficients(["b"], [1, "a"], {"a": (1, 2), "b": (1, 2)})
+    found = decay_rate(family, Sector(0, 1))
+    assert 1 - 2e-4 < found.rate.low <= 1 <= found.rate.high < 1 + 1e-6
+
+
+# 1/(s + a) and gains from -1/2 on: a > 1/2 is needed, and enough by the circle criterion: [1.5 - s/2, 1.5 + s/2], s < 2
+def test_a_margin_ends_where_a_plant_refutes():
+    found = tolerances(PlantFamily.of_coefficients([1], [1, "a"], {"a": (1, 2)}), Sector(Fraction(-1, 2), 1))
+    (margin,) = found.margins
+    assert found.verdict is Verdict.PROVED
+    assert 1.97 < margin.width.low < 2 <= margin.width.high < 2.03
+    (low, high) = margin.proved[0]
+    assert 0.5 < low < 0.51
+    assert high == 3 - low
+    assert recheck(margin.proof.certificate).accepted
+    assert margin.refutation.certificate["laws"]["sector"] == ["-1/2", "1"]
+    assert "wider" in str(found)
+
+
+def test_a_box_too_wide_is_made_narrower_until_it_is_proved():
+    found = tolerances(PlantFamily.of_coefficients([1], [1, "a"], {"a": (0, 3)}), Sector(Fraction(-1, 2), 1))
+    (margin,) = found.margins
+    assert found.verdict is Verdict.REFUTED
+    assert 0.65 < margin.width.low < 2 / 3 <= margin.width.high < 0.68
+    assert "narrower" in str(found)
+
+
+def test_a_report_is_asked_for_tolerances_and_draws_them(tmp_path):
+    plant = '[plant]\nnum = [1]\nden = [1, "a + b"]\n[plant.parameters]\na = [1, 2]\nb = [1, 2]\n'
+    text = f'{plant}[class]\nsector = [-1, 1]\n[report]\nask = ["tolerances"]\n'
+    found = answers(parse_system(text, name="own", source="here"), None)
+    assert [margin.parameters for margin in found["tolerances"].margins] == [("a",), ("b",), ("a", "b")]
+    (figure,) = pictures(found)
+    assert figure.caption.startswith("Blue: the class is certified for every plant.")
+    assert found["tolerances"].plot().get_xlabel() == "a"
+    assert len(list(accepted(found))) == 2
+
+
+def test_questions_without_an_answer_for_a_box_are_refused_in_one_sentence(tmp_path, capsys):
+    plant = '[plant]\nnum = [1]\nden = [1, "a"]\n[plant.parameters]\na = [1, 2]\n[class]\nsector = [0, 1]\n'
+    path = tmp_path / "plant.toml"
+    path.write_text(f"{plant}[performance]\nDzmu = [[1]]\nDzw = [[1]]\n")
+    assert main(["gain", str(path)]) == 2
+    assert "parameters" in capsys.readouterr().err
+    with pytest.raises(InputError, match=r"\[plant.parameters\]"):
+        tolerances(RationalPlant([1], [1, 1]), Sector(0, 1))

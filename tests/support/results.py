@@ -11,7 +11,17 @@ from motions import unit_rod
 
 import lure
 from lure import RationalPlant, Saturation, Sector
-from lure.analysis import analyse, certify, decay_rate, l2_gain, max_sector, max_slope, region, steady_response
+from lure.analysis import (
+    analyse,
+    certify,
+    decay_rate,
+    l2_gain,
+    max_sector,
+    max_slope,
+    region,
+    steady_response,
+    tolerances,
+)
 from lure.analysis.describing import describing_hint
 from lure.analysis.graphical import nyquist_response, popov_response
 from lure.analysis.inequality.gains import gain_intervals
@@ -200,6 +210,9 @@ RESULTS = {
     "Overshoot": lambda: overshoot(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], Fraction(1, 2)),
     "EnergyBounds": lambda: energy_bounds(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]}),
     "GainBound": lambda: l2_gain(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]}),
+    "Tolerances": lambda: tolerances(
+        lure.plants.family.PlantFamily.of_coefficients([1], [1, "a"], {"a": (1, 2)}), Sector(Fraction(-1, 2), 1)
+    ),
     "SteadyResponse": lambda: steady_response(([1], [1, 1]), Saturation(), {"amplitude": 1, "omega": [1, 2]}),
     "StabilityMap": lambda: StabilityMap(lower=(F(0), F(0)), asked=(F(1), F(2)), rays=(RAY,)),
     "exact motion": motion,

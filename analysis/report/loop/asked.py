@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 from lure.analysis.certificates.checker import Checked
 from lure.analysis.plots.gains import gain_curves
 from lure.analysis.plots.regions import flow_drawn
-from lure.analysis.questions import decay_rate, l2_gain, steady_response
+from lure.analysis.questions import decay_rate, l2_gain, steady_response, tolerances
 from lure.analysis.questions.decay import RateBound
 from lure.analysis.questions.gain import GainBound
+from lure.analysis.questions.margins import Tolerances
 from lure.analysis.questions.regions import RegionOfAttraction, region
 from lure.analysis.questions.steady import SteadyResponse
 from lure.analysis.report.parts import FigureSpec
@@ -70,6 +71,14 @@ def _steady(found: SteadyResponse) -> str:
     return " ".join(words)
 
 
+def _tolerances(found: Tolerances) -> str:
+    """What the figure of tolerances shows."""
+    words = ["Blue: the class is certified for every plant."] if found.proof is not None else []
+    if found.refutation is not None:
+        words.append("Red crosses: a plant with which a constant gain of the class refutes it.")
+    return " ".join([*words, "White: open."])
+
+
 class Row(NamedTuple):
     """A question: its title, who answers it about a system, and the caption of what its figure shows."""
 
@@ -83,6 +92,7 @@ ASKED: Mapping[str, Row] = {
     "rate": Row("How fast every solution decays", decay_rate, _rate),
     "region": Row("From where the loop recovers", region, _region),
     "steady": Row("What a steady input leads to", steady_response, _steady),
+    "tolerances": Row("How much farther the parameters may vary", tolerances, _tolerances),
 }
 
 

@@ -23,6 +23,8 @@ _WORDS = {
     "Expression": "formula",
     tuple[Fraction, ...]: "list of numbers",
     tuple[str, ...]: "list of texts",
+    tuple[Fraction | str, ...]: "list of numbers",
+    dict[str, typing.Any]: "table",
     list[typing.Any]: "list of rows",
     tuple[float | Fraction, float | Fraction]: "two numbers, inf allowed",
     tuple[int, int]: "two whole numbers, or one",

@@ -1,0 +1,342 @@
+"""How much farther the parameters of a plant may vary before an answer is lost: boxes that grow, from both sides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING
+
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.certificates.drafts import Failure, guarded
+from lure.analysis.deadline import checkpoint, time_limit
+from lure.analysis.drawing import drawing
+from lure.analysis.numerics.evidence import Bracket, ends
+from lure.analysis.questions import families
+from lure.analysis.questions.conclusion import Certification
+from lure.analysis.questions.counterexample_search import hurwitz, linear_refutation
+from lure.analysis.questions.largest import UNFINISHED, Stopped
+from lure.analysis.questions.problem import Problem, class_given, loop_given, posed
+from lure.analysis.questions.two_sided import TwoSided
+from lure.analysis.theorems.table import BEST, Theorem, Upper, theorems_for
+from lure.analysis.verdict import Evidence, Verdict
+from lure.analysis.wording import class_words, interval
+from lure.errors import InputError
+from lure.plants.family import Box, PlantFamily
+from lure.record import Page, Record, derived, quantity
+
+if TYPE_CHECKING:
+    from lure.analysis.drawing import Axes
+
+MOST, CLOSE, LATE = Fraction(32), Fraction(1, 100), 1
+"""How wide boxes get, in widths of the one given; how closely; and the last stage of the criteria that are asked."""
+
+
+class Margin(Record):
+    """How wide the intervals of some parameters may be, about their middles, the others staying what they are."""
+
+    parameters: tuple[str, ...] = quantity("The parameters that vary farther")
+    width: Bracket = quantity(
+        "Width of their intervals, times that given: up to ``low`` certified, 0 for nothing, from ``high`` on refuted",
+        plainly=ends,
+    )
+    proved: Box | None = quantity("All intervals for which it is certified; None for none", default=None)
+    refuted: Box | None = quantity(
+        "All intervals with a plant that refutes it; None where none was found", default=None
+    )
+    proof: Proved | None = quantity("What the checker accepted of the former", key="", label="", default=None)
+    refutation: Refuted | None = quantity("What the checker accepted of the latter", key="", label="", default=None)
+    _title = "How much farther parameters may vary"
+
+    def words(self, family: PlantFamily) -> str:
+        """The margin in a sentence, in the units of the parameters.
+
+        Parameters
+        ----------
+        family : PlantFamily
+            The plants.
+        """
+        own = [family.names.index(name) for name in self.parameters]
+        who = self.parameters[0] if len(own) == 1 else "all together"
+        said = list[str]()
+        for box, verb in ((self.proved, "may be in"), (self.refuted, "not in")):
+            if box is not None:
+                ranges = ", ".join(_range(family, j, box, inwards=box is self.proved, named=len(own) > 1) for j in own)
+                said.append(f"{verb} {ranges} ({_percent(family, own[0], box)})")
+        if self.refuted is None and self.proved is not None:
+            said.append("and nothing farther was refuted")
+        return f"{who}: {', '.join(said) or 'nothing is shown'}"
+
+
+def _range(family: PlantFamily, j: int, box: Box, *, inwards: bool, named: bool) -> str:
+    """An interval, rounded into itself where it is proved."""
+    words = interval([str(end) for end in box[j]], inwards=inwards)
+    return f"{family.names[j]} in {words}" if named else words
+
+
+def _percent(family: PlantFamily, j: int, box: Box) -> str:
+    """How much wider than given."""
+    (low, high), (left, right) = family.box[j], box[j]
+    more = float((right - left) / (high - low) - 1) * 100
+    return f"{abs(more):.3g} % {'wider' if more >= 0 else 'narrower'}" if more else "as given"
+
+
+class Tolerances(TwoSided):
+    r"""How much farther each parameter, and all, may vary about the middle of its interval, for one class."""
+
+    family: PlantFamily = quantity("The plants", key="plants")
+    verdict: Verdict = quantity("On the class for the box as it is given")
+    nonlinearity_class: str = quantity("The class in words", key="class")
+    margins: tuple[Margin, ...] = quantity("Of each parameter, and, where there are several, of all together the last")
+    reason: str = quantity("Why nothing is proved of the box given; empty if it is", default="")
+    stopped: Stopped | None = quantity("What ended the search before it was complete", default=None)
+    _schema, _kind, _said = "lure-tolerances/1", "tolerances", "sentence"
+
+    @property
+    def proof(self) -> Proved | None:
+        """What the checker accepted of the widest intervals of all parameters."""
+        return self.margins[-1].proof if self.margins else None
+
+    @property
+    def refutation(self) -> Refuted | None:
+        """What the checker accepted against the narrowest."""
+        return self.margins[-1].refutation if self.margins else None
+
+    @property
+    def _sides(self) -> tuple[Proved | None, Refuted | None]:
+        return self.proof, self.refutation
+
+    @property
+    @derived()
+    def evidence(self) -> Evidence | None:
+        """What the margins rest on; None where there is none."""
+        shown = any(one.proof is not None or one.refutation is not None for one in self.margins)
+        return Evidence.CERTIFIED if shown else None
+
+    def __bool__(self) -> bool:
+        raise TypeError("tolerances have no truth value; compare result.verdict")
+
+    def __str__(self) -> str:
+        head = {Verdict.PROVED: "Proved", Verdict.REFUTED: "Refuted"}.get(self.verdict, "Undecided")
+        said = f"{head} for {self.nonlinearity_class} and every {self.family.ranges}"
+        said += f": {self.reason}" if self.reason else ""
+        each = "; ".join(one.words(self.family) for one in self.margins)
+        more = f" {UNFINISHED[self.stopped]}" if self.stopped else ""
+        return f"{said}. How far parameters may go about the middle of their intervals: {each} (certified).{more}"
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Of two parameters the boxes, else the widths; see :func:`lure.analysis.plots.plot_tolerances`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        drawn: Axes = drawing(self)(self, ax=ax)
+        return drawn
+
+    def _page(self) -> Page:
+        rows = [(", ".join(one.parameters), one.words(self.family).partition(": ")[2]) for one in self.margins]
+        return Page(f"Tolerances: {self.nonlinearity_class}", rows, verdict=str(self.verdict))
+
+
+def tolerances(
+    loop: object,
+    nonlinearity: object = None,
+    *,
+    seconds: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> Tolerances:
+    r"""How much farther the parameters may vary than their intervals say, before a class is no longer stable.
+
+    The intervals ``[m - h, m + h]`` become ``[m - s h, m + s h]``: of one parameter after the other, the others
+    staying what they are, and of all of them.  Up to some ``s`` the class is proved for every plant of the box; from
+    some ``s`` on a plant of it and a constant gain refute it.
+
+    Parameters
+    ----------
+    loop : LoopSystem or PlantFamily
+        The plants, with the class.
+    nonlinearity : object
+        The class of nonlinearities, as for :func:`lure.analysis.certify`; by default that of the loop.
+    seconds : float or None
+        Time allowed; when it is over the best margins so far are returned.
+    progress : callable, optional
+        Called as ``progress(step, done)`` when a step begins.
+
+    Raises
+    ------
+    InputError
+        The plant has no parameters, or no class is given.
+
+    Notes
+    -----
+    Zames-Falb multipliers are not asked: what is proved may be less than ``certify`` proves of the box.
+
+    Examples
+    --------
+    ``b/(s + a)`` against gains down to -1/2 is stable for ``b < 2 a``: with b = 1 for a > 1/2.
+
+    >>> from lure import Sector
+    >>> family = PlantFamily.of_coefficients([1], [1, "a"], {"a": (1, 2)})
+    >>> found = tolerances(family, Sector(Fraction(-1, 2), 1))
+    >>> print([round(found.margins[0].width.low, 1), round(found.margins[0].width.high, 1)])
+    [2.0, 2.0]
+    """
+    given = class_given(nonlinearity)
+    asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
+    if not isinstance(asked.plant, PlantFamily):
+        raise InputError("tolerances are those of a plant with parameters; give their intervals in [plant.parameters]")
+    if asked.nonlinearity_class.gains[0] == -math.inf:
+        raise InputError(f"the class {asked.nonlinearity_class} has no lower bound; give one")
+    return _Growth(asked).answered(seconds, progress)
+
+
+@dataclass
+class _Growth:
+    """The boxes that grow."""
+
+    asked: Problem
+
+    @property
+    def family(self) -> PlantFamily:
+        """The plants."""
+        assert isinstance(self.asked.plant, PlantFamily), "looked at before"
+        return self.asked.plant
+
+    def box(self, own: Sequence[int], s: Fraction) -> Box:
+        """The box with the intervals of some parameters ``s`` times as wide."""
+        found = list[tuple[Fraction, Fraction]]()
+        for j, (low, high) in enumerate(self.family.box):
+            half = (high - low) / 2 * (s if j in own else 1)
+            found.append(((low + high) / 2 - half, (low + high) / 2 + half))
+        return tuple(found)
+
+    def at(self, box: Box) -> Problem:
+        """The question about another box."""
+        return replace(self.asked, plant=self.family.within(box))
+
+    @property
+    def rows(self) -> list[Theorem]:
+        """The criteria."""
+        asked = self.asked
+        found = theorems_for(asked.plant, asked.question, BEST, odd=asked.odd, time_varying=asked.time_varying)
+        return [row for row in found if row.stage <= LATE]
+
+    def proved(self, box: Box) -> Proved | None:
+        """What is accepted of the class for all plants of a box."""
+        laws, plants = dict(self.asked.class_entry), self.family.within(box)
+        for row, lower, upper in self._bounds():
+            found = guarded(row.name, partial(families.Search(plants, row, self.asked.odd).proved, laws, lower, upper))
+            if isinstance(found, Proved):
+                return found
+        return None
+
+    def likely(self, box: Box) -> bool:
+        """Whether floating point finds boxes for a criterion."""
+        checkpoint()
+        laws, plants = dict(self.asked.class_entry), self.family.within(box)
+        for row, lower, upper in self._bounds():
+            found = guarded(row.name, partial(families.Search(plants, row, self.asked.odd).tree, laws, lower, upper))
+            if not isinstance(found, Failure):
+                return True
+        return False
+
+    def _bounds(self) -> Iterator[tuple[Theorem, Fraction, Upper]]:
+        own = self.asked.nonlinearity_class
+        for row in self.rows:
+            bounds = own.slope if row.slope and own.slope is not None else own.sector
+            yield row, Fraction(bounds.lower), Fraction(bounds.upper) if bounds.upper != math.inf else "finite"
+
+    def unstable(self, box: Box) -> bool:
+        """Whether a constant gain of the class is seen to be unstable with a plant of a box."""
+        checkpoint()
+        return bool(hurwitz(self.at(box)).high <= self.asked.nonlinearity_class.gains[1])
+
+    def refuted(self, box: Box) -> Refuted | None:
+        """What is accepted against the class, of a plant of a box."""
+        found = guarded("linear gains", partial(linear_refutation, self.at(box), "rationals"))
+        return found if isinstance(found, Refuted) else None
+
+    def margin(self, own: Sequence[int]) -> Margin:
+        """How far the intervals of some parameters may grow."""
+        against = self._refuted(own)
+        end = MOST if against is None else against[0]
+        proof = self._proved(own, end)
+        low, high = (None if one is None else one[0] for one in (proof, against))
+        return Margin(
+            parameters=tuple(self.family.names[j] for j in own),
+            width=Bracket(float(low or 0), math.inf if high is None else float(high)),
+            proved=None if low is None else self.box(own, low),
+            refuted=None if high is None else self.box(own, high),
+            proof=None if proof is None else proof[1],
+            refutation=None if against is None else against[1],
+        )
+
+    def _refuted(self, own: Sequence[int]) -> tuple[Fraction, Refuted] | None:
+        """The least width at which a plant refutes, and the refutation."""
+        high = Fraction(1)
+        while not self.unstable(self.box(own, high)):
+            high *= 2
+            if high > MOST:
+                return None
+        low = high / 2 if high > 1 else Fraction(0)
+        while high - low > CLOSE / 2 * high:
+            middle = (low + high) / 2
+            low, high = (low, middle) if self.unstable(self.box(own, middle)) else (middle, high)
+        for width in (high, high * (1 + CLOSE), 2 * high):
+            shown = self.refuted(self.box(own, width))
+            if shown is not None:
+                return width, shown
+        return None
+
+    def _proved(self, own: Sequence[int], end: Fraction) -> tuple[Fraction, Proved] | None:
+        """The largest width at which the class is proved, up to a share, and the proof."""
+        low, high, sure = Fraction(0), end, end * (1 - CLOSE / 2)
+        if self.likely(self.box(own, sure)):
+            low = sure
+        elif not self.likely(self.box(own, Fraction(1, 64))):
+            return None
+        else:
+            low = Fraction(1, 64)
+            while high - low > CLOSE / 2 * high:
+                middle = (low + high) / 2
+                low, high = (middle, high) if self.likely(self.box(own, middle)) else (low, middle)
+        for width in (low, low * (1 - CLOSE), low / 2):
+            shown = self.proved(self.box(own, width))
+            if shown is not None:
+                return width, shown
+        return None
+
+    def answered(self, seconds: float | None, progress: Callable[[str, float], None] | None) -> Tolerances:
+        """The margins, one after the other."""
+        tell, names, stopped = progress or (lambda _step, _done: None), self.family.names, None
+        margins, verdict, reason = list[Margin](), Verdict.INCONCLUSIVE, "the time allowed is over"
+        each = [(j,) for j in range(len(names))] + ([tuple(range(len(names)))] if len(names) > 1 else [])
+        try:
+            with time_limit(seconds):
+                tell("the box given", 0.0)
+                verdict, reason = self._verdict()
+                for i, own in enumerate(each):
+                    tell(", ".join(names[j] for j in own), i / len(each))
+                    margins.append(self.margin(own))
+        except TimeoutError:
+            stopped = "time"
+        return Tolerances(
+            family=self.family,
+            verdict=verdict,
+            nonlinearity_class=class_words(self.asked.class_entry, spelled=self.asked.spelled),
+            margins=tuple(margins),
+            reason=reason,
+            stopped=stopped,  # type: ignore[arg-type]  # one of the two
+        )
+
+    def _verdict(self) -> tuple[Verdict, str]:
+        """What is known of the box as it is given."""
+        from lure.analysis.questions.answers import answer
+
+        found = answer(self.asked)
+        assert isinstance(found, Certification), "one class is asked about"
+        return found.conclusion.verdict, found.conclusion.reason
