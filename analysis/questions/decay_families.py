@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from lure.analysis.certificates.blocks import paced
@@ -21,7 +21,7 @@ from lure.analysis.wording import class_words, plants_words
 from lure.arrays import np, optimize
 from lure.classes import Diagonal
 from lure.errors import AssumptionError, InputError
-from lure.plants.family import PlantFamily, Point
+from lure.plants.family import PlantFamily, Point, Term
 from lure.plants.rational import RationalPlant
 
 _GAINS, _CORNERS = 9, 16
@@ -97,10 +97,10 @@ class BoxOfPlants:
     def _weighted(self, rate: Fraction) -> PlantFamily:
         """The plants of the solutions times ``e^(a t)``, or ``r^-t``."""
         turned = paced(self.base["system"], rate)
-        sides = ("numerator", "denominator")
-        terms = [
-            (tuple(one["powers"]), *(tuple(map(Fraction, one[side])) for side in sides)) for one in turned["terms"]
-        ]
+        terms = list[Term]()
+        for one in turned["terms"]:
+            top, bottom = (tuple(map(Fraction, one[side])) for side in ("numerator", "denominator"))
+            terms.append((tuple(one["powers"]), top, bottom))
         step = True if self.plants.any_period else self.plants.dt
         return PlantFamily(dict(zip(self.plants.names, self.plants.box, strict=True)), terms, step)
 
@@ -109,11 +109,11 @@ class BoxOfPlants:
         """A plant and a constant gain with the slowest mode found, and its rate in floating point."""
         low, high = (Fraction(end) for end in self.asked.nonlinearity_class.gains)
         gains = [low + (high - low) * Fraction(i, _GAINS - 1) for i in range(_GAINS)]
-        found = [(families.least(self.plants, lambda plant, g=gain: self._rate(plant, g)), gain) for gain in gains]
+        found = [(families.least(self.plants, partial(self._rate, gain)), gain) for gain in gains]
         ((point, rate), gain) = min(found, key=lambda one: one[0][1])
         return point, gain, rate
 
-    def _rate(self, plant: RationalPlant, gain: Fraction) -> float:
+    def _rate(self, gain: Fraction, plant: RationalPlant) -> float:
         """How fast the loop with a constant gain decays: the more the better."""
         roots = families.poles(plant, gain)
         return float(-np.max(np.abs(roots) if self.discrete else roots.real, initial=-math.inf))
