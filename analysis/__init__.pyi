@@ -9,7 +9,6 @@ from lure.analysis.questions import l2_gain as l2_gain
 from lure.analysis.questions import max_sector as max_sector
 from lure.analysis.questions import max_slope as max_slope
 from lure.analysis.questions import steady_response as steady_response
-from lure.analysis.questions import tolerances as tolerances
 from lure.analysis.questions.certify import certify as certify
 from lure.analysis.questions.regions import region as region
 from lure.analysis.report import report_on as report_on

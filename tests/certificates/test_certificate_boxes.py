@@ -1,7 +1,10 @@
 """Certificates about every plant of a box of parameters: both checkers, and what neither may accept."""
 
+import json
 from fractions import Fraction
+from importlib import resources
 
+import jsonschema
 import pytest
 
 from lure.analysis.certificates.arithmetic import Rejected
@@ -12,6 +15,7 @@ from lure.analysis.certificates.systems import system_of
 from lure.plants.family import PlantFamily
 from tests.support.tampering import assert_both_reject, edited
 
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SECOND = PlantFamily.of_coefficients(["b"], [1, 1, "a"], {"a": (1, 2), "b": (Fraction(1, 2), 1)})
 LAWS = {"sector": ["0", "3"], "slope": None, "odd": False, "time_varying": False, "linear": False}
 CUT = {"parameter": 0, "at": "3/2", "below": {"multiplier": {"theta": "1"}}, "above": {"multiplier": {"theta": "2"}}}
@@ -36,6 +40,7 @@ def proof():
 
 
 def test_both_accept_two_boxes_and_say_for_which_plants(proof):
+    jsonschema.validate(dict(proof), SCHEMA)
     shown = check(dict(proof))
     assert isinstance(shown, Proved)
     assert "a in [1, 2], b in [1/2, 1]" in shown.claim
@@ -130,6 +135,7 @@ def test_a_refutation_names_one_plant_of_the_box():
     found = complete_and_check(refusal(family, ["1", "1"], "18"))
     assert isinstance(found, Refuted)
     assert found.facts["parameters"] == "a = 1, b = 1"
+    jsonschema.validate(dict(found.certificate), SCHEMA)
     assert recheck(found.certificate).accepted
     for path, value in (
         (("proof", "at"), ["1/2", "1"]),  # outside

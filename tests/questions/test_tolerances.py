@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lure import NonlinearityClass, Sector, analyse, certify, max_sector, max_slope
-from lure.analysis import decay_rate, tolerances
+from lure.analysis import decay_rate
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
+from lure.analysis.questions import tolerances
 from lure.analysis.report.loop.asked import accepted, answers, pictures
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError

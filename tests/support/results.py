@@ -20,7 +20,6 @@ from lure.analysis import (
     max_slope,
     region,
     steady_response,
-    tolerances,
 )
 from lure.analysis.describing import describing_hint
 from lure.analysis.graphical import nyquist_response, popov_response
@@ -34,6 +33,7 @@ from lure.analysis.measured import (
     sector_from_data,
 )
 from lure.analysis.nonlinearity import nonlinearity_bounds, violation
+from lure.analysis.questions import tolerances
 from lure.analysis.questions.channel_map import Ray, StabilityMap
 from lure.analysis.questions.energy import energy_bounds
 from lure.analysis.questions.overshoot import overshoot
