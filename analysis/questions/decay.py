@@ -31,7 +31,7 @@ from lure.analysis.theorems.zames_falb_discrete import NAME as ZAMES_FALB
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import class_words
 from lure.analysis.wording import counterexample as counterexample_in_words
-from lure.arrays import Reals, np, optimize
+from lure.arrays import Reals, np
 from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.plants.conversion import rational_if_moderate
