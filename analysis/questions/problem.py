@@ -465,9 +465,8 @@ def problem_of(loop: object) -> Problem:
     if known is None:
         problem = Problem.about(plant, nonlinearity_class)
     else:
-        problem = Problem.about(
-            plant, known.nonlinearity_class, nonlinearity=known.nonlinearity, membership=known.membership
-        )
+        own, phi = known.nonlinearity_class, known.nonlinearity
+        problem = Problem.about(plant, own, nonlinearity=phi, membership=known.membership)
     named = {field: getattr(loop, field) for field in ("name", "title", "source") if isinstance(loop, LoopSystem)}
     return replace(problem, **named)
 
