@@ -16,8 +16,11 @@ from lure.errors import InputError
 from lure.exact import exact_number
 from lure.record import Record, quantity
 
-Operator = Literal["", "any", "linear time-invariant", "performance", "delay", "varying delay"]
-OPERATORS = ("any", "linear time-invariant")
+SCALAR = "scalar linear time-invariant"
+Operator = Literal[
+    "", "any", "linear time-invariant", "scalar linear time-invariant", "performance", "delay", "varying delay"
+]
+OPERATORS = ("any", "linear time-invariant", SCALAR)
 DELAYS = ("delay", "varying delay")
 
 
@@ -43,9 +46,10 @@ class NonlinearityClass(Record):
         Of a linear ``phi`` that depends on time: a bound on how fast ``g`` changes; see :meth:`varying_gain`.
     memory : {"", "play", "stop"}
         Not ``""``: no function of ``sigma``, but increments as the slope bounds say; see :meth:`hysteretic`.
-    operator : {"", "any", "linear time-invariant", "performance", "delay", "varying delay"}
-        Not ``""``: an operator ``mu_b = -Delta sigma_b`` that acts on all channels of its block together; see
-        :meth:`norm_bounded`, :meth:`performance` and :meth:`delayed`.
+    operator : {"", "any", "linear time-invariant", "scalar linear time-invariant", "performance", "delay", "varying \
+delay"}
+        Not ``""``: an operator ``mu_b = -Delta sigma_b`` on the channels of its block; see :meth:`norm_bounded`,
+        :meth:`performance` and :meth:`delayed`.
 
     Raises
     ------
@@ -142,7 +146,7 @@ class NonlinearityClass(Record):
                 f"the rate of a delay is {float(self.rate):g}; give a number below 1, or leave it out for delays that "
                 "change at any rate"
             )
-        object.__setattr__(self, "time_varying", self.operator not in (OPERATORS[1], DELAYS[0]))
+        object.__setattr__(self, "time_varying", self.operator not in (*OPERATORS[1:], DELAYS[0]))
 
     @classmethod
     def slope_restricted(
@@ -206,14 +210,15 @@ class NonlinearityClass(Record):
 
         ``"any"``: causal operators with :math:`\int_0^T |\mu_b|^2 \le \mathrm{bound}^2 \int_0^T |\sigma_b|^2` for every
         ``T``, nonlinear and time-varying ones too.  ``"linear time-invariant"``: stable transfer matrices with
-        :math:`\|\Delta\|_\infty \le` bound.  In a :class:`Diagonal` the class stands once for each channel of the
-        block, and ``repeated`` says how many these are.
+        :math:`\|\Delta\|_\infty \le` bound.  ``"scalar linear time-invariant"``: these with :math:`\Delta = \delta I`,
+        one and the same ``delta`` in each channel.  In a :class:`Diagonal` the class stands once for each channel of
+        the block, and ``repeated`` says how many these are.
 
         Parameters
         ----------
         bound : int, float or Fraction
             Largest gain in the Euclidean norm, positive and finite [unit of mu / unit of sigma].
-        dynamics : {"any", "linear time-invariant"}
+        dynamics : {"any", "linear time-invariant", "scalar linear time-invariant"}
             Which operators.
 
         Raises
@@ -228,6 +233,9 @@ class NonlinearityClass(Record):
         >>> one = NonlinearityClass.norm_bounded(1, dynamics="linear time-invariant")
         >>> print(Diagonal((one, one, NonlinearityClass(sector=Sector(0, 1))), repeated=(2, 1)))
         linear time-invariant operator (phi_1, phi_2) of norm <= 1; phi_3 in the sector [0, 1]
+        >>> one = NonlinearityClass.norm_bounded(1, dynamics="scalar linear time-invariant")
+        >>> print(Diagonal((one, one), repeated=True))
+        scalar linear time-invariant operator phi_1 = phi_2 of norm <= 1
         """
         if dynamics not in OPERATORS:
             raise InputError(f"NonlinearityClass.operator is {dynamics!r:.40}; choose from {', '.join(OPERATORS)}")
@@ -532,5 +540,6 @@ def in_channels(words: Sequence[str], blocks: Iterable[Sequence[int]]) -> str:
     same = {block[0]: [f"phi_{i + 1}" for i in block] for block in blocks}
     shown = {i: each if len(each) < 4 else [each[0], "...", each[-1]] for i, each in same.items()}
     names = {i: " = ".join(each) for i, each in shown.items()}
-    names |= {i: f"({', '.join(each)})" for i, each in shown.items() if "operator" in words[i] and len(each) > 1}
+    joint = {i for i in shown if "operator" in words[i] and not words[i].startswith("scalar")}
+    names |= {i: f"({', '.join(shown[i])})" for i in joint if len(shown[i]) > 1}
     return "; ".join(words[i].replace("phi", name, 1) for i, name in names.items())

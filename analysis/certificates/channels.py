@@ -18,6 +18,7 @@ from .balls import dot, positive_definite
 EXISTS = "every initial state has a solution with the operators at rest"
 MOST_STATES, MOST_CHANNELS = 200, 100
 DELAYS = ("delay", "varying delay")
+SCALAR = "scalar linear time-invariant"  # one delta in each channel of its block
 Rows = list[list[Fraction]]
 
 
@@ -97,7 +98,9 @@ def described(asked: Channels) -> str:
     """The classes in words."""
     words = "; ".join(f"channel {i}: {states.described(family)}" for i, family in enumerate(asked.families, 1))
     joint = [(block, f"{block[0] + 1} to {block[-1] + 1}") for block in asked.blocks if len(block) > 1]
-    words += "".join(f"; one operator on the channels {where}" for block, where in joint if block in asked.operators)
+    alike = {block[0] for block in asked.operators if asked.families[block[0]].operator == SCALAR}
+    acting = [("in each of" if b[0] in alike else "on", where) for b, where in joint if b in asked.operators]
+    words += "".join(f"; one operator {how} the channels {where}" for how, where in acting)
     same = [where for block, where in joint if block not in asked.operators]
     if len(asked.blocks) == 1 and same:
         return f"{words}; one nonlinearity in all channels"
@@ -125,8 +128,9 @@ def existing(asked: Channels) -> str:
 
 
 def uniform(weights: Any, asked: Channels) -> None:
-    """An operator has one weight for all of its channels, the performance channel one > 0."""
-    one = all(weights[i] == weights[block[0]] for block in asked.operators for i in block)
+    """An operator on all of its channels together has one weight for them, the performance channel one > 0."""
+    together = [block for block in asked.operators if asked.families[block[0]].operator != SCALAR]
+    one = all(weights[i] == weights[block[0]] for block in together for i in block)
     need(one, "the channels of an operator have different weights")
     need(asked.performance is None or weights[-1] > 0, "the weight of the performance channel is not positive")
 
@@ -286,7 +290,7 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
     A, B, C, D, _ = found or H
     for i in own:
         h, fixed = families[i].sector[1], i in constant
-        one, kind = (Fraction(1), "linear time-invariant") if fixed else (h, "any")
+        one, kind = (Fraction(1), SCALAR) if fixed else (h, "any")
         families[i] = families[i]._replace(operator=kind, sector=(-one, one), varying=not fixed, rate=None)
         if H.discrete:  # sigma - z, z+ = sigma
             A = [[*row, ZERO] for row in A] + [[*C[i], ZERO]]

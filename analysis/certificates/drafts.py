@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations
 from typing import Any, Protocol, TypeVar
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected, parsed
@@ -24,6 +25,7 @@ from lure.analysis.certificates.codes import Code, code_for
 from lure.analysis.certificates.states import classes
 from lure.analysis.deadline import time_left
 from lure.analysis.wording import same_in
+from lure.classes import OPERATORS
 from lure.errors import AssumptionError, InputError
 
 # Searches that may fail in any way, kept from taking the answer with them: an exception becomes a code.
@@ -216,7 +218,8 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
         slow = "rate" not in larger or kinds[1] == "delay" or "rate" in smaller
         slow = slow and Fraction(smaller.get("rate", "0")) <= Fraction(larger.get("rate", "1"))
         return (slow and _inside(smaller["sector"], larger["sector"])) and (
-            kinds[0] == kinds[1] or kinds in (("any", "linear time-invariant"), ("varying delay", "delay"))
+            kinds[0] == kinds[1]
+            or kinds in (("varying delay", "delay"), *combinations(OPERATORS, 2))  # each is among those before it
         )
     if "memory" in larger or "memory" in smaller:
         return larger.get("memory") == smaller.get("memory") and _inside(smaller["slope"], larger["slope"])

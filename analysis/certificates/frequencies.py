@@ -79,49 +79,66 @@ def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]], gains
     nonlinearity, and ``Phi_i, a_i b_i - Phi_i >= 0``.  So a kernel ``>= 0`` of mass ``c`` between ``i`` and ``j`` takes
     at most ``c`` times the integral of ``a_i b_i - Phi_i`` and of ``Phi_j``: what rows and columns add up to is paid by
     ``gamma_ii`` of ``a_i b_i``.  For odd ones the same with ``-y``.  Where ``gains`` says so ``phi_i`` is a constant
-    gain in one channel, ``a_i`` and ``b_i`` are multiples of ``sigma_i`` of one sign, and ``Re M_ii > 0`` is enough.
-    An operator of norm up to ``u_i = -l_i`` has ``Re a_b^* d b_b = d (u_i^2 |sigma_b|^2 - |mu_b|^2)``, ``d > 0`` real,
-    one for its channels.
+    gain ``g`` on its block ``b``, ``a_b^* M_bb b_b = (g - l)(u - g) sigma_b^* M_bb sigma_b``, and ``He M_bb > 0`` is
+    enough.  For ``operators``, each its channels and whether it is one scalar ``delta`` in all of these:
+    :func:`scaling`.
     """
-    for channels in operators:
-        scaling(given, channels)
-    joint = {i for channels in operators for i in channels}
-    m, block = len(given.gamma), {i: set(one) for one in blocks for i in one}
+    for channels, alike in operators:
+        scaling(given, channels, alike)
+    joint = {i for channels, _ in operators for i in channels}
+    m, block = len(given.gamma), {i: tuple(one) for one in blocks for i in one}
+    free = {i for i in range(m) if gains[i] and hermitian_part(given, block[i])}
     rows, columns = [ZERO] * m, [ZERO] * m
     beside = [(i, j, -v) for i, row in enumerate(given.gamma) for j, v in enumerate(row) if i != j and v]
-    for i, j, c in [*beside, *(kernel[:3] for kernel in given.kernels if kernel.row not in joint)]:
+    for i, j, c in [*beside, *(kernel[:3] for kernel in given.kernels)]:
         need(j in block[i], f"channels {i + 1} and {j + 1} have different nonlinearities, and M has an entry for both")
-        need(c >= 0 or odd[i], f"M has a kernel below 0 for channel {i + 1}, whose nonlinearity need not be odd")
+        need(i in joint or c >= 0 or odd[i], f"M has a kernel below 0 for channel {i + 1}, which need not be odd")
         rows[i], columns[j] = rows[i] + abs(c), columns[j] + abs(c)
-    for i in range(m):
-        if gains[i] and len(block[i]) == 1:
-            need(given.gamma[i][i] >= 0 and real_part(given, i), f"Re M_{i + 1}{i + 1} > 0 fails at some frequency")
-            continue
+    for i in (i for i in range(m) if i not in free and i not in joint):
         most, gain = max(rows[i], columns[i]), given.gamma[i][i]
-        need(gain >= most, f"gamma_{i + 1}{i + 1} = {gain} is less than the kernels of its row or column, {most}")
+        beyond = f", and He M > 0 fails for the gain of channel {i + 1}" * bool(gains[i])
+        need(
+            gain >= most, f"gamma_{i + 1}{i + 1} = {gain} is less than the kernels of its row or column, {most}{beyond}"
+        )
 
 
-def real_part(given: Multiplier, i: int) -> bool:
-    """Whether ``Re M_ii > 0`` on ``[0, inf]``, or ``M_ii = 0``."""
-    kernels = [kernel for kernel in given.kernels if kernel.row == i]
-    alone = Multiplier([[given.gamma[i][i]]], [ZERO], [kernel._replace(row=0, column=0) for kernel in kernels])
-    q, M = entries(alone)
-    even = in_square(total(M[0][0], conjugate(M[0][0])))
-    p = exact.primitive(even)
-    return not p or (len(p) == len(in_square(q)) and exact.positive(p))
+def hermitian_part(given: Multiplier, channels: Iterable[int]) -> bool:
+    """Whether ``M + M^* > 0`` on ``[0, inf]`` in the rows and columns of these channels, or ``M = 0`` there."""
+    own = list(channels)
+    place = {i: k for k, i in enumerate(own)}
+    inside = [k for k in given.kernels if k.row in place and k.column in place]
+    kernels = [k._replace(row=place[k.row], column=place[k.column]) for k in inside]
+    q, M = entries(Multiplier([[given.gamma[i][j] for j in own] for i in own], [], kernels))
+    if not any(any(f) for row in M for f in row):
+        return True
+    r = len(own)
+    listed, _ = whole([total(M[i][j], conjugate(M[j][i])) for i in range(r) for j in range(r)])
+    F = [listed[r * i : r * (i + 1)] for i in range(r)]
+    p = exact.primitive(in_square(determinant(F)))
+    still = positive_definite([[f[0] for f in row[: i + 1]] for i, row in enumerate(F)])
+    return still and len(p) == r * (len(in_square(q)) - 1) + 1 and exact.positive(p)
 
 
-def scaling(given: Multiplier, channels: Iterable[int]) -> None:
-    """``M`` is a real, even function ``d > 0`` times the identity on the channels of an operator, and 0 beside them."""
+def scaling(given: Multiplier, channels: Iterable[int], alike: bool) -> None:
+    """``M = M^* > 0`` at all frequencies on the channels of an operator of norm up to ``u = -l``, and 0 beside them.
+
+    ``Re a_b^* M b_b`` is ``(u^2 - |delta|^2) sigma_b^* M sigma_b`` for one scalar ``delta`` in all of its channels,
+    ``alike``; else ``M`` has to be a multiple of 1: ``d (u^2 |sigma_b|^2 - |mu_b|^2)``.
+    """
     own = set(channels)
-    beside = [row[j] for i, row in enumerate(given.gamma) for j in range(len(row)) if i != j and own & {i, j}]
-    apart = [k for k in given.kernels if k.row != k.column and own & {k.row, k.column}]
-    need(not any(beside) and not apart, "M couples the channels of an operator")
-    gains = {given.gamma[i][i] for i in own}
-    lists = [sorted(k[2:] for k in given.kernels if k.row == i) for i in own]
-    even = sorted((c, a, n, -side) for c, a, n, side in lists[0])
-    need(len(gains) == 1 and all(one == even for one in lists), "M is no real multiple of 1 for an operator")
-    need(gains == {ZERO} or real_part(given, min(own)), "d > 0 fails for an operator")
+    apart = [(i, j) for i, row in enumerate(given.gamma) for j, v in enumerate(row) if v and i != j]
+    apart += [(k.row, k.column) for k in given.kernels if k.row != k.column]
+    need(all(own.isdisjoint(pair) or (alike and own.issuperset(pair)) for pair in apart), "M couples an operator")
+    each = {i: sorted(k[2:] for k in given.kernels if k.row == i == k.column) for i in own}
+    one = alike or len({(given.gamma[i][i], *each[i]) for i in own}) == 1
+    inside = [k for k in given.kernels if k.row in own]
+    turned = sorted((j, i, c, a, n, -side) for i, j, c, a, n, side in inside)
+    symmetric = all(given.gamma[i][j] == given.gamma[j][i] for i in own for j in own)
+    need(
+        one and symmetric and sorted(map(tuple, inside)) == turned,
+        "M is no real multiple of 1, or M = M^* fails, for an operator",
+    )
+    need(hermitian_part(given, sorted(own)), "M > 0 fails for an operator")
 
 
 def proved(H: Any, given: Multiplier, bounds: Any) -> dict[str, str]:
@@ -263,8 +280,11 @@ def entries(given: Multiplier) -> tuple[list[Fraction], list[list[list[Fraction]
 
     q = below()
     M = [[[v * c for c in q] for v in row] for row in given.gamma]
+    lags = dict[tuple[Fraction, int, int], list[Fraction]]()
     for i, j, c, a, n, side in given.kernels:  # (a/(a + side s))^n = a^n (a - side s)^n/(a^2 - s^2)^n
-        M[i][j] = total(M[i][j], [-c * a**n * v for v in times(chained([[a, Fraction(-side)]] * n), below(a, n))])
+        if (a, n, side) not in lags:
+            lags[a, n, side] = [a**n * v for v in times(chained([[a, Fraction(-side)]] * n), below(a, n))]
+        M[i][j] = total(M[i][j], [-c * v for v in lags[a, n, side]])
     return q, M
 
 

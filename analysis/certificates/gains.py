@@ -15,6 +15,7 @@ from .arithmetic import INF, ZERO, S, eliminated, fields, form, integer, need, n
 from .balls import box, dot
 from .channels import (
     DELAYS,
+    SCALAR,
     Channels,
     Plant,
     Rows,
@@ -30,7 +31,7 @@ from .channels import (
 from .frequencies import conjugate
 
 MOST_VERTICES, MOST_STEPS, MOST_SAMPLES = 10, 1000, 50
-OPERATORS = ("any", "linear time-invariant")
+OPERATORS = ("any", "linear time-invariant", SCALAR)
 
 
 def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
@@ -94,7 +95,8 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
     """Constant gains, and operators ``Delta = u v'`` of all-passes: an unstable loop, or one with a larger gain.
 
     ``u_i = c_i a_i(s)``, ``|a_i| = 1`` on the axis, likewise ``v``: ``|Delta|`` is the product of the lengths of the
-    coefficients at every frequency.  The gain is above ``gamma`` if ``|T(i omega) w| > gamma |w|`` for some ``w``.
+    coefficients at every frequency.  Of scalar ones ``delta = c a(s)``.  The gain is above ``gamma`` if ``|T(i omega)
+    w| > gamma |w|`` for some ``w``.
     """
     keys = ["omega", "input"] if "omega" in proof else []
     _, data, listed, *at = fields(proof, "method", "gains", "operators", *keys)
@@ -105,6 +107,14 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
     G = [[g * (i == j) for j in range(m)] for i, g in enumerate(gains)]
     ends = list[list[Any]]([[None] * m, [None] * m])
     for block, item in zip(blocks, listed):
+        if asked.families[block[0]].operator == SCALAR:  # delta = c a(s) in each of the channels
+            (pair,) = fields(item, "delta")
+            form(isinstance(pair, list) and len(pair) == 2, "delta is a pair of a coefficient and a rate, or null")
+            delta, rate = number(pair[0]), None if pair[1] is None else number(pair[1])
+            need(abs(delta) <= asked.bounds(block[0])[1], "an operator has a larger norm than its class")
+            for i in block:
+                G[i][i], ends[1][i] = delta, rate
+            continue
         sides = list[list[Fraction]]()
         for rates, side in zip(ends, fields(item, "left", "right")):
             pairs = all(isinstance(x, list) and len(x) == 2 for x in side) if isinstance(side, list) else False
@@ -118,7 +128,7 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
             for j, v in zip(block, right):
                 G[i][j] = u * v
     found = closed_loop(filtered(H, *ends), G)
-    words = f"{', '.join(map(str, gains))}{' and operators of rank one' * bool(blocks)}"
+    words = f"{', '.join(map(str, gains))}{' and operators of all-passes' * bool(blocks)}"
     need(found is not None, "the loop with these operators has no solution", exact.IllPosed)
     assert found is not None
     if not keys:  # the operators at rest at first: some solution of the plant alone is not at rest, if they stay so

@@ -14,6 +14,7 @@ from . import frequencies, gains, parametric, states, windows
 from .arithmetic import INF, ZERO, eliminated, fields, form, integer, need, number, numbers, tick
 from .balls import dot, positive_definite
 from .channels import (
+    SCALAR,
     Channels,
     Plant,
     Rows,
@@ -280,7 +281,8 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
     given = frequencies.multiplier(name, data, len(H.D))
     constant_gains = [one.linear and not one.varying for one in asked.families]
     odd = [one.odd for one in asked.families]
-    frequencies.dominant(given, odd, asked.blocks, constant_gains, asked.operators)
+    operators = [(block, asked.families[block[0]].operator == SCALAR) for block in asked.operators]
+    frequencies.dominant(given, odd, asked.blocks, constant_gains, operators)
     bounds = [one.slope if i in given.moved and not one.operator else asked.bounds(i) for i, one in each(asked)]
     for i, one in each(asked):
         need(INF not in map(abs, bounds[i]), f"channel {i + 1} has no finite bounds")
@@ -370,10 +372,9 @@ def on_axis(H: Plant, given: frequencies.Multiplier, asked: Channels) -> Plant:
     ``M`` is constant but for operators and constant gains, which it multiplies at each frequency by itself; ``|e^(i
     omega)| = 1`` is the axis.  With ``E = (1 + A)^-1``: ``E (A - 1)``, ``2 E^2 B``, ``C`` and ``D - C E B``.
     """
-    alone = {block[0] for block in asked.blocks if len(block) == 1 and asked.families[block[0]].linear}
-    free = alone | {i for block in asked.operators for i in block}
     need(not any(given.theta), "Popov's terms are for continuous time")
-    need(all(k.row == k.column and k.row in free for k in given.kernels), "a kernel is of no gain and no operator")
+    free = {i for i, family in each(asked) if family.linear or family.operator}
+    need(all(k.row in free for k in given.kernels), "a kernel is of no gain and no operator")
     n = len(H.A)
     square = [[v + (i == j) for j, v in enumerate(row)] for i, row in enumerate(H.A)]
     both = eliminated(square, [[v - (i == j) for j, v in enumerate(row)] + H.B[i] for i, row in enumerate(H.A)])

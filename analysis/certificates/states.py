@@ -41,6 +41,7 @@ class Family(NamedTuple):
 OPERATORS = {
     "any": "causal operators",
     "linear time-invariant": "stable linear time-invariant operators",
+    "scalar linear time-invariant": "delta times the identity, delta a stable linear time-invariant operator,",
     "performance": "from z to w",
     "delay": "sigma(t - tau) with a constant tau",
     "varying delay": "sigma(t - tau(t)) with any tau(t)",
@@ -69,7 +70,7 @@ def classes(data: Any, several: bool = False) -> Family:
         plain = (slope, odd, linear, len(keys) - own) == (None, False, False, 6)
         form(isinstance(operator, str) and operator in OPERATORS, "operator is of no kind there is")
         form(
-            plain and varying is (operator not in ("linear time-invariant", "delay")),
+            plain and varying is (operator in ("any", "performance", "varying delay")),
             "an operator has a bound of its norm alone",
         )
     form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")

@@ -4,7 +4,10 @@ After the shift by the lower bounds a member is ``mu = w - Delta sigma``: ``Delt
 or on the channels of an operator a matrix of norm ``r_b`` at each frequency.  From ``w`` to ``sigma`` on some of the
 channels the response is the block of ``S = (1 + H Delta)^{-1} H``.  At a frequency an operator that enlarges ``|p^* S
 q|`` fastest has rank one: ``-r l^* s^*/(|l| |s|)``, ``l = p^* S``, ``s = S q`` on its channels; so it is changed, over
-and over again.  Such a matrix is the value of ``u v'`` with all-passes ``u_i``, ``v_j`` in place of the phases.
+and over again.  Such a matrix is the value of ``u v'`` with all-passes ``u_i``, ``v_j`` in place of the phases.  A
+scalar operator is ``delta`` times the identity, ``delta = -r (l s)^*/|l s|``; where it closes the loop itself the
+largest eigenvalue of the block of ``S`` takes the place of the singular value, its left and right vectors those of
+``p`` and ``q``.
 """
 
 from __future__ import annotations
@@ -31,7 +34,9 @@ class Found(NamedTuple):
     gain: float
     shape: Reals  # of the functions, the share of their widths
     gains: Reals
-    operators: list[tuple[Complexes, Complexes]]  # of each: r u and v, Delta = r u v'
+    operators: list[
+        tuple[Complexes, Complexes]
+    ]  # of each: r u and v, Delta = r u v'; of a scalar one r delta, and none
     omega: float
     direction: Complexes
 
@@ -52,6 +57,8 @@ class MemberSearch:
         The channels from whose ``w`` to whose ``sigma`` the gain is asked for, in none of these.
     discrete : bool
         Whether in discrete time.
+    scalar : sequence of sequence of int
+        Of these blocks, or ``out``, those with one scalar operator in each channel.
 
     Raises
     ------
@@ -68,6 +75,7 @@ class MemberSearch:
     operators: Sequence[Sequence[int]]
     out: Sequence[int]
     discrete: bool
+    scalar: Sequence[Sequence[int]] = ()
 
     def __post_init__(self) -> None:
         m = len(self.D)
@@ -85,9 +93,21 @@ class MemberSearch:
         return bool((np.abs(poles).max() - 1 if self.discrete else poles.real.max()) < 0)
 
     def _response(self, H: Complexes, Delta: Complexes) -> tuple[Complexes, Reals, Complexes, Complexes]:
-        """``S``, and the largest singular value of its block with its vectors, at each frequency."""
+        """``S``, and the largest singular value of its block with its vectors, at each frequency.
+
+        Where one scalar operator closes the loop: the largest modulus of an eigenvalue, ``p^* S q`` for its vectors.
+        """
         S = np.linalg.solve(np.eye(len(self.D)) + H @ Delta, H)
-        p, sizes, q = np.linalg.svd(S[:, self.out][:, :, self.out])
+        own = S[:, self.out][:, :, self.out]
+        if self.out in self.scalar:
+            values, right = np.linalg.eig(own)
+            at = np.abs(values).argmax(axis=1)
+            each = np.arange(len(own))
+            q, value = right[each, :, at], values[each, at]
+            left = np.linalg.pinv(right)[each, at]  # left q = 1
+            turn = (value / np.maximum(np.abs(value), 1e-300)).conj()
+            return np.asarray(S), np.abs(value), np.asarray((left * turn[:, None]).conj()), np.asarray(q)
+        p, sizes, q = np.linalg.svd(own)
         return np.asarray(S), np.asarray(sizes[:, 0]), np.asarray(p[:, :, 0]), np.asarray(q[:, 0].conj())
 
     def gains_at(self, H: Complexes, gains: Reals, radii: Reals) -> tuple[Reals, Complexes]:
@@ -109,8 +129,12 @@ class MemberSearch:
             for block, radius in zip(self.operators, radii, strict=True):
                 left = np.einsum("fi,fij->fj", p.conj(), S[:, self.out][:, :, [*block]])
                 right = np.einsum("fij,fj->fi", S[:, [*block]][:, :, self.out], q)
-                size = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
-                turned = -left.conj()[:, :, None] * right.conj()[:, None, :]
+                if block in self.scalar:
+                    delta = -(left * right).sum(axis=1).conj()[:, None, None]
+                    size, turned = np.abs(delta)[:, 0, 0], delta * np.eye(len(block))
+                else:
+                    size = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
+                    turned = -left.conj()[:, :, None] * right.conj()[:, None, :]
                 where = np.ix_(range(len(H)), block, block)
                 Delta[where] = radius * turned / np.maximum(size, 1e-300)[:, None, None]
             S, best, p, q = self._response(H, Delta)
@@ -185,6 +209,9 @@ class MemberSearch:
         _, _, _, q = self._response(H, Delta)
         operators = []
         for block in self.operators:
+            if block in self.scalar:
+                operators.append((Delta[0][block[0], [block[0]]], np.zeros(0, dtype=complex)))
+                continue
             u, size, v = np.linalg.svd(Delta[0][np.ix_(block, block)])
             operators.append((size[0] * u[:, 0], v[0]))
         return Found(float(value[0]), shape, gains, operators, omega, q[0])
@@ -219,6 +246,10 @@ class MemberSearch:
             Largest norms.
         """
         for (left, right), radius in zip(found.operators, radii, strict=True):
+            if not len(right):
+                c, rate = allpass(complex(left[0] / (abs(left[0]) or 1.0)), found.omega, discrete=self.discrete)
+                yield {"delta": [str(c * radius * (1 - Fraction(1, 2 ** (_BITS - 4)))), rate]}
+                continue
             sides, turn = [], right[np.abs(right).argmax()]
             turn = turn / abs(turn) if turn else 1.0  # real where H is
             for values, size in (

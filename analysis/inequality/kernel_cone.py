@@ -11,16 +11,19 @@ unless the nonlinearities are odd.  For a given factor ``F`` is linear in all of
 ``F`` is worst, kernels where the dual prices of the programme say that one would help, and the factor is raised to what
 the multiplier found serves (Dinkelbach).  On the channels of an operator of norm up to ``w`` the multiplier is ``d``
 times the identity, for the term ``d (1/w - w H_b^* H_b)``; of a time-invariant one ``d`` has even kernels too, added,
-or subtracted up to ``gamma``: ``d`` is then a sum of low and high passes.  Nothing here is believed: a checker decides
+or subtracted up to ``gamma``: ``d`` is then a sum of low and high passes.  Where one constant gain, or one scalar
+operator, acts in several channels, ``He M > 0`` on these at every frequency is all that is asked of ``M``, which is
+Hermitian there for an operator.  Nothing here is believed: a checker decides
 with rational multipliers.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations, combinations_with_replacement, product
 from typing import TYPE_CHECKING, NamedTuple
 
 from lure.analysis.deadline import checkpoint
@@ -46,6 +49,7 @@ class Kernel(NamedTuple):
     """``sign (rate/(rate + side s))^order`` in a row and a column; rate 0: ``sign`` alone, beside the diagonal.
 
     Side 0: the mean of both sides, on the diagonal of ``row`` and of the other channels of an operator, ``also``.
+    ``mirrored``: its conjugate stands in the row ``column`` and the column ``row``.
     """
 
     row: int
@@ -55,6 +59,7 @@ class Kernel(NamedTuple):
     order: int
     side: int
     also: tuple[int, ...] = ()
+    mirrored: bool = False
 
     def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         """The value at ``i omega`` without the sign, 0 at infinity; in floating point.
@@ -110,8 +115,11 @@ class Found(NamedTuple):
         M = np.zeros((len(omega), m, m), dtype=complex)
         M[:, range(m), range(m)] = self.gamma
         for mass, kernel in zip(self.masses, self.kernels, strict=True):
+            value = mass * kernel.sign * kernel.at(omega)
             for i in (kernel.row, *kernel.also):
-                M[:, i, kernel.column if i == kernel.row else i] -= mass * kernel.sign * kernel.at(omega)
+                M[:, i, kernel.column if i == kernel.row else i] -= value
+            if kernel.mirrored:
+                M[:, kernel.column, kernel.row] -= value.conj()
         return M
 
     def integrated(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -148,6 +156,7 @@ class _Solved(NamedTuple):
     weights: NDArray[np.complex128]
     prices: NDArray[np.float64]
     real: NDArray[np.float64]  # prices of Re M_ii > 0, for each gain at each frequency
+    parts: list[NDArray[np.complex128]]  # and of He M > 0, for each block of those that are wide
 
 
 def _hermitian(X: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -192,6 +201,9 @@ class KernelCone:
         The channels with a constant gain each: ``Re M_ii > 0`` at every frequency takes the place of a bound on masses.
     fixed : sequence of sequence of int
         The channels of each operator that does not depend on time.
+    wide : sequence of sequence of int
+        Of these blocks those where ``He M > 0`` at every frequency is all that is asked: of one constant gain in
+        several channels, or one scalar operator.
     residue : ndarray or None
         ``R``, where the plant is that without ``R/s``: kernels are then on the diagonal, ``ratios`` those of ``M(0)``.
     """
@@ -202,6 +214,7 @@ class KernelCone:
     ratios: Sequence[tuple[int, float]] = ()
     gains: Sequence[int] = ()
     fixed: Sequence[Sequence[int]] = ()
+    wide: Sequence[Sequence[int]] = ()
     residue: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
@@ -220,7 +233,7 @@ class KernelCone:
             count = 1 + math.ceil(math.log(high / low, _SPACING))
             self.rates = [Fraction(f"{low * _SPACING**i:.3g}") for i in range(count)]
         self.watched = np.zeros(0)
-        if self.gains:
+        if self.gains or self.wide:
             ends = float(self.rates[0]) / 4, 4 * float(self.rates[-1])
             self.watched = np.concatenate([[0.0], np.geomspace(*ends, _WATCHED), [np.inf]])
         self.shapes = [Kernel(0, 0, 1, rate, n, side) for rate in self.rates for n in _ORDERS for side in (1, -1)]
@@ -265,6 +278,13 @@ class KernelCone:
         """
         kernels = [Kernel(i, j, s, Fraction(0), 0, 1) for i, j in self.pairs if i != j for s in self.signs(i)]
         kernels += [
+            Kernel(i, j, s, Fraction(0), 0, 1, mirrored=True)
+            for block in self.fixed
+            if block in self.wide
+            for i, j in combinations(block, 2)
+            for s in (1, -1)
+        ]
+        kernels += [
             Kernel(i, i, 1, self.rates[len(self.rates) // 2], 1, side)
             for i, j in self.pairs
             if i == j
@@ -287,7 +307,7 @@ class KernelCone:
             before = best.factor
             flat = 0 if serves > best.factor * gain else flat + 1
             best = last._replace(factor=serves) if serves > best.factor else best
-            nothing_more = not self.pairs and factor <= before and solved.margin < _EXACTLY
+            nothing_more = not (self.pairs or self.fixed) and factor <= before and solved.margin < _EXACTLY
             if best.factor >= most or flat >= _FLAT * (1 if self.pairs else 2) or nothing_more:
                 break
             least = self._least(self._parts(last), widths(factor))
@@ -295,7 +315,7 @@ class KernelCone:
             used = seen if flat and not self.pairs else seen[weight > _UNUSED * weight.max()]
             self.points = np.union1d(used, self._deepest(last, widths(factor), least))
             self.look_at(self.points)
-            if self.pairs or self.fixed:
+            if (self.pairs or self.fixed) and (flat or not (self.wide or self.fixed)):
                 last = last.without(_UNUSED * 100)
                 kernels = last.kernels + self._wanted(
                     np.searchsorted(self.omega, seen), widths(factor), solved, last.kernels
@@ -355,8 +375,8 @@ class KernelCone:
         inner, M, H = parts
         F = _hermitian(inner + M / widths)
         if self.plant.operators:
-            gains = np.diagonal(M, axis1=1, axis2=2).real * self.plant.acting * widths
-            F = F - H.conj().swapaxes(1, 2) @ (gains[:, :, None] * H)
+            acting = self.plant.acting
+            F = F - H.conj().swapaxes(1, 2) @ ((acting[:, None] * M * (acting * widths)) @ H)
         return np.asarray(np.linalg.eigvalsh(F)[:, 0])
 
     def reached(
@@ -442,21 +462,24 @@ class KernelCone:
         m, count = len(widths), len(kernels)
         G, joint = self.H[at] + np.diag(1 / widths), {i for block in self.plant.operators for i in block}
         unit, norms = self.plant.unit, self._norms(at, widths)
+        wide = {i for block in self.wide for i in block}
         columns = np.zeros((2 * m + count + 1, len(at), m, m), dtype=complex)
         for i in range(m):
             columns[i, :, i] = G[:, i]
             if i in joint:
-                columns[i] = norms[i]
+                columns[i] = norms[i, i]
             columns[m + i, :, i] = self.turned[at, i] * unit
         for k, kernel in enumerate(kernels):
             lag = -kernel.sign * kernel.at(self.omega[at])[:, None]
-            if kernel.side or not kernel.rate:
+            if kernel.mirrored:
+                columns[2 * m + k] = 2 * lag[:, None] * norms[kernel.row, kernel.column]
+            elif kernel.side or not kernel.rate:
                 columns[2 * m + k, :, kernel.row] = lag * G[:, kernel.column]
                 if self.residue is not None:
                     late = kernel.integrated(self.omega[at])[:, None] * self.residue[kernel.row]
                     columns[2 * m + k, :, kernel.row] -= kernel.sign * late
             else:
-                columns[2 * m + k] = lag[:, None] * sum(norms[i] for i in (kernel.row, *kernel.also))
+                columns[2 * m + k] = lag[:, None] * sum(norms[i, i] for i in (kernel.row, *kernel.also))
         _, M, _ = self._parts(last, at)
         columns[-1] = -(M + _EASED * np.diag(np.ones(m))) / widths
         rows = hermitian_rows(_hermitian(columns))
@@ -473,6 +496,8 @@ class KernelCone:
                 values = kernel.sign * kernel.at(self.watched).real
                 real[self.gains.index(kernel.row), :, 2 * m + k] = values
                 continue
+            if kernel.row in wide:
+                continue
             if not even or kernel.sign > 0:
                 sides[kernel.row, 2 * m + k] += 1
             if not even:
@@ -481,7 +506,8 @@ class KernelCone:
                 total[2 * m + k] = 1 / widths[kernel.row]
         sides[2 * m : 4 * m, m : 2 * m] = np.vstack([np.eye(m), -np.eye(m)])
         sides[4 * m :, 2 * m : -1] = -np.eye(count)
-        same = [(block[0], i) for block in self.plant.operators for i in block[1:]]
+        joined = [block for block in self.plant.operators if block not in self.wide]
+        same = [(block[0], i) for block in joined for i in block[1:]]
         equal = np.zeros((1 + len(self.ratios) + len(same), size))
         equal[0] = total
         for i, (first, ratio) in enumerate(self.ratios):
@@ -492,18 +518,21 @@ class KernelCone:
         for k, (first, i) in enumerate(same, 1 + len(self.ratios)):
             equal[k, [first, i]] = 1, -1
         low = -_LEAST * widths if self.ratios else np.zeros(m)
-        bounded = np.zeros((count if self.gains else 0, size))
+        bounded = np.zeros((count if self.gains or self.wide else 0, size))
         bounded[:, 2 * m : -1] = np.eye(len(bounded), count)
         sides = np.concatenate([sides, bounded, real.reshape(-1, size)])
         most = [np.full(len(bounded), _LARGEST_MASS), np.full(real.shape[0] * real.shape[1], -_REAL)]
         limits = np.concatenate([low, low, np.full(2 * m, _LARGEST_THETA), np.zeros(count), *most])
         found = hermitian_programme(
-            np.eye(size)[-1], (equal, np.eye(len(equal))[0]), (sides, limits), np.moveaxis(rows, 0, -1)
+            np.eye(size)[-1],
+            (equal, np.eye(len(equal))[0]),
+            (sides, limits),
+            [np.moveaxis(rows, 0, -1), *(self._positive(block, kernels, total) for block in self.wide)],
         )
         if found is None:
             return None
-        x, prices, weights = found
-        for block in self.plant.operators:
+        x, prices, (weights, *parts) = found
+        for block in joined:
             x[[*block]] = x[block[0]]
         return _Solved(
             x[:m],
@@ -513,15 +542,33 @@ class KernelCone:
             hermitian_duals(weights, m),
             prices[: 2 * m].reshape(2, m),
             prices[4 * m + count + len(bounded) :].reshape(len(self.gains), len(self.watched)),
+            [hermitian_duals(part, len(block)) for part, block in zip(parts, self.wide, strict=True)],
         )
 
-    def _norms(self, at: NDArray[np.int64], widths: NDArray[np.float64]) -> dict[int, NDArray[np.complex128]]:
-        """``E_i/w_i - w_i H_i^* H_i`` for the channels of operators."""
-        found: dict[int, NDArray[np.complex128]] = {}
-        for i in (i for block in self.plant.operators for i in block):
-            row = self.H[at, i]
-            found[i] = -widths[i] * row.conj()[:, :, None] * row[:, None, :]
-            found[i][:, i, i] += 1 / widths[i]
+    def _positive(
+        self, block: Sequence[int], kernels: Sequence[Kernel], total: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Rows of ``He M`` on a block at the frequencies watched, less a little of what ``total`` sums up to."""
+        m, r, place = len(self.odd), len(block), {i: k for k, i in enumerate(block)}
+        found = np.zeros((len(total), len(self.watched), r, r), dtype=complex)
+        for i in block:
+            found[i, :, place[i], place[i]] = 1
+        for k, kernel in enumerate(kernels, 2 * m):
+            if kernel.row in place:
+                found[k, :, place[kernel.row], place[kernel.column]] = -kernel.sign * kernel.at(self.watched)
+                found[k] *= 2 if kernel.mirrored else 1
+        found = _hermitian(found) - _REAL * total[:, None, None, None] * np.eye(r)
+        return np.asarray(np.moveaxis(hermitian_rows(found), 0, -1))
+
+    def _norms(
+        self, at: NDArray[np.int64], widths: NDArray[np.float64]
+    ) -> dict[tuple[int, int], NDArray[np.complex128]]:
+        """``E_ij/w - w H_i^* H_j`` for the channels of operators, of one width in each."""
+        found: dict[tuple[int, int], NDArray[np.complex128]] = {}
+        for block in self.plant.operators:
+            for i, j in product(block, block) if block in self.wide else zip(block, block, strict=True):
+                found[i, j] = -widths[i] * self.H[at, i].conj()[:, :, None] * self.H[at, j][:, None, :]
+                found[i, j][:, i, j] += 1 / widths[i]
         return found
 
     def _wanted(
@@ -529,13 +576,18 @@ class KernelCone:
     ) -> list[Kernel]:
         """The kernels by which the margin would grow fastest, up to two for each entry and sign."""
         values = np.array([shape.at(self.omega[at]) for shape in self.shapes])
-        beside = np.array([shape.at(self.watched).real for shape in self.shapes])
+        whole = np.array([shape.at(self.watched) for shape in self.shapes])
+        beside = whole.real
+        parts = {i: (block, part) for block, part in zip(self.wide, solved.parts, strict=True) for i in block}
         GZ = (self.H[at] + np.diag(1 / widths)) @ solved.weights
         found = list[tuple[float, Kernel]]()
         norms = self._norms(at, widths)
         lags = [k for k, shape in enumerate(self.shapes) if (shape.order, shape.side) == (1, 1)]  # between 0 and 1
-        for block in self.fixed:
-            own = np.einsum("kij,kji->k", sum(norms[i] for i in block), solved.weights).real
+        for block, prices in zip(self.wide, solved.parts, strict=True):
+            if block in self.fixed:
+                found += self._beside(block, (values, whole), (solved.weights, prices), norms, have)
+        for block in (block for block in self.fixed if block not in self.wide):
+            own = np.einsum("kij,kji->k", sum(norms[i, i] for i in block), solved.weights).real
             gain = -(values[lags].real @ own)
             for sign in (1, -1):
                 worth = sign * gain - (sign > 0) * solved.prices[0, block[0]]
@@ -552,11 +604,39 @@ class KernelCone:
                 gain = gain - (late @ (self.residue @ solved.weights)[:, j, i]).real
             if i in self.gains:
                 gain = gain - beside @ solved.real[self.gains.index(i)]
+            if i in parts:
+                block, part = parts[i]
+                gain = gain - (whole @ part[:, block.index(j), block.index(i)]).real
+            free = i in self.gains or i in parts
             for sign in self.signs(i):
-                worth = sign * gain - (0 if i in self.gains else solved.prices[0, i] + solved.prices[1, j])
+                worth = sign * gain - (0 if free else solved.prices[0, i] + solved.prices[1, j])
                 for k in np.argsort(-worth)[:2]:
                     kernel = self.shapes[k]._replace(row=i, column=j, sign=sign)
                     if worth[k] > _LEAST_PRICE and kernel not in have:
                         found.append((float(worth[k]), kernel))
         found.sort(key=lambda one: -one[0])
         return [kernel for _, kernel in found[:_MORE]]
+
+    def _beside(
+        self,
+        block: Sequence[int],
+        values: tuple[NDArray[np.complex128], NDArray[np.complex128]],
+        duals: tuple[NDArray[np.complex128], NDArray[np.complex128]],
+        norms: Mapping[tuple[int, int], NDArray[np.complex128]],
+        have: Sequence[Kernel],
+    ) -> list[tuple[float, Kernel]]:
+        """The same for a Hermitian multiplier of a scalar operator, with what each kernel is worth."""
+        found = list[tuple[float, Kernel]]()
+        for i, j in combinations_with_replacement(range(len(block)), 2):
+            own = np.einsum("kij,kji->k", norms[block[i], block[j]], duals[0])
+            sides = [value.real if i == j else 2 * value for value in values]
+            gain = -(sides[0] @ own).real - (sides[1] @ duals[1][:, j, i]).real
+            for sign in (1, -1):
+                for k in np.argsort(-sign * gain)[:2]:
+                    side = self.shapes[k].side if i != j else 0
+                    kernel = self.shapes[k]._replace(
+                        row=block[i], column=block[j], sign=sign, side=side, mirrored=i != j
+                    )
+                    if sign * gain[k] > _LEAST_PRICE and kernel not in have:
+                        found.append((float(sign * gain[k]), kernel))
+        return found

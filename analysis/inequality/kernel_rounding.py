@@ -18,6 +18,7 @@ def multiplier(
     widths: Sequence[Fraction],
     gains: Sequence[int] = (),
     ratios: Sequence[tuple[int, Fraction]] = (),
+    wide: Sequence[Sequence[int]] = (),
 ) -> dict[str, Any]:
     """The multiplier of a certificate: rational, and doubly dominant exactly.
 
@@ -31,6 +32,8 @@ def multiplier(
         The channels with a constant gain each, whose ``gamma`` makes ``Re M_ii > 0``.
     ratios : sequence of (int, Fraction)
         For each channel: ``M(0)`` is exactly the ratio times that of the channel, counted from 0; none: any.
+    wide : sequence of sequence of int
+        Blocks of channels on which ``gamma`` makes ``He M > 0``.
     """
     m = len(widths)
 
@@ -40,7 +43,7 @@ def multiplier(
 
     gamma, rows, columns = [[Fraction(0)] * m for _ in range(m)], [Fraction(0)] * m, [Fraction(0)] * m
     kernels, where = list[dict[str, Any]](), dict[str, Any]()
-    for mass, (i, j, sign, rate, order, side, also) in zip(found.masses, found.kernels, strict=True):
+    for mass, (i, j, sign, rate, order, side, also, mirrored) in zip(found.masses, found.kernels, strict=True):
         c = near(float(mass), j)
         if rate and not side:  # of an operator: the mean of both sides
             for k in (i, *also):
@@ -49,18 +52,24 @@ def multiplier(
                 rows[k] += c if sign > 0 else 0
             continue
         rows[i], columns[j] = rows[i] + c, columns[j] + c
-        if rate:
-            where = {"channels": [i + 1, j + 1], "coefficient": str(sign * c), "rate": str(rate)}
-            kernels.append({**where, "order": order, "side": "causal" if side > 0 else "anticausal"})
-        else:
-            gamma[i][j] -= sign * c
+        for a, b, turn in [(i, j, side), *[(j, i, -side)] * mirrored]:
+            if rate:
+                where = {"channels": [a + 1, b + 1], "coefficient": str(sign * c), "rate": str(rate)}
+                kernels.append({**where, "order": order, "side": "causal" if turn > 0 else "anticausal"})
+            else:
+                gamma[a][b] -= sign * c
     rates = [float(one.rate) for one in found.kernels if one.rate]
     points = np.geomspace(min(rates, default=1.0) / 1e2, max(rates, default=1.0) * 1e2, 2000)
-    for i in gains:
-        own = found.at(np.array([0.0, *points, np.inf]))[:, i, i].real
-        lacking = max(0.0, 1e-9 * float(found.gamma[i]) - float(own.min()))
-        gamma[i][i] = near(float(found.gamma[i]) + 2 * lacking, i)
-    for i in (i for i in range(m) if i not in gains):
+    blocks = [*([i] for i in gains), *map(list, wide)]
+    M = found.at(np.array([0.0, *points, np.inf])) if blocks else np.zeros((1, m, m))
+    for block in blocks:
+        own = M[:, block][:, :, block]
+        least = np.linalg.eigvalsh(own + own.conj().swapaxes(1, 2))[:, 0].min() / 2
+        lacking = max(0.0, 1e-9 * float(found.gamma[block].max()) - float(least))
+        for i in block:
+            gamma[i][i] = near(float(found.gamma[i]) + 2 * lacking, i)
+    own_way = {i for block in blocks for i in block}
+    for i in (i for i in range(m) if i not in own_way):
         gamma[i][i] = max(near(float(found.gamma[i]), i), rows[i], columns[i])
     still = [Fraction(0)] * m  # what the kernels take from gamma at 0
     for one in kernels if ratios else ():

@@ -185,7 +185,7 @@ class Piecewise:
             np.vstack([-eye, eye]),
             np.concatenate([-least, -below, np.full(ns, _LARGEST), np.full(k * nl, self._most)]),
         )
-        found = hermitian_programme(np.eye(size)[-1], (equal, np.ones(len(equal))), (rows, limits), columns)
+        found = hermitian_programme(np.eye(size)[-1], (equal, np.ones(len(equal))), (rows, limits), [columns])
         return None if found is None else (float(found[0][-1]), found[0][:ns])
 
     @property
@@ -215,7 +215,8 @@ class Piecewise:
         equal[0, nl] = 1
         eye = np.eye(nl, nl + 2)
         most = np.concatenate([np.where(self._signed(), self._most, 0.0), np.full(nl, self._most)])
-        found = hermitian_programme(np.eye(nl + 2)[-1], (equal, np.ones(1)), (np.vstack([-eye, eye]), most), columns)
+        sides = np.vstack([-eye, eye]), most
+        found = hermitian_programme(np.eye(nl + 2)[-1], (equal, np.ones(1)), sides, [columns])
         if found is None:
             return None
         values = np.clip(found[0][:nl], -most[:nl], most[nl:])

@@ -150,8 +150,8 @@ def hermitian_programme(
     gain: NDArray[np.float64],
     equal: tuple[NDArray[np.float64], NDArray[np.float64]],
     most: tuple[NDArray[np.float64], NDArray[np.float64]],
-    positive: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] | None:
+    positive: Sequence[NDArray[np.float64]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], list[NDArray[np.float64]]] | None:
     """``x`` with about the largest ``gain x``, the prices of ``most``, and the dual variables of the cones.
 
     Parameters
@@ -160,17 +160,17 @@ def hermitian_programme(
         (K,).
     equal, most : tuple of ndarray
         ``equal[0] x = equal[1]``, ``most[0] x <= most[1]``.
-    positive : ndarray
-        (k, r, K): each ``positive[k] x`` is the triangle of a matrix ``>= 0``.
+    positive : sequence of ndarray
+        Each (k, r, K): every ``positive[..][k] x`` is the triangle of a matrix ``>= 0``.
     """
     import clarabel
     from scipy import sparse
 
-    order = (math.isqrt(8 * positive.shape[1] + 1) - 1) // 2
     cones = [clarabel.ZeroConeT(len(equal[1])), clarabel.NonnegativeConeT(len(most[1]))]
-    cones += [clarabel.PSDTriangleConeT(order)] * len(positive)
+    for one in positive:
+        cones += [clarabel.PSDTriangleConeT((math.isqrt(8 * one.shape[1] + 1) - 1) // 2)] * len(one)
     size = len(gain)
-    whole = np.vstack([equal[0], most[0], -positive.reshape(-1, size)])
+    whole = np.vstack([equal[0], most[0], *(-one.reshape(-1, size) for one in positive)])
     limits = np.concatenate([equal[1], most[1], np.zeros(len(whole) - len(equal[1]) - len(most[1]))])
     settings = clarabel.DefaultSettings()
     settings.verbose, settings.max_threads = False, 1
@@ -180,5 +180,6 @@ def hermitian_programme(
     if not (np.isfinite(x).all() and np.isfinite(z).all()):
         return None
     first = len(equal[1])
-    last = first + len(most[1])
-    return x, z[first:last], z[last:].reshape(positive.shape[:2])
+    ends = np.cumsum([first + len(most[1]), *(one.shape[0] * one.shape[1] for one in positive)])
+    duals = [z[low:high].reshape(one.shape[:2]) for one, low, high in zip(positive, ends, ends[1:], strict=False)]
+    return x, z[first : ends[0]], duals

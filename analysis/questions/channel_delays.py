@@ -18,7 +18,7 @@ from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.arrays import NDArray, np
-from lure.classes import DELAYS, Diagonal, NonlinearityClass, Sector
+from lure.classes import DELAYS, SCALAR, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.multivariable import MultivariablePlant
 
@@ -97,7 +97,7 @@ def without_delays(asked: Problem) -> Problem:
         raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
     classes = list(asked.classes.classes)
     for i in own:
-        kind = "any" if known.families[i].varying else "linear time-invariant"
+        kind = "any" if known.families[i].varying else SCALAR
         classes[i] = NonlinearityClass.norm_bounded(known.bounds(i)[1], dynamics=kind)
     A, B, C, D, _ = found
     plant = MultivariablePlant(_rows(A), _rows(B), _rows(C), _rows(D), dt=channel_plant(asked.plant).dt)

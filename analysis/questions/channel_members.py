@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from itertools import islice
+from itertools import islice, product
 from typing import Any
 
 from lure.analysis.certificates.channels import Plant
@@ -23,10 +23,11 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_refutations import constant_gains, gains_refuting, refutation
 from lure.analysis.questions.problem import Problem
 from lure.arrays import Reals, np, optimize
+from lure.classes import SCALAR
 from lure.errors import AssumptionError
 
 _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-_SHAPES, _LARGEST = 3, 1e6
+_SHAPES, _CORNERS, _LARGEST = 3, 4, 1e6
 _TRIED, _RADII = 20, (Fraction(1, 10**10), Fraction(1, 10**7))
 _NEAR = 1e-4
 _MOST_STATES, _MOST_CHANNELS, _STARTS, _KEPT, _BEYOND = 20, 6, 40, 2, 30.0  # of the search for periodic solutions
@@ -159,7 +160,8 @@ def _members(asked: Problem, out: range) -> tuple[MemberSearch, list[range]]:
     own = delays_of(asked)
     H, operators = channel_plant(asked.plant), [b for b in asked.classes.operators if b != out and b[0] not in own]
     lower = np.array([float(v) for v in asked.classes.lower])
-    return MemberSearch(*H.doubles(), lower, _functions(asked), operators, out, H.dt is not None), operators
+    scalar = [block for block in asked.classes.operators if asked.classes.classes[block[0]].operator == SCALAR]
+    return MemberSearch(*H.doubles(), lower, _functions(asked), operators, out, H.dt is not None, scalar), operators
 
 
 def _proof(asked: Problem, search: MemberSearch, found: Found, operators: list[dict[str, Any]]) -> dict[str, Any]:
@@ -216,15 +218,21 @@ def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
         math.log(top),
         first.shape,
     )
+    count = len(shape)
+    corners = [np.array(v) for v in product((0.0, 1.0), repeat=count)] if 0 < count <= _CORNERS else []
+    tried, at = [shape, *corners], list[Reals]()
     for _ in range(_SHAPES):
-        checkpoint()
-        if excess(end, shape) <= 0 or excess(least, shape) >= 0:
+        for one in tried:
+            checkpoint()
+            if excess(end, one) > 0 > excess(least, one):
+                end, at = float(optimize.brentq(excess, least, end, args=(one,), xtol=1e-12, rtol=1e-12)), [one]
+        if not at:
             return None
-        end = float(optimize.brentq(excess, least, end, args=(shape,), xtol=1e-12, rtol=1e-12))
         better = search.found(math.exp(end) * upper - search.lower)
-        if better is None or not len(shape) or np.allclose(better.shape, shape):
+        if better is None or not count or np.allclose(better.shape, at[0]):
             break
-        shape = better.shape
+        tried = [better.shape]
+    shape = at[0]
     for step in _STEPS:
         alpha = Fraction(double_above(Fraction(math.exp(end) * (1 + step))))
         found = search.found(float(alpha) * upper - search.lower, shape) if alpha <= top else None
@@ -234,10 +242,15 @@ def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
         H = search.loop.response(np.array([found.omega]))[1]
         Delta = np.diag(found.gains).astype(complex)
         for block, (left, right) in zip(operators, found.operators, strict=True):
-            Delta[np.ix_(block, block)] = np.outer(left, right)
+            Delta[np.ix_(block, block)] = np.outer(left, right) if len(right) else left[0] * np.eye(len(block))
         S = np.linalg.solve(np.eye(len(Delta)) + H[0] @ Delta, H[0])[np.ix_(out, out)]
-        u, _, v = np.linalg.svd(S)
-        whole = found._replace(operators=[(-v[0].conj(), u[:, 0].conj()), *found.operators])
+        if out in search.scalar:  # delta is -1 by the largest eigenvalue
+            values = np.linalg.eigvals(S)
+            last = np.array([-1 / values[np.abs(values).argmax()]]), np.zeros(0, dtype=complex)
+        else:
+            u, _, v = np.linalg.svd(S)
+            last = -v[0].conj(), u[:, 0].conj()
+        whole = found._replace(operators=[last, *found.operators])
         scaled = asked.scaled(alpha)
         listed = list(search.realised(whole, [scaled.classes.upper[block[0]] for block in asked.classes.operators]))
         shown = refutation(asked, alpha, _proof(scaled, search, whole, listed))

@@ -31,7 +31,7 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
 from lure.arrays import NDArray, np
-from lure.classes import DELAYS
+from lure.classes import DELAYS, SCALAR
 from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
@@ -300,11 +300,10 @@ def _accepted(asked: Problem, name: str, alpha: Fraction, one: Proposal) -> Prov
     return shown if isinstance(shown, Proved) else None
 
 
-def _constant(asked: Problem) -> list[int]:
-    """The channels with a constant gain of their own."""
+def _constant(asked: Problem) -> list[range]:
+    """The channels of each constant gain."""
     classes = asked.classes.classes
-    alone = (block[0] for block in asked.classes.blocks if len(block) == 1)
-    return [i for i in alone if classes[i].linear and classes[i].rate is None]
+    return [block for block in asked.classes.blocks if classes[block[0]].linear and classes[block[0]].rate is None]
 
 
 def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], list[Fraction]]] | None:
@@ -315,7 +314,7 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
     H, sloped, classes = channel_plant(asked.plant), _sloped(asked), asked.classes
     A, B, C, D = H.doubles()
     if H.dt is not None:  # functions of the frequency alone, in terms of s = (z - 1)/(z + 1)
-        sloped = [i in _constant(asked) for i in range(len(D))]
+        sloped = [any(i in block for block in _constant(asked)) for i in range(len(D))]
         E = np.linalg.inv(np.eye(len(A)) + A)
         A, B, D = np.eye(len(A)) - 2 * E, 2 * E @ E @ B, D - C @ E @ B
     if not (any(sloped) or _fixed(asked)) or len(D) > MOST_CHANNELS or len(A) > MOST_STATES:
@@ -331,7 +330,11 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
     blocks, scaled = [block for block in classes.blocks if sloped[block[0]]], classes.performance or range(len(ends))
     odd = [one.odd for one in classes.classes]
     if modes is None:
-        cone = KernelCone(plant, blocks, odd, fixed=_fixed(asked), gains=_constant(asked))
+        gains, fixed = _constant(asked), _fixed(asked)
+        wide = [one for one in (*gains, *fixed) if len(one) > 1]
+        wide = [one for one in wide if one in gains or classes.classes[one[0]].operator == SCALAR]
+        alone = [one[0] for one in gains if len(one) == 1]
+        cone = KernelCone(plant, blocks, odd, fixed=fixed, gains=alone, wide=wide)
     else:
         ratios = [(first, float(ratio)) for first, ratio in modes.ratios]
         cone = KernelCone(plant, blocks, odd, ratios, residue=modes.residue())
@@ -343,7 +346,7 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
     if search is None:
         return None
     cone, widths = search
-    begin = min(1.0, most / 2) if cone.gains else float(known) or min(1.0, most / 2)
+    begin = min(1.0, most / 2) if cone.gains or cone.wide else float(known) or min(1.0, most / 2)
     start = max(begin, 1.01 * double_above(least))
     top = min(most * (1 - MEETING), LARGEST)
     if 4 * start > LARGEST:  # more is not asked
@@ -390,7 +393,7 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
 
 def _by_kernels(asked: Problem, cone: KernelCone, found: Found, widths: Sequence[Fraction]) -> Proposal:
     modes = _modes(asked) if cone.residue is not None else None
-    stated = multiplier(found, widths, cone.gains, () if modes is None else modes.ratios)
+    stated = multiplier(found, widths, cone.gains, () if modes is None else modes.ratios, cone.wide)
     return Proposal(stated, {"method": "determinant"})
 
 

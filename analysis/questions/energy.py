@@ -97,7 +97,7 @@ def energy_bounds(plant: object, classes: object = None, performance: object = N
     """
     problem, stated, _ = gain_problem(plant, classes, performance)
     for one in problem.classes.classes[:-1]:
-        if one.memory or one.operator not in ("", OPERATORS[0], OPERATORS[1], "performance"):
+        if one.memory or one.operator not in ("", *OPERATORS, "performance"):
             raise InputError(
                 f"energy and peak are bounded for sectors, slopes and norm-bounded operators; this is {one}"
             )

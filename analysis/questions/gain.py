@@ -18,7 +18,7 @@ from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.arrays import linalg, np
-from lure.classes import DELAYS, Diagonal, NonlinearityClass
+from lure.classes import DELAYS, OPERATORS, Diagonal, NonlinearityClass
 from lure.errors import InputError
 from lure.files.system import LoopSystem
 from lure.plants.multivariable import MultivariablePlant, every_state_seen
@@ -319,7 +319,7 @@ def _differences(classes: Diagonal) -> Diagonal:
     found = list[NonlinearityClass]()
     for i, one in enumerate(classes.classes, 1):
         ends, slope = (one.sector.lower, one.sector.upper), one.slope
-        if one.linear or one.operator in ("linear time-invariant", *DELAYS):
+        if one.linear or one.operator in (*OPERATORS[1:], *DELAYS):
             found.append(one)
             continue
         if slope is None or (slope.lower, slope.upper) != ends or one.rectifier or one.memory:

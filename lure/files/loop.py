@@ -11,7 +11,7 @@ from fractions import Fraction
 from importlib.resources import files
 from pathlib import Path
 
-from lure.classes import DELAYS, Diagonal, NonlinearityClass, Sector, SlopeBounds
+from lure.classes import DELAYS, OPERATORS, SCALAR, Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.expressions.tree import decimal
 from lure.files.builtin import builtin_loop, loop_names
@@ -326,12 +326,18 @@ def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
         return _delay(table, table.delay)
     if table.norm is not None:
         given = [table.sector, table.slope, table.gain]
-        if any(one is not None for one in given) or table.odd or table.time_varying or table.repeated > 1:
+        if any(one is not None for one in given) or table.odd or table.time_varying:
             raise InputError(
                 "class: norm is given beside other keys; of an operator give norm = r, with size and dynamics if it is "
-                "not of one channel, or not any"
+                "not of one channel, or not any, or with repeated = n if it is one in each of n channels"
             )
-        return NonlinearityClass.norm_bounded(table.norm, dynamics=table.dynamics or "any")
+        if table.repeated > 1 and (table.size is not None or table.dynamics != OPERATORS[1]):
+            raise InputError(
+                f"class: repeated of an operator is {table.repeated} beside size, or dynamics is not {OPERATORS[1]!r}; "
+                f"give size for an operator on all channels together, or dynamics = {OPERATORS[1]!r} for one in each"
+            )
+        dynamics = SCALAR if table.repeated > 1 else table.dynamics or "any"
+        return NonlinearityClass.norm_bounded(table.norm, dynamics=dynamics)
     if table.size is not None or table.dynamics is not None:
         raise InputError("class: size and dynamics are of an operator, whose norm is not given; give norm = r")
     if table.gain is not None:
@@ -403,7 +409,7 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
     if system.classes is not None:
         alike = [(system.classes.classes[block[0]], len(block)) for block in system.classes.blocks]
         tables["class"] = [
-            _class(one) | ({"size" if one.operator not in ("", *DELAYS) else "repeated": size} if size > 1 else {})
+            _class(one) | ({"repeated" if one.operator in ("", SCALAR, *DELAYS) else "size": size} if size > 1 else {})
             for one, size in alike
         ]
     if system.local:
@@ -487,7 +493,7 @@ def _class(asked: NonlinearityClass) -> dict[str, object]:
         slow = {} if asked.rate is None else {"rate": asked.rate}
         return {"delay": asked.sector.upper, "time_varying": asked.operator != DELAYS[0], **slow}
     if asked.operator:
-        return {"norm": asked.sector.upper, "dynamics": asked.operator}
+        return {"norm": asked.sector.upper, "dynamics": asked.operator.removeprefix("scalar ")}
     if asked.linear:
         paced = {} if asked.rate is None else {"rate": asked.rate}
         return {"gain": (asked.sector.lower, asked.sector.upper), **paced}

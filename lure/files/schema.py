@@ -195,7 +195,7 @@ def _size(value: object, info: ValidationInfo) -> tuple[int, int]:
 
 
 def _dynamics(value: object, info: ValidationInfo) -> str:
-    if value not in OPERATORS:
+    if value not in OPERATORS[:2]:
         raise InputError(f"{field_key(info)} is {shown(value)}; give 'any' or 'linear time-invariant'")
     return str(value)
 

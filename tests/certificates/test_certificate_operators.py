@@ -226,7 +226,7 @@ def test_members_of_each_class_keep_the_constraints_of_its_multipliers():
         kernels = [frequencies.Kernel(i, i, c, rate, order, side) for i in (0, 1) for side in (1, -1)]
         given = frequencies.Multiplier([[gamma, F(0)], [F(0), gamma]], [F(0)] * 2, kernels)
         try:
-            frequencies.dominant(given, [False] * 2, [range(2)], [False] * 2, [range(2)])
+            frequencies.dominant(given, [False] * 2, [range(2)], [False] * 2, [(range(2), False)])
         except Rejected:
             continue
         lag = (float(rate) / (float(rate) + 1j * omega)) ** order
@@ -238,4 +238,4 @@ def test_members_of_each_class_keep_the_constraints_of_its_multipliers():
     coupled = frequencies.Multiplier([[F(1), F(1, 2)], [F(1, 2), F(1)]], [F(0)] * 2, [])
     for wrong in (coupled, frequencies.Multiplier([[F(2), F(0)], [F(0), F(1)]], [F(0)] * 2, [])):
         with pytest.raises(Rejected):
-            frequencies.dominant(wrong, [False] * 2, [range(2)], [False] * 2, [range(2)])
+            frequencies.dominant(wrong, [False] * 2, [range(2)], [False] * 2, [(range(2), False)])

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, max_sector
+from lure.analysis.certificates.second.opinion import recheck
 from lure.files import find_system
 from lure.files.loop import loop_to_toml
 
 ANY = NonlinearityClass.norm_bounded(1)
 INVARIANT = NonlinearityClass.norm_bounded(1, dynamics="linear time-invariant")
+SCALAR = NonlinearityClass.norm_bounded(1, dynamics="scalar linear time-invariant")
 
 
 def largest_singular_value(plant, points):
@@ -36,6 +38,45 @@ def test_time_invariant_operators_have_scalings_that_others_have_not():
     assert found[1].criterion == "matrix-zames-falb"
     assert 1.4 < found[1].largest.low < 2**0.5
     assert found[1].refuted_at == pytest.approx(2**0.5, rel=1e-6)
+
+
+# delta I beside H: 1/max rho(H); H = [[1, 2], [0, 1/2]]/(s + 1) has the eigenvalue 1/(s + 1), of modulus 1 at 0, where
+# |H| is 2.29; in discrete time [[1, 2], [0, 1/2]]/(2 z + 1), of modulus 1 at z = -1
+@pytest.mark.parametrize(("below", "dt"), [("(s+1)", None), ("(2*z+1)", 1)])
+def test_one_scalar_operator_in_two_channels_reaches_the_inverse_of_the_spectral_radius(below, dt):
+    plant = as_plant([[f"1/{below}", f"2/{below}"], ["0", f"1/(2*{below})"]], dt=dt)
+    found = [max_sector(plant, Diagonal((one, one), repeated=True)) for one in (SCALAR, INVARIANT)]
+    assert found[0].largest.low == pytest.approx(1, rel=1e-6)
+    assert found[0].refuted_at == pytest.approx(1, rel=1e-6)
+    assert found[1].refuted_at < 0.44
+    shown = (found[0].proof, found[0].refutation)
+    assert all(recheck(dict(one.certificate)).accepted for one in shown)
+
+
+# s + 1 + g J, J = [[0, -1], [1, 0]], has the eigenvalues -1 +- i g: no gain in both channels destabilises, and
+# beside it 1/(s + 2) and an operator on a third channel meet at 2
+def test_one_gain_in_two_channels_beside_an_operator_has_skew_scalings():
+    A, turn = np.diag([-1.0, -1, -2]), np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    one = NonlinearityClass.constant_gain(-1, 1)
+    plant = as_plant((A, turn, np.eye(3), np.zeros((3, 3))))
+    found = max_sector(plant, Diagonal((one, one, INVARIANT), repeated=(2, 1)))
+    assert found.largest.low == pytest.approx(2, rel=1e-4)
+    assert found.refuted_at == pytest.approx(2, rel=1e-6)
+
+
+def test_a_file_says_that_one_operator_acts_in_each_of_two_channels(tmp_path):
+    path = tmp_path / "loop.toml"
+    rows = (
+        'name = "two"\n[plant]\ntransfer = [["1/(s+1)", "1"], ["0", "1/(s+1)"]]\n[[class]]\nnorm = 0.5\nrepeated = 2\n'
+    )
+    path.write_text(rows + 'dynamics = "linear time-invariant"\n')
+    system = find_system(str(path), [])
+    assert str(system.classes) == "scalar linear time-invariant operator phi_1 = phi_2 of norm <= 0.5"
+    path.write_text(loop_to_toml(system))
+    assert find_system(str(path), []).classes == system.classes
+    path.write_text(rows)
+    with pytest.raises(InputError, match=r"class.repeated of an operator is 2|repeated of an operator is 2"):
+        find_system(str(path), [])
 
 
 def test_operators_beside_a_sector_and_a_file_of_blocks_that_are_not_square(tmp_path):

@@ -33,6 +33,7 @@ MEMBERS = KINDS | {
     "slow": lambda top: NonlinearityClass.varying_gain(0, top, rate=1),
     "operator": NonlinearityClass.norm_bounded,
     "invariant": lambda top: NonlinearityClass.norm_bounded(top, dynamics="linear time-invariant"),
+    "scalar": lambda top: NonlinearityClass.norm_bounded(top, dynamics="scalar linear time-invariant"),
 }
 
 
@@ -169,22 +170,24 @@ def test_a_normal_matrix_times_a_scalar_splits_over_its_eigenvalues(discrete, se
     assert proved >= 0.999 * refuted or refuted > FAR
 
 
-# T H T^-1: an operator on all channels is one again for T orthogonal, one gain in all of them for every T.
+# T H T^-1: an operator on all channels is one again for T orthogonal, one gain or one scalar operator for every T.
 @TIMES
 @FEW
-@given(seed=SEEDS, kind=st.sampled_from(["operator", "invariant", "gain"]))
+@given(seed=SEEDS, kind=st.sampled_from(["operator", "invariant", "gain", "scalar"]))
 def test_turned_channels_have_the_answer_of_one_block_on_all_of_them(discrete, seed, kind):
     A, B, C = drawn(seed, 2 + seed % 3, 2, discrete)
-    T = np.array([[0.6, -0.8], [0.8, 0.6]]) if kind != "gain" else np.array([[1, 0.5], [-0.25, 2]])
+    any_basis = kind in ("gain", "scalar")
+    T = np.array([[1, 0.5], [-0.25, 2]]) if any_basis else np.array([[0.6, -0.8], [0.8, 0.6]])
     classes = Diagonal((MEMBERS[kind](1),) * 2, repeated=True)
     first, turned = (ends(asked(parts, classes, discrete)) for parts in ((A, B, C), (A, B @ np.linalg.inv(T), T @ C)))
     for one, other in zip(first, turned, strict=True):
         assert min(one, FAR) == pytest.approx(min(other, FAR), rel=1e-3)
-    if kind != "gain":  # the small gain theorem is sharp for one block
+    if kind != "gain":  # the small gain theorem is sharp for one block; of a scalar one with the spectral radius
         omega = np.linspace(0, np.pi, 20001)
         points = np.exp(1j * omega) if discrete else 1j * np.tan(omega / 2)
         H = C @ np.linalg.solve(points[:, None, None] * np.eye(len(A)) - A, B.astype(complex))
-        exact = 1 / np.linalg.norm(H, 2, axis=(1, 2)).max()
+        size = np.abs(np.linalg.eigvals(H)) if kind == "scalar" else np.linalg.norm(H, 2, axis=(1, 2))
+        exact = 1 / size.max()
         assert first == pytest.approx((exact, exact), rel=1e-3)
 
 

@@ -34,7 +34,9 @@ def linear_member(classes, rng):
     for block in classes.blocks:
         one = classes.classes[block[0]]
         low, high = (float(v) for v in one.gains)
-        if one.operator:
+        if one.operator.startswith("scalar"):
+            parts.append(high * rng.choice([-1.0, 1.0]) * np.eye(len(block)))
+        elif one.operator:
             parts.append(high * contraction(rng, len(block)))
         else:
             parts.append((low + (high - low) * ends_or_inside(rng, ())) * np.eye(len(block)))
@@ -84,10 +86,12 @@ def with_dynamics(parts, classes, rng, discrete):
         if one.time_varying:
             continue
         r, size = float(one.gains[1]), len(block)
-        left, right = contraction(rng, size), contraction(rng, size)
+        alike = one.operator.startswith("scalar")
+        left, right = (np.eye(size),) * 2 if alike else (contraction(rng, size), contraction(rng, size))
         slow, fast = np.log(np.sort(np.abs(np.linalg.eigvals(parts[0])))[[0, -1]])
         a = np.exp(rng.uniform(slow - 1, fast + 1, size))  # slower ones take long to die out
         a = np.clip(np.tanh(rng.normal(size=size)), -0.95, 0.95) if discrete else a
+        a = np.full(size, a[0]) if alike else a
         # continuous: (s - a)/(s + a) = 1 - 2 a/(s + a); discrete: (1 - a z)/(z - a) = -a + (1 - a^2)/(z - a)
         F, direct = np.diag(a if discrete else -a), np.diag(-a if discrete else np.ones(size))
         inputs, outputs = (np.diag(1 - a**2), np.eye(size)) if discrete else (np.diag(-2 * a), np.eye(size))

@@ -8,7 +8,13 @@ from fractions import Fraction
 
 from flint import arb, arb_mat, fmpq_mat
 
-from lure.analysis.certificates.second.classes import Nonlinearities, read_memory, read_nonlinearities, read_operator
+from lure.analysis.certificates.second.classes import (
+    SCALAR,
+    Nonlinearities,
+    read_memory,
+    read_nonlinearities,
+    read_operator,
+)
 from lure.analysis.certificates.second.numerics import (
     ball,
     half_plane_counts,
@@ -50,6 +56,11 @@ class Asked:
         """The channels of each operator, those from ``z`` to ``w`` among them."""
         firsts = [i for i in sorted(set(self.repeated)) if self.nonlinearities[i].operator]
         return [[i for i, first in enumerate(self.repeated) if first == own] for own in firsts]
+
+    @property
+    def scalar(self) -> list[list[int]]:
+        """The channels of each operator that is one scalar operator in each of them."""
+        return [block for block in self.operators if self.nonlinearities[block[0]].operator == SCALAR]
 
     @property
     def performance(self) -> list[int]:
@@ -201,7 +212,7 @@ def acyclic(asked: Asked) -> bool:
 
 
 def require_uniform(weights: Sequence[Fraction], asked: Asked) -> None:
-    """Check that an operator has one weight for its channels, that of the gain being positive.
+    """Check that an operator on all of its channels has one weight for them, that of the gain being positive.
 
     Parameters
     ----------
@@ -218,7 +229,7 @@ def require_uniform(weights: Sequence[Fraction], asked: Asked) -> None:
     require(len(weights) == asked.D.nrows(), "the multipliers are not one for each channel")
     require(min(weights) >= 0, "a weight is negative")
     for block in asked.operators:
-        require(len({weights[i] for i in block}) == 1, "an operator has several weights")
+        require(block in asked.scalar or len({weights[i] for i in block}) == 1, "an operator has several weights")
     require(all(weights[i] > 0 for i in asked.performance), "the performance channel has no weight")
 
 

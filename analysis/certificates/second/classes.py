@@ -203,6 +203,7 @@ def at_least(bound: Lower, limit: Lower) -> bool:
 
 
 DELAYS = ("delay", "varying delay")
+SCALAR = "scalar linear time-invariant"
 
 
 def read_memory(value: Mapping[str, object]) -> Nonlinearities:
@@ -229,7 +230,7 @@ def read_operator(value: Mapping[str, object]) -> Nonlinearities:
     slow = ["rate"] if "rate" in value else []
     found = record(value, "sector", "slope", "odd", "time_varying", "linear", "operator", *slow)
     kinds = {
-        **{"any": True, "linear time-invariant": False, "performance": True},
+        **{"any": True, "linear time-invariant": False, SCALAR: False, "performance": True},
         **{"delay": False, "varying delay": True},
     }
     operator = found["operator"]

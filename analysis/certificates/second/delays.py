@@ -60,7 +60,7 @@ def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
         if not isinstance(h, Fraction):
             raise NotShown("a delay has no bound")
         radius = Fraction(1) if lasting else h
-        kind = "linear time-invariant" if lasting else "any"
+        kind = claims.SCALAR if lasting else "any"
         classes[i] = replace(
             classes[i], operator=kind, lower=-radius, upper=radius, time_varying=not lasting, rate=None
         )

@@ -21,7 +21,17 @@ from math import comb
 from flint import fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.numerics import half_plane_counts, positive_from_zero, to_fmpq
-from lure.analysis.certificates.second.reading import count, listed, mapping, number, numbers, record, require, tick
+from lure.analysis.certificates.second.reading import (
+    NotShown,
+    count,
+    listed,
+    mapping,
+    number,
+    numbers,
+    record,
+    require,
+    tick,
+)
 
 MOST_CHANNELS = 8
 Matrices = tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq_mat]
@@ -53,7 +63,7 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
     odd: Sequence[bool],
     same: Sequence[int],
     gains: Sequence[bool],
-    operators: Sequence[Sequence[int]] = (),
+    operators: Sequence[tuple[Sequence[int], bool]] = (),
 ) -> Multiplier:
     """The multiplier of a certificate, doubly dominant: else it is no multiplier for these classes.
 
@@ -68,9 +78,10 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
     same : sequence of int
         For each channel the first that has the same nonlinearity.
     gains : sequence of bool
-        Whether it is a constant gain, for which ``Re M_ii > 0`` is enough where it has one channel.
-    operators : sequence of sequence of int
-        The channels of each operator, whose multiplier is a positive function of the frequency times the identity.
+        Whether it is a constant gain, for which ``He M > 0`` on its channels is enough.
+    operators : sequence of tuple
+        The channels of each operator, on which ``M`` is Hermitian and positive; and whether it is one scalar operator
+        in each of them: else ``M`` is a multiple of the identity.
 
     Raises
     ------
@@ -91,13 +102,13 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
     gamma, theta = [numbers(row) for row in listed(given["gamma"])], numbers(given["theta"])
     require(len(gamma) == len(theta) == m and all(len(row) == m for row in gamma), "gamma or theta does not fit")
     partner = {(i, j) for i in range(m) for j in range(m) if same[i] == same[j]}
-    joint = {i for block in operators for i in block}
+    joint = {i: alike for block, alike in operators for i in block}
     chains, moved = dict[tuple[int, Fraction, bool], Chain](), set[int]()
     share = [[Fraction(0)] * m for _ in range(m)]  # absolute masses
-    own = [list[tuple[Fraction, Fraction, int, bool]]() for _ in range(m)]
+    inside = [list[tuple[int, int, Fraction, Fraction, int, bool]]() for _ in range(m)]  # kernels of an operator
     for i, j in ((i, j) for i in range(m) for j in range(m) if i != j and gamma[i][j] != 0):
-        require((i, j) in partner and not {i, j} & joint, "gamma couples different nonlinearities")
-        require(odd[i] or gamma[i][j] < 0, "gamma has a positive entry beside the diagonal")
+        require((i, j) in partner and joint.get(i, True), "gamma couples different nonlinearities")
+        require(odd[i] or i in joint or gamma[i][j] < 0, "gamma has a positive entry beside the diagonal")
         share[i][j] += abs(gamma[i][j])
         moved |= {i, j}
     for one in listed(given["kernels"]):
@@ -111,30 +122,58 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
         require((i, j) in partner, "a kernel couples different nonlinearities")
         causal = kernel["side"] == "causal"
         if i in joint:
-            require(i == j, "a kernel couples the channels of an operator")
-            own[i].append((c, rate, order, causal))
+            require(i == j or joint[i], "a kernel couples the channels of an operator")
+            inside[same[i]].append((i, j, c, rate, order, causal))
         else:
             require(odd[i] or c >= 0, "a kernel is negative")
             share[i][j] += abs(c)
-            own[i].append((c, rate, order, causal))
         moved |= {i, j}
         chain = chains.setdefault((j, rate, causal), Chain(j, rate, causal, {}))
         chain.rows.setdefault(order, []).append((i, c))
-    for block in operators:
-        for i in block:
-            require(gamma[i][i] == gamma[block[0]][block[0]], "an operator has several multipliers")
-            require(sorted(own[i]) == sorted(own[block[0]]), "an operator has several multipliers")
-        each = own[block[0]]
-        before, after = (sorted(one[:3] for one in each if one[3] is side) for side in (True, False))
-        require(before == after, "the multiplier of an operator is not real")
-        _require_real_part(gamma[block[0]][block[0]], [one[:3] for one in each])
-    for i in set(range(m)) - joint:
-        if gains[i] and list(same).count(same[i]) == 1:
-            _require_real_part(gamma[i][i], [kernel[:3] for kernel in own[i]])
+    made = Multiplier(gamma, theta, list(chains.values()), frozenset(moved))
+    for block, alike in operators:
+        listed_here = inside[block[0]]
+        adjoint = sorted((j, i, c, rate, order, not causal) for i, j, c, rate, order, causal in listed_here)
+        plain = all(gamma[i][j] == gamma[j][i] for i in block for j in block)
+        require(plain and sorted(listed_here) == adjoint, "the multiplier of an operator is not Hermitian")
+        each = {(gamma[i][i], tuple(sorted(one[2:] for one in listed_here if one[0] == i))) for i in block}
+        require(alike or len(each) == 1, "an operator has several multipliers")
+        require(_is_positive(made, block), "the multiplier of an operator is not positive")
+    for i in set(range(m)) - set(joint):
+        if gains[i] and _is_positive(made, [j for j in range(m) if same[j] == same[i]]):
             continue
         enough = gamma[i][i] >= sum(share[i]) and gamma[i][i] >= sum(row[i] for row in share)
         require(enough, "the kernels of a row or a column outweigh gamma")
-    return Multiplier(gamma, theta, list(chains.values()), frozenset(moved))
+    return made
+
+
+def _is_positive(given: Multiplier, channels: Sequence[int]) -> bool:
+    """Whether ``He M > 0`` on the axis, infinity included, in the rows and columns of some channels, or ``M = 0``.
+
+    In one channel ``Re (1 + i t)^-n = sum_k C(n, 2k) (-x)^k/(1 + x)^n``, ``x = t^2``, gives a polynomial; in several
+    ``M`` is realised, without a plant.
+    """
+    place = {i: k for k, i in enumerate(channels)}
+    chains = list[Chain]()
+    for one in given.chains:
+        rows = {n: [(place[i], c) for i, c in each if i in place] for n, each in one.rows.items()}
+        rows = {n: each for n, each in rows.items() if each}
+        if one.column in place and rows:
+            chains.append(Chain(place[one.column], one.rate, one.causal, rows))
+    gamma = [[given.gamma[i][j] for j in channels] for i in channels]
+    if not chains and not any(map(any, gamma)):
+        return True
+    if len(channels) == 1:
+        kernels = [(c, one.rate, n) for one in chains for n, each in one.rows.items() for _, c in each]
+        return _has_real_part(gamma[0][0], kernels)
+    m = len(channels)
+    nothing = fmpq_mat(1, 1, [-1]), fmpq_mat(1, m), fmpq_mat(m, 1), fmpq_mat(m, m)
+    part = Multiplier(gamma, [Fraction(0)] * m, chains, frozenset())
+    try:
+        _require_definite(_realised(nothing, nothing[2], [Fraction(1)] * m, part, nothing[3]))
+    except NotShown:
+        return False
+    return True
 
 
 def still(given: Multiplier) -> fmpq_mat:
@@ -152,9 +191,8 @@ def still(given: Multiplier) -> fmpq_mat:
     return fmpq_mat(found)
 
 
-def _require_real_part(gamma: Fraction, kernels: Sequence[tuple[Fraction, Fraction, int]]) -> None:
-    """Check ``Re M_ii > 0`` on the axis: ``Re (1 + i t)^-n = sum_k C(n, 2k) (-x)^k/(1 + x)^n`` in ``x = t^2``."""
-    require(gamma > 0 or (gamma == 0 and not kernels), "gamma of a gain is negative, or 0 beside kernels")
+def _has_real_part(gamma: Fraction, kernels: Sequence[tuple[Fraction, Fraction, int]]) -> bool:
+    """Whether ``Re M_ii > 0`` on the axis, infinity included."""
     total, below = fmpq_poly([to_fmpq(gamma)]), fmpq_poly([1])
     for c, rate, order in kernels:
         square = to_fmpq(1 / rate**2)
@@ -162,7 +200,7 @@ def _require_real_part(gamma: Fraction, kernels: Sequence[tuple[Fraction, Fracti
         bottom = fmpq_poly([1, square]) ** order
         total = total * bottom - to_fmpq(c) * fmpq_poly(top) * below
         below *= bottom
-    require(gamma == 0 or (positive_from_zero(total) and total.degree() == below.degree()), "Re M is not positive")
+    return gamma > 0 and positive_from_zero(total) and total.degree() == below.degree()
 
 
 def require_frequencies(
@@ -191,8 +229,13 @@ def require_frequencies(
     n, m = shifted[0].nrows(), len(widths)
     require(m <= MOST_CHANNELS, "there are too many channels for determinants")
     require(half_plane_counts(shifted[0].charpoly()).left == n, "the loop at the lower bounds is not stable")
-    A, B, C, D = _realised(shifted, own, widths, given, jump)
-    size = A.nrows()
+    _require_definite(_realised(shifted, own, widths, given, jump))
+
+
+def _require_definite(realised: Matrices) -> None:
+    """Check ``Psi + Psi^* > 0`` on the axis, infinity included."""
+    A, B, C, D = realised
+    size, m = A.nrows(), D.nrows()
     R = D + D.transpose()
     p = R.charpoly()  # all of its roots, which are real, are positive if its signs alternate
     require(all(c * (-1) ** (m - i) > 0 for i, c in enumerate(p.coeffs())) and p.degree() == m, "F > 0 fails far out")

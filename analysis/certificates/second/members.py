@@ -1,8 +1,8 @@
 r"""Linear members of classes with operators, checked again: an unstable loop, or a gain that is larger.
 
-An operator ``Delta = u v'`` has ``u_i = c_i a_i`` with stable all-passes ``a_i``, likewise ``v``, so that its norm is
-``|c| |c'|`` at every frequency.  It is realised beside the plant: ``sigma_j`` drives ``v_j``, their sum drives all
-``u_i``, and ``mu_i = -u_i``.
+A scalar operator is one all-pass times ``c``.  Another, ``Delta = u v'``, has ``u_i = c_i a_i`` with stable all-passes
+``a_i``, likewise ``v``, so that its norm is ``|c| |c'|`` at every frequency.  It is realised beside the plant:
+``sigma_j`` drives ``v_j``, their sum drives all ``u_i``, and ``mu_i = -u_i``.
 """
 
 from __future__ import annotations
@@ -38,6 +38,12 @@ def refuted_by_members(document: Document, asked: Asked) -> str:
     require(len(given) == len(blocks), "there is not one member for each operator")
     parts = list[tuple[list[int], Pairs, Pairs]]()
     for block, one in zip(blocks, given, strict=True):
+        if block in asked.scalar:
+            ((c, rate),) = _pairs([record(one, "delta")["delta"]], 1, discrete=asked.discrete)
+            require(abs(c) <= asked.bounds[block[0]][1], "the norm of a member is too large")
+            require(all(gains[i] == 0 for i in block), "a channel has a gain and an operator")
+            parts += [([i], [(c, None)], [(Fraction(1), rate)]) for i in block]
+            continue
         sides = record(one, "left", "right")
         left, right = (_pairs(sides[name], len(block), discrete=asked.discrete) for name in ("left", "right"))
         size = sum(c * c for c, _ in left) * sum(c * c for c, _ in right)

@@ -214,7 +214,8 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
     require(asked.discrete is scaled, "over frequencies it is not decided in this time")
     odd = [one.odd for one in asked.nonlinearities]
     gains = [one.linear and not one.time_varying for one in asked.nonlinearities]
-    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated, gains, asked.operators)
+    operators = [(block, block in asked.scalar) for block in asked.operators]
+    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated, gains, operators)
     require_uniform([given.gamma[i][i] for i in range(m)], asked)
     bounds = list[tuple[Fraction, Fraction]]()
     for i, one in enumerate(asked.nonlinearities):
@@ -255,13 +256,11 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
 
 
 def _require_scalings(given: Multiplier, asked: Asked) -> None:
-    """Check that in discrete time only operators and constant gains by themselves have a function of the frequency."""
-    joint = {i for block in asked.operators for i in block}
+    """Check that in discrete time only operators and constant gains have a function of the frequency."""
     require(not any(given.theta), "there are no Popov terms in discrete time")
     for chain in given.chains:
-        i, rows = chain.column, {row for each in chain.rows.values() for row, _ in each}
-        alone = asked.nonlinearities[i].linear and asked.repeated.count(asked.repeated[i]) == 1
-        require(rows == {i} and (alone or i in joint), "a kernel is not one of a gain or an operator")
+        one = asked.nonlinearities[chain.column]
+        require(one.linear or one.operator != "", "a kernel is not one of a gain or an operator")
 
 
 def _require_one_solution(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> None:
