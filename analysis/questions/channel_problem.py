@@ -53,9 +53,10 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
     source : object
         Anything :func:`lure.as_plant` takes.
     given : object
-        A ``Diagonal``; a list of ``Sector``, ``SlopeBounds`` or ``NonlinearityClass`` in channel order, or of
-        nonlinearities (objects or formulas); a mapping of the names of the channels to these; None for what the system
-        of a file says, and without that for slopes (sectors) ``[0, 1]``: their largest factor is the largest slope.
+        A ``Diagonal``; a list of ``Sector``, ``SlopeBounds`` or ``NonlinearityClass`` in channel order, of
+        nonlinearities (objects or formulas), or of both, the class of a nonlinearity standing for it; a mapping of the
+        names of the channels to these; None for what the system of a file says, and without that for slopes (sectors)
+        ``[0, 1]``: their largest factor is the largest slope.
     kind : {"sector", "slope", "class"}
         What is asked.
     criterion : str
@@ -72,7 +73,7 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
         source = source.everywhere()
         named = {"name": source.name, "title": source.title, "source": source.source}
         if given is None:
-            given = _said(source)
+            given = _mixture(source.in_order) if source.mixed else _said(source)
     if given is None:
         kind = "slope" if kind == "class" else kind
         given = [Sector(0, 1) if kind == "sector" else SlopeBounds(0, 1)] * plant.inputs
@@ -92,7 +93,9 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
     classes = tuple(one for one in found if one is not None)
     if classes and len(classes) == len(listed):
         return _sloped(Problem(classes=Diagonal(classes), **settings))
-    if not listed or classes:
+    if classes:
+        return _sloped(Problem(classes=_mixture([(one, 1) for one in listed]), **settings))
+    if not listed:
         raise InputError(
             f"the classes are {given!r:.80}; give a Sector, SlopeBounds or NonlinearityClass a channel, in order, or a "
             "nonlinearity a channel"
@@ -110,6 +113,35 @@ def _sloped(problem: Problem) -> Problem:
             "factor of sectors (max_sector, lure max-sector)"
         )
     return problem
+
+
+def _mixture(blocks: Sequence[tuple[object, int]]) -> Diagonal:
+    """The classes where some nonlinearities are known, with the smallest class of each; equal ones in turn are one."""
+    found, before = list[tuple[NonlinearityClass, int]](), None
+    for i, (one, size) in enumerate(blocks, 1):
+        asked, known = class_given(one), None
+        if asked is None:
+            try:
+                seen = examined(ExpressionNonlinearity(one) if isinstance(one, str) else as_nonlinearity(one))
+            except InputError as error:
+                raise InputError(f"number {i} of what closes the channels: {error}") from None
+            known, asked = seen.nonlinearity, seen.nonlinearity_class
+            _require_lipschitz(i, known, asked)
+        if known is not None and known == before:
+            size += found.pop()[1]
+        found.append((asked, size))
+        before = known
+    classes = tuple(one for one, size in found for _ in range(size))
+    return Diagonal(classes, repeated=tuple(size for _, size in found))
+
+
+def _require_lipschitz(i: int, nonlinearity: Nonlinearity, asked: NonlinearityClass) -> None:
+    """Refuse a nonlinearity that is not known to be locally Lipschitz."""
+    if is_rough(nonlinearity, asked):
+        raise InputError(
+            f"channel {i}: {nonlinearity} is not known to be locally Lipschitz, which the theorems on several "
+            "nonlinearities assume; give one that is, or declare it"
+        )
 
 
 class _Known:
@@ -146,11 +178,7 @@ def _about(known: _Known, settings: Mapping[str, Any]) -> Problem:
             found = examined(one, own)
         except InputError as error:
             raise InputError(f"channel {i}: {error}") from None
-        if is_rough(found.nonlinearity, found.nonlinearity_class):
-            raise InputError(
-                f"channel {i}: {found.nonlinearity} is not known to be locally Lipschitz, which the theorems on "
-                "several nonlinearities assume; give one that is, or declare it"
-            )
+        _require_lipschitz(i, found.nonlinearity, found.nonlinearity_class)
         classes.append(found.nonlinearity_class)
         tested.append(found.nonlinearity)
     sizes = tuple(len(list(block)) for _, block in groupby(tested))  # equal ones in turn are one nonlinearity

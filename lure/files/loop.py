@@ -166,6 +166,8 @@ def _with_channels(
         with _numbered("class", number, len(repeated)):
             listed += [_nonlinearity_class(table)] * size
     if any(ins != outs for ins, outs in sizes):
+        if any(entry.channel for entry in tables.nonlinearity):
+            raise InputError("class: size has unequal numbers beside nonlinearities with a channel; give a square one")
         with _numbered("class", 1, 1):
             plant = padded(plant, sizes)
     classes = Diagonal(tuple(listed), repeated=repeated) if listed else None
@@ -178,7 +180,8 @@ def _known(tables: PlantTables, folder: Path) -> list[dict[str, object]]:
     for number, entry in enumerate(tables.nonlinearity, 1):
         with _numbered("nonlinearity", number, len(tables.nonlinearity)):
             found = _with_points(entry.nonlinearity_table(), folder)
-        known.append(found if entry.repeated == 1 else {**found, "repeated": entry.repeated})
+        found |= {} if entry.repeated == 1 else {"repeated": entry.repeated}
+        known.append(found | ({} if entry.channel is None else {"channel": entry.channel}))
     return known
 
 

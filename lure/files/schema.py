@@ -182,6 +182,14 @@ def _count(value: object, info: ValidationInfo) -> int:
     return value
 
 
+def _channel(value: object, info: ValidationInfo) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 < value <= MOST_CHANNELS:
+        raise InputError(
+            f"{field_key(info)} is {shown(value)}; give the number of the first channel it acts in, from 1"
+        )
+    return value
+
+
 def _norm(value: object, info: ValidationInfo) -> Fraction:
     return _positive(value, info, "a positive bound")
 
@@ -235,6 +243,7 @@ Matrix: TypeAlias = Annotated[list[Any] | None, BeforeValidator(_matrix)]
 Pair: TypeAlias = Annotated[tuple[float | Fraction, float | Fraction] | None, BeforeValidator(_pair)]
 Truth: TypeAlias = Annotated[bool, BeforeValidator(_truth)]
 Count: TypeAlias = Annotated[int, BeforeValidator(_count)]
+Channel: TypeAlias = Annotated[int | None, BeforeValidator(_channel)]
 Bound: TypeAlias = Annotated[Fraction | None, BeforeValidator(_norm)]
 Size: TypeAlias = Annotated[tuple[int, int] | None, BeforeValidator(_size)]
 Dynamics: TypeAlias = Annotated[str | None, BeforeValidator(_dynamics)]
@@ -273,6 +282,9 @@ class NonlinearityTable(BaseModel):
     model_config = ConfigDict(strict=True, extra="allow", frozen=True, title="nonlinearity")
     kind: Annotated[str, BeforeValidator(_kind)] = Field(description="the kind of nonlinearity")
     repeated: Count = Field(default=1, description="in how many channels in turn this one acts")
+    channel: Channel = Field(
+        default=None, description="the first of these, where [[class]] tables are about the others"
+    )
 
     def nonlinearity_table(self) -> dict[str, object]:
         """Kind and parameters, numbers exact.

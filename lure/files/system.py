@@ -51,7 +51,8 @@ class LoopSystem(Record):
         "With several channels, the classes asked about, if there are such", default=None
     )
     nonlinearities: tuple[Nonlinearity, ...] = quantity(
-        "With several channels, the nonlinearity of each, if they are known", default=()
+        "With several channels, the nonlinearity of each, if they are known; or of those that ``classes`` leaves out",
+        default=(),
     )
     nonlinearity_tables: tuple[Mapping[str, object], ...] = quantity(
         "The tables ``[[nonlinearity]]`` that mean them", key="", default=()
@@ -117,6 +118,48 @@ class LoopSystem(Record):
             )
         return self
 
+    @property
+    def mixed(self) -> bool:
+        """Whether nonlinearities of some channels are known, and ``classes`` are about the others."""
+        return any("channel" in table for table in self.nonlinearity_tables)
+
+    @property
+    def in_order(self) -> list[tuple[Nonlinearity | NonlinearityClass, int]]:
+        """What stands in each block of channels of a mixed system, and in how many.
+
+        Raises
+        ------
+        InputError
+            The channels of the nonlinearities and those of the classes are not all channels, each once.
+        """
+        known, at = dict[int, tuple[Nonlinearity, int]](), 0
+        for table in self.nonlinearity_tables:
+            size, first = int(str(table.get("repeated", 1))), int(str(table.get("channel", 0)))
+            if not first or first in known:
+                raise InputError(
+                    "nonlinearity: some of the tables have a channel, and each needs one of its own where [[class]] "
+                    "tables are about the others; give channel = n, the first of its channels, in each"
+                )
+            known[first] = self.nonlinearities[at], size
+            at += size
+        others = [] if self.classes is None else [(self.classes.classes[b[0]], len(b)) for b in self.classes.blocks]
+        found = list[tuple[Nonlinearity | NonlinearityClass, int]]()
+        m = self.block.inputs if isinstance(self.block, MultivariablePlant) else 1
+        blocks, channel, taken = iter(others), 1, 0
+        while channel <= m:
+            one = known.get(channel) or next(blocks, None)
+            if one is None:
+                break
+            taken += channel in known
+            found.append(one)
+            channel += one[1]
+        if channel != m + 1 or taken != len(known) or next(blocks, None) is not None:
+            raise InputError(
+                f"nonlinearity: the tables with a channel and the tables [[class]] for the others do not fill the {m} "
+                "channels one after the other; give for each channel one of the two"
+            )
+        return found
+
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; ``classes`` and ``nonlinearities`` stand there for several channels."""
         found, several = super().to_dict(), isinstance(self.block, MultivariablePlant)
@@ -127,6 +170,9 @@ class LoopSystem(Record):
 
     def _rows(self) -> Iterator[tuple[object, ...]]:
         yield from loop_rows(self.block, self.nonlinearity)
+        if self.mixed:
+            yield from (("in order", str(one) + f" ({size} channels)" * (size > 1)) for one, size in self.in_order)
+            return
         for i, one in enumerate(self.nonlinearities, 1):
             yield f"phi_{i}", str(one)
         asked = self.nonlinearity_class or self.classes
@@ -204,6 +250,7 @@ def channel_system(
         The class of each channel.
     nonlinearity_tables : sequence of Mapping of str to object
         As for :func:`loop_system`, in the order of the channels; with ``repeated`` where one acts in several in turn.
+        With ``channel``, the first of its channels, ``classes`` are about the others, in their order.
 
     Raises
     ------
@@ -216,13 +263,27 @@ def channel_system(
         raise InputError(f"plant: it has {plant.size}; nonlinearities mu_i = -phi_i(sigma_i) need as many of both")
     found: list[Nonlinearity] = []
     for table in nonlinearity_tables:
-        rest = {key: value for key, value in table.items() if key != "repeated"}
+        rest = {key: value for key, value in table.items() if key not in ("repeated", "channel")}
         found += [_from_table(rest)] * int(str(table.get("repeated", 1)))
+    name, title, source = identity
+    made = LoopSystem(
+        name=name,
+        title=title,
+        source=source,
+        block=plant,
+        classes=classes,
+        nonlinearities=tuple(found),
+        nonlinearity_tables=tuple(MappingProxyType(dict(table)) for table in nonlinearity_tables),
+    )
+    if made.mixed:
+        _ = made.in_order  # refuses what does not fit
+        return made
     for number, word in ((len(found), "nonlinearity"), (0 if classes is None else len(classes.classes), "class")):
         if number not in (0, m):
             raise InputError(
                 f"{word}: the tables [[{word}]] are about {number} channel{'s' * (number != 1)}, and the plant has {m} "
-                f"inputs and outputs; give one for each channel, in order, with repeated = n for one that acts in n"
+                f"inputs and outputs; give one for each channel, in order, with repeated = n for one that acts in n, "
+                "or channel = n in each [[nonlinearity]] where [[class]] is about the others"
             )
     for one, own in zip(found, () if classes is None else classes.classes, strict=False):
         _check_member(one, own)
@@ -232,16 +293,7 @@ def channel_system(
                 f"class: one nonlinearity acts in the channels {block[0] + 1} to {block[-1] + 1}, and those of "
                 "[[nonlinearity]] differ there; leave repeated out of the class, or give one nonlinearity"
             )
-    name, title, source = identity
-    return LoopSystem(
-        name=name,
-        title=title,
-        source=source,
-        block=plant,
-        classes=classes,
-        nonlinearities=tuple(found),
-        nonlinearity_tables=tuple(MappingProxyType(dict(table)) for table in nonlinearity_tables),
-    )
+    return made
 
 
 def _from_table(table: Mapping[str, object]) -> Nonlinearity:

@@ -6,11 +6,12 @@ from fractions import Fraction
 import pytest
 from refusals import refusal
 
+from lure.analysis.questions.channel_problem import channel_problem
 from lure.classes import Diagonal, NonlinearityClass, Sector
 from lure.errors import InputError
 from lure.files import loop_to_toml, parse_system
 from lure.files.builtin import builtin_loop
-from lure.nonlinearities import Saturation, Tanh
+from lure.nonlinearities import Quantiser, Saturation, Tanh
 from lure.plants import as_plant
 
 F = Fraction
@@ -32,6 +33,45 @@ def test_the_classes_of_the_channels_in_order():
     assert [list(block) for block in found.classes.blocks] == [[0], [1, 2]]
     assert found.block.D == ((0, 0, 0),) * 3
     assert parsed(THREE + GAIN * 3).classes.classes[2] == NonlinearityClass.constant_gain(0, 1)
+
+
+MIXED = (
+    "[[class]]\nnorm = 0.2\n[[nonlinearity]]\nkind = 'tanh'\nscale = 1\ngain = 1\nchannel = 2\n[[class]]\ndelay = 0.1\n"
+)
+
+
+def test_known_nonlinearities_stand_beside_classes_in_the_order_of_the_channels():
+    found = parsed(THREE + MIXED)
+    kinds = [NonlinearityClass.norm_bounded(F("0.2")), Tanh(gain=1, scale=1), NonlinearityClass.delayed(F("0.1"))]
+    assert found.in_order == [(one, 1) for one in kinds]
+    assert parsed(loop_to_toml(found)).in_order == found.in_order
+    asked = (kinds[0], PAIR, kinds[2])  # tanh is odd with slopes in [0, 1]
+    assert [channel_problem(*one).classes for one in ((found, None), (found.block, kinds))] == [Diagonal(asked)] * 2
+    pair = parsed(THREE + GAIN + "[[nonlinearity]]\nkind = 'tanh'\nscale = 1\ngain = 1\nrepeated = 2\nchannel = 2\n")
+    gain = NonlinearityClass.constant_gain(0, 1)
+    assert channel_problem(pair, None).classes == Diagonal((gain, PAIR, PAIR), repeated=(1, 2))
+    assert channel_problem(pair.block, [gain, "tanh(sigma)", "tanh(sigma)"]).classes.repeated == (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        (MIXED.replace("channel = 2", "channel = 0"), "channel is 0; give the number"),
+        (MIXED.replace("channel = 2", "channel = 4"), "do not fill the 3 channels"),
+        (MIXED.replace("channel = 2", "channel = 2\nrepeated = 2"), "do not fill the 3 channels"),
+        (MIXED + "[[nonlinearity]]\nkind = 'tanh'\nscale = 1\ngain = 1\n", "needs one of its own"),
+        (MIXED + GAIN, "do not fill the 3 channels"),
+        (MIXED.replace("channel = 2\n", ""), "or channel = n in each [[nonlinearity]]"),
+    ],
+)
+def test_a_mixture_that_leaves_a_channel_open_is_refused(said, why):
+    with pytest.raises(InputError, match=re.escape(why)):
+        parsed(THREE + said)
+
+
+def test_a_nonlinearity_that_jumps_is_refused_beside_a_class():
+    with pytest.raises(InputError, match="is not known to be locally Lipschitz"):
+        channel_problem(parsed(THREE + GAIN * 3).block, [Quantiser(step=1), *[Sector(0, 1)] * 2])
 
 
 def test_gains_that_change_slowly_are_read_and_written():
