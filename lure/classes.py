@@ -46,10 +46,10 @@ class NonlinearityClass(Record):
         Of a linear ``phi`` that depends on time: a bound on how fast ``g`` changes; see :meth:`varying_gain`.
     memory : {"", "play", "stop"}
         Not ``""``: no function of ``sigma``, but increments as the slope bounds say; see :meth:`hysteretic`.
-    operator : {"", "any", "linear time-invariant", "scalar linear time-invariant", "performance", "delay", "varying \
-delay"}
-        Not ``""``: an operator ``mu_b = -Delta sigma_b`` on the channels of its block; see :meth:`norm_bounded`,
-        :meth:`performance` and :meth:`delayed`.
+    operator : str
+        Not ``""``: an operator ``mu_b = -Delta sigma_b`` on the channels of its block, ``"any"``, ``"linear
+        time-invariant"``, ``"scalar linear time-invariant"``, ``"performance"``, ``"delay"`` or ``"varying delay"``;
+        see :meth:`norm_bounded`, :meth:`performance` and :meth:`delayed`.
 
     Raises
     ------
