@@ -20,7 +20,8 @@ from functools import cached_property
 
 from lure.analysis.certificates.frequencies import MOST_CHANNELS
 from lure.analysis.inequality import dissipation
-from lure.analysis.inequality.kernel_cone import Found, KernelCone
+from lure.analysis.inequality.kernel_cone import KernelCone
+from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, Proposal, ShiftedLoop, Widths
 from lure.analysis.inequality.zero_modes import ZeroModes, doubles, whole
 from lure.arrays import NDArray, np

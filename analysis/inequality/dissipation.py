@@ -15,7 +15,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.kernel_cone import Found, KernelCone
+from lure.analysis.inequality.kernel_cone import KernelCone
+from lure.analysis.inequality.kernels import Found
 from lure.analysis.numerics.semidefinite import Block, proposed, roughly, symmetric_basis
 from lure.arrays import NDArray, np
 

@@ -27,6 +27,7 @@ from itertools import combinations, combinations_with_replacement, product
 from typing import TYPE_CHECKING, NamedTuple
 
 from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.kernels import Found, Kernel
 from lure.analysis.numerics.semidefinite import hermitian_duals, hermitian_programme, hermitian_rows
 from lure.arrays import NDArray, np
 
@@ -43,107 +44,6 @@ _WATCHED, _REAL, _LARGEST_MASS = 80, 1e-7, 1e3
 _LARGEST_THETA = 1e4
 _LEAST = 1e-6  # of the sum: a weight, where none may be 0
 _LOWEST, _CLOSE, _EASED, _BEYOND = 1e-6, 1e-11, 1e-3, 1.001
-
-
-class Kernel(NamedTuple):
-    """``sign (rate/(rate + side s))^order`` in a row and a column; rate 0: ``sign`` alone, beside the diagonal.
-
-    Side 0: the mean of both sides, on the diagonal of ``row`` and of the other channels of an operator, ``also``.
-    ``mirrored``: its conjugate stands in the row ``column`` and the column ``row``.
-    """
-
-    row: int
-    column: int
-    sign: int
-    rate: Fraction
-    order: int
-    side: int
-    also: tuple[int, ...] = ()
-    mirrored: bool = False
-
-    def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """The value at ``i omega`` without the sign, 0 at infinity; in floating point.
-
-        Parameters
-        ----------
-        omega : ndarray
-            (k,) frequencies [rad/s].
-        """
-        if not self.rate:
-            return np.ones(len(omega), dtype=complex)
-        finite = np.isfinite(omega)
-        lag = (self.side or 1) * np.where(finite, omega, 0.0) / float(self.rate)
-        found = np.where(finite, (1 + 1j * lag) ** -float(self.order), 0)
-        return np.asarray(found if self.side else found.real + 0j)
-
-    def integrated(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """``(h - 1)/(i omega)``, likewise: ``h`` of a kernel with a side, less its value at 0, after an integrator."""
-        rate = self.side * float(self.rate) if self.rate else np.inf
-        lag = 1 / (1 + 1j * np.where(np.isfinite(omega), omega, 0.0) / rate)
-        return np.asarray(np.where(np.isfinite(omega), -sum(lag**k for k in range(1, self.order + 1)) / rate, 0) + 0j)
-
-
-class Found(NamedTuple):
-    """A multiplier, and the factor up to which it serves."""
-
-    factor: float
-    gamma: NDArray[np.float64]
-    theta: NDArray[np.float64]
-    kernels: list[Kernel]
-    masses: NDArray[np.float64]
-
-    @classmethod
-    def none(cls, m: int) -> Found:
-        """The multiplier 1, which serves for nothing.
-
-        Parameters
-        ----------
-        m : int
-            Channels.
-        """
-        return cls(0.0, np.ones(m), np.zeros(m), [], np.zeros(0))
-
-    def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """``M`` at ``i omega``: (k, m, m).
-
-        Parameters
-        ----------
-        omega : ndarray
-            (k,) frequencies [rad/s].
-        """
-        m = len(self.gamma)
-        M = np.zeros((len(omega), m, m), dtype=complex)
-        M[:, range(m), range(m)] = self.gamma
-        for mass, kernel in zip(self.masses, self.kernels, strict=True):
-            value = mass * kernel.sign * kernel.at(omega)
-            for i in (kernel.row, *kernel.also):
-                M[:, i, kernel.column if i == kernel.row else i] -= value
-            if kernel.mirrored:
-                M[:, kernel.column, kernel.row] -= value.conj()
-        return M
-
-    def integrated(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """The diagonal of ``(M(i omega) - M(0))/(i omega)``: (k, m)."""
-        N = np.zeros((len(omega), len(self.gamma)), dtype=complex)
-        for mass, kernel in zip(self.masses, self.kernels, strict=True):
-            N[:, kernel.row] -= mass * kernel.sign * kernel.integrated(omega)
-        return N
-
-    def without(self, share: float) -> Found:
-        """The multiplier without its small kernels; those without rate stay.
-
-        Parameters
-        ----------
-        share : float
-            Of the greatest ``gamma``: the least mass that is kept.
-        """
-        least = share * float(self.gamma.max())
-        kept = [
-            k
-            for k, (one, mass) in enumerate(zip(self.kernels, self.masses, strict=True))
-            if mass > least or not one.rate
-        ]
-        return self._replace(kernels=[self.kernels[k] for k in kept], masses=np.maximum(self.masses[kept], 0.0))
 
 
 class _Solved(NamedTuple):
@@ -459,31 +359,10 @@ class KernelCone:
 
         ``N = He M W^-1`` of the last multiplier, so that ``t`` is about the gain of factor that is left.
         """
-        m, count = len(widths), len(kernels)
-        G, joint = self.H[at] + np.diag(1 / widths), {i for block in self.plant.operators for i in block}
-        unit, norms = self.plant.unit, self._norms(at, widths)
+        m, count, unit = len(widths), len(kernels), self.plant.unit
         wide = {i for block in self.wide for i in block}
-        columns = np.zeros((2 * m + count + 1, len(at), m, m), dtype=complex)
-        for i in range(m):
-            columns[i, :, i] = G[:, i]
-            if i in joint:
-                columns[i] = norms[i, i]
-            columns[m + i, :, i] = self.turned[at, i] * unit
-        for k, kernel in enumerate(kernels):
-            lag = -kernel.sign * kernel.at(self.omega[at])[:, None]
-            if kernel.mirrored:
-                columns[2 * m + k] = 2 * lag[:, None] * norms[kernel.row, kernel.column]
-            elif kernel.side or not kernel.rate:
-                columns[2 * m + k, :, kernel.row] = lag * G[:, kernel.column]
-                if self.residue is not None:
-                    late = kernel.integrated(self.omega[at])[:, None] * self.residue[kernel.row]
-                    columns[2 * m + k, :, kernel.row] -= kernel.sign * late
-            else:
-                columns[2 * m + k] = lag[:, None] * sum(norms[i, i] for i in (kernel.row, *kernel.also))
-        _, M, _ = self._parts(last, at)
-        columns[-1] = -(M + _EASED * np.diag(np.ones(m))) / widths
-        rows = hermitian_rows(_hermitian(columns))
-        size = len(columns)
+        rows = self._columns(at, widths, kernels, last)
+        size = len(rows)
         sides = np.zeros((4 * m + count, size))  # rows and columns of M, theta, masses
         sides[: 2 * m, :m] = -np.vstack([np.eye(m)] * 2)
         total = np.concatenate([1 / widths, np.zeros(size - m)])
@@ -544,6 +423,34 @@ class KernelCone:
             prices[4 * m + count + len(bounded) :].reshape(len(self.gains), len(self.watched)),
             [hermitian_duals(part, len(block)) for part, block in zip(parts, self.wide, strict=True)],
         )
+
+    def _columns(
+        self, at: NDArray[np.int64], widths: NDArray[np.float64], kernels: Sequence[Kernel], last: Found
+    ) -> NDArray[np.float64]:
+        """``F`` of each unknown at some frequencies, as rows of a programme: gamma, theta, masses, and ``t``."""
+        m = len(widths)
+        G, joint = self.H[at] + np.diag(1 / widths), {i for block in self.plant.operators for i in block}
+        unit, norms = self.plant.unit, self._norms(at, widths)
+        columns = np.zeros((2 * m + len(kernels) + 1, len(at), m, m), dtype=complex)
+        for i in range(m):
+            columns[i, :, i] = G[:, i]
+            if i in joint:
+                columns[i] = norms[i, i]
+            columns[m + i, :, i] = self.turned[at, i] * unit
+        for k, kernel in enumerate(kernels):
+            lag = -kernel.sign * kernel.at(self.omega[at])[:, None]
+            if kernel.mirrored:
+                columns[2 * m + k] = 2 * lag[:, None] * norms[kernel.row, kernel.column]
+            elif kernel.side or not kernel.rate:
+                columns[2 * m + k, :, kernel.row] = lag * G[:, kernel.column]
+                if self.residue is not None:
+                    late = kernel.integrated(self.omega[at])[:, None] * self.residue[kernel.row]
+                    columns[2 * m + k, :, kernel.row] -= kernel.sign * late
+            else:
+                columns[2 * m + k] = lag[:, None] * sum(norms[i, i] for i in (kernel.row, *kernel.also))
+        _, M, _ = self._parts(last, at)
+        columns[-1] = -(M + _EASED * np.diag(np.ones(m))) / widths
+        return hermitian_rows(_hermitian(columns))
 
     def _positive(
         self, block: Sequence[int], kernels: Sequence[Kernel], total: NDArray[np.float64]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from lure.analysis.inequality.kernel_cone import Found
+from lure.analysis.inequality.kernels import Found
 from lure.arrays import np
 
 _DIGITS = 15

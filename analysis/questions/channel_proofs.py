@@ -19,8 +19,9 @@ from lure.analysis.inequality.coupled_forms import CoupledForms, Group
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.gain_splines import SPLINES, GainSplines
-from lure.analysis.inequality.kernel_cone import Found, KernelCone
+from lure.analysis.inequality.kernel_cone import KernelCone
 from lure.analysis.inequality.kernel_rounding import multiplier
+from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes

@@ -13,7 +13,7 @@ from tampering import assert_both_reject, edited
 from lure import NonlinearityClass, as_plant, max_slope
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.inequality.kernel_cone import Kernel
+from lure.analysis.inequality.kernels import Kernel
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SLOPE = {"sector": ["0", "1/2"], "slope": ["0", "1/2"], "odd": False, "time_varying": False, "linear": False}
