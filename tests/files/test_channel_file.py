@@ -216,7 +216,7 @@ def test_rectifiers_are_read_and_written_back():
         (THREE + "[[class]]\nrelu = true\ngain = [0, 1]\nrepeated = 3\n", "gain is given beside other keys"),
         (
             "[plant]\ntransfer = 'exp(-s)/(s+1)'\n[class]\nrelu = true\n",
-            "relu, rate, norm, delay and memory need a plant with exact rational entries; leave the dead time out",
+            "relu, rate, norm, delay, memory and on need a plant with exact rational entries; leave the dead time out",
         ),
         (
             THREE + LIMITS + "[[class]]\nrelu = true\nrepeated = 3\n",
