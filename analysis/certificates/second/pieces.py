@@ -1,12 +1,12 @@
-r"""Multipliers by pieces of the axis, checked again: matrices of balls, by Taylor's formula on ever shorter intervals.
+r"""Multipliers by pieces of the axis, checked again: pivots in balls, by Taylor's formula on ever shorter intervals.
 
 After the shift by the lower bounds, of delays by the gain 1, ``F = Y + Y^*`` with rows of ``Y``
 
 .. math:: \lambda (e_i + w H_i) + s \theta H_i, \qquad (x + i y)(e_i + w H_i), \qquad
     (y e^{-i \omega h/2} - x) H_i + x e_i/2,
 
-of functions, of what is linear and does not depend on time, and of delays up to ``h``.  On a piece each entry of ``F``
-is a ball; from the last frequency on they are functions of ``1/omega``, analytic at 0.
+of functions, of what is linear and does not depend on time, and of delays up to ``h``.  On a piece each pivot of ``F``
+is a ball; from the last frequency on entries are functions of ``1/omega``, analytic at 0.
 """
 
 from __future__ import annotations
@@ -16,12 +16,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
-from flint import acb, acb_mat, acb_series, arb, arb_mat, fmpq_mat, fmpq_poly
+from flint import acb, acb_series, arb, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.channels import Asked, acyclic
 from lure.analysis.certificates.second.classes import DELAYS
 from lure.analysis.certificates.second.frequencies import Matrices
-from lure.analysis.certificates.second.matrix import positive_definite
 from lure.analysis.certificates.second.numerics import (
     SERIES_TERMS,
     ball,
@@ -216,8 +215,7 @@ def _require_piece(
         if not stack:
             return
         a, b = stack.pop()
-        found = _matrix(loop, known, row, a, b)
-        if found is not None and positive_definite(found):
+        if _positive(loop, known, row, a, b):
             continue
         require(b - a > narrow, "F > 0 is not shown on a piece")
         middle = (a + b) / 2
@@ -225,19 +223,25 @@ def _require_piece(
     require(not stack, "F > 0 is not shown on a piece")
 
 
-def _matrix(
+def _positive(
     loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], a: Fraction, b: Fraction
-) -> arb_mat | None:
-    """``F`` on ``[a, b]`` as the real matrix ``(Re F, -Im F; Im F, Re F)`` of balls; None if these are too wide."""
+) -> bool:
+    """Whether ``F > 0`` is shown on ``[a, b]``: each pivot of its elimination is, as a function of the frequency."""
     m, middle, radius = len(known), ball((a + b) / 2), ball((b - a) / 2).upper()
     here = _series(loop, known, row, acb_series([acb(middle), acb(1)]))
     wide = _series(loop, known, row, acb_series([acb(ball(a).union(ball(b))), acb(1)]))
     if here is None or wide is None:
-        return None
-    F = acb_mat([[_bound(here[i][j], wide[i][j], radius) for j in range(m)] for i in range(m)])
-    top = [[*(F[i, j].real for j in range(m)), *(-F[i, j].imag for j in range(m))] for i in range(m)]
-    bottom = [[*(F[i, j].imag for j in range(m)), *(F[i, j].real for j in range(m))] for i in range(m)]
-    return arb_mat([*top, *bottom])
+        return False
+    for k in range(m):
+        pivot = _bound(here[k][k], wide[k][k], radius)
+        if not pivot.real > 0:
+            return False
+        wide[k][k] = acb_series([pivot, *(wide[k][k][h] for h in range(1, SERIES_TERMS))])
+        for side in (here, wide):
+            for i in range(k + 1, m):
+                factor = side[i][k] / side[k][k]
+                side[i] = [v - factor * u for v, u in zip(side[i], side[k], strict=True)]
+    return True
 
 
 def _bound(here: acb_series, wide: acb_series, radius: arb) -> acb:
