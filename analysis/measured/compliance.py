@@ -361,7 +361,8 @@ def profile_interval(problem: Problem, best: Array, i: int, limit: float, error:
     least = problem.least(best)
     step = _STRIDE * max(error, 1e-9 * max(1.0, abs(float(centre[i]))))
     step *= math.sqrt(limit * problem.degrees / max(least, 1e-300)) if least > 0 else 1.0
-    return tuple(_end(problem, centre, i, (least + limit, sign * step)) for sign in (-1, 1))  # type: ignore[return-value]  # two
+    low, high = (_end(problem, centre, i, (least + limit, sign * step)) for sign in (-1, 1))
+    return low, high
 
 
 def _end(problem: Problem, centre: Array, i: int, walk: tuple[float, float]) -> float:

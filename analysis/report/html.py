@@ -7,7 +7,7 @@ import math
 import re
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from markupsafe import Markup
 
@@ -182,12 +182,12 @@ def shown(  # noqa: PLR0913  (a template's options)
     quoted : str, optional
         The number as the document itself quotes it, instead of ``digits`` and ``rounding``.
     """
-    value: object = data
+    value: Any = data  # plain JSON data
     for part in key.split("."):
-        value = value[int(part)] if isinstance(value, list) else value[part]  # type: ignore[index]  # plain JSON data
+        value = value[int(part)] if isinstance(value, list) else value[part]
     if value is None:
         return Markup('<span class="none">—</span>')
-    size = float(value)  # type: ignore[arg-type]  # a number, or "inf"
+    size = float(value)  # a number, or "inf"
     text = format_number(size, digits, rounding) if quoted is None else quoted_number(quoted)
     suffix = Markup(" {}").format(unit.replace(" ", "\N{NO-BREAK SPACE}")) if unit else Markup("")
     return Markup('<data value="{}" data-key="{}" title="{}">{}</data>{}').format(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal, TypeVar
+from typing import Literal, TypeVar, cast
 
 from flint import acb, acb_poly, arb, arb_series, fmpq_poly
 
@@ -172,7 +172,7 @@ def multiplier_of(parameters: Mapping[str, object]) -> Multiplier:
         A key is missing, or a value is not what it should be.
     """
     try:
-        entries = list(parameters["kernels"])  # type: ignore[call-overload]  # caught below
+        entries = [*cast("Iterable[Mapping[str, object]]", parameters["kernels"])]  # a TypeError is caught below
         return Multiplier(Fraction(str(parameters["theta"])), tuple(_read(entry) for entry in entries))
     except (KeyError, TypeError, ValueError, ZeroDivisionError):
         raise InputError(

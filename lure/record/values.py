@@ -201,7 +201,8 @@ class Column(NamedTuple):
     @property
     def shape(self) -> tuple[int, ...]:
         """How many there are along each dimension."""
-        return import_module("numpy").shape(self.values)  # type: ignore[no-any-return]  # numpy by name
+        found: tuple[int, ...] = import_module("numpy").shape(self.values)
+        return found
 
     def variable(self) -> tuple[tuple[str, ...], NDArray[Any], dict[str, object]]:
         """The same as xarray takes it, with values of its own."""
