@@ -67,7 +67,7 @@ def test_no_public_type_is_left_out():
         type(system).__name__ for system in SYSTEMS.values()
     }
     left_out = {"AssumptionError", "InputError", "Plant", "Nonlinearity"}  # errors and protocols
-    left_out |= {"Boundary", "Matching", "Numerics", "Evidence", "Verdict"}  # enums and options
+    left_out |= {"Boundary", "Matching", "Numerics", "Verdict"}  # enums and options
     public = {
         name
         for package in (lure, lure.analysis, lure.rod)
