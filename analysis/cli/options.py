@@ -128,7 +128,7 @@ def assembly_named(reference: str, settings: list[str] | None) -> RodAssembly | 
     return rods if isinstance(rods, RodAssembly) else None
 
 
-def loop_named(reference: str, settings: list[str] | None) -> LoopSystem:
+def loop_named(reference: str, settings: list[str] | None, *, of_rods: str = "report") -> LoopSystem:
     """The loop that a built-in name or a TOML file stands for.
 
     Parameters
@@ -137,6 +137,8 @@ def loop_named(reference: str, settings: list[str] | None) -> LoopSystem:
         The name or the file.
     settings : list of str or None
         The option ``--set``.
+    of_rods : str
+        The command that does the like with rods.
 
     Raises
     ------
@@ -149,7 +151,7 @@ def loop_named(reference: str, settings: list[str] | None) -> LoopSystem:
     chosen = find_system(reference, settings or [])
     if isinstance(chosen, LoopSystem):
         return chosen
-    raise refused(f"{reference} is a rod; run: lure report {reference}")
+    raise refused(f"{reference} is a rod; run: lure {of_rods} {reference}")
 
 
 def check_figure(plot: Path | None, *, replace: bool, kinds: Sequence[str] = (".svg", ".png")) -> None:

@@ -56,7 +56,7 @@ def steady(
 ) -> int:
     """Print whether one solution attracts all others, and how large it is."""
     check_seconds(seconds)
-    chosen = loop_named(system, set_)
+    chosen = loop_named(system, set_, of_rods="response")
     if chosen.open:
         raise refused(
             f"{system} has no nonlinearity and no class of them; give one, such as [class] with slope = [0, 1]"

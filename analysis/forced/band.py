@@ -6,6 +6,7 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 from flint import acb, acb_mat, arb, fmpq
 
@@ -18,7 +19,7 @@ from lure.analysis.verdict import Bracket
 from lure.errors import InputError
 
 BITS = 96
-_LEAST_POINTS, _PER_HARMONIC, _PEAK_STEPS, _CLOSE = 1024, 16, 400, 1e-12
+_LEAST_POINTS, _PER_HARMONIC, _PEAK_STEPS, _CLOSE, _MOST_HARMONICS = 1024, 64, 400, 1e-12, 8192
 
 Harmonics = list[acb]
 """``c_k`` of ``Re sum c_k e^(i k theta)``."""
@@ -32,6 +33,10 @@ class Residual:
     ----------
     rows : list of Harmonics
         Of each ``sigma_i``, then of each entry of ``z``.
+    responses : list of acb_mat
+        Of ``(sigma, z)`` to each harmonic of ``nu``, without the direct term.
+    low : list of list of arb
+        Of each channel the size of each harmonic ``e_k`` of ``sum e_k e^(i k theta)``, at most.
     mean : arb
         Mean square root over a period of all channels together, from above.
     largest : arb
@@ -39,8 +44,55 @@ class Residual:
     """
 
     rows: list[Harmonics]
+    responses: list[acb_mat]
+    low: list[list[arb]]
     mean: arb
     largest: arb
+
+    def filtered(self, loop: ForcedLoop, smooth: Sequence[arb]) -> Filtered:
+        """What the loop around the gains makes of it.
+
+        Parameters
+        ----------
+        loop : ForcedLoop
+            The loop.
+        smooth : sequence of arb
+            What :meth:`ForcedLoop.smoothing` says at this frequency.
+        """
+        means, tops = list[arb](), list[arb]()
+        direct = [sum((abs(arb(v)) for v in row), arb(0)) for row in loop.D.tolist()]
+        for r, whole in enumerate(smooth):
+            mean, top = arb(0), arb(0)
+            for k, response in enumerate(self.responses):
+                twice = 2 if k else 1
+                part = sum((abs(response[r, i]) * own[k] for i, own in enumerate(self.low)), arb(0))
+                mean, top = mean + twice * part * part, top + twice * part
+            beyond = self.tail(r, whole)
+            means.append((mean + (beyond * self.mean) ** 2 / 2).sqrt() + direct[r] * self.mean)
+            tops.append(_top(top + beyond * self.mean + direct[r] * self.largest))
+        return Filtered(_top(sum((v * v for v in means[: loop.channels]), arb(0)).sqrt()), tops)
+
+    def tail(self, row: int, whole: arb, low: int | None = None) -> arb:
+        """``(sum |G(i k omega)|^2)^(1/2)`` over the harmonics beyond ``low``, by default all that are here."""
+        found = whole * whole
+        for k, response in enumerate(self.responses[: None if low is None else low + 1]):
+            found -= (2 if k else 1) * sum((abs(response[row, i]) ** 2 for i in range(len(self.low))), arb(0))
+        return _top(found.nonnegative_part()).sqrt()
+
+
+class Filtered(NamedTuple):
+    """What a loop makes of a residual that is added to its ``nu``.
+
+    Attributes
+    ----------
+    mean : arb
+        Mean square root of ``sigma``, at most.
+    tops : list of arb
+        What no ``sigma_i``, no entry of ``z`` exceeds at any time.
+    """
+
+    mean: arb
+    tops: list[arb]
 
 
 @dataclass(frozen=True)
@@ -90,56 +142,109 @@ def residual(loop: ForcedLoop, found: Balanced) -> Residual:
     pass a kink, with ``|e'| <= L``, at most ``(|e| + L h/sqrt(3))^2``.
     """
     with working_precision(BITS):
-        rows, psi = _rows(loop, found), [[acb(c.real, c.imag) for c in row] for row in found.psi.tolist()]
+        rows, responses = _rows(loop, found)
+        psi = [[acb(c.real, c.imag) for c in row] for row in found.psi.tolist()]
         count = 1 if not found.wave.omega else max(_LEAST_POINTS, _power_of_two(_PER_HARMONIC * found.count))
-        half = arb.pi() / count if found.wave.omega else arb(0)
-        total, largest = arb(0), arb(0)
+        total, largest, low = arb(0), arb(0), list[list[arb]]()
         for i, curve in enumerate(loop.curves):
             checkpoint()
-            g = ball(loop.gains[i])
-            straight = _along_a_line(curve, g, rows[i], psi[i])
-            if straight is not None:
-                total, largest = total + straight[0] * count, largest.max(straight[1])
-                continue
-            sigma, given = _Sampled.of(rows[i], count), _Sampled.of(psi[i], count)
-            for s, ds, p, dp in zip(sigma.values, sigma.slopes, given.values, given.slopes, strict=True):
-                fast = _top(abs(ds)) + sigma.bend * half
-                value, slope, _ = curve(s)
-                _, slopes, bend = curve(s + arb(0, _float_above(fast * half)))
-                if not (value.is_finite() and slopes.is_finite()):
-                    raise InputError("phi has no slope that is known everywhere on the way of sigma")
-                e = abs(value - g * s - p)
-                steep = _top(abs(slopes - g))
-                if bend.is_finite():
-                    moved = (slope - g) * ds - dp
-                    curved = _top(abs(bend)) * fast * fast + steep * sigma.bend + given.bend
-                    part = (e * e + moved * moved * half * half / 3).sqrt() + curved * half * half / arb(20).sqrt()
-                    top = e + abs(moved) * half + curved * half * half / 2
-                else:
-                    quick = steep * fast + _top(abs(dp)) + given.bend * half
-                    part, top = e + quick * half / arb(3).sqrt(), e + quick * half
-                total += _top(part) ** 2
-                largest = largest.max(_top(top))
-        return Residual(rows, _top((total / count).sqrt()), largest)
+            missed = _of_polynomial(curve, loop.degrees[i], ball(loop.gains[i]), rows[i], psi[i])
+            if missed is None:
+                missed = _along_a_line(curve, ball(loop.gains[i]), rows[i], psi[i])
+            if missed is None:
+                missed = _by_parts(curve, ball(loop.gains[i]), rows[i], psi[i], count)
+            total, largest = total + missed.square, largest.max(missed.largest)
+            low.append(missed.low)
+        return Residual(rows, responses, low, _top(total.sqrt()), largest)
 
 
-def _along_a_line(curve: Curve, g: arb, sigma: Harmonics, psi: Harmonics) -> tuple[arb, arb] | None:
-    """Mean square and a bound of the residual where ``phi`` is straight on the way of ``sigma``; None elsewhere."""
+class _Missed(NamedTuple):
+    """Of one channel the mean square of the residual, what it does not exceed, and the size of its harmonics."""
+
+    square: arb
+    largest: arb
+    low: list[arb]
+
+
+def _by_parts(curve: Curve, g: arb, sigma: Harmonics, psi: Harmonics, count: int) -> _Missed:
+    """The residual ``phi - g sigma - psi`` on equal parts of a period."""
+    half, total, largest, rest = arb.pi() / count, arb(0), arb(0), arb(0)
+    way, given = Sampled.of(sigma, count), Sampled.of(psi, count)
+    bends, third = Sampled.of(_turned(_turned(sigma)), count).values, Sampled.of(_turned(sigma), count).bend
+    given_bends, given_third = Sampled.of(_turned(_turned(psi)), count).values, Sampled.of(_turned(psi), count).bend
+    middles, moves = list[acb](), list[acb]()
+    for j, (s, ds, p, dp) in enumerate(zip(way.values, way.slopes, given.values, given.slopes, strict=True)):
+        fast = _top(abs(ds)) + way.bend * half
+        value, slope, _ = curve(s)
+        _, slopes, bend = curve(s + arb(0, above(fast * half)))
+        if not (value.is_finite() and slopes.is_finite()):
+            raise InputError("phi has no slope that is known everywhere on the way of sigma")
+        e, moved, steep = value - g * s - p, arb(0), _top(abs(slopes - g))
+        if bend.is_finite():
+            moved = (slope - g) * ds - dp
+            curved = _top(abs(bend)) * fast * fast + steep * way.bend + given.bend
+            if bend == 0:  # on a line the second derivative itself is known in the middle
+                curved = _top(abs((slope - g) * bends[j] - given_bends[j])) + half * (steep * third + given_third)
+            part = (e * e + moved * moved * half * half / 3).sqrt() + curved * half * half / arb(20).sqrt()
+            most, mean = curved * half * half / 2, curved * half * half / 6
+        else:
+            quick = steep * fast + _top(abs(dp)) + given.bend * half
+            part, most, mean = abs(e) + quick * half / arb(3).sqrt(), quick * half, quick * half / 2
+        total += _top(part) ** 2
+        largest = largest.max(_top(abs(e) + abs(moved) * half + most))
+        rest += _top(mean)
+        middles.append(acb(e))
+        moves.append(acb(moved))
+    return _Missed(_top(total / count), largest, _harmonics(middles, moves, _top(rest / count), len(psi)))
+
+
+def _harmonics(middles: list[acb], moves: list[acb], rest: arb, size: int) -> list[arb]:
+    """The size of the harmonics of what is ``e + e' tau`` on each part, but for ``rest`` in the mean."""
+    count = len(middles)
+    half, values, slopes = arb.pi() / count, acb.dft(middles), acb.dft(moves)
+    found = [_top(abs(values[0]) / count + rest)]
+    for k in range(1, size):
+        angle = half * k
+        flat, tilted = angle.sin() / angle, (angle.sin() / k - half * angle.cos()) / k  # of 1 and of i tau, over 2 h
+        whole = values[k % count] * flat - acb(0, 1) * slopes[k % count] * (tilted / half)
+        found.append(_top(abs(whole) / count + rest))
+    return found
+
+
+def _of_polynomial(curve: Curve, degree: int | None, g: arb, sigma: Harmonics, psi: Harmonics) -> _Missed | None:
+    """The residual where ``phi`` is a polynomial, so that it is a sum of harmonics itself; None elsewhere."""
+    order = (len(sigma) - 1) * (degree or 0)
+    if degree is None or order > _MOST_HARMONICS:
+        return None
+    count = 2 * _power_of_two(order + 1) if order else 1
+    values = [curve(s)[0] - g * s for s in Sampled.of(sigma, count).values]
+    found = [c / count for c in acb.dft([acb(v) for v in values])[: order + 1]]
+    for k, c in enumerate(psi):
+        found[k] -= c / (2 if k else 1)
+    sizes = [_top(abs(c)) for c in found]
+    square = sizes[0] ** 2 + 2 * sum((v * v for v in sizes[1:]), arb(0))
+    return _Missed(_top(square), _top(sizes[0] + 2 * sum(sizes[1:], arb(0))), sizes[: len(psi)])
+
+
+def _along_a_line(curve: Curve, g: arb, sigma: Harmonics, psi: Harmonics) -> _Missed | None:
+    """The residual where ``phi`` is straight on the way of ``sigma``; None elsewhere."""
     around = sum((abs(c) for c in sigma[1:]), arb(0))
-    _, slope, bend = curve(sigma[0].real + arb(0, _float_above(around)))
+    _, slope, bend = curve(sigma[0].real + arb(0, above(around)))
     if not (bend.is_finite() and bend == 0):
         return None
     value, _, _ = curve(sigma[0].real)
     off = abs(value - g * sigma[0].real - psi[0].real)
     rest = [abs((slope - g) * s - p) for s, p in zip(sigma[1:], psi[1:], strict=True)]
-    return _top(off**2 + sum((v * v for v in rest), arb(0)) / 2), _top(off + sum(rest, arb(0)))
+    square = off**2 + sum((v * v for v in rest), arb(0)) / 2
+    return _Missed(_top(square), _top(off + sum(rest, arb(0))), [_top(off), *(_top(v / 2) for v in rest)])
 
 
 def band(loop: ForcedLoop, found: Balanced, gain: Fraction, smooth: Sequence[arb]) -> Band:
     r"""Peaks of the solution that a certified incremental gain allows near a balance.
 
-    ``|sigma - sigma_hat| <= gamma |e|`` in the mean square over a period, ``nu`` differs by at most ``(1 + kappa gamma)
-    |e|``, and what ``nu`` makes of ``z`` at any time is bounded by Cauchy and Schwarz.
+    The residual ``e`` alone makes ``u = G e`` of ``sigma``.  What is left, ``sigma - sigma_hat - u``, answers to
+    ``|psi(sigma) - psi(sigma_hat)| <= kappa |sigma - sigma_hat|``, so that ``|sigma - sigma_hat| <= (1 + kappa gamma)
+    |u|`` in the mean square over a period, and ``G`` makes of it what Cauchy and Schwarz allow at any time.
 
     Parameters
     ----------
@@ -154,24 +259,20 @@ def band(loop: ForcedLoop, found: Balanced, gain: Fraction, smooth: Sequence[arb
     """
     missed = residual(loop, found)
     with working_precision(BITS):
-        spread = [ball(k) for k in loop.spread]
-        widest = ball(max(loop.spread))
-        mean = ball(gain) * missed.mean
-        moved = (1 + widest * ball(gain)) * missed.mean
-        m = loop.channels
-        direct = [[_top(abs(arb(v))) for v in row] for row in loop.D.tolist()]
-        share = _largest(sum((d * k for d, k in zip(row, spread, strict=True)), arb(0)) for row in direct[:m])
-        through = [sum(row, arb(0)) * missed.largest for row in direct]
-        off = _largest(smooth[i] * moved + through[i] for i in range(m)) / (1 - share) if share < 1 else arb("inf")
-        errors = list[arb]()
-        for i, row in enumerate(direct):
-            turned = sum((d * k for d, k in zip(row, spread, strict=True)), arb(0))
-            errors.append(_top(smooth[i] * moved + through[i] + (turned * off if any(row) else 0)))
-        wide = sum((e * e for e in errors[m:]), arb(0)).sqrt()
-        period = bool(found.wave.omega)
-        sigma = tuple(_around(peak([missed.rows[i]], period=period), errors[i]) for i in range(m))
-        z = _around(peak(missed.rows[m:], period=period), wide)
-        return Band(sigma, z, _float_above(wide), _float_above(mean), _float_above(missed.mean))
+        alone, widest, m = missed.filtered(loop, smooth), ball(max(loop.spread)), loop.channels
+        mean = (1 + widest * ball(gain)) * alone.mean
+        sides = [top + s * widest * mean for top, s in zip(alone.tops, smooth, strict=True)]
+        through = [
+            sum((_top(abs(arb(v))) * ball(k) for v, k in zip(row, loop.spread, strict=True)), arb(0))
+            for row in loop.D.tolist()
+        ]
+        share = _largest(through[:m])
+        off = _largest(sides[:m]) / (1 - share) if share < 1 else arb("inf")
+        errors = [_top(side + (own * off if own != 0 else 0)) for side, own in zip(sides, through, strict=True)]
+        wide, period = sum((e * e for e in errors[m:]), arb(0)).sqrt(), bool(found.wave.omega)
+        sigma = tuple(around(peak([missed.rows[i]], period=period), errors[i]) for i in range(m))
+        z = around(peak(missed.rows[m:], period=period), wide)
+        return Band(sigma, z, above(wide), above(mean), above(missed.mean))
 
 
 def peak(rows: list[Harmonics], *, period: bool = True) -> arb:
@@ -189,7 +290,7 @@ def peak(rows: list[Harmonics], *, period: bool = True) -> arb:
     order = len(rows[0]) - 1
     bend = sum((_bend(row) ** 2 for row in rows), arb(0)).sqrt()
     count = max(256, _power_of_two(8 * order))
-    signals, low, heap = [_Sampled.of(row, count) for row in rows], arb(0), list[tuple[float, int, fmpq, fmpq]]()
+    signals, low, heap = [Sampled.of(row, count) for row in rows], arb(0), list[tuple[float, int, fmpq, fmpq]]()
 
     def upper(values: list[arb], slopes: list[arb], half: arb) -> arb:
         ends = [sum(((v + s * d) ** 2 for v, s in zip(values, slopes, strict=True)), arb(0)) for d in (-half, half)]
@@ -199,7 +300,7 @@ def peak(rows: list[Harmonics], *, period: bool = True) -> arb:
     for j in range(count):
         values, slopes = [one.values[j] for one in signals], [one.slopes[j] for one in signals]
         low = low.max(sum((v * v for v in values), arb(0)).sqrt().lower())
-        heap.append((-_float_above(upper(values, slopes, half)), j, fmpq(2 * j, count), fmpq(1, count)))
+        heap.append((-above(upper(values, slopes, half)), j, fmpq(2 * j, count), fmpq(1, count)))
     heap = [one for one in heap if -one[0] >= low]
     heapq.heapify(heap)
     for number in range(_PEAK_STEPS):
@@ -212,12 +313,12 @@ def peak(rows: list[Harmonics], *, period: bool = True) -> arb:
             values, slopes = [v for v, _ in pairs], [s for _, s in pairs]
             low = low.max(sum((v * v for v in values), arb(0)).sqrt().lower())
             half = arb.pi() * arb(width / 2)
-            heapq.heappush(heap, (-_float_above(upper(values, slopes, half)), count + 2 * number, middle, width / 2))
+            heapq.heappush(heap, (-above(upper(values, slopes, half)), count + 2 * number, middle, width / 2))
     return low.union(arb(-heap[0][0]))
 
 
 @dataclass(frozen=True)
-class _Sampled:
+class Sampled:
     """A sum of harmonics and its derivative in the middle of equal parts of a period, and a bound of the second."""
 
     values: list[arb]
@@ -225,15 +326,22 @@ class _Sampled:
     bend: arb
 
     @classmethod
-    def of(cls, row: Harmonics, count: int) -> _Sampled:
+    def of(cls, row: Harmonics, count: int) -> Sampled:
         """At ``theta = 2 pi j/count``."""
         if count == 1:
             return cls([row[0].real], [arb(0)], arb(0))
         first = [acb(0)] * count
         second = list(first)
         for k, c in enumerate(row):
-            first[-k % count], second[-k % count] = c, acb(0, k) * c  # acb.dft turns the other way
+            first[-k % count] = c  # acb.dft turns the other way
+        for k, c in enumerate(_turned(row)):
+            second[-k % count] = c
         return cls([v.real for v in acb.dft(first)], [v.real for v in acb.dft(second)], _bend(row))
+
+
+def _turned(row: Harmonics) -> Harmonics:
+    """The derivative."""
+    return [acb(0, k) * c for k, c in enumerate(row)]
 
 
 def _bend(row: Harmonics) -> arb:
@@ -249,17 +357,20 @@ def _value(row: Harmonics, turn: acb) -> tuple[arb, arb]:
     return value.real, slope.real
 
 
-def _rows(loop: ForcedLoop, found: Balanced) -> list[Harmonics]:
-    """The harmonics of ``sigma`` and ``z``."""
-    wave, columns = found.wave, list[list[acb]]()
+def _rows(loop: ForcedLoop, found: Balanced) -> tuple[list[Harmonics], list[acb_mat]]:
+    """The harmonics of ``sigma`` and ``z``, and of what each makes of those of ``nu``, without the direct term."""
+    wave, columns, responses = found.wave, list[list[acb]](), list[acb_mat]()
+    rows, m = range(loop.D.nrows()), loop.channels
     for k, psi in enumerate(found.psi.T.tolist()):
         inputs = [ball(v) if k == 0 else arb(0) for v in wave.constant]
         right = [[-acb(c.real, c.imag)] for c in psi] + [[acb(v)] for v in inputs]
         if wave.omega and k == wave.periods:
             for i, v in enumerate(wave.amplitude):
-                right[loop.channels + i] = [acb(0, -ball(v))]
-        columns.append([row[0] for row in (loop.response(wave.base, k) * acb_mat(right)).tolist()])
-    return [list(row) for row in zip(*columns, strict=True)]
+                right[m + i] = [acb(0, -ball(v))]
+        response = loop.response(wave.base, k)
+        columns.append([row[0] for row in (response * acb_mat(right)).tolist()])
+        responses.append(acb_mat([[response[r, i] - arb(loop.D[r, i]) for i in range(m)] for r in rows]))
+    return [list(row) for row in zip(*columns, strict=True)], responses
 
 
 def _largest(values: object) -> arb:
@@ -269,7 +380,7 @@ def _largest(values: object) -> arb:
     return found
 
 
-def _around(middle: arb, radius: arb) -> Bracket:
+def around(middle: arb, radius: arb) -> Bracket:
     """What lies within the radius, and not below 0."""
     low = middle.lower() - radius
     found = outward(low, middle.upper() + radius)
@@ -281,7 +392,8 @@ def _top(value: arb) -> arb:
     return value.upper()
 
 
-def _float_above(value: arb) -> float:
+def above(value: arb) -> float:
+    """The least double that is found not to be below a ball."""
     return outward(value, value).high
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+import math
+from bisect import bisect_left
 from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
@@ -10,8 +11,7 @@ from itertools import pairwise
 from flint import arb
 
 from lure.analysis.nonlinearity.jets import jet
-from lure.analysis.nonlinearity.pieces import tree_of
-from lure.analysis.numerics.polynomial import exact_midpoint
+from lure.analysis.nonlinearity.pieces import known_nonlinearity, tree_of
 from lure.analysis.numerics.precision import ball
 from lure.errors import InputError
 from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity
@@ -54,6 +54,22 @@ def curve_of(nonlinearity: Nonlinearity) -> Curve:
     return curve
 
 
+def degree_of(nonlinearity: Nonlinearity) -> int | None:
+    """The degree of a nonlinearity that is a polynomial; None for others.
+
+    Parameters
+    ----------
+    nonlinearity : Nonlinearity
+        One that has enclosures.
+    """
+    known = known_nonlinearity(nonlinearity, -math.inf, math.inf)
+    ratios = [piece.ratio for piece in known.pieces] if known is not None else [None]
+    ratio = ratios[0]
+    if ratio is None or ratio.poles.degree() > 0 or any(other != ratio for other in ratios):
+        return None
+    return int(ratio.top.degree())
+
+
 def _bends(graph: Graph) -> Curve:
     """The enclosures of a piecewise linear graph."""
     kinks = graph.kinks
@@ -63,9 +79,11 @@ def _bends(graph: Graph) -> Curve:
     points = (kinks[0], *kinks) if kinks else (Fraction(0),)
     lines = [(ball(x), ball(graph.exact(x)), ball(s)) for x, s in zip(points, slopes, strict=True)]
 
+    at = [ball(x) for x in kinks]
+
     def curve(box: arb) -> tuple[arb, arb, arb]:
-        low, high = (exact_midpoint(end) for end in (box.lower(), box.upper()))
-        parts = lines[bisect_left(kinks, low) : bisect_right(kinks, high) + 1]
+        below, past = sum(x < box for x in at), sum(x > box for x in at)  # what is not certain counts as inside
+        parts = lines[below : len(lines) - past]
         values = [y + s * (box - x) for x, y, s in parts]
         value, slope = values[0], parts[0][2]
         for other, (_, _, s) in zip(values[1:], parts[1:], strict=True):

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from lure.analysis.forced.curves import Curve, curve_of
+from lure.analysis.forced.curves import Curve, curve_of, degree_of
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import Complexes, Reals, np
@@ -44,6 +44,8 @@ class ForcedLoop:
         ``phi``.
     curves : tuple of Curve
         Their enclosures.
+    degrees : tuple of int or None
+        Of those that are polynomials.
     discrete : bool
         Whether in discrete time.
     """
@@ -58,6 +60,7 @@ class ForcedLoop:
     spread: tuple[Fraction, ...]
     nonlinearities: tuple[Nonlinearity, ...]
     curves: tuple[Curve, ...]
+    degrees: tuple[int | None, ...]
     discrete: bool
 
     @classmethod
@@ -110,6 +113,7 @@ class ForcedLoop:
             spread=tuple((high - low) / 2 for low, high in slopes),
             nonlinearities=tuple(nonlinearities),
             curves=tuple(map(curve_of, nonlinearities)),
+            degrees=tuple(map(degree_of, nonlinearities)),
             discrete=H.dt is not None,
         )
 
@@ -154,6 +158,23 @@ class ForcedLoop:
         states = np.linalg.solve(points[:, None, None] * np.eye(len(A)) - A, np.hstack([B, E]).astype(complex))
         whole = C @ states + np.hstack([D, F])
         return whole[..., : self.channels], whole[..., self.channels :]
+
+    def beyond(self, omega: float, count: int, whole: Reals) -> float:
+        """Which share of ``whole``, what :meth:`smoothing` says, is due to harmonics above these, in floating point.
+
+        Parameters
+        ----------
+        omega : float
+            The frequency [rad/s].
+        count : int
+            How many harmonics are not.
+        whole : ndarray
+            For each row.
+        """
+        inner = self.responses(omega, count)[0] - self.doubles[3]
+        low = (np.abs(inner) ** 2).sum(axis=2)
+        left = whole**2 - 2 * low.sum(axis=0) + low[0]
+        return float(np.sqrt(np.clip(left / np.maximum(whole, 1e-300) ** 2, 0, 1)).max())
 
     def response(self, omega: Fraction, harmonic: int) -> acb_mat:
         """From a harmonic of ``(nu, w)`` to that of ``(sigma, z)``, in balls.

@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
+from itertools import groupby
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.drawing import drawing
-from lure.analysis.forced.balance import Wave, balanced
-from lure.analysis.forced.band import band
+from lure.analysis.forced.balance import Balanced, Wave, balanced
+from lure.analysis.forced.band import Band, band
+from lure.analysis.forced.existence import Existing, existing
 from lure.analysis.forced.loop import ForcedLoop
-from lure.analysis.nonlinearity.membership import Status, membership
+from lure.analysis.forced.search import multiplier, solutions
+from lure.analysis.nonlinearity.membership import Status, examined, membership
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.analysis.numerics.evidence import ends
 from lure.analysis.questions.channel_problem import channel_plant, channel_problem
@@ -27,7 +30,9 @@ from lure.arrays import np
 from lure.classes import Diagonal, NonlinearityClass, Sector
 from lure.errors import InputError
 from lure.files.system import LoopSystem
+from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.base import Nonlinearity
+from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
 from lure.plants.conversion import rational_if_moderate
 from lure.plants.forcing import Forcing
@@ -40,7 +45,7 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
     from lure.analysis.drawing import Axes
 
-_COUNTS, _WIDTH = (8, 16, 32, 64, 128), 5e-4  # harmonics; of the band, relative, where no more are taken
+_COUNTS, _WIDTH = (8, 16, 32, 64, 128), 1e-4  # harmonics; of the band, relative, where no more are taken
 _POINTS, _DECADE, _SHARE = 25, 10.0, 1e-9
 
 
@@ -61,7 +66,13 @@ class SteadyPoint(Record):
     harmonics: int = quantity("How many harmonics were balanced", "1", dims="", key="harmonics")
     residual: float = quantity("Mean square root of what they miss of ``phi(sigma)``", form="above")
     evidence: Evidence = quantity(
-        "CERTIFIED: the solution exists, alone, with that amplitude; COMPUTED: ``computed`` alone"
+        "CERTIFIED: a solution exists with that amplitude; COMPUTED: ``computed`` is all that is known"
+    )
+    alone: bool = quantity("Whether it is proved to be the only bounded one", default=False)
+    periods: int = quantity("How many periods of the input it has: more than 1 for a subharmonic", default=1)
+    multiplier: float | None = quantity(
+        "Where several were looked for, the largest Floquet multiplier, computed: below 1 it attracts what is near",
+        default=None,
     )
 
     @property
@@ -76,12 +87,25 @@ class SteadyPoint(Record):
         """Upper end of the amplitude."""
         return self.amplitude.high
 
+    @property
+    def attracts(self) -> bool:
+        """Whether what is near seems to approach it."""
+        return self.multiplier is None or self.multiplier < 1
+
     def __str__(self) -> str:
         at = f"at {self.omega:g} rad/s" if self.omega else "to the constant input"
         if self.evidence is not Evidence.CERTIFIED:
-            return f"{at} the amplitude of z is about {self.computed:.4g} (computed)"
-        low, high = bound_below(self.amplitude.low), bound_above(self.amplitude.high)
-        return f"{at} the amplitude of z is between {low} and {high} (certified)"
+            said = f"is about {self.computed:.4g} (computed)"
+        else:
+            low, high = bound_below(self.amplitude.low), bound_above(self.amplitude.high)
+            said = f"is between {low} and {high} (certified)"
+        if self.alone:
+            return f"{at} the amplitude of z {said}"
+        after = f", repeated after {self.periods} periods of the input," if self.periods > 1 else ""
+        near = (
+            "" if self.multiplier is None else f", {'attracts' if self.attracts else 'repels'} what is near (computed)"
+        )
+        return f"{at} the amplitude of one steady response{after} {said}{near}"
 
 
 class SteadyResponse(TwoSided):
@@ -93,7 +117,12 @@ class SteadyResponse(TwoSided):
     response: tuple[SteadyPoint, ...] = quantity(
         "The steady response at each frequency, ascending", dims="omega", each=SteadyPoint, default=()
     )
-    differences: RateBound = quantity("How fast differences of two solutions decay", key="", label="")
+    several: tuple[str, ...] = quantity(
+        "Of each frequency at which no solution attracts all others, why: two that exist, certified", default=()
+    )
+    differences: RateBound | None = quantity(
+        "How fast differences of two solutions decay; None where no finite slopes are known", key="", label=""
+    )
     incremental: GainBound | None = quantity(
         "How much of what is added to ``mu`` is seen in ``sigma``, of differences", key="", label="", default=None
     )
@@ -107,7 +136,9 @@ class SteadyResponse(TwoSided):
     @derived()
     def verdict(self) -> Verdict:
         """PROVED: every loop of the class has one bounded solution, which attracts all.  REFUTED: a member has not."""
-        found = self.differences.verdict
+        if self.several:
+            return Verdict.REFUTED
+        found = Verdict.INCONCLUSIVE if self.differences is None else self.differences.verdict
         if found is Verdict.REFUTED and (self.known or self.outside):
             return Verdict.INCONCLUSIVE  # a constant gain is not the nonlinearity that is given
         return found
@@ -122,6 +153,8 @@ class SteadyResponse(TwoSided):
     @derived(plainly=ends)
     def rate(self) -> Bracket:
         """How fast differences decay [1/s; in discrete time a factor]: one end is proved, past the other nothing is."""
+        if self.differences is None:
+            return Bracket(-math.inf, math.inf)
         found = self.differences.rate
         if not (self.known or self.outside):
             return found
@@ -145,6 +178,8 @@ class SteadyResponse(TwoSided):
         """Why it is not proved that one solution attracts all, or how large it is; empty if both are."""
         if self.verdict is not Verdict.INCONCLUSIVE:
             return self.open_reason
+        if self.differences is None:
+            return "the slopes of phi are not bounded, and no theorem here is about such differences"
         if self.differences.refutation is not None and self.differences.verdict is Verdict.REFUTED:
             return (
                 f"differences decay for no class that contains the slopes: {self.differences.witness} a solution does "
@@ -155,12 +190,12 @@ class SteadyResponse(TwoSided):
     @property
     def proof(self) -> Proved | None:
         """What the checker accepted of the rate."""
-        return self.differences.proof
+        return None if self.differences is None else self.differences.proof
 
     @property
     def refutation(self) -> Refuted | None:
         """What the checker accepted of a member whose differences do not decay, or no faster."""
-        return None if self.known or self.outside else self.differences.refutation
+        return None if self.known or self.outside or self.differences is None else self.differences.refutation
 
     @property
     def certificates(self) -> dict[str, Mapping[str, Any] | None]:
@@ -199,7 +234,9 @@ class SteadyResponse(TwoSided):
     def __str__(self) -> str:
         whole = " and ".join(dict.fromkeys(self.known)) if self.known else str(self.classes)
         given = ", ".join(filter(None, (whole, self.assumed)))
-        if self.verdict is Verdict.PROVED:
+        if self.several:
+            said = f"No solution attracts all others for {given}: {self.several[0]}."
+        elif self.differences is not None and self.verdict is Verdict.PROVED:
             low, high = self.differences.rate.low, self.differences.rate.high
             falls = f"{bound_above(high)}^t" if self.differences.time == "discrete" else f"exp(-{bound_below(low)} t)"
             said = (
@@ -207,18 +244,21 @@ class SteadyResponse(TwoSided):
             )
             said += f"the bounded input, for {given} ({self.differences.criterion}, certified)."
             said += f" How large it is, is not known: {self.reason}." if self.reason else ""
-        elif self.verdict is Verdict.REFUTED:
+        elif self.differences is not None and self.verdict is Verdict.REFUTED:
             said = f"Not every loop has a solution that attracts all others for {given}: {self.differences.witness} "
             said += "differences of solutions do not decay."
         else:
             said = f"It is not decided whether one solution attracts all others for {given}: {self.reason}."
-        if self.response:
+        if self.several:
+            said += f" {len(self.several) - 1} more frequencies have several." if self.several[1:] else ""
+        elif self.response:
             extremes = dict.fromkeys([max(self.response, key=lambda one: one.computed), self.response[0]])
             said += "".join(f" {text[0].upper()}{text[1:]}." for text in map(str, extremes))
         return f"{said} {UNFINISHED[self.stopped] if self.stopped else ''}".rstrip()
 
     def _page(self) -> Page:
-        rows = [("rate of attraction", self.rate), ("proved by", self.differences.criterion or "-")]
+        criterion = "" if self.differences is None else self.differences.criterion
+        rows = [("rate of attraction", self.rate), ("proved by", criterion or "-")]
         rows += [("in a sentence", str(self))]
         table = [
             (f"{one.omega:g}", bound_below(one.amplitude.low), bound_above(one.amplitude.high), f"{one.computed:.4g}")
@@ -289,27 +329,34 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
     """
     asked = _posed(loop, nonlinearity, forcing, performance)
     tell, stopped = progress or (lambda _step, _done: None), None
-    between = _differences(asked.classes)
-    points, gain, reason = list[SteadyPoint](), None, ""
-    differences = difference_rate(asked.plant, between, seconds=seconds, progress=progress)
-    if asked.forcing is not None and asked.known and differences.verdict is Verdict.PROVED:
-        try:
-            with time_limit(seconds):
+    between = _differences(asked.classes, known=bool(asked.known))
+    points, several, gain, reason, differences = list[SteadyPoint](), list[str](), None, "", None
+    if between is not None:
+        differences = difference_rate(asked.plant, between, seconds=seconds, progress=progress)
+    try:
+        with time_limit(seconds):
+            if asked.forcing is None or not asked.known:
+                pass
+            elif between is not None and differences is not None and differences.verdict is Verdict.PROVED:
                 tell("the incremental gain", 0.5)
-                H = asked.H
-                gain = l2_gain(H, between, _added(H), progress=None)
-                if math.isinf(gain.gain.high):
-                    reason = "no incremental gain is proved"
-                for done, point in _points(asked, between, gain):
+                gain = l2_gain(asked.H, between, _added(asked.H))
+                reason = "" if math.isfinite(gain.gain.high) else "no incremental gain is proved"
+                for done, point in _points(asked, between, gain) if not reason else ():
                     points.append(point)
                     tell("harmonic balance", 0.6 + 0.4 * done)
-        except TimeoutError:
-            stopped = "time"
+            elif asked.H.dt is None:
+                for done, found, two in _tried(asked):
+                    points += found
+                    several += [two] if two else []
+                    tell("several solutions", 0.5 + 0.5 * done)
+    except TimeoutError:
+        stopped = "time"
     return SteadyResponse(
         classes=asked.classes,
         known=tuple(map(str, asked.known)),
         forcing=asked.forcing,
         response=tuple(points),
+        several=tuple(several),
         differences=differences,
         incremental=gain,
         outside=any(_narrow(one) for one in asked.classes.classes),
@@ -354,8 +401,12 @@ def _posed(loop: object, given: object, forcing: object, performance: object) ->
             known = list(listed)
     H, tested = channel_plant(plant), tuple[Nonlinearity, ...]()
     if known:
-        problem = channel_problem(plant, known)
-        tested, classes = problem.known, classes or problem.classes
+        checked = [
+            examined(as_nonlinearity(ExpressionNonlinearity(one) if isinstance(one, str) else one)) for one in known
+        ]
+        tested, own = tuple(one.nonlinearity for one in checked), tuple(one.nonlinearity_class for one in checked)
+        sizes = tuple(len(list(block)) for _, block in groupby(tested))
+        classes = classes or Diagonal(own, repeated=sizes)
     if classes is None:
         raise InputError("no class of nonlinearities is given; give one with slope bounds, or a nonlinearity")
     if len(classes.classes) != H.inputs or H.inputs != H.outputs:
@@ -391,8 +442,8 @@ def _narrow(one: NonlinearityClass) -> bool:
     return one.rectifier or (not one.linear and slope is not None and (slope.lower, slope.upper) != ends_of)
 
 
-def _differences(classes: Diagonal) -> Diagonal:
-    """What differences of two solutions see: gains between the slopes that vary."""
+def _differences(classes: Diagonal, *, known: bool) -> Diagonal | None:
+    """What differences of two solutions see: gains between the slopes that vary; None where these are infinite."""
     found = list[NonlinearityClass]()
     for i, one in enumerate(classes.classes, 1):
         slope = one.slope
@@ -400,6 +451,8 @@ def _differences(classes: Diagonal) -> Diagonal:
             found.append(one)
             continue
         if one.operator or one.memory or slope is None or math.inf in map(abs, (slope.lower, slope.upper)):
+            if known:
+                return None
             raise InputError(
                 f"channel {i} is {one}, without finite bounds of its slope, on which steady responses rest; give "
                 "slope = [l, k]"
@@ -413,35 +466,56 @@ def _added(H: MultivariablePlant) -> Performance:
     return Performance(Bw=H.B, Cz=H.C, Dzw=H.D, Dzmu=H.D, Dsigmaw=H.D)
 
 
-def _points(asked: _Asked, between: Diagonal, gain: GainBound) -> Iterator[tuple[float, SteadyPoint]]:
-    """The response at each frequency, with what share of them is done."""
-    slopes = [(Fraction(one.sector.lower), Fraction(one.sector.upper)) for one in between.classes]
-    loop = ForcedLoop.around(asked.H, asked.performance, asked.known, slopes)
-    forcing = asked.forcing
-    assert forcing is not None, "asked where there is one"
+def _waves(loop: ForcedLoop, forcing: Forcing) -> Iterator[tuple[float, Wave]]:
+    """The inputs, one for each frequency, with what share of them is done then."""
     omegas = sorted(set(forcing.omega)) if forcing.omega else _chosen(loop) if any(forcing.amplitude) else [Fraction(0)]
     zeros = (Fraction(0),) * forcing.inputs
-    for i, omega in enumerate(omegas):
+    for i, omega in enumerate(omegas, 1):
         checkpoint()
-        wave = Wave(forcing.constant or zeros, forcing.amplitude or zeros, omega)
-        yield (i + 1) / len(omegas), _point(loop, wave, gain.gain.high)
+        yield i / len(omegas), Wave(forcing.constant or zeros, forcing.amplitude or zeros, omega)
 
 
-def _point(loop: ForcedLoop, wave: Wave, gain: float) -> SteadyPoint:
-    """More and more harmonics, until the band is narrow."""
-    start, known = np.zeros((loop.channels, 1), complex), math.isfinite(gain)
-    smooth = loop.smoothing(wave.base) if known else []
-    spread = gain * float(max(loop.spread)) + 1
-    slack = spread * max((float(one.mid()) for one in smooth[loop.channels :]), default=0.0)
-    for count in _COUNTS if wave.omega else (0,):
-        found = balanced(loop, wave, start, count)
-        start = found.psi
-        if slack * found.missed < _WIDTH * found.peak:
-            break
-    shown = band(loop, found, Fraction(gain), smooth) if known else None
+def _points(asked: _Asked, between: Diagonal, gain: GainBound) -> Iterator[tuple[float, SteadyPoint]]:
+    """The response at each frequency, where one solution attracts all."""
+    slopes = [(Fraction(one.sector.lower), Fraction(one.sector.upper)) for one in between.classes]
+    loop = ForcedLoop.around(asked.H, asked.performance, asked.known, slopes)
+    for done, wave in _waves(loop, cast("Forcing", asked.forcing)):
+        yield done, _point(loop, wave, gain.gain.high)
+
+
+def _tried(asked: _Asked) -> Iterator[tuple[float, list[SteadyPoint], str]]:
+    """The solutions that are found at each frequency, and what is said of two of which it is shown that they exist."""
+    gains = [_inside(one) for one in asked.known]
+    loop = ForcedLoop.around(asked.H, asked.performance, asked.known, [(g, g) for g in gains])
+    for done, wave in _waves(loop, cast("Forcing", asked.forcing)):
+        if not wave.omega:
+            continue
+        tried = [(found, existing(loop, found)) for found in solutions(loop, wave)]
+        rows = [_row(loop, found, one, multiplier(loop, found)) for found, one in tried]
+        shown = [(one, row) for (_, one), row in zip(tried, rows, strict=True) if one is not None]
+        said = next((_both(row, None) for one, row in shown if one.subharmonic), "")
+        for one, row in reversed(shown[1:]):
+            if not said and shown[0][0].apart(one):
+                said = _both(shown[0][1], row)
+        yield done, rows, said
+
+
+def _both(row: SteadyPoint, other: SteadyPoint | None) -> str:
+    """Two solutions in words; without the other, one that differs from itself a period of the input later."""
+    first = f"{bound_below(row.amplitude.low)} to {bound_above(row.amplitude.high)}"
+    at = f"to the input of {row.omega:g} rad/s there is a steady response of amplitude {first}"
+    if other is None:
+        return f"{at} that repeats after {row.periods} periods of it only, and so another, a period later (certified)"
+    return f"{at}, and another of {bound_below(other.amplitude.low)} to {bound_above(other.amplitude.high)} (certified)"
+
+
+def _row(
+    loop: ForcedLoop, found: Balanced, shown: Band | Existing | None, largest: float = math.inf, *, alone: bool = False
+) -> SteadyPoint:
+    """One solution."""
     nothing = Bracket(0.0, math.inf)
     return SteadyPoint(
-        omega=float(wave.omega),
+        omega=float(found.wave.omega),
         amplitude=nothing if shown is None else shown.z,
         sigma=(nothing,) * loop.channels if shown is None else shown.sigma,
         computed=found.peak,
@@ -449,12 +523,36 @@ def _point(loop: ForcedLoop, wave: Wave, gain: float) -> SteadyPoint:
         harmonics=found.count,
         residual=found.missed if shown is None else shown.residual,
         evidence=Evidence.COMPUTED if shown is None else Evidence.CERTIFIED,
+        alone=alone,
+        periods=found.wave.periods,
+        multiplier=largest if math.isfinite(largest) else None,
     )
+
+
+def _inside(phi: Nonlinearity) -> Fraction:
+    """A gain to take out of a nonlinearity: the middle of its slopes, or that at 0."""
+    bounds = getattr(phi, "slope_bounds", None)
+    if bounds is not None and math.inf not in map(abs, (bounds.lower, bounds.upper)):
+        return (Fraction(bounds.lower) + Fraction(bounds.upper)) / 2
+    return Fraction(float(phi.slope(0.0))).limit_denominator(1000)  # type: ignore[attr-defined]  # what has an enclosure has one
+
+
+def _point(loop: ForcedLoop, wave: Wave, gain: float) -> SteadyPoint:
+    """More and more harmonics, until the band is narrow."""
+    psi, smooth = np.zeros((loop.channels, 1), complex), loop.smoothing(wave.base)
+    whole = np.array([float(one.mid()) for one in smooth])
+    slack = (1 + gain * float(max(loop.spread))) * float(whole[loop.channels :].max())
+    for count in _COUNTS if wave.omega else (0,):
+        found = balanced(loop, wave, psi, count)
+        psi = found.psi
+        if slack * found.missed * loop.beyond(float(wave.base), count, whole) < _WIDTH * found.peak:
+            break
+    return _row(loop, found, band(loop, found, Fraction(gain), smooth), alone=True)
 
 
 def _chosen(loop: ForcedLoop) -> list[Fraction]:
     """Frequencies around those of the loop, with few digits."""
-    sizes = np.abs(np.linalg.eigvals(loop.doubles[0]))  # none is 0: differences decay
-    seen = sizes[sizes > _SHARE * sizes.max()]
+    sizes = np.abs(np.linalg.eigvals(loop.doubles[0]))
+    seen = sizes[sizes > _SHARE * sizes.max()] if sizes.max() > 0 else np.ones(1)
     low, high = float(seen.min()) / _DECADE, float(seen.max()) * _DECADE
     return [Fraction(f"{value:.3g}") for value in np.geomspace(low, high, _POINTS)]

@@ -65,9 +65,13 @@ def _region(found: RegionOfAttraction) -> str:
 
 def _steady(found: SteadyResponse) -> str:
     """What the figure of a steady response shows."""
-    words = ["Dashed: harmonic balance, in floating point."]
-    if any(row.evidence is Evidence.CERTIFIED for row in found.response):
+    words = list[str]()
+    if any(row.alone for row in found.response):
         words.append("Blue bars: certified at that frequency, from whatever start; between them nothing is.")
+    if any(not row.alone and row.evidence is Evidence.CERTIFIED for row in found.response):
+        words.append("Red and grey bars: steady responses that exist, certified, where others may.")
+    if any(row.evidence is not Evidence.CERTIFIED for row in found.response):
+        words.append("Crosses: harmonic balance, in floating point.")
     return " ".join(words)
 
 
