@@ -31,8 +31,8 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from lure import PiecewiseLinear, as_plant
-from lure.analysis import check, max_sector, max_slope
+from lure import Cubic, PiecewiseLinear, Saturation, as_plant
+from lure.analysis import check, max_sector, max_slope, steady_response
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.describing import describing_hint
 from lure.analysis.plots import plot_nonlinearity, plot_reach
@@ -325,6 +325,32 @@ plt.show()
 #
 # **Moral: a balance is a place to look, and its absence is none to rest.**
 #
+# ## 6. Stable, and yet it remembers
+#
+# Without an input $\ddot x + \dot x/10 + x + x^3/25 = w$, Duffing's equation, comes to rest from everywhere: a spring
+# that hardens, and some damping. Shaken by $w = \cos(\omega t)$ it answers in more than one way, and the start decides:
+
+# %%
+spring = as_plant("1/(s^2 + s/10 + 1)")
+frequencies = [Fraction(w, 20) for w in (14, 18, 20, 22, 24, 26, 27, 30, 34)]
+jumps = steady_response(spring, Cubic(cubic=Fraction(1, 25)), {"amplitude": 1, "omega": frequencies})
+calm = steady_response(
+    "1/(s^2 + s + 1)", Saturation(), {"amplitude": 3, "omega": [Fraction(w, 4) for w in range(1, 13)]}
+)
+say(jumps, calm)
+
+_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.8), layout="constrained")
+jumps.plot(left)
+calm.plot(right)
+plt.show()
+
+# %% [markdown]
+# On the left two steady responses to one input are *certified* to exist, one more than three times the other; that
+# they attract what is near is computed. On the right one attracts all others, certified, and its amplitude is enclosed:
+# there the circle criterion holds for the *slopes*, which is what differences of two solutions see.
+#
+# **Moral: that a loop is stable says nothing of what it does when it is shaken. Popov and Zames-Falb do not tell.**
+#
 # ## What to take home
 #
 # | you may assume | and may then use | forget it, and |
@@ -338,6 +364,10 @@ plt.show()
 # ## What this notebook claims
 
 # %%
+assert (jumps.verdict.name, calm.verdict.name) == ("REFUTED", "PROVED")
+pair = [row for row in jumps.response if row.omega == 1.3 and row.attracts]
+assert [f"{row.low:.4f} {row.high:.4f}" for row in pair] == ["1.5972 1.5972", "5.3193 5.3193"]
+assert all(row.alone and row.high < (1 + 1e-3) * row.low for row in calm.response)
 LINEAR = 1000 / 101  # the stable gains of the first plant end here
 assert abs(sector.hurwitz.low - LINEAR) < 1e-8
 assert aizerman.order == kalman.block.order == 4

@@ -131,15 +131,30 @@ class _Way:
     at: Sampled
     half: arb
     slopes: list[arb]
+    exact: list[acb] | None
 
     @classmethod
     def of(cls, loop: ForcedLoop, channel: int, missed: Residual) -> _Way:
         """The way of a channel."""
-        count = _POINTS if loop.degrees[channel] is not None else _KINKED
+        degree, order = loop.degrees[channel], len(missed.rows[channel]) - 1
+        count = _POINTS if degree is not None else _KINKED
         at, half = Sampled.of(missed.rows[channel], count), arb.pi() / count
         g, curve = ball(loop.gains[channel]), loop.curves[channel]
         slopes = [curve(_box(s, ds, at.bend, half))[1] - g for s, ds in zip(at.values, at.slopes, strict=True)]
-        return cls(curve, at, half, slopes)
+        exact = None
+        if degree is not None and 2 * (degree - 1) * order < count:  # psi' is a sum of harmonics itself
+            exact = [c / count for c in acb.dft([acb(curve(s)[1] - g) for s in at.values])]
+        return cls(curve, at, half, slopes, exact)
+
+    def coefficients(self, most: int) -> tuple[list[acb], arb]:
+        """``a_k``, ``|k| <= most``, of ``a`` or of what is constant on each part, and how far each is off."""
+        count = len(self.slopes)
+        if self.exact is not None:
+            return [self.exact[k % count] for k in range(-most, most + 1)], arb(0)
+        found = acb.dft([acb(slope.mid()) for slope in self.slopes])
+        width = [arb(1), *((self.half * k).sin() / (self.half * k) for k in range(1, most + 1))]
+        flat = [found[k % count] * width[abs(k)] / count for k in range(-most, most + 1)]
+        return flat, (sum((slope.rad() for slope in self.slopes), arb(0)) / count).upper()
 
     def bent(self, radius: float) -> list[int]:
         """The parts on which ``psi`` is not straight where ``|delta| <= radius``."""
@@ -188,8 +203,8 @@ def _inverse(loop: ForcedLoop, missed: Residual, ways: Sequence[_Way], low: int,
     beyond = (sum((missed.tail(i, smooth[i], low) ** 2 for i in range(m)), arb(0)) / 2).sqrt()
     if not 2 * top * beyond < 1:
         return None
-    spread = max((sum((s.rad() for s in way.slopes), arb(0)) / len(way.slopes) for way in ways), key=float)
-    coefficients = [_coefficients([float(s.mid()) for s in way.slopes], 2 * low) for way in ways]
+    known = [way.coefficients(2 * low) for way in ways]
+    coefficients, spread = [one for one, _ in known], max((off for _, off in known), key=float)
     order = [(i, k) for i in range(m) for k in range(-low, low + 1)]
 
     def response(i: int, j: int, k: int) -> acb:
@@ -219,11 +234,3 @@ def _inverse(loop: ForcedLoop, missed: Residual, ways: Sequence[_Way], low: int,
     rho = 1 + top * size / (1 - miss)
     left = 1 - rho * top * beyond
     return (rho / left).upper() if left > 0 else None
-
-
-def _coefficients(values: Sequence[float], most: int) -> list[acb]:
-    """``a_k``, ``|k| <= most``, of the function with these values on equal parts around ``2 pi j/count``."""
-    count = len(values)
-    found = acb.dft([acb(v) for v in values])
-    width = [arb(1) if k == 0 else (arb.pi() * k / count).sin() / (arb.pi() * k / count) for k in range(most + 1)]
-    return [found[k % count] * width[abs(k)] / count for k in range(-most, most + 1)]

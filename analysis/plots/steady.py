@@ -74,6 +74,7 @@ def plot_steady(found: SteadyResponse, *, ax: Axes | None = None) -> Axes:
     unit = "" if found.forcing is None or not found.forcing.unit else f" [{found.forcing.unit}]"
     axes.set_xlabel("ω [rad/s]")
     axes.set_ylabel(f"largest |z| over a period{unit}")
+    _ticks(axes)
     finish_axes(axes)
     axes.legend(loc="best", **LEGEND)
     return axes
@@ -85,3 +86,14 @@ def _bars(axes: Axes, rows: Sequence[SteadyPoint], color: str, label: str) -> No
         low, high = (np.array([getattr(row, end) for row in rows]) for end in ("low", "high"))
         middle, at = (low + high) / 2, [row.omega for row in rows]
         axes.errorbar(at, middle, [middle - low, high - middle], fmt="_", color=color, ms=7, capsize=3, label=label)
+
+
+def _ticks(axes: Axes) -> None:
+    """Plain numbers on axes of less than two decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        if high < 100 * low:
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axis.set_minor_locator(NullLocator())
