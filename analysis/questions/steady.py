@@ -406,26 +406,27 @@ def _posed(loop: object, given: object, forcing: object, performance: object) ->
         ]
         tested, own = tuple(one.nonlinearity for one in checked), tuple(one.nonlinearity_class for one in checked)
         sizes = tuple(len(list(block)) for _, block in groupby(tested))
-        classes = classes or Diagonal(own, repeated=sizes)
+        stated = classes is not None and all(one.linear or one.slope is not None for one in classes.classes)
+        classes = classes if classes is not None and stated else Diagonal(own, repeated=sizes)
     if classes is None:
         raise InputError("no class of nonlinearities is given; give one with slope bounds, or a nonlinearity")
     if len(classes.classes) != H.inputs or H.inputs != H.outputs:
         raise InputError(
             f"{len(classes.classes)} classes are given, and the plant has {H.size}; give one for each channel"
         )
-    stated = None if forcing is None else Forcing.given(forcing)
+    moved = None if forcing is None else Forcing.given(forcing)
     sides = None if performance is None else Performance.given(performance)
-    if stated is not None:
+    if moved is not None:
         width = H.inputs if sides is None else sides.inputs
-        if stated.inputs != width:
-            raise InputError(f"forcing has {stated.inputs} entries, and w has {width}; give one for each")
-        if H.dt is not None and any(stated.amplitude):
+        if moved.inputs != width:
+            raise InputError(f"forcing has {moved.inputs} entries, and w has {width}; give one for each")
+        if H.dt is not None and any(moved.amplitude):
             raise InputError(
                 "forcing.amplitude is given, and time is discrete, where a sampled sine need not repeat; give constant"
             )
     assumed = _assumed(tested, classes)
     exact = rational_if_moderate(as_plant(plant))
-    return _Asked(exact if isinstance(exact, RationalPlant) else H, H, classes, tested, stated, sides, assumed)
+    return _Asked(exact if isinstance(exact, RationalPlant) else H, H, classes, tested, moved, sides, assumed)
 
 
 def _assumed(known: tuple[Nonlinearity, ...], classes: Diagonal) -> str:
