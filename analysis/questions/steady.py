@@ -164,7 +164,7 @@ class SteadyResponse(TwoSided):
     @derived()
     def criterion(self) -> str:
         """The theorem behind the rate; empty if nothing decays."""
-        return self.differences.criterion if self.verdict is Verdict.PROVED else ""
+        return "" if self.proof is None or self.verdict is not Verdict.PROVED else self.proof.theorem
 
     @property
     @derived(key="incremental_gain")
@@ -206,7 +206,7 @@ class SteadyResponse(TwoSided):
     @property
     def _sides(self) -> tuple[Checked | None, Checked | None]:
         sides = self.proof, self.refutation
-        return sides[::-1] if self.differences.time == "discrete" else sides
+        return sides[::-1] if self.differences is not None and self.differences.time == "discrete" else sides
 
     @property
     def drawn(self) -> bool:
@@ -362,7 +362,7 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
         outside=any(_narrow(one) for one in asked.classes.classes),
         assumed=asked.assumed,
         open_reason=reason,
-        stopped=cast("Stopped | None", stopped or differences.stopped),
+        stopped=cast("Stopped | None", stopped or (None if differences is None else differences.stopped)),
     )
 
 
