@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from lure import Cubic, DeadZone, InputError, Saturation, SlopeBounds, Tanh
-from lure.analysis import Evidence, Verdict, steady_response
+from lure.analysis import Verdict, steady_response
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli.entry import main
 from lure.analysis.forced.balance import Balanced, Wave
 from lure.analysis.forced.band import residual
 from lure.analysis.forced.loop import ForcedLoop
+from lure.analysis.numerics.evidence import Evidence
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.nonlinearities import ExpressionNonlinearity, PiecewiseLinear
 
