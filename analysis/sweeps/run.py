@@ -18,7 +18,7 @@ import numpy as np
 
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second import recheck
-from lure.analysis.sweeps.rows import APART, Answered, answered
+from lure.analysis.sweeps.rows import APART, Answered, Certificate, Row, answered
 from lure.analysis.sweeps.store import Store
 from lure.analysis.sweeps.study import Study, read_study, study_of
 from lure.errors import InputError
@@ -296,11 +296,14 @@ def computed(number: int, job: Job) -> int:
         _KNOWN.clear()
         store = _KNOWN[job.path, job.digest] = Store(Path(job.path), job.study)
     study = store.study
-    points = [
-        [answered(study.source, place, one, job.seconds) for one in study.ask] for place in study.of_chunk(number)
-    ]
-    kept = [one for point in points for each in point for one in each.certificates]
-    store.write(number, points, {"none": [], "sample": kept[:1], "all": kept}[job.keep])
+    points: list[list[Row]] = []
+    kept: list[Certificate] = []
+    for place in study.of_chunk(number):
+        answers = [answered(study.source, place, one, job.seconds) for one in study.ask]
+        points.append([each.row for each in answers])
+        if job.keep == "all" or (job.keep == "sample" and not kept):
+            kept += [one for each in answers for one in each.certificates]
+    store.write(number, points, kept)
     return len(points)
 
 

@@ -22,7 +22,7 @@ import numpy as np
 import zarr
 
 from lure import __version__
-from lure.analysis.sweeps.rows import Answered, variables
+from lure.analysis.sweeps.rows import Certificate, Row, variables
 from lure.analysis.sweeps.study import Study
 from lure.errors import InputError
 from lure.files.values import shown_path
@@ -153,17 +153,17 @@ class Store:
         """The chunks that are done."""
         return {int(entry.name) for entry in os.scandir(self.path / _DONE) if entry.name.isdigit()}
 
-    def write(self, number: int, answers: Sequence[Sequence[Answered]], certificates: Sequence[Any]) -> None:
+    def write(self, number: int, points: Sequence[Sequence[Row]], certificates: Sequence[Certificate]) -> None:
         """Write the values of a chunk, and then its marker.
 
         Parameters
         ----------
         number : int
             Of the chunk.
-        answers : sequence of sequence of Answered
-            For each point of the chunk one of each question.
-        certificates : sequence
-            Certificates to keep, as plain data.
+        points : sequence of sequence of dict
+            For each point of the chunk the row of each question.
+        certificates : sequence of Mapping
+            Certificates to keep.
         """
         region = self.study.region(number)
         shape = tuple(part.stop - part.start for part in region)
@@ -173,7 +173,7 @@ class Store:
             group = zarr.open_group(self.path, mode="r+")
             for name, one in self.variables.items():
                 empty = "" if one.kind == "text" else np.nan
-                cells = [[each.row.get(name, empty) for each in point] for point in answers]
+                cells = [[row.get(name, empty) for row in point] for point in points]
                 values = np.array(cells, dtype=object if one.kind == "text" else float)
                 values = values.reshape(*shape, *([len(self.study.ask)] if several else []))
                 array: Any = group[name]
@@ -186,7 +186,7 @@ class Store:
                 file.writelines(json.dumps(one) + "\n" for one in certificates)
             aside.replace(folder / f"{number}.jsonl.gz")
         aside = self.path / _DONE / f".{number}.{secrets.token_hex(4)}"
-        aside.write_text(str(len(answers)), encoding="ascii")
+        aside.write_text(str(len(points)), encoding="ascii")
         aside.replace(self.path / _DONE / str(number))
 
     def note(self, name: str, value: int | str) -> None:

@@ -1,0 +1,63 @@
+"""Claim: keeping the answers of a sweep costs at most 15 % of computing them, and the store has what questions say.
+
+The peer is a bare loop over the same points, in the same process, which keeps nothing and reads the system once, as
+the sweep does.  Processor time; each is run three times, in turn.  What a sweep does besides, a row in 1000 computed
+again and rechecked from the file on, is left out.
+"""
+
+import statistics
+import sys
+import tempfile
+import time
+import warnings
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+
+from lure.analysis.sweeps import run as runs
+from lure.analysis.sweeps import sweep
+from lure.analysis.sweeps.rows import answered
+from lure.analysis.sweeps.run import opened
+from lure.analysis.sweeps.study import study_of
+
+SHARE, POINTS, RUNS = 1.15, 2000, 3
+TABLES = {
+    "system": "paper-rod",
+    "ask": "rod",
+    "over": {
+        "rod.damping": {"from": 1e-4, "to": 1e-1, "count": POINTS // 4, "spacing": "log"},
+        "rod.compliance": {"from": 0.1, "to": 10, "count": 4, "spacing": "log"},
+    },
+}
+
+
+def main() -> int:
+    """Run both in turn, compare every row, and say whether the claim holds."""
+    warnings.simplefilter("ignore")  # Zarr's about data types
+    study = study_of(TABLES)
+    places = [place for number in range(study.chunks) for place in study.of_chunk(number)]
+    answered(study.source, places[0], "rod")  # what is imported once
+    bare, whole, same = [], [], True
+    for _ in range(RUNS):
+        begun = time.process_time()
+        rows = [answered(study.source, place, "rod").row for place in places]
+        bare.append(time.process_time() - begun)
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(runs, "computed_again", return_value=0):
+            begun = time.process_time()
+            sweep(study, Path(folder) / "study.zarr")
+            whole.append(time.process_time() - begun)
+            data = opened(Path(folder) / "study.zarr").load()
+        for name in ("slowest_decay", "theta", "circle"):
+            same = same and np.array_equal(data[name].values.ravel(), [row[name] for row in rows])
+        same = same and [row["verdict"] for row in rows] == list(data["verdict"].values.ravel())
+    loop, kept = statistics.median(bare), statistics.median(whole)
+    print(f"{POINTS} rods: {kept / POINTS * 1e3:.2f} ms each, without keeping anything {loop / POINTS * 1e3:.2f} ms")
+    print(f"  ratio {kept / loop:.3f}   (claim: at most {SHARE:g}); every row is the same: {same}")
+    holds = same and kept <= SHARE * loop
+    print("holds" if holds else "DOES NOT HOLD")
+    return 0 if holds else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
