@@ -145,3 +145,28 @@ def test_a_refutation_names_one_plant_of_the_box():
         (("proof", "proof"), {"method": "member", "at": ["1", "1"], "proof": found.certificate["proof"]["proof"]}),
     ):
         assert_both_reject(edited(found.certificate, *path, value=value))
+
+
+# What holds at every node of a box and fails between two of them: c(p) = 1 - 64 (p - 1/8)^2 is 1 at 1/8, and not
+# positive at 0, 1/4, 1/2, 3/4, 1.
+PEAK, DIP = "64*(p - 1/8)^2 - 1", "64*(p - 1/8)^2 - 1/2"
+
+
+@pytest.mark.parametrize(
+    ("plants", "theorem", "multiplier", "end", "conclusion"),
+    [
+        # -c/(s + 1): with the gain 3/2 the pole is at 3/2 - 1 > 0 for p = 1/8
+        (([PEAK], [1, 1], {"p": (0, 1)}), "circle", {}, "3/2", "0 attracts every motion"),
+        # n/(s (s + 1)) with n(1/8) = -1/2: F > 0 for small gains, and the residue is negative
+        (
+            *(([DIP], [1, 1, 0], {"p": (0, 1)}), "popov", {"theta": "1"}, "1/10"),
+            "every motion converges to the set of equilibria",
+        ),
+        # H = 0, whose F is 0 for every bound; the plant swings for ever where p = 1
+        (([0], [1, "(p - 1)^2", 1], {"p": (0, 2.25)}), "circle", {}, "finite", "0 attracts every motion"),
+    ],
+)
+def test_neither_overlooks_what_fails_between_the_nodes(proof, plants, theorem, multiplier, end, conclusion):
+    family = PlantFamily.of_coefficients(*plants)
+    one = draft(family, theorem, {"multiplier": multiplier}, sector=["0", end])
+    assert_both_reject({**proof, **one, "conclusion": conclusion})
