@@ -49,6 +49,7 @@ from lure.analysis.rod.response.seen import separation
 from lure.analysis.rod.runs import Request, perform, sampled_motion
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.spectrum import rod_spectrum
+from lure.analysis.sweeps import SweepSummary
 from lure.analysis.testing import NonlinearityViolation, assert_in_sector
 from lure.analysis.theorems.passivity import passivity_indices
 from lure.analysis.verdict import Evidence
@@ -214,6 +215,18 @@ RESULTS = {
         lure.plants.family.PlantFamily.of_coefficients([1], [1, "a"], {"a": (1, 2)}), Sector(Fraction(-1, 2), 1)
     ),
     "SteadyResponse": lambda: steady_response(([1], [1, 1]), Saturation(), {"amplitude": 1, "omega": [1, 2]}),
+    "SweepSummary": lambda: SweepSummary(
+        store="study.zarr",
+        question="paper-rod, asked for rod: 3 values of rod.damping",
+        points=3,
+        done=2,
+        failed=1,
+        proved=1,
+        refuted=0,
+        inconclusive=0,
+        computed_now=2,
+        seconds=0.5,
+    ),
     "StabilityMap": lambda: StabilityMap(lower=(F(0), F(0)), asked=(F(1), F(2)), rays=(RAY,)),
     "exact motion": motion,
     "impact": lambda: motion().impacts[0],
