@@ -245,7 +245,7 @@ Exit status: 0 a bound is proved, 10 none is, 11 a member is unstable,
 2 bad input, 130 interrupted before anything was found.
 """
 
-STEADY = """Print whether one steady response attracts all, and its amplitude.
+STEADY = """Print whether one steady response attracts all others.
 
 \b
 Examples:

@@ -6,13 +6,12 @@ import math
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from matplotlib.patches import Rectangle
-
 from lure.analysis.plots.style import BLUE, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
 from lure.analysis.questions.margins import Margin, Tolerances
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.patches import Rectangle
 
     from lure.plants.family import Box
 
@@ -63,6 +62,8 @@ def _plane(axes: Axes, found: Tolerances) -> None:
 
 
 def _rectangle(box: Box, **look: object) -> Rectangle:
+    from matplotlib.patches import Rectangle
+
     (left, right), (bottom, top) = ([float(end) for end in ends] for ends in box)
     return Rectangle((left, bottom), right - left, top - bottom, **look)  # type: ignore[arg-type]  # as matplotlib has it
 

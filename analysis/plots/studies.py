@@ -43,7 +43,7 @@ def planes(data: xarray.Dataset) -> Iterator[Plane]:
         yield Plane(part.isel(cut), along, ", ".join(said))
 
 
-def plot_verdicts(plane: Plane, *, ax: Axes | None = None) -> Axes:
+def verdicts_drawn(plane: Plane, *, ax: Axes | None = None) -> Axes:
     """The verdict of each point: along two dimensions as a map, else against the number of the point.
 
     Parameters
@@ -66,7 +66,7 @@ def plot_verdicts(plane: Plane, *, ax: Axes | None = None) -> Axes:
     return axes
 
 
-def plot_values(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
+def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
     """One variable: along two dimensions as colours, along one as a curve.
 
     Parameters

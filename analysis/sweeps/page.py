@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from lure.analysis.plots import Draw, render
-from lure.analysis.plots.studies import LOOKS, Plane, drawn_keys, planes, plot_values, plot_verdicts
+from lure.analysis.plots.studies import LOOKS, Plane, drawn_keys, planes, values_drawn, verdicts_drawn
 from lure.analysis.report.html import glyphs, inline, template
 from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.sweeps.run import opened
@@ -64,11 +64,11 @@ def page_of(path: Path) -> str:
 
 def _figures(data: xarray.Dataset) -> Iterator[Figure]:
     for number, plane in enumerate(planes(data)):
-        yield _figure(f"verdicts-{number}", "Verdicts", plane, partial(plot_verdicts, plane))
+        yield _figure(f"verdicts-{number}", "Verdicts", plane, partial(verdicts_drawn, plane))
         for name in _VALUES:
             if name in plane.data and len(np.unique(_finite(plane.data[name]))) > 1:
                 title = str(plane.data[name].attrs["long_name"])
-                yield _figure(f"{name}-{number}", title, plane, partial(plot_values, plane, name))
+                yield _figure(f"{name}-{number}", title, plane, partial(values_drawn, plane, name))
 
 
 def _finite(values: xarray.DataArray) -> np.ndarray[Any, Any]:

@@ -77,6 +77,8 @@ class Theorem:
     channels : tuple of str
         Its names in certificates about several nonlinearities, the cheapest kind of multiplier first; empty if it is
         about one.
+    family : bool
+        Whether it is decided for all plants of a box of parameters.
     """
 
     name: str
@@ -98,6 +100,7 @@ class Theorem:
     stage: int = 0
     aliases: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
+    family: bool = True
 
     def answer(self, block: ScalarPlant, *, lower: Fraction, odd: bool) -> CriterionResult:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves, computes or observes."""
@@ -208,6 +211,7 @@ TABLE = (  # in each stage the cheapest first
         largest="inequality.gains:hurwitz_largest",
         decision="inequality.gains:hurwitz_criterion",
         multipliers=_none,
+        family=False,
     ),
     Theorem(
         name="circle",
@@ -330,6 +334,7 @@ TABLE = (  # in each stage the cheapest first
         largest="theorems.order_cone:order_cone_largest",
         decision="theorems.order_cone:order_cone_criterion",
         multipliers=_windows,
+        family=False,
     ),
 )
 CRITERIA = tuple(dict.fromkeys(row.name for row in TABLE))

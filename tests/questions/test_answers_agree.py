@@ -50,7 +50,8 @@ def test_a_lower_gain_with_poles_on_the_axis_refutes_every_class(ask, lower):
     assert found.verdict is REFUTED
     assert found.refuted_at == lower
     assert found.refutation.certificate["proof"] == {"method": "linear-gain", "gain": f"{found.lower}"}
-    assert f"phi = {'0' if not lower else f'{lower} sigma'}" in str(found.conclusion)
+    said = {0: "phi = 0", 0.25: "phi = 0.25 sigma", 1: "phi = sigma"}[lower]
+    assert f"{said} (certified)" in str(found.conclusion)
 
 
 def test_with_dead_time_no_upper_bound_is_advised_for_a_class_that_begins_below_0():

@@ -210,7 +210,7 @@ def test_a_search_that_fails_proves_nothing(monkeypatch):
         (lambda: max_sector(as_plant((STATE, rows("1 0; 0 1; 0 0"), [1, 0, 0])), [ONE]), "need as many of both"),
         (lambda: max_sector(FETZER), "4 inputs and 4 outputs: .* choose a pair"),
         (lambda: max_sector(FETZER, [Sector(0, float("inf"))] * 4), "give finite ones, such as"),
-        (lambda: max_sector(FETZER, [ONE, "tanh(sigma)", ONE, ONE]), "give a Sector, SlopeBounds or NonlinearityClass"),
+        (lambda: max_sector(FETZER, [ONE, 3.5, ONE, ONE]), "number 2 of what closes the channels: 3.5 has no sector"),
         (lambda: max_slope(FETZER, [ONE] * 4), "the class of channel 1 has no slope bounds"),
         (lambda: max_sector(as_plant([["1/(s+1)", "0"], ["0", "1/(s+1)"]]), {"a": ONE, "b": ONE}), "no names"),
         (lambda: max_sector(ILL_POSED, [Sector(1, 2), ONE]), r"det\(1 \+ D L\) = 0 for the gains 1, 0"),

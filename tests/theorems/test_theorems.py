@@ -33,7 +33,7 @@ ROOT = Path(__file__).parents[2]
 ALL = [pytest.param(row, time, id=f"{row.name}-{time}") for row in TABLE for time in row.times]
 EVERY = [case for case in ALL if case.values[0].stage < LAST]  # the last stage costs seconds: test_order_cone.py
 RANDOMLY = [case for case in EVERY if case.values[0].stage < 2]
-SECOND = ("theorems", "question", "pace")
+SECOND = ("theorems", "question", "pace", "boxes")
 FOUND = {"continuous": CONTINUOUS[1], "discrete": DISCRETE[6]}
 
 
