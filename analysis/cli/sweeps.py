@@ -9,7 +9,6 @@ import typer
 
 from lure.analysis.cli import texts
 from lure.analysis.cli.options import (
-    Force,
     Json,
     Quiet,
     Seconds,
@@ -37,7 +36,7 @@ def sweep(
         str, typer.Option("--certificates", metavar="WHICH", help="To keep: none, sample or all.")
     ] = "none",
     report: Annotated[bool, typer.Option("--report", help="Write the page of a store.")] = False,
-    force: Force = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace a page that exists.")] = False,
     seconds: Seconds = None,
     as_json: Json = False,
     quiet: Quiet = False,

@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 from lure.analysis.questions import decay_rate, l2_gain
 from lure.analysis.questions.answers import max_sector, max_slope
 from lure.analysis.questions.certify import ProofOptions, certify
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.extensions import extension
 from lure.files.reading import SystemSource
 from lure.files.system import LoopSystem
@@ -41,7 +41,7 @@ VARIABLES: dict[str, Variable] = {
     "margin": Variable("number", "1", "least value of the frequency inequality for a class that is given"),
     "slowest_decay": Variable("number", "1/s", "decay of the slowest wave mode of the rod, of its linear part"),
     "theta": Variable("number", "s", "multiplier of Popov's criterion"),
-    "code": Variable("text", "1", "why the verdict is INCONCLUSIVE"),
+    "code": Variable("text", "1", "why the verdict is INCONCLUSIVE, or LURE-I007 where the time allowed was over"),
     "error": Variable("text", "1", "why the point failed, in one sentence; empty where it did not"),
     "seconds": Variable("number", "s", "time taken"),
     "scheme_verdict": Variable("text", "1", "as verdict, of the scheme with N cells"),
@@ -142,7 +142,7 @@ def _largest(question: str) -> Callable[[LoopSystem, float | None], Answered]:
             "criterion": bound.criterion,
             "margin": math.nan if best is None or best.margin is None else best.margin.low,
             "theta": math.nan if bound.theta is None else bound.theta,
-            "code": "" if bound.conclusion.code is None else bound.conclusion.code.identifier,
+            "code": _code(bound, bound.conclusion.code),
         }
         sides = (bound.conclusion.shown, None if bound.witness is None else bound.witness.refutation)
         return Answered(row, tuple(one.certificate for one in sides if one is not None))
@@ -168,8 +168,10 @@ def _class(system: LoopSystem, seconds: float | None) -> Answered:
     return Answered(row, () if shown is None else (shown.certificate,))
 
 
-def _code(bound: Any) -> str:  # noqa: ANN401  (a gain or a rate)
-    code = getattr(bound, "code", None)
+def _code(bound: Any, code: Any) -> str:  # noqa: ANN401  (any answer, and the code of one that is open)
+    """Why an answer is open, or that its time was over."""
+    if bound.stopped == "time":
+        return str(Reason.OUT_OF_TIME)
     return "" if code is None else str(code.identifier)
 
 
@@ -185,7 +187,7 @@ def _both_ways(question: Callable[..., Any], name: str) -> Callable[[LoopSystem,
             "low": bracket.low,
             "high": bracket.high,
             "criterion": bound.criterion,
-            "code": _code(bound),
+            "code": _code(bound, getattr(bound, "code", None)),
         }
         sides = (bound.proof, bound.refutation)
         return Answered(row, tuple(one.certificate for one in sides if one is not None))

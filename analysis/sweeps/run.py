@@ -7,9 +7,10 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -43,12 +44,14 @@ class SweepSummary(Record):
     store: str = quantity("The data set", label="")
     question: str = quantity("What was asked of what")
     points: int = quantity("Points of the study")
+    answers: int = quantity("Answers: of each point one to each question")
     done: int = quantity("Points with a row, failed ones among them")
-    failed: int = quantity("Points whose row is a sentence that says why")
+    failed: int = quantity("Answers that are a sentence which says why there is none")
     proved: int = quantity("Answers PROVED")
     refuted: int = quantity("Answers REFUTED")
     inconclusive: int = quantity("Answers INCONCLUSIVE")
     computed_now: int = quantity("Points computed in this run")
+    first_error: str = quantity("What the first one that failed says", default="")
     lost: int = quantity("Times that a process died and what it was at was computed again", default=0)
     checked_again: int = quantity("Rows computed again by the plain question and by both checkers", default=0)
     seconds: float = quantity("Time of this run", "s")
@@ -59,6 +62,7 @@ class SweepSummary(Record):
             f"{self.question}. {self.done} of {self.points} points done, {self.computed_now} now in "
             f"{self.seconds:.1f} s: "
             f"{self.proved} PROVED, {self.refuted} REFUTED, {self.inconclusive} INCONCLUSIVE, {self.failed} failed."
+            + (f" The first that failed: {self.first_error}" if self.first_error else "")
             + (f" Processes died {self.lost} times; what they were at was computed again." if self.lost else "")
             + (f" {rest} are open; the same command goes on." if rest else "")
             + (" A sample, computed again and rechecked, agrees." if self.checked_again else "")
@@ -278,6 +282,26 @@ class Job:
     seconds: float | None
 
 
+@contextmanager
+def _interrupts() -> Iterator[threading.Event]:
+    """Whether an interrupt came, also one that a search took for the end of its time."""
+    seen = threading.Event()
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or before == signal.SIG_IGN:
+        yield seen
+        return
+
+    def interrupt(*_given: object) -> None:
+        seen.set()
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield seen
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 _KNOWN: dict[tuple[str, str], Store] = {}  # the store of a process, whose system was read once
 
 
@@ -290,6 +314,11 @@ def computed(number: int, job: Job) -> int:
         Of the chunk.
     job : Job
         Of which study.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        The user interrupted; nothing of the chunk is kept.
     """
     store = _KNOWN.get((job.path, job.digest))
     if store is None:
@@ -298,11 +327,14 @@ def computed(number: int, job: Job) -> int:
     study = store.study
     points: list[list[Row]] = []
     kept: list[Certificate] = []
-    for place in study.of_chunk(number):
-        answers = [answered(study.source, place, one, job.seconds) for one in study.ask]
-        points.append([each.row for each in answers])
-        if job.keep == "all" or (job.keep == "sample" and not kept):
-            kept += [one for each in answers for one in each.certificates]
+    with _interrupts() as interrupted:
+        for place in study.of_chunk(number):
+            answers = [answered(study.source, place, one, job.seconds) for one in study.ask]
+            if interrupted.is_set():  # a search hands back what it had so far: no answer to keep
+                raise KeyboardInterrupt
+            points.append([each.row for each in answers])
+            if job.keep == "all" or (job.keep == "sample" and not kept):
+                kept += [one for each in answers for one in each.certificates]
     store.write(number, points, kept)
     return len(points)
 
@@ -379,13 +411,16 @@ def opened(path: Path) -> xarray.Dataset:
 def _summary(store: Store, now: int, lost: int, again: int, seconds: float) -> SweepSummary:
     data, study = opened(store.path), store.study
     done = sum(study.size(number) for number in store.done())
-    verdicts, errors = data["verdict"].values, data["error"].values
+    verdicts, errors = data["verdict"].values.ravel(), data["error"].values.ravel()
+    failed = errors[errors != ""]
     return SweepSummary(
         store=str(store.path),
         question=str(study),
         points=study.points,
+        answers=study.points * len(study.ask),
         done=done,
-        failed=int((errors != "").sum()),
+        failed=len(failed),
+        first_error=str(failed[0]) if len(failed) else "",
         proved=int((verdicts == "PROVED").sum()),
         refuted=int((verdicts == "REFUTED").sum()),
         inconclusive=int((verdicts == "INCONCLUSIVE").sum()),

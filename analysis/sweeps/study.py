@@ -231,7 +231,8 @@ class Study:
         return hashlib.sha256(self.text.encode()).hexdigest()
 
     def __str__(self) -> str:
-        varied = " x ".join(f"{len(axis.values)} values of {axis.key}" for axis in self.axes)
+        counts = [(len(axis.values), axis.key) for axis in self.axes]
+        varied = " x ".join(f"{count} value{'s' * (count > 1)} of {key}" for count, key in counts)
         if self.draw is not None:
             varied = f"{self.draw.count} points drawn ({self.draw.method}) of {', '.join(self.keys)}"
         return f"{self.system}, asked for {' and '.join(self.ask)}: {varied}"
@@ -280,6 +281,10 @@ def read_study(path: Path) -> Study:
         tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=exact_decimal)
     except FileNotFoundError:
         raise InputError(f"{label} does not exist; give the TOML file of a study, see lure sweep --help") from None
+    except IsADirectoryError:
+        raise InputError(
+            f"{label} is a folder; give the TOML file of a study, or --report for the page of a store"
+        ) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{label} cannot be read as UTF-8 text ({error}); give a TOML file") from None
     except (tomllib.TOMLDecodeError, RecursionError) as error:
@@ -316,7 +321,8 @@ def study_of(tables: Mapping[str, Any], *, folder: Path = Path()) -> Study:
         raise InputError(f"system is {shown(system)}; give a built-in system or the name of a TOML file")
     ask = _asked(tables.get("ask"))
     if not isinstance(over, Mapping) or not over:
-        raise InputError(f"over is {shown(over)}; give a table [over] with what is varied, such as rod.damping")
+        found = "empty" if over == {} else "missing" if over is None else f"{shown(over)}"
+        raise InputError(f"over is {found}; give a table [over] with what is varied, such as rod.damping")
     flat = dict(_flat(over))
     if len(flat) > _MOST_AXES:
         raise InputError(f"[over] has {len(flat)} keys; give at most {_MOST_AXES}, or draw points in several studies")
@@ -353,7 +359,8 @@ def _demand_served(study: Study) -> None:
 def _asked(ask: object) -> tuple[str, ...]:
     asked = [ask] if isinstance(ask, str) else ask
     if not isinstance(asked, list | tuple) or not asked or any(each not in QUESTIONS for each in asked):
-        raise InputError(f"ask is {shown(ask)}; give one of {', '.join(QUESTIONS)}, or a list of them")
+        found = "an empty array" if asked == [] else shown(ask)
+        raise InputError(f"ask is {found}; give one of {', '.join(QUESTIONS)}, or a list of them")
     if len(set(asked)) < len(asked):
         raise InputError(f"ask is {shown(str(ask))}; give each question once")
     return tuple(asked)
@@ -373,7 +380,10 @@ def _axis(key: str, value: object) -> Axis:
     if isinstance(value, list | tuple):
         if not value:
             raise InputError(f"over.{key} is an empty array; give at least one value")
-        return Axis(key, tuple(_written(each) for each in value))
+        written = tuple(_written(each) for each in value)
+        if len(set(written)) < len(written):
+            raise InputError(f"over.{key} has a value twice; give each once")
+        return Axis(key, written)
     if not isinstance(value, Mapping):
         raise InputError(f"over.{key} is {shown(value)}; give an array of values, or {{ from = , to = , count = }}")
     _only(key, value, ("from", "to", "count", "spacing"))
@@ -381,6 +391,8 @@ def _axis(key: str, value: object) -> Axis:
     count, spacing = value.get("count"), value.get("spacing", "linear")
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"over.{key}.count is {shown(count)}; give a whole number of at least 1")
+    if (count == 1) != (low == high):
+        raise InputError(f"over.{key} has {count} values from {low:g} to {high:g}; give at least 2 for two ends")
     if spacing not in _SPACINGS:
         raise InputError(f"over.{key}.spacing is {shown(spacing)}; give 'linear' or 'log'")
     if count > MOST_POINTS:

@@ -219,6 +219,7 @@ RESULTS = {
         store="study.zarr",
         question="paper-rod, asked for rod: 3 values of rod.damping",
         points=3,
+        answers=3,
         done=2,
         failed=1,
         proved=1,

@@ -1,5 +1,6 @@
 """Sweeps: rows are the answers of the plain questions, nothing is lost or done twice, bad studies are refused."""
 
+import contextlib
 import json
 import math
 import os
@@ -88,6 +89,22 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(loops, monkeypatch):
     assert first.drop_attrs().identical(second.drop_attrs())
 
 
+def test_an_answer_cut_by_an_interrupt_is_not_kept(loops, monkeypatch):
+    study, folder = loops
+    answered = runs.answered
+
+    def cut(*given):  # as a search does that hands back what it has so far
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        return answered(*given)
+
+    monkeypatch.setattr(runs, "answered", cut)
+    with pytest.raises(KeyboardInterrupt):
+        sweep(study_of(study, folder=folder), folder / "cut.zarr")
+    assert list((folder / "cut.zarr" / ".lure" / "done").iterdir()) == []
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
 def test_values_without_a_marker_are_not_taken_for_done(loops):
     study, folder = loops
     study = study_of(study, folder=folder)
@@ -165,7 +182,7 @@ def test_points_are_drawn_alike_for_one_seed(tmp_path):
     [
         ({"ask": "sectors"}, "ask is 'sectors'; give one of rod, sector"),
         ({"ask": "sector"}, "ask is 'sector', and paper-rod is a rod; ask 'rod'"),
-        ({"over": {}}, "over is a table; give a table"),
+        ({"over": {}}, "over is empty; give a table"),
         ({"over": {"rod.dampin": [1]}}, "unknown key rod.dampin; did you mean rod.damping?"),
         ({"over": {"rod.damping": []}}, "over.rod.damping is an empty array"),
         ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 2, "spacing": "log"}}}, "give positive ends"),
@@ -173,6 +190,9 @@ def test_points_are_drawn_alike_for_one_seed(tmp_path):
         ({"over": {"rod.damping": {"from": 0, "to": 1, "step": 2}}}, "unknown key over.rod.damping.step"),
         ({"draw": {"count": 3}}, "over.rod.damping is an array; with [draw] give"),
         ({"draw": {"count": 3}, "over": {"rod.damping": {"between": [2, 1]}}}, "give the smaller end first"),
+        ({"ask": []}, "ask is an empty array"),
+        ({"over": {"rod.damping": [1e-4, 1e-4]}}, "over.rod.damping has a value twice"),
+        ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 1}}}, "give at least 2 for two ends"),
         ({"sweep": 1}, "unknown key 'sweep' of a study"),
         ({"chunk": -1}, "chunk is -1"),
         ({"system": 3}, "system is 3"),
