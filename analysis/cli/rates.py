@@ -66,9 +66,10 @@ def rate(
         found = decay_rate(chosen, seconds=seconds, progress=tell)
         beside = _constant(chosen, found) if constant else None
     if as_json:
-        print_json(found.to_dict() | ({"constant": beside.to_dict()} if beside else {}))
+        print_json(found.to_dict() | ({"constant": beside.to_dict() if beside else None} if constant else {}))
     else:
-        print_wrapped([str(found), *([str(beside)] if beside else [])])
+        none = ["No number c is given, since no decay is proved."] if constant and beside is None else []
+        print_wrapped([str(found), *([str(beside)] if beside else none)])
     shown = found.proof or found.refutation
     if output is not None and shown is not None:
         what = "of the rate that is proved" if shown is found.proof else "of the member that is no faster"

@@ -137,8 +137,8 @@ class RateBound(TwoSided):
     def __str__(self) -> str:
         said = f"No rate is proved for {self.nonlinearity_class}: {self.reason}"
         if self.proof is not None:
-            opened = self.verdict is Verdict.INCONCLUSIVE
-            said = f"No decay is proved: {self.reason}; every" if opened else "Every"
+            because = f": {self.reason}" if self.reason else ""
+            said = "Every" if self.verdict is Verdict.PROVED else f"No decay is proved{because}; every"
             like = self._like(_rate_of(self.proof), proved=True)
             said += f" solution satisfies |x(t)| <= c |x(0)| {like} with one c for {self.nonlinearity_class}"
             said += f" ({self.criterion}, certified)"
@@ -150,13 +150,14 @@ class RateBound(TwoSided):
         """How fast that is, rounded to the slower side for a proof, to the faster for a member."""
         if self.time == "discrete":
             return f"{(bound_above if proved else bound_below)(rate)}^t"
-        if not rate and not proved:
-            return "a constant"
         return f"exp({(bound_above if proved else bound_below)(-rate)} t)"
 
     def _slow(self, shown: Refuted) -> str:
         """What a solution of a member does."""
         rate = _rate_of(shown)
+        still = 1 if self.time == "discrete" else 0
+        if rate == still:
+            return "does not decay"
         grows = rate > 1 if self.time == "discrete" else rate < 0
         return f"{'grows like' if grows else 'decays no faster than'} {self._like(rate)}"
 

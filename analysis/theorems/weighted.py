@@ -20,6 +20,7 @@ _LEAST = 1e-10  # relative to |G + 1/w|: less is rounding
 _DIGITS = 10**12
 _WORTH = 1e-6
 _SMALL = 1e-9
+_ON_THE_AXIS = 1e-12  # of the largest pole: nearer ones are poles on the axis
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -59,7 +60,7 @@ class WeightedTaps:
         top, bottom = self.polynomials
         powers = rate ** np.arange(len(bottom) - 1, -1, -1.0)
         n, d = (np.array([float(c) for c in side]) * powers for side in (top, bottom))
-        if np.max(np.abs(np.roots(d)), initial=0.0) >= 1:
+        if np.max(np.abs(np.roots(d)), initial=0.0) >= 1 - _ON_THE_AXIS:
             return None
         return SampledResponse.of(n, d)
 
@@ -136,18 +137,15 @@ class WeightedTaps:
         if self.odd:
             rows, masses = np.hstack([rows, -rows]), np.hstack([masses, masses])
         count = rows.shape[1]
-        result = optimize.linprog(
-            np.append(np.zeros(count), -1.0),
-            A_ub=np.vstack([np.column_stack([rows, np.ones(len(omega))]), np.column_stack([masses, np.zeros(2)])]),
-            b_ub=np.concatenate([G.real / scale, [NORM, NORM]]),
-            bounds=[(0, None)] * count + [(None, 1)],
-            method="highs-ds",
-            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+        x, margin = _optimum(
+            np.vstack([np.column_stack([rows, np.ones(len(omega))]), np.column_stack([masses, np.zeros(2)])]),
+            np.concatenate([G.real / scale, [NORM, NORM]]),
+            [(0, None)] * count + [(None, 1)],
         )
-        if result.x is None or not np.all(np.isfinite(result.x)) or result.x[-1] <= _LEAST:
-            return None, _short(result.x)
-        x = np.clip(np.asarray(result.x[:count]), 0, None)
-        return np.asarray(x[: count // 2] - x[count // 2 :] if self.odd else x), float(result.x[-1])
+        if x is None:
+            return None, margin
+        x = np.clip(x[:count], 0, None)
+        return np.asarray(x[: count // 2] - x[count // 2 :] if self.odd else x), margin
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -207,9 +205,9 @@ class WeightedKernels:
         )
         below = bottom + float(self.lower) * top
         poles = np.roots(below)
-        if np.max(poles.real, initial=-math.inf) >= -rate:
-            return None, -1.0
         scale = float(np.abs(poles).max(initial=rate)) or 1.0
+        if np.max(poles.real, initial=-math.inf) >= -rate - _ON_THE_AXIS * scale:
+            return None, -1.0
         steps = [Fraction(v).limit_denominator(1000) for v in scale * np.geomspace(0.1, 30, size)]
         rates = [Fraction(rate).limit_denominator(1000) + Fraction(1, 500) + step for step in steps]
         basis = [(a, side) for a in rates for side in (1, -1)]
@@ -262,17 +260,12 @@ class WeightedKernels:
         if self.odd:
             masses = np.hstack([masses, masses[:, 1:]])
         count = masses.shape[1]
-        result = optimize.linprog(
-            np.append(np.zeros(count), -1.0),
-            A_ub=np.vstack([np.column_stack([-rows[:, 1:], np.ones(len(omega))]), np.column_stack([masses, [0, 0]])]),
-            b_ub=np.concatenate([rows[:, 0], [NORM, NORM]]),
-            bounds=[(None, None)] + [(0, None)] * (count - 1) + [(None, 1)],
-            method="highs-ds",
-            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+        x, margin = _optimum(
+            np.vstack([np.column_stack([-rows[:, 1:], np.ones(len(omega))]), np.column_stack([masses, [0, 0]])]),
+            np.concatenate([rows[:, 0], [NORM, NORM]]),
+            [(None, None)] + [(0, None)] * (count - 1) + [(None, 1)],
         )
-        if result.x is None or not np.all(np.isfinite(result.x)) or result.x[-1] <= _LEAST:
-            return None, _short(result.x)
-        return np.concatenate([[1.0], result.x[:1], np.clip(result.x[1:count], 0, None)]), float(result.x[-1])
+        return (None if x is None else np.concatenate([[1.0], x[:1], np.clip(x[1:count], 0, None)])), margin
 
     def _written(self, found: Reals, basis: Sequence[tuple[Fraction, int]]) -> Multiplier:
         """The multiplier of a certificate, rounded towards 0."""
@@ -336,9 +329,25 @@ class WeightedCircle:
         return float(np.min(values))
 
 
-def _short(x: Reals | None) -> float:
-    """The margin of a programme that is none."""
-    return float(x[-1]) if x is not None and x[-1] < 0 else -_LEAST
+def _optimum(A: Reals, b: Reals, bounds: Sequence[tuple[float | None, float | None]]) -> tuple[Reals | None, float]:
+    """The ``x`` with ``A x <= b`` whose last entry, the margin, is the largest, and it; None if it is none.
+
+    With a pole on the axis, where entries are infinite, nothing is served.
+    """
+    if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
+        return None, -1.0
+    result = optimize.linprog(
+        np.append(np.zeros(A.shape[1] - 1), -1.0),
+        A_ub=A,
+        b_ub=b,
+        bounds=bounds,
+        method="highs-ds",
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+    )
+    x = result.x
+    if x is None or not np.all(np.isfinite(x)):
+        return None, -_LEAST
+    return (np.asarray(x), float(x[-1])) if x[-1] > _LEAST else (None, min(float(x[-1]), -_LEAST))
 
 
 def _paced(p: Reals, rate: float, *, discrete: bool) -> Reals:
