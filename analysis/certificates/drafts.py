@@ -77,7 +77,8 @@ def guarded(search: str, work: Callable[[], T], *, passing: tuple[type[Exception
         if isinstance(error, (KeyboardInterrupt, SystemExit, GeneratorExit, *passing)):
             raise
         sentence = " ".join(str(error).split())
-        named = isinstance(error, (AssumptionError, InputError, Rejected, Malformed, ModuleNotFoundError))
+        spoken = (AssumptionError, InputError, Rejected, Malformed, ModuleNotFoundError, TimeoutError)
+        named = isinstance(error, spoken)
         detail = sentence if named and sentence else f"{type(error).__name__}: {sentence}".rstrip(": ")
         return Failure(search=search, code=code_for(error), detail=detail[:400])
 

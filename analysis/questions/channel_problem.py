@@ -18,6 +18,7 @@ from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
 from lure.plants.conversion import rational_if_moderate
+from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 
@@ -33,11 +34,16 @@ def channel_plant(source: object) -> MultivariablePlant:
     Raises
     ------
     InputError
-        It is not rational.
+        It is not rational, or has parameters in intervals.
     """
     found = source.block if isinstance(source, LoopSystem) else rational_if_moderate(as_plant(source))
     if isinstance(found, RationalPlant):
         found = MultivariablePlant.of_one_channel(found)
+    if isinstance(found, PlantFamily):
+        raise InputError(
+            "steady responses, gains, regions and several nonlinearities are not asked for plants with parameters yet; "
+            "give each parameter one number"
+        )
     if not isinstance(found, MultivariablePlant):
         raise InputError(
             f"several nonlinearities need a rational plant with exact entries; this is a {type(found).__name__}"

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Literal
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.plants.rational import RationalPlant, sampling_period, time_text
-from lure.plants.text import Element, OneVariable, exact_coefficient, parsed_quotient, step_of_formula
+from lure.plants.text import Element, OneVariable, Quotient, exact_coefficient, parsed_quotient, step_of_formula
 from lure.record import Record, exact_text, quantity
 
 if TYPE_CHECKING:
     from flint import fmpq
 
+_VANISHES = "a denominator in the parameters may vanish in the box; multiply it out, or narrow the box"
 MOST_PARAMETERS, MOST_POWER, MOST_ORDER = 6, 12, 40
 NAME = re.compile(r"[A-Za-z][A-Za-z_0-9]{0,40}")
 RESERVED = ("s", "z", "exp", "inf", "nan")
@@ -136,7 +137,7 @@ class PlantFamily(Record):
             As there.
         """
         ring = _Ring(parameters)
-        found, variable = parsed_quotient(text, ring, "transfer")
+        found, variable = _parsed(text, ring, "transfer")
         sides = (_in_s(found.top, ring), _in_s(found.bottom, ring))
         return _family(sides, ring, step_of_formula(variable, dt, "transfer"))
 
@@ -317,6 +318,7 @@ class _Ring(OneVariable):
         self.names = ("s", "z", *parameters)
         self.context = fmpq_mpoly_ctx.get(["s", *(f"p_{i}" for i in range(len(pairs)))], Ordering.lex)
         self.generators = dict(zip(self.parameters, self.context.gens()[1:], strict=True))
+        self.divisors = list[Element]()
 
     def number(self, value: Fraction) -> Element:
         """A constant."""
@@ -339,8 +341,25 @@ class _Ring(OneVariable):
         numbers = p.to_dict().values()
         return sum(max(int(c.p).bit_length(), int(c.q).bit_length()) for c in numbers)
 
+    def divided_by(self, p: Element) -> None:
+        """Keep what is divided by: where it vanishes in the box there is no plant."""
+        self.divisors.append(p)
+
 
 Pair = tuple[Element, Element]
+
+
+def _parsed(text: str, ring: _Ring, field: str) -> tuple[Quotient, str]:
+    """A formula as a quotient; nothing that it divides by, at any depth, vanishes for parameters in the box."""
+    ring.divisors.clear()
+    found, variable = parsed_quotient(text, ring, field)
+    for divisor in ring.divisors:
+        for factor, _ in divisor.factor()[1]:
+            coefficients = _in_s(factor, ring)  # it vanishes where they all do, and with it what keeps it as a factor
+            kept = len(coefficients) > 1 and not found.bottom % factor
+            if not kept and not any(_apart(p, ring) for p in coefficients):
+                raise InputError(_VANISHES)
+    return found, variable
 
 
 def _entries(values: Iterable[object], ring: _Ring, name: str) -> list[Pair]:
@@ -351,7 +370,7 @@ def _entries(values: Iterable[object], ring: _Ring, name: str) -> list[Pair]:
         if not isinstance(value, str):
             found.append((ring.number(exact_number(value, where)), ring.number(Fraction(1))))
             continue
-        quotient, variable = parsed_quotient(value, ring, where)
+        quotient, variable = _parsed(value, ring, where)
         if variable:
             raise InputError(
                 f"{where} is {value!r:.60}, which holds {variable}; give a formula in the parameters alone"
@@ -383,12 +402,20 @@ def _cleared(sides: tuple[list[Pair], list[Pair]], ring: _Ring) -> tuple[list[El
 
 def _require_apart(p: Element, ring: _Ring) -> None:
     """Refuse a denominator that may vanish in the box."""
-    from flint import arb
+    if not _apart(p, ring):
+        raise InputError(_VANISHES)
 
+
+def _apart(p: Element, ring: _Ring) -> bool:
+    """Whether interval arithmetic, factor by factor, shows that a polynomial has no zero in the box."""
+    from flint import arb, fmpq
+
+    if not p:
+        return False
     boxes = [arb(0)]
     for name, ends in ring.parameters.items():
-        low, high = _interval(name, ends)
-        boxes.append(arb(float((low + high) / 2), float((high - low) / 2) * 1.000001))
+        low, high = (arb(fmpq(end.numerator, end.denominator)) for end in _interval(name, ends))
+        boxes.append(low.union(high))
     for factor, _ in p.factor()[1]:
         total = arb(0)
         for powers, c in factor.to_dict().items():
@@ -397,9 +424,8 @@ def _require_apart(p: Element, ring: _Ring) -> None:
                 term *= box ** int(e)
             total += term
         if total.contains(0):
-            raise InputError(
-                "plant: a denominator in the parameters may vanish in the box; multiply it out, or narrow the box"
-            )
+            return False
+    return True
 
 
 def _in_s(p: Element, ring: _Ring) -> list[Element]:

@@ -352,8 +352,11 @@ class OneVariable:
         """The size of the numbers."""
         return max(int(p.numer().height_bits()), int(p.denom()).bit_length())
 
+    def divided_by(self, p: Element) -> None:
+        """Told of every polynomial that a formula divides by; in one variable none vanishes."""
 
-def parsed_quotient(text: str, ring: OneVariable, field: str) -> tuple[_Quotient, str]:
+
+def parsed_quotient(text: str, ring: OneVariable, field: str) -> tuple[Quotient, str]:
     """A formula as a quotient of polynomials, and which of ``s`` and ``z`` occurs.
 
     Parameters
@@ -390,14 +393,14 @@ class _Formula(Reader):
 
 
 @dataclass(frozen=True, slots=True)
-class _Quotient:
+class Quotient:
     """``top / bottom``; factors common to both are kept."""
 
     top: Element
     bottom: Element
 
 
-def _sum(reader: _Formula) -> _Quotient:
+def _sum(reader: _Formula) -> Quotient:
     result = _product(reader)
     while at := reader.accept("+", "-"):
         right = _product(reader)
@@ -408,7 +411,7 @@ def _sum(reader: _Formula) -> _Quotient:
     return result
 
 
-def _product(reader: _Formula) -> _Quotient:
+def _product(reader: _Formula) -> Quotient:
     result, divided = _signed(reader), False
     while True:
         if at := reader.accept("*"):
@@ -424,16 +427,16 @@ def _product(reader: _Formula) -> _Quotient:
             return result
 
 
-def _signed(reader: _Formula) -> _Quotient:
+def _signed(reader: _Formula) -> Quotient:
     if not (at := reader.accept("+", "-")):
         return _power(reader)
     reader.enter(at)
     inner = _signed(reader)
     reader.leave()
-    return _Quotient(-inner.top, inner.bottom) if at.text == "-" else inner
+    return Quotient(-inner.top, inner.bottom) if at.text == "-" else inner
 
 
-def _power(reader: _Formula) -> _Quotient:
+def _power(reader: _Formula) -> Quotient:
     base = _atom(reader)
     if not (at := reader.accept("^", "**")):
         return base
@@ -456,21 +459,22 @@ def _power(reader: _Formula) -> _Quotient:
         return _checked(reader, at, top, bottom)
     if not top:
         reader.refuse("division by zero", at)
+    reader.ring.divided_by(base.top)
     return _checked(reader, at, bottom, top)
 
 
-def _atom(reader: _Formula) -> _Quotient:
+def _atom(reader: _Formula) -> Quotient:
     token, one = reader.token, reader.ring.number(Fraction(1))
     if token.kind == "number":
         reader.position += 1
         value = exact_coefficient(token.text, f"{reader.field}: the number at column {token.column}")
-        return _Quotient(reader.ring.number(value), one)
+        return Quotient(reader.ring.number(value), one)
     if token.kind == "name":
         if token.text not in reader.variables:
             hint = _HINTS.get(token.text.lower(), "a transfer function is a formula in s, or in z for discrete time")
             reader.refuse(f"unknown name {token} ({hint})")
         reader.position += 1
-        return _Quotient(reader.ring.variable(token.text), one)
+        return Quotient(reader.ring.variable(token.text), one)
     if reader.accept("("):
         reader.enter(token)
         inner = _sum(reader)
@@ -480,22 +484,23 @@ def _atom(reader: _Formula) -> _Quotient:
     reader.refuse(f"expected a number, s, z or '(' but found {token}")
 
 
-def _transfer_text_times(reader: _Formula, at: Token, left: _Quotient, right: _Quotient) -> _Quotient:
+def _transfer_text_times(reader: _Formula, at: Token, left: Quotient, right: Quotient) -> Quotient:
     return _checked(reader, at, left.top * right.top, left.bottom * right.bottom)
 
 
-def _over(reader: _Formula, at: Token, left: _Quotient, right: _Quotient) -> _Quotient:
+def _over(reader: _Formula, at: Token, left: Quotient, right: Quotient) -> Quotient:
     if not right.top:
         reader.refuse("division by zero", at)
+    reader.ring.divided_by(right.top)
     shared = left.bottom.gcd(right.bottom)
     return _checked(reader, at, left.top * (right.bottom // shared), (left.bottom // shared) * right.top)
 
 
-def _checked(reader: _Formula, at: Token, top: Element, bottom: Element) -> _Quotient:
+def _checked(reader: _Formula, at: Token, top: Element, bottom: Element) -> Quotient:
     ring = reader.ring
     if max(map(ring.degree, (top, bottom))) > MAX_ORDER or max(map(ring.bits, (top, bottom))) > _MAX_BITS:
         reader.refuse(f"the formula is too large (degrees stop at {MAX_ORDER})", at)
-    return _Quotient(top, bottom)
+    return Quotient(top, bottom)
 
 
 def _descending(p: fmpq_poly) -> list[Fraction]:

@@ -228,7 +228,8 @@ def test_the_time_ends_a_search_that_swallows_exceptions():
             assert not over()
             stubborn()
 
-    assert guarded("slow", limited).code is codes.OUT_OF_TIME
+    found = guarded("slow", limited)
+    assert (found.code, found.detail) == (codes.OUT_OF_TIME, "the time allowed is over")
     assert len(alarms) == 2
     time.sleep(0.6)  # the alarm is off: nothing interrupts this
 

@@ -39,6 +39,13 @@ def test_matrices_with_a_direct_term_are_those_of_the_numbers(a, b):
     assert family.at((a, b)) == as_plant(exact)
 
 
+def test_a_formula_may_divide_by_what_vanishes_nowhere_in_the_box():
+    family = PlantFamily.of_formula("1/(s^2 + s/a + 1/(1 + 1/(a*s + 1)))", {"a": (Fraction(1, 2), 1)})
+    # a = 1: 1/(1 + 1/(s + 1)) = (s + 1)/(s + 2), so that H = (s + 2)/((s^2 + s)(s + 2) + s + 1)
+    assert family.at((Fraction(1),)) == RationalPlant([1, 2], [1, 3, 3, 1])
+    assert PlantFamily.of_formula("1/(a*s + 1)", {"a": (0, 1)}).order == 1
+
+
 def test_constants_are_no_parameters_and_constants_alone_make_one_plant():
     family = PlantFamily.of_coefficients(["g"], [1, "2*a", "g"], {"a": (1, 2), "g": Fraction("0.1")})
     assert (family.names, family.degrees) == (("a",), (1,))
@@ -62,6 +69,11 @@ def test_a_file_reads_back_as_it_was_written():
         ('num = [1]\nden = [1, "q"]', "a = [1, 2]", "unknown name 'q'"),
         ('num = [1]\nden = [1, "a*s"]', "a = [1, 2]", "holds s"),
         ('num = [1]\nden = [1, "1/a"]', "a = [-1, 2]", "may vanish in the box"),
+        ('transfer = "1/(s^2+s/a+1)"', "a = [0, 1]", "may vanish in the box"),  # multiplied out a/(a s^2 + s + a)
+        ('transfer = "1/(s+1/(1+1/(s+a^-2)))"', "a = [-1, 1]", "may vanish in the box"),
+        ('num = [1]\nden = [1, "1/(1+1/a)"]', "a = [0, 1]", "may vanish in the box"),  # a/(a + 1)
+        ('transfer = "1/(a*(s+1))"', "a = [0, 1]", "may vanish in the box"),
+        ('transfer = "1/(1+(s^2+s+1)/(a*s+b))"', "a = [0, 1]\nb = [0, 1]", "may vanish in the box"),  # at a = b = 0
         ('num = [1]\nden = [1, "a"]', "s = [1, 2]\na = 1", "is no name here"),
         ('transfer = "s^2/(s+a)"', "a = [1, 2]", "improper"),
         ('transfer = "exp(-s)/(s+a)"', "a = [1, 2]", "unknown name 'exp'"),

@@ -183,3 +183,14 @@ def test_questions_without_an_answer_for_a_box_are_refused_in_one_sentence(tmp_p
     assert "parameters" in capsys.readouterr().err
     with pytest.raises(InputError, match=r"\[plant.parameters\]"):
         tolerances(RationalPlant([1], [1, 1]), Sector(0, 1))
+
+
+@pytest.mark.parametrize("command", ["steady", "gain", "region"])
+def test_what_is_not_asked_of_plants_with_parameters_is_refused_as_that(command, tmp_path, capsys):
+    file = tmp_path / "loop.toml"
+    plant = '[plant]\ntransfer = "1/(s + a)"\n[plant.parameters]\na = [1, 2]\n'
+    file.write_text(plant + "[class]\nslope = [0, 0.2]\n", encoding="utf-8")
+    assert main([command, str(file)]) == 2
+    assert "are not asked for plants with parameters yet; give each parameter one number" in " ".join(
+        capsys.readouterr().err.split()
+    )
