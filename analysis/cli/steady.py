@@ -26,6 +26,7 @@ from lure.analysis.cli.options import (
     loop_named,
     option,
     print_json,
+    print_note,
     print_wrapped,
     refused,
     write_certificate,
@@ -44,7 +45,7 @@ def steady(
         str | None, option("--omega", "W", "Its frequencies [rad/s]: 2, or 0.5,1,2, or 0.1:10:40.")
     ] = None,
     output: Annotated[
-        Path | None, option("-o --output --certificate", "FILE", "Write the certificate of the rate, or against any.")
+        Path | None, option("-o --output --certificate", "FILE", "Write the certificate of the answer, if it has one.")
     ] = None,
     plot: Figure = None,
     force: Force = False,
@@ -79,10 +80,13 @@ def steady(
         print_json(found.to_dict())
     else:
         print_wrapped([str(found)])
-    shown = found.proof or found.refutation
-    if output is not None and shown is not None:
+    sides = {"PROVED": found.proof, "REFUTED": found.refutation}
+    if output is not None and (shown := sides.get(str(found.verdict))) is not None:
         what = "of the rate of attraction" if shown is found.proof else "of the member whose differences do not decay"
         write_certificate(output, shown, what, force=force, as_json=as_json, quiet=quiet)
+    elif output is not None:
+        said = f"No certificate stands behind the answer {found.verdict}; {output} is not written"
+        print_note(said, as_json=as_json, quiet=quiet)
     if plot is not None:
         from lure.analysis.plots.steady import plot_steady
 

@@ -263,6 +263,11 @@ what they miss is bounded in ball arithmetic, and a certified gain bounds the
 error.  Without [performance] z is sigma.  A rod: see lure response --help.
 
 \b
+-o writes the certificate of the rate, or of the member whose differences do
+not decay.  None stands behind an open answer, nor behind two responses that
+are shown to exist in balls; then nothing is written.
+
+\b
 Exit status: 0 one solution attracts all, 10 inconclusive, 11 in some loop it
 does not, 2 bad input, 130 interrupted before anything was found.
 """

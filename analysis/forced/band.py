@@ -25,6 +25,10 @@ Harmonics = list[acb]
 """``c_k`` of ``Re sum c_k e^(i k theta)``."""
 
 
+class NotEnclosed(InputError):
+    """A nonlinearity whose value or slope has no finite ball on the way of ``sigma``."""
+
+
 @dataclass(frozen=True)
 class Residual:
     """What the harmonics of ``psi`` miss of ``psi(sigma)``, and the ``sigma`` and ``z`` they make.
@@ -178,7 +182,7 @@ def _by_parts(curve: Curve, g: arb, sigma: Harmonics, psi: Harmonics, count: int
         value, slope, _ = curve(s)
         _, slopes, bend = curve(s + arb(0, above(fast * half)))
         if not (value.is_finite() and slopes.is_finite()):
-            raise InputError("phi has no slope that is known everywhere on the way of sigma")
+            raise NotEnclosed("phi has no slope that is known everywhere on the way of sigma")
         e, moved, steep = value - g * s - p, arb(0), _top(abs(slopes - g))
         if bend.is_finite():
             moved = (slope - g) * ds - dp

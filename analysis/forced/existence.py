@@ -20,7 +20,7 @@ from flint import acb, acb_mat, arb
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.forced.balance import Balanced
-from lure.analysis.forced.band import BITS, Residual, Sampled, above, around, peak, residual
+from lure.analysis.forced.band import BITS, NotEnclosed, Residual, Sampled, above, around, peak, residual
 from lure.analysis.forced.curves import Curve
 from lure.analysis.forced.loop import ForcedLoop
 from lure.analysis.numerics.precision import ball, working_precision
@@ -89,7 +89,10 @@ def existing(loop: ForcedLoop, found: Balanced) -> Existing | None:
         return None
     smooth = loop.smoothing(found.wave.base)
     with working_precision(BITS):
-        missed = residual(loop, found)
+        try:
+            missed = residual(loop, found)
+        except NotEnclosed:
+            return None
         m = loop.channels
         ways = [_Way.of(loop, i, missed) for i in range(m)]
         inverse = next((one for low in _LOW if (one := _inverse(loop, missed, ways, low, smooth)) is not None), None)

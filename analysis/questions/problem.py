@@ -113,8 +113,8 @@ class Problem:
                 f"{len(given)} classes are given for the {H.inputs} channels of the plant; give one for each, in order"
             )
         for i, (low, high) in enumerate((one.gains for one in given), 1):
-            if not (-math.inf < low <= high < math.inf):
-                raise InputError(f"channel {i} has the bounds [{low}, {high}]; give finite ones, such as [0, 10]")
+            if not (-math.inf < low <= high < math.inf) and (where := f"channel {i}" if given[1:] else "the class"):
+                raise InputError(f"{where} has the bounds [{low}, {high}]; give finite ones, such as [0, 10]")
 
     @property
     def several(self) -> bool:

@@ -12,7 +12,7 @@ from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.drawing import drawing
 from lure.analysis.forced.balance import Balanced, Wave, balanced
-from lure.analysis.forced.band import Band, band
+from lure.analysis.forced.band import Band, NotEnclosed, band
 from lure.analysis.forced.existence import Existing, existing
 from lure.analysis.forced.loop import ForcedLoop
 from lure.analysis.forced.search import multiplier, solutions
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 
 _COUNTS, _WIDTH = (8, 16, 32, 64, 128), 1e-4  # harmonics; of the band, relative, where no more are taken
 _POINTS, _DECADE, _SHARE = 25, 10.0, 1e-9
+_NAMED = 12  # responses that are all in the sentence
 
 
 class SteadyPoint(Record):
@@ -252,8 +253,12 @@ class SteadyResponse(TwoSided):
         if self.several:
             said += f" {len(self.several) - 1} more frequencies have several." if self.several[1:] else ""
         elif self.response:
-            extremes = dict.fromkeys([max(self.response, key=lambda one: one.computed), self.response[0]])
-            said += "".join(f" {text[0].upper()}{text[1:]}." for text in map(str, extremes))
+            named = self.response
+            if len(named) > _NAMED:
+                named = tuple(dict.fromkeys([max(named, key=lambda one: one.computed), named[0]]))
+            said += "".join(f" {text[0].upper()}{text[1:]}." for text in map(str, named))
+            left = len(self.response) - len(named)
+            said += f" {left} more responses are in --json alone." if left else ""
         return f"{said} {UNFINISHED[self.stopped] if self.stopped else ''}".rstrip()
 
     def _page(self) -> Page:
@@ -330,7 +335,8 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
     asked = _posed(loop, nonlinearity, forcing, performance)
     tell, stopped = progress or (lambda _step, _done: None), None
     between = _differences(asked.classes, known=bool(asked.known))
-    points, several, gain, reason, differences = list[SteadyPoint](), list[str](), None, "", None
+    points, several, missing = list[SteadyPoint](), list[str](), list[tuple[str, str]]()
+    gain, reason, differences = None, "", None
     if between is not None:
         differences = difference_rate(asked.plant, between, seconds=seconds, progress=progress)
     try:
@@ -341,8 +347,9 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
                 tell("the incremental gain", 0.5)
                 gain = l2_gain(asked.H, between, _added(asked.H))
                 reason = "" if math.isfinite(gain.gain.high) else "no incremental gain is proved"
-                for done, point in _points(asked, between, gain) if not reason else ():
+                for done, point, why in _points(asked, between, gain) if not reason else ():
                     points.append(point)
+                    missing += [(why, f"{point.omega:g}")] if why else []
                     tell("harmonic balance", 0.6 + 0.4 * done)
             elif asked.H.dt is None:
                 for done, found, two in _tried(asked):
@@ -361,7 +368,7 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
         incremental=gain,
         outside=any(_narrow(one) for one in asked.classes.classes),
         assumed=asked.assumed,
-        open_reason=reason,
+        open_reason=reason or _missing(missing),
         stopped=cast("Stopped | None", stopped or (None if differences is None else differences.stopped)),
     )
 
@@ -454,8 +461,9 @@ def _differences(classes: Diagonal, *, known: bool) -> Diagonal | None:
         if one.operator or one.memory or slope is None or math.inf in map(abs, (slope.lower, slope.upper)):
             if known:
                 return None
+            where = f"channel {i}" if len(classes.classes) > 1 else "the class"
             raise InputError(
-                f"channel {i} is {one}, without finite bounds of its slope, on which steady responses rest; give "
+                f"{where} is {one}, without finite bounds of its slope, on which steady responses rest; give "
                 "slope = [l, k]"
             )
         found.append(NonlinearityClass(sector=Sector(slope.lower, slope.upper), time_varying=True))
@@ -476,12 +484,12 @@ def _waves(loop: ForcedLoop, forcing: Forcing) -> Iterator[tuple[float, Wave]]:
         yield i / len(omegas), Wave(forcing.constant or zeros, forcing.amplitude or zeros, omega)
 
 
-def _points(asked: _Asked, between: Diagonal, gain: GainBound) -> Iterator[tuple[float, SteadyPoint]]:
+def _points(asked: _Asked, between: Diagonal, gain: GainBound) -> Iterator[tuple[float, SteadyPoint, str]]:
     """The response at each frequency, where one solution attracts all."""
     slopes = [(Fraction(one.sector.lower), Fraction(one.sector.upper)) for one in between.classes]
     loop = ForcedLoop.around(asked.H, asked.performance, asked.known, slopes)
     for done, wave in _waves(loop, cast("Forcing", asked.forcing)):
-        yield done, _point(loop, wave, gain.gain.high)
+        yield done, *_point(loop, wave, gain.gain.high)
 
 
 def _tried(asked: _Asked) -> Iterator[tuple[float, list[SteadyPoint], str]]:
@@ -499,6 +507,13 @@ def _tried(asked: _Asked) -> Iterator[tuple[float, list[SteadyPoint], str]]:
             if not said and shown[0][0].apart(one):
                 said = _both(shown[0][1], row)
         yield done, rows, said
+
+
+def _missing(found: list[tuple[str, str]]) -> str:
+    """Why there is no band, and at which frequencies; empty if there is one at each."""
+    at = [omega for _, omega in found]
+    where = f"{', '.join(at)} rad/s" if len(at) <= _NAMED else f"{len(at)} frequencies"
+    return f"{found[0][0]} at {where}" if found else ""
 
 
 def _both(row: SteadyPoint, other: SteadyPoint | None) -> str:
@@ -538,8 +553,8 @@ def _inside(phi: Nonlinearity) -> Fraction:
     return Fraction(float(phi.slope(0.0))).limit_denominator(1000)  # type: ignore[attr-defined]  # what has an enclosure has one
 
 
-def _point(loop: ForcedLoop, wave: Wave, gain: float) -> SteadyPoint:
-    """More and more harmonics, until the band is narrow."""
+def _point(loop: ForcedLoop, wave: Wave, gain: float) -> tuple[SteadyPoint, str]:
+    """More and more harmonics, until the band is narrow; and why there is no band, empty if there is one."""
     psi, smooth = np.zeros((loop.channels, 1), complex), loop.smoothing(wave.base)
     whole = np.array([float(one.mid()) for one in smooth])
     slack = (1 + gain * float(max(loop.spread))) * float(whole[loop.channels :].max())
@@ -548,7 +563,11 @@ def _point(loop: ForcedLoop, wave: Wave, gain: float) -> SteadyPoint:
         psi = found.psi
         if slack * found.missed * loop.beyond(float(wave.base), count, whole) < _WIDTH * found.peak:
             break
-    return _row(loop, found, band(loop, found, Fraction(gain), smooth), alone=True)
+    try:
+        shown, why = band(loop, found, Fraction(gain), smooth), ""
+    except NotEnclosed as error:
+        shown, why = None, str(error)
+    return _row(loop, found, shown, alone=True), why
 
 
 def _chosen(loop: ForcedLoop) -> list[Fraction]:

@@ -177,6 +177,47 @@ def test_a_duffing_equation_jumps_between_two_certified_responses():
     assert "another of 5.31929" in str(found)
 
 
+# with phi = -2 sigma the loop is 1/(s^2 + s/2.5 - 1), which has a root on the right: e^(0.8 t) and no faster
+def test_the_certificate_is_of_the_answer_and_of_no_growth_bound(tmp_path, capsys):
+    file, kept = tmp_path / "a.toml", tmp_path / "kept.json"
+    file.write_text("[plant]\nnum = [1]\nden = [1, 0.4, 1]\n[class]\nslope = [-2, 0]\n")
+    assert main(["steady", str(file), "-o", str(kept)]) == 11
+    assert "the member whose differences do not decay" in " ".join(capsys.readouterr().out.split())
+    written = json.loads(kept.read_text())
+    assert written["verdict"] == "REFUTED"
+    assert recheck(written).accepted
+    file.write_text("[plant]\nnum = [1]\nden = [1, 0.2, 1]\n[class]\nslope = [0, 10]\n")  # a growth bound is known
+    assert main(["steady", str(file), "-o", str(tmp_path / "none.json")]) == 10
+    assert "No certificate stands behind the answer INCONCLUSIVE" in " ".join(capsys.readouterr().out.split())
+    assert not (tmp_path / "none.json").exists()
+
+
+# max(0, s)/2, slopes in [0, 1/2], known to no ball where sigma passes 0
+def test_an_amplitude_that_is_not_enclosed_leaves_convergence_proved(tmp_path, capsys):
+    file = tmp_path / "a.toml"
+    law = 'kind = "normal compliance"\nstiffness = 0.5\nexponent = 1'
+    file.write_text(
+        f"[plant]\nnum = [1]\nden = [1, 1.2, 1]\n[nonlinearity]\n{law}\n"
+        "[forcing]\namplitude = 2\nomega = [0.5, 1, 1.5]\n"
+    )
+    assert main(["steady", str(file), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["verdict"] == "PROVED"
+    assert [row["evidence"] for row in data["response"]] == ["computed"] * 3
+    assert [row["amplitude"] for row in data["response"]] == [[0, "inf"]] * 3
+    assert data["reason"] == "phi has no slope that is known everywhere on the way of sigma at 0.5, 1, 1.5 rad/s"
+    assert main(["steady", str(file)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert all(f"At {omega} rad/s the amplitude of z is about" in said for omega in ("0.5", "1", "1.5"))
+
+
+def test_more_than_twelve_frequencies_are_counted_and_one_channel_has_no_number():
+    found = steady_response(([1], [1, 1]), Saturation(), {"amplitude": F(1, 2), "omega": list(range(1, 14))})
+    assert "12 more responses are in --json alone" in str(found)  # that at 1 rad/s is the largest and the first
+    with pytest.raises(InputError, match=r"^the class has the bounds"):
+        steady_response(RESONANT, SlopeBounds(0, math.inf))
+
+
 @pytest.mark.thorough
 def test_a_gap_has_two_attracting_responses():
     found = steady_response(([1], [1, F(1, 10), 1]), DeadZone(gain=5), {"amplitude": 1, "omega": F(8, 5)})
