@@ -101,13 +101,19 @@ def _theorems(schema: Part, label: str) -> list[str]:
 def _choices(schema: Part, label: str) -> list[tuple[str, ...]]:
     rows = []
     for choice in schema["allOf"]:
-        asked, then = choice["if"]["properties"], choice["then"]["properties"]
-        if set(asked) == {"theorem"} and "proof" in then:
-            named = asked["theorem"]
-            system = then.get("system", {}).get("properties", {}).get("kind", {})
-            cells = (_type(part, label) if part else "" for part in (system, then.get("multiplier"), then.get("proof")))
-            theorems = named["enum"] if "enum" in named else [named["const"]]
-            rows.append((", ".join(f"``{theorem}``" for theorem in theorems), *cells))
+        asked, then = choice["if"]["properties"], choice["then"]
+        of_families = then.get("if", {}).get("properties", {})
+        parts = [then["properties"]] if "properties" in then else []
+        if of_families:
+            parts = [then["else"]["properties"], of_families | then["then"]["properties"]]
+        for part in parts:
+            if set(asked) == {"theorem"} and "proof" in part:
+                named = asked["theorem"]
+                system = part.get("system", {}).get("properties", {}).get("kind", {})
+                shown = (system, part.get("multiplier"), part.get("proof"))
+                theorems = named["enum"] if "enum" in named else [named["const"]]
+                cells = (_type(each, label) if each else "" for each in shown)
+                rows.append((", ".join(f"``{theorem}``" for theorem in theorems), *cells))
     return rows
 
 
