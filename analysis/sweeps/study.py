@@ -83,7 +83,7 @@ class Study:
     system : str
         A built-in system or a TOML file.
     ask : tuple of str
-        The questions, of :data:`QUESTIONS`.
+        The questions: ``rod``, ``sector``, ``slope``, ``class``, ``gain``, ``rate``.
     axes : tuple of Axis
         What is varied over a grid; empty where points are drawn.
     distributions : tuple of Distribution
