@@ -13,7 +13,7 @@ from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import guarded
 from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.deadline import checkpoint, time_limit
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.numerics.evidence import Bracket, ends
@@ -43,7 +43,6 @@ from lure.record import Page, derived, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
-    from lure.analysis.drawing import Axes
 
 Time = Literal["continuous", "discrete"]
 CLOSE = Fraction(1, 10**6)  # where the bisection ends, relative to the rate of the slowest gain, or to 1
@@ -120,16 +119,9 @@ class RateBound(TwoSided):
         """Whether what is proved and what is refuted meet, within one part in a million."""
         return self.rate.width <= 2e-6 * max(abs(self.rate.low), abs(self.rate.high))
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The eigenvalues with constant gains of the class, and both rates; see :func:`lure.analysis.plots.plot_rate`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        drawn: Axes = drawing(self)(self, ax=ax)
-        return drawn
+    plot = drawn(
+        "The eigenvalues with constant gains of the class, and both rates; see :func:`lure.analysis.plots.plot_rate`."
+    )
 
     def __bool__(self) -> bool:
         raise TypeError("a rate has bounds and no truth value; compare result.verdict")

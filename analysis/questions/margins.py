@@ -7,12 +7,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.deadline import checkpoint, time_limit
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions import families
 from lure.analysis.questions.conclusion import Certification
@@ -26,9 +25,6 @@ from lure.analysis.wording import class_words, interval
 from lure.errors import InputError
 from lure.plants.family import Box, PlantFamily
 from lure.record import Page, Record, derived, quantity
-
-if TYPE_CHECKING:
-    from lure.analysis.drawing import Axes
 
 MOST, CLOSE, LATE = Fraction(32), Fraction(1, 100), 1
 """How wide boxes get, in widths of the one given; how closely; and the last stage of the criteria that are asked."""
@@ -126,16 +122,7 @@ class Tolerances(TwoSided):
         more = f" {UNFINISHED[self.stopped]}" if self.stopped else ""
         return f"{said}. How far parameters may go about the middle of their intervals: {each} (certified).{more}"
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Of two parameters the boxes, else the widths; see :func:`lure.analysis.plots.plot_tolerances`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        drawn: Axes = drawing(self)(self, ax=ax)
-        return drawn
+    plot = drawn("Of two parameters the boxes, else the widths; see :func:`lure.analysis.plots.plot_tolerances`.")
 
     def _page(self) -> Page:
         rows = [(", ".join(one.parameters), one.words(self.family).partition(": ")[2]) for one in self.margins]
