@@ -210,7 +210,7 @@ def _destabilising(shown: Refuted) -> str:
     if method == "delayed-gains":
         kinds, i = shown.certificate["laws"]["channels"], int(proof["channel"])
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
-        size = f"{proof['samples']} samples" if "samples" in proof else _near(Fraction(proof["delays"][1]))
+        size = f"{proof['samples']} samples" if "samples" in proof else bound_below(Fraction(proof["delays"][1]))
         late = f"a delay of {size} in channel {i}"
         return f"{late} and the gains {', '.join(_near(Fraction(gain)) for gain in own)}" if own else late
     if method == "linear-gains":

@@ -156,7 +156,8 @@ def coefficients(system: Any) -> tuple[list[tuple[Fraction, list[Fraction]]], li
         kind, domain, n, bottom = fields(system, "kind", "time", "numerator", "denominator")
         form(kind == "transfer" and domain in ("continuous", "discrete"), "the system is of no kind for this proof")
         top, d, discrete = [(ZERO, numbers(n))], numbers(bottom), domain == "discrete"
-    form(len(top[0][1]) <= len(d) <= 401 and d[0] != 0, "not proper, of degree above 400, or denominator[0] = 0")
+    form(len(top[0][1]) <= len(d) and d[0] != 0, "the plant is not proper, or its denominator starts with 0")
+    form(len(d) <= 401, f"the plant has degree {len(d) - 1}, and a certificate holds one of at most 400")
     return top, d, discrete
 
 

@@ -115,7 +115,9 @@ def kind_name(classes: Diagonal) -> str:
         Of several channels.
     """
     kinds = list(dict.fromkeys(map(_named, classes.classes)))
-    same = ", one in all" if len(classes.blocks) == 1 else ", some the same" if classes.repeated else ""
+    same = ", some the same" if classes.repeated else ""
+    if len(classes.blocks) == 1:
+        same = ", the same in all channels" if len(classes.classes) > 1 else ""
     return (kinds[0] if len(kinds) == 1 else "/".join(kinds)) + same
 
 

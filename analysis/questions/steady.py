@@ -18,7 +18,6 @@ from lure.analysis.forced.loop import ForcedLoop
 from lure.analysis.forced.search import multiplier, solutions
 from lure.analysis.nonlinearity.membership import Status, examined, membership
 from lure.analysis.numerics.doubles import bound_above, bound_below
-from lure.analysis.numerics.evidence import ends
 from lure.analysis.questions.channel_problem import channel_plant, channel_problem
 from lure.analysis.questions.decay import RateBound, difference_rate
 from lure.analysis.questions.gain import GainBound, l2_gain
@@ -50,15 +49,20 @@ _POINTS, _DECADE, _SHARE = 25, 10.0, 1e-9
 _NAMED = 12  # responses that are all in the sentence
 
 
+def _ends(bracket: Bracket) -> list[float | None]:
+    """Both ends as JSON data: None where nothing is known, for which ``reason``, or the row's evidence, says why."""
+    return [end if math.isfinite(end) else None for end in (bracket.low, bracket.high)]
+
+
 class SteadyPoint(Record):
     """The steady response at one frequency."""
 
     omega: float = quantity("Frequency of the input; 0 for a constant one", "rad s-1", dims="", key="omega")
     amplitude: Bracket = quantity(
-        "Largest ``|z(t)|`` over a period: of every steady response that is shown to exist", plainly=ends
+        "Largest ``|z(t)|`` over a period: of every steady response that is shown to exist", plainly=_ends
     )
     sigma: tuple[Bracket, ...] = quantity(
-        "Largest ``|sigma_i(t)|`` over a period", plainly=lambda all_of: [ends(one) for one in all_of], label=""
+        "Largest ``|sigma_i(t)|`` over a period", plainly=lambda all_of: [_ends(one) for one in all_of], label=""
     )
     computed: float = quantity("The amplitude by harmonic balance, in floating point", "1", dims="", key="computed")
     error: float = quantity(
@@ -151,7 +155,7 @@ class SteadyResponse(TwoSided):
         return Evidence.CERTIFIED if self.verdict is not Verdict.INCONCLUSIVE else None
 
     @property
-    @derived(plainly=ends)
+    @derived(plainly=_ends)
     def rate(self) -> Bracket:
         """How fast differences decay [1/s; in discrete time a factor]: one end is proved, past the other nothing is."""
         if self.differences is None:

@@ -18,9 +18,8 @@ MAX_LENGTH = 1024
 _SPACE = re.compile(r"[ \t\r\n]+")
 _NUMBER = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z_0-9]*")
-_SYMBOL = re.compile(r"\*\*|<=|>=|==|!=|[-+*/()<>,]")
+_SYMBOL = re.compile(r"\*\*|<=|>=|==|!=|[-+*/^()<>,]")
 _HINTS = {
-    "^": "a power is written **",
     "=": "equality is written ==, and arguments have no names",
     ".": "numbers such as 0.5 may have a point, values have no attributes",
     '"': "text is not a value",
@@ -344,7 +343,7 @@ def _signed(reader: Reader) -> Node:
 def _power(reader: Reader) -> Node:
     start = reader.token
     base = _atom(reader)
-    if not (at := reader.accept("**")):
+    if not (at := reader.accept("**", "^")):
         return base
     reader.enter(at)
     exponent = _signed(reader)

@@ -285,4 +285,5 @@ class Tanh(NamedNonlinearity):
             return np.asarray(np.asarray(sigma, dtype=float) / float(self.scale))
 
     def __str__(self) -> str:
-        return f"{factor_text(self.gain)}tanh(sigma / {exact_text(self.scale)})"
+        inner = "sigma" if self.scale == 1 else f"sigma / {exact_text(self.scale)}"
+        return f"{factor_text(self.gain)}tanh({inner})"

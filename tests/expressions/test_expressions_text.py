@@ -398,3 +398,9 @@ def test_missing_and_unknown_variables_are_the_callers_mistake():
         nonlinearity.exact(t=0.1)
     with pytest.raises(ValueError, match="not 'y'"):
         nonlinearity.derivative("y")
+
+
+@pytest.mark.parametrize(("caret", "text"), [("2*t^3", "2*t**3"), ("-t^2", "-t**2"), ("2^3^2*t", "2**(3**2)*t")])
+def test_a_power_may_be_written_with_a_caret(caret, text):
+    parsed = (Expression.parse(written, variables=("t",)) for written in (caret, text))
+    assert len({str(one.derivative("t")) for one in parsed}) == 1
