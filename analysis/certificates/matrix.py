@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.blocks import realised
-from lure.analysis.certificates.riccati import MOST_IN_BALLS, Inequality, Rounded, solutions
+from lure.analysis.certificates.riccati import MOST_IN_BALLS, Inequality, Rounded, close_solutions, solutions
 from lure.analysis.certificates.states import deflated, matrix_facts
 from lure.analysis.certificates.systems import system_of, text
 from lure.analysis.certificates.theory import theory_of
@@ -107,14 +108,29 @@ def matrix_draft(
         "laws": {"sector": sector, "slope": None, "odd": False, "time_varying": False, "linear": False},
         "theorem": "circle" if theta is None else "popov",
         "multiplier": {} if theta is None else {"theta": str(theta)},
-        "proof": _proof(claim, known),
+        "proof": proof_by_matrix(claim, known),
     }
 
 
-def _proof(claim: Claim, first: Iterable[Rounded]) -> dict[str, Any]:
-    """The first ``P`` that passes."""
+def proof_by_matrix(claim: Claim, first: Iterable[Rounded] = (), *, close: bool = False) -> dict[str, Any]:
+    """The first ``P`` that passes.
+
+    Parameters
+    ----------
+    claim : Claim
+        What it is to show.
+    first : iterable of Rounded
+        What to try first.
+    close : bool
+        Whether to go on where the frequency inequality leaves less room than doubles can tell.
+
+    Raises
+    ------
+    AssumptionError
+        None was found; nothing follows about the loop.
+    """
     zero, reason = _zero(claim), "none was found"
-    for P in _candidates(claim, zero, first):
+    for P in _candidates(claim, zero, first, solutions_of if close else solutions):
         proof = {
             "method": "matrix",
             "P": [[str(v) for v in row] for row in P.rows],
@@ -136,7 +152,25 @@ def _proof(claim: Claim, first: Iterable[Rounded]) -> dict[str, Any]:
     )
 
 
-def _candidates(claim: Claim, zero: dict[str, Any] | None, first: Iterable[Rounded]) -> Iterator[Rounded]:
+def solutions_of(inequality: Inequality) -> Iterator[Rounded]:
+    """Candidates with all the room there is, then those with hardly any.
+
+    Parameters
+    ----------
+    inequality : Inequality
+        The inequality.
+    """
+    with suppress(AssumptionError):
+        yield from solutions(inequality)
+    yield from close_solutions(inequality)
+
+
+def _candidates(
+    claim: Claim,
+    zero: dict[str, Any] | None,
+    first: Iterable[Rounded],
+    solved: Callable[[Inequality], Iterator[Rounded]],
+) -> Iterator[Rounded]:
     """What to try, the likeliest first."""
     yield from first
     A, b, c, rho = claim.A, claim.b, claim.c, Fraction(0)
@@ -147,15 +181,17 @@ def _candidates(claim: Claim, zero: dict[str, Any] | None, first: Iterable[Round
             raise AssumptionError(f"no matrix P serves here: {refusal}") from None
     r = (Fraction(0) if claim.width is None else 2 / claim.width) + 2 * claim.d
     if claim.discrete:
-        yield from _discrete(A, b, c, r)
+        yield from _discrete(A, b, c, r, solved)
         return
     r += 2 * claim.theta * (_dot(c, b) + rho)
     if not r > 0:
         raise AssumptionError(f"the frequency inequality fails at infinity, where it is {float(r) / 2:.6g}")
-    yield from solutions(Inequality(A=A, b=b, c=c, theta=claim.theta, r=r))
+    yield from solved(Inequality(A=A, b=b, c=c, theta=claim.theta, r=r))
 
 
-def _discrete(A: Matrix, b: Vector, c: Vector, r: Fraction) -> Iterator[Rounded]:
+def _discrete(
+    A: Matrix, b: Vector, c: Vector, r: Fraction, solved: Callable[[Inequality], Iterator[Rounded]]
+) -> Iterator[Rounded]:
     """By ``s = (z - 1)/(z + 1)``, ``J = (A + 1)^-1``: ``2P`` serves ``1 - 2J``, ``J b``, ``2 c J``, ``r - 2 c J b``."""
     from flint import fmpq, fmpq_mat
 
@@ -174,7 +210,7 @@ def _discrete(A: Matrix, b: Vector, c: Vector, r: Fraction) -> Iterator[Rounded]
     if not r > 0:
         raise AssumptionError(f"the frequency inequality fails at z = -1, where it is {float(r) / 2:.6g}")
     turned = [[int(i == j) - 2 * v for j, v in enumerate(row)] for i, row in enumerate(J)]
-    for P in solutions(Inequality(A=turned, b=Jb, c=[2 * v for v in cJ], theta=Fraction(0), r=r)):
+    for P in solved(Inequality(A=turned, b=Jb, c=[2 * v for v in cJ], theta=Fraction(0), r=r)):
         yield replace(P, exponent=P.exponent + 1, sure=False)
 
 

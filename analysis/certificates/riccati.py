@@ -71,6 +71,7 @@ MOST_EIGENVECTORS = 24  # beyond, minutes
 PRECISIONS = (128, 256, 512)
 REFINED_BITS = 192
 MOST_STEPS = 12
+CLOSE = (8, 16, 24, 32, 40, 48, 56, 64, 80, 96, 112, 128)
 SURE = 1e-9
 
 Triangle = list[list[int]]
@@ -272,6 +273,29 @@ def solutions(inequality: Inequality) -> Iterator[Rounded]:
             if lower is not None:
                 for exponent in (bits // 4, bits // 2, bits):
                     yield Rounded(rows=_integers(lower, exponent), exponent=exponent)
+
+
+def close_solutions(inequality: Inequality) -> Iterator[Rounded]:
+    """Candidates for ``P`` where the frequency inequality leaves less room than doubles can tell.
+
+    Parameters
+    ----------
+    inequality : Inequality
+        The inequality.
+
+    Yields
+    ------
+    Rounded
+        With less and less room, from more and more bits.
+    """
+    if not 0 < inequality.order <= MOST_EIGENVECTORS or not inequality.r > 0:
+        return
+    for power in CLOSE:
+        bits = max(PRECISIONS[0], 8 * power)
+        with suppress(ArithmeticError, ValueError, AssumptionError):
+            lower = _in_balls(inequality, 2.0**-power, float(inequality.r) * 2.0**-power, bits)
+            if lower is not None:
+                yield Rounded(rows=_integers(lower, bits // 2), exponent=bits // 2)
 
 
 def _room(inequality: Inequality) -> tuple[float, float]:

@@ -25,6 +25,7 @@ for _commands in (
     "regions",
     "sweeps",
     "certificates",
+    "export",
     "sectors",
     "rods",
 ):  # as ``lure --help`` lists them

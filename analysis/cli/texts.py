@@ -347,6 +347,24 @@ with the five files beside it: python checker.py certificate.json
 Exit status: 0 accepted, 11 rejected, 2 no certificate (if none is rejected).
 """
 
+EXPORT = """Write a certificate as a proof for Coq.
+
+\b
+Examples:
+  lure export --coq certificate.json
+  lure export --coq certificate.json -o loop.v && coqc loop.v
+  lure certify third-order --sector 0 5.9 -o - | lure export --coq - -o loop.v
+
+\b
+The file states a theorem about the plant's own coefficients and proves it by
+computation, with Coq's standard library alone; coqc accepts it only if every
+number in it is right.  It ends with what the proof assumes: the axioms of the
+real numbers.
+
+\b
+Exit status: 0 written, 2 no certificate, or one of a kind that has no export.
+"""
+
 CERTIFY = """Write the certificate of one class of nonlinearities.
 
 \b

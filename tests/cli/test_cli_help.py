@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[2]
 COMMANDS = (
     *("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope", "gain"),
     *("region", "sweep"),
-    *("certify", "verify", "explain"),
+    *("certify", "verify", "explain", "export"),
     *("simulate", "compare", "response", "bifurcation", "basin", "sector"),
 )
 

@@ -1,0 +1,1 @@
+from lure.analysis.export.coq import coq_text as coq_text

@@ -1,0 +1,172 @@
+"""From a certificate to a loop with a function ``V`` that falls: what the export proves by quadratic forms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from lure.analysis.certificates.arithmetic import INF, Malformed, Rejected, number, numbers
+from lure.analysis.certificates.blocks import coefficients, realised
+from lure.analysis.certificates.channels import channels, moved, plant, seen
+from lure.analysis.certificates.matrix import Claim, proof_by_matrix
+from lure.analysis.certificates.states import classes, deflated
+from lure.analysis.export.quadratic import Loop, Matrix, Vector, less, rounded
+from lure.errors import AssumptionError, InputError
+
+Data = Mapping[str, Any]
+BITS = (16, 32, 64, 128, 256, 512)
+MOST_STATES = 16
+
+
+def refused(reason: str) -> InputError:
+    """The error for a certificate that cannot be exported.
+
+    Parameters
+    ----------
+    reason : str
+        What there is, and what can be exported.
+    """
+    return InputError(f"this certificate cannot be exported to Coq: {reason}")
+
+
+def of_transfer(system: Data) -> Loop:
+    """``z = (xi, xi', ..)`` with ``den xi = mu``, ``num xi = sigma``."""
+    top, d, discrete = coefficients(system)
+    n, order = top[0][1], len(d) - 1
+    units = [[Fraction(i == j) for j in range(order + 1)] for i in range(order + 1)]
+    return Loop(
+        discrete=discrete, now=units[:-1], then=units[1:], phi=[[-v for v in d[::-1]]],
+        sigma=[[*n[::-1], *[Fraction(0)] * (order + 1 - len(n))]], bounds=[], weights=[], theta=[], P=[], rows=units,
+    )  # fmt: skip
+
+
+def of_states(A: Matrix, B: Matrix, C: Matrix, D: Matrix, *, discrete: bool) -> Loop:
+    """``z = (x, w)`` with ``w = phi(sigma)``."""
+    n, m = len(A), len(D)
+    units = [[Fraction(i == j) for j in range(n + m)] for i in range(n + m)]
+    then, sigma = ([[*a, *(-v for v in b)] for a, b in zip(*side, strict=True)] for side in ((A, B), (C, D)))
+    return Loop(
+        discrete=discrete, now=units[:n], then=then, phi=units[n:], sigma=sigma, bounds=[], weights=[], theta=[], P=[],
+        rows=units,
+    )  # fmt: skip
+
+
+def candidates(certificate: Data) -> Iterator[Loop]:
+    """The loop of a certificate with a ``V`` of more and more digits.
+
+    Parameters
+    ----------
+    certificate : dict
+        One that the checker accepted, of a theorem that a quadratic form with integrals shows.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: it is of another kind, or no ``P`` was found.
+    """
+    try:
+        if isinstance(certificate["laws"], dict) and "channels" in certificate["laws"]:
+            yield from _several(certificate)
+        else:
+            yield from _one(certificate)
+    except (Rejected, Malformed, AssumptionError) as reason:
+        raise refused(str(reason)) from None
+
+
+def _one(certificate: Data) -> Iterator[Loop]:
+    """The circle criterion, or Popov's; ``P`` is that of the certificate, or is found."""
+    name, system, proof = certificate["theorem"], certificate["system"], certificate["proof"]
+    if name not in ("circle", "popov") or system["kind"] not in ("transfer", "state-space"):
+        raise refused(f"{name} for a plant of the kind {system['kind']} has no quadratic form here")
+    if certificate["multiplier"].get("mirrored"):
+        raise refused("its class has no lower bound; certify one with a lower bound")
+    theta = number(certificate["multiplier"]["theta"]) if name == "popov" else Fraction(0)
+    low, high = classes(certificate["laws"]).sector
+    A, b, c, d, discrete = realised(system, low)
+    if theta and d:
+        raise refused("its block has a feedthrough, which Popov's term does not cover; export a circle criterion")
+    if len(A) > MOST_STATES:
+        raise refused(f"its plant has {len(A)} states, above {MOST_STATES}")
+    if proof["method"] != "matrix":
+        width = None if high == INF else high - low
+        claim = Claim(A=A, b=b, c=c, d=d, discrete=discrete, width=width, theta=theta)
+        proof = proof_by_matrix(claim, close=True)
+    zero, half = proof["zero"], [numbers(row) for row in proof["P"]]
+    own = [[half[max(i, j)][min(i, j)] / 2 ** proof["exponent"] for j in range(len(half))] for i in range(len(half))]
+    rows, ends = _ends(A, b, c, zero)
+    if not rows:
+        raise refused("its one state is an eigenvalue 0, and no other tends to 0")
+    if system["kind"] == "transfer":
+        loop, (_, bottom, _) = of_transfer(system), coefficients(system)
+        lead = (loop.sigma[0][-1] * low + bottom[0]) ** 2  # the states of `realised` are this times xi
+    else:
+        given = realised(system, Fraction(0))
+        loop = of_states(given[0], [[v] for v in given[1]], [given[2]], [[given[3]]], discrete=discrete)
+        lead = Fraction(1)
+    shape = loop.sigma[0][: len(A)]
+    weights = [Fraction(2) if high == INF else 2 / (high - low)]
+    loop = replace(loop, bounds=[(low, high)], weights=weights, theta=[theta], rows=rows)
+    for P in (*(rounded(own, bits) for bits in BITS), own):
+        whole = [[lead * v for v in row] for row in _carried(P, rows, ends)]
+        if theta and low:
+            whole = [less(row, theta * low * s, shape) for row, s in zip(whole, shape, strict=True)]
+        yield replace(loop, P=whole)
+
+
+def _ends(A: Matrix, b: Vector, c: Vector, zero: Data | None) -> tuple[Matrix, list[tuple[Fraction, Vector]]]:
+    """What tends to 0, as rows over ``x``, and squares beside ``P``: with an eigenvalue 0 ``zeta^2/rho``."""
+    n = len(A)
+    units = [[Fraction(i == j) for j in range(n)] for i in range(n)]
+    if zero is None:
+        return units, []
+    *_, rho = deflated(A, b, c, zero)
+    x, y, p = numbers(zero["right"]), numbers(zero["left"]), zero["pivot"]
+    rest = [less(units[i], x[i] / x[p], units[p]) for i in range(n) if i != p]
+    gain = _dot(c, x) / _dot(y, x)
+    return rest, [(1 / rho, [gain * v for v in y])]
+
+
+def _dot(u: Vector, v: Vector) -> Fraction:
+    """``u . v``."""
+    return sum((a * b for a, b in zip(u, v, strict=True)), Fraction(0))
+
+
+def _carried(P: Matrix, rows: Matrix, ends: list[tuple[Fraction, Vector]]) -> Matrix:
+    """``sum P_ij rows_i' rows_j`` and the squares."""
+    n = len(rows[0])
+    found = [[Fraction(0)] * n for _ in range(n)]
+    pairs = [(v, rows[i], rows[j]) for i, row in enumerate(P) for j, v in enumerate(row)]
+    for v, left, right in (*pairs, *((w, row, row) for w, row in ends)):
+        for i, a in enumerate(left):
+            if a and v:
+                found[i] = [s + v * a * t for s, t in zip(found[i], right, strict=True)]
+    return found
+
+
+def _several(certificate: Data) -> Iterator[Loop]:
+    """The circle criterion, or Popov's, with one multiplier for each channel."""
+    name, system, data, proof = (certificate[key] for key in ("theorem", "system", "multiplier", "proof"))
+    if name not in ("diagonal-circle", "diagonal-popov") or proof["method"] != "matrix" or "zero" in proof:
+        raise refused(
+            f"{name} by {proof['method']} has no form here; diagonal-circle and diagonal-popov by a matrix do"
+        )
+    H = plant(system)
+    asked = channels(certificate["laws"], len(H.D))
+    if asked.operators or any(one.memory or one.rate is not None for one in asked.families):
+        raise refused("a channel is no sector of a function: it is an operator, has memory or a rate")
+    if len(H.A) > MOST_STATES:
+        raise refused(f"its plant has {len(H.A)} states, above {MOST_STATES}")
+    weights = [2 * v for v in numbers(data["lambda"])]
+    theta = numbers(data["theta"]) if name == "diagonal-popov" else [Fraction(0)] * len(weights)
+    half = [numbers(row) for row in proof["P"]]
+    P = [[half[max(i, j)][min(i, j)] / 2 ** proof["exponent"] for j in range(len(half))] for i in range(len(half))]
+    loop = of_states(H.A, H.B, H.C, H.D, discrete=H.discrete)
+    assert (moved(H), seen(H)) == (loop.then, loop.sigma)
+    loop = replace(
+        loop, bounds=[asked.bounds(i) for i in range(len(weights))], weights=weights, theta=theta,
+        rows=[[Fraction(i == j) for j in range(len(P))] for i in range(len(P))],
+    )  # fmt: skip
+    for own in (*(rounded(P, bits) for bits in BITS), P):
+        yield replace(loop, P=own)

@@ -1,0 +1,239 @@
+"""Quadratic forms in what a loop does at one time, with integer coefficients: what a proof assistant is given to test.
+
+All that a loop does at one time is a vector ``z``: of a transfer function a solution ``xi`` of ``den xi = mu`` and its
+derivatives (or shifts), ``sigma = num xi``; of a plant in state space ``(x, w)`` with ``w = phi(sigma)``.  State, its
+derivative, ``phi`` and ``sigma`` are linear forms in ``z``, and no number of the plant is divided or shifted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from lure.analysis.certificates.arithmetic import INF
+
+Vector = list[Fraction]
+Matrix = list[Vector]
+Term = tuple[int, list[int], list[int]]
+MOST_SCALES = 400
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loop:
+    """A loop, and the function ``V = x'P x + 2 sum theta_i int phi_i`` that is to fall along its solutions.
+
+    Attributes
+    ----------
+    discrete : bool
+        Whether time is discrete.
+    now, then : list of list of Fraction
+        The state ``x`` and its derivative, or the next state, as rows over ``z``.
+    phi, sigma : list of list of Fraction
+        The values of the nonlinearities and their arguments, as rows over ``z``.
+    bounds : list of tuple
+        Of each sector; the upper one may be infinite.
+    weights, theta : list of Fraction
+        Of ``(phi - l sigma)(u sigma - phi)``, of ``(phi - l sigma) sigma`` without an upper bound; of the integrals.
+    P : list of list of Fraction
+        Symmetric.
+    rows : list of list of Fraction
+        Over ``x``: the combinations that tend to 0.
+    """
+
+    discrete: bool
+    now: Matrix
+    then: Matrix
+    phi: Matrix
+    sigma: Matrix
+    bounds: list[tuple[Fraction, Fraction | float]]
+    weights: Vector
+    theta: Vector
+    P: Matrix
+    rows: Matrix
+
+
+@dataclass(frozen=True, kw_only=True)
+class Forms:
+    """The same with integers, as ``falls_in_time`` and ``falls_by_steps`` of the Coq files take it.
+
+    Attributes
+    ----------
+    size : int
+        Numbers in ``z``.
+    P, now, then, rows : list of list of int
+        The last three times a whole number each.
+    unit : int
+        That of ``now`` and ``then``.
+    products : list of Term
+        Weights, and the factors of what is nonnegative for the class.
+    factors : list of tuple of int
+        By which these two are multiplied.
+    low, turn : list of Term
+        A bound below the integrals, and their derivative.
+    integrals : list of tuple
+        Channel, coefficient ``c`` of its integral, the row of ``q sigma`` over ``now``, and ``q``.
+    times : int
+        ``N``: ``N`` times the fall of ``V`` is above the squares of ``rows``.
+    """
+
+    size: int
+    P: list[list[int]]
+    now: list[list[int]]
+    then: list[list[int]]
+    rows: list[list[int]]
+    unit: int
+    products: list[Term]
+    factors: list[tuple[int, int]]
+    low: list[Term]
+    turn: list[Term]
+    integrals: list[tuple[int, Fraction, list[int], Fraction]]
+    times: int
+
+
+def whole(row: Iterable[Fraction], unit: int = 0) -> tuple[list[int], int]:
+    """A row times the least common denominator, or a given one, and that."""
+    row = list(row)
+    q = unit or math.lcm(*(v.denominator for v in row))
+    return [v.numerator * (q // v.denominator) for v in row], q
+
+
+def mix(row: Sequence[Fraction | int], forms: Sequence[Sequence[Fraction | int]]) -> list[Fraction]:
+    """``sum_j row_j forms_j``."""
+    return [
+        sum((Fraction(a) * v for a, v in zip(row, column, strict=True) if a and v), Fraction(0))
+        for column in zip(*forms, strict=True)
+    ]
+
+
+def less(row: Vector, factor: Fraction, other: Vector) -> Vector:
+    """``row - factor other``."""
+    return [a - factor * b for a, b in zip(row, other, strict=True)]
+
+
+def matrix_of(terms: Iterable[Term], size: int) -> list[list[int]]:
+    """Upper triangle by rows of twice ``sum c (u z)(v z)``."""
+    M = [[0] * (size - i) for i in range(size)]
+    for c, u, v in terms:
+        for i in range(size):
+            if u[i] or v[i]:
+                for j in range(i, size):
+                    M[i][j - i] += c * (u[i] * v[j] + u[j] * v[i])
+    return M
+
+
+def nonnegative(terms: Iterable[Term], size: int) -> bool:
+    """``psd`` of the Coq files: whether Lagrange's reduction shows that the form is nowhere negative."""
+    rows, before = matrix_of(terms, size), 1
+    while rows:
+        (a, *v), *rest = rows
+        if a > 0:
+            rows = [
+                [(a * x - v[i] * y) // before for x, y in zip(row, v[i:], strict=True)] for i, row in enumerate(rest)
+            ]
+            before = a
+        elif a == 0 and not any(v):
+            rows = rest
+        else:
+            return False
+    return True
+
+
+def bilinear(P: list[list[int]], left: list[list[int]], right: list[list[int]], sign: int = 1) -> list[Term]:
+    """``sum P_ij (left_i z)(right_j z)``."""
+    return [(sign, u, [int(v) for v in mix(row, right)]) for row, u in zip(P, left, strict=True)]
+
+
+def forms(loops: Iterable[Loop]) -> Forms | None:
+    """The forms of the first loop that passes the test; None if all fail.
+
+    Parameters
+    ----------
+    loops : iterable of Loop
+        The same with ``P`` of more and more digits.
+    """
+    return next((found for found in map(_tested, loops) if found is not None), None)
+
+
+def rounded(P: Matrix, bits: int) -> Matrix:
+    """``P`` to so many bits, relative to ``sqrt(P_ii P_jj)``; still symmetric."""
+    size = [(v[i].numerator.bit_length() - v[i].denominator.bit_length()) // 2 for i, v in enumerate(P)]
+    found = [[Fraction(0)] * len(P) for _ in P]
+    for i, row in enumerate(P):
+        for j, v in enumerate(row[: i + 1]):
+            step = Fraction(2) ** (size[i] + size[j] - bits)
+            found[i][j] = found[j][i] = round(v / step) * step
+    return found
+
+
+def _tested(loop: Loop) -> Forms | None:
+    size, channels = len(loop.now[0]), range(len(loop.phi))
+    unit = math.lcm(*(v.denominator for row in (*loop.now, *loop.then) for v in row))
+    now, then = ([whole(row, unit)[0] for row in side] for side in (loop.now, loop.then))
+    given, factors, halves = [], [], []
+    for i in channels:
+        (low, high), phi, sigma = loop.bounds[i], loop.phi[i], loop.sigma[i]
+        (left, a) = whole(less(phi, low, sigma))
+        right, b = whole(sigma if high == INF else [-v for v in less(phi, Fraction(high), sigma)])
+        given.append((loop.weights[i] / (a * b), left, right))
+        factors.append((a, b))
+        if loop.theta[i]:
+            least = low if loop.theta[i] > 0 else high
+            if least == INF:
+                return None
+            argument, q = whole(sigma)
+            row, r = whole(coordinates(sigma, loop.now))
+            value, s = whole(phi)
+            slope = [int(v) for v in mix(row, then)]
+            theta = loop.theta[i]
+            bound = (theta * Fraction(least) / q**2, argument, argument)
+            halves.append((bound, (2 * theta / (s * unit * r), value, slope), (i, 2 * theta, row, Fraction(unit * r))))
+    parts = [w for w, *_ in (*given, *(one[0] for one in halves), *(one[1] for one in halves))]
+    parts += [c for *_, (_, c, _, _) in halves]
+    entries = [v / unit**2 for row in loop.P for v in row]
+    common = math.lcm(*(v.denominator for v in (*parts, *entries)))
+    shared = math.gcd(*(int(v * common) for v in (*parts, *entries)))
+    K = Fraction(common, shared or 1)  # V is written times this
+    P = [[int(v * K / unit**2) for v in row] for row in loop.P]
+    products, below, turn = (
+        [(int(w * K), u, v) for w, u, v in side]
+        for side in (given, [one[0] for one in halves], [one[1] for one in halves])
+    )
+    rows = [whole(row)[0] for row in loop.rows]
+    S = [(-c, u, v) for c, u, v in products]
+    if loop.discrete:
+        if below or not nonnegative(bilinear(P, now, now), size):
+            return None
+        falls = [*bilinear(P, now, now), *bilinear(P, then, then, -1), *S]
+        small = [(-1, f, f) for f in now]
+    else:
+        if not nonnegative([*bilinear(P, now, now), *below], size):
+            return None
+        falls = [*bilinear(P, now, then, -1), *bilinear(P, then, now, -1), *((-c, u, v) for c, u, v in turn), *S]
+        small = [(-1, f, f) for side in (now, then) for f in ([int(v) for v in mix(row, side)] for row in rows)]
+    if not nonnegative(falls, size):
+        return None
+    for power in range(0, MOST_SCALES, 4):
+        if nonnegative([*((c << power, u, v) for c, u, v in falls), *small], size):
+            integrals = [(i, c * K, row, r) for *_, (i, c, row, r) in halves]
+            return Forms(
+                size=size, P=P, now=now, then=then, rows=rows, unit=unit, products=products, factors=factors,
+                low=below, turn=turn, integrals=integrals, times=1 << power,
+            )  # fmt: skip
+    return None
+
+
+def coordinates(form: Vector, now: Matrix) -> Vector:
+    """``form`` over the rows ``now``, which are different unit vectors.
+
+    Raises
+    ------
+    ValueError
+        It is not a function of the state.
+    """
+    places = [row.index(Fraction(1)) for row in now]
+    found = [form[p] for p in places]
+    if any(v for j, v in enumerate(form) if j not in places):
+        raise ValueError("sigma is no function of the state")
+    return found

@@ -1,0 +1,168 @@
+"""Certificates as files for Coq: true ones compile, falsified ones do not."""
+
+import json
+import re
+import shutil
+import subprocess
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from lure import RationalPlant
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.matrix import matrix_draft
+from lure.analysis.export import coq_text
+from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
+from lure.errors import InputError
+
+KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
+LOOP = "(* ---- This loop ---- *)"
+AXIOMS = {
+    "ClassicalDedekindReals.sig_not_dec",
+    "ClassicalDedekindReals.sig_forall_dec",
+    "FunctionalExtensionality.functional_extensionality_dep",
+    "Classical_Prop.classic",
+}
+needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason="coqc is not installed (Debian: apt install coq)")
+THIRD = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "2", "0"]}
+
+
+def proved(system, upper, theorem="circle", multiplier=None, **more):
+    laws = {"sector": ["0", upper], "slope": None, "odd": False, "time_varying": False, "linear": False}
+    draft = {"verdict": "PROVED", "system": system, "laws": laws, "theorem": theorem, "multiplier": multiplier or {}}
+    return complete_and_check(draft | {"proof": {"method": "polynomial"}} | more)
+
+
+def popov():
+    return proved(THIRD, "59/10", "popov", {"theta": "3/2"})
+
+
+def steps():
+    """``2 xi(t+1) - xi(t) = -phi(xi(t))``: ``Re 1/(2 z - 1) >= -1/3``, so that the circle criterion proves below 3."""
+    system = {"kind": "transfer", "time": "discrete", "numerator": ["1"], "denominator": ["2", "-1"]}
+    return proved(system, "5/4")
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """What all files have in common, compiled once."""
+    folder = tmp_path_factory.mktemp("coq")
+    (folder / "common.v").write_text(coq_text(popov()).partition(LOOP)[0])
+    subprocess.run(["coqc", "common.v"], cwd=folder, check=True, capture_output=True)
+    return folder
+
+
+def compiled(folder, text):
+    """Whether what is about the loop compiles, and what was printed."""
+    own = text.partition(LOOP)[2]
+    head = "Require Import Reals ZArith List Lra Lia Bool common.\nImport ListNotations.\nOpen Scope R_scope.\n"
+    (folder / "loop.v").write_text(head + own)
+    found = subprocess.run(["coqc", "loop.v"], cwd=folder, capture_output=True, text=True, check=False)
+    return found.returncode == 0, found.stdout + found.stderr
+
+
+@needs_coq
+def test_popov_in_the_critical_case_compiles_and_rests_on_the_axioms_of_the_reals_alone(library):
+    text = coq_text(popov())
+    assert "1 * xi 3%nat t + 3 * xi 2%nat t + 2 * xi 1%nat t" in text  # the plant's own coefficients
+    assert "(in_sector 0 (59 / 10) phi)" in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert set(re.findall(r"^([\w.]+)\s*(?:$|:)", said.partition("Axioms:")[2], re.MULTILINE)) <= AXIOMS
+
+
+@needs_coq
+def test_discrete_time_compiles(library):
+    text = coq_text(steps())
+    assert "Un_cv xi 0" in text
+    ok, said = compiled(library, text)
+    assert ok, said
+
+
+@needs_coq
+def test_falsified_files_do_not_compile(library):
+    text, own = coq_text(popov()), coq_text(popov()).partition(LOOP)[2]
+    P = re.search(r"Definition P .*?:= \[\[(\d+);", own, re.DOTALL)[1]
+    for right, wrong in (
+        ("+ 3 * xi 2%nat t", "+ 2 * xi 2%nat t"),  # one digit of the plant
+        ("+ 2 * xi 1%nat t", "+ (-2) * xi 1%nat t"),  # one sign of it
+        ("in_sector 0 (59 / 10)", "in_sector 0 (69 / 10)"),  # 6 is the end
+        (f"[[{P};", f"[[-{P};"),
+        ("P now next", "P next now"),
+    ):
+        assert right in own
+        ok, said = compiled(library, text.replace(right, wrong))
+        assert not ok
+        assert "Error" in said
+
+
+def exported(name):
+    """The file of a kept certificate, or why there is none."""
+    try:
+        return coq_text(check(KEPT[name])), ""
+    except InputError as refusal:
+        return None, str(refusal)
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", list(KEPT))
+def test_every_kept_certificate_is_exported_and_compiles_or_is_refused(name, library):
+    text, refusal = exported(name)
+    if text is None:
+        assert refusal.startswith("this certificate cannot be exported to Coq: ")
+    else:
+        ok, said = compiled(library, text)
+        assert ok, said
+
+
+def test_lagranges_reduction_tells_forms_that_are_nowhere_negative():
+    square = (1, [1, -2], [1, -2])  # (x - 2 y)^2, singular
+    assert nonnegative([square], 2)
+    assert nonnegative([square, (3, [0, 1], [0, 1])], 2)
+    assert not nonnegative([square, (-1, [0, 1], [0, 1])], 2)
+    assert not nonnegative([(1, [0, 1], [1, 0])], 2)  # x y
+    assert matrix_of([square], 2) == [[2, -4], [8]]  # twice the form: x^2 - 4 x y + 4 y^2, entries beside once
+
+
+def test_a_rounded_matrix_is_symmetric_and_near():
+    P = [[Fraction(4), Fraction(1, 3)], [Fraction(1, 3), Fraction(1, 700)]]
+    found = rounded(P, 16)
+    assert found[0][1] == found[1][0]
+    assert all(
+        abs(v - w) < Fraction(1, 1000)
+        for row, other in zip(P, found, strict=True)
+        for v, w in zip(row, other, strict=True)
+    )
+
+
+def test_what_has_no_export_is_refused_in_a_sentence():
+    for name in ("zames-falb", "hurwitz"):
+        (one, *_) = (c for c in KEPT.values() if c["theorem"] == name)
+        with pytest.raises(InputError, match="cannot be exported to Coq: "):
+            coq_text(check(one))
+    refuted = next(c for c in KEPT.values() if c["proof"]["method"] == "flow-orbit")
+    with pytest.raises(InputError, match="it is a refutation"):
+        coq_text(check(refuted))
+
+
+def test_the_command_writes_a_file_and_refuses_names_that_coqc_does_not_take(lure, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    draft = matrix_draft(RationalPlant([1], [1, 1]), Fraction(5))
+    Path("proof.json").write_text(json.dumps(dict(complete_and_check(draft).certificate)))
+    status, out, err = lure("export", "--coq", "proof.json", "-o", "loop.v")
+    assert status == 0
+    assert "coqc loop.v" in out + err
+    assert Path("loop.v").read_text("utf-8").endswith("Print Assumptions stable.\n")
+    for arguments, said in (
+        (("export", "proof.json"), "give --coq"),
+        (("export", "--coq", "proof.json", "-o", "a-loop.v"), "coqc takes names"),
+        (("export", "--coq", "proof.json", "-o", "loop.v"), "exists"),
+        (("export", "--coq", "missing.json", "-o", "other.v"), "does not exist"),
+    ):
+        status, out, err = lure(*arguments)
+        assert status == 2
+        assert said in err
+    assert not Path("other.v").exists()
