@@ -15,7 +15,7 @@ TESTS = $(PYTEST) -p no:nbmake -n 2
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .SUFFIXES:
-.PHONY: help report test thorough quick check bench benchmarks-table notebooks docs clean FORCE
+.PHONY: help report explore explore-test test thorough quick check bench benchmarks-table notebooks docs clean FORCE
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 unexport PYTHONDONTWRITEBYTECODE # to compile a hundred modules at each start of Python takes minutes of the tests
 
@@ -24,6 +24,12 @@ help: ## list the targets
 
 report: .venv/.core ## the report on the paper's rod, into ./lure-report; ARGS="my-rod.toml" for your own
 	$(BIN)/lure report $(ARGS)
+
+explore: .venv/.core ## the page on which a loop is explored in the browser, into ./lure-page; ARGS="plant.toml" for your own
+	$(BIN)/lure explore $(ARGS)
+
+explore-test: .venv/.browser ## that page in Chromium: what it says is what the command says; without Chromium or npm it says so
+	$(PYTEST) -p no:nbmake -m browser -rs -s $(ARGS) tests/explore
 
 test: .venv/.test ## all tests but the thorough ones; ARGS="-k popov" for some
 	$(TESTS) --dist worksteal $(ARGS)
@@ -60,7 +66,7 @@ docs: .venv/.docs build/notebooks/.run ## the documentation, into build/docs/ind
 	$(BIN)/python docs/links.py build/docs
 
 clean: ## remove the environment, the caches and everything made here
-	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache build dist lure-report
+	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache build dist lure-report lure-page
 	rm -rf docs/notebooks docs/notes docs/pictures docs/project
 	find . -name .git -prune -o -name __pycache__ -prune -exec rm -rf {} +
 
@@ -80,6 +86,10 @@ clean: ## remove the environment, the caches and everything made here
 
 .venv/.docs: .venv/.place pyproject.toml constraints.txt
 	$(call install,.[docs],lure and what its tests and documentation need)
+	@touch .venv/.core .venv/.test $@
+
+.venv/.browser: .venv/.place pyproject.toml constraints.txt
+	$(call install,.[browser],lure and what drives a browser)
 	@touch .venv/.core .venv/.test $@
 
 .venv/.dev: .venv/.place pyproject.toml constraints.txt

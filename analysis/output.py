@@ -117,11 +117,12 @@ def write_new(path: Path, text: str, *, force: bool) -> None:
 
 # Where results may be written, and what they may replace there: only a directory that is visibly ours.
 
-MARKERS = {"report.json": "lure-report/", "paper.json": "lure-paper/"}
+MARKERS = {"report.json": "lure-report/", "paper.json": "lure-paper/", "explore.json": "lure-explore/"}
 _MARKER_BYTES = 64 * 1024 * 1024
 _FIGURE = re.compile(r"[\w.-]+\.(svg|png)", re.ASCII)
 _CERTIFICATE = re.compile(r"\d+-[\w-]+\.json", re.ASCII)
-_PAGE = re.compile(r"(report|paper)\.(html|json)|report\.pdf", re.ASCII)
+_ASSET = re.compile(r"[\w.-]+\.js", re.ASCII)
+_PAGE = re.compile(r"(report|paper)\.(html|json)|report\.pdf|index\.html|explore\.json", re.ASCII)
 _LITTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file managers in any folder they show
 
 
@@ -201,7 +202,7 @@ def _is_page(path: Path) -> bool:
 
 
 def _is_folder(path: Path) -> bool:
-    pattern = {"figures": _FIGURE, "certificates": _CERTIFICATE}.get(path.name)
+    pattern = {"figures": _FIGURE, "certificates": _CERTIFICATE, "assets": _ASSET}.get(path.name)
     return pattern is not None and all(
         entry.name in _LITTER or (pattern.fullmatch(entry.name) and entry.is_file()) for entry in path.iterdir()
     )

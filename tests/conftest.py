@@ -64,8 +64,13 @@ def pytest_collect_file():
 
 
 def pytest_collection_modifyitems(config, items):
-    """Begin with the tests of compiled code, so that one process compiles; leave thorough ones to `make thorough`."""
+    """Begin with the tests of compiled code, so that one process compiles; leave thorough ones to `make thorough`, and
+    those in a browser to `make explore-test`.
+    """
     items.sort(key=lambda item: not item.path.stem.startswith("test_motion"))
+    if "browser" not in config.getoption("markexpr"):
+        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("browser")])
+        items[:] = [item for item in items if not item.get_closest_marker("browser")]
     if not thorough():
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker(THOROUGH)])
         items[:] = [item for item in items if not item.get_closest_marker(THOROUGH)]

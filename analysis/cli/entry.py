@@ -24,6 +24,7 @@ for _commands in (
     "steady",
     "regions",
     "sweeps",
+    "explore",
     "certificates",
     "export",
     "sectors",

@@ -48,6 +48,7 @@ Examples:
   lure region plant.toml                        from where a loop recovers
   lure certify plant.toml                       the proof alone, as a file
   lure verify certificate.json                  check it without trusting lure
+  lure explore plant.toml                       drag k, theta in the browser
   lure reproduce paper                          the paper's claims, one by one
 
 \b
@@ -270,6 +271,20 @@ are shown to exist in balls; then nothing is written.
 \b
 Exit status: 0 one solution attracts all, 10 inconclusive, 11 in some loop it
 does not, 2 bad input, 130 interrupted before anything was found.
+"""
+
+EXPLORE = """Write a page to explore a loop in the browser.
+
+\b
+Examples:
+  lure explore -o page           then open page/index.html
+  lure explore plant.toml        the page opens with your loop
+  lure explore kalman-fitts      or with one from the literature
+
+Static files for any web server, or for a browser without a network: change
+the block, drag k and theta, and a proof is found and checked in the page, in
+exact arithmetic, by both checkers. What the browser needs is fetched once,
+through npm and pip, and kept in ~/.cache/lure.
 """
 
 SWEEP = """Answer one question for many systems, as a labelled data set.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 COMMANDS = (
-    *("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope", "gain"),
+    *("report", "init", "systems", "reproduce", "doctor", "explore", "analyse", "max-sector", "max-slope", "gain"),
     *("region", "sweep"),
     *("certify", "verify", "explain", "export"),
     *("simulate", "compare", "response", "bifurcation", "basin", "sector"),
@@ -59,6 +59,7 @@ def test_the_root_help_reads_as_written(lure):
         "    lure region plant.toml                        from where a loop recovers\n"
         "    lure certify plant.toml                       the proof alone, as a file\n"
         "    lure verify certificate.json                  check it without trusting lure\n"
+        "    lure explore plant.toml                       drag k, theta in the browser\n"
         "    lure reproduce paper                          the paper's claims, one by one\n\n"
         "  Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,\n"
         "  1 a bug in lure, 130 interrupted.\n\n"

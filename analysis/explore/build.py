@@ -1,0 +1,173 @@
+"""The page as a folder of static files: any host serves it, and a browser opens it as a file, without a network."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+import re
+import shutil
+import zipfile
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from lure import __version__
+from lure.analysis.explore.runtime import LOCK, asset, runtime
+from lure.analysis.explore.served import respond
+from lure.analysis.output import replaced
+from lure.classes import NonlinearityClass
+from lure.errors import InputError
+from lure.extensions import extensions
+from lure.files.builtin import builtin_loop, loop_names
+from lure.files.system import LoopSystem
+from lure.plants.rational import RationalPlant
+
+MARKER = "explore.json"
+_SCHEMA = "lure-explore/1"
+_HELD = "third-order"
+_LEFT = {"plots", "report", "cli", "__pycache__"}  # rooms that a page does without
+_ICON = (
+    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 64 64'>"
+    "<path d='M32 32 62 5V32ZM32 32 2 59V32Z' fill='#d55e00' fill-opacity='.35'/>"
+    "<path d='M4 46C18 45 24 41 32 32S46 19 60 18' fill='none' stroke='#0072b2' stroke-width='5'/></svg>"
+)
+
+
+def write_page(directory: Path, system: LoopSystem | None = None) -> Path:
+    """Write the page; a folder that holds such a page already is replaced in one step.
+
+    Parameters
+    ----------
+    directory : Path
+        Where to write.
+    system : LoopSystem, optional
+        The loop that the page opens with; by default one of the literature.
+
+    Returns
+    -------
+    Path
+        ``index.html`` in the folder.
+
+    Raises
+    ------
+    InputError
+        The loop is none of a page; the folder cannot be written, or holds something else; what the page is made of is
+        not in the user's cache and cannot be fetched.
+    """
+    page = page_text(opening(builtin_loop(_HELD) if system is None else system))
+    kept = runtime()
+    with replaced(directory) as folder:
+        (folder / "assets").mkdir()
+        for file in sorted(kept.iterdir()):
+            shutil.copyfile(file, folder / "assets" / file.name)
+        (folder / "assets" / "core.zip.js").write_text(asset("core.zip", packages()), encoding="ascii")
+        (folder / "index.html").write_text(page, encoding="utf-8")
+        marker = {"schema": _SCHEMA, "lure": __version__}
+        (folder / MARKER).write_text(json.dumps(marker) + "\n", encoding="utf-8")
+    return directory / "index.html"
+
+
+def opening(system: LoopSystem) -> dict[str, str]:
+    """The fields of the page for a loop.
+
+    Parameters
+    ----------
+    system : LoopSystem
+        The loop.
+
+    Raises
+    ------
+    InputError
+        Its block is none of a page.
+    """
+    block = system.block
+    if not isinstance(block, RationalPlant):
+        raise InputError(f"{system.name!r} has no rational transfer function of one channel, which the page is about")
+    num, den = (", ".join(map(str, each)) for each in (block.numerator, block.denominator))
+    step = "" if block.dt is None else str(block.dt)
+    return {"form": "num", "num": num, "den": den, "dt": step, **asked(system.nonlinearity_class)}
+
+
+def asked(given: NonlinearityClass | None) -> dict[str, str]:
+    """The fields of the page for a class; empty for one that it has not.
+
+    Parameters
+    ----------
+    given : NonlinearityClass or None
+        The class.
+    """
+    if given is None or given.linear or given.rectifier or given.memory or given.operator:
+        return {}
+    bounds = given.slope or given.sector
+    if abs(bounds.lower) == float("inf"):
+        return {}
+    kind = "odd" if given.slope and given.odd else "slope" if given.slope else "sector"
+    found = {"class": "time-varying" if given.time_varying else kind, "lower": str(bounds.lower)}
+    return found if bounds.upper == float("inf") else {**found, "k": str(bounds.upper)}
+
+
+def page_text(state: dict[str, str]) -> str:
+    """The page itself: one HTML file with its style and its modules.
+
+    Parameters
+    ----------
+    state : dict
+        The fields that it opens with.
+    """
+    source = files("lure.analysis.explore") / "page"
+    modules = {f"lure/{one.name}": one.read_text("utf-8") for one in source.iterdir() if one.name.endswith(".js")}
+    worker, panels = modules.pop("lure/worker.js"), list[str]()
+    more = [panel() for panel in extensions("explore panel")]
+    for panel in more:
+        modules[f"lure/{panel['name']}"] = panel["module"]
+        panels.append(panel["html"])
+    imports = {name: _data(text) for name, text in sorted(modules.items())}
+    parts = {
+        "style": "\n".join([(source / "style.css").read_text("utf-8"), *(panel["style"] for panel in more)]),
+        "icon": quote(_ICON),
+        "version": html.escape(__version__),
+        "panels": "\n".join(panels),
+        "start": _json({"state": state, "lock": LOCK, "panels": [panel["name"] for panel in more]}),
+        "systems": _json(systems()),
+        "worker": worker,
+        "modules": _json({"imports": imports}),
+    }
+    return re.sub("@(\\w+)@", lambda found: parts[found[1]], (source / "index.html").read_text("utf-8"))
+
+
+def systems() -> list[dict[str, Any]]:
+    """The built-in loops with a rational block of one channel, ready to be drawn."""
+    found = []
+    for name in loop_names():
+        loop = builtin_loop(name)
+        if isinstance(loop.block, RationalPlant):
+            plant = json.loads(respond(json.dumps({"ask": "plant", "system": name})))
+            about = {"name": name, "title": loop.title, "source": loop.source}
+            found.append({**about, "plant": plant, "asked": asked(loop.nonlinearity_class)})
+    return found
+
+
+def packages() -> bytes:
+    """The installed package as a ZIP archive, stored, without the rooms that draw, write reports and read commands."""
+    packed = io.BytesIO()
+    top = Path(str(files("lure")))
+    with zipfile.ZipFile(packed, "w") as kept:
+        for file in sorted((*top.rglob("*.py"), *top.rglob("*.pyi"), *(top / "analysis").rglob("*.py*"))):
+            inside = file.relative_to(top)
+            if _LEFT.isdisjoint(inside.parts) and file.suffix in (".py", ".pyi"):
+                name = f"lure/{inside.as_posix()}"
+                if name not in kept.NameToInfo:
+                    kept.writestr(zipfile.ZipInfo(name), file.read_bytes())
+    return packed.getvalue()
+
+
+def _data(module: str) -> str:
+    return "data:text/javascript;base64," + base64.b64encode(module.encode()).decode("ascii")
+
+
+def _json(value: object) -> str:
+    """JSON that may stand in a page."""
+    return json.dumps(value, ensure_ascii=False).replace("<", "\\u003c")

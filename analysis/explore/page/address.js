@@ -1,0 +1,24 @@
+/** The loop in the address: `#num=1&den=1,3,2,0&k=5` is a page that can be sent to somebody. */
+
+/** @typedef {{form: string, num: string, den: string, dt: string, transfer: string, system: string, class: string, lower: string, k: string, theta: string}} State */
+
+export const FIELDS = ["num", "den", "dt", "transfer", "system", "class", "lower", "k", "theta"];
+
+/** The state of an address; null where it names no block. @param {string} hash @returns {State | null} */
+export function stateOf(hash) {
+  const given = new URLSearchParams(hash.replace(/^#/, "").replace(/\+/g, "%2B"));
+  const form = ["system", "transfer", "num"].find((name) => given.has(name));
+  if (!form && !given.has("den")) return null;
+  const state = /** @type {State} */ (Object.fromEntries(FIELDS.map((name) => [name, given.get(name) ?? ""])));
+  return { ...state, form: form ?? "num", class: state.class || "sector" };
+}
+
+/** The address of a state. @param {State} state */
+export function addressOf(state) {
+  const given = { num: ["num", "den", "dt"], transfer: ["transfer", "dt"], system: ["system"] }[state.form] ?? [];
+  const fields = [...given, ...(state.class === "sector" ? [] : ["class"]), "lower", "k", "theta"];
+  const parts = fields.filter((name) => state[name] !== "" && !(name === "lower" && state[name] === "0"));
+  const written = (text) => encodeURIComponent(text.trim().replace(/[\s,]+/g, ",")).replace(/%2C/g, ",").replace(/%2F/g, "/");
+  const plain = (text) => encodeURIComponent(text).replace(/%(2F|28|29|2A)/g, decodeURIComponent);
+  return "#" + parts.map((name) => `${name}=${["num", "den"].includes(name) ? written(state[name]) : plain(state[name])}`).join("&");
+}

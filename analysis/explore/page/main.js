@@ -1,0 +1,324 @@
+/** The page: what is written and dragged, what the drawings see at once, what the checkers say a moment later. */
+
+import { addressOf, FIELDS, stateOf } from "lure/address.js";
+import { Asking } from "lure/asking.js";
+import { number } from "lure/axes.js";
+import { bar, NyquistPlot, PopovPlot, wave } from "lure/drawings.js";
+import { offer, offerDrawing } from "lure/keeping.js";
+import { circleSeen, impulse, popovSeen, sampled, shifted } from "lure/plant.js";
+
+/** @param {string} id @returns {any} */
+const $ = (id) => document.getElementById(id);
+const start = JSON.parse($("start").textContent);
+const systems = JSON.parse($("systems").textContent);
+/** @type {import("lure/address.js").State} */
+let state = { form: "num", num: "", den: "", dt: "", transfer: "", system: "", class: "sector", lower: "0", k: "", theta: "" };
+
+const popov = new PopovPlot($("popov")), nyquist = new NyquistPlot($("nyquist"));
+const asking = new Asking((text) => { $("verdict").textContent = text; });
+
+/** What is known of the plant and the class at hand; each null until its answer has arrived. */
+const known = {
+  plant: /** @type {import("lure/plant.js").Plant | null} */ (null),
+  curve: /** @type {import("lure/plant.js").Curve | null} */ (null),
+  shifted: /** @type {import("lure/plant.js").Curve | null} */ (null),
+  largest: /** @type {any} */ (null),
+  class: /** @type {any} */ (null),
+  line: /** @type {any} */ (null),
+};
+let asked = 0;     // changes of the question so far: an answer to an older one is not shown
+let typical = 1;   // a k of the size that the drawings show
+
+/** A number as this page's fields take them, in doubles; nan for anything else. @param {string} text */
+function parsed(text) {
+  const match = /^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(?:\/(\d+\.?\d*|\.\d+))?\s*$/i.exec(text);
+  if (/^\s*inf(inity)?\s*$/.test(text)) return Infinity;
+  return match ? Number(match[1]) / Number(match[2] ?? 1) : NaN;
+}
+
+const lower = () => parsed(state.lower || "0");
+const varying = () => state.class === "time-varying";
+const hasLine = () => known.plant !== null && !known.plant.discrete;
+const theta = () => (varying() || !hasLine() ? 0 : parsed(state.theta || "0"));
+
+// What the fields say.
+
+/** Sentences of refusal stand beside their fields. @param {string} [field] @param {string} [sentence] */
+function refuse(field = "", sentence = "") {
+  for (const name of [...FIELDS, "plant"]) {
+    $(`${name}-error`).textContent = name === field ? sentence : "";
+    $(name)?.setAttribute("aria-invalid", String(name === field));
+  }
+}
+
+/** The fields show the state. */
+function write() {
+  for (const radio of document.querySelectorAll("input[name=form]")) radio.checked = radio.value === state.form;
+  for (const part of document.querySelectorAll("[data-form]")) part.hidden = part.dataset.form !== state.form;
+  for (const name of FIELDS) if (document.activeElement !== $(name)) $(name).value = state[name];
+  slide();
+  const at = systems.find((one) => one.name === state.system);
+  $("system-about").textContent = at ? `${at.title}. Source: ${at.source}.` : "";
+}
+
+/** Range of the sliders: k over two decades around what is known, theta of both signs. */
+const range = { low: 0.1, high: 10, theta: 1 };
+
+function slide() {
+  const k = parsed(state.k) - lower();
+  if (k > 0) $("k-slider").value = String((1000 * Math.log(k / range.low)) / Math.log(range.high / range.low));
+  $("theta-slider").value = String((1000 * Math.asinh(theta() / range.theta)) / 4);
+  for (const [id, text] of [["k-slider", state.k], ["theta-slider", state.theta]]) $(id).setAttribute("aria-valuetext", text);
+  const none = varying() || !hasLine();
+  for (const id of ["theta", "theta-slider"]) $(id).disabled = none;
+}
+
+const short = (x) => (x === 0 ? "0" : String(Number(x.toPrecision(4))));
+
+// What the drawings see: at every event, before anything is asked.
+
+function redraw() {
+  const { curve, shifted: own, plant } = known;
+  if (!curve || !own || !plant) return;
+  const [k, low] = [parsed(state.k), lower()];
+  if (!(k > low)) return;
+  const line = known.line?.asked === asked ? known.line : null;
+  const seen = popovSeen(own, k - low, theta());
+  const crossed = seen.margin < 0;
+  const mood = line?.accepted ? "accepted" : crossed ? "crossed" : "";
+  popov.line(k - low, theta(), seen.at, mood);
+  const disk = circleSeen(curve, low, k);
+  const byCircle = line?.accepted && theta() === 0;
+  nyquist.disk(low, k, disk.at, byCircle ? "accepted" : disk.margin < 0 ? "crossed" : "");
+  const where = (at, of) => `${number(of.omega[at] ?? NaN)} rad/s`;
+  const verb = crossed ? "crosses the line, most" : `keeps ${number(seen.margin, 3)} from the line, least`;
+  const said = line === null ? "" : line.accepted ? " Both checkers accept this line: it proves the class."
+    : ` The checkers do not accept it: ${line.reason}.`;
+  $("popov-caption").textContent = `Drawn: the curve ${verb} at ${where(seen.at, own)}.${said}`;
+  $("nyquist-caption").textContent = `Drawn: the curve ${disk.margin < 0 ? "enters what the circle criterion forbids"
+    : `keeps ${number(disk.margin, 3)} from what the circle criterion forbids`}, ${disk.margin < 0 ? "deepest" : "least"} at ${where(disk.at, curve)}.`;
+  $("popov").setAttribute("aria-label", `Popov plot. ${$("popov-caption").textContent}`);
+  $("nyquist").setAttribute("aria-label", `Nyquist plot. ${$("nyquist-caption").textContent}`);
+  const { largest } = known;
+  const end = (x) => (x === "inf" ? Infinity : x === "-inf" ? -Infinity : x ?? null);
+  if (largest) bar($("bar"), low, end(largest.proved), end(largest.refuted), k);
+}
+
+/** @param {any} plant the answer about the block */
+function showPlant(plant) {
+  known.plant = plant;
+  known.curve = sampled(plant);
+  known.shifted = lower() === 0 ? known.curve : sampled(shifted(plant, lower()));
+  $("popov-figure").hidden = $("theta-row").hidden = plant.discrete;
+  $("formula").textContent = plant.formula ? `H = ${plant.formula}` : "";
+  if (known.largest === null) {
+    const sizes = [...known.shifted.re].map(Math.abs).sort((a, b) => a - b);
+    typical = 1 / (sizes[Math.round(0.8 * (sizes.length - 1))] || 1);
+  }
+  show();
+}
+
+function show() {
+  if (!known.curve || !known.shifted) return;
+  popov.show(known.shifted, typical);
+  nyquist.show(known.curve, lower(), typical);
+  redraw();
+}
+
+// What the checkers say.
+
+/** @param {string} verdict @param {string} sentence */
+function showVerdict(verdict, sentence) {
+  const badge = document.createElement("b");
+  badge.className = verdict;
+  badge.textContent = verdict;
+  $("verdict").replaceChildren(badge, sentence);
+  $("verdict").dataset.verdict = verdict;
+  $("verdict").classList.remove("old");
+}
+
+/** @param {any} found */
+function showLargest(found) {
+  const [proved, refuted] = [found.proved, found.refuted].map((one) => (one === "inf" ? Infinity : one));
+  const finite = [proved, refuted].filter((one) => one !== null && Number.isFinite(one) && one > lower()).map((one) => one - lower());
+  if (finite.length) typical = Math.max(...finite);
+  [range.low, range.high] = [Math.min(...finite, typical) / 20, typical * (finite.length ? 4 : 400)];
+  const time = found.worst ? 1 / found.worst : known.curve ? 1 / known.curve.omega[known.curve.omega.length >> 1] : 1;
+  range.theta = Math.max(Math.abs(found.theta ?? 0) / 4, time / 10);
+  if (!state.k) {
+    const reach = proved !== null && Number.isFinite(proved) && proved > lower() ? proved - lower() : null;
+    state.k = short(lower() + (reach !== null ? 0.8 * reach : finite.length ? 1.25 * finite[0] : typical));
+  }
+  if (!state.theta) state.theta = found.theta === null ? "0" : String(found.theta);
+  $("reach").textContent = found.reach || "nothing is proved";
+  $("refuted").textContent = found.refuted_text || "nothing is refuted";
+  $("reach").title = found.sentence;
+  const multiplier = found.multiplier ? `, ${found.multiplier}` : "";
+  const size = found.theta !== null && found.multiplier?.includes("theta") ? `, θ = ${number(found.theta, 6)} s` : "";
+  $("multiplier").textContent = found.reach ? `${found.criterion}${multiplier}${size}` : "none";
+  $("worst").textContent = found.reach && found.worst !== null ? `${number(found.worst)} rad/s` : "none that is finite";
+  $("wave-figure").hidden = found.gain === null || known.plant === null;
+  if (found.gain !== null && known.plant) {
+    wave($("wave"), impulse(known.plant, found.gain), known.plant.discrete);
+    $("wave-caption").textContent = `${found.witness}. Drawn: σ after an impulse.`;
+    $("wave").setAttribute("aria-label", $("wave-caption").textContent);
+  }
+  offer("get-refutation", found.refutation);
+  write();
+  show();
+}
+
+function showClass() {
+  const { class: found, line, largest } = known;
+  if (!found || !line) return;
+  showVerdict(found.verdict, found.sentence);
+  const own = line.accepted && found.verdict === "PROVED";
+  const better = !own && found.verdict === "PROVED" && hasLine() && !varying() && found.theta !== null
+    ? `This line does not prove it; the one of θ = ${number(found.theta, 6)} s does.` : "";
+  const missing = found.left_out || largest?.left_out
+    ? "Some searches need numpy, which a browser does not have: they were left out here, and the command below makes them." : "";
+  $("note").textContent = [better, missing].filter(Boolean).join(" ");
+  $("checkers").textContent = found.second === null ? "there is nothing to check" : found.second ? "both" : "the first only";
+  offer("get-certificate", own ? line.certificate : found.certificate);
+  offer("get-report", JSON.stringify({ largest: largest?.report ?? null, class: found.report }, null, 2) + "\n");
+  offer("get-toml", found.toml);
+  redraw();
+}
+
+function command() {
+  const quoted = (text) => `"${text.trim().replace(/[\s,]+/g, " ")}"`;
+  const plant = { num: `--num ${quoted(state.num)} --den ${quoted(state.den)}`, transfer: `--transfer "${state.transfer}"`,
+    system: `--system ${state.system}` }[state.form];
+  const slope = state.class === "slope" || state.class === "odd";
+  const more = [state.dt && state.form !== "system" ? `--dt ${state.dt}` : "", lower() ? `--lower=${state.lower}` : "",
+    varying() ? "--time-varying" : "", state.class === "odd" ? "--odd" : ""].filter(Boolean).join(" ");
+  $("command").textContent = `lure ${slope ? "max-slope" : "max-sector"} ${plant} ${more}`.trim()
+    + "\nlure certify plant.toml -o certificate.json";
+}
+
+const question = (kind) => ({ ask: kind, ...Object.fromEntries(FIELDS.map((name) => [name, ""])),
+  ...Object.fromEntries(({ num: ["num", "den", "dt"], transfer: ["transfer", "dt"], system: ["system"] })[state.form]
+    .map((name) => [name, state[name]])),
+  class: state.class, lower: state.lower, k: state.k, theta: state.theta });
+
+/** Ask; nothing where the question was overtaken, a sentence beside its field where it was refused.
+ * @param {string} kind @param {number} of */
+async function ask(kind, of) {
+  const answer = await asking.ask(question(kind));
+  if (of !== asked) return null;
+  if (!answer.error) return { ...answer, asked: of };
+  refuse(answer.field, answer.error);
+  showVerdict("", "");
+  $("verdict").textContent = "Correct the field that is marked.";
+  delete $("verdict").dataset.verdict;
+  return null;
+}
+
+/** The question has changed: `plant`, `class` or `line` says how far down. @param {"plant" | "class" | "line"} what */
+async function changed(what) {
+  const of = ++asked;
+  document.body.dataset.state = "checking";
+  $("verdict").classList.add("old");
+  refuse();
+  history.replaceState(null, "", addressOf(state));
+  command();
+  redraw();
+  try {
+    await asking.ready;
+    if (what === "plant") {
+      known.largest = null;
+      const plant = await ask("plant", of);
+      if (!plant) return;
+      showPlant(plant);
+    }
+    if (what !== "line" || known.largest === null) {
+      const largest = await ask("largest", of);
+      if (!largest) return;
+      known.largest = largest;
+      showLargest(largest);
+      history.replaceState(null, "", addressOf(state));
+    }
+    const line = await ask("line", of);
+    if (!line) return;
+    known.line = line;
+    redraw();
+    const found = await ask("class", of);
+    if (!found) return;
+    known.class = found;
+    showClass();
+  } catch (error) {
+    $("verdict").textContent = `The checkers could not be started: ${error instanceof Error ? error.message : error}.`;
+  } finally {
+    if (of === asked) document.body.dataset.state = "done";
+  }
+}
+
+// From the fields, the sliders and the address to a question.
+
+for (const name of ["num", "den", "dt", "transfer", "lower"]) {
+  $(name).addEventListener("change", () => {
+    state = { ...state, [name]: $(name).value, k: "", theta: "" };
+    changed("plant");
+  });
+}
+$("system").addEventListener("change", () => { state = { ...state, system: $("system").value, ...systemClass(), k: "", theta: "" }; write(); changed("plant"); });
+$("class").addEventListener("change", () => { state = { ...state, class: $("class").value, theta: "" }; write(); changed("class"); });
+for (const name of ["k", "theta"]) {
+  $(name).addEventListener("input", () => { state = { ...state, [name]: $(name).value }; slide(); changed("line"); });
+}
+$("k-slider").addEventListener("input", () => {
+  const k = range.low * (range.high / range.low) ** (Number($("k-slider").value) / 1000);
+  state = { ...state, k: short(lower() + k) };
+  $("k").value = state.k;
+  changed("line");
+});
+$("theta-slider").addEventListener("input", () => {
+  state = { ...state, theta: short(range.theta * Math.sinh((4 * Number($("theta-slider").value)) / 1000)) };
+  $("theta").value = state.theta;
+  changed("line");
+});
+$("best").addEventListener("click", () => {
+  state = { ...state, k: known.largest?.reach && known.largest.proved !== "inf" ? known.largest.reach : state.k, theta: "" };
+  if (known.largest) state.theta = known.largest.theta === null ? "0" : String(known.largest.theta);
+  write();
+  changed("line");
+});
+for (const radio of document.querySelectorAll("input[name=form]")) {
+  radio.addEventListener("change", () => {
+    const form = radio.value, { plant } = known;
+    state = { ...state, form };
+    if (form === "system" && !state.system) state = { ...state, system: systems[0].name, k: "", theta: "" };
+    if (form === "transfer" && !state.transfer && plant?.formula) state.transfer = plant.formula;
+    if (form === "num" && !state.den && plant) state = { ...state, num: plant.num.join(", "), den: plant.den.join(", ") };
+    write();
+    changed("plant");
+  });
+}
+$("controls").addEventListener("submit", (event) => event.preventDefault());
+window.addEventListener("hashchange", () => {
+  const given = stateOf(location.hash);
+  if (!given) return;
+  state = given;
+  write();
+  changed("plant");
+});
+for (const name of ["popov", "nyquist"]) $(`get-${name}`).addEventListener("click", () => offerDrawing(`get-${name}`, $(name)));
+
+/** The class that a built-in system is about. */
+function systemClass() {
+  return systems.find((one) => one.name === $("system").value)?.asked ?? {};
+}
+
+$("system").append(...systems.map((one) => new Option(`${one.name}: ${one.title}`, one.name)));
+state = { ...state, ...(stateOf(location.hash) ?? start.state) };
+write();
+command();
+const at = systems.find((one) => one.name === state.system);
+const quick = { num: state.num.split(/[\s,]+/).map(parsed), den: state.den.split(/[\s,]+/).map(parsed), discrete: state.dt.trim() !== "",
+  period: parsed(state.dt || "0") };
+if (at && state.form === "system") showPlant(at.plant);
+else if (state.form === "num" && [...quick.num, ...quick.den].every(Number.isFinite)) showPlant(quick);
+const began = performance.now();
+asking.ready.then(() => { $("loaded").textContent = `Loaded in ${((performance.now() - began) / 1000).toFixed(1)} s.`; document.body.dataset.ready = ""; }, () => {});
+changed("plant");
+for (const panel of start.panels) import(`lure/${panel}`).then((module) => module.open(asking), console.error);

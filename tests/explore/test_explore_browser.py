@@ -1,0 +1,191 @@
+"""The page in Chromium, without a network: it says what the command says, and nothing goes wrong on the way."""
+
+import json
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from depth import sampled
+from explored import LOOPS
+
+from lure.analysis import max_sector
+from lure.analysis.certificates.checker import check
+from lure.analysis.explore import write_page
+from lure.errors import InputError
+
+pytestmark = pytest.mark.browser
+TOLD = """
+async ([hash]) => {
+  location.hash = hash;
+  await new Promise((done) => setTimeout(done, 0));
+  while (document.body.dataset.state !== "done") await new Promise((done) => setTimeout(done, 5));
+  const text = (id) => document.getElementById(id).textContent;
+  const link = document.getElementById("get-report");
+  const report = link.hidden ? null : await (await fetch(link.href)).json();
+  const { value: k } = document.getElementById("k");
+  return { verdict: text("verdict"), reach: text("reach"), refuted: text("refuted"), report, k };
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    try:
+        return write_page(tmp_path_factory.mktemp("explore") / "page").parent
+    except InputError as refusal:
+        pytest.skip(str(refusal))
+
+
+@pytest.fixture(scope="module")
+def browser():
+    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    if chromium is None:
+        pytest.skip("there is no chromium on the path")
+    driver = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed: pip install 'lure[browser]'"
+    )
+    with driver.sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        yield opened
+        opened.close()
+
+
+def opened(browser, address, **options):
+    """A page without a network, and what its console said."""
+    context = browser.new_context(offline=True, **options)
+    page, said = context.new_page(), []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto(address)
+    page.wait_for_selector("body[data-state=done]", timeout=120_000)
+    return page, said
+
+
+@pytest.fixture(scope="module")
+def page(browser, folder):
+    page, said = opened(browser, f"{folder.as_uri()}/index.html")
+    yield page
+    assert said == []
+
+
+def told(page, address):
+    return page.evaluate(TOLD, [address])
+
+
+def test_the_page_says_what_the_command_says(page):
+    for num, den in LOOPS[: sampled(20, of=len(LOOPS))]:
+        found = max_sector((num.split(), den.split()))
+        says = told(page, f"#num={num.replace(' ', ',')}&den={den.replace(' ', ',')}")
+        assert says["reach"] == (found.proved_text or "nothing is proved")
+        assert says["refuted"] == (found.refuted_text or "nothing is refuted")
+        assert says["report"]["largest"] == json.loads(json.dumps(found.to_dict()))
+
+
+def test_a_link_is_a_loop(page):
+    says = told(page, "#num=1&den=1,3,2,0&k=5")
+    assert (says["k"], says["reach"]) == ("5", "5.999999999")
+    assert says["verdict"].startswith("PROVED")
+    assert told(page, "#num=1&den=1,3,2,0&k=7")["verdict"].startswith("REFUTED")
+    assert page.evaluate("location.hash") == "#num=1&den=1,3,2,0&k=7&theta=1.5"
+    assert told(page, "#transfer=1/(s*(s+1)*(s+2))&class=time-varying&k=4/3")["reach"] == "1.333333"
+
+
+def test_what_a_browser_cannot_look_for_is_said(page):
+    # the command proves 1.086956 by Zames-Falb multipliers, which are searched for with numpy
+    assert told(page, "#system=dt-6&class=odd")["reach"] == "0.6849315"
+    assert "need numpy" in page.inner_text("#note")
+
+
+def test_a_slider_moves_the_line_at_once_and_the_verdict_after_it(page):
+    told(page, "#num=1&den=1,3,2,0&k=5&theta=1.5")
+    assert "accepted" in page.get_attribute("#popov", "class")
+    before = page.get_attribute("#popov .forbidden", "d")
+    moved = page.evaluate(
+        """() => { const one = document.getElementById("k-slider"); one.value = 990;
+        one.dispatchEvent(new Event("input"));
+        return document.querySelector("#popov .forbidden").getAttribute("d"); }"""
+    )
+    assert moved != before
+    page.wait_for_selector("body[data-state=done]")
+    assert "crossed" in page.get_attribute("#popov", "class")
+    assert page.inner_text("#verdict").startswith("REFUTED")
+    page.click("#best")
+    page.wait_for_selector("body[data-state=done]")
+    assert page.input_value("#k") == "5.999999999"
+    assert "accepted" in page.get_attribute("#popov", "class")
+    assert "PROVED" in page.inner_text("#verdict")
+
+
+def test_what_the_page_hands_out_is_checked_again_outside(page, tmp_path):
+    told(page, "#num=1&den=1,3,2,0&k=5&theta=1.4")
+    with page.expect_download() as download:
+        page.click("#get-certificate")
+    certificate = json.loads(Path(download.value.path()).read_text("ascii"))
+    assert certificate["multiplier"] == {"theta": "7/5"}
+    assert check(certificate).certificate["laws"]["sector"] == ["0", "5"]
+    with page.expect_download() as download:
+        page.click("#get-popov")
+    assert Path(download.value.path()).read_text("utf-8").startswith("<svg")
+
+
+def test_bad_input_stands_beside_its_field(page):
+    says = told(page, "#num=1&den=1,3,x&k=5")
+    assert "den[2] is 'x'" in page.inner_text("#den-error")
+    assert page.get_attribute("#den", "aria-invalid") == "true"
+    assert "PROVED" not in says["verdict"]
+    told(page, "#num=1&den=1,3,2,0&k=5")
+    assert page.inner_text("#den-error") == ""
+
+
+def test_keys_are_enough(page):
+    told(page, "#num=1&den=1,3,2,0&k=5")
+    page.focus("#k-slider")
+    page.keyboard.press("ArrowRight")
+    page.wait_for_selector("body[data-state=done]")
+    assert page.input_value("#k") != "5"
+    page.focus("#num")
+    reached = []
+    for _ in range(9):
+        page.keyboard.press("Tab")
+        reached.append(page.evaluate("document.activeElement.id"))
+    assert [one for one in reached if one] == ["den", "dt", "class", "k", "k-slider", "theta", "theta-slider", "best"]
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_runs_out_of_the_page(browser, folder, width, scheme):
+    page, said = opened(
+        browser, f"{folder.as_uri()}/index.html", viewport={"width": width, "height": 800}, color_scheme=scheme
+    )
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert said == []
+    page.context.close()
+
+
+def test_a_static_server_is_enough(browser, folder):
+    server = subprocess.Popen(
+        [sys.executable, "-m", "http.server", "0", "--bind", "127.0.0.1", "--directory", str(folder)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={"PYTHONUNBUFFERED": "1"},
+        text=True,
+    )
+    try:
+        port = server.stdout.readline().split(" port ")[1].split()[0]
+        context = browser.new_context()
+        page, asked = context.new_page(), []
+        page.on("request", lambda request: asked.append(request.url))
+        for visit in ("first", "warm"):
+            began = time.monotonic()
+            page.goto(f"http://127.0.0.1:{port}/index.html")
+            page.wait_for_selector("body[data-state=done]", timeout=120_000)
+            print(f"{visit} load to a checked verdict: {time.monotonic() - began:.1f} s")
+        assert page.inner_text("#reach") == "5.999999999"
+        outside = [one for one in asked if not one.startswith((f"http://127.0.0.1:{port}/", "blob:", "data:"))]
+        assert outside == []
+    finally:
+        server.terminate()
+        server.communicate()
