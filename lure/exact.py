@@ -74,8 +74,9 @@ def square_root(value: Fraction) -> float:
         return 0.0
     shift = 240 - (value.numerator.bit_length() - value.denominator.bit_length())
     shift += shift % 2
-    scaled = value * Fraction(2) ** shift
+    top, bottom = value.numerator << max(shift, 0), value.denominator << max(-shift, 0)
+    root = math.isqrt(top // bottom)
     try:
-        return float(math.isqrt(int(scaled)) / Fraction(2) ** (shift // 2))
+        return root / 2 ** (shift // 2) if shift > 0 else float(root * 2 ** (-shift // 2))
     except OverflowError:
         return math.inf

@@ -135,6 +135,9 @@ def parsed(data: str | bytes) -> Any:
 
 
 # -- sums of (u + i v) omega^n exp(-i omega tau)
+NOW: Any = 0  # no delay: ZERO, whose hash takes longer
+
+
 class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
     """A sum of ``(u + i v) omega^n exp(-i omega tau)``, as ``{(tau, n): (u, v)}``."""
 
@@ -168,7 +171,7 @@ class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
         """The complex conjugate."""
         return Form({(-tau, n): (u, -v) for (tau, n), (u, v) in self.items()})
 
-    def part(self, imaginary: int = 0, tau: Fraction = ZERO) -> list[Fraction]:
+    def part(self, imaginary: int = 0, tau: Fraction = NOW) -> list[Fraction]:
         """Coefficients of one term, ascending."""
         top = max((n for (t, n), z in self.items() if t == tau and z[imaginary]), default=-1)
         return [self.get((tau, n), (ZERO, ZERO))[imaginary] for n in range(top + 1)]
@@ -176,20 +179,24 @@ class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
 
 def real(*p: Fraction | int) -> Form:
     """A real polynomial in omega, ascending."""
-    return Form({(ZERO, n): (Fraction(c), ZERO) for n, c in enumerate(p) if c})
+    return Form({(NOW, n): (Fraction(c), ZERO) for n, c in enumerate(p) if c})
 
 
-S, X1, MINUS = Form({(ZERO, 1): (ZERO, Fraction(1))}), real(1, 0, 1), real(-1)  # s = i omega, |1 + s|^2
+S, X1, MINUS = Form({(NOW, 1): (ZERO, Fraction(1))}), real(1, 0, 1), real(-1)  # s = i omega, |1 + s|^2
 
 
 def ascending(d: Form) -> list[Fraction]:
     """Real coefficients of d(s), s = i omega."""
     sizes = range(len(d.part()) + len(d.part(1)))
-    return [d.get((ZERO, n), (ZERO, ZERO))[n % 2] * (1 if n % 4 < 2 else -1) for n in sizes]
+    return [d.get((NOW, n), (ZERO, ZERO))[n % 2] * (1 if n % 4 < 2 else -1) for n in sizes]
 
 
 def homogeneous(p: list[Fraction], up: Form, down: Form, degree: int) -> Form:
     """Down^degree p(up/down), p descending."""
+    if up is S:  # and down = 1: the powers of s are known
+        powers = [(c, n) for n, c in enumerate(reversed(p)) if c]
+        turned = [(n, c if n % 4 < 2 else -c) for c, n in powers]
+        return Form({(NOW, n): (ZERO, c) if n % 2 else (c, ZERO) for n, c in turned})
     out, weight = Form(), real(1)
     for c in p:
         out, weight, degree = out * up + real(c) * weight, weight * down, degree - 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import cache
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
@@ -168,7 +169,8 @@ def block(system: Any) -> Block:
         (real(1) + S, real(1) + MINUS * S, len(d) - 1, Form()) if discrete else (S, real(1), len(d) - 1, Form())
     )
     for tau, p in top:
-        n = n + homogeneous(p, up, down, order) * Form({(tau, 0): (Fraction(1), ZERO)})
+        h = homogeneous(p, up, down, order)
+        n = n + (h * Form({(tau, 0): (Fraction(1), ZERO)}) if tau else h)
     direct = top[0][1][0] / d[0] if len(top[0][1]) == len(d) else ZERO
     return Block(n, homogeneous(d, up, down, order), order, direct, discrete, system["kind"] == "delay")
 
@@ -326,6 +328,7 @@ def scheme(system: Any) -> tuple[Any, Any, Any]:
     )
 
 
+@cache
 def identity(N: int) -> None:
     """``V' + (1/2) sum (prev_i - y_i)^2 + (1 - a^2)/2 y_2N^2 = 0`` for the scheme, a form in ``y`` and ``p = y_0``.
 

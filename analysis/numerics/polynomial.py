@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise, zip_longest
 from typing import cast
 
 from flint import acb, arb, ctx, fmpq, fmpq_poly, fmpz_poly
@@ -12,6 +14,7 @@ from flint import acb, arb, ctx, fmpq, fmpq_poly, fmpz_poly
 from lure.analysis.numerics.precision import working_precision
 
 X = fmpq_poly([0, 1])
+SHORT = 30  # up to this degree Routh's array is quicker than the roots
 
 
 def from_descending(coefficients: Sequence[Fraction]) -> fmpq_poly:
@@ -110,6 +113,9 @@ def root_counts(p: fmpq_poly) -> RootCounts:
     degree = p.degree()
     if degree < 0:
         raise ValueError("the zero polynomial has no count of roots")
+    changes = _routh([int(c) for c in p.numer().coeffs()]) if degree <= SHORT else None
+    if changes is not None:
+        return RootCounts(degree - changes, 0, changes)
     mirrored = fmpq_poly([-c if i % 2 else c for i, c in enumerate(p.coeffs())])
     shared = p.gcd(mirrored)
     axis = _axis_roots(shared)
@@ -126,6 +132,22 @@ def is_hurwitz(p: fmpq_poly) -> bool:
     if p.degree() < 0 or any(c == 0 for c in p.coeffs()) or not _one_sign(p):
         return False
     return root_counts(p).left == p.degree()
+
+
+def _routh(ascending: list[int]) -> int | None:
+    """Changes of sign in the first column of Routh's array, the roots right of the axis; None where that has a zero."""
+    rest = ascending[::-1]
+    a, b = rest[::2], rest[1::2]
+    signs = [a[0] > 0]
+    while b:
+        if not b[0]:
+            return None
+        signs.append(b[0] > 0)
+        pivot, low = abs(b[0]), a[0] if b[0] > 0 else -a[0]
+        row = [pivot * x - low * y for x, y in zip_longest(a[1:], b[1:], fillvalue=0)]
+        shared = math.gcd(*row) or 1
+        a, b = b, [x // shared for x in row]
+    return sum(one != other for one, other in pairwise(signs))
 
 
 def _axis_roots(p: fmpq_poly) -> int:

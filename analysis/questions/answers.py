@@ -139,7 +139,7 @@ def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaul
         _only_classes(lower=lower, time_varying=time_varying)
         return _of_channels(block, classes, "sector", criterion, seconds, progress)
     more: dict[str, Any] = {"time_varying": time_varying, "criterion": criterion, "search": search}
-    problem = Problem.largest(_plant(block), "sector", lower=exact_number(lower, "lower"), **more)
+    problem = Problem.largest(largest_plant(block), "sector", lower=exact_number(lower, "lower"), **more)
     return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
 
 
@@ -229,7 +229,7 @@ def max_slope(  # noqa: PLR0913  (a block, classes and six settings with default
         _only_classes(lower=lower, odd=odd)
         return _of_channels(block, classes, "slope", criterion, seconds, progress)
     more: dict[str, Any] = {"odd": odd, "criterion": criterion, "search": search}
-    problem = Problem.largest(_plant(block), "slope", lower=exact_number(lower, "lower"), **more)
+    problem = Problem.largest(largest_plant(block), "slope", lower=exact_number(lower, "lower"), **more)
     return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
 
 
@@ -266,13 +266,25 @@ def _of_channels(  # noqa: PLR0913  (what the two questions share)
     return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
 
 
-def _plant(block: object) -> Plant:
+def largest_plant(block: object) -> Plant:
+    """The plant of a question for a largest class: one of high order by its matrices.
+
+    Parameters
+    ----------
+    block : object
+        As for :func:`max_sector`.
+    """
     found = plant_given(block)
     return (by_matrices(found) or found) if isinstance(found, RationalPlant) else found
 
 
 def answer(
-    problem: Problem, *, seconds: float | None = None, numbers: Numbers = "rationals", progress: Tell | None = None
+    problem: Problem,
+    *,
+    seconds: float | None = None,
+    numbers: Numbers = "rationals",
+    progress: Tell | None = None,
+    brief: bool = False,
 ) -> StabilityBound | Certification:
     """The answer to a problem: of the largest class a ``StabilityBound``, of one given class a ``Certification``.
 
@@ -286,6 +298,9 @@ def answer(
         Where the numbers came from, for the certificate of a given class.
     progress : callable, optional
         Called as ``progress(step, done)`` when a step begins, ``0 <= done <= 1``; 0 where that is not known.
+    brief : bool
+        Whether a criterion is left unproved that claims less of a largest class than another has proved: verdict,
+        bounds and criterion of the answer are the same, ``answers`` says less.
 
     Raises
     ------
@@ -300,7 +315,7 @@ def answer(
     """
     if problem.kind != "class" and isinstance(problem.plant, RationalPlant):
         require_solution(problem.plant, problem.lower)
-    return answers([problem], seconds=seconds, numbers=numbers, progress=progress)[0]
+    return answers([problem], seconds=seconds, numbers=numbers, progress=progress, brief=brief)[0]
 
 
 def answers(
@@ -309,6 +324,7 @@ def answers(
     seconds: float | None = None,
     numbers: Numbers = "rationals",
     progress: Tell | None = None,
+    brief: bool = False,
 ) -> list[StabilityBound | Certification]:
     """The answers to several problems about one plant; what they have in common is computed once.
 
@@ -322,6 +338,8 @@ def answers(
     numbers : {"rationals", "decimals as written", "doubles, exactly"}
         Where the numbers came from, for the certificate of a given class.
     progress : callable, optional
+        As for :func:`answer`.
+    brief : bool
         As for :func:`answer`.
 
     Raises
@@ -337,7 +355,7 @@ def answers(
         factors = [each.bound for each in found if isinstance(each, Factors)]
         return factors or _spread([largest_of(each) for each in found if isinstance(each, Findings)])
 
-    search_for(found, bounds, seconds=seconds, numbers=numbers, tell=progress)
+    search_for(found, bounds, seconds=seconds, numbers=numbers, tell=progress, brief=brief)
     rows = iter(bounds())
     return [certification_of(each, bounds()) if isinstance(each, Attempts) else next(rows) for each in found]
 

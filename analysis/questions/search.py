@@ -58,6 +58,7 @@ T = TypeVar("T")
 GRACE = 1.0  # [s] to say what was found, when the time for the search is over
 _COUNTER, _AFTER = 3, LAST + 1  # the stages of the searches for nonlinear counterexamples, of one class beside others
 _ENOUGH = "what is proved and what is refuted meet without it"
+_LESS = "another criterion has proved more than this one claims"
 
 
 @dataclass(slots=True, kw_only=True)
@@ -139,8 +140,14 @@ class Step:
     work: Callable[[], None]
 
 
-def search_for(
-    found: Sequence[Found], bounds: Bounds, *, seconds: float | None, numbers: Numbers, tell: Tell | None
+def search_for(  # noqa: PLR0913  (what a search is about, and how long and how far it goes)
+    found: Sequence[Found],
+    bounds: Bounds,
+    *,
+    seconds: float | None,
+    numbers: Numbers,
+    tell: Tell | None,
+    brief: bool = False,
 ) -> None:
     """Make the steps of all plans, stage by stage, the first problem first in each, and write down what is found.
 
@@ -156,6 +163,8 @@ def search_for(
         Where the numbers came from, for certificates of one class.
     tell : callable, optional
         Told each step and the share of the steps behind it, 0 where that is not known.
+    brief : bool
+        Whether what a criterion claims of a largest class is left unproved where another has proved more.
 
     Raises
     ------
@@ -166,7 +175,7 @@ def search_for(
     KeyboardInterrupt
         The user stopped the search before anything was found.
     """
-    shared, beside = _Shared(), not all(isinstance(each, Attempts) for each in found)
+    shared, beside = _Shared(brief=brief), not all(isinstance(each, Attempts) for each in found)
     plans, most = list[Iterator[Step]](), 0
     for each in found:
         if isinstance(each, Attempts):
@@ -244,7 +253,8 @@ def _title(asked: Problem) -> str:
 class _Shared:
     """Results that several questions about one block have in common, each computed once."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, brief: bool) -> None:
+        self.brief = brief
         self._known: dict[Hashable, object] = {}
         # how far a class of restricted slope is proved, over its lower end and whether it is one of odd ones
         self.slopes: dict[tuple[Fraction, bool], float] = {}
@@ -268,11 +278,16 @@ def _largest_class(found: Findings, asking: Sequence[Theorem], shared: _Shared) 
     rows = [Step(row.stage, row.name, found, partial(_criterion, found, row, shared)) for row in asking]
     late = full or asked.criterion != BEST
     rows = [step for step in rows if late or step.stage < LAST]
+    if shared.brief:  # what reaches farthest comes last in each stage
+        rows = sorted(reversed(rows), key=lambda step: step.stage)
     for step in heapq.merge(rows, searches if full else [], key=lambda step: step.stage):
         if step.stage == 0 or not found.closed:
             yield step
         elif step.stage != _COUNTER:
             found.answers.append(silent(step.name, asked, _ENOUGH, theorem=NOT_NEEDED))
+    if shared.brief:
+        names = [row.name for row in asking]
+        found.answers.sort(key=lambda answer: names.index(answer.criterion))
     found.complete = True
 
 
@@ -291,6 +306,9 @@ def _criterion(found: Findings, row: Theorem, shared: _Shared) -> None:
     said = shared.once(key, lambda: criterion_answer(row, asked))
     if isinstance(said, Failure):
         found.answers.append(silent(row.name, asked, said.detail, code=said.code.reason))
+        return
+    if shared.brief and said.largest.low < found.proved:
+        found.answers.append(silent(row.name, asked, _LESS, theorem=NOT_NEEDED))
         return
     wider = asked.time_varying and not said.nonlinearity_class.time_varying
     said = shared.once((*key, wider), partial(proved_answer, asked, said))

@@ -3,56 +3,89 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lure.analysis.rod.certificates import circle_bound, popov_theta
 from lure.analysis.rod.conclusion import concluded, offered
 from lure.analysis.rod.spectrum import slowest_decays
-from lure.analysis.sweeps.rows import Answered, Row
+from lure.analysis.sweeps.rows import Answered, Certificate, Row
 from lure.analysis.verdict import Verdict
-from lure.rod.discretisation import upwind
+from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
-    from lure.analysis.questions.conclusion import Conclusion
+    from lure.analysis.certificates.checker import Proved, Refuted
     from lure.rod.systems import RodSystem
 
 
-def rod_row(system: RodSystem, _seconds: float | None = None) -> Answered:
+def rod_row(system: RodSystem, _seconds: float | None = None, *, plain: bool = False) -> Answered:
     """The rod and its scheme with the rod's own pressure law: the energy theorem decides both, for every sector.
 
     Parameters
     ----------
     system : RodSystem
         The rod with its scheme; nothing is simulated.
+    plain : bool
+        Whether what follows from the certificate is concluded anew, in words, for this very rod.
     """
     scheme = upwind(system.rod, system.cells, form=system.form)
-    of_rod, of_scheme = (concluded(block, offered(block)) for block in (RodPlant(system.rod), scheme))
+    conclude = _followed if plain else _follows
+    of_rod, of_scheme = (conclude(block, offered(block)) for block in (RodPlant(system.rod), scheme))
     damped = system.rod.exact["damping"] > 0
     bound = circle_bound(system.rod) if damped else None
     decays = slowest_decays(scheme)
-    about_rod, about_scheme = _sector(of_rod), _sector(of_scheme)
     row: Row = {
-        **about_rod,
+        **_sector(of_rod),
         "refuted_at": 0.0 if of_rod.verdict is Verdict.REFUTED else math.nan,
-        "criterion": "" if of_rod.shown is None else str(of_rod.shown.theorem),
+        "criterion": of_rod.theorem,
         "slowest_decay": decays.rod,
         "theta": float(popov_theta(system.rod)) if damped else math.nan,
-        "code": "" if of_rod.code is None else of_rod.code.identifier,
-        "scheme_verdict": about_scheme["verdict"],
-        "scheme_largest_low": about_scheme["largest_low"],
+        "code": of_rod.code,
+        "scheme_verdict": str(of_scheme.verdict),
+        "scheme_largest_low": _sector(of_scheme)["largest_low"],
         "scheme_slowest_decay": decays.scheme,
         "circle": math.inf if damped and bound is None else math.nan if bound is None else float(bound),
     }
-    return Answered(row, tuple(one.shown.certificate for one in (of_rod, of_scheme) if one.shown is not None))
+    return Answered(row, tuple(one.certificate for one in (of_rod, of_scheme) if one.certificate is not None))
 
 
-def _sector(found: Conclusion) -> Row:
+class _Found(NamedTuple):
+    """What a row keeps of a conclusion."""
+
+    verdict: Verdict
+    evidence: str
+    theorem: str
+    code: str
+    certificate: Certificate | None
+
+
+_SAME: dict[tuple[object, ...], _Found] = {}
+
+
+def _follows(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> _Found:
+    """As :func:`_followed`, once for all rods of which the checker accepted the same.
+
+    The energy theorem is about every nonlinearity in ``[0, inf]``.  ``c max(r, 0)^m`` lies there for every ``c > 0``,
+    which a rod has by construction, and ``m`` alone says how regular it is: from the same claim the same follows.
+    """
+    if isinstance(shown, str):
+        return _followed(block, shown)
+    key = type(block), type(shown), shown.theorem, shown.facts["class"], shown.assumed, block.rod.exact["exponent"]
+    if key not in _SAME:
+        _SAME[key] = _followed(block, shown)
+    return _SAME[key]._replace(certificate=shown.certificate)
+
+
+def _followed(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> _Found:
+    """What follows for a block with the rod's own pressure law."""
+    found = concluded(block, shown)
+    code = "" if found.code is None else found.code.identifier
+    if found.shown is None:
+        return _Found(found.verdict, "", "", code, None)
+    return _Found(found.verdict, str(found.evidence), str(found.shown.theorem), code, found.shown.certificate)
+
+
+def _sector(found: _Found) -> Row:
     """What was concluded of a rod with its own pressure law: for every sector, or for none."""
     low, high = {Verdict.PROVED: (math.inf, math.inf), Verdict.REFUTED: (0.0, 0.0)}.get(found.verdict, (0.0, math.inf))
-    return {
-        "verdict": str(found.verdict),
-        "evidence": "" if found.shown is None else str(found.evidence),
-        "largest_low": low,
-        "largest_high": high,
-    }
+    return {"verdict": str(found.verdict), "evidence": found.evidence, "largest_low": low, "largest_high": high}

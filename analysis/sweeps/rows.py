@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, cast
 
 from lure.analysis.questions import decay_rate, l2_gain
-from lure.analysis.questions.answers import max_sector, max_slope
+from lure.analysis.questions.answers import answer, largest_plant, max_sector, max_slope
 from lure.analysis.questions.certify import ProofOptions, certify
+from lure.analysis.questions.problem import Problem
 from lure.errors import AssumptionError, InputError, Reason
 from lure.extensions import extension
 from lure.files.reading import SystemSource
 from lure.files.system import LoopSystem
+
+if TYPE_CHECKING:
+    from lure.analysis.questions.largest import StabilityBound
 
 Row = dict[str, Any]
 Kind = Literal["text", "number"]
@@ -86,7 +91,9 @@ class Answered:
     certificates: tuple[Certificate, ...] = ()
 
 
-def answered(source: SystemSource, settings: list[str], question: str, seconds: float | None = None) -> Answered:
+def answered(
+    source: SystemSource, settings: list[str], question: str, seconds: float | None = None, *, plain: bool = False
+) -> Answered:
     """The answer of one point; a point that fails is a row with its sentence.
 
     Parameters
@@ -99,11 +106,13 @@ def answered(source: SystemSource, settings: list[str], question: str, seconds: 
         One of the questions.
     seconds : float or None
         Time allowed.
+    plain : bool
+        Whether it is asked as a user asks it, with every sentence and criterion; the row is the same.
     """
     begun = time.perf_counter()
     try:
         system = source.changed(settings)
-        found = _ASKED[question](system, seconds)
+        found = _ASKED[question](system, seconds, plain=plain)
     except (InputError, AssumptionError) as error:
         found = Answered({"verdict": "", "error": str(error), "code": str(error.code or "")})
     except (ArithmeticError, RuntimeError, MemoryError) as error:  # a point never ends a run; its row says so
@@ -112,26 +121,38 @@ def answered(source: SystemSource, settings: list[str], question: str, seconds: 
     return found
 
 
-def _own(system: Any, seconds: float | None) -> Answered:  # noqa: ANN401  (a system with a row of its own)
+class Ask(Protocol):
+    """A question."""
+
+    def __call__(self, system: Any, seconds: float | None, *, plain: bool) -> Answered:  # noqa: ANN401  (any system)
+        """Its answer for a system, found within so many seconds, as a user asks it or not."""
+
+
+def _own(system: Any, seconds: float | None, *, plain: bool) -> Answered:  # noqa: ANN401  (a system with a row of its own)
     """What a kind of system that is no loop says of itself, such as a rod."""
     row = extension("sweep", system)
     assert row is not None, "the study has seen that there is one"
-    answer: Answered = row(system, seconds)
-    return answer
+    found: Answered = row(system, seconds, plain=plain)
+    return found
 
 
-def _largest(question: str) -> Callable[[LoopSystem, float | None], Answered]:
+def _largest(question: Literal["sector", "slope"]) -> Ask:
     """The largest sector or slope bound; with several channels the largest factor of the upper bounds."""
 
-    def found(system: LoopSystem, seconds: float | None) -> Answered:
-        ask = max_sector if question == "sector" else max_slope
+    def found(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
+        ask: Any = max_sector if question == "sector" else max_slope
         if system.classes is not None:
             bound = ask(system.block, system.classes, seconds=seconds)
         else:
             given = system.nonlinearity_class
             low = given.sector.lower if given is not None and given.sector.lower > -math.inf else 0
             more: dict[str, Any] = {} if given is None else _said(question, given)
-            bound = ask(system.block, lower=low, seconds=seconds, **more)
+            if plain:
+                bound = ask(system.block, lower=low, seconds=seconds, **more)
+            else:
+                more["search"] = "linear" if question == "sector" else "full"
+                problem = Problem.largest(largest_plant(system.block), question, lower=Fraction(low), **more)
+                bound = cast("StabilityBound", answer(problem, seconds=seconds, brief=True))
         best = bound.answers[0] if bound.answers else None
         row = {
             "verdict": str(bound.verdict),
@@ -154,7 +175,7 @@ def _said(question: str, given: Any) -> dict[str, Any]:  # noqa: ANN401  (a clas
     return {"time_varying": given.time_varying} if question == "sector" else {"odd": given.odd}
 
 
-def _class(system: LoopSystem, seconds: float | None) -> Answered:
+def _class(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
     """The class of the file, or that of its nonlinearity."""
     found = certify(system, ways=ProofOptions(seconds=seconds))
     shown, code = found.shown, found.conclusion.code
@@ -175,10 +196,10 @@ def _code(bound: Any, code: Any) -> str:  # noqa: ANN401  (any answer, and the c
     return "" if code is None else str(code.identifier)
 
 
-def _both_ways(question: Callable[..., Any], name: str) -> Callable[[LoopSystem, float | None], Answered]:
+def _both_ways(question: Callable[..., Any], name: str) -> Ask:
     """A question whose answer is a bracket: a gain or a rate."""
 
-    def found(system: LoopSystem, seconds: float | None) -> Answered:
+    def found(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
         bound = question(system, seconds=seconds)
         bracket = getattr(bound, name)
         row = {
@@ -195,7 +216,7 @@ def _both_ways(question: Callable[..., Any], name: str) -> Callable[[LoopSystem,
     return found
 
 
-_ASKED: Mapping[str, Callable[[Any, float | None], Answered]] = {
+_ASKED: Mapping[str, Ask] = {
     "rod": _own,
     "sector": _largest("sector"),
     "slope": _largest("slope"),
@@ -203,19 +224,3 @@ _ASKED: Mapping[str, Callable[[Any, float | None], Answered]] = {
     "gain": _both_ways(l2_gain, "gain"),
     "rate": _both_ways(decay_rate, "rate"),
 }
-
-
-def rows(source: SystemSource, places: Iterator[list[str]], ask: tuple[str, ...]) -> Iterator[list[Answered]]:
-    """The answers of many points, for each point one of each question.
-
-    Parameters
-    ----------
-    source : SystemSource
-        The system.
-    places : iterator of list of str
-        What each point changes.
-    ask : tuple of str
-        The questions.
-    """
-    for settings in places:
-        yield [answered(source, settings, question) for question in ask]

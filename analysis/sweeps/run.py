@@ -366,7 +366,7 @@ def computed_again(store: Store, seconds: float | None = None) -> int:
         settings = study.settings(place)
         for i, question in enumerate(study.ask):
             where = (*place, *([i] if len(study.ask) > 1 else []))
-            found = answered(system_source(study.reference), settings, question, seconds)
+            found = answered(system_source(study.reference), settings, question, seconds, plain=True)
             _demand_agreement(store, settings, found, {name: data[name].values[where] for name in store.variables})
     return count
 

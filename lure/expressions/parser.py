@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from fractions import Fraction
+from functools import lru_cache
 from typing import Literal, NoReturn, TypeVar
 
 from lure.errors import InputError
@@ -216,6 +217,7 @@ MAX_POWER = 32
 MAX_DIGITS = 100
 
 
+@lru_cache(maxsize=256)
 def parse(text: str, *, variables: tuple[str, ...], field: str) -> Node:
     """Tree of a text.
 

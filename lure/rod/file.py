@@ -6,6 +6,7 @@ import json
 import re
 from decimal import Decimal
 from fractions import Fraction
+from functools import lru_cache
 from importlib.resources import files
 from typing import Annotated, TypeAlias
 
@@ -19,7 +20,7 @@ from lure.expressions.tree import decimal
 from lure.files.kinds import FileKind
 from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.rod.discretisation import FORMS, Form, checked_cells
-from lure.rod.parameters import Rod, impedance_multiple
+from lure.rod.parameters import impedance_multiple
 from lure.rod.scenario import Scenario
 from lure.rod.systems import RodSystem, builtin_system, builtin_systems, rod_from_exact
 
@@ -172,7 +173,7 @@ def built_system(tables: SystemTables, *, title: str, source: str) -> RodSystem:
     )
     simulation = tables.simulation
     until = 2.0 * ROUND_TRIPS * rod.travel_time if simulation.until is None else float(simulation.until)
-    _check_finite(rod, scenario, cells=tables.discretisation.cells, until=until)
+    _check_finite(rod.length, scenario, cells=tables.discretisation.cells, until=until)
     return RodSystem(
         name=tables.name or "rod",
         title=title,
@@ -186,10 +187,11 @@ def built_system(tables: SystemTables, *, title: str, source: str) -> RodSystem:
     )
 
 
-def _check_finite(rod: Rod, scenario: Scenario, *, cells: int, until: float) -> None:
+@lru_cache(maxsize=128)  # rods that differ in other things have the same formulas
+def _check_finite(length: float, scenario: Scenario, *, cells: int, until: float) -> None:
     """Refuse formulas such as ``1/x`` that a sample shows to be undefined somewhere; a sample proves nothing."""
     count = min(cells, _SAMPLES)
-    x = rod.length * np.arange(count + 1) / count
+    x = length * np.arange(count + 1) / count
     t = until * np.arange(_SAMPLES + 1) / _SAMPLES
     _refuse_infinite("initial.u0", scenario.displacement(x=x), "x", x)
     _refuse_infinite("the derivative of initial.u0", scenario.slope(x=x), "x", x)
