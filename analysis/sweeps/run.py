@@ -20,7 +20,7 @@ import numpy as np
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second import recheck
 from lure.analysis.sweeps.rows import APART, Answered, Certificate, Row, answered
-from lure.analysis.sweeps.store import Store
+from lure.analysis.sweeps.store import FAILED, Store
 from lure.analysis.sweeps.study import Study, read_study, study_of
 from lure.errors import InputError
 from lure.files.reading import system_source
@@ -148,12 +148,18 @@ def sweep(  # noqa: PLR0913  (a study, a store and five settings with defaults)
     run = _Run(store, left, job, tell)
     if left:
         run.everything(lambda: _pool(min(workers, len(left)), scheduler))
-    now = sum(study.size(number) for number in left)
-    again = 0
-    if store.done() == set(range(study.chunks)):
+    again, missing = 0, set(range(study.chunks)) - store.done()
+    if missing:
+        raise InputError(
+            f"{len(missing)} chunks were computed and are not in {store.path}; "
+            "put the store where every worker writes to the same files"
+        )
+    with _writing(store.path):
         tell("some rows again", 1.0)
         again = computed_again(store, seconds)
         store.note("checked_again", again)
+        store.widen()
+    now = sum(study.size(number) for number in left)
     return _summary(store, now, run.lost, again, time.monotonic() - begun)
 
 
@@ -283,6 +289,18 @@ class Job:
 
 
 @contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """What cannot be written ends the run with a sentence; what has no marker does not count as done."""
+    try:
+        yield
+    except (OSError, MemoryError) as error:
+        said = "too little memory" if isinstance(error, MemoryError) else error.strerror or str(error)
+        raise InputError(
+            f"{path} cannot be written ({said}); what is done is kept: make room and give the same command again"
+        ) from None
+
+
+@contextmanager
 def _interrupts() -> Iterator[threading.Event]:
     """Whether an interrupt came, also one that a search took for the end of its time."""
     seen = threading.Event()
@@ -335,7 +353,8 @@ def computed(number: int, job: Job) -> int:
             points.append([each.row for each in answers])
             if job.keep == "all" or (job.keep == "sample" and not kept):
                 kept += [one for each in answers for one in each.certificates]
-    store.write(number, points, kept)
+    with _writing(store.path):
+        store.write(number, points, kept)
     return len(points)
 
 
@@ -360,14 +379,20 @@ def computed_again(store: Store, seconds: float | None = None) -> int:
     study = store.study
     count = min(max(study.points // ONE_IN, 1), MOST_AGAIN)
     chosen = np.random.default_rng(int(study.digest[:15], 16)).choice(study.points, count, replace=False)
-    data = opened(store.path)
-    for flat in sorted(int(each) for each in chosen):
-        place = tuple(int(each) for each in np.unravel_index(flat, study.shape))
-        settings = study.settings(place)
-        for i, question in enumerate(study.ask):
-            where = (*place, *([i] if len(study.ask) > 1 else []))
-            found = answered(system_source(study.reference), settings, question, seconds, plain=True)
-            _demand_agreement(store, settings, found, {name: data[name].values[where] for name in store.variables})
+    places = np.stack(np.unravel_index(np.sort(chosen), study.shape), axis=1)
+    by_chunk: dict[int, list[tuple[int, ...]]] = {}
+    for place in places.tolist():
+        by_chunk.setdefault(study.chunk_with(place), []).append(tuple(place))
+    source = system_source(study.reference)
+    for number, members in by_chunk.items():
+        values, start = store.values(number), [part.start for part in study.region(number)]
+        for place in members:
+            inside = tuple(i - first for i, first in zip(place, start, strict=True))
+            for i, question in enumerate(study.ask):
+                where = (*inside, *([i] if len(study.ask) > 1 else []))
+                found = answered(source, study.settings(place), question, seconds, plain=True)
+                kept = {name: each[where] for name, each in values.items()}
+                _demand_agreement(store, study.settings(place), found, kept)
     return count
 
 
@@ -409,21 +434,18 @@ def opened(path: Path) -> xarray.Dataset:
 
 
 def _summary(store: Store, now: int, lost: int, again: int, seconds: float) -> SweepSummary:
-    data, study = opened(store.path), store.study
-    done = sum(study.size(number) for number in store.done())
-    verdicts, errors = data["verdict"].values.ravel(), data["error"].values.ravel()
-    failed = errors[errors != ""]
+    study, (counts, error) = store.study, store.counts()
     return SweepSummary(
         store=str(store.path),
         question=str(study),
         points=study.points,
         answers=study.points * len(study.ask),
-        done=done,
-        failed=len(failed),
-        first_error=str(failed[0]) if len(failed) else "",
-        proved=int((verdicts == "PROVED").sum()),
-        refuted=int((verdicts == "REFUTED").sum()),
-        inconclusive=int((verdicts == "INCONCLUSIVE").sum()),
+        done=sum(study.size(number) for number in store.done()),
+        failed=counts[FAILED],
+        first_error=error,
+        proved=counts["PROVED"],
+        refuted=counts["REFUTED"],
+        inconclusive=counts["INCONCLUSIVE"],
         computed_now=now,
         lost=lost,
         checked_again=again,

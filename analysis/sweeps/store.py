@@ -13,7 +13,9 @@ import os
 import secrets
 import shutil
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -28,7 +30,10 @@ from lure.errors import InputError
 from lure.files.values import shown_path
 
 _DONE, _STUDY, _CERTIFICATES = ".lure/done", ".lure/study.json", ".lure/certificates"
-QUESTION = "question"
+_WHOLE, _WIDER = ".lure/whole.json", ".lure/wider"
+MOST_FILES = 10_000
+WIDE = 200_000  # values of a chunk of a store that was put together in the end
+QUESTION, FAILED = "question", "failed"
 
 
 @cache
@@ -70,8 +75,7 @@ class Store:
         InputError
             There is something else, another study, or no place to write.
         """
-        label = shown_path(str(self.path))
-        known = self.path / _STUDY
+        label, known = shown_path(str(self.path)), self.path / _STUDY
         wanted = {"study": self.study.digest, "code": code_version()}
         try:
             if known.is_file():
@@ -80,51 +84,55 @@ class Store:
                     raise InputError(f"{label} holds another study; give another -o, or remove it")
                 if there.get("code") != wanted["code"]:
                     raise InputError(f"{label} was begun with another version of lure; give another -o, or remove it")
+                self._finish_wider()
                 return len(self.done())
             if self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
                 raise InputError(f"{label} exists and is no sweep of lure; give another -o")
             self._make(wanted)
         except OSError as error:
             raise InputError(f"{label} cannot be written ({error.strerror}); give another -o") from None
+        except (json.JSONDecodeError, UnicodeDecodeError, AttributeError):
+            raise InputError(f"{label} is no sweep of lure that can be read; give another -o, or remove it") from None
         return 0
 
     def _make(self, wanted: Mapping[str, str]) -> None:
         """The whole store aside, without any answer, and then moved into place."""
-        study = self.study
         aside = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}")
-        several = len(study.ask) > 1
-        shape = (*study.shape, *([len(study.ask)] if several else []))
-        chunk = (*study.chunk, *([len(study.ask)] if several else []))
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # texts have no data type in Zarr's specification yet
-                group = zarr.create_group(aside, attributes=self._attributes())
-                for name, one in self.variables.items():
-                    text = one.kind == "text"
-                    array = group.create_array(
-                        name,
-                        shape=shape,
-                        chunks=chunk,
-                        dtype=str if text else "float64",
-                        fill_value="" if text else np.nan,
-                        dimension_names=self.dimensions,
-                        config={"write_empty_chunks": True},
-                    )
-                    drawn = {"coordinates": " ".join(study.keys)} if study.draw is not None else {}
-                    array.attrs.update({"long_name": one.text, "units": one.unit, **drawn})
-                for name, along, values in self._coordinates():
-                    array = group.create_array(
-                        name, shape=values.shape, dtype=values.dtype, dimension_names=along, chunks=values.shape
-                    )
-                    array[:] = values
+            with _quiet():
+                self._group(aside, self.study.chunk)
                 zarr.consolidate_metadata(aside)
             (aside / _DONE).mkdir(parents=True)
-            (aside / _STUDY).write_text(json.dumps({**wanted, "text": study.text}), encoding="utf-8")
+            (aside / _STUDY).write_text(json.dumps({**wanted, "text": self.study.text}), encoding="utf-8")
             if self.path.is_dir():
                 self.path.rmdir()
             aside.rename(self.path)
         finally:
             shutil.rmtree(aside, ignore_errors=True)
+
+    def _group(self, path: Path, chunk: tuple[int, ...]) -> zarr.Group:
+        """A group with an empty array for each variable, and the coordinates."""
+        study, questions = self.study, (len(self.study.ask),) * (len(self.study.ask) > 1)
+        group = zarr.create_group(path, attributes=self._attributes())
+        for name, one in self.variables.items():
+            text = one.kind == "text"
+            array = group.create_array(
+                name,
+                shape=(*study.shape, *questions),
+                chunks=(*chunk, *questions),
+                dtype=str if text else "float64",
+                fill_value="" if text else np.nan,
+                dimension_names=self.dimensions,
+                config={"write_empty_chunks": True},
+            )
+            drawn = {"coordinates": " ".join(study.keys)} if study.draw is not None else {}
+            array.attrs.update({"long_name": one.text, "units": one.unit, **drawn})
+        for name, along, values in self._coordinates():
+            array = group.create_array(
+                name, shape=values.shape, dtype=values.dtype, dimension_names=along, chunks=values.shape
+            )
+            array[:] = values
+        return group
 
     def _attributes(self) -> dict[str, Any]:
         study = self.study
@@ -151,7 +159,32 @@ class Store:
 
     def done(self) -> set[int]:
         """The chunks that are done."""
+        if (self.path / _WHOLE).is_file():
+            return set(range(self.study.chunks))
         return {int(entry.name) for entry in os.scandir(self.path / _DONE) if entry.name.isdigit()}
+
+    def counts(self) -> tuple[Counter[str], str]:
+        """How many answers of the chunks that are done have which verdict, how many failed, and why the first did."""
+        whole = self.path / _WHOLE
+        paths = [whole] if whole.is_file() else [self.path / _DONE / str(number) for number in sorted(self.done())]
+        total, first = Counter[str](), ""
+        for path in paths:
+            found = json.loads(path.read_text(encoding="utf-8"))
+            total, first = total + Counter(found["counts"]), first or found["error"]
+        return total, first
+
+    def values(self, number: int) -> dict[str, np.ndarray[Any, Any]]:
+        """What a chunk that is done holds, by variable.
+
+        Parameters
+        ----------
+        number : int
+            Of the chunk.
+        """
+        region = self.study.region(number)
+        with _quiet():
+            group = zarr.open_group(self.path, mode="r")
+            return {name: np.asarray(_array(group, name)[region]) for name in self.variables}
 
     def write(self, number: int, points: Sequence[Sequence[Row]], certificates: Sequence[Certificate]) -> None:
         """Write the values of a chunk, and then its marker.
@@ -168,16 +201,13 @@ class Store:
         region = self.study.region(number)
         shape = tuple(part.stop - part.start for part in region)
         several = len(self.study.ask) > 1
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            group = zarr.open_group(self.path, mode="r+")
+        with _quiet():
+            group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
             for name, one in self.variables.items():
                 empty = "" if one.kind == "text" else np.nan
-                cells = [[row.get(name, empty) for row in point] for point in points]
-                values = np.array(cells, dtype=object if one.kind == "text" else float)
-                values = values.reshape(*shape, *([len(self.study.ask)] if several else []))
-                array: Any = group[name]
-                array[region] = values.astype(str) if one.kind == "text" else values
+                cells = [row.get(name, empty) for point in points for row in point]
+                values = np.array(cells, dtype=str if one.kind == "text" else float)
+                _array(group, name)[region] = values.reshape(*shape, *([len(self.study.ask)] if several else []))
         if certificates:
             folder = self.path / _CERTIFICATES
             folder.mkdir(exist_ok=True)
@@ -185,8 +215,10 @@ class Store:
             with gzip.open(aside, "wt", encoding="ascii") as file:
                 file.writelines(json.dumps(one) + "\n" for one in certificates)
             aside.replace(folder / f"{number}.jsonl.gz")
+        rows = [row for point in points for row in point]
+        error = next((row["error"] for row in rows if row.get("error")), "")
         aside = self.path / _DONE / f".{number}.{secrets.token_hex(4)}"
-        aside.write_text(str(len(points)), encoding="ascii")
+        aside.write_text(_marker(Counter(row["verdict"] or FAILED for row in rows), error), encoding="utf-8")
         aside.replace(self.path / _DONE / str(number))
 
     def note(self, name: str, value: int | str) -> None:
@@ -199,7 +231,68 @@ class Store:
         value : int or str
             Its value.
         """
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with _quiet():
             zarr.open_group(self.path, mode="r+").attrs[name] = value
             zarr.consolidate_metadata(self.path)
+
+    # Many files, put together in the end.
+
+    def widen(self, most: int = MOST_FILES) -> bool:
+        """Put a store that is done, and has more than so many files, together in larger chunks; whether it was.
+
+        Killed at any moment, it is done again, or finished, by whoever opens the store next.
+
+        Parameters
+        ----------
+        most : int
+            Files that are left as they are.
+        """
+        if self.study.chunks * len(self.variables) <= most or (self.path / _WHOLE).is_file():
+            return False
+        aside = self.path / ".lure" / f".wider.{secrets.token_hex(4)}"
+        chunk = self.study.chunks_of(WIDE)
+        try:
+            with _quiet():
+                old, new = zarr.open_group(self.path, mode="r"), self._group(aside, chunk)
+                for name in self.variables:
+                    source, target = _array(old, name), _array(new, name)
+                    for region in self.study.regions(chunk):
+                        target[region] = source[region]
+            (aside / "whole.json").write_text(_marker(*self.counts()), encoding="utf-8")
+            aside.rename(self.path / _WIDER)
+        finally:
+            shutil.rmtree(aside, ignore_errors=True)
+        self._finish_wider()
+        return True
+
+    def _finish_wider(self) -> None:
+        """Move what was put together into place, a variable at a time, and then say so."""
+        wider = self.path / _WIDER
+        if not wider.is_dir():
+            return
+        for name in self.variables:
+            if (wider / name).is_dir():
+                shutil.rmtree(self.path / name, ignore_errors=True)
+                (wider / name).rename(self.path / name)
+        with _quiet():
+            zarr.consolidate_metadata(self.path)
+        if (wider / "whole.json").is_file():
+            (wider / "whole.json").replace(self.path / _WHOLE)
+        shutil.rmtree(self.path / _DONE, ignore_errors=True)
+        shutil.rmtree(wider)
+
+
+def _marker(counts: Counter[str], error: str) -> str:
+    return json.dumps({"counts": counts, "error": error})
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without Zarr's warning that texts have no data type in its specification yet."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def _array(group: zarr.Group, name: str) -> Any:  # noqa: ANN401  (Zarr's types know no names)
+    return group[name]

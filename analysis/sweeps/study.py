@@ -23,7 +23,9 @@ from lure.files.reading import SystemSource, system_source
 from lure.files.values import exact_decimal, shown, shown_path
 
 QUESTIONS = ("rod", "sector", "slope", "class", "gain", "rate")
-POINTS_IN_A_CHUNK = {"rod": 1000, "sector": 200, "class": 100, "slope": 20, "gain": 20, "rate": 20}  # some seconds each
+# about a second each, and in a large study some seconds
+POINTS_IN_A_CHUNK = {"rod": 1000, "sector": 200, "class": 100, "slope": 20, "gain": 20, "rate": 20}
+LARGER, ENOUGH_CHUNKS = 5, 200
 MOST_POINTS = 100_000_000
 SAMPLE = "sample"
 _SPACINGS = ("linear", "log")
@@ -137,11 +139,34 @@ class Study:
     @cached_property
     def chunk(self) -> tuple[int, ...]:
         """The shape of a chunk: the last dimensions whole as long as they fit, then a part of one, then one value."""
-        left, sizes = self.chunk_points or min(POINTS_IN_A_CHUNK[each] for each in self.ask), []
+        usual = min(POINTS_IN_A_CHUNK[each] for each in self.ask)
+        return self.chunks_of(self.chunk_points or min(max(usual, self.points // ENOUGH_CHUNKS), LARGER * usual))
+
+    def chunks_of(self, points: int) -> tuple[int, ...]:
+        """The shape of chunks with at most so many points.
+
+        Parameters
+        ----------
+        points : int
+            How many.
+        """
+        left, sizes = points, []
         for length in reversed(self.shape):
             sizes.append(min(length, max(left, 1)))
             left //= length
         return tuple(reversed(sizes))
+
+    def regions(self, chunk: tuple[int, ...]) -> Iterator[tuple[slice, ...]]:
+        """The parts of the whole that such chunks cover.
+
+        Parameters
+        ----------
+        chunk : tuple of int
+            Their shape.
+        """
+        ranges = [range(0, length, size) for length, size in zip(self.shape, chunk, strict=True)]
+        for start in itertools.product(*ranges):
+            yield tuple(slice(a, min(a + n, top)) for a, n, top in zip(start, chunk, self.shape, strict=True))
 
     @property
     def chunks(self) -> int:
@@ -165,6 +190,17 @@ class Study:
             slice(int(place) * size, min((int(place) + 1) * size, length))
             for place, size, length in zip(places, self.chunk, self.shape, strict=True)
         )
+
+    def chunk_with(self, place: Sequence[int]) -> int:
+        """The number of the chunk that a point is in.
+
+        Parameters
+        ----------
+        place : sequence of int
+            Of the point along each dimension.
+        """
+        blocks = [i // size for i, size in zip(place, self.chunk, strict=True)]
+        return int(np.ravel_multi_index(blocks, self._blocks))
 
     def size(self, number: int) -> int:
         """How many points a chunk has.

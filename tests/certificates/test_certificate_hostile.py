@@ -244,7 +244,7 @@ ROWS = [long_number(i)[:40] for i in range(120)]
 POWER = [str(math.comb(400, i)) for i in range(401)]  # (s + 1)^400
 EXPENSIVE = {
     "Routh's array": lambda: draft(
-        wide("continuous", [long_number(i) for i in range(401)]), nonlinearities(0, 1), "circle", {}
+        wide("continuous", [str(math.comb(400, i) * 3**i) for i in range(401)]), nonlinearities(0, 1), "circle", {}
     ),
     "a chain of Sturm": lambda: draft(wide("continuous", POWER), nonlinearities(0, 1), "circle", {}),
     "powers": lambda: draft(wide("discrete", ["1"] + ["0"] * 400, 300), nonlinearities(0, 1), "circle", {}),
