@@ -1,11 +1,11 @@
-"""Claim: keeping the answers of a sweep costs at most 15 % of computing them, and the store has what questions say.
+"""Claim: keeping the answers of a sweep costs at most 5 % of computing them, two processes share the work, rows agree.
 
 The peer is a bare loop over the same points, in the same process, which keeps nothing and reads the system once, as
-the sweep does.  Processor time; each is run three times, in turn.  What a sweep does besides, a row in 1000 computed
-again and rechecked from the file on, is left out.
+the sweep does.  Processor time; each is run three times, in turn, and the least counts.  What a sweep does besides, a
+row in 1000 computed again and rechecked from the file on, is left out.  Two processes are timed by the clock, start of
+both included, against one: at least 1.5 times as fast where two processors are free.
 """
 
-import statistics
 import sys
 import tempfile
 import time
@@ -21,7 +21,7 @@ from lure.analysis.sweeps.rows import answered
 from lure.analysis.sweeps.run import opened
 from lure.analysis.sweeps.study import study_of
 
-SHARE, POINTS, RUNS = 1.15, 2000, 3
+SHARE, QUICKER, POINTS, RUNS = 1.05, 1.5, 20_000, 3
 TABLES = {
     "system": "paper-rod",
     "ask": "rod",
@@ -38,23 +38,28 @@ def main() -> int:
     study = study_of(TABLES)
     places = [place for number in range(study.chunks) for place in study.of_chunk(number)]
     answered(study.source, places[0], "rod")  # what is imported once
-    bare, whole, same = [], [], True
+    bare, whole, clock, same = [], [], {1: list[float](), 2: list[float]()}, True
     for _ in range(RUNS):
         begun = time.process_time()
         rows = [answered(study.source, place, "rod").row for place in places]
         bare.append(time.process_time() - begun)
         with tempfile.TemporaryDirectory() as folder, mock.patch.object(runs, "computed_again", return_value=0):
-            begun = time.process_time()
+            begun, at = time.process_time(), time.monotonic()
             sweep(study, Path(folder) / "study.zarr")
             whole.append(time.process_time() - begun)
+            clock[1].append(time.monotonic() - at)
+            at = time.monotonic()
+            sweep(study, Path(folder) / "two.zarr", workers=2)
+            clock[2].append(time.monotonic() - at)
             data = opened(Path(folder) / "study.zarr").load()
         for name in ("slowest_decay", "theta", "circle"):
             same = same and np.array_equal(data[name].values.ravel(), [row[name] for row in rows])
         same = same and [row["verdict"] for row in rows] == list(data["verdict"].values.ravel())
-    loop, kept = statistics.median(bare), statistics.median(whole)
+    loop, kept, quicker = min(bare), min(whole), min(clock[1]) / min(clock[2])
     print(f"{POINTS} rods: {kept / POINTS * 1e3:.2f} ms each, without keeping anything {loop / POINTS * 1e3:.2f} ms")
     print(f"  ratio {kept / loop:.3f}   (claim: at most {SHARE:g}); every row is the same: {same}")
-    holds = same and kept <= SHARE * loop
+    print(f"  two processes are {quicker:.2f} times as fast as one   (claim: at least {QUICKER:g})")
+    holds = same and kept <= SHARE * loop and quicker >= QUICKER
     print("holds" if holds else "DOES NOT HOLD")
     return 0 if holds else 1
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from typing import Any
 
 from lure.analysis.sweeps.run import Job, computed
 from lure.errors import InputError
 
-_PATIENCE = 30  # [s] for a scheduler to answer
+_PATIENCE = 30  # [s] for a scheduler to answer, and for its first worker
+_ONE_THREAD = "precision is one setting for a process"
 
 
 class Cluster:
@@ -34,24 +37,51 @@ class Cluster:
             self._client: Any = Client(address, timeout=_PATIENCE, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise InputError(f"no Dask scheduler answers at {address!r} ({error}); start one: dask scheduler") from None
+        self._address = address
+        with suppress(TimeoutError):
+            self._client.wait_for_workers(1, timeout=_PATIENCE)
         threads: dict[str, int] = self._client.nthreads()
-        self.workers = len(threads)
         if not threads or max(threads.values()) > 1:
             self.shutdown()
             raise InputError(
-                f"the scheduler at {address} has {len(threads)} workers with {sorted(set(threads.values()))} threads; "
-                "precision is one setting for a process: start workers with dask worker ADDRESS --nthreads 1"
+                f"the scheduler at {address} has "
+                + (f"workers with {max(threads.values())} threads" if threads else f"no worker after {_PATIENCE} s")
+                + f", and {_ONE_THREAD}: start workers with dask worker ADDRESS --nthreads 1"
             )
+
+    @property
+    def workers(self) -> int:
+        """How many there are now: a cluster may grow and shrink."""
+        return len(self._client.scheduler_info(n_workers=-1)["workers"])
+
+    def check(self) -> None:
+        """Refuse to wait for a scheduler that went away."""
+        if self._client.status != "running":
+            raise InputError(self._gone)
+
+    @property
+    def _gone(self) -> str:
+        return (
+            f"the scheduler at {self._address} is gone; what is done is kept, as is what its workers still finish: "
+            "start another and give the same command with its address"
+        )
 
     def submit(self, number: int, job: Job) -> Future[int]:
         """Have a chunk computed; lost with a worker, it is computed by another."""
+        from distributed import KilledWorker
+        from distributed.comm.core import CommClosedError
+
         future: Future[int] = Future()
-        task = self._client.submit(computed, number, job, pure=False, retries=3)
+        task = self._client.submit(_computed_alone, number, job, pure=False, retries=3)
 
         def over(done: Any) -> None:  # noqa: ANN401  (a future of Dask, which has no types)
             try:
                 future.set_result(done.result())
-            except Exception as error:
+            except KilledWorker as error:  # several died with it, perhaps by its neighbours: it is begun again
+                future.set_exception(BrokenProcessPool(str(error)))
+            except (CancelledError, CommClosedError, OSError, TimeoutError):
+                future.set_exception(InputError(self._gone))
+            except BaseException as error:
                 future.set_exception(error)
 
         task.add_done_callback(over)
@@ -59,4 +89,13 @@ class Cluster:
 
     def shutdown(self) -> None:
         """Leave the cluster as it is."""
-        self._client.close()
+        self._client.close(timeout=2)
+
+
+def _computed_alone(number: int, job: Job) -> int:
+    """A chunk, by a worker that does nothing else meanwhile."""
+    from distributed import get_worker
+
+    if get_worker().state.nthreads > 1:
+        raise InputError(f"a worker has several threads, and {_ONE_THREAD}: start workers with --nthreads 1")
+    return computed(number, job)

@@ -53,6 +53,7 @@ class SweepSummary(Record):
     computed_now: int = quantity("Points computed in this run")
     first_error: str = quantity("What the first one that failed says", default="")
     lost: int = quantity("Times that a process died and what it was at was computed again", default=0)
+    repeated: int = quantity("Chunks begun again in all runs, one at most for each process that was stopped", default=0)
     checked_again: int = quantity("Rows computed again by the plain question and by both checkers", default=0)
     seconds: float = quantity("Time of this run", "s")
 
@@ -63,7 +64,8 @@ class SweepSummary(Record):
             f"{self.seconds:.1f} s: "
             f"{self.proved} PROVED, {self.refuted} REFUTED, {self.inconclusive} INCONCLUSIVE, {self.failed} failed."
             + (f" The first that failed: {self.first_error}" if self.first_error else "")
-            + (f" Processes died {self.lost} times; what they were at was computed again." if self.lost else "")
+            + (f" Processes died {self.lost} times." if self.lost else "")
+            + (f" Chunks begun again after an interruption: {self.repeated}." if self.repeated else "")
             + (f" {rest} are open; the same command goes on." if rest else "")
             + (" A sample, computed again and rechecked, agrees." if self.checked_again else "")
         )
@@ -72,7 +74,12 @@ class SweepSummary(Record):
 class Pool(Protocol):
     """What computes chunks: this process, several of this machine, or a Dask cluster."""
 
-    workers: int
+    @property
+    def workers(self) -> int:
+        """How many processes there are."""
+
+    def check(self) -> None:
+        """Raise where what was submitted will never end."""
 
     def submit(self, number: int, job: Job) -> Future[int]:
         """Have a chunk computed."""
@@ -176,18 +183,20 @@ class _Run:
         while self.waiting:
             pool = opened()
             try:
-                self._with(pool, max(IN_FLIGHT * pool.workers, 1))
+                self._with(pool)
             finally:
                 pool.shutdown()
 
-    def _with(self, pool: Pool, most: int) -> None:
+    def _with(self, pool: Pool) -> None:
         running: dict[Future[int], int] = {}
         try:
             while self.waiting or running:
+                most = max(IN_FLIGHT * pool.workers, 1)
                 while self.waiting and len(running) < most:
                     running[pool.submit(self.waiting[-1], self.job)] = self.waiting[-1]
                     self.waiting.pop()
-                over, _ = wait(running, return_when=FIRST_COMPLETED)
+                over, _ = wait(running, timeout=_WATCH, return_when=FIRST_COMPLETED)
+                pool.check()
                 for future in over:
                     future.result()
                     del running[future]
@@ -217,6 +226,9 @@ class _Here:
 
     workers = 0
 
+    def check(self) -> None:
+        """What is computed here ends."""
+
     def submit(self, number: int, job: Job) -> Future[int]:
         """Have a chunk computed, at once."""
         future: Future[int] = Future()
@@ -233,6 +245,9 @@ class _Processes:
     def __init__(self, workers: int) -> None:
         context, self.workers = multiprocessing.get_context("spawn"), workers
         self._pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(os.getpid(),))
+
+    def check(self) -> None:
+        """The pool itself tells when a process has died."""
 
     def submit(self, number: int, job: Job) -> Future[int]:
         """Have a chunk computed by one that is free."""
@@ -345,6 +360,8 @@ def computed(number: int, job: Job) -> int:
     study = store.study
     points: list[list[Row]] = []
     kept: list[Certificate] = []
+    with _writing(store.path):
+        store.begin(number)
     with _interrupts() as interrupted:
         for place in study.of_chunk(number):
             answers = [answered(study.source, place, one, job.seconds) for one in study.ask]
@@ -448,6 +465,7 @@ def _summary(store: Store, now: int, lost: int, again: int, seconds: float) -> S
         inconclusive=counts["INCONCLUSIVE"],
         computed_now=now,
         lost=lost,
+        repeated=store.repeated(),
         checked_again=again,
         seconds=seconds,
     )

@@ -30,7 +30,7 @@ from lure.errors import InputError
 from lure.files.values import shown_path
 
 _DONE, _STUDY, _CERTIFICATES = ".lure/done", ".lure/study.json", ".lure/certificates"
-_WHOLE, _WIDER = ".lure/whole.json", ".lure/wider"
+_WHOLE, _WIDER, _BEGUN = ".lure/whole.json", ".lure/wider", ".lure/begun"
 MOST_FILES = 10_000
 WIDE = 200_000  # values of a chunk of a store that was put together in the end
 QUESTION, FAILED = "question", "failed"
@@ -162,6 +162,23 @@ class Store:
         if (self.path / _WHOLE).is_file():
             return set(range(self.study.chunks))
         return {int(entry.name) for entry in os.scandir(self.path / _DONE) if entry.name.isdigit()}
+
+    def begin(self, number: int) -> None:
+        """Note that a chunk is begun.
+
+        Parameters
+        ----------
+        number : int
+            Of the chunk.
+        """
+        with (self.path / _BEGUN).open("a", encoding="ascii") as file:
+            file.write(f"{number}\n")
+
+    def repeated(self) -> int:
+        """How many times a chunk was begun again, as what computed it had been stopped."""
+        begun = self.path / _BEGUN
+        numbers = begun.read_text(encoding="ascii").split() if begun.is_file() else []
+        return len(numbers) - len(set(numbers))
 
     def counts(self) -> tuple[Counter[str], str]:
         """How many answers of the chunks that are done have which verdict, how many failed, and why the first did."""

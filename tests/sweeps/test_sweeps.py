@@ -13,6 +13,7 @@ import pytest
 from lure.analysis.sweeps import run as runs
 from lure.analysis.sweeps import sweep
 from lure.analysis.sweeps.page import page_of
+from lure.analysis.sweeps.rows import answered
 from lure.analysis.sweeps.run import opened
 from lure.analysis.sweeps.study import study_of
 from lure.errors import InputError
@@ -63,6 +64,46 @@ def test_a_sweep_of_sectors_agrees_with_routh_and_a_point_that_fails_is_a_row(lo
     assert "failed: plant.den" in page
     again = sweep(study_of(study, folder=folder), folder / "loops.zarr")
     assert again.computed_now == 0
+
+
+# a tie of circle and Popov, a critical case, Popov alone, REFUTED, a plant that is not stable, slopes
+PLANTS = [
+    ("sector", "[1]", "[1, 1]"),
+    ("sector", "[1]", "[1, 3, 2, 0]"),
+    ("sector", "[1, 0.5]", "[1, 1, 2, 1]"),
+    ("sector", "[-1]", "[1, 3, 2, 1]"),
+    ("sector", "[1]", "[1, -1, 2]"),
+    ("slope", "[1]", "[1, 2, 2, 1]"),
+    ("slope", "[1, 0]", "[1, 0.4, 2, 0.3, 0.5]"),
+]
+
+
+def words(row):
+    """The row as text, nan equal to nan, without the time taken."""
+    return {key: repr(value) for key, value in row.items() if key != "seconds"}
+
+
+@pytest.mark.parametrize(("question", "num", "den"), PLANTS)
+def test_a_row_is_that_of_the_plain_question(loops, question, num, den):
+    study, folder = loops
+    source = study_of({**study, "over": {"plant.num": [[1]]}}, folder=folder).source
+    place = [f"plant.num={num}", f"plant.den={den}"]
+    quick, plain = (answered(source, place, question, plain=each) for each in (False, True))
+    assert words(quick.row) == words(plain.row)
+    assert quick.certificates == plain.certificates
+
+
+@pytest.mark.parametrize(
+    "place",
+    [["rod.damping=2e-4"], ["rod.damping=-1e-4"], ["rod.damping=0"], ["rod.damping=2 Z", "rod.exponent=0.5"]],
+    ids=str,
+)
+def test_a_row_of_a_rod_is_that_of_the_plain_question(place):
+    source = study_of(ROD).source
+    for each in (place, [*place, "rod.compliance=3e-7"], [*place, "discretisation.cells=4"]):  # the second: from memory
+        quick, plain = (answered(source, each, "rod", plain=plainly) for plainly in (False, True))
+        assert words(quick.row) == words(plain.row)
+        assert quick.certificates == plain.certificates
 
 
 def test_an_interrupted_sweep_goes_on_where_it_stopped(loops, monkeypatch):

@@ -1,0 +1,234 @@
+"""Sweeps that are stopped: killed at random, a full disk, too little memory, a scheduler that goes; nothing is lost."""
+
+import errno
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import psutil
+import pytest
+
+from lure.analysis.sweeps import store as stores
+from lure.analysis.sweeps import sweep
+from lure.analysis.sweeps.run import opened
+from lure.analysis.sweeps.store import Store
+from lure.analysis.sweeps.study import read_study, study_of
+from lure.errors import InputError
+
+STUDY = 'system = "paper-rod"\nask = "rod"\nchunk = {chunk}\n[over]\n'
+DAMPING = '"rod.damping" = {{ from = 1e-4, to = 1e-2, count = {count} }}\n'
+
+
+@pytest.fixture
+def written(tmp_path):
+    """A study in a file, and the command that answers it."""
+
+    def write(count, chunk):
+        path = tmp_path / "study.toml"
+        path.write_text((STUDY + DAMPING).format(chunk=chunk, count=count))
+        return path, [sys.executable, "-m", "lure.analysis.cli", "sweep", str(path), "--json", "--quiet"]
+
+    return write
+
+
+def same(folder, one, other):
+    """Whether two stores hold the same answers, apart from time and place."""
+    first, second = (opened(folder / f"{name}.zarr").drop_vars("seconds").drop_attrs() for name in (one, other))
+    return first.identical(second)
+
+
+def test_killed_whole_it_goes_on_and_repeats_one_chunk(written, tmp_path):
+    study, command = written(count=300, chunk=20)
+    done = tmp_path / "study.zarr" / ".lure" / "done"
+    with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as process:
+        while len(list(done.glob("[0-9]*"))) < 2:
+            assert process.poll() is None
+            time.sleep(0.005)
+        os.kill(process.pid, signal.SIGKILL)
+    left = 15 - len(list(done.glob("[0-9]*")))
+    found = sweep(study, tmp_path / "study.zarr")
+    assert found.computed_now == 20 * left
+    assert found.repeated <= 1
+    sweep(study, tmp_path / "plain.zarr")
+    assert same(tmp_path, "study", "plain")
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", range(3))
+def test_killed_twenty_times_at_random_nothing_is_lost(written, tmp_path, seed):
+    study, command = written(count=2000, chunk=20)
+    chance, kills, runs, output = random.Random(seed), 0, 0, ""
+    while not output:
+        runs += 1
+        with subprocess.Popen([*command, "--workers", "2"], stdout=subprocess.PIPE, text=True) as process:
+            while process.poll() is None and kills < 20:
+                time.sleep(chance.uniform(0.5, 2.5))
+                everyone = [process, *psutil.Process(process.pid).children(recursive=True)]
+                whom = chance.choice([everyone[:1], everyone[-1:], everyone])
+                for one in whom:
+                    kills += 1 if one is whom[0] else 0
+                    with pytest.MonkeyPatch.context():
+                        try:
+                            os.kill(one.pid, signal.SIGKILL)
+                        except ProcessLookupError:
+                            continue
+            output = process.communicate()[0] or ""
+        assert runs < 60
+        time.sleep(1.5)  # workers of a client that was killed end within a second
+    found = json.loads(output)
+    assert kills >= 20 or found["done"] == 2000
+    assert found["done"] == found["proved"] == 2000
+    assert found["repeated"] <= 2 * kills  # two workers die with all
+    sweep(study, tmp_path / "plain.zarr")
+    assert same(tmp_path, "study", "plain")
+
+
+def test_what_cannot_be_written_is_said_and_nothing_half_written_counts(written, tmp_path, monkeypatch):
+    study, _ = written(count=40, chunk=20)
+
+    class Full:
+        """An array of a store on a disk that is full when the third chunk file is written."""
+
+        def __init__(self, array, name):
+            self.array, self.name = array, name
+
+        def __setitem__(self, region, values):
+            if self.name == "theta" and region[0].start:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            self.array[region] = values
+
+    array = stores._array
+    monkeypatch.setattr(stores, "_array", lambda group, name: Full(array(group, name), name))
+    with pytest.raises(InputError, match=r"study.zarr cannot be written \(No space left on device\); what is done is"):
+        sweep(study, tmp_path / "study.zarr")
+    monkeypatch.undo()
+    found = sweep(study, tmp_path / "study.zarr")
+    assert (found.done, found.computed_now, found.repeated) == (40, 20, 1)
+
+
+@pytest.mark.thorough
+def test_a_disk_that_is_full_is_said_and_nothing_half_written_counts(written, tmp_path):
+    study, command = written(count=60, chunk=20)
+    store = Store(tmp_path / "study.zarr", read_study(study))
+    store.open()
+
+    def short():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+    run = subprocess.run(command, preexec_fn=short, capture_output=True, text=True, check=False)
+    assert run.returncode == 2
+    assert "study.zarr cannot be written (File too large); what is done is kept" in " ".join(run.stderr.split())
+    assert "Traceback" not in run.stderr
+    assert store.done() == set()
+    assert sweep(study, tmp_path / "study.zarr").done == 60
+
+
+@pytest.mark.thorough
+def test_too_little_memory_in_the_processes_is_said(written, tmp_path, monkeypatch):
+    study, _ = written(count=40, chunk=20)
+    monkeypatch.setenv("PYTHONSTARTUP", "")
+    (tmp_path / "sitecustomize.py").write_text(
+        "import resource, sys\nif any('spawn' in each for each in sys.argv + sys.orig_argv):\n"
+        "    resource.setrlimit(resource.RLIMIT_AS, (150_000_000, 150_000_000))\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    with pytest.raises(InputError, match=r"a process died 3 times .* give fewer --workers"):
+        sweep(study, tmp_path / "study.zarr", workers=2)
+    monkeypatch.undo()
+    assert sweep(study, tmp_path / "study.zarr").done == 40
+
+
+def test_many_files_are_put_together_whatever_moment_it_is_stopped_at(tmp_path, monkeypatch):
+    over = {"rod.damping": [-1e-4, 2e-4, "nonsense", 1e-3], "rod.compliance": [1, 10]}
+    study = study_of({"system": "paper-rod", "ask": "rod", "chunk": 1, "over": over})
+    plain = sweep(study, tmp_path / "plain.zarr")
+    sweep(study, tmp_path / "wide.zarr")
+    store, moved = Store(tmp_path / "wide.zarr", study), []
+
+    class Killed(BaseException):
+        pass
+
+    def stopped(*given, **more):
+        moved.append(given)
+        if len(moved) == 4:
+            raise Killed
+        return remove(*given, **more)
+
+    remove = stores.shutil.rmtree
+    monkeypatch.setattr(stores.shutil, "rmtree", stopped)
+    with pytest.raises(Killed):
+        store.widen(most=10)
+    monkeypatch.setattr(stores.shutil, "rmtree", remove)
+    again = sweep(study, tmp_path / "wide.zarr")
+    assert (again.computed_now, again.done, again.proved, again.failed, again.first_error) == (
+        0,
+        plain.done,
+        plain.proved,
+        plain.failed,
+        plain.first_error,
+    )
+    assert same(tmp_path, "wide", "plain")
+    assert len(list((tmp_path / "wide.zarr" / "verdict").rglob("c/*/*"))) == 1
+    assert not store.widen(most=10)
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """The address of a scheduler with two workers, and the scheduler's process."""
+    pytest.importorskip("distributed")
+    where = tmp_path / "scheduler.json"
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-show"]
+    dask += ["--no-dashboard", "--scheduler-file", str(where)]
+    scheduler = subprocess.Popen(dask, stderr=subprocess.DEVNULL)
+    while not where.is_file():
+        time.sleep(0.1)
+    address = json.loads(where.read_text())["address"]
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--nworkers", "2"]
+    workers = subprocess.Popen([*worker, "--no-dashboard", "--death-timeout", "60"], stderr=subprocess.DEVNULL)
+    yield address, scheduler
+    for process in (workers, scheduler):
+        for child in psutil.Process(process.pid).children(recursive=True) if process.poll() is None else ():
+            child.kill()
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.thorough
+def test_a_cluster_of_processes_gives_the_same_store(written, tmp_path, cluster):
+    study, _ = written(count=400, chunk=20)
+    found = sweep(study, tmp_path / "cluster.zarr", scheduler=cluster[0])
+    assert found.done == found.proved == 400
+    sweep(study, tmp_path / "plain.zarr")
+    assert same(tmp_path, "cluster", "plain")
+    for name in ("verdict", "slowest_decay", "largest_low", "theta"):  # byte for byte
+        parts = sorted((tmp_path / "plain.zarr" / name / "c").iterdir())
+        assert parts
+        for part in parts:
+            assert part.read_bytes() == (tmp_path / "cluster.zarr" / name / "c" / part.name).read_bytes()
+
+
+@pytest.mark.thorough
+def test_a_scheduler_that_goes_away_ends_the_run_with_a_sentence(written, tmp_path, cluster):
+    study, _ = written(count=4000, chunk=20)
+    done = tmp_path / "study.zarr" / ".lure" / "done"
+
+    def kill():
+        while len(list(done.glob("[0-9]*"))) < 5:
+            time.sleep(0.05)
+        cluster[1].kill()
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    with pytest.raises(InputError, match=r"the scheduler at tcp.* is gone; what is done is kept"):
+        sweep(study, tmp_path / "study.zarr", scheduler=cluster[0])
+    killer.join()
+    time.sleep(2)
+    found = sweep(study, tmp_path / "study.zarr", workers=2)
+    assert 5 <= 200 - found.computed_now // 20 < 200
+    assert found.done == 4000
