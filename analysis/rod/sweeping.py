@@ -73,7 +73,8 @@ def _follows(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> _
     key = type(block), type(shown), shown.theorem, shown.facts["class"], shown.assumed, block.rod.exact["exponent"]
     if key not in _SAME:
         _SAME[key] = _followed(block, shown)
-    return _SAME[key]._replace(certificate=shown.certificate)
+    found = _SAME[key]
+    return found if found.certificate is None else found._replace(certificate=shown.certificate)
 
 
 def _followed(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> _Found:
