@@ -23,6 +23,10 @@ LEVEL = (
 BETWEEN = "every motion that starts between {} and {} tends to 0"
 BEYOND = "no motion that starts in {{x : x^T Q x > 1}} tends to 0, Q as in the proof"
 OUTSIDE = "no motion that starts at or beyond {} or {} tends to 0"
+WITHIN = "every motion that starts within the first turn of the spiral, closed along its ray, tends to 0"
+AROUND = "no motion that starts on or outside the closed curve of the proof tends to 0"
+Point = tuple[Fraction, Fraction]
+Arc = tuple[Point, Point | None, Point]  # a straight edge, or (1-t)^2 p + 2t(1-t) c + t^2 q
 
 
 class Graph(NamedTuple):
@@ -146,6 +150,9 @@ def examined(verdict: str, name: str, data: Any, system: Any, given: Any, phi: A
     if proof["method"] == "signs":
         need(name == ("scalar" if inner else "counterexample") and data == {}, "signs are about one state")
         sentence, found = by_signs(H, graphs, inner, proof)
+    elif proof["method"] in ("spiral", "curve"):
+        need((name, data == {}) == (("planar", False) if inner else ("counterexample", True)), "a curve is planar")
+        sentence, found = (WITHIN, spiral(H, graphs, data, proof)) if inner else (AROUND, curve(H, graphs, proof))
     elif inner:
         need(name in ("local-circle", "local-popov"), f"there is no theorem {name!r:.40} for regions")
         level = name == "local-popov"
@@ -343,3 +350,145 @@ def by_signs(H: Plant, graphs: list[Graph], inner: bool, proof: Any) -> tuple[st
     signs = [v * (1 if x > 0 else -1) for v, x in zip(at, (x for x in (low, high) if abs(x) != INF))]
     need(min(signs) >= 0, "the solution may come back across an end")
     return OUTSIDE.format(*ends), {"signs": "f >= 0 at the upper end and f <= 0 at the lower one: none crosses them"}
+
+
+def cross(p: Point, q: Point) -> Fraction:
+    """``p_1 q_2 - p_2 q_1``."""
+    return p[0] * q[1] - p[1] * q[0]
+
+
+def once_around(H: Plant, graphs: list[Graph], given: Any) -> tuple[int, Fraction, list[Arc]]:
+    """Arcs that go once around 0, seen from there in one sense: the sense, the end as a factor of the start, the arcs.
+
+    Given are the start, then for each arc its end, before which its control point may stand.
+    """
+    need(len(H.A) == 2 and not H.discrete and not any(map(any, H.D)), "curves are about two states and D = 0")
+    need(all(one.reach == INF for one in graphs), "curves need nonlinearities that are known")
+    form(isinstance(given, list) and 4 <= len(given) <= 20_000, "a curve is a list of points")
+    rows = [numbers(row) for row in given]
+    form(len(rows[0]) == 2 and all(len(row) in (2, 4) for row in rows), "a point has two coordinates")
+    arcs = list[Arc]()
+    chain: list[Point] = [(rows[0][0], rows[0][1])]
+    for row in rows[1:]:
+        points = [(row[i], row[i + 1]) for i in range(0, len(row), 2)]
+        arcs.append((chain[-1], points[0] if len(points) == 2 else None, points[-1]))
+        chain += points
+    start, end = chain[0], chain[-1]
+    sense = 1 if cross(start, chain[1]) > 0 else -1
+    turned = all(sense * cross(p, q) > 0 for p, q in [*pairwise(chain), *((p, q) for p, _, q in arcs)])
+    sides = [sense * cross(start, p) for p in chain[1:-1]]
+    halves = [1 if side > 0 else 3 if side < 0 else 2 for side in sides]
+    along = start[0] * end[0] + start[1] * end[1]
+    once = cross(start, end) == 0 and along > 0 and sorted(halves) == halves and halves[-1] == 3
+    need(turned and once, "the curve does not go once around 0, in one sense")
+    return sense, along / (start[0] ** 2 + start[1] ** 2), arcs
+
+
+def crossed(H: Plant, graphs: list[Graph], arcs: list[Arc], way: int) -> None:
+    """Solutions cross the arcs from right to left, seen along them, for ``way = -1`` the other way; nowhere along them.
+
+    ``way (x' f_2 - y' f_1) > 0`` at each point of an arc: a polynomial in its parameter where no nonlinearity changes
+    its piece.  A curved arc stays in one piece of each, by its three points.
+    """
+    for p, c, q in arcs:
+        exact.tick()
+        X, D = list[Any](), list[Any]()
+        for k in (0, 1):
+            bend = [] if c is None else [p[k] - 2 * c[k] + q[k]]
+            D.append(real((q if c is None else c)[k] - p[k], *bend))
+            X.append(real(p[k], (1 if c is None else 2) * ((q if c is None else c)[k] - p[k]), *bend))
+        seen_at, times = list[list[Fraction]](), {ZERO, Fraction(1)}
+        for row, one in zip(H.C, graphs):
+            values = [row[0] * point[0] + row[1] * point[1] for point in (p, c, q) if point is not None]
+            inside = [x for x in one.cuts if min(values) < x < max(values)]
+            need(c is None or not inside, "a curved arc crosses a cut of a nonlinearity")
+            times |= {(x - values[0]) / (values[1] - values[0]) for x in inside}
+            seen_at.append(values)
+        for a, b in pairwise(sorted(times)):
+            f = [real(row[0]) * X[0] + real(row[1]) * X[1] for row in H.A]
+            for i, (row, one, values) in enumerate(zip(H.C, graphs, seen_at)):
+                middle = (min(values) + max(values)) / 2 if c else values[0] + (values[1] - values[0]) * (a + b) / 2
+                sigma, phi = real(row[0]) * X[0] + real(row[1]) * X[1], real(0)
+                for v in reversed(one.pieces[sum(x < middle for x in one.cuts)]):
+                    phi = phi * sigma + real(v)
+                f = [f[k] + real(-H.B[k][i]) * phi for k in (0, 1)]
+            speed = real(way) * (D[0] * f[1] + real(-1) * D[1] * f[0])
+            need(exact.positive(speed.part(), a, b), "solutions are not shown to cross an arc in one direction")
+
+
+def curve(H: Plant, graphs: list[Graph], proof: Any) -> dict[str, str]:
+    """A closed curve around 0 that solutions cross outwards: what starts outside never comes in.
+
+    Its end lies farther out on the ray from 0 than its start; the edge between is crossed in the sense of the curve.
+    """
+    sense, factor, arcs = once_around(H, graphs, fields(proof, "method", "points")[1])
+    need(factor >= 1, "the end of the curve lies within its start")
+    crossed(H, graphs, arcs, -sense)
+    if factor > 1:
+        crossed(H, graphs, [(arcs[0][0], None, arcs[-1][2])], sense)
+    return {"curve": f"{len(arcs)} arcs once around 0 are crossed outwards: their tangents and x' are independent"}
+
+
+def spiral(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str, str]:
+    """Turns around 0, each closed along one ray, that solutions cross inwards, the last one within the ellipsoid.
+
+    Each turn bounds a set that no solution leaves, and the next one starts on the ray no nearer to 0 than it ends.  A
+    periodic solution in such a set goes around 0, the only equilibrium there, and crosses the ray below the end of the
+    turn: in the next set.  So there is none, and by Poincare and Bendixson every solution tends to 0.
+    """
+    _, rows, given = fields(proof, "method", "P", "turns")
+    need(len(graphs) == 1, "a spiral is about one nonlinearity")
+    facts = ellipsoid(H, graphs, data, {"method": "ellipsoid", "P": rows}, False)
+    P = triangle(rows, 2)
+    form(isinstance(given, list) and 1 <= len(given) <= 400, "a spiral has up to 400 turns")
+    turns = [once_around(H, graphs, one) for one in given]
+    sense, _, outer = turns[0]
+    ray = outer[0][0]
+    starts, ends = list[Fraction](), list[Fraction]()
+    for one, factor, arcs in turns:
+        at = arcs[0][0]
+        along = (ray[0] * at[0] + ray[1] * at[1]) / (ray[0] ** 2 + ray[1] ** 2)
+        need(one == sense and cross(ray, at) == 0 and along > 0, "a turn starts on another ray, or in another sense")
+        need(factor < 1, "a turn does not end nearer to 0 than it starts")
+        starts, ends = [*starts, along], [*ends, along * factor]
+        crossed(H, graphs, arcs, sense)
+    need(all(a >= b for a, b in zip(starts[1:], ends)), "a turn starts within the end of the one before")
+    low, high = ((v * ray[0], v * ray[1]) for v in (min(ends), max(starts)))
+    crossed(H, graphs, [(low, None, high)], sense)
+    last = [point for arc in turns[-1][2] for point in arc if point is not None]
+    values = [P[0][0] * x * x + 2 * P[1][0] * x * y + P[1][1] * y * y for x, y in last]
+    need(max(values) <= 1, "the last turn leaves the ellipsoid")
+    still(H, graphs[0], sense, outer)
+    return facts | {
+        "spiral": f"{len(turns)} turns, {sum(len(arcs) for *_, arcs in turns)} arcs, are crossed inwards, their ray in "
+        "one sense",
+        "equilibria": "0 is the only one within the first turn",
+    }
+
+
+def still(H: Plant, one: Graph, sense: int, arcs: list[Arc]) -> None:
+    """0 is the only equilibrium within the arcs.
+
+    With ``A - g B C`` invertible all are ``x = d psi``, ``psi = phi - g sigma``, on one line: ``sigma = h psi``.
+    """
+    (A, B, C), g = (H.A, [row[0] for row in H.B], H.C[0]), ZERO
+    for g in (ZERO, Fraction(1)):
+        (a, b), (c, d) = ([A[k][j] - g * B[k] * C[j] for j in (0, 1)] for k in (0, 1))
+        if a * d != b * c:
+            break
+    need(a * d != b * c, "equilibria are not isolated")
+    line = (d * B[0] - b * B[1]) / (a * d - b * c), (a * B[1] - c * B[0]) / (a * d - b * c)
+    h = C[0] * line[0] + C[1] * line[1]
+    edges = [edge for p, c, q in arcs for edge in ([(p, q)] if c is None else [(p, q), (p, c), (c, q)])]
+    for side in (1, -1) if h else ():
+        way = side * line[0], side * line[1]
+        met = [(p, q) for p, q in edges if sense * cross(p, way) >= 0 and sense * cross(way, q) >= 0]
+        need(bool(met), "the curve does not meet a ray")
+        far = side * h * max(cross(p, q) / cross(way, (q[0] - p[0], q[1] - p[1])) for p, q in met)
+        for low, high, p in one.between(*sorted((ZERO, far))):
+            rest = (real(0, 1 + g * h) + real(-h) * real(*p)).part()  # sigma - h psi
+            ends = [exact.value(rest, x) for x in (low, high) if x]
+            need(
+                all(ends) and any(never_negative([s * v for v in rest], low, high, True) for s in (1, -1)),
+                "there is an equilibrium within the first turn, or it is not excluded",
+            )

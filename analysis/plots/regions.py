@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lure.analysis.plots.style import BLUE, GREY, INK, LEGEND, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.questions.region_curves import drawn, gauge
 from lure.analysis.questions.region_sets import levels
 from lure.analysis.questions.regions import RegionOfAttraction
 from lure.arrays import NDArray
@@ -58,7 +59,7 @@ def plot_region(found: RegionOfAttraction, *, plane: tuple[int, int] = (1, 2), a
     shape = (_GRID + 1, _GRID + 1)
     _outside(found, axes, (x, y), points)
     for number, one in enumerate(found.sets):
-        values = np.minimum(one.values(points).reshape(shape), 4.0) if one.P is not None else np.zeros(shape)
+        values = np.minimum(one.values(points).reshape(shape), 4.0) if one.bounded else np.zeros(shape)
         axes.contourf(x, y, values, levels=[-1e300, 1.0], colors=[BLUE], alpha=0.35)
         axes.contour(x, y, values, levels=[1.0], colors=[BLUE], linestyles=["-", "--", "-."][number % 3])
         axes.fill_between([], [], [], color=BLUE, alpha=0.35, label=f"tends to 0 ({one.kind})")
@@ -93,7 +94,7 @@ def flow_drawn(found: RegionOfAttraction) -> tuple[bool, bool]:
         The sets.
     """
     known = found.states == 2 and _rate(found) is not None
-    return known and not found.discrete, known and bool(found.sets) and found.sets[0].P is not None
+    return known and not found.discrete, known and bool(found.sets) and found.sets[0].bounded
 
 
 def _outside(
@@ -101,11 +102,15 @@ def _outside(
 ) -> None:
     shape = (_GRID + 1, _GRID + 1)
     for one in found.outside:
-        values = np.einsum("ki,ij,kj->k", points, np.array(one.Q, dtype=float), points).reshape(shape)
+        if one.points is None:
+            values = np.einsum("ki,ij,kj->k", points, np.array(one.Q, dtype=float), points).reshape(shape)
+        else:
+            values = gauge(one.points)(points).reshape(shape)
         hatched = axes.contourf(*grid, values, levels=[1.0, 1e300], colors=["none"], hatches=["///"])
         hatched.set_edgecolor(VERMILLION)
         hatched.set_linewidth(0.0)
         axes.contour(*grid, values, levels=[1.0], colors=[VERMILLION], linewidths=1.0)
+    if found.outside:
         axes.fill_between([], [], [], facecolor="none", hatch="///", edgecolor=VERMILLION, label="never tends to 0")
 
 
@@ -118,6 +123,10 @@ def _halves(found: RegionOfAttraction, plane: tuple[int, int]) -> tuple[float, f
         part = matrix[np.ix_(plane, plane)]
         if np.linalg.eigvalsh(part)[0] > 0:
             half = np.sqrt(np.diag(np.linalg.inv(part)))
+            widths = [max(a, float(b)) for a, b in zip(widths, half, strict=True)]
+    for points in (*(one.points for one in found.sets), *(one.points for one in found.outside)):
+        if points is not None:
+            half = np.abs(drawn(points)).max(axis=0)[list(plane)]
             widths = [max(a, float(b)) for a, b in zip(widths, half, strict=True)]
     room = _ROOM if min(widths) > 1e-12 else 1e12
     return widths[0] * room, widths[1] * room
@@ -144,7 +153,7 @@ def _rate(found: RegionOfAttraction) -> Callable[[NDArray[np.float64]], Any] | N
 
 def _solutions(found: RegionOfAttraction, axes: Axes, rate: Callable[..., Any], halves: tuple[float, float]) -> None:
     """Some solutions that start at the edge of the first set."""
-    if not found.sets or found.sets[0].P is None:
+    if not found.sets or not found.sets[0].bounded:
         return
     angles = 2 * np.pi * (np.arange(_STARTS) + 0.5) / _STARTS
     rays = np.column_stack([halves[0] * np.cos(angles), halves[1] * np.sin(angles)])

@@ -19,11 +19,16 @@ from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.nonlinearity.pieces import known_nonlinearity
 from lure.analysis.nonlinearity.rational import interval_of, roots_between
 from lure.analysis.numerics.polynomial import X, to_fmpq, to_fraction
+from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.problem import class_given
 from lure.analysis.verdict import Evidence
 from lure.arrays import NDArray, np
+from lure.classes import Diagonal
 from lure.errors import InputError
-from lure.nonlinearities import Tanh
+from lure.files.system import LoopSystem
+from lure.nonlinearities import ExpressionNonlinearity, Tanh
 from lure.nonlinearities.local import LocalSector
+from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
 
 _BITS = 40
@@ -175,6 +180,54 @@ def shape_of(nonlinearity: Any) -> Shape:  # noqa: ANN401  (whatever is taken as
             cuts.append(Fraction(piece.low))
             kept.append(polynomial)
     return Shape(nonlinearity=nonlinearity, cuts=tuple(cuts), pieces=tuple(kept))
+
+
+def loop_asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlant, list[Shape]]:
+    """The plant, and what is known of the nonlinearity of each channel.
+
+    Parameters
+    ----------
+    plant, nonlinearities : object
+        As for :func:`lure.analysis.region`.
+
+    Raises
+    ------
+    InputError
+        A nonlinearity is missing, or is not known, or the sizes do not fit.
+    """
+    if isinstance(plant, LoopSystem) and nonlinearities is None:
+        nonlinearities = list(plant.local or plant.nonlinearities) or plant.nonlinearity
+    found = channel_plant(plant)
+    listed = nonlinearities if isinstance(nonlinearities, list | tuple) else [nonlinearities]
+    if listed == [None]:
+        raise InputError(
+            "a region of attraction is about nonlinearities that are known, and none is given; give [nonlinearity], or "
+            "one for each channel"
+        )
+    if len(listed) != found.inputs or found.inputs != found.outputs:
+        raise InputError(
+            f"the nonlinearities are {len(listed)}, and the plant has {found.size}; give one for each channel"
+        )
+    if isinstance(nonlinearities, Diagonal) or any(class_given(one) is not None for one in listed):
+        raise InputError(
+            "a region of attraction is asked of a known nonlinearity in each channel, such as Saturation(1) or "
+            "'tanh(sigma)', or of a class that holds on an interval, and a class is given; lure certify asks of all "
+            "its members"
+        )
+    known = [
+        one
+        if isinstance(one, LocalSector)
+        else ExpressionNonlinearity(one)
+        if isinstance(one, str)
+        else as_nonlinearity(one)
+        for one in listed
+    ]
+    for i, one in enumerate(known, 1):
+        if not getattr(one, "locally_lipschitz", True):
+            raise InputError(
+                f"the nonlinearity of channel {i}, {one}, is not known to be locally Lipschitz; give another"
+            )
+    return found, [shape_of(one) for one in known]
 
 
 def _above(value: Fraction) -> Fraction:

@@ -15,17 +15,16 @@ from lure.analysis.drawing import drawing
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions.certify import ProofOptions, certify
-from lure.analysis.questions.channel_problem import channel_plant
-from lure.analysis.questions.problem import class_given
+from lure.analysis.questions.region_curves import PlanarSets, area, gauge, planar_sets, points_of, within
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth, proved_level_set
 from lure.analysis.questions.region_sets import (
     Shape,
     equilibria,
+    loop_asked,
     matrix_of,
     positive,
     rests_at_0,
     shape_given,
-    shape_of,
     sign_interval,
     strips,
     union_area,
@@ -35,13 +34,8 @@ from lure.analysis.questions.region_sets import (
 from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
-from lure.classes import Diagonal
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
-from lure.files.system import LoopSystem
-from lure.nonlinearities import ExpressionNonlinearity
-from lure.nonlinearities.local import LocalSector
-from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
 from lure.record import Record, derived, quantity
 
@@ -65,7 +59,7 @@ class AttractedSet(Record):
     ``V = x'P x`` of an ellipsoid, with integrals ``2 theta_i int_0^{sigma_i} phi_i`` of a level set.
     """
 
-    kind: str = quantity("``ellipsoid``, ``level set``, ``interval`` or ``everything``")
+    kind: str = quantity("``ellipsoid``, ``level set``, ``curve``, ``interval`` or ``everything``")
     P: tuple[tuple[Fraction, ...], ...] | None = quantity("(n, n), of an ellipsoid, exactly", label="", default=None)
     level: Fraction | None = quantity("of an ellipsoid or a level set", default=None)
     integrals: tuple[Mapping[str, Any], ...] = quantity(
@@ -76,6 +70,11 @@ class AttractedSet(Record):
     )
     convex: bool = quantity("Whether it is known to be convex", label="", key="", default=False)
     interval: Ends | None = quantity("of a loop with one state, its ends not included", default=None)
+    points: tuple[tuple[Fraction, ...], ...] | None = quantity(
+        "Of a closed curve in the plane its start, then the end of each arc, before it the control point of a parabola",
+        label="",
+        default=None,
+    )
     bounds: tuple[Mapping[str, Any], ...] = quantity(
         "What is used of each nonlinearity there: its sector on an interval of sigma; or, of a line with limits, a row "
         "``h`` with ``|h x|`` up to the limit on the set",
@@ -84,6 +83,11 @@ class AttractedSet(Record):
     )
     volume: float = quantity("its length, area or volume, rounded down", form="below")
     proof: Proved = quantity("what the checker accepted", key="certificate", label="", plainly=lambda p: p.certificate)
+
+    @property
+    def bounded(self) -> bool:
+        """Whether it is a bounded set of more than one state: an ellipsoid, a level set or within a closed curve."""
+        return self.P is not None or self.points is not None
 
     def contains(self, state: Sequence[float | Fraction]) -> bool:
         """Whether a state lies in the set; a float means the double it is.
@@ -98,10 +102,12 @@ class AttractedSet(Record):
         InputError
             It is not one finite number for each state.
         """
-        n = 1 if self.interval is not None else len(state) if self.P is None else len(self.P)
+        n = 1 if self.interval is not None else 2 if self.points else len(state) if self.P is None else len(self.P)
         if len(state) != n:
             raise InputError(f"state has {len(state)} entries, and the set has {n}; give one for each")
         x = [exact_number(v, f"state[{i}]") for i, v in enumerate(state)]
+        if self.points is not None:
+            return within(self.points, (x[0], x[1]))
         if self.P is None:
             return self.interval is None or self.interval[0] < x[0] < self.interval[1]
         value = sum((x[i] * v * x[j] for i, row in enumerate(self.P) for j, v in enumerate(row)), Fraction(0))
@@ -115,11 +121,15 @@ class AttractedSet(Record):
     def values(self, points: Any) -> Any:  # noqa: ANN401  (arrays)
         """``V`` at points, (k, n), in floating point; at most 1 on the set, ``inf`` where an interval is left.
 
+        Of a closed curve it is the factor by which it would have to grow to reach a point.
+
         Parameters
         ----------
         points : ndarray
             (k, n) states.
         """
+        if self.points is not None:
+            return gauge(self.points)(points)
         found = np.einsum("ki,ij,kj->k", points, np.array(self.P, dtype=float), points)
         for row, entry, shape in self._parts():
             sigma = points @ np.array([float(c) for c in row])
@@ -153,11 +163,14 @@ class AttractedSet(Record):
 class OutsideSet(Record):
     """Starts from which no solution tends to 0."""
 
-    kind: str = quantity("``ellipsoid``: ``x'Q x > 1``; ``interval``: at or beyond its ends")
+    kind: str = quantity(
+        "``ellipsoid``: ``x'Q x > 1``; ``curve``: on it or outside; ``interval``: at or beyond its ends"
+    )
     Q: tuple[tuple[Fraction, ...], ...] | None = quantity(
         "(n, n), exactly; it is indefinite where the plant has stable modes", label="", default=None
     )
     interval: Ends | None = quantity("of a loop with one state", default=None)
+    points: tuple[tuple[Fraction, ...], ...] | None = quantity("of a closed curve, as inside", label="", default=None)
     proof: Refuted = quantity("what the checker accepted", key="certificate", label="", plainly=lambda p: p.certificate)
 
     def __str__(self) -> str:
@@ -258,6 +271,11 @@ class RegionOfAttraction(TwoSided):
             elif first.interval is not None:
                 low, high = map(_shown, first.interval, ("above", "below"))
                 said = [f"PROVED: every solution that starts between {low} and {high} tends to 0."]
+            elif first.kind == "curve":
+                said = [
+                    f"PROVED: every solution that starts within a closed curve of {len(first.points or ())} points "
+                    f"tends to 0; its {word} is at least {text_below(first.volume, 7)}."
+                ]
             else:
                 size = text_below(first.volume, 7)
                 where = (
@@ -274,6 +292,8 @@ class RegionOfAttraction(TwoSided):
                 low, high = map(_shown, one.interval, ("below", "above"))
                 where = " or ".join([f"from {high} on"] * (high != "inf") + [f"up to {low}"] * (low != "-inf"))
                 said.append(f"No solution that starts {where} tends to 0.")
+            elif one.points is not None:
+                said.append(f"No solution that starts on or outside another one, of {len(one.points)} points, does.")
             else:
                 said.append("No solution that starts where x^T Q x > 1 tends to 0.")
         if self.area[1] is not None and math.isfinite(self.area[1]):
@@ -353,7 +373,7 @@ def region(
     The length of the region is at most 2.
     """
     check_seconds(seconds)
-    found, shapes = _asked(plant, nonlinearities)
+    found, shapes = loop_asked(plant, nonlinearities)
     points = None if along is None else _points(along, found.order)
     if not found.order:
         raise InputError("the plant has no states; a region of attraction needs one at least")
@@ -396,15 +416,24 @@ def _answered(
             reason="the time allowed is over" if late else "no invariant ellipsoid was found",
             stopped="time" if late else None,
         )
-    more = None
+    more, planar = None, PlanarSets(None, None)
     if not late:
         try:
             with time_limit(None if seconds is None else max(1e-3, seconds - (time.monotonic() - began))):
                 more = proved_level_set(found, shapes, proof, points)
         except TimeoutError:
             pass
-    sets = [_set_of(one, shapes) for one in (proof, more) if one is not None]
+        try:
+            with time_limit(None if seconds is None else max(1e-3, seconds - (time.monotonic() - began))):
+                planar = planar_sets(found, shapes, proof)
+        except TimeoutError:
+            pass
+    sets = [_set_of(one, shapes) for one in (proof, more, planar.inside) if one is not None]
     sets.sort(key=lambda one: -one.volume)
+    if planar.outside is not None:
+        around = points_of(planar.outside)
+        high = min(double_above(area(around)), math.inf if high is None else high)
+        outside = (OutsideSet(kind="curve", points=around, proof=planar.outside), *outside)
     low = sets[0].volume
     if found.order == 2 and len(sets) > 1 and all(one.convex for one in sets):
         low = max(low, union_area([one.values for one in sets], _box(sets)))
@@ -427,6 +456,10 @@ def _set_of(proof: Proved, shapes: Sequence[Shape]) -> AttractedSet:
         "proof": proof,
         "bounds": tuple(strips(proof.certificate)),
     }
+    if data["method"] == "spiral":
+        points = points_of(proof)
+        bounds = settings["bounds"]
+        return AttractedSet(kind="curve", points=points, volume=double_below(area(points)), bounds=bounds, proof=proof)
     if data["method"] == "ellipsoid":
         return AttractedSet(kind="ellipsoid", volume=volume_below(P), convex=True, **settings)
     integrals = tuple(data["integrals"])
@@ -485,42 +518,6 @@ def _of_all(states: int, proof: Proved) -> RegionOfAttraction:
 
 def _grown(shown: Refuted) -> OutsideSet:
     return OutsideSet(kind="ellipsoid", Q=matrix_of(shown.certificate, "Q"), proof=shown)
-
-
-def _asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlant, list[Shape]]:
-    if isinstance(plant, LoopSystem) and nonlinearities is None:
-        nonlinearities = list(plant.local or plant.nonlinearities) or plant.nonlinearity
-    found = channel_plant(plant)
-    listed = nonlinearities if isinstance(nonlinearities, list | tuple) else [nonlinearities]
-    if listed == [None]:
-        raise InputError(
-            "a region of attraction is about nonlinearities that are known, and none is given; give [nonlinearity], or "
-            "one for each channel"
-        )
-    if len(listed) != found.inputs or found.inputs != found.outputs:
-        raise InputError(
-            f"the nonlinearities are {len(listed)}, and the plant has {found.size}; give one for each channel"
-        )
-    if isinstance(nonlinearities, Diagonal) or any(class_given(one) is not None for one in listed):
-        raise InputError(
-            "a region of attraction is asked of a known nonlinearity in each channel, such as Saturation(1) or "
-            "'tanh(sigma)', or of a class that holds on an interval, and a class is given; lure certify asks of all "
-            "its members"
-        )
-    known = [
-        one
-        if isinstance(one, LocalSector)
-        else ExpressionNonlinearity(one)
-        if isinstance(one, str)
-        else as_nonlinearity(one)
-        for one in listed
-    ]
-    for i, one in enumerate(known, 1):
-        if not getattr(one, "locally_lipschitz", True):
-            raise InputError(
-                f"the nonlinearity of channel {i}, {one}, is not known to be locally Lipschitz; give another"
-            )
-    return found, [shape_of(one) for one in known]
 
 
 def _points(along: Sequence[Sequence[float | Fraction]], n: int) -> Any:  # noqa: ANN401  (an array)

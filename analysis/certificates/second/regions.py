@@ -20,7 +20,14 @@ from flint import arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.channels import diagonal, matrices, stacked, symmetric
 from lure.analysis.certificates.second.matrix import BITS, positive_definite
-from lure.analysis.certificates.second.numerics import X, nonnegative_from_zero, to_fmpq, to_fraction, working_precision
+from lure.analysis.certificates.second.numerics import (
+    X,
+    nonnegative_from_zero,
+    positive_from_zero,
+    to_fmpq,
+    to_fraction,
+    working_precision,
+)
 from lure.analysis.certificates.second.reading import (
     Document,
     NotShown,
@@ -40,7 +47,9 @@ LEVEL = (
     "0, P, theta and reach as in the proof"
 )
 BEYOND = "no motion that starts in {x : x^T Q x > 1} tends to 0, Q as in the proof"
-LARGEST_DEGREE = 40
+WITHIN = "every motion that starts within the first turn of the spiral, closed along its ray, tends to 0"
+AROUND = "no motion that starts on or outside the closed curve of the proof tends to 0"
+LARGEST_DEGREE, LONGEST_CURVE, MOST_TURNS = 40, 20_000, 400
 Cut = Fraction | None  # None: there is no end on this side
 
 
@@ -194,6 +203,19 @@ def shown(document: Document) -> str:
         require(document.theorem == ("scalar" if inner else "counterexample"), "the theorem is not about one state")
         require(not document.multiplier, "signs need no multiplier")
         return _by_signs(loop, document, inner=inner)
+    if document.proof.get("method") == "spiral":
+        require(inner and document.theorem == "planar", "a spiral shows what tends to 0")
+        _require_spiral(loop, document)
+        return WITHIN
+    if document.proof.get("method") == "curve":
+        require(not inner and document.theorem == "counterexample", "a curve shows what never comes in")
+        require(not document.multiplier, "a curve needs no multiplier")
+        curve = _curve(loop, record(document.proof, "method", "points")["points"])
+        require(curve.factor >= 1, "the curve ends nearer to 0 than it starts")
+        _require_crossed(loop, curve.arcs, -curve.sense)
+        if curve.factor > 1:
+            _require_crossed(loop, (curve.along_ray(Fraction(1), curve.factor),), curve.sense)
+        return AROUND
     if inner:
         require(document.theorem in ("local-circle", "local-popov"), "the theorem is unknown for regions")
         _require_level_set(loop, document)
@@ -237,11 +259,12 @@ def _integral_bounded(graph: Graph, least: Fraction, reach: Fraction, *, above: 
     return True
 
 
-def _require_level_set(loop: _Loop, document: Document) -> None:
-    """Check that ``V`` falls on ``V <= 1``, and that the terms used for it count there."""
-    level = document.theorem == "local-popov"
-    found = record(document.proof, "method", "P", *(("integrals",) if level else ()))
-    require(found["method"] == ("level-set" if level else "ellipsoid"), "the method does not fit the theorem")
+def _require_level_set(loop: _Loop, document: Document) -> fmpq_mat:
+    """Check that ``V`` falls on ``V <= 1``, and that the terms used for it count there; ``P``."""
+    level, spiral = document.theorem == "local-popov", document.theorem == "planar"
+    found = record(document.proof, "method", "P", *(("integrals",) if level else ("turns",) if spiral else ()))
+    method = "level-set" if level else "spiral" if spiral else "ellipsoid"
+    require(found["method"] == method, "the method does not fit the theorem")
     n, m = loop.sizes
     P = symmetric(found["P"], n)
     M, strips = -loop.form(P), list[tuple[fmpq_mat, Fraction]]()
@@ -308,6 +331,7 @@ def _require_level_set(loop: _Loop, document: Document) -> None:
                 rest -= abs(to_fraction(loop.D[i, j])) * most[j]
         require_strip(fmpq_mat([loop.Y.tolist()[i][:n]]), rest)
     _require_definite(M, "V is not shown to fall")
+    return P
 
 
 def _require_growth(loop: _Loop, document: Document) -> None:
@@ -393,3 +417,159 @@ def _by_signs(loop: _Loop, document: Document, *, inner: bool) -> str:
 def _over(low: Cut, high: Cut, start: Cut, end: Cut) -> bool:
     """Whether an interval covers a smaller one."""
     return (low is None or (start is not None and low <= start)) and (high is None or (end is not None and end <= high))
+
+
+# Curves in the plane.  A parabola is q(t) = a + b t + c t^2 for 0 <= t <= 1; a straight edge has c = 0.
+
+Place = tuple[fmpq, fmpq]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Arc:
+    """Its corners: start, end, and between them the control point of a parabola."""
+
+    corners: tuple[Place, ...]
+
+    def coordinate(self, k: int) -> fmpq_poly:
+        """``q_k(t)``."""
+        values = [corner[k] for corner in self.corners]
+        if len(values) == 2:
+            return fmpq_poly([values[0], values[1] - values[0]])
+        a, b, c = values
+        return a * (1 - X) ** 2 + 2 * b * X * (1 - X) + c * X**2
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Curve:
+    """Once around 0: ``sense`` is 1 for anticlockwise; it ends at ``factor`` times its start."""
+
+    sense: int
+    start: Place
+    factor: Fraction
+    arcs: tuple[_Arc, ...]
+
+    def along_ray(self, low: Fraction, high: Fraction) -> _Arc:
+        """The edge between two factors of the start."""
+        low_end, high_end = ((to_fmpq(v) * self.start[0], to_fmpq(v) * self.start[1]) for v in (low, high))
+        return _Arc(corners=(low_end, high_end))
+
+
+def _turned(p: Place, q: Place) -> fmpq:
+    """Positive where ``q`` is anticlockwise of ``p``, by less than half a turn."""
+    return p[0] * q[1] - p[1] * q[0]
+
+
+def _curve(loop: _Loop, value: object) -> _Curve:
+    """The curve, which goes once around 0 by steps of less than half a turn in one sense."""
+    require(loop.sizes[0] == 2 and not loop.discrete, "curves are about two states in continuous time")
+    require(not any(v != 0 for v in loop.D.entries()), "curves are about D = 0")
+    require(all(graph.reach is None for graph in loop.graphs), "the nonlinearities are not known")
+    rows = [[to_fmpq(v) for v in numbers(row)] for row in listed(value)]
+    require(4 <= len(rows) <= LONGEST_CURVE, "the curve has too few or too many points")
+    require(len(rows[0]) == 2 and all(len(row) in (2, 4) for row in rows), "a point has not two coordinates")
+    at: Place = (rows[0][0], rows[0][1])
+    arcs, path = list[_Arc](), [at]
+    for row in rows[1:]:
+        corners = [path[-1], *((row[i], row[i + 1]) for i in range(0, len(row), 2))]
+        path += corners[1:]
+        arcs.append(_Arc(corners=tuple(corners)))
+    sense = 1 if _turned(path[0], path[1]) > 0 else -1
+    steps = [*pairwise(path), *((arc.corners[0], arc.corners[-1]) for arc in arcs)]
+    require(all(sense * _turned(p, q) > 0 for p, q in steps), "the curve does not turn in one sense")
+    passed = sum(bool(sense * _turned(p, at) > 0 and sense * _turned(at, q) >= 0) for p, q in pairwise(path))
+    end = path[-1]
+    factor = (at[0] * end[0] + at[1] * end[1]) / (at[0] ** 2 + at[1] ** 2)
+    require(bool(_turned(at, end) == 0) and factor > 0 and passed == 1, "the curve does not go once around 0")
+    return _Curve(sense=sense, start=at, factor=to_fraction(factor), arcs=tuple(arcs))
+
+
+def _positive_on_unit(p: fmpq_poly) -> bool:
+    """Whether ``p > 0`` on ``[0, 1]``: at 1, and at ``t = x/(1 + x)`` for no ``x >= 0`` a root."""
+    grown, top = fmpq_poly([]), max(p.degree(), 0)
+    for i, c in enumerate(p.coeffs()):
+        grown += c * X**i * (1 + X) ** (top - i)
+    return bool(p(fmpq(1)) > 0) and positive_from_zero(grown)
+
+
+def _require_crossed(loop: _Loop, arcs: Sequence[_Arc], side: int) -> None:
+    """Check that ``x'`` points strictly to the left of every arc, for ``side`` -1 to its right."""
+    for arc in arcs:
+        x = arc.coordinate(0), arc.coordinate(1)
+        sigma = [loop.Y[i, 0] * x[0] + loop.Y[i, 1] * x[1] for i in range(len(loop.graphs))]
+        reaches = [
+            sorted(to_fraction(loop.Y[i, 0] * c[0] + loop.Y[i, 1] * c[1]) for c in arc.corners)
+            for i in range(len(loop.graphs))
+        ]
+        times = {Fraction(0), Fraction(1)}
+        for graph, own, reach in zip(loop.graphs, sigma, reaches, strict=True):
+            for cut in graph.cuts:
+                if reach[0] < cut < reach[-1]:
+                    require(own.degree() == 1 and len(arc.corners) == 2, "a parabola leaves a piece")
+                    times.add((cut - to_fraction(own[0])) / to_fraction(own[1]))
+        for start, end in pairwise(sorted(times)):
+            inner = to_fmpq(start) + to_fmpq(end - start) * X
+            speed = [loop.F[k, 0] * x[0] + loop.F[k, 1] * x[1] for k in (0, 1)]
+            for i, (graph, own, reach) in enumerate(zip(loop.graphs, sigma, reaches, strict=True)):
+                straight = len(arc.corners) == 2
+                here = to_fraction(own(to_fmpq((start + end) / 2))) if straight else (reach[0] + reach[-1]) / 2
+                phi = graph.pieces[sum(cut < here for cut in graph.cuts)](own)
+                speed = [speed[k] + loop.F[k, 2 + i] * phi for k in (0, 1)]
+            left = x[0].derivative() * speed[1] - x[1].derivative() * speed[0]
+            require(_positive_on_unit((side * left)(inner)), "an arc is not crossed")
+
+
+def _require_spiral(loop: _Loop, document: Document) -> None:
+    """Check that turn after turn is crossed inwards, the last one within the ellipsoid, around one equilibrium."""
+    require(len(loop.graphs) == 1, "a spiral is about one nonlinearity")
+    P = _require_level_set(loop, document)
+    turns = [_curve(loop, value) for value in listed(document.proof["turns"])]
+    require(1 <= len(turns) <= MOST_TURNS, "there are no turns, or too many")
+    first, before = turns[0], None
+    reaches: list[Fraction] = []
+    for turn in turns:
+        at = first.start[0] * turn.start[0] + first.start[1] * turn.start[1]
+        factor = to_fraction(at / (first.start[0] ** 2 + first.start[1] ** 2))
+        require(bool(_turned(first.start, turn.start) == 0) and factor > 0, "a turn starts on another ray")
+        require(turn.sense == first.sense and turn.factor < 1, "a turn does not wind inwards as the first one does")
+        require(before is None or factor >= before, "a turn starts within the end of the one before")
+        before = factor * turn.factor
+        reaches += [factor, before]
+        _require_crossed(loop, turn.arcs, first.sense)
+    _require_crossed(loop, (first.along_ray(min(reaches), max(reaches)),), first.sense)
+    for arc in turns[-1].arcs:
+        for corner in arc.corners:
+            z = fmpq_mat([list(corner)])
+            require(bool((z * P * z.transpose())[0, 0] <= 1), "the last turn leaves the ellipsoid")
+    _require_one_equilibrium(loop, first)
+
+
+def _require_one_equilibrium(loop: _Loop, curve: _Curve) -> None:
+    """Check that ``A x = B phi`` has no solution within the curve but 0; all are ``x = (A - g B C)^-1 B psi``."""
+    A, minus_b = (fmpq_mat([[row[i] for i in own] for row in loop.F.tolist()]) for own in ((0, 1), (2,)))
+    C = fmpq_mat([loop.Y.tolist()[0][:2]])
+    shift = next((g for g in (0, 1) if (A + g * (minus_b * C)).det() != 0), None)
+    require(shift is not None, "equilibria are not isolated")
+    line = -((A + (shift or 0) * (minus_b * C)).inv() * minus_b)
+    slope = (C * line)[0, 0]  # sigma = slope psi(sigma), psi = phi - shift sigma
+    if slope == 0:
+        return
+    graph = loop.graphs[0]
+    for sign in (1, -1):  # x = tau way for tau > 0
+        way: Place = (sign * line[0, 0], sign * line[1, 0])
+        far = fmpq(0)
+        for arc in curve.arcs:
+            for p, q in [*pairwise(arc.corners), (arc.corners[0], arc.corners[-1])]:
+                if curve.sense * _turned(p, way) >= 0 and curve.sense * _turned(way, q) >= 0:
+                    far = max(far, _turned(p, q) / _turned(way, (q[0] - p[0], q[1] - p[1])))
+        require(bool(far > 0), "a ray does not leave the curve")
+        reach = to_fraction(far * sign * slope)
+        for low, high, piece in _pieces(graph, Fraction(1 if reach > 0 else -1)):  # over |sigma|
+            start = Fraction(0) if low is None else max(low, Fraction(0))
+            end = abs(reach) if high is None else min(high, abs(reach))
+            if start >= end:
+                continue
+            own = (1 if reach > 0 else -1) * X
+            rest = own - slope * (piece - (shift or 0) * own)
+            ends = [rest(to_fmpq(v)) for v in (start, end) if v]
+            fine = _positive_inside(rest, start, end) or _positive_inside(-rest, start, end)
+            require(fine and all(v != 0 for v in ends), "there is another equilibrium, or it is not excluded")

@@ -1,0 +1,212 @@
+"""Curves in the plane on both sides of a periodic solution that repels: sharp, checked twice, and attacked."""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy.integrate import solve_ivp
+from tampering import assert_both_reject, edited
+
+from lure import Saturation, as_plant
+from lure.analysis import check, region
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.questions.region_curves import area, gauge, within
+from lure.nonlinearities import Cubic
+
+# Van der Pol's oscillator back in time: x' = -x + x^3/3 - y, y' = x.  The region ends at its periodic solution.
+OSCILLATOR = as_plant(([[-1, -1], [1, 0]], [1, 0], [1, 0], 0))
+INWARD = Cubic(linear=0, cubic=Fraction(-1, 3))
+# Antistable, x'' = x'/2 - x - sat(x + 2 x'): the region is bounded by one periodic solution (Hu, Lin, Qiu 2001).
+HELD = as_plant(([[0, 1], [-1, "0.5"]], [0, 1], [1, 2], 0))
+
+
+def area_of_orbit(field, start):
+    """The area within the periodic solution that attracts back in time, by Green's theorem along it."""
+
+    def back(_, z):
+        rate = -np.asarray(field(z))[:2]
+        return [*rate, (z[0] * rate[1] - z[1] * rate[0]) / 2]
+
+    def around(_, z):
+        return z[1]
+
+    around.direction = 1
+    found = solve_ivp(back, (0, 150), [*start, 0], rtol=1e-11, atol=1e-12, events=around)
+    return abs(found.y_events[0][-1][2] - found.y_events[0][-2][2])
+
+
+@pytest.fixture(scope="module")
+def oscillator():
+    return region(OSCILLATOR, INWARD)
+
+
+@pytest.fixture(scope="module")
+def held():
+    return region(HELD, Saturation())
+
+
+def test_the_area_within_van_der_pols_oscillation_is_enclosed(oscillator):
+    truth = area_of_orbit(lambda z: (-z[0] + z[0] ** 3 / 3 - z[1], z[0]), [1, 0])
+    low, high = oscillator.area
+    assert low < truth < high < 1.003 * low
+    assert [one.kind for one in oscillator.sets] == ["curve", "ellipsoid"]
+    assert "No solution that starts on or outside another one" in str(oscillator)
+
+
+def test_the_area_of_an_antistable_loop_under_saturation_is_enclosed(held):
+    truth = area_of_orbit(lambda z: (z[1], z[1] / 2 - z[0] - np.clip(z[0] + 2 * z[1], -1, 1)), [1, 0])
+    low, high = held.area
+    assert low < truth < high < 1.006 * low
+
+
+def test_both_checkers_accept_the_curves(oscillator, held):
+    for found in (oscillator, held):
+        for shown in (found.proof, found.refutation):
+            assert check(shown.certificate).claim.startswith(recheck(shown.certificate).reason)
+
+
+def wound_back(rows):
+    """The same curve in the other sense."""
+    points = [rows[-1][-2:]]
+    for before, row in zip(rows[-2::-1], rows[:0:-1], strict=True):
+        points.append([*row[:-2], *before[-2:]])
+    return points
+
+
+def times(factor):
+    """Every coordinate by a factor."""
+    return lambda rows: [[str(Fraction(v) * factor) for v in row] for row in rows]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        wound_back,
+        lambda rows: rows[: len(rows) // 2],
+        lambda rows: [*rows, *rows[1:]],  # twice around
+        lambda rows: rows[:1] + rows[2:],
+        lambda rows: [*rows[:-1], [str(Fraction(v) / 2) for v in rows[-1]]],
+        lambda rows: [[v, w] for *_, v, w in rows],  # chords in place of parabolas
+        lambda rows: [[*rows[0], *rows[0]], *rows[1:]],
+        lambda rows: [],
+    ],
+)
+def test_a_curve_that_is_tampered_with_is_rejected(oscillator, change):
+    assert_both_reject(edited(oscillator.refutation.certificate, "proof", "points", value=change))
+    assert_both_reject(edited(oscillator.proof.certificate, "proof", "turns", 0, value=change))
+
+
+def test_a_curve_may_move_away_from_the_periodic_solution_but_not_across_it(oscillator):
+    for shown, path, away in ((oscillator.proof, ("turns", 0), -1), (oscillator.refutation, ("points",), 1)):
+        fine, wrong = (
+            edited(shown.certificate, "proof", *path, value=times(1 + Fraction(side * away, 100))) for side in (1, -1)
+        )
+        assert check(fine, draft=True).claim.startswith(recheck(fine).reason)
+        assert recheck(fine).accepted
+        assert_both_reject(wrong)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("proof", "turns"), lambda turns: turns[:-1]),  # the last turn leaves the ellipsoid
+        (("proof", "turns"), lambda turns: turns[:1] + turns[2:]),  # a turn is missing
+        (("proof", "turns"), lambda turns: turns[::-1]),
+        (("proof", "turns"), []),
+        (("proof", "P"), [["1/1000"], ["0", "1/1000"]]),
+        (("system", "time"), "discrete"),
+        (("system", "A", 0, 0), "1"),
+        (("laws", "graphs", 0, "pieces", 0, 3), "-3"),
+        (("theorem",), "local-circle"),
+        (("conclusion",), "every motion tends to 0"),
+    ],
+)
+def test_a_spiral_that_is_tampered_with_is_rejected(oscillator, path, value):
+    assert_both_reject(edited(oscillator.proof.certificate, *path, value=value), stored=path == ("conclusion",))
+
+
+def test_a_parabola_stays_in_one_piece_of_the_saturation(held):
+    # every straight edge written as a parabola is the same edge, but those across a corner are then refused
+    rows = held.refutation.certificate["proof"]["points"]
+    sigma = [Fraction(row[-2]) + 2 * Fraction(row[-1]) for row in rows]
+    across = [i for i in range(1, len(rows)) if any(sigma[i - 1] < cut < sigma[i] for cut in (-1, 1))]
+    assert across
+    for place, (before, row) in enumerate(pairwise(rows), 1):
+        if len(row) == 2:
+            middle = [str((Fraction(a) + Fraction(b)) / 2) for a, b in zip(before[-2:], row, strict=True)]
+            bent = edited(held.refutation.certificate, "proof", "points", place, value=[*middle, *row])
+            refused = any(
+                min(sigma[place - 1 : place + 1]) < cut < max(sigma[place - 1 : place + 1]) for cut in (-1, 1)
+            )
+            assert recheck(bent).accepted is not refused
+            if refused:
+                assert_both_reject(bent)
+
+
+def test_another_equilibrium_within_the_first_turn_is_not_overlooked(oscillator):
+    # x' = -x - phi(x) - y, y' = x + ... : with phi = -2 x the determinant of A - B C changes its sign and 0 is a saddle
+    graphs = {"kind": "piecewise-polynomial", "cuts": [], "pieces": [["0", "-3/2", "0", "1/8"]]}
+    changed = edited(oscillator.proof.certificate, "laws", "graphs", 0, value=graphs)
+    assert_both_reject(edited(changed, "system", "A", value=[["-1", "-1"], ["1", "-1"]]))
+
+
+def test_membership_is_exact_and_agrees_with_the_drawing(oscillator):
+    points = oscillator.sets[0].points
+    rng = np.random.default_rng(7)
+    places = rng.uniform(-2.5, 2.5, (400, 2))
+    values = gauge(points)(places)
+    clear = np.abs(values - 1) > 1e-3
+    inside = [within(points, tuple(map(Fraction, place))) for place in places.tolist()]
+    assert [bool(v) for v in (values < 1)[clear]] == [v for v, told in zip(inside, clear, strict=True) if told]
+    assert abs(float(area(points)) / (25 * (values < 1).mean()) - 1) < 0.1
+    assert oscillator.sets[0].contains([0, 0])
+    assert not oscillator.sets[0].contains([2.5, 0])
+
+
+def test_nothing_leaves_the_inner_curve_and_nothing_comes_in_through_the_outer(held):
+    angles = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    rays = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    inner, outer = (gauge(points)(rays) for points in (held.sets[0].points, held.outside[0].points))
+    z = np.concatenate([0.999 * rays / inner[:, None], 1.001 * rays / outer[:, None]])
+
+    def rate(z):
+        x, y = z.T
+        return np.stack([y, y / 2 - x - np.clip(x + 2 * y, -1, 1)], axis=1)
+
+    for _ in range(12000):
+        z = np.where(np.abs(z) < 1e3, z + 0.005 * rate(z + 0.0025 * rate(z)), z)
+    size = np.linalg.norm(z, axis=1)
+    assert size[:60].max() < 0.1
+    assert size[60:].min() > 3
+
+
+@pytest.mark.parametrize(
+    "plant", [as_plant(([["0.5", 1], [-1, "0.5"]], [0, 1], [1, 2], 0), dt=1), as_plant(([1], [1, -1]))]
+)
+def test_curves_are_for_two_states_in_continuous_time(plant):
+    assert all(one.kind != "curve" for one in region(plant, Saturation(gain=2)).sets)
+
+
+def test_two_channels_have_an_outer_curve(held):
+    # the same loop with its saturation in two halves
+    twice = as_plant(([[0, 1], [-1, "0.5"]], [[0, 0], [1, 1]], [[1, 2], [1, 2]], [[0, 0], [0, 0]]))
+    found = region(twice, [Saturation(gain="0.5", limit="0.5")] * 2)
+    assert found.area[1] == pytest.approx(held.area[1], rel=1e-3)
+    assert recheck(found.refutation.certificate).accepted
+
+
+def test_a_region_between_saddles_is_larger_than_its_ellipsoid():
+    # x'' = x - x'/10 - sat(3 x + x'/5): saddles at +-1, where x = sat
+    found = region(as_plant(([[0, 1], [1, "-0.1"]], [0, 1], [3, "0.2"], 0)), Saturation())
+    first, second = found.sets
+    assert (first.kind, second.kind) == ("curve", "ellipsoid")
+    assert first.volume > 1.2 * second.volume
+    assert not first.contains([1, 0])
+
+
+def test_the_curves_are_drawn(oscillator):
+    axes = oscillator.plot(Figure().subplots())
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels[:2] == ["never tends to 0", "tends to 0 (curve)"]
