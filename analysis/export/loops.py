@@ -13,22 +13,12 @@ from lure.analysis.certificates.channels import channels, moved, plant, seen
 from lure.analysis.certificates.matrix import Claim, proof_by_matrix
 from lure.analysis.certificates.states import classes, deflated
 from lure.analysis.export.quadratic import Loop, Matrix, Vector, less, rounded
-from lure.errors import AssumptionError, InputError
+from lure.analysis.export.words import refused
+from lure.errors import AssumptionError
 
 Data = Mapping[str, Any]
 BITS = (16, 32, 64, 128, 256, 512)
 MOST_STATES = 16
-
-
-def refused(reason: str) -> InputError:
-    """The error for a certificate that cannot be exported.
-
-    Parameters
-    ----------
-    reason : str
-        What there is, and what can be exported.
-    """
-    return InputError(f"this certificate cannot be exported to Coq: {reason}")
 
 
 def of_transfer(system: Data) -> Loop:

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from fractions import Fraction
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -13,9 +14,11 @@ from lure import RationalPlant
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.matrix import matrix_draft
+from lure.analysis.certificates.systems import system_of
 from lure.analysis.export import coq_text
 from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
 from lure.errors import InputError
+from lure.files.builtin import builtin_loop
 
 KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
 LOOP = "(* ---- This loop ---- *)"
@@ -49,7 +52,8 @@ def steps():
 def library(tmp_path_factory):
     """What all files have in common, compiled once."""
     folder = tmp_path_factory.mktemp("coq")
-    (folder / "common.v").write_text(coq_text(popov()).partition(LOOP)[0])
+    parts = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in ("forms", "flow", "orbits")]
+    (folder / "common.v").write_text("\n".join(parts))
     subprocess.run(["coqc", "common.v"], cwd=folder, check=True, capture_output=True)
     return folder
 
@@ -79,6 +83,28 @@ def test_discrete_time_compiles(library):
     assert "Un_cv xi 0" in text
     ok, said = compiled(library, text)
     assert ok, said
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    """Of discrete example 6: sigma = 154/125, 192/125 and their negatives, phi odd in the sector [0, 125/192]."""
+    samples = {"u": ["0", "-1", "0", "1"], "sigma": ["154/125", "192/125", "-154/125", "-192/125"]}
+    points = [["-192/125", "-1"], ["-154/125", "0"], ["0", "0"], ["154/125", "0"], ["192/125", "1"]]
+    proof = {"method": "orbit", "points": points, "left": "0", "right": "0", **samples}
+    laws = {"sector": ["0", "125/192"], "slope": None, "odd": True, "time_varying": False, "linear": False}
+    system = builtin_loop("dt-6").block
+    draft = {"verdict": "REFUTED", "system": system_of(system), "laws": laws, "theorem": "counterexample"}
+    return coq_text(complete_and_check(draft | {"multiplier": {}, "proof": proof}))
+
+
+@needs_coq
+def test_an_orbit_compiles_and_another_does_not(orbit, library):
+    assert "exists (phi : R -> R) (sigma : nat -> R)," in orbit
+    ok, said = compiled(library, orbit)
+    assert ok, said
+    for right, wrong in (("154 / 125", "155 / 125"), ("in_sector 0 (125 / 192)", "in_sector 0 (124 / 192)")):
+        assert right in orbit.partition(LOOP)[2]
+        assert not compiled(library, orbit.replace(right, wrong))[0]
 
 
 @needs_coq
@@ -144,7 +170,7 @@ def test_what_has_no_export_is_refused_in_a_sentence():
         with pytest.raises(InputError, match="cannot be exported to Coq: "):
             coq_text(check(one))
     refuted = next(c for c in KEPT.values() if c["proof"]["method"] == "flow-orbit")
-    with pytest.raises(InputError, match="it is a refutation"):
+    with pytest.raises(InputError, match="it is a refutation by flow-orbit"):
         coq_text(check(refuted))
 
 

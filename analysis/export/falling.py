@@ -1,0 +1,322 @@
+"""A function ``V`` that falls, and all tends to 0, in the words of Coq: `forms.v`, `flow.v` in continuous time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from lure.analysis.certificates.arithmetic import INF
+from lure.analysis.certificates.states import Family, classes
+from lure.analysis.export.loops import candidates
+from lure.analysis.export.quadratic import Forms, Loop, forms
+from lure.analysis.export.words import folded, integers, number, refused, terms, whole_file
+
+
+def falling_text(data: Mapping[str, Any], claim: str) -> str:
+    """The file for a certificate that a quadratic form with integrals shows.
+
+    Parameters
+    ----------
+    data : Mapping
+        The certificate.
+    claim : str
+        The sentence of the checker.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: it has no such form, or none of few enough digits was found.
+    """
+    loops = list(candidates(data))
+    written = forms(loops)
+    if written is None:
+        raise refused("no quadratic form of few enough digits was found; a slightly smaller sector has one")
+    return _Theorem(data, loops[0], written).text(claim)
+
+
+class _Theorem:
+    """The words of one file."""
+
+    def __init__(self, data: Mapping[str, Any], loop: Loop, written: Forms) -> None:
+        self.data, self.loop, self.forms = data, loop, written
+        several = isinstance(data["laws"], dict) and "channels" in data["laws"]
+        given = data["laws"]["channels"] if several else [data["laws"]]
+        self.families: list[Family] = [classes(one, several=several) for one in given]
+        self.transfer, self.discrete = data["system"]["kind"] == "transfer", loop.discrete
+        m, self.order = len(loop.phi), len(loop.now)
+        self.own = [str(i + 1) if m > 1 else "" for i in range(m)]
+        self.moment = "nat" if self.discrete else "R"
+        self.path = "xi" if self.transfer else "x w"
+        self.kind = "nat -> R" if self.transfer and self.discrete else f"nat -> {self.moment} -> R"
+
+    def entry(self, k: int) -> str:
+        """A number of ``z``."""
+        if self.transfer:
+            return (f"xi ({k} + t)%nat" if k else "xi t") if self.discrete else f"xi {k}%nat t"
+        return f"x {k}%nat t" if k < self.order else f"w {k - self.order}%nat t"
+
+    def sum(self, row: Sequence[Fraction | int]) -> str:
+        """A linear combination of the numbers of ``z``, the highest derivative first."""
+        places = range(len(row))
+        found = [
+            f"{number(row[k])} * {self.entry(k)}" for k in (reversed(places) if self.transfer else places) if row[k]
+        ]
+        return " + ".join(found) or "0"
+
+    def sigma(self, i: int) -> str:
+        """The argument of a nonlinearity at ``t``."""
+        return f"sigma{self.own[i]} {self.path} t"
+
+    def phi(self, i: int) -> str:
+        """A nonlinearity, at the time ``t`` if it depends on it."""
+        return f"phi{self.own[i]}" if not self.families[i].varying else f"phi{self.own[i]} t"
+
+    def value(self, i: int) -> str:
+        """What stands for its value."""
+        return f"(- den {self.path} t)" if self.transfer else f"(w {i}%nat t)"
+
+    def later(self, text: str) -> str:
+        """For all times."""
+        return f"forall t, {text}" if self.discrete else f"forall t, 0 < t -> {text}"
+
+    def definitions(self) -> list[str]:
+        """The plant."""
+        binder = f"({self.path} : {self.kind}) (t : {self.moment}) : R"
+        found = []
+        if self.transfer:
+            found.append(f"Definition den {binder} :=\n  {self.sum([-v for v in self.loop.phi[0]])}.")
+        for i, row in enumerate(self.loop.sigma):
+            found.append(f"Definition sigma{self.own[i]} {binder} :=\n  {self.sum(row)}.")
+        return found
+
+    def class_of(self, i: int) -> str:
+        """What is said of a nonlinearity."""
+        low, high = self.loop.bounds[i]
+        inner = f"above {number(low)}" if high == INF else f"in_sector {number(low)} {number(Fraction(high))}"
+        return f"forall t, {inner} ({self.phi(i)})" if self.families[i].varying else f"{inner} {self.phi(i)}"
+
+    def hypotheses(self) -> list[tuple[str, str]]:
+        """Names and statements."""
+        found = [(f"class{s}", self.class_of(i)) for i, s in enumerate(self.own)]
+        for i, s in enumerate(self.own):
+            if self.loop.theta[i]:
+                found.append((f"integral{s}", f"integral_of Phi{s} phi{s}"))
+        if not self.transfer:
+            found += [
+                (f"value{s}", self.later(f"w {i}%nat t = {self.phi(i)} ({self.sigma(i)})"))
+                for i, s in enumerate(self.own)
+            ]
+            for k, row in enumerate(self.loop.then):
+                if self.discrete:
+                    found.append((f"step{k}", f"forall t, x {k}%nat (S t) = {self.sum(row)}"))
+                else:
+                    found.append((f"flow{k}", self.later(f"derivable_pt_lim (x {k}%nat) t ({self.sum(row)})")))
+            return found
+        if not self.discrete:
+            text = f"(k < {self.order})%nat -> 0 < t -> derivable_pt_lim (xi k) t (xi (S k) t)"
+            found.append(("derivatives", f"forall k t, {text}"))
+        found.append(("closed", self.later(f"den xi t = - {self.phi(0)} ({self.sigma(0)})")))
+        return found
+
+    def conclusions(self) -> list[str]:
+        """What tends to 0."""
+        found = []
+        for row in self.loop.rows[: 1 if self.transfer and self.discrete else None]:
+            places = [k for k, v in enumerate(row) if v]
+            if places == [k for k in places if row[k] == 1] and len(places) == 1:
+                text = self.entry(places[0]).removesuffix(" t")
+                text = text if text == "xi" else f"({text})"
+            else:
+                text = f"(fun t => {self.sum([*row, *[Fraction(0)] * (self.forms.size - self.order)])})"
+            found.append(f"Un_cv {text} 0" if self.discrete else f"tends_to {text} 0")
+        return found
+
+    def text(self, claim: str) -> str:
+        """The whole file."""
+        origin = f"{self.data['theorem']}, {self.data['proof']['method']}"
+        libraries = ("forms.v", *["flow.v"] * (not self.discrete))
+        return whole_file(claim, origin, libraries, ["\n".join(self.definitions()), self.witness(), self.theorem()])
+
+    def witness(self) -> str:
+        """The numbers of the proof, and the test that they pass."""
+        f = self.forms
+        lists = [("P", f.P), ("now", f.now), ("next", f.then)] + [("rows", f.rows)] * (not self.discrete)
+        found = [f"Definition {name} : list (list Z) := {integers(rows)}%Z." for name, rows in lists]
+        sides = [("products", f.products)] + [("low", f.low), ("turn", f.turn)] * (not self.discrete)
+        found += [f"Definition {name} : list term := {terms(given)}%Z." for name, given in sides]
+        test = (
+            f"falls_by_steps {f.size} P now next products {f.times} now"
+            if self.discrete
+            else f"falls_in_time {f.size} P now next rows low turn products {f.times}"
+        )
+        lines = ["(* V = x^T P x, and integrals, falls: by Lagrange's reduction of two quadratic forms. *)", *found]
+        lines.append(f"Lemma falls : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
+        return "\n".join(one if "\n" in one else folded(one) for one in lines)
+
+    def theorem(self) -> str:
+        """The statement and its proof."""
+        phis = " ".join(f"phi{s}" for i, s in enumerate(self.own) if not self.families[i].varying)
+        phis += " ".join(f" Phi{s}" for i, s in enumerate(self.own) if self.loop.theta[i])
+        varying = " ".join(f"phi{s}" for i, s in enumerate(self.own) if self.families[i].varying)
+        binders = f" ({phis} : R -> R)" * bool(phis.strip()) + f" ({varying} : {self.moment} -> R -> R)" * bool(varying)
+        told = [f"  ({text}) ->" for _, text in self.hypotheses()]
+        ends = self.conclusions()
+        names = [name.strip("() ") for name in (phis + " " + varying).split()]
+        lines = [f"Theorem stable : forall{binders} ({self.path} : {self.kind}),", *told]
+        lines += ["  " + " /\\ ".join(ends) + ".", "Proof."]
+        lines.append(f"  intros {' '.join([*names, self.path, *(name for name, _ in self.hypotheses())])}.")
+        entries = "; ".join(self.entry(k) for k in range(self.forms.size))
+        lines.append(f"  pose (z := fun t : {self.moment} => [{entries}]).")
+        lines += self.by_steps() if self.discrete else self.in_time()
+        lines += self.ends(len(ends))
+        return "\n".join([*lines, "Qed."])
+
+    def products(self) -> list[str]:
+        """That the factors of the class have the sign they should have."""
+        opened = (
+            "unfold z, den, sigma; cbn [dot]"
+            if self.transfer
+            else f"unfold z, {', '.join('sigma' + s for s in self.own)}; cbn [dot]"
+        )
+        lines = [
+            "  - intro t; unfold products; cbn [products_hold]."
+            if self.discrete
+            else "  - intros t Ht; unfold products; cbn [products_hold]."
+        ]
+        at = "t" if self.discrete else "t Ht"
+        for i, s in enumerate(self.own):
+            (low, high), (a, b), value = self.loop.bounds[i], self.forms.factors[i], self.value(i)
+            shown = f"rewrite (closed {at}); ring" if self.transfer else f"symmetry; apply (value{s} {at})"
+            lines.append(f"    assert (E{s} : {self.phi(i)} ({self.sigma(i)}) = {value}) by ({shown}).")
+            name = "half_line" if high == INF else "sector"
+            bounds = number(low) if high == INF else f"{number(low)} {number(Fraction(high))}"
+            held = f"(class{s} t)" if self.families[i].varying else f"class{s}"
+            lines.append(
+                f"    pose proof ({name} {bounds} ({self.phi(i)}) ({self.sigma(i)}) {value} {held} E{s}) as C{s}."
+            )
+            right = f"({self.sigma(i)})" if high == INF else f"({number(Fraction(high))} * ({self.sigma(i)}) - {value})"
+            left = f"({value} - {number(low)} * ({self.sigma(i)}))"
+            lines.append(f"    split; [apply (part {a} {b} {left} {right});")
+            lines.append(f"      [{opened}; field|{opened}; field|lra|lra|exact C{s}]|].")
+        return [*lines, "    exact I. }"]
+
+    def by_steps(self) -> list[str]:
+        """Discrete time."""
+        lines = [f"  assert (lim := by_steps {self.forms.size} P now next products {self.forms.times} now z falls)."]
+        lines.append("  assert (all : forall f, In f now -> Un_cv (fun t => dot f (z t)) 0).")
+        lines.append("  { apply lim; clear lim.")
+        lines += ["  - reflexivity.", "  - intro t; unfold z, now, next, at_; cbn [map dot Nat.add]."]
+        for k in range(self.order):
+            use = "" if self.transfer else f"rewrite step{k}; "
+            lines.append(f"    apply (f_equal2 cons); [{use}field|].")
+        return [*lines, "    reflexivity.", *self.products()]
+
+    def in_time(self) -> list[str]:
+        """Continuous time."""
+        f = self.forms
+        integrals = " + ".join(f"({number(c)} * Phi{self.own[i]} ({self.sigma(i)})" for i, c, *_ in f.integrals)
+        integrals = f"{integrals} + 0{')' * len(f.integrals)}" if f.integrals else "0"
+        lines = ["  assert (F : flows z now next).", "  { unfold flows, now, next."]
+        for k in range(self.order):
+            use = "apply derivatives; [lia|exact Ht]" if self.transfer else f"apply (flow{k} t Ht)"
+            name = f"(xi {k}%nat)" if self.transfer else f"(x {k}%nat)"
+            end = f"(xi {k + 1}%nat t)" if self.transfer else f"({self.sum(self.loop.then[k])})"
+            lines.append("    apply Forall2_cons; [intros t Ht|].")
+            lines.append(f"    {{ apply (derivable_same (fun t => {f.unit} * {name} t) _ t ({f.unit} * {end}));")
+            lines.append("      [intro; unfold z; cbn [dot]; field|unfold z; cbn [dot]; field|].")
+            lines.append(f"      apply (derivable_pt_lim_scal {name}); {use}. }}")
+        lines.append("    apply Forall2_nil. }")
+        lines.append(
+            f"  assert (lim := in_time {f.size} P now next rows low turn products {f.times} z\n"
+            f"    (fun t => {integrals}) falls)."
+        )
+        lines.append("  assert (all : forall row, In row rows -> tends_to (fun t => dot row (at_ now (z t))) 0).")
+        lines.append("  { apply lim; clear lim.")
+        lines += ["  - reflexivity.", "  - exact F.", *self.below(), *self.turning(), *self.products()]
+        return lines
+
+    def below(self) -> list[str]:
+        """The bound below the integrals."""
+        if not self.forms.integrals:
+            return ["  - intros; simpl; lra."]
+        lines, parts = ["  - intros t Ht."], []
+        for i, c, *_ in self.forms.integrals:
+            low, high = self.loop.bounds[i]
+            parts.append(
+                f"({number(c)} * ({number(low if c > 0 else Fraction(high))} / 2 * ({self.sigma(i)} * {self.sigma(i)}))"
+            )
+        sigmas = ", ".join(f"sigma{s}" for s in self.own)
+        lines.append(f"    replace (value low (z t)) with ({' + '.join(parts)} + 0{')' * len(parts)})")
+        lines.append(f"      by (unfold z, low, {sigmas}; cbn [value dot]; field).")
+        for i, c, *_ in self.forms.integrals:
+            s, name = self.own[i], "primitive_above" if c > 0 else "primitive_below"
+            bound = number(self.loop.bounds[i][0] if c > 0 else Fraction(self.loop.bounds[i][1]))
+            lines.append(
+                f"    pose proof ({name} Phi{s} phi{s} {bound} integral{s} (fun y => {self.side(i, c)})\n"
+                f"      ({self.sigma(i)})) as B{s}."
+            )
+        return [*lines, "    lra."]
+
+    def side(self, i: int, c: Fraction) -> str:
+        """The half of the class that bounds an integral."""
+        s = self.own[i]
+        if self.loop.bounds[i][1] == INF:
+            return f"proj2 class{s} y"
+        return f"proj{1 if c > 0 else 2} (proj2 class{s} y)"
+
+    def turning(self) -> list[str]:
+        """Their derivative."""
+        if not self.forms.integrals:
+            return ["  - intros; simpl; apply derivable_pt_lim_const."]
+        lines, parts, steps = ["  - intros t Ht."], [], []
+        for i, c, row, q in self.forms.integrals:
+            s = self.own[i]
+            slope = f"(dot {integers(row)}%Z (at_ next (z t)) / {number(q)})"
+            parts.append(f"({number(c)} * ({self.value(i)} * {slope})")
+            at = "t Ht"
+            shown = f"rewrite (closed {at}); ring" if self.transfer else f"symmetry; apply (value{s} {at})"
+            lines.append(f"    assert (E{s} : {self.phi(i)} ({self.sigma(i)}) = {self.value(i)}) by ({shown}).")
+            steps.append(
+                f"    apply (derivable_pt_lim_plus (fun t => {number(c)} * Phi{s} ({self.sigma(i)}))\n"
+                f"      (fun t => {self.rest(i)}))."
+            )
+            steps.append(f"    {{ apply (derivable_pt_lim_scal (fun t => Phi{s} ({self.sigma(i)}))); rewrite <- E{s}.")
+            steps.append(
+                f"      apply (chain Phi{s} phi{s} (fun t => {self.sigma(i)}) z now next {integers(row)}%Z\n"
+                f"        {number(q)} F (proj2 integral{s}));"
+            )
+            steps.append(f"        [intro; unfold z, now, at_, sigma{s}; cbn [map dot]; field|lra|exact Ht]. }}")
+        opened = "unfold z, turn, next, at_" + ", den" * self.transfer
+        lines.append(f"    replace (value turn (z t)) with ({' + '.join(parts)} + 0{')' * len(parts)})")
+        lines.append(f"      by ({opened}; cbn [value map dot]; field).")
+        return [*lines, *steps, "    apply derivable_pt_lim_const."]
+
+    def rest(self, i: int) -> str:
+        """The integrals after one."""
+        after = [(j, c) for j, c, *_ in self.forms.integrals if j > i]
+        return " + ".join(f"({number(c)} * Phi{self.own[j]} ({self.sigma(j)})" for j, c in after) + (
+            " + 0" + ")" * len(after) if after else "0"
+        )
+
+    def ends(self, count: int) -> list[str]:
+        """Each conclusion from that of a row."""
+        lines, unit = [], self.forms.unit
+        for k in range(count):
+            if k < count - 1:
+                lines.append("  apply conj.")
+            row = self.forms.rows[k] if not self.discrete else self.forms.now[k]
+            size = unit if self.discrete else unit * max(1, self.scale(k))
+            of = f"dot {integers(row)}%Z (z t)" if self.discrete else f"dot {integers(row)}%Z (at_ now (z t))"
+            name, member = ("Un_cv_part", "now") if self.discrete else ("tends_to_part", "rows")
+            opened = f"unfold z{', now, at_' * (not self.discrete)}; cbn [map dot Nat.add]; field"
+            lines.append(f"  {{ apply ({name} {size} _ (fun t => {of})); [lra|intro; {opened}|].")
+            lines.append(
+                f"    apply all; unfold {member}; {'do ' + str(k) + ' right; ' if k else ''}left; reflexivity. }}"
+            )
+        return lines
+
+    def scale(self, k: int) -> int:
+        """By which a row of ``rows`` is multiplied to be one of integers."""
+        one, own = self.forms.rows[k], self.loop.rows[k]
+        return next(int(v / u) for v, u in zip(one, own, strict=True) if u)

@@ -1,0 +1,164 @@
+(* ---- Functions through points ---- *)
+
+Definition slopes_in (a b : R) (f : R -> R) : Prop := forall s t, s < t -> a * (t - s) <= f t - f s <= b * (t - s).
+Definition odd (f : R -> R) : Prop := forall y, f (- y) = - f y.
+
+(* Through (x, y) and the points after it, then on with the slope a. *)
+Fixpoint through (a x y : R) (pts : list (R * R)) (s : R) : R :=
+  match pts with
+  | [] => y + a * (s - x)
+  | (x', y') :: r => if Rle_dec s x' then y + (y' - y) / (x' - x) * (s - x) else through a x' y' r s
+  end.
+Fixpoint ascending (x : R) (pts : list (R * R)) : Prop :=
+  match pts with [] => True | (x', _) :: r => x < x' /\ ascending x' r end.
+Fixpoint steep (a b x y : R) (pts : list (R * R)) : Prop :=
+  match pts with
+  | [] => True
+  | (x', y') :: r => a * (x' - x) <= y' - y <= b * (x' - x) /\ steep a b x' y' r
+  end.
+
+Lemma through_start : forall a pts x y, ascending x pts -> through a x y pts x = y.
+Proof. intros a [|[x' y'] r] x y; simpl; [intros; ring|intros [H _]; destruct (Rle_dec x x'); [field; lra|lra]]. Qed.
+Lemma through_beyond : forall a pts x y x' y' s, ascending x ((x', y') :: pts) -> x' <= s ->
+  through a x y ((x', y') :: pts) s = through a x' y' pts s.
+Proof.
+  intros a pts x y x' y' s [H A] [K| <-]; simpl; destruct (Rle_dec _ x') as [L|L]; try lra.
+  rewrite through_start by exact A; field; lra.
+Qed.
+Lemma through_points : forall a pts x y, ascending x pts ->
+  forall p, In p ((x, y) :: pts) -> x <= fst p /\ through a x y pts (fst p) = snd p.
+Proof.
+  induction pts as [|[x' y'] r IH]; intros x y A p [<-|I]; simpl fst; simpl snd;
+    try (split; [lra|now apply through_start]); [destruct I|].
+  destruct (IH x' y' (proj2 A) p I) as [L E]; split; [destruct A; lra|]; now rewrite through_beyond.
+Qed.
+Lemma quotient : forall a b d q, 0 < d -> a * d <= q <= b * d -> a <= q / d <= b.
+Proof.
+  intros a b d q pos [A B]; split; apply (Rmult_le_reg_r d); try assumption; unfold Rdiv;
+    rewrite Rmult_assoc, Rinv_l; lra.
+Qed.
+Lemma through_steep : forall a b pts x y, a <= b -> ascending x pts -> steep a b x y pts -> slopes_in a b (through a x y pts).
+Proof.
+  intros a b pts x y ab; revert x y; induction pts as [|[x' y'] r IH]; intros x y A S s t st.
+  - simpl; nra.
+  - destruct S as [K S]; assert (Q := quotient a b (x' - x) (y' - y) ltac:(destruct A; lra) K).
+    specialize (IH x' y' (proj2 A) S); set (q := (y' - y) / (x' - x)) in *.
+    assert (E : y' = y + q * (x' - x)) by (unfold q; field; destruct A; lra).
+    simpl; destruct (Rle_dec s x') as [L|L], (Rle_dec t x') as [M|M]; try lra; fold q.
+    + nra.
+    + pose proof (IH x' t ltac:(lra)) as B; rewrite through_start in B by apply (proj2 A); nra.
+    + apply IH; lra.
+Qed.
+
+(* In the sector, from points in it: a cone on either side of 0, which is one of the points. *)
+Definition cone (l u x y : R) : Prop := (0 <= x /\ l * x <= y <= u * x) \/ (x <= 0 /\ u * x <= y <= l * x).
+Fixpoint cones (l u x y : R) (pts : list (R * R)) : Prop :=
+  match pts with
+  | [] => 0 <= x /\ y = l * x
+  | (x', y') :: r => cone l u x' y' /\ (0 <= x \/ x' <= 0) /\ cones l u x' y' r
+  end.
+Lemma cone_between : forall l u x y x' y' s, l <= u -> cone l u x y -> cone l u x' y' -> 0 <= x \/ x' <= 0 ->
+  x < x' -> x <= s <= x' -> cone l u s (y + (y' - y) / (x' - x) * (s - x)).
+Proof.
+  intros l u x y x' y' s lu A B side lt H.
+  set (q := (s - x) / (x' - x)).
+  assert (Q : 0 <= q <= 1) by (unfold q; apply quotient; lra).
+  replace (y + (y' - y) / (x' - x) * (s - x)) with ((1 - q) * y + q * y') by (unfold q; field; lra).
+  assert (S : s = (1 - q) * x + q * x') by (unfold q; field; lra).
+  rewrite S; clear S H.
+  destruct side as [P|N]; [left|right].
+  - assert (l * x <= y <= u * x) by (destruct A; nra); assert (l * x' <= y' <= u * x') by (destruct B; nra).
+    split; [|split]; nra.
+  - assert (u * x <= y <= l * x) by (destruct A; nra); assert (u * x' <= y' <= l * x') by (destruct B; nra).
+    split; [|split]; nra.
+Qed.
+Lemma through_cone : forall l u pts x y, l <= u -> ascending x pts -> cone l u x y -> cones l u x y pts ->
+  forall s, x <= s -> cone l u s (through l x y pts s).
+Proof.
+  intros l u pts x y lu; revert x y; induction pts as [|[x' y'] r IH]; intros x y A C S s xs.
+  - destruct S as [P ->]; left; simpl; split; [lra|nra].
+  - destruct S as [C' [side S]], A as [lt A]; simpl; destruct (Rle_dec s x') as [L|L].
+    + apply cone_between; auto.
+    + apply IH; auto; lra.
+Qed.
+Definition with_ray (l x y : R) (pts : list (R * R)) (s : R) : R :=
+  if Rle_dec x s then through l x y pts s else l * s.
+
+Definition oddly (f : R -> R) (s : R) : R := (f s - f (- s)) / 2.
+Lemma oddly_odd : forall f, odd (oddly f).
+Proof. intros f y; unfold oddly; rewrite Ropp_involutive; field. Qed.
+Lemma oddly_steep : forall a b f, slopes_in a b f -> slopes_in a b (oddly f).
+Proof.
+  intros a b f S s t st; unfold oddly; pose proof (S s t st); pose proof (S (- t) (- s) ltac:(lra)); lra.
+Qed.
+Lemma oddly_point : forall f x y, f x = y -> f (- x) = - y -> oddly f x = y.
+Proof. intros f x y A B; unfold oddly; rewrite A, B; field. Qed.
+Lemma in_sector_of_slopes : forall a b f, slopes_in a b f -> f 0 = 0 -> in_sector a b f.
+Proof.
+  intros a b f S Z; split; [exact Z|]; intro y; destruct (Rtotal_order y 0) as [H|[->|H]].
+  - pose proof (S y 0 H); rewrite Z in *; nra.
+  - rewrite Z; lra.
+  - pose proof (S 0 y H); rewrite Z in *; nra.
+Qed.
+Lemma in_sector_of_cone : forall l u f, (forall s, cone l u s (f s)) -> in_sector l u f.
+Proof.
+  intros l u f C; split.
+  - destruct (C 0) as [[_ H]|[_ H]]; lra.
+  - intro y; destruct (C y) as [[P H]|[N H]]; nra.
+Qed.
+Lemma oddly_cone : forall l u f, (forall s, cone l u s (f s)) -> forall s, cone l u s (oddly f s).
+Proof.
+  intros l u f C s; unfold oddly; destruct (C s) as [[P H]|[P H]], (C (- s)) as [[Q K]|[Q K]].
+  - left; assert (s = 0) as -> by lra; split; lra.
+  - left; split; lra.
+  - right; split; lra.
+  - left; assert (s = 0) as -> by lra; split; lra.
+Qed.
+Lemma with_ray_cone : forall l u pts x y, l <= u -> x <= 0 -> ascending x pts -> cone l u x y -> cones l u x y pts ->
+  forall s, cone l u s (with_ray l x y pts s).
+Proof.
+  intros l u pts x y lu neg A C S s; unfold with_ray; destruct (Rle_dec x s) as [L|L].
+  - now apply (through_cone l u pts x y).
+  - right; split; [lra|nra].
+Qed.
+Lemma with_ray_points : forall l pts x y, ascending x pts ->
+  forall p, In p ((x, y) :: pts) -> with_ray l x y pts (fst p) = snd p.
+Proof.
+  intros l pts x y A p I; destruct (through_points l pts x y A p I) as [L E]; unfold with_ray.
+  destruct (Rle_dec x (fst p)); [exact E|lra].
+Qed.
+
+(* ---- A solution that repeats ---- *)
+
+Definition repeated (samples : list R) (t : nat) : R := nth (t mod length samples) samples 0.
+Lemma repeated_on : forall samples k t, samples <> [] ->
+  repeated samples (k + t) = repeated samples (k + t mod length samples).
+Proof.
+  intros samples k t some; unfold repeated; rewrite Nat.add_mod_idemp_r; [reflexivity|].
+  destruct samples; simpl; [contradiction|lia].
+Qed.
+Lemma repeated_again : forall samples k r, (r < length samples)%nat ->
+  repeated samples (k * length samples + r) = nth r samples 0.
+Proof.
+  intros samples k r small; unfold repeated.
+  rewrite Nat.add_comm, Nat.mod_add, Nat.mod_small by lia; reflexivity.
+Qed.
+Lemma repeated_moves : forall samples r r', (r < length samples)%nat -> (r' < length samples)%nat ->
+  nth r samples 0 <> nth r' samples 0 -> forall c, ~ Un_cv (repeated samples) c.
+Proof.
+  intros samples r r' A B apart c lim.
+  set (d := Rabs (nth r samples 0 - nth r' samples 0)).
+  assert (dpos : 0 < d) by (apply Rabs_pos_lt; lra).
+  destruct (lim (d / 2) ltac:(lra)) as [T H].
+  pose proof (H (T * length samples + r)%nat ltac:(nia)) as E; pose proof (H (T * length samples + r')%nat ltac:(nia)) as F.
+  rewrite repeated_again in E, F by assumption; unfold R_dist in E, F.
+  assert (d < d / 2 + d / 2); [|lra].
+  unfold d at 1; replace (nth r samples 0 - nth r' samples 0) with ((nth r samples 0 - c) - (nth r' samples 0 - c)) by ring.
+  apply Rle_lt_trans with (1 := Rabs_triang _ _); rewrite Rabs_Ropp; lra.
+Qed.
+Lemma repeated_stays : forall samples r, (r < length samples)%nat -> nth r samples 0 <> 0 -> ~ Un_cv (repeated samples) 0.
+Proof.
+  intros samples r A nz lim; destruct (lim _ (Rabs_pos_lt _ nz)) as [T H].
+  pose proof (H (T * length samples + r)%nat ltac:(nia)) as E.
+  rewrite repeated_again in E by assumption; unfold R_dist in E; rewrite Rminus_0_r in E; lra.
+Qed.

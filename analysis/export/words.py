@@ -1,0 +1,78 @@
+"""Numbers, lists and whole files in the words of Coq."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from importlib.resources import files
+from typing import Any
+
+from lure.errors import InputError
+
+WIDTH = 118
+
+
+def refused(reason: str) -> InputError:
+    """The error for a certificate that cannot be exported.
+
+    Parameters
+    ----------
+    reason : str
+        What there is, and what can be exported.
+    """
+    return InputError(f"this certificate cannot be exported to Coq: {reason}")
+
+
+def whole_file(claim: str, origin: str, libraries: Iterable[str], parts: Iterable[str]) -> str:
+    """A file: what it shows, the lemmas that it needs, the loop, and what the proof assumes.
+
+    Parameters
+    ----------
+    claim : str
+        The sentence of the checker.
+    origin : str
+        The theorem and the method of the certificate.
+    libraries : iterable of str
+        Files beside this one.
+    parts : iterable of str
+        Definitions and the theorem ``stable`` or ``moves``, which is the last.
+    """
+    room, parts = files(__package__ or ""), list(parts)
+    name = parts[-1].split()[1]
+    head = textwrap.wrap(
+        f"{claim}.  Written by lure from a certificate ({origin}); the theorem `{name}` at the end says it of the "
+        "plant's own coefficients.  Check it: coqc, 8.16 or later.",
+        WIDTH - 3,
+    )
+    library = [room.joinpath(one).read_text("utf-8") for one in libraries]
+    body = [
+        "(* " + "\n   ".join(head) + " *)",
+        *library,
+        "(* ---- This loop ---- *)",
+        *parts,
+        f"Print Assumptions {name}.",
+    ]
+    return "\n\n".join(part.strip("\n") for part in body) + "\n"
+
+
+def folded(text: str) -> str:
+    """A line, or several where it is long."""
+    return "\n".join(textwrap.wrap(text, WIDTH, break_long_words=False)) if len(text) > WIDTH else text
+
+
+def number(value: Fraction | int) -> str:
+    """A number of ``R``."""
+    value = Fraction(value)
+    text = str(value.numerator) if value.denominator == 1 else f"{value.numerator} / {value.denominator}"
+    return text if value.denominator == 1 and value >= 0 else f"({text})"
+
+
+def integers(rows: Sequence[Any]) -> str:
+    """A list of (lists of) integers."""
+    return "[" + "; ".join(integers(v) if isinstance(v, list) else str(v) for v in rows) + "]"
+
+
+def terms(given: Sequence[tuple[int, list[int], list[int]]]) -> str:
+    """A list of products of two linear forms."""
+    return "[" + "; ".join(f"({c}, ({integers(u)}, {integers(v)}))" for c, u, v in given) + "]"
