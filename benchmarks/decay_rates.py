@@ -1,9 +1,9 @@
-"""Claim: a decay rate with its certificate takes a third of the time of a bisection that proves nothing, and agrees.
+"""Claim: a decay rate with its certificate takes a fifth of the time of a bisection that proves nothing, and agrees.
 
 Discrete time, four states, a time-varying nonlinearity in a sector: the smallest factor ``r`` that the circle criterion
 proves.  Ours: to 1e-6, with a certificate that the checker accepts, and with gains on the other side, in under 2 s.
 Usual practice: bisection to 1e-4 on ``P > 0``, ``V+ <= r^2 V`` by cvxpy and Clarabel.  The answers must agree to 1e-3,
-and ours take a third of the time in the median of the plants; processor time, one thread each.
+and ours take a fifth of the time in the median of the plants; processor time, one thread each.
 """
 
 import statistics
@@ -20,7 +20,7 @@ from lure.analysis import decay_rate
 from lure.plants.realisation import companion
 
 Reals = np.ndarray
-TOLERANCE, AGREEMENT, SECONDS, FASTER = 1e-4, 1e-3, 2.0, 3.0
+TOLERANCE, AGREEMENT, SECONDS, FASTER = 1e-4, 1e-3, 2.0, 5.0
 UPPER = Fraction(1, 5)
 CLASS = NonlinearityClass(sector=Sector(0, UPPER), time_varying=True)
 

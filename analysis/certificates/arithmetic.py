@@ -194,13 +194,35 @@ def ascending(d: Form) -> list[Fraction]:
 def homogeneous(p: list[Fraction], up: Form, down: Form, degree: int) -> Form:
     """Down^degree p(up/down), p descending."""
     if up is S:  # and down = 1: the powers of s are known
-        powers = [(c, n) for n, c in enumerate(reversed(p)) if c]
-        turned = [(n, c if n % 4 < 2 else -c) for c, n in powers]
-        return Form({(NOW, n): (ZERO, c) if n % 2 else (c, ZERO) for n, c in turned})
-    out, weight = Form(), real(1)
-    for c in p:
-        out, weight, degree = out * up + real(c) * weight, weight * down, degree - 1
-    return out * down ** (degree + 1)
+        powers = [(n, c) for n, c in enumerate(reversed(p)) if c]
+    else:
+        unit = math.lcm(*(c.denominator for c in p))
+        u, v = ([int(c) if c.denominator == 1 else c for c in ascending(form)] for form in (up, down))
+        out, weight = list[Any](), list[Any]([1])
+        for c in p:
+            out = added(multiplied(out, u), [int(c * unit) * x for x in weight])
+            weight, degree = multiplied(weight, v), degree - 1
+        for _ in range(degree + 1):
+            out = multiplied(out, v)
+        powers = [(n, Fraction(c, unit)) for n, c in enumerate(out) if c]
+    turned = [(n, c if n % 4 < 2 else -c) for n, c in powers]
+    return Form({(NOW, n): (ZERO, c) if n % 2 else (c, ZERO) for n, c in turned})
+
+
+def added(p: list[Any], q: list[Any]) -> list[Any]:
+    """The sum of two real polynomials, ascending."""
+    p, q = (p, q) if len(p) >= len(q) else (q, p)
+    return [a + b for a, b in zip(p, q)] + p[len(q) :]
+
+
+def multiplied(p: list[Any], q: list[Any]) -> list[Any]:
+    """The product of two real polynomials, ascending."""
+    tick()
+    out = [0] * (len(p) + len(q) - 1 if p and q else 0)
+    for i, a in enumerate(p):
+        for j, b in enumerate(q):
+            out[i + j] += a * b
+    return out
 
 
 # -- real polynomials, ascending

@@ -184,9 +184,9 @@ class SwitchedGains(GainsAround):
             checkpoint()
             most = slopes.max(axis=1) - slopes[np.arange(len(choice)), choice]
             ranks = np.sort(most)[::-1]
-            for share in (1.0, 0.3, 0.1, 0.0):
-                least = max(float(ranks[int(share * (len(ranks) - 1))]), 1e-13)
-                trial = np.where(most >= least, slopes.argmax(axis=1), choice)
+            least = [max(float(ranks[int(share * (len(ranks) - 1))]), 1e-13) for share in (1.0, 0.3, 0.1, 0.0)]
+            trials = [np.where(most >= one, slopes.argmax(axis=1), choice) for one in dict.fromkeys(least)]
+            for trial in (trials[i] for i in np.flatnonzero(_growths(steps, np.array(trials)) > best + 1e-13)):
                 value, changed = judged(trial)
                 if value > best + 1e-13:
                     choice, best, slopes = trial, value, changed
@@ -396,6 +396,15 @@ class SwitchedGains(GainsAround):
                     squarings = min(max(math.ceil(math.log2(enough / rate)) + 2, 0), 64)
                     rows = [tuple(int(v) for v in ends[w]) for w in which]
                     yield from (Switching(factor, rows, times, squarings, bits) for bits in _BITS)
+
+
+def _growths(steps: Reals, choices: NDArray[np.int_]) -> Reals:
+    """Logs of the spectral radii of ``steps[c_last] ... steps[c_0]``, one for each row of choices."""
+    whole = steps[choices[:, 0]]
+    for column in choices.T[1:]:
+        whole = steps[column] @ whole
+    sizes = np.abs(np.linalg.eigvals(np.where(np.isfinite(whole), whole, 0.0))).max(axis=1)
+    return np.asarray(np.log(np.maximum(sizes, 1e-300)))
 
 
 def _perron(steps: Reals) -> tuple[float, Reals, Reals]:
