@@ -156,14 +156,16 @@ def destroys(shown: Refuted) -> str:
         What the checker accepted.
     """
     conclusion = str(shown.certificate["conclusion"])
-    if _method(shown) == "relu-ray":
+    if method_of(shown) == "relu-ray":
         return "lets a solution grow without bound"
     moves = conclusion.endswith("converge to an equilibrium")
-    does = "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
+    does = "makes the loop oscillate" if moves and method_of(shown) in _ORBITS else _DOES[conclusion]
     verb, _, rest = does.partition(" ")
     said = counterexample(shown)
     alone = said.startswith("phi = ") and " and " not in said
-    several = not alone and (_method(shown) in ("linear-gains", "linear-members", *_MOVING) or " and the gains" in said)
+    several = not alone and (
+        method_of(shown) in ("linear-gains", "linear-members", *_MOVING) or " and the gains" in said
+    )
     return f"{verb[:-1]} {rest}" if several else does
 
 
@@ -190,13 +192,13 @@ def plants_words(system: Mapping[str, Any]) -> str:
     system : Mapping
         ``system`` of a certificate.
     """
-    if system.get("kind") != "family":
+    if system.get("kind") not in ("family", "channel-family"):
         return ""
     return f" for every {', '.join(f'{name} in {interval(ends)}' for name, *ends in system['parameters'])}"
 
 
 def _destabilising(shown: Refuted) -> str:
-    proof, method = _proof(shown), _method(shown)
+    proof, method = _proof(shown), method_of(shown)
     if method in ("linear-gain", "matrix-gain"):
         gain = Fraction(proof["gain"])
         return linear_gain(gain)
@@ -282,7 +284,14 @@ def linear_gain(gain: Fraction) -> str:
     return constant_gains([text]) if Fraction(text) == gain else f"phi = k sigma with k about {text}"
 
 
-def _method(shown: Refuted) -> str:
+def method_of(shown: Refuted) -> str:
+    """The method of a refutation, of one plant of a box that for this plant.
+
+    Parameters
+    ----------
+    shown : Refuted
+        What was accepted.
+    """
     return str(_proof(shown)["method"])
 
 

@@ -1,7 +1,7 @@
 """Plants whose coefficients are polynomials in parameters, constant but unknown in a box: part of the checker.
 
-Standard library only.  ``H = n/d``, ``n = sum p^e n_e(s)``, ``d = sum p^e d_e(s)``.  Every function raises ``Rejected``
-unless what it is asked to show is shown.
+Standard library only.  ``H = n/d``, ``n = sum p^e n_e(s)``, ``d = sum p^e d_e(s)``; of several channels ``A = sum p^e
+A_e/sum p^e c_e`` and so on.  Every function raises ``Rejected`` unless what it is asked to show is shown.
 """
 
 from __future__ import annotations
@@ -12,10 +12,12 @@ from fractions import Fraction
 from functools import partial
 from itertools import product
 from math import prod
+from operator import mul
 from typing import Any, NamedTuple
 
 from .arithmetic import INF, MINUS, ZERO, Form, S, fields, form, homogeneous, integer, need, number, numbers, real, tick
 from .blocks import Block, over_s
+from .channels import MOST_CHANNELS, MOST_STATES, Plant, Rows
 from .parametric import coefficients
 
 MOST_PARAMETERS, MOST_DEGREE, MOST_NODES, MOST_BOXES, DEEPEST = 6, 12, 2000, 20_000, 400
@@ -40,23 +42,75 @@ class Plants(NamedTuple):
         """The highest power of each parameter."""
         return [max(powers[j] for powers, *_ in self.terms) for j in range(len(self.names))]
 
-    def weights(self, point: list[Fraction]) -> list[Fraction]:
-        """The products of powers."""
-        return [prod((v**e for v, e in zip(point, powers)), start=Fraction(1)) for powers, *_ in self.terms]
-
     def at(self, point: list[Fraction]) -> dict[str, Any]:
         """One of them, as the system of a certificate."""
-        weights, size = self.weights(point), range(len(self.terms[0][1]))
+        weights, size = weighed(self.terms, point), range(len(self.terms[0][1]))
         sides = [[str(sum(w * term[i][k] for w, term in zip(weights, self.terms))) for k in size] for i in (1, 2)]
         return {"kind": "transfer", "time": self.time, "numerator": sides[0], "denominator": sides[1]}
 
     def block(self, point: list[Fraction]) -> Block:
         """The same as a block, ``H(inf)`` being 0."""
-        weights, n, d = self.weights(point), Form(), Form()
+        weights, n, d = weighed(self.terms, point), Form(), Form()
         need(sum(w * term[2][0] for w, term in zip(weights, self.terms)) != 0, "the order is less for some parameters")
         for w, (top, bottom) in zip(weights, self.forms):
             n, d = n + real(w) * top, d + real(w) * bottom
         return Block(n, d, len(self.terms[0][2]) - 1, ZERO, self.time == "discrete", False)
+
+
+class Matrices(NamedTuple):
+    """Plants of several channels: the powers of each term, its share of the common denominator, ``A, B, C, D``."""
+
+    time: str
+    names: list[str]
+    box: Box
+    terms: list[tuple[list[int], Fraction, list[Rows]]]
+
+    @property
+    def pattern(self) -> Rows:
+        """``D``, with an entry that is not 0 wherever one of a plant may not be."""
+        return [
+            [sum(map(abs, cell), ZERO) for cell in zip(*rows)] for rows in zip(*(sides[3] for *_, sides in self.terms))
+        ]
+
+    def common(self, point: list[Fraction]) -> Fraction:
+        """The denominator."""
+        return sum((w * c for w, (_, c, _) in zip(weighed(self.terms, point), self.terms)), ZERO)
+
+    def at(self, point: list[Fraction]) -> dict[str, Any]:
+        """One of them, as the system of a certificate."""
+        H = self.plant(point)
+        sides = {name: [[str(v) for v in row] for row in side] for name, side in zip("ABCD", (H.A, H.B, H.C, H.D))}
+        return {"kind": "multivariable", "time": self.time, **sides}
+
+    def plant(self, point: list[Fraction]) -> Plant:
+        """The same as a plant."""
+        weights, c, found = weighed(self.terms, point), self.common(point), list[Rows]()
+        need(c != 0, "the common denominator vanishes for some parameters")
+        for k in range(4):
+            lines: Any = zip(*(sides[k] for *_, sides in self.terms))
+            found.append([[sum(map(mul, weights, cell), ZERO) / c for cell in zip(*line)] for line in lines])
+        return Plant(found[0], found[1], found[2], found[3], self.time == "discrete")
+
+    def degrees(self, turned: bool, more: bool) -> list[int]:
+        """Of the inequality of a matrix times the square of the denominator, in each parameter.
+
+        With Popov's terms (``turned``), and with a matrix that depends on the parameters (``more``).
+        """
+        found = list[int]()
+        for j in range(len(self.names)):
+            c = max((powers[j] for powers, v, _ in self.terms if v), default=0)
+            moves, sees = (
+                max((powers[j] for powers, _, sides in self.terms if any(map(any, sides[k] + sides[k + 1]))), default=0)
+                for k in (0, 2)
+            )
+            once = 2 * moves if self.time == "discrete" else c + moves
+            found.append(max(once + more, 2 * sees, 2 * c + more, moves + sees if turned else 0))
+        return found
+
+
+def weighed(terms: Any, point: list[Fraction]) -> list[Fraction]:
+    """The products of powers."""
+    return [prod((v**e for v, e in zip(point, powers)), start=Fraction(1)) for powers, *_ in terms]
 
 
 def words(names: list[str], box: Box) -> str:
@@ -66,7 +120,24 @@ def words(names: list[str], box: Box) -> str:
 
 
 def plants(system: Any) -> Plants:
-    """The plants of a system with parameters."""
+    """The plants of a system with parameters, of one channel."""
+    form(system.get("kind") == "family", "the system is of no kind with parameters")
+    time, names, box, terms = stated(system)
+    found = list[tuple[list[int], list[Fraction], list[Fraction]]]()
+    for term in terms:
+        powers, top, bottom = fields(term, "powers", "numerator", "denominator")
+        n, d = numbers(top), numbers(bottom)
+        form(len(n) == len(d) <= 401, "numerator and denominator have a coefficient for each power, up to 400")
+        found.append((exponents(powers, names), n, d))
+    form(len({len(d) for *_, d in found}) == 1, "all terms have as many coefficients")
+    form(len({tuple(powers) for powers, *_ in found}) == len(found), "powers are there twice")
+    up, down = (real(1) + S, real(1) + MINUS * S) if time == "discrete" else (S, real(1))
+    forms = [(homogeneous(n, up, down, len(n) - 1), homogeneous(d, up, down, len(d) - 1)) for _, n, d in found]
+    return Plants(time, names, box, found, forms)
+
+
+def stated(system: Any) -> tuple[str, list[str], Box, Any]:
+    """The time, the names and bounds of the parameters, and the terms of a system with parameters."""
     _, time, given, terms = fields(system, "kind", "time", "parameters", "terms")
     form(time in ("continuous", "discrete") and isinstance(given, list), "time is one of two, parameters are a list")
     form(0 < len(given) <= MOST_PARAMETERS and all(isinstance(x, list) and len(x) == 3 for x in given), "no parameters")
@@ -74,19 +145,31 @@ def plants(system: Any) -> Plants:
     form(all(isinstance(name, str) and NAME.fullmatch(name) for name in names), "a parameter has no name")
     form(len(set(names)) == len(names) and all(low < high for low, high in box), "two have a name, or an interval none")
     form(isinstance(terms, list) and 0 < len(terms) <= 2000, "terms are a list")
-    found = list[tuple[list[int], list[Fraction], list[Fraction]]]()
+    return time, names, box, terms
+
+
+def exponents(powers: Any, names: list[str]) -> list[int]:
+    """The power of each parameter in a term."""
+    form(isinstance(powers, list) and len(powers) == len(names), "each parameter has its power")
+    return [integer(e, 0, MOST_DEGREE) for e in powers]
+
+
+def matrices(system: Any) -> Matrices:
+    """The plants of several channels of a system with parameters."""
+    form(system.get("kind") == "channel-family", "the system is of no kind with parameters")
+    (time, names, box, terms), found = stated(system), list[tuple[list[int], Fraction, list[Rows]]]()
+    shapes = set[tuple[tuple[int, ...], ...]]()
     for term in terms:
-        powers, top, bottom = fields(term, "powers", "numerator", "denominator")
-        form(isinstance(powers, list) and len(powers) == len(names), "each parameter has its power")
-        exponents = [integer(e, 0, MOST_DEGREE) for e in powers]
-        n, d = numbers(top), numbers(bottom)
-        form(len(n) == len(d) <= 401, "numerator and denominator have a coefficient for each power, up to 400")
-        found.append((exponents, n, d))
-    form(len({len(d) for *_, d in found}) == 1, "all terms have as many coefficients")
+        powers, share, *sides = fields(term, "powers", "common", "A", "B", "C", "D")
+        form(all(isinstance(side, list) and side for side in sides), "A, B, C and D are lists of rows")
+        rows = [[numbers(row) for row in side] for side in sides]
+        shapes.add(tuple(tuple(map(len, side)) for side in rows))
+        found.append((exponents(powers, names), number(share), rows))
     form(len({tuple(powers) for powers, *_ in found}) == len(found), "powers are there twice")
-    up, down = (real(1) + S, real(1) + MINUS * S) if time == "discrete" else (S, real(1))
-    forms = [(homogeneous(n, up, down, len(n) - 1), homogeneous(d, up, down, len(d) - 1)) for _, n, d in found]
-    return Plants(time, names, box, found, forms)
+    n, m = len(found[0][2][0]), len(found[0][2][3])
+    form(shapes == {((n,) * n, (m,) * n, (n,) * m, (m,) * m)}, "A, B, C and D do not fit, or differ in shape")
+    form(n <= MOST_STATES and m <= MOST_CHANNELS, "there are too many states or channels")
+    return Matrices(time, names, box, found)
 
 
 def leaves(tree: Any, box: Box) -> Iterator[tuple[Box, Any]]:
@@ -178,7 +261,8 @@ def bernstein(values: Values, degrees: list[int]) -> Iterator[list[Fraction]]:
 
 def member(system: Any, proof: Any) -> tuple[Any, Any, dict[str, str]]:
     """The plant of a box at which a refutation is, its proof, and where that is."""
-    H, (_, at, inner) = plants(system), fields(proof, "method", "at", "proof")
+    H: Plants | Matrices = matrices(system) if system.get("kind") == "channel-family" else plants(system)
+    _, at, inner = fields(proof, "method", "at", "proof")
     point = numbers(at, len(H.names))
     need(all(low <= v <= high for v, (low, high) in zip(point, H.box)), "the parameters are outside their bounds")
     form(isinstance(inner, dict) and "method" in inner and inner["method"] != "member", "a proof is missing")

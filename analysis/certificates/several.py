@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import pairwise, product
+from math import prod
 from typing import Any
 
 from . import arithmetic as exact
-from . import frequencies, gains, parametric, states, windows
+from . import boxes, frequencies, gains, parametric, states, windows
 from .arithmetic import INF, ZERO, eliminated, fields, form, integer, need, number, numbers, tick
 from .balls import dot, positive_definite
 from .channels import (
@@ -58,8 +59,9 @@ def examined(
 
     And how every hypothesis was found to hold, and what is assumed.
     """
-    touching = system.get("kind") == "rods"
-    asked = channels(given, contacts(system) if touching else len(plant(system).D))
+    touching, family = system.get("kind") == "rods", system.get("kind") == "channel-family"
+    size = contacts(system) if touching else len(boxes.matrices(system).pattern if family else plant(system).D)
+    asked = channels(given, size)
     need(phi is None, "no nonlinearity is given beside several classes")
     facts = {"class": described(asked)}
     if touching:
@@ -69,8 +71,8 @@ def examined(
         energy = name == "rods-energy"
         return True, 6 if energy else 9, facts | (resting if energy else quiet)(system, asked), ""
     if verdict == "PROVED":
-        found, assumed = proved(name, data, system, asked, proof)
-        if any(family.memory for family in asked.families):
+        found, assumed = (over_boxes if family else proved)(name, data, system, asked, proof)
+        if any(one.memory for one in asked.families):
             need("residue" not in found, "with play and stop an eigenvalue 0 is not covered")
             return True, 4, facts | found, assumed
         if "residue" in found:
@@ -78,6 +80,10 @@ def examined(
             return True, 5 if any(one.varying for one in asked.families) else 4, facts | found, assumed
         return True, 0 if asked.performance is None else 7, facts | found, assumed
     need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
+    if family:
+        need(proof["method"] == "member", "one plant of the box is needed")
+        system, proof, point = boxes.member(system, proof)
+        facts |= point
     end, found = gains.refuted(system, asked, proof)
     return False, end, facts | found, ""
 
@@ -189,12 +195,7 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     given, *turned = fields(data, key, *["theta"] * popov, *parts, *["lambda"] * (beside and bool(asked.operators)))
     theta = numbers(turned[0], m) if popov else [ZERO] * m
     need(not (popov and H.discrete), f"{name} is for continuous time")
-    for i, family in each(asked):
-        need(INF not in map(abs, asked.bounds(i)), f"channel {i + 1} has no finite bounds")
-        need(not family.rough, "locally Lipschitz nonlinearities are needed")
-        fixed = not (family.varying or family.operator)
-        need(not theta[i] or fixed, f"theta_{i + 1} needs a nonlinearity that does not depend on time")
-        need(not theta[i] or not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
+    fitting(asked, theta, H.D)
     method, half, exponent, *zero = fields(proof, "method", "P", "exponent", *["zero"] * ("zero" in proof))
     form(method == "matrix", "several nonlinearities are proved by a matrix")
     P, q, rows = states.symmetric(half, [*moved(H), *seen(H)], n)
@@ -231,6 +232,67 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
         "well-posed": posed,
     }
     return facts | rest, assumed
+
+
+def fitting(asked: Channels, theta: list[Fraction], D: Rows) -> None:
+    """The classes have finite bounds, and Popov's terms suit their channels."""
+    for i, family in each(asked):
+        need(INF not in map(abs, asked.bounds(i)), f"channel {i + 1} has no finite bounds")
+        need(not family.rough, "locally Lipschitz nonlinearities are needed")
+        fixed = not (family.varying or family.operator)
+        need(not theta[i] or fixed, f"theta_{i + 1} needs a nonlinearity that does not depend on time")
+        need(not theta[i] or not any(D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
+
+
+def over_boxes(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+    """The same for all plants of a box, with a ``P`` and a diagonal multiplier for each of the boxes that cover it.
+
+    ``P = P_0 + sum t_j P_j``, ``t_j`` from 0 to 1 over the box.  Times ``c^2``, ``c`` the common denominator, the
+    matrices of :func:`proved` are polynomials in the parameters: means of their Bernstein coefficients, which are
+    positive definite.  Those of ``c`` are not 0, of one sign.
+    """
+    H, (method, tree) = boxes.matrices(system), fields(proof, "method", "boxes")
+    form(method == "boxes" and fields(data) == [], "the method is boxes, each with its multiplier")
+    need(name in ("diagonal-circle", "diagonal-popov"), f"{name!r:.40} is not shown for all parameters")
+    popov, n, m, count = name == "diagonal-popov", len(H.terms[0][2][0]), len(H.pattern), 0
+    need(not (popov and H.time == "discrete"), f"{name} is for continuous time")
+    bounds = [asked.bounds(i) for i in range(m)]
+    for box, entry in boxes.leaves(tree, H.box):
+        given, *turned, half, exponent = fields(entry, "lambda", *["theta"] * popov, "P", "exponent")
+        theta, e = numbers(turned[0], m) if popov else [ZERO] * m, integer(exponent, 0, 10**5)
+        fitting(asked, theta, H.pattern)
+        form(isinstance(half, list) and len(half) in (1, 1 + len(box)), "P is a list, of one more than parameters")
+        weights, degrees = numbers(given, m), H.degrees(any(theta), len(half) > 1)
+        uniform(weights, asked)
+        need(prod(d + 1 for d in degrees) <= boxes.MOST_NODES, "the degrees in the parameters are too high")
+        Pi, parts = diagonal(weights, bounds), [states.symmetric(one, [], n)[0] for one in half]
+        falls, above, common = dict[Any, Rows](), dict[Any, Rows](), dict[Any, Rows]()
+        for node in product(*(range(d + 1) for d in degrees)):
+            t = [Fraction(i, max(d, 1)) for i, d in zip(node, degrees)]
+            point = [low + (high - low) * share for (low, high), share in zip(box, t)]
+            P = [[dot([1, *t], cell) for cell in zip(*rows)] for rows in zip(*parts)]
+            one, c = H.plant(point), H.common(point)
+            rows = [*moved(one), *seen(one)]
+            q = states.unit(rows)
+            whole = [[v.numerator * (q // v.denominator) for v in row] for row in rows]
+            for found, M in zip(
+                (falls, above), inequality(P, (whole[:n], whole[n:], q, e), Pi, theta, bounds, one.discrete)
+            ):
+                found[node] = [[Fraction(v) * (c / q) ** 2 for v in row] for row in M]
+            common[node] = [[c]]
+        signs = [c for ((c,),) in parametric.coefficients(common, degrees)]
+        need(min(signs) > 0 or max(signs) < 0, "the common denominator may vanish for some parameters")
+        for found in (above, falls):
+            for M in parametric.coefficients(found, degrees):
+                parametric.definite(M)
+        count += 1
+    posed, assumed = well_posed(H.pattern, asked)
+    V = f"V = x^T P x{' + 2 sum theta_i int phi_i' * popov} is positive definite and falls"
+    return {
+        "parameters": boxes.words(H.names, H.box),
+        "inequality": f"{V}: Bernstein coefficients on each of the boxes that cover these parameters, {count} of them",
+        "well-posed": posed,
+    }, assumed
 
 
 def at_rest(M: Any, H: Plant, low: list[Fraction], zero: Any) -> Any:

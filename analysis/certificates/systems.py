@@ -12,6 +12,7 @@ from lure.errors import InputError
 from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Tanh
 from lure.nonlinearities.base import NormalCompliance
 from lure.plants.block import StructuredPlant
+from lure.plants.channel_family import ChannelFamily, Term
 from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
@@ -61,7 +62,7 @@ def system_of(block: object) -> dict[str, Any]:
 
     Parameters
     ----------
-    block : RationalPlant, PlantFamily, DelayPlant, StateSpace, MultivariablePlant or StructuredPlant
+    block : RationalPlant, PlantFamily, ChannelFamily, DelayPlant, StateSpace, MultivariablePlant or StructuredPlant
         The block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices mean the
         doubles they are.
 
@@ -84,14 +85,17 @@ def system_of(block: object) -> dict[str, Any]:
         time = "continuous" if block.dt is None else "discrete"
         top, bottom = texts(block.numerator), texts(block.denominator)
         return {"kind": "transfer", "time": time, "numerator": top, "denominator": bottom}
-    if isinstance(block, PlantFamily):
+    if isinstance(block, PlantFamily | ChannelFamily):
         bounds = [[name, str(low), str(high)] for name, (low, high) in zip(block.names, block.box, strict=True)]
-        sums = [
-            {"powers": list(powers), "numerator": texts(top), "denominator": texts(bottom)}
-            for powers, top, bottom in block.terms
-        ]
         time = "continuous" if block.dt is None else "discrete"
-        return {"kind": "family", "time": time, "parameters": bounds, "terms": sums}
+        kind, sums = ("family", "channel-family")[isinstance(block, ChannelFamily)], list[dict[str, Any]]()
+        for one in block.terms:
+            if isinstance(one, Term):
+                rows = {name: [texts(row) for row in side] for name, side in zip("ABCD", one.sides, strict=True)}
+                sums.append({"powers": list(one.powers), "common": str(one.common), **rows})
+            else:
+                sums.append({"powers": list(one[0]), "numerator": texts(one[1]), "denominator": texts(one[2])})
+        return {"kind": kind, "time": time, "parameters": bounds, "terms": sums}
     if isinstance(block, DelayPlant):
         terms = [[str(delay), texts(top)] for delay, top in block.terms]
         return {"kind": "delay", "terms": terms, "denominator": texts(block.denominator)}

@@ -305,10 +305,11 @@ def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str
     """
     if system is None or any(part is not None for part in parts):
         return None
+    from lure.plants.channel_family import ChannelFamily
     from lure.plants.multivariable import MultivariablePlant
 
     found = loop_named(system, None)
-    if not isinstance(found.block, MultivariablePlant):
+    if not isinstance(found.block, MultivariablePlant | ChannelFamily):
         return None
     for name, said in given.items():
         if said:

@@ -13,6 +13,7 @@ from lure.analysis.plots.style import BLUE, GREY, LEGEND, axes_or_new, finish_ax
 from lure.analysis.questions.gain import GainBound
 from lure.analysis.verdict import Verdict
 from lure.classes import DELAYS
+from lure.plants.multivariable import MultivariablePlant
 from lure.record import rounded
 
 if TYPE_CHECKING:
@@ -86,6 +87,7 @@ def gain_curves(found: GainBound, omega: Reals | None = None) -> tuple[list[Real
     sizes = [len(block) for block in classes.blocks]
     extremes = [_gain(found, np.repeat(corner, sizes), omega) for corner in islice(product(*ends), _MOST)]
     member = None if found.refutation is None else found.refutation.certificate["proof"]
+    member = member["proof"] if member and member["method"] == "member" else member
     largest = None
     if member is not None and math.isfinite(found.gain.low) and "gains" in member and not member.get("operators"):
         gains = np.array([float(Fraction(v)) for v in member["gains"][: len(classes.classes)]])
@@ -93,8 +95,16 @@ def gain_curves(found: GainBound, omega: Reals | None = None) -> tuple[list[Real
     return [values for values in extremes if values is not None], largest
 
 
+def _plant(found: GainBound) -> MultivariablePlant:
+    """The plant; of those of a box that with the largest gain found, or the one in the middle."""
+    if isinstance(found.plant, MultivariablePlant):
+        return found.plant
+    shown = None if found.refutation is None else found.refutation.certificate["proof"]
+    return found.plant.central if shown is None else found.plant.at([Fraction(v) for v in shown["at"]])
+
+
 def _frequencies(found: GainBound) -> Reals:
-    H = found.plant
+    H = _plant(found)
     if H.dt is not None:
         return np.linspace(0, np.pi, _POINTS)
     poles = np.abs(np.linalg.eigvals(H.doubles()[0]))
@@ -104,7 +114,7 @@ def _frequencies(found: GainBound) -> Reals:
 
 def _gain(found: GainBound, gains: Reals, omega: Reals) -> Reals | None:
     """The largest singular value of the closed loop from ``w`` to ``z``; None where it is not stable."""
-    A, B, C, D = found.plant.doubles()
+    A, B, C, D = _plant(found).doubles()
     m, count = len(gains), len(A)
     G = np.diag(gains)
     whole = np.eye(m) + D[:m, :m] @ G

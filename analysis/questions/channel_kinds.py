@@ -16,6 +16,7 @@ from lure.files.system import LoopSystem
 from lure.loop import Loop, LoopModel
 from lure.plants import as_plant
 from lure.plants.block import StructuredPlant
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.multivariable import MultivariablePlant
 
 _KINDS = ("sector, time-varying", "sector", "slope", "slope, odd")
@@ -47,8 +48,10 @@ def has_channels(loop: object, given: object) -> bool:
     if isinstance(loop, Problem):
         return loop.several
     if isinstance(loop, LoopSystem):
-        return isinstance(loop.block, MultivariablePlant)
-    return not isinstance(loop, Loop | LoopModel | StructuredPlant) and isinstance(as_plant(loop), MultivariablePlant)
+        return isinstance(loop.block, MultivariablePlant | ChannelFamily)
+    if isinstance(loop, Loop | LoopModel | StructuredPlant):
+        return False
+    return isinstance(as_plant(loop), MultivariablePlant | ChannelFamily)
 
 
 def channel_kinds(problem: Problem) -> list[Problem]:

@@ -17,6 +17,7 @@ from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import rational_if_moderate
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
@@ -39,16 +40,35 @@ def channel_plant(source: object) -> MultivariablePlant:
     found = source.block if isinstance(source, LoopSystem) else rational_if_moderate(as_plant(source))
     if isinstance(found, RationalPlant):
         found = MultivariablePlant.of_one_channel(found)
-    if isinstance(found, PlantFamily):
+    if isinstance(found, PlantFamily | ChannelFamily):
         raise InputError(
-            "steady responses, gains, regions and several nonlinearities are not asked for plants with parameters yet; "
-            "give each parameter one number"
+            "steady responses, regions and rates of several nonlinearities are not asked for plants with parameters "
+            "yet; give each parameter one number"
         )
     if not isinstance(found, MultivariablePlant):
         raise InputError(
             f"several nonlinearities need a rational plant with exact entries; this is a {type(found).__name__}"
         )
     return found
+
+
+def channel_plants(source: object) -> MultivariablePlant | ChannelFamily:
+    """The same, or the plants with parameters, for the questions that are asked of these.
+
+    Parameters
+    ----------
+    source : object
+        As for :func:`channel_plant`.
+
+    Raises
+    ------
+    InputError
+        It is not rational.
+    """
+    found = source.block if isinstance(source, LoopSystem) else source
+    if isinstance(found, PlantFamily):
+        return found.channels
+    return found if isinstance(found, ChannelFamily) else channel_plant(source)
 
 
 def channel_problem(source: object, given: object, *, kind: Kind = "class", criterion: str = BEST) -> Problem:
@@ -73,7 +93,7 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
     InputError
         The plant is not rational, what is given is neither, or not for each channel, or a declaration is false.
     """
-    plant = channel_plant(source)
+    plant = channel_plants(source)
     named: dict[str, Any] = {}
     if isinstance(source, LoopSystem):
         source = source.everywhere()
@@ -161,14 +181,15 @@ def _said(system: LoopSystem) -> object:
     return _Known(system.nonlinearities, system.classes) if system.nonlinearities else system.classes
 
 
-def _in_order(plant: MultivariablePlant, given: Mapping[str, object]) -> list[object]:
+def _in_order(plant: MultivariablePlant | ChannelFamily, given: Mapping[str, object]) -> list[object]:
     """What is given by the names of the channels, in their order."""
-    if set(given) != set(plant.names):
-        listed = ", ".join(plant.names) or "no names"
+    names = () if isinstance(plant, ChannelFamily) else plant.names
+    if set(given) != set(names):
+        listed = ", ".join(names) or "no names"
         raise InputError(
             f"the channels are given as {', '.join(map(str, given))}, and the plant has {listed}; give each"
         )
-    return [given[name] for name in plant.names]
+    return [given[name] for name in names]
 
 
 def _about(known: _Known, settings: Mapping[str, Any]) -> Problem:

@@ -26,6 +26,7 @@ from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
 from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.questions import channel_families
 from lure.analysis.questions.channel_delays import delays_of, increments, without_delays
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_plant
@@ -34,6 +35,7 @@ from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
 from lure.arrays import NDArray, np
 from lure.classes import DELAYS, SCALAR
 from lure.errors import AssumptionError, InputError, Reason
+from lure.plants.channel_family import ChannelFamily
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 2e-5, 4e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
@@ -81,6 +83,9 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     InputError
         There is no such criterion.
     """
+    if isinstance(asked.plant, ChannelFamily):
+        shown = {name: row for row in TABLE for name in row.channels}
+        return [Criterion(name, shown[name]) for name in channel_families.criteria(asked)]
     asked, wanted = increments(asked), asked.criterion.replace("_", "-").lower()
     cheap = asked.kind == "class" and len(asked.classes.classes) > _MANY  # then the first proof will do
     rows = [row for row in (TABLE if cheap else reversed(TABLE)) if row.channels and time_of(asked.plant) in row.times]
@@ -376,6 +381,8 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
         The criterion.
     """
     one = Fraction(1)
+    if isinstance(asked.plant, ChannelFamily):
+        return channel_families.BoxSearch(asked, criterion.name).whole()
     if criterion.kind == _PIECES:
         proposal = _by_pieces(asked, criterion).at(one)
         return None if proposal is None else _accepted(asked, criterion.name, one, proposal)
@@ -412,6 +419,8 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     most : float
         The smallest factor that is refuted, or infinity.
     """
+    if isinstance(asked.plant, ChannelFamily):
+        return channel_families.BoxSearch(asked, criterion.name).farthest(known, most)
     if criterion.kind == _PIECES:
         for alpha, proposal in _by_pieces(asked, criterion).farthest(max(known, asked.classes.least), most):
             shown = _accepted(asked, criterion.name, alpha, proposal)

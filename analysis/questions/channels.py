@@ -20,6 +20,7 @@ from lure.analysis.certificates.drafts import Failure, checked, contains, guarde
 from lure.analysis.certificates.systems import class_entries
 from lure.analysis.inequality.shifted_loop import LARGEST
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
+from lure.analysis.questions import channel_families
 from lure.analysis.questions.channel_members import members_refuting, orbits_refuting
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import (
@@ -41,8 +42,9 @@ from lure.analysis.questions.conclusion import MismatchError, conclusion_of, und
 from lure.analysis.questions.largest import SoFar, StabilityBound, Stopped
 from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Kind, Verdict, Witness
-from lure.analysis.wording import counterexample, destroys, proviso
+from lure.analysis.wording import counterexample, destroys, method_of, proviso
 from lure.errors import AssumptionError, InputError, Reason
+from lure.plants.channel_family import ChannelFamily
 
 Tell = Callable[[str, float], None]
 MOVING = ("switched-gains", RAMPS)
@@ -90,7 +92,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
     never = against is not None and against[0] == 0
     low = 0.0 if proof is None else double_below(proof[0])
     high = None if against is None else double_above(against[0])
-    jumps = against is not None and against[1].certificate["proof"]["method"] in (*MOVING, "flow-orbit")
+    jumps = against is not None and method_of(against[1]) in (*MOVING, "flow-orbit")
     witness = None if against is None else _witness(against[1], double_above(against[0]))
     about = asked.scaled(Fraction(1) if proof is None else proof[0])
     told: tuple[Problem, Proved | Refuted | None] = (about, None if proof is None else proof[1])
@@ -131,7 +133,10 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
 
 
 def _witness(shown: Refuted, factor: float) -> Witness:
-    proof = shown.certificate["proof"]
+    proof, at = shown.certificate["proof"], {}
+    if proof["method"] == "member":
+        named = zip(shown.certificate["system"]["parameters"], proof["at"], strict=True)
+        proof, at = proof["proof"], {"parameters": {name: value for (name, *_), value in named}}
     jumps, bends = (m := proof["method"]) in MOVING, m == "flow-orbit"
     kinds: dict[str, Kind] = {RAMPS: "varying gain", "flow-orbit": "periodic orbit", "signal": "disturbance"}
     kinds |= {"delayed-gains": "delay"}
@@ -144,7 +149,7 @@ def _witness(shown: Refuted, factor: float) -> Witness:
         odd=not bends or bool(proof["half"]),
         time_varying=jumps,
         description=f"{counterexample(shown)} {destroys(shown)}",
-        data={name: proof[name] for name in parts.get(m, ("gains",))},
+        data=at | {name: proof[name] for name in parts.get(m, ("gains",))},
         refutation=shown,
     )
 
@@ -246,7 +251,8 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
     require_well_posed(asked)
     before: StabilityBound | None = None
     criteria, said = criteria_for(asked), list[tuple[Fraction, Proved] | Failure | None]()
-    late = channel_plant(asked.plant).order > _MOST_ROUTH
+    family = isinstance(asked.plant, ChannelFamily)
+    late = not family and channel_plant(asked.plant).order > _MOST_ROUTH
 
     def afterwards() -> None:
         against = guarded("constant gains", partial(_against, asked, before), passing=(TimeoutError,))
@@ -295,10 +301,10 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
         if late:
             yield "constant gains", afterwards
             most = math.inf if found.against is None else float(found.against[0])
-        if found.known < most * (1 - _NEAR):
+        if found.known < most * (1 - _NEAR) and not family:
             yield "switched gains", switch
         most = math.inf if found.against is None else float(found.against[0])
-        if found.known < most * (1 - _OPEN):
+        if found.known < most * (1 - _OPEN) and not family:
             yield "periodic solutions", oscillate
     found.complete = found.stopped is None
 
@@ -350,6 +356,8 @@ def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, R
         shown = refutation(asked, alpha or Fraction(1), shown.certificate["proof"])
         if shown is not None:
             return alpha, shown
+    if isinstance(asked.plant, ChannelFamily):
+        return channel_families.refuting(asked, partial(_against, before=None))
     never = refutation(asked, Fraction(1), constant_gains(asked.classes.lower)) if unsettled(asked) else None
     return (Fraction(0), never) if never is not None else members_refuting(asked, most=math.inf)
 
@@ -374,6 +382,8 @@ def require_well_posed(asked: Problem) -> None:
     InputError
         It has none.
     """
+    if isinstance(asked.plant, ChannelFamily):  # left to the inequality, which holds for no plant that has none
+        return
     H = channel_plant(asked.plant)
     lower = asked.classes.lower
     whole = [[(i == j) + v * g for j, (v, g) in enumerate(zip(row, lower, strict=True))] for i, row in enumerate(H.D)]
@@ -409,19 +419,24 @@ def proposals(
     if asked.classes.rectified:  # what was proved of other factors says nothing about these
         rows = ()
 
+    family = isinstance(asked.plant, ChannelFamily)
+
+    def against(search: channel_families.Against) -> tuple[Fraction, Refuted] | None:
+        return channel_families.refuting(asked, search) if family else search(asked)
+
     def gains() -> Refuted | None:
         if rows:
             seen = (shown for row in rows for shown in row.refutations)
             return next((shown for shown in seen if contains(own, shown.certificate["laws"])), None)
-        found = members_refuting(asked, most=1.0)
+        found = against(lambda one: members_refuting(one, most=1.0))
         return None if found is None else found[1]
 
     def jumping() -> Refuted | None:
-        found = switching_refuting(asked, asked.classes.least, 1.0, whole=True)
+        found = against(lambda one: switching_refuting(one, one.classes.least, 1.0, whole=True))
         return None if found is None else found[1]
 
     def oscillating() -> Refuted | None:
-        found = orbits_refuting(asked, asked.classes.least, 1.0, whole=True)
+        found = against(lambda one: orbits_refuting(one, one.classes.least, 1.0, whole=True))
         return None if found is None else found[1]
 
     def whole(criterion: Criterion) -> Proved:
@@ -430,7 +445,7 @@ def proposals(
             raise AssumptionError(_NO_MULTIPLIER, code=Reason.NO_MULTIPLIER)
         return shown
 
-    late = channel_plant(asked.plant).order > _MOST_ROUTH and not rows
+    late = not family and channel_plant(asked.plant).order > _MOST_ROUTH and not rows
     if not late:
         yield "constant gains", gains
     larger = [row.proof for row in rows if row.proof is not None and contains(row.proof.certificate["laws"], own)]

@@ -13,6 +13,7 @@ from typing import Any
 from lure.analysis.certificates.blocks import paced
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.systems import class_entry, system_of
+from lure.analysis.inequality.box_polynomials import poles
 from lure.analysis.questions import families
 from lure.analysis.questions.decay_channels import accepted
 from lure.analysis.questions.problem import Problem
@@ -116,7 +117,7 @@ class BoxOfPlants:
 
     def _rate(self, gain: Fraction, plant: RationalPlant) -> float:
         """How fast the loop with a constant gain decays: the more the better."""
-        roots = families.poles(plant, gain)
+        roots = poles(plant, gain)
         return float(-np.max(np.abs(roots) if self.discrete else roots.real, initial=-math.inf))
 
     @property

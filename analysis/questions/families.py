@@ -13,30 +13,31 @@ from fractions import Fraction
 from functools import cached_property, partial
 from itertools import islice
 from random import Random
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeVar
 
 from lure.analysis.certificates import boxes
-from lure.analysis.certificates.arithmetic import Form, Rejected, real
-from lure.analysis.certificates.blocks import Block, multiplier
+from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import SLOPED, Proved, Refuted, inequality, on_axis
 from lure.analysis.certificates.drafts import complete_and_check, guarded
 from lure.analysis.certificates.multipliers import multipliers
 from lure.analysis.certificates.states import classes
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.box_polynomials import MOST_CORNERS, Look
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.theorems.table import TABLE, Theorem, Upper
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
-from lure.arrays import NDArray, Reals, np
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.family import Box, PlantFamily, Point
 from lure.plants.rational import RationalPlant
 
-MOST_BOXES, MOST_LOOKS, RANDOM, MOST_CORNERS = 400, 40, 4, 32
+MOST_BOXES, MOST_LOOKS, RANDOM = 400, 40, 4
 NEAR = (Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000), Fraction(1, 10**5), Fraction(1, 5 * 10**6))
 FAR = (Fraction(1, 4), Fraction(1, 2), Fraction(3, 4), Fraction(19, 20), Fraction(999, 1000))
 LARGE = (10**9, 10**6, 10**3)
+One = TypeVar("One", covariant=True)
 UNUSED = tuple(row.name for row in TABLE if not row.family)
 """Criteria that are not shown of plants with parameters."""
 
@@ -44,14 +45,37 @@ UNUSED = tuple(row.name for row in TABLE if not row.family)
 # Where in the box a number is least: the corners, the middle, a few more points, then along one parameter at a time.
 
 
-def least(
-    family: PlantFamily, value: Callable[[RationalPlant], float], *, looks: int = MOST_LOOKS
-) -> tuple[Point, float]:
+class Many(Protocol[One]):
+    """Plants with parameters in a box."""
+
+    @property
+    def box(self) -> Box:
+        """The bounds of the parameters."""
+
+    @property
+    def middle(self) -> Point:
+        """The middle of the box."""
+
+    @property
+    def corners(self) -> Iterator[Point]:
+        """The corners of the box."""
+
+    def at(self, point: Point, /) -> One:
+        """The plant with these parameters.
+
+        Parameters
+        ----------
+        point : tuple of Fraction
+            The parameters.
+        """
+
+
+def least(family: Many[One], value: Callable[[One], float], *, looks: int = MOST_LOOKS) -> tuple[Point, float]:
     """A point of the box at which a number is about least, and the number.
 
     Parameters
     ----------
-    family : PlantFamily
+    family : PlantFamily or ChannelFamily
         The plants.
     value : callable
         The number for a plant.
@@ -108,7 +132,41 @@ class Cut:
 
 
 Tree = Leaf | Cut
-Sides: TypeAlias = "tuple[NDArray[np.complex128], NDArray[np.complex128]]"
+
+
+def cut(box: Box, j: int, made: Callable[[Box], Tree]) -> Cut:
+    """A box in two halves, with what is made of each.
+
+    Parameters
+    ----------
+    box : tuple of (Fraction, Fraction)
+        The box.
+    j : int
+        Across which parameter it is cut.
+    made : callable
+        What is made of a box.
+    """
+    low, high = box[j]
+    at = simplest(low, high)
+    halves = ((*box[:j], ends, *box[j + 1 :]) for ends in ((low, at), (at, high)))
+    below, above = (made(half) for half in halves)
+    return Cut(box, j, at, below, above)
+
+
+def too_many(family: PlantFamily | ChannelFamily, box: Box, most: int) -> AssumptionError:
+    """That some boxes are still open, and where one of them lies.
+
+    Parameters
+    ----------
+    family : PlantFamily or ChannelFamily
+        The plants.
+    box : tuple of (Fraction, Fraction)
+        An open box.
+    most : int
+        How many boxes there may be.
+    """
+    where = family.within(box).ranges
+    return AssumptionError(f"the box of parameters was cut into {most} boxes, and some are still open: {where}")
 
 
 class Short(AssumptionError):
@@ -203,18 +261,13 @@ class Search:
             """The boxes for one."""
             count[0] += 1
             if count[0] > self.most:
-                raise AssumptionError(f"the box of parameters was cut into {self.most} boxes, and some are still open")
+                raise too_many(self.family, box, self.most)
             if known is not None and holds(box, known):
                 return Leaf(box, known)
             own = self.decided(tuple((low + high) / 2 for low, high in box), lower, upper)
             if own != known and holds(box, own):
                 return Leaf(box, own)
-            j = look.widest(box)
-            low, high = box[j]
-            at = simplest(low, high)
-            halves = ((*box[:j], ends, *box[j + 1 :]) for ends in ((low, at), (at, high)))
-            below, above = (made(half, own) for half in halves)
-            return Cut(box, j, at, below, above)
+            return cut(box, look.widest(box), partial(made, known=own))
 
         def again(part: Tree) -> Tree:
             """The same for boxes that were made for another class."""
@@ -247,150 +300,6 @@ class Search:
             shown = complete_and_check(draft(self.family, self.row, laws, self.tree(laws, lower, upper, tree)))
         assert isinstance(shown, Proved), "it is a proof that was drafted"
         return shown
-
-
-class Look:
-    """The test of a box in floating point: Bernstein coefficients of ``F`` and of ``Re(c* d)`` at many frequencies.
-
-    Parameters
-    ----------
-    family : PlantFamily
-        The plants.
-    name : str
-        The criterion.
-    gains : tuple of Fraction
-        The bounds of the class.
-    """
-
-    def __init__(self, family: PlantFamily, name: str, gains: tuple[Any, Any]) -> None:
-        self.family, self.name, self.gains = family, name, gains
-        near_axis = (poles(family.at(p), gain) for p in self._points() for gain in gains if gain != math.inf)
-        at = np.concatenate([*near_axis])
-        if family.dt is None:
-            size = np.abs(at[np.abs(at) > 0])
-            size = size if size.size else np.ones(1)
-            far = np.geomspace(min(size) / 300, max(size) * 300, 160)
-            near = (np.abs(at.imag)[:, None] + np.abs(at.real)[:, None] * np.linspace(-2, 2, 9)).ravel()
-        else:
-            far = np.geomspace(1e-3, 1e3, 160)
-            angle = np.angle(at)[:, None] + (1 - np.abs(at))[:, None] * np.linspace(-2, 2, 9)
-            near = np.tan(np.clip(angle.ravel() / 2, -1.57, 1.57))
-        near = near[(near > 1e-9) & (near < 1e9)]
-        self.omega = np.unique(np.concatenate([far, near]))
-        self.sides = self._sides(self.omega)
-        self.back = [_backwards(2 * d) for d in family.degrees]
-
-    def _points(self) -> Iterator[Point]:
-        yield self.family.middle
-        yield from islice(self.family.corners, MOST_CORNERS)
-
-    def _sides(self, omega: Reals) -> Sides:
-        """``n_e`` and ``d_e`` of each term on the axis."""
-        s = 1j * omega
-        z = s if self.family.dt is None else (1 + s) / (1 - s)
-        top, bottom = ([np.polyval([float(c) for c in term[i]], z) for term in self.family.terms] for i in (1, 2))
-        return np.asarray(top, dtype=complex), np.asarray(bottom, dtype=complex)
-
-    def _at(self, node: tuple[float, ...], sides: Sides) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """``n`` and ``d + l n`` on the axis at a plant."""
-        weights = [math.prod(v**e for v, e in zip(node, powers, strict=True)) for powers, *_ in self.family.terms]
-        n, d = (np.asarray(np.tensordot(weights, side, axes=(0, 0)), dtype=complex) for side in sides)
-        return n, np.asarray(d + float(self.gains[0]) * n)
-
-    def passes(self, box: Box, data: Mapping[str, Any]) -> bool:
-        """Whether all coefficients are positive, between the frequencies of the grid too, where they are least.
-
-        Parameters
-        ----------
-        box : tuple of (Fraction, Fraction)
-            Where the parameters are.
-        data : Mapping
-            The multiplier as it stands in a certificate.
-        """
-        one = Block(real(1), real(1), 0, Fraction(0), discrete=self.family.dt is not None, delayed=False)
-        try:
-            first, _, third, fourth, _ = multiplier(self.name, dict(data), one, self.gains[1] == math.inf)
-        except Rejected:
-            return False
-        parts = (first, third, fourth)
-        seen = self._least(box, parts, self.omega, self.sides)
-        if not seen.min() > 0:
-            return False
-        dips = np.flatnonzero((seen[1:-1] <= seen[:-2]) & (seen[1:-1] <= seen[2:])) + 1
-        for i in sorted(dips, key=seen.__getitem__)[:3]:
-            omega = np.linspace(self.omega[i - 1], self.omega[i + 1], 41)
-            if not self._least(box, parts, omega, self._sides(omega)).min() > 0:
-                return False
-        return True
-
-    def _least(self, box: Box, parts: tuple[Form, Form, Form], omega: Reals, sides: Sides) -> Reals:
-        """The least coefficient at each frequency, over ``|d|^2`` in the middle."""
-        low_gain, k = self.gains
-        m, e, r = (_values(part, omega) for part in parts)
-        width = 1.0 if k == math.inf else float(k - low_gain)
-        rest = (m.real * (k < math.inf), width**2 * r.real * (k < math.inf))  # each finite bound adds a positive term
-        ends = [(float(low), float(high)) for low, high in box]
-        _, c = self._at(tuple((low + high) / 2 for low, high in ends), sides)
-        shape = [2 * d + 1 for d in self.family.degrees]
-        F, apart, size = np.empty((*shape, omega.size)), np.empty((*shape, omega.size)), np.abs(c) ** 2
-        for node in np.ndindex(*shape):
-            shares = zip(ends, node, shape, strict=True)
-            n, d = self._at(tuple(low + (high - low) * i / (most - 1) for (low, high), i, most in shares), sides)
-            cross = width * ((m + e) * n * d.conj()).real
-            F[node] = (cross + rest[0] * np.abs(d) ** 2 - rest[1] * np.abs(n) ** 2) / size
-            apart[node] = (c.conj() * d).real / size
-        for j, back in enumerate(self.back):
-            F, apart = (np.moveaxis(np.tensordot(back, one, axes=(1, j)), 0, j) for one in (F, apart))
-        over = tuple(range(len(shape)))
-        floor = F.min(axis=over) + (1e-12 if k == math.inf else 0.0)
-        return np.asarray(np.minimum(floor, apart.min(axis=over)))
-
-    def widest(self, box: Box) -> int:
-        """The parameter that changes the plants most over a box.
-
-        Parameters
-        ----------
-        box : tuple of (Fraction, Fraction)
-            Where the parameters are.
-        """
-        middle = tuple(float(low + high) / 2 for low, high in box)
-        k = float(self.gains[1] - self.gains[0]) if self.gains[1] != math.inf else 1.0
-        n, d = self._at(middle, self.sides)
-        size = np.abs(d) + k * np.abs(n)
-        changes = list[float]()
-        for j, ends in enumerate(box):
-            (n0, d0), (n1, d1) = (self._at((*middle[:j], float(end), *middle[j + 1 :]), self.sides) for end in ends)
-            changes.append(float(np.max((np.abs(d1 - d0) + k * np.abs(n1 - n0)) / np.where(size > 0, size, 1.0))))
-        return max(range(len(box)), key=changes.__getitem__)
-
-
-def poles(plant: RationalPlant, gain: Fraction) -> NDArray[np.complex128]:
-    """The poles of the loop with a gain, in floating point.
-
-    Parameters
-    ----------
-    plant : RationalPlant
-        The plant.
-    gain : Fraction
-        ``mu = -gain sigma``.
-    """
-    n, d = ([float(c) for c in side] for side in (plant.numerator, plant.denominator))
-    return np.asarray(np.roots(np.polyadd(d, float(gain) * np.array(n))), dtype=complex)
-
-
-def _values(part: Form, omega: Reals) -> NDArray[np.complex128]:
-    """A sum of ``(u + i v) omega^n`` in floating point."""
-    total = np.zeros(omega.shape, dtype=complex)
-    for (tau, n), (u, v) in part.items():
-        total = total + complex(u, v) * omega**n * np.exp(-1j * float(tau) * omega)
-    return total
-
-
-def _backwards(degree: int) -> Reals:
-    """From the values of a polynomial at ``k/degree`` to its Bernstein coefficients."""
-    t = np.arange(degree + 1) / degree
-    basis = [[math.comb(degree, i) * x**i * (1 - x) ** (degree - i) for i in range(degree + 1)] for x in t]
-    return np.asarray(np.linalg.inv(np.array(basis)))
 
 
 def simplest(low: Fraction, high: Fraction) -> Fraction:
@@ -565,12 +474,12 @@ def refuted_at(family: PlantFamily, point: Point, witness: Witness) -> Witness:
     return replace(moved, refutation=found)
 
 
-def member_draft(family: PlantFamily, point: Point, inner: Mapping[str, Any]) -> dict[str, Any]:
+def member_draft(family: PlantFamily | ChannelFamily, point: Point, inner: Mapping[str, Any]) -> dict[str, Any]:
     """The draft of a refutation by one plant of the box, from a certificate about that plant.
 
     Parameters
     ----------
-    family : PlantFamily
+    family : PlantFamily or ChannelFamily
         The plants.
     point : tuple of Fraction
         The parameters.

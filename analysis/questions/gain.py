@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, cast
 from lure.analysis.drawing import drawing
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.questions.answers import answer
-from lure.analysis.questions.channel_problem import channel_plant, channel_problem
+from lure.analysis.questions.channel_problem import channel_plants, channel_problem
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.problem import Problem, class_given
 from lure.analysis.questions.two_sided import TwoSided
@@ -21,6 +21,8 @@ from lure.arrays import linalg, np
 from lure.classes import DELAYS, OPERATORS, Diagonal, NonlinearityClass
 from lure.errors import InputError
 from lure.files.system import LoopSystem
+from lure.plants.channel_family import ChannelFamily
+from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant, every_state_seen
 from lure.plants.performance import Performance
 from lure.record import Page, derived, plain, quantity
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked, Proved, Refuted
     from lure.analysis.drawing import Axes
 
+Whole = MultivariablePlant | ChannelFamily
 _FREQUENCIES = 200
 LONGEST = 12  # samples in a window
 
@@ -44,7 +47,7 @@ class GainBound(TwoSided):
     classes: Diagonal = quantity("The classes of the channels, without that from ``z`` to ``w``")
     performance: Performance = quantity("Where ``w`` enters and what ``z`` is")
     incremental: bool = quantity("Whether it is the gain of differences of solutions", default=False)
-    plant: MultivariablePlant = quantity("The plant, ``w`` and ``z`` its last channels", key="", label="")
+    plant: Whole = quantity("The plant, ``w`` and ``z`` its last channels", key="", label="")
     factors: StabilityBound = quantity(
         "The answer about the loop with a channel from ``z`` to ``w`` of norm ``1/gamma``", key="", label=""
     )
@@ -121,6 +124,12 @@ class GainBound(TwoSided):
         return self.refutation, self.proof
 
     @property
+    def _about(self) -> str:
+        """The classes, and the box of parameters where there is one."""
+        ranges = f" and every {self.plant.ranges}" if isinstance(self.plant, ChannelFamily) else ""
+        return f"{self.classes}{ranges}"
+
+    @property
     def _name(self) -> str:
         return f"{'incremental ' if self.incremental else ''}L2 gain from w to z"
 
@@ -130,17 +139,17 @@ class GainBound(TwoSided):
     def __str__(self) -> str:
         low, high = self.gain.low, self.gain.high
         if self.verdict is Verdict.REFUTED:
-            return f"No {self._name} is finite for {self.classes}: {self.witness}."
+            return f"No {self._name} is finite for {self._about}: {self.witness}."
         above = ""
         if low > 0:
             member = self.witness.partition(" give")[0].rstrip(",")
             joined = ", with" if member.startswith(("phi = ", "the constant gains ")) else ":"
             above = f"; a member has a gain above {bound_below(low)}{joined} {member}"
         if self.verdict is Verdict.PROVED:
-            given = ", ".join(filter(None, (str(self.classes), self.assumed)))
+            given = ", ".join(filter(None, (self._about, self.assumed)))
             said = f"The {self._name} is at most {bound_above(high)} for {given}"
             return f"{said} ({self.criterion}, {self.evidence}){above}. {self.factors.unfinished}".rstrip()
-        return f"No bound of the {self._name} is proved for {self.classes} ({self.reason}){above}."
+        return f"No bound of the {self._name} is proved for {self._about} ({self.reason}){above}."
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The gain of linear members over the frequencies, and the bound for all members.
@@ -237,7 +246,7 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     problem, stated, asked = gain_problem(plant, classes, performance, criterion=criterion, incremental=incremental)
     problem = replace(problem, window=_window(window, problem))
     found = cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
-    unit, H = Fraction(problem.classes.classes[-1].sector.upper), cast("MultivariablePlant", problem.plant)
+    unit, H = Fraction(problem.classes.classes[-1].sector.upper), cast("Whole", problem.plant)
     low = math.inf if found.refuted_at == 0 and _unbounded(found, H, len(problem.classes.blocks[-1])) else 0.0
     if found.refuted_at:
         low = double_below(1 / (unit * Fraction(found.refuted_at)))
@@ -295,19 +304,24 @@ def gain_problem(
     own = asked.classes
     if incremental:
         asked = replace(asked, classes=_differences(asked.classes))
-    H = cast("MultivariablePlant", asked.plant)
+    H = cast("Whole", asked.plant)
     if (found.Bw or found.Cz) and _without_states(plant):
         raise InputError("performance.Bw and Cz are about states, and the plant is given without; give A, B, C and D")
     whole, size = found.beside(H), max(found.inputs, found.outputs)
-    channel = NonlinearityClass.performance(_unit(whole, asked.classes, size))
+    alone = whole.central if isinstance(whole, ChannelFamily) else whole
+    channel = NonlinearityClass.performance(_unit(alone, asked.classes, size))
     sizes = (*(len(block) for block in asked.classes.blocks), size)
     both = Diagonal((*asked.classes.classes, *[channel] * size), repeated=sizes)
     return replace(asked, plant=whole, classes=both, known=()), found, own
 
 
-def _unbounded(found: StabilityBound, H: MultivariablePlant, size: int) -> bool:
+def _unbounded(found: StabilityBound, H: MultivariablePlant | ChannelFamily, size: int) -> bool:
     """Whether constant gains leave a loop that is unstable, and minimal from ``w`` to ``z``: then no gain is finite."""
     proof = {} if found.refutation is None else found.refutation.certificate["proof"]
+    if isinstance(H, ChannelFamily):
+        if proof.get("method") != "member":
+            return False
+        H, proof = H.at([Fraction(v) for v in proof["at"]]), proof["proof"]
     if proof.get("method") != "linear-gains" or "growth" in proof:
         return False  # it jumps, or grows far from 0 alone
     gains = [Fraction(gain) for gain in proof["gains"]]
@@ -337,6 +351,8 @@ def _window(window: object, problem: Problem) -> int:
         return 0
     if isinstance(window, bool) or not isinstance(window, int) or not 1 <= window <= LONGEST:
         raise InputError(f"window is {window!r:.40}; give a number of samples from 1 to {LONGEST}")
+    if isinstance(problem.plant, ChannelFamily):
+        raise InputError("window is not asked for plants with parameters; leave it out")
     if cast("MultivariablePlant", problem.plant).dt is None:
         raise InputError(f"window is {window}, and the plant is in continuous time, without samples; leave it out")
     return window
@@ -356,13 +372,15 @@ def _without_states(plant: object) -> bool:
     from lure.plants.rational import RationalPlant
 
     block = plant.block if isinstance(plant, LoopSystem) else as_plant(plant)
+    if isinstance(block, PlantFamily):
+        return block.states is None
     return isinstance(block, RationalPlant) and block.matrices is None and block.order > 0
 
 
 def _last_channels(plant: object, m: int) -> tuple[object, Performance | None]:
     """The plant of the first channels, and what its last inputs and outputs are as a performance."""
-    H = channel_plant(plant)
-    if H.inputs <= m or H.outputs <= m:
+    H = channel_plants(plant)
+    if isinstance(H, ChannelFamily) or H.inputs <= m or H.outputs <= m:
         return plant, None
     own = replace(H, B=tuple(row[:m] for row in H.B), C=H.C[:m], D=tuple(row[:m] for row in H.D[:m]), names=H.names[:m])
     sides = {"Dzw": tuple(row[m:] for row in H.D[m:]), "Dzmu": tuple(row[:m] for row in H.D[m:])}

@@ -25,6 +25,7 @@ from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.block import StructuredPlant
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import one_channel
 from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
@@ -36,7 +37,7 @@ from lure.plants.state_space import StateSpace
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]
 OneChannel = RationalPlant | PlantFamily | DelayPlant | StateSpace | FrequencyData | StructuredPlant
-Plant = OneChannel | MultivariablePlant
+Plant = OneChannel | MultivariablePlant | ChannelFamily
 LONG = 30_000  # binary digits of the characteristic polynomial from which on matrices are faster
 _GAINS = "hurwitz"  # decides a class of constant gains
 _EVERY = NonlinearityClass(sector=Sector(0, math.inf))
@@ -48,8 +49,8 @@ class Problem:
 
     Attributes
     ----------
-    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, StructuredPlant or MultivariablePlant
-        The linear part ``H``; the last for several nonlinearities, ``mu_i = -phi_i(sigma_i)``.
+    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, StructuredPlant, MultivariablePlant or ChannelFamily
+        The linear part ``H``; the last two for several nonlinearities, ``mu_i = -phi_i(sigma_i)``.
     classes : Diagonal
         The class of each nonlinearity; for a largest upper end with the end ``inf``, of several those of the factor 1.
     kind : {"sector", "slope", "class"}
@@ -102,7 +103,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         H, given = self.plant, self.classes.classes
-        if not isinstance(H, MultivariablePlant):
+        if not isinstance(H, MultivariablePlant | ChannelFamily):
             return self.classes.require_no_rectifier()
         if H.inputs != H.outputs:
             raise InputError(f"the plant has {H.size}; nonlinearities mu_i = -phi_i(sigma_i) need as many of both")
@@ -119,12 +120,12 @@ class Problem:
     @property
     def several(self) -> bool:
         """Whether it is about several nonlinearities."""
-        return isinstance(self.plant, MultivariablePlant)
+        return isinstance(self.plant, MultivariablePlant | ChannelFamily)
 
     @property
     def block(self) -> OneChannel:
         """The plant of the only channel."""
-        assert not isinstance(self.plant, MultivariablePlant), "asked of one channel"
+        assert not isinstance(self.plant, MultivariablePlant | ChannelFamily), "asked of one channel"
         return self.plant
 
     def scaled(self, alpha: Fraction) -> Problem:

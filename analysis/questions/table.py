@@ -29,6 +29,7 @@ from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import exact_number
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
@@ -82,8 +83,11 @@ def _loop(problem: Problem) -> dict[str, Any]:
     data["dt"] = None if step is None else str(step)
     if isinstance(plant, StateSpace | MultivariablePlant):
         data["matrices"] = plant.to_dict()
-    elif isinstance(plant, PlantFamily):
-        data["numerator"], data["denominator"] = plant.sides
+    elif isinstance(plant, PlantFamily | ChannelFamily):
+        if isinstance(plant, PlantFamily):
+            data["numerator"], data["denominator"] = plant.sides
+        else:
+            data["matrices"] = plant.sides
         pairs = zip(plant.names, plant.box, strict=True)
         data["parameters"] = {name: [str(low), str(high)] for name, (low, high) in pairs}
     elif isinstance(plant, RationalPlant | DelayPlant):

@@ -23,6 +23,7 @@ from lure.networks.reading import read_network
 from lure.nonlinearities.local import LocalSector
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
@@ -74,10 +75,11 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
         )
     performance = Performance.given(stated)
     block = system.block
+    if isinstance(block, PlantFamily | ChannelFamily):
+        performance.beside(block.channels if isinstance(block, PlantFamily) else block)
+        return replace(system, performance=performance)
     if not isinstance(block, MultivariablePlant | RationalPlant):
-        raise InputError(
-            "performance needs a plant with exact rational entries; leave out the dead time, the parameters, or this"
-        )
+        raise InputError("performance needs a plant with exact rational entries; leave out the dead time, or this")
     performance.beside(MultivariablePlant.of_one_channel(block) if isinstance(block, RationalPlant) else block)
     return replace(system, performance=performance)
 
@@ -92,7 +94,7 @@ def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -
     channels = (table.relu or _operates(table) or table.rate is not None for table in tables.nonlinearity_class)
     if any(channels):
         block = _only_channel(block)  # what is known of these is known of channels
-    if isinstance(block, MultivariablePlant):
+    if isinstance(block, MultivariablePlant | ChannelFamily):
         return _with_channels(identity, block, tables, folder)
     for word, listed in (("class", tables.nonlinearity_class), ("nonlinearity", tables.nonlinearity)):
         if sum(table.repeated for table in listed) > 1:
@@ -110,9 +112,15 @@ def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -
         raise InputError(f"nonlinearity: {error}") from None
 
 
-def _on_intervals(identity: tuple[str, str, str], plant: MultivariablePlant, tables: PlantTables) -> LoopSystem:
+def _on_intervals(
+    identity: tuple[str, str, str], plant: MultivariablePlant | ChannelFamily, tables: PlantTables
+) -> LoopSystem:
     """The loop of a file whose classes hold on intervals."""
     found = list[LocalSector]()
+    if isinstance(plant, ChannelFamily):
+        raise InputError(
+            "class: on is not asked for plants with parameters yet; give each parameter one number, or leave on out"
+        )
     if tables.nonlinearity:
         raise InputError("class: on is given beside a nonlinearity, whose bounds are found; leave one out")
     for number, table in enumerate(tables.nonlinearity_class, 1):
@@ -144,8 +152,10 @@ def _local_sector(table: ClassTable) -> LocalSector:
     return LocalSector(*table.sector, reach)
 
 
-def _only_channel(block: Block) -> MultivariablePlant:
+def _only_channel(block: Block) -> MultivariablePlant | ChannelFamily:
     """The plant of a ReLU, a slow gain or an operator, which the theorems on several nonlinearities are about."""
+    if isinstance(block, PlantFamily | ChannelFamily):
+        return block.channels if isinstance(block, PlantFamily) else block
     if isinstance(block, RationalPlant):
         block = MultivariablePlant.of_one_channel(block)
     if not isinstance(block, MultivariablePlant):
@@ -157,7 +167,7 @@ def _only_channel(block: Block) -> MultivariablePlant:
 
 
 def _with_channels(
-    identity: tuple[str, str, str], plant: MultivariablePlant, tables: PlantTables, folder: Path
+    identity: tuple[str, str, str], plant: MultivariablePlant | ChannelFamily, tables: PlantTables, folder: Path
 ) -> LoopSystem:
     """The loop of a file whose plant has several channels."""
     sizes = [table.size or (table.repeated, table.repeated) for table in tables.nonlinearity_class]
@@ -168,6 +178,8 @@ def _with_channels(
     if any(ins != outs for ins, outs in sizes):
         if any(entry.channel for entry in tables.nonlinearity):
             raise InputError("class: size has unequal numbers beside nonlinearities with a channel; give a square one")
+        if isinstance(plant, ChannelFamily):
+            raise InputError("class: size has unequal numbers beside parameters; give a square one")
         with _numbered("class", 1, 1):
             plant = padded(plant, sizes)
     classes = Diagonal(tuple(listed), repeated=repeated) if listed else None
@@ -279,6 +291,16 @@ def _block(plant: PlantTable) -> Block:
     return found
 
 
+def _has_channels(plant: PlantTable) -> bool:
+    """Whether ``B`` has several columns, or ``C`` several rows."""
+    inward, outward = (
+        [row if isinstance(row, list | tuple) else None for row in side or ()] for side in (plant.B, plant.C)
+    )
+    many = sum(row is not None for row in outward) > 1
+    column = many and all(row is not None and len(row) == 1 for row in outward) and len(outward) == len(plant.A or ())
+    return any(row is not None and len(row) > 1 for row in inward) or (many and not column)
+
+
 def _with_parameters(plant: PlantTable, given: set[str]) -> Block:
     """The plants of a table with parameters."""
     bounds = plant.parameters or {}
@@ -286,6 +308,8 @@ def _with_parameters(plant: PlantTable, given: set[str]) -> Block:
         return PlantFamily.of_coefficients(plant.num or (), plant.den or (), bounds, plant.dt)
     if given in ({"A", "B", "C"}, {"A", "B", "C", "D"}):
         direct = 0 if plant.D is None else plant.D
+        if _has_channels(plant):
+            return ChannelFamily.of_matrices(plant.A, plant.B, plant.C, plant.D, bounds, dt=plant.dt)
         return PlantFamily.of_matrices(plant.A or (), plant.B or (), plant.C or (), direct, bounds, dt=plant.dt)
     if given == {"transfer"} and isinstance(plant.transfer, str):
         return PlantFamily.of_formula(plant.transfer, bounds, plant.dt)
@@ -476,9 +500,13 @@ def _plant(system: LoopSystem) -> dict[str, object]:
     if isinstance(block, MultivariablePlant):
         sides: dict[str, object] = {name: getattr(block, name) for name in "ABCD"}
         return sides if block.dt is None else {**sides, "dt": block.dt}
-    if isinstance(block, PlantFamily):
+    if isinstance(block, PlantFamily) and block.states is not None and system.performance is not None:
+        block = block.states
+    if isinstance(block, PlantFamily | ChannelFamily):
         bounds = {name: list(ends) for name, ends in zip(block.names, block.box, strict=True)}
         step = {} if block.dt is None else {"dt": block.dt}
+        if isinstance(block, ChannelFamily):
+            return {**block.sides, **step, "parameters": bounds}
         return {"num": block.sides[0], "den": block.sides[1], **step, "parameters": bounds}
     if isinstance(block, DelayPlant):
         terms = [f"({_formula(top)})*exp(-({_text(delay)})*s)" for delay, top in block.terms]

@@ -11,6 +11,7 @@ from lure.errors import InputError
 from lure.loop import Loop, loop_rows
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.local import LocalSector
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.forcing import Forcing
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     import control
 
 
-Block = RationalPlant | DelayPlant | StateSpace | MultivariablePlant | PlantFamily
+Block = RationalPlant | DelayPlant | StateSpace | MultivariablePlant | PlantFamily | ChannelFamily
 
 
 class LoopSystem(Record):
@@ -89,7 +90,7 @@ class LoopSystem(Record):
                 f"the system {self.name!r:.60} has no nonlinearity to close the loop with; Loop(system.block, "
                 "phi) has one"
             )
-        if isinstance(self.block, PlantFamily):
+        if isinstance(self.block, PlantFamily | ChannelFamily):
             raise InputError("a plant with parameters is many; give Loop(system.block.at(point), phi) one of them")
         return Loop(self.block, self.nonlinearity).to_control(pade=pade)
 
@@ -144,7 +145,7 @@ class LoopSystem(Record):
             at += size
         others = [] if self.classes is None else [(self.classes.classes[b[0]], len(b)) for b in self.classes.blocks]
         found = list[tuple[Nonlinearity | NonlinearityClass, int]]()
-        m = self.block.inputs if isinstance(self.block, MultivariablePlant) else 1
+        m = self.block.inputs if isinstance(self.block, MultivariablePlant | ChannelFamily) else 1
         blocks, channel, taken = iter(others), 1, 0
         while channel <= m:
             one = known.get(channel) or next(blocks, None)
@@ -162,7 +163,7 @@ class LoopSystem(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; ``classes`` and ``nonlinearities`` stand there for several channels."""
-        found, several = super().to_dict(), isinstance(self.block, MultivariablePlant)
+        found, several = super().to_dict(), isinstance(self.block, MultivariablePlant | ChannelFamily)
         left_out = [] if several else ["classes", "nonlinearities"]
         left_out += [name for name in ("performance", "forcing") if getattr(self, name) is None]
         left_out += [] if self.local else ["local"]
@@ -233,7 +234,7 @@ def loop_system(
 
 def channel_system(
     identity: tuple[str, str, str],
-    plant: MultivariablePlant,
+    plant: MultivariablePlant | ChannelFamily,
     *,
     classes: Diagonal | None = None,
     nonlinearity_tables: Sequence[Mapping[str, object]] = (),
@@ -244,7 +245,7 @@ def channel_system(
     ----------
     identity : tuple of str
         Name, title and source.
-    plant : MultivariablePlant
+    plant : MultivariablePlant or ChannelFamily
         The linear part.
     classes : Diagonal or None
         The class of each channel.

@@ -13,6 +13,7 @@ from typing import Literal, cast
 
 from lure.errors import InputError
 from lure.plants.block import LinearBlock
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
@@ -97,7 +98,7 @@ def one_channel(source: object, *, dt: object = None) -> AnyBlock:
         As for :func:`as_plant`; or there are several inputs or outputs.
     """
     found = as_plant(source, dt=dt)
-    if isinstance(found, MultivariablePlant):
+    if isinstance(found, MultivariablePlant | ChannelFamily):
         sides = (
             f"{n} {side}{'s' if n > 1 else ''}" for n, side in ((found.inputs, "input"), (found.outputs, "output"))
         )
@@ -105,13 +106,14 @@ def one_channel(source: object, *, dt: object = None) -> AnyBlock:
     return found
 
 
-def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePlant:
+def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePlant | ChannelFamily:
     """The linear plant that ``source`` describes, exact wherever it can be.
 
     Parameters
     ----------
     source : object
-        - a ``RationalPlant``, ``StateSpace``, ``FrequencyData``, ``DelayPlant`` or ``PlantFamily``: returned as it is;
+        - a ``RationalPlant``, ``StateSpace``, ``FrequencyData``, ``DelayPlant``, ``PlantFamily`` or ``ChannelFamily``:
+          returned as it is;
         - ``(num, den)``: lists or texts of coefficients, highest power first;
         - ``(A, B, C)`` or ``(A, B, C, D)``: ints, Fractions, floats, texts; nested lists or arrays, of any shapes;
         - a list of rows of formulas or blocks, ``[["1/(s+1)", "0"], ["1/s", "1/(s+2)"]]``: a transfer matrix, outputs
@@ -151,7 +153,8 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
     >>> print(as_plant(([[0, 1], [-2, -3]], [0, 1], [1, 0])))
     1 / (s^2 + 3 s + 2)
     """
-    if isinstance(source, PlantFamily | RationalPlant | StateSpace | DelayPlant | FrequencyData | MultivariablePlant):
+    families = PlantFamily | ChannelFamily
+    if isinstance(source, families | RationalPlant | StateSpace | DelayPlant | FrequencyData | MultivariablePlant):
         sampling_time(dt, 0 if source.dt is None else source.dt, name="the block")
         return source
     if isinstance(source, LinearBlock):

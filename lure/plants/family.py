@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from itertools import product
 from math import prod
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from lure.errors import InputError
-from lure.exact import Exact, exact_number
+from lure.exact import Exact
+from lure.plants.channel_family import ChannelFamily
+from lure.plants.parameters import (
+    Bounds,
+    InBox,
+    Pair,
+    Ring,
+    checked_box,
+    entries,
+    flat,
+    in_s,
+    over_common,
+    parsed,
+    require_apart,
+    sum_text,
+)
+from lure.plants.parameters import Box as Box
+from lure.plants.parameters import Point as Point
 from lure.plants.rational import RationalPlant, sampling_period, time_text
-from lure.plants.text import Element, OneVariable, Quotient, exact_coefficient, parsed_quotient, step_of_formula
-from lure.record import Record, exact_text, quantity
+from lure.plants.text import Element, step_of_formula
+from lure.record import Record, quantity
 
-if TYPE_CHECKING:
-    from flint import fmpq
-
-_VANISHES = "a denominator in the parameters may vanish in the box; multiply it out, or narrow the box"
-MOST_PARAMETERS, MOST_POWER, MOST_ORDER = 6, 12, 40
-NAME = re.compile(r"[A-Za-z][A-Za-z_0-9]{0,40}")
-RESERVED = ("s", "z", "exp", "inf", "nan")
-Box = tuple[tuple[Fraction, Fraction], ...]
-Point = tuple[Fraction, ...]
+MOST_ORDER = 40
 Term = tuple[tuple[int, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
-Entry = Fraction | str
-Bounds = Mapping[str, Exact | tuple[Exact, Exact]]
 
 
-class PlantFamily(Record):
+class PlantFamily(InBox, Record):
     r"""All plants ``H(s) = sum_e p^e n_e(s) / sum_e p^e d_e(s)`` with the parameters ``p`` in a box.
 
     The parameters are real and constant; nothing is known of them but their bounds.  What is said of the family is said
@@ -43,6 +48,8 @@ class PlantFamily(Record):
         For each product ``p^e`` of powers the coefficients of ``n_e`` and ``d_e``, highest power first, of one length.
     dt : Fraction, True or None
         Sampling time [s]; None for continuous time.
+    states : ChannelFamily or None
+        The matrices that the plants were given by, for whoever needs their states.
 
     Raises
     ------
@@ -61,6 +68,7 @@ class PlantFamily(Record):
     terms: tuple[Term, ...] = quantity("Exponents of the parameters with numerator and denominator", label="")
     dt: Fraction | None = quantity("Sampling time", "s", label="time", form=lambda dt: time_text(dt))
     any_period: bool = quantity("", hidden=True)
+    states: ChannelFamily | None = quantity("", hidden=True)
     _kind, _said = "plants with parameters", "text"
     _notes = ("From mu to sigma; in a loop mu = -phi(sigma). Parameters are constant.",)
 
@@ -69,17 +77,10 @@ class PlantFamily(Record):
         parameters: Mapping[str, tuple[Exact, Exact]],
         terms: Sequence[Term],
         dt: int | float | Fraction | None = None,
+        states: ChannelFamily | None = None,
     ) -> None:
-        names, box = tuple(parameters), tuple(_interval(name, ends) for name, ends in parameters.items())
-        if not 0 < len(names) <= MOST_PARAMETERS:
-            raise InputError(f"there are {len(names)} parameters with an interval; give 1 to {MOST_PARAMETERS}")
         kept = tuple((e, n, d) for e, n, d in sorted(terms) if any(n) or any(d))
-        for j, name in enumerate(names):
-            highest = max((e[j] for e, *_ in kept), default=0)
-            if not highest:
-                raise InputError(f"parameters.{name} does not occur in the plant; leave it out, or use it")
-            if highest > MOST_POWER:
-                raise InputError(f"parameters.{name} occurs to the power {highest}; powers up to {MOST_POWER} are read")
+        names, box = tuple(parameters), checked_box(parameters, [e for e, *_ in kept])
         order = len(kept[0][2]) - 1
         if not 0 < order <= MOST_ORDER:
             raise InputError(f"the plants with parameters have order {order}; give ones of order 1 to {MOST_ORDER}")
@@ -90,6 +91,7 @@ class PlantFamily(Record):
         object.__setattr__(self, "terms", kept)
         object.__setattr__(self, "dt", sampling_period(dt, "dt"))
         object.__setattr__(self, "any_period", dt is True)
+        object.__setattr__(self, "states", states)
 
     @classmethod
     def of_coefficients(
@@ -116,8 +118,8 @@ class PlantFamily(Record):
         InputError
             A formula is none, or the class refuses the plants.
         """
-        ring = _Ring(parameters)
-        sides = (_entries(numerator, ring, "num"), _entries(denominator, ring, "den"))
+        ring = Ring(parameters)
+        sides = (entries(numerator, ring, "num"), entries(denominator, ring, "den"))
         return _family(_cleared(sides, ring), ring, step_of_formula("", dt, "plant"))
 
     @classmethod
@@ -136,9 +138,9 @@ class PlantFamily(Record):
         InputError
             As there.
         """
-        ring = _Ring(parameters)
-        found, variable = _parsed(text, ring, "transfer")
-        sides = (_in_s(found.top, ring), _in_s(found.bottom, ring))
+        ring = Ring(parameters)
+        found, variable = parsed(text, ring, "transfer")
+        sides = (in_s(found.top, ring), in_s(found.bottom, ring))
         return _family(sides, ring, step_of_formula(variable, dt, "transfer"))
 
     @classmethod
@@ -167,17 +169,17 @@ class PlantFamily(Record):
         InputError
             As there; or the shapes do not fit.
         """
-        ring, b, c = _Ring(parameters), _flat(B), _flat(C)
+        ring, b, c = Ring(parameters), flat(B), flat(C)
         n = len(A)
         if not n or any(len(row) != n for row in A) or len(b) != n or len(c) != n:
             raise InputError(
                 f"plant: with parameters A is square, B and C have one entry for each state; got A of {n} rows, B of "
                 f"{len(b)} and C of {len(c)} entries"
             )
-        rows = [_entries(row, ring, f"A[{i}]") for i, row in enumerate(A)]
-        given = [*(v for row in rows for v in row), *_entries([*b, *c, D], ring, "B, C, D")]
-        (entries,), common = _over_common((given,), ring)
-        A_, rest = [entries[i * n : (i + 1) * n] for i in range(n)], entries[n * n :]
+        rows = [entries(row, ring, f"A[{i}]") for i, row in enumerate(A)]
+        given = [*(v for row in rows for v in row), *entries([*b, *c, D], ring, "B, C, D")]
+        (found,), common = over_common((given,), ring)
+        A_, rest = [found[i * n : (i + 1) * n] for i in range(n)], found[n * n :]
         direct, unit = rest[-1], ring.number(Fraction(1))
         first = _characteristic(A_, ring)  # of common A
         closed = [
@@ -191,7 +193,36 @@ class PlantFamily(Record):
         d = [v * powers[2 * n - i] for i, v in enumerate(first)]  # common^2n det(s - A)
         looped = [v * powers[2 * n - 2 * i] for i, v in enumerate(second)]
         top = [common * (q - p) + direct * p for p, q in zip(d, looped, strict=True)]
-        return _family((top, [common * v for v in d]), ring, step_of_formula("", dt, "plant"))
+        step = step_of_formula("", dt, "plant")
+        made = _family((top, [common * v for v in d]), ring, step)
+        if isinstance(made, RationalPlant):
+            return made
+        sides = A_, [[v] for v in rest[:n]], [rest[n:-1]], [[direct]]
+        states = ChannelFamily.of_elements(common, sides, ring, step)
+        assert isinstance(states, ChannelFamily), "there are parameters"
+        return PlantFamily(ring.parameters, made.terms, step, states)
+
+    @property
+    def channels(self) -> ChannelFamily:
+        """State equations: the matrices that the plants were given by, else the companion form of the coefficients."""
+        if self.states is not None:
+            return self.states
+        zero, n = Fraction(0), self.order
+        ring = Ring(dict(zip(self.names, self.box, strict=True)))
+        top, bottom = (
+            [sum((ring.product(e, term[i][k]) for e, *term in self.terms), ring.number(zero)) for k in range(n + 1)]
+            for i in range(2)
+        )
+        first = bottom[0]
+        shift = [[first if j == i + 1 else ring.number(zero) for j in range(n)] for i in range(n - 1)]
+        row = [first * t - top[0] * b for t, b in zip(top[1:], bottom[1:], strict=True)]  # times first^2
+        A = [[first * v for v in line] for line in [*shift, [-v for v in bottom[:0:-1]]]]
+        B = [[ring.number(zero)] for _ in range(n - 1)] + [[first * first]]
+        C, D = [row[::-1]], [[top[0] * first]]
+        step: Fraction | Literal[True] | None = True if self.any_period else self.dt
+        made = ChannelFamily.of_elements(first * first, (A, B, C, D), ring, step)
+        assert isinstance(made, ChannelFamily), "there are parameters"
+        return made
 
     @property
     def order(self) -> int:
@@ -202,16 +233,6 @@ class PlantFamily(Record):
     def degrees(self) -> tuple[int, ...]:
         """The highest power of each parameter."""
         return tuple(max(e[j] for e, *_ in self.terms) for j in range(len(self.names)))
-
-    @property
-    def middle(self) -> Point:
-        """The middle of the box."""
-        return tuple((low + high) / 2 for low, high in self.box)
-
-    @property
-    def corners(self) -> Iterator[Point]:
-        """The corners of the box."""
-        return product(*self.box)
 
     @property
     def variable(self) -> str:
@@ -256,23 +277,9 @@ class PlantFamily(Record):
         box : tuple of (Fraction, Fraction)
             The bounds.
         """
-        return PlantFamily(dict(zip(self.names, box, strict=True)), self.terms, True if self.any_period else self.dt)
-
-    def words(self, point: Sequence[Fraction]) -> str:
-        """Values of the parameters in words.
-
-        Parameters
-        ----------
-        point : sequence of Fraction
-            The values.
-        """
-        return ", ".join(f"{name} = {exact_text(v, 8)}" for name, v in zip(self.names, point, strict=True))
-
-    @property
-    def ranges(self) -> str:
-        """The box in words."""
-        pairs = zip(self.names, self.box, strict=True)
-        return ", ".join(f"{name} in [{exact_text(low, 8)}, {exact_text(high, 8)}]" for name, (low, high) in pairs)
+        states = None if self.states is None else self.states.within(box)
+        bounds = dict(zip(self.names, box, strict=True))
+        return PlantFamily(bounds, self.terms, True if self.any_period else self.dt, states)
 
     @property
     def sides(self) -> tuple[list[str], list[str]]:
@@ -280,7 +287,7 @@ class PlantFamily(Record):
         found: tuple[list[str], list[str]] = ([], [])
         for i, side in enumerate(found, 1):
             for k in range(self.order + 1):
-                side.append(_sum_text([(e, term[i - 1][k]) for e, *term in self.terms], self.names))
+                side.append(sum_text([(e, term[i - 1][k]) for e, *term in self.terms], self.names))
         return found
 
     def __str__(self) -> str:
@@ -288,155 +295,12 @@ class PlantFamily(Record):
         return f"({top}) / ({bottom}), {self.ranges}"
 
 
-def _interval(name: str, ends: tuple[Exact, Exact]) -> tuple[Fraction, Fraction]:
-    """The bounds of a parameter."""
-    low, high = (exact_number(end, f"parameters.{name}") for end in ends)
-    if not low < high:
-        raise InputError(
-            f"parameters.{name} is [{float(low):g}, {float(high):g}]; the first must be smaller than the second, or "
-            "give one number for a constant"
-        )
-    return low, high
-
-
-class _Ring(OneVariable):
-    """Polynomials in ``s``, or ``z``, and the parameters; constants stand for their numbers."""
-
-    def __init__(self, parameters: Bounds) -> None:
-        from flint import Ordering, fmpq_mpoly_ctx
-
-        for name in parameters:
-            if not NAME.fullmatch(name) or name in RESERVED:
-                raise InputError(f"parameters.{name!r:.40} is no name here; give letters, digits and _, and not s or z")
-        pairs = {name: ends for name, ends in parameters.items() if isinstance(ends, tuple | list)}
-        self.constants = {
-            name: exact_coefficient(value, f"parameters.{name}")
-            for name, value in parameters.items()
-            if name not in pairs
-        }
-        self.parameters = {name: (ends[0], ends[1]) for name, ends in pairs.items()}
-        self.names = ("s", "z", *parameters)
-        self.context = fmpq_mpoly_ctx.get(["s", *(f"p_{i}" for i in range(len(pairs)))], Ordering.lex)
-        self.generators = dict(zip(self.parameters, self.context.gens()[1:], strict=True))
-        self.divisors = list[Element]()
-
-    def number(self, value: Fraction) -> Element:
-        """A constant."""
-        from flint import fmpq
-
-        return self.context.constant(fmpq(value.numerator, value.denominator))
-
-    def variable(self, name: str) -> Element:
-        """``s``, ``z`` or a parameter."""
-        if name in self.constants:
-            return self.number(self.constants[name])
-        return self.generators[name] if name in self.generators else self.context.gens()[0]
-
-    def degree(self, p: Element) -> int:
-        """The highest power of any."""
-        return max((int(e) for powers in p.to_dict() for e in powers), default=-1)
-
-    def bits(self, p: Element) -> int:
-        """The size of the numbers, times their count."""
-        numbers = p.to_dict().values()
-        return sum(max(int(c.p).bit_length(), int(c.q).bit_length()) for c in numbers)
-
-    def divided_by(self, p: Element) -> None:
-        """Keep what is divided by: where it vanishes in the box there is no plant."""
-        self.divisors.append(p)
-
-
-Pair = tuple[Element, Element]
-
-
-def _parsed(text: str, ring: _Ring, field: str) -> tuple[Quotient, str]:
-    """A formula as a quotient; nothing that it divides by, at any depth, vanishes for parameters in the box."""
-    ring.divisors.clear()
-    found, variable = parsed_quotient(text, ring, field)
-    for divisor in ring.divisors:
-        for factor, _ in divisor.factor()[1]:
-            coefficients = _in_s(factor, ring)  # it vanishes where they all do, and with it what keeps it as a factor
-            kept = len(coefficients) > 1 and not found.bottom % factor
-            if not kept and not any(_apart(p, ring) for p in coefficients):
-                raise InputError(_VANISHES)
-    return found, variable
-
-
-def _entries(values: Iterable[object], ring: _Ring, name: str) -> list[Pair]:
-    """Each entry, a number or a formula in the parameters, as a quotient."""
-    found = list[Pair]()
-    for i, value in enumerate(values):
-        where = f"{name}[{i}]"
-        if not isinstance(value, str):
-            found.append((ring.number(exact_number(value, where)), ring.number(Fraction(1))))
-            continue
-        quotient, variable = _parsed(value, ring, where)
-        if variable:
-            raise InputError(
-                f"{where} is {value!r:.60}, which holds {variable}; give a formula in the parameters alone"
-            )
-        found.append((quotient.top, quotient.bottom))
-    return found
-
-
-def _flat(side: object) -> list[object]:
-    """A vector, whether it was given as a row, a column or a list."""
-    rows = list(side) if isinstance(side, Sequence) and not isinstance(side, str) else [side]
-    return [v for row in rows for v in (row if isinstance(row, Sequence) and not isinstance(row, str) else [row])]
-
-
-def _over_common(sides: Iterable[Sequence[Pair]], ring: _Ring) -> tuple[list[list[Element]], Element]:
-    """All over one denominator, which has no zero in the box."""
-    listed, common = [list(side) for side in sides], ring.number(Fraction(1))
-    for side in listed:
-        for _, bottom in side:
-            common = common * (bottom // common.gcd(bottom))
-    _require_apart(common, ring)
-    return [[top * (common // bottom) for top, bottom in side] for side in listed], common
-
-
-def _cleared(sides: tuple[list[Pair], list[Pair]], ring: _Ring) -> tuple[list[Element], list[Element]]:
-    (top, bottom), _ = _over_common(sides, ring)
+def _cleared(sides: tuple[list[Pair], list[Pair]], ring: Ring) -> tuple[list[Element], list[Element]]:
+    (top, bottom), _ = over_common(sides, ring)
     return top, bottom
 
 
-def _require_apart(p: Element, ring: _Ring) -> None:
-    """Refuse a denominator that may vanish in the box."""
-    if not _apart(p, ring):
-        raise InputError(_VANISHES)
-
-
-def _apart(p: Element, ring: _Ring) -> bool:
-    """Whether interval arithmetic, factor by factor, shows that a polynomial has no zero in the box."""
-    from flint import arb, fmpq
-
-    if not p:
-        return False
-    boxes = [arb(0)]
-    for name, ends in ring.parameters.items():
-        low, high = (arb(fmpq(end.numerator, end.denominator)) for end in _interval(name, ends))
-        boxes.append(low.union(high))
-    for factor, _ in p.factor()[1]:
-        total = arb(0)
-        for powers, c in factor.to_dict().items():
-            term = arb(c)
-            for box, e in zip(boxes, powers, strict=True):
-                term *= box ** int(e)
-            total += term
-        if total.contains(0):
-            return False
-    return True
-
-
-def _in_s(p: Element, ring: _Ring) -> list[Element]:
-    """The coefficients of a polynomial in ``s``, highest power first."""
-    parts: dict[int, dict[tuple[int, ...], fmpq]] = {}
-    for powers, c in p.to_dict().items():
-        parts.setdefault(int(powers[0]), {})[(0, *powers[1:])] = c
-    return [ring.context.from_dict(parts.get(k, {})) for k in range(max(parts, default=0), -1, -1)]
-
-
-def _characteristic(A: list[list[Element]], ring: _Ring) -> list[Element]:
+def _characteristic(A: list[list[Element]], ring: Ring) -> list[Element]:
     """``det(s - A)``, highest power first, by Faddeev and LeVerrier."""
     n = len(A)
     zero, found = ring.number(Fraction(0)), [ring.number(Fraction(1))]
@@ -452,7 +316,7 @@ def _characteristic(A: list[list[Element]], ring: _Ring) -> list[Element]:
 
 
 def _family(
-    sides: tuple[list[Element], list[Element]], ring: _Ring, dt: Fraction | Literal[True] | None
+    sides: tuple[list[Element], list[Element]], ring: Ring, dt: Fraction | Literal[True] | None
 ) -> PlantFamily | RationalPlant:
     """The plants of numerator and denominator, without what all coefficients have in common."""
     top, bottom = sides
@@ -468,7 +332,7 @@ def _family(
     for p in (*top, *bottom):
         shared = shared.gcd(p)
     if shared and ring.degree(shared) > 0:
-        _require_apart(shared, ring)
+        require_apart(shared, ring)
         top, bottom = [p // shared for p in top], [p // shared for p in bottom]
     table: dict[tuple[int, ...], tuple[list[Fraction], list[Fraction]]] = {}
     for i, side in enumerate((top, bottom)):
@@ -480,21 +344,6 @@ def _family(
         n, d = table[()]
         return RationalPlant(n, d, dt)
     return PlantFamily(ring.parameters, [(e, tuple(n), tuple(d)) for e, (n, d) in table.items()], dt)
-
-
-def _sum_text(terms: Sequence[tuple[tuple[int, ...], Fraction]], names: Sequence[str]) -> str:
-    """A polynomial in the parameters, exactly, as a formula that is read again."""
-    parts = list[str]()
-    for powers, c in terms:
-        if not c:
-            continue
-        letters = [name if e == 1 else f"{name}^{e}" for name, e in zip(names, powers, strict=True) if e]
-        size = exact_text(abs(c), 12) if Fraction(exact_text(abs(c), 12)) == abs(c) else str(abs(c))
-        body = "*".join([size, *letters] if size != "1" or not letters else letters)
-        parts.append(
-            f"{'-' if c < 0 else '+' if parts else ''}{body}" if not parts else f" {'-' if c < 0 else '+'} {body}"
-        )
-    return "".join(parts) or "0"
 
 
 def _polynomial_text(side: Sequence[str], variable: str) -> str:

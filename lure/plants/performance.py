@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from fractions import Fraction
-from typing import cast
+from typing import cast, overload
 
 from lure.errors import InputError
 from lure.exact import exact_number
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.multivariable import MultivariablePlant, counted
 from lure.record import Record, quantity
 
@@ -86,13 +87,19 @@ class Performance(Record):
         """The matrices that are not left out."""
         return {name: side for name in _NAMES if (side := getattr(self, name))}
 
-    def beside(self, H: MultivariablePlant) -> MultivariablePlant:
+    @overload
+    def beside(self, H: MultivariablePlant) -> MultivariablePlant: ...
+
+    @overload
+    def beside(self, H: ChannelFamily) -> ChannelFamily: ...
+
+    def beside(self, H: MultivariablePlant | ChannelFamily) -> MultivariablePlant | ChannelFamily:
         """The plant with ``w`` as last inputs and ``z`` as last outputs, filled up with zeros to as many of both.
 
         Parameters
         ----------
-        H : MultivariablePlant
-            The plant.
+        H : MultivariablePlant or ChannelFamily
+            The plant, or those with parameters: the matrices are the same for all of them.
 
         Raises
         ------
@@ -110,19 +117,13 @@ class Performance(Record):
                 )
         size = max(p, q)
 
-        def beside(left: Rows, right: Rows) -> Iterator[tuple[Fraction, ...]]:
-            yield from ((*a, *b) for a, b in zip(left, right, strict=True))
-
-        return replace(
-            H,
-            B=tuple(beside(H.B, _filled(self.Bw, n, size))),
-            C=(*H.C, *_filled(self.Cz, size, n)),
-            D=(
-                *beside(H.D, _filled(self.Dsigmaw, m, size)),
-                *beside(_filled(self.Dzmu, size, m), _filled(self.Dzw, size, size)),
-            ),
-            names=(),
-        )
+        into, seen = _filled(self.Bw, n, size), _filled(self.Cz, size, n)
+        right, below = _filled(self.Dsigmaw, m, size), _filled(self.Dzmu, size, m)
+        last = _filled(self.Dzw, size, size)
+        if isinstance(H, ChannelFamily):
+            return H.beside(into, seen, (*_joined(_filled((), m, m), right), *_joined(below, last)))
+        D = (*_joined(H.D, right), *_joined(below, last))
+        return replace(H, B=_joined(H.B, into), C=(*H.C, *seen), D=D, names=())
 
     def __str__(self) -> str:
         sides = {"disturbance": ("Bw", "Dsigmaw"), "output": ("Cz", "Dzmu")}
@@ -134,6 +135,10 @@ class Performance(Record):
 
 
 _NAMES = tuple(part.name for part in fields(Performance))
+
+
+def _joined(left: Rows, right: Rows) -> Rows:
+    return tuple((*a, *b) for a, b in zip(left, right, strict=True))
 
 
 def _filled(rows: Rows, high: int, wide: int) -> Rows:

@@ -312,6 +312,7 @@ SYSTEMS = {
     "multivariable": lure.as_plant([["1/(s+1)", "0"], ["1/(s+2)", "1/(s+2)"]]),
     "delay": lure.DelayPlant.parse("exp(-s/2)/(s + 1)"),
     "family": lure.plants.family.PlantFamily.of_coefficients(["b"], [1, 1, "a"], {"a": (1, 2), "b": (1, 3)}),
+    "channel family": lure.plants.family.PlantFamily.of_coefficients([1], [1, "a"], {"a": (1, 2)}).channels,
     "state space": lure.StateSpace([[0, 1], [-2, -3]], [0, 1], [1, 0]),
     "linear": lure.rod.upwind(paper_rod(), 3).block,
     "data": lure.FrequencyData([0, 2], [complex(math.inf, 0), 1j], error=[0.0, math.inf]),

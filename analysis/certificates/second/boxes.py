@@ -101,8 +101,35 @@ def read_plants(system: Mapping[str, object]) -> Plants:
     found = record(system, "kind", "time", "parameters", "terms")
     require(found["kind"] == "family", "the kind of system is unknown")
     require(found["time"] in ("continuous", "discrete"), "time is neither continuous nor discrete")
+    box = read_parameters(found["parameters"])
+    terms = list[tuple[Powers, list[Fraction], list[Fraction]]]()
+    for entry in listed(found["terms"]):
+        term = record(entry, "powers", "numerator", "denominator")
+        powers = tuple(count(e) for e in listed(term["powers"]))
+        require(len(powers) == len(box) and max(powers) <= MOST_POWER, "the powers of a term do not fit")
+        terms.append((powers, numbers(term["numerator"]), numbers(term["denominator"])))
+    require(len(terms) > 0 and len({powers for powers, *_ in terms}) == len(terms), "terms are missing or there twice")
+    sizes = {len(side) for _, *both in terms for side in both}
+    require(len(sizes) == 1 and 0 not in sizes, "the terms have coefficients of different number")
+    degrees = tuple(max(powers[j] for powers, *_ in terms) for j in range(len(box)))
+    return Plants(discrete=found["time"] == "discrete", box=box, degrees=degrees, terms=tuple(terms))
+
+
+def read_parameters(value: object) -> Box:
+    """The bounds of the parameters, each of which has a name.
+
+    Parameters
+    ----------
+    value : object
+        As they stand in a file.
+
+    Raises
+    ------
+    NotShown
+        A name or an interval is missing.
+    """
     names, box = list[str](), list[tuple[Fraction, Fraction]]()
-    for entry in listed(found["parameters"]):
+    for entry in listed(value):
         name, *ends = listed(entry)
         require(len(ends) == 2, "a parameter has no two bounds")
         low, high = map(number, ends)
@@ -110,25 +137,34 @@ def read_plants(system: Mapping[str, object]) -> Plants:
         names.append(text(name))
         box.append((low, high))
     require(len(names) > 0 and len(set(names)) == len(names), "parameters are missing or named twice")
-    terms = list[tuple[Powers, list[Fraction], list[Fraction]]]()
-    for entry in listed(found["terms"]):
-        term = record(entry, "powers", "numerator", "denominator")
-        powers = tuple(count(e) for e in listed(term["powers"]))
-        require(len(powers) == len(names) and max(powers) <= MOST_POWER, "the powers of a term do not fit")
-        terms.append((powers, numbers(term["numerator"]), numbers(term["denominator"])))
-    require(len(terms) > 0 and len({powers for powers, *_ in terms}) == len(terms), "terms are missing or there twice")
-    sizes = {len(side) for _, *both in terms for side in both}
-    require(len(sizes) == 1 and 0 not in sizes, "the terms have coefficients of different number")
-    degrees = tuple(max(powers[j] for powers, *_ in terms) for j in range(len(names)))
-    return Plants(discrete=found["time"] == "discrete", box=tuple(box), degrees=degrees, terms=tuple(terms))
+    return tuple(box)
+
+
+def require_inside(value: object, box: Box) -> list[Fraction]:
+    """The parameters of one plant.
+
+    Parameters
+    ----------
+    value : object
+        As they stand in a file.
+    box : tuple of (Fraction, Fraction)
+        Their bounds.
+
+    Raises
+    ------
+    NotShown
+        One is not within its bounds.
+    """
+    point = numbers(value)
+    require(len(point) == len(box), "the plant has other parameters")
+    require(all(a <= v <= b for v, (a, b) in zip(point, box, strict=True)), "a parameter is outside its bounds")
+    return point
 
 
 def member(document: Document) -> Document:
     """The document of one plant of a box, with which a refutation is about an ordinary loop."""
     plants, found = read_plants(document.system), record(document.proof, "method", "at", "proof")
-    point = numbers(found["at"])
-    require(len(point) == len(plants.box), "the plant has other parameters")
-    require(all(a <= v <= b for v, (a, b) in zip(point, plants.box, strict=True)), "a parameter is outside its bounds")
+    point = require_inside(found["at"], plants.box)
     return replace(document, system=plants.at(point), proof=mapping(found["proof"]))
 
 
@@ -148,14 +184,22 @@ def proved(document: Document, nonlinearities: Nonlinearities) -> str:
     require(all(top[0] == 0 for _, top, _ in plants.terms), "with parameters there is no direct term")
     said = {
         _on_box(plants, box, replace(document, multiplier=multiplier), nonlinearities)
-        for box, multiplier in _leaves(mapping(found["boxes"]), plants.box)
+        for box, multiplier in leaves(mapping(found["boxes"]), plants.box)
     }
     require(len(said) == 1, "another sentence follows for other parameters")
     return said.pop()
 
 
-def _leaves(tree: Mapping[str, object], box: Box) -> Iterator[tuple[Box, Mapping[str, object]]]:
-    """Every box that is cut no further, with its multiplier; together they are the whole."""
+def leaves(tree: Mapping[str, object], box: Box) -> Iterator[tuple[Box, Mapping[str, object]]]:
+    """Every box that is cut no further, with its multiplier; together they are the whole.
+
+    Parameters
+    ----------
+    tree : Mapping
+        The cuts, as they stand in a file.
+    box : tuple of (Fraction, Fraction)
+        The whole.
+    """
     waiting, met = [(tree, box)], 0
     while waiting:
         tick()
@@ -193,7 +237,7 @@ def _on_box(plants: Plants, box: Box, document: Document, nonlinearities: Nonlin
         require(all(p(end) == 0 for p in loop.values()), "the pole at 0 moves with the parameters")
         slope = middle.d.derivative()(end)
         rest = {powers: to_fraction(p(end) * slope) for powers, p in n.items()}
-        require(all(v > 0 for v in _bernstein(rest, plants.degrees)), "the residue at the pole 0 is not positive")
+        require(all(v > 0 for v in bernstein(rest, plants.degrees)), "the residue at the pole 0 is not positive")
     if plants.discrete:
         _on_circle(asked, (n, loop, middle.d), (plants.degrees, twice), critical=critical)
     else:
@@ -209,7 +253,7 @@ def _on_line(asked: Question, sides: Sides, degrees: tuple[Powers, Powers], *, c
     n, d = ({powers: Axis.of(p) for powers, p in side.items()} for side in sides[:2])
     middle = Axis.of(sides[2]).conjugate()
     order = sides[2].degree()
-    for p in _bernstein({powers: (own * middle).e for powers, own in d.items()}, degrees[0]):
+    for p in bernstein({powers: (own * middle).e for powers, own in d.items()}, degrees[0]):
         kept = p // X if critical else p
         require(positive_from_zero(kept) and kept.degree() == order - critical, "a pole may reach the axis in a box")
     back = {powers: own.conjugate() for powers, own in d.items()}
@@ -220,7 +264,7 @@ def _on_line(asked: Question, sides: Sides, degrees: tuple[Powers, Powers], *, c
         forms = {
             powers: (own.e + ease * square[powers].e)(X * X) - alpha * X * own.o(X * X) for powers, own in cross.items()
         }
-        for p in _bernstein(forms, degrees[1]):
+        for p in bernstein(forms, degrees[1]):
             require(holds_from_zero(p, 2 * order, asked.claim.need), "the inequality may fail in a box")
         return
     multiplier = theorems.multiplier_of(asked)
@@ -231,7 +275,7 @@ def _on_line(asked: Question, sides: Sides, degrees: tuple[Powers, Powers], *, c
         for powers, own in cross.items()
     }
     full = order + multiplier.below.degree() + multiplier.growth - critical
-    for p in _bernstein(forms, degrees[1]):
+    for p in bernstein(forms, degrees[1]):
         require(holds_from_zero(p // X if critical else p, full, asked.claim.need), "the inequality may fail in a box")
 
 
@@ -240,7 +284,7 @@ def _on_circle(asked: Question, sides: Sides, degrees: tuple[Powers, Powers], *,
     require(asked.theorem != "order-cone", "forms of several samples are not used with parameters")
     n, d = ({powers: Laurent(p) for powers, p in side.items()} for side in sides[:2])
     middle = Laurent(sides[2]).conjugate()
-    for p in _bernstein({powers: (own * middle).real_part() for powers, own in d.items()}, degrees[0]):
+    for p in bernstein({powers: (own * middle).real_part() for powers, own in d.items()}, degrees[0]):
         require(
             positive_on_circle(p // theorems.ONE_MINUS_C if critical else p), "a pole may reach the circle in a box"
         )
@@ -250,7 +294,7 @@ def _on_circle(asked: Question, sides: Sides, degrees: tuple[Powers, Powers], *,
         powers: theorems.on_products(asked, Fraction(0), (p, square[powers], own[powers]))
         for powers, p in cross.items()
     }
-    for p in _bernstein(forms, degrees[1]):
+    for p in bernstein(forms, degrees[1]):
         kept = p // theorems.ONE_MINUS_C if critical else p
         require(holds_on_circle(kept, asked.claim.need), "the inequality may fail in a box")
 
@@ -271,8 +315,16 @@ def _product(a: dict[Powers, T], b: dict[Powers, T], add: Callable[[T, T], T]) -
     return found
 
 
-def _bernstein(p: Mapping[Powers, Value], degrees: Powers) -> Iterator[Value]:
-    """The coefficients of a polynomial in ``t`` of these degrees before Bernstein's polynomials."""
+def bernstein(p: Mapping[Powers, Value], degrees: Powers) -> Iterator[Value]:
+    """The coefficients of a polynomial in ``t`` of these degrees before Bernstein's polynomials.
+
+    Parameters
+    ----------
+    p : Mapping
+        Its own coefficients, numbers, polynomials or matrices, by the powers of ``t``.
+    degrees : tuple of int
+        The degrees.
+    """
     found = dict(p)
     for j, degree in enumerate(degrees):
         lines = dict[Powers, dict[int, Value]]()
@@ -286,6 +338,6 @@ def _bernstein(p: Mapping[Powers, Value], degrees: Powers) -> Iterator[Value]:
                 total = 0 * next(iter(line.values()))
                 for i, value in line.items():
                     share = Fraction(comb(k, i), comb(degree, i))
-                    total += (to_fmpq(share) if isinstance(value, fmpq_poly) else share) * value
+                    total += (share if isinstance(value, Fraction) else to_fmpq(share)) * value
                 found[(*start[:j], k, *start[j + 1 :])] = total
     yield from found.values()

@@ -24,6 +24,7 @@ from itertools import product
 
 from flint import arb, arb_mat, fmpq_mat, fmpz
 
+from lure.analysis.certificates.second import channel_boxes
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import refuted, require_gains
 from lure.analysis.certificates.second.channels import (
@@ -83,8 +84,12 @@ def shown(document: Document) -> str:
     NotShown
         It shows nothing.
     """
-    asked = read(document)
     require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
+    if document.system.get("kind") == channel_boxes.KIND:
+        if document.verdict == "PROVED":
+            return claims.GAIN if channel_boxes.require_proved(document) else claims.ATTRACTS
+        document = channel_boxes.member(document)
+    asked = read(document)
     if document.verdict == "PROVED":
         if any(one.memory is not None for one in asked.nonlinearities):
             require(not _proved(document, increments(asked)), "with memory an eigenvalue 0 is not covered")

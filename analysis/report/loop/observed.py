@@ -24,6 +24,7 @@ from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.nonlinearities.piecewise_linear import Graph
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 
@@ -82,6 +83,8 @@ def observed(found: LoopAnalysis) -> Observation:
     """
     about = found.problem
     block, nonlinearity = about.plant, about.nonlinearity
+    if isinstance(block, ChannelFamily):
+        return Observation()
     if isinstance(block, MultivariablePlant):
         return _several(found, block)
     if not isinstance(block, RationalPlant) or block.order == 0:

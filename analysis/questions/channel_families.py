@@ -1,0 +1,381 @@
+"""Plants of several channels with parameters in a box: proofs by branch and bound over the box, one plant that refutes.
+
+On each box one programme proposes a Lyapunov matrix and diagonal multipliers for all of its plants; where there are
+none the box is cut.  Of a gain the box with the largest is cut, until that of some plant is met.  Nothing is believed.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from itertools import count, islice
+from typing import Any
+
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.certificates.drafts import complete_and_check, guarded
+from lure.analysis.certificates.systems import system_of
+from lure.analysis.counterexamples.channel_gains import GainSearch
+from lure.analysis.inequality.box_matrices import BoxMatrices, Found
+from lure.analysis.inequality.shifted_loop import LARGEST
+from lure.analysis.numerics.doubles import double_below
+from lure.analysis.questions import families
+from lure.analysis.questions.problem import Problem
+from lure.analysis.theorems.table import BEST
+from lure.arrays import Reals, np
+from lure.classes import DELAYS
+from lure.errors import AssumptionError, InputError, Reason
+from lure.plants.channel_family import ChannelFamily
+from lure.plants.multivariable import MultivariablePlant
+from lure.plants.parameters import Box, Point
+
+CIRCLE, POPOV = "diagonal-circle", "diagonal-popov"
+_MOST, _MEET, _CORNERS = 250, 2e-3, 8
+_STEPS = (1e-4, 1e-3, 1e-2, 0.1)
+_FACTORS = (1e-4, 1e-3, 1e-2, 0.1, 0.5)
+_LARGE = (1.0, 1e-2, 1e-3, 1e-4, 3e-5, 1e-5, 3e-6)  # of the largest factor
+_NEAR = 1e-4  # relative: to which the worst plant's factor is found
+
+
+def family_of(asked: Problem) -> ChannelFamily:
+    """The plants of a question about several channels with parameters.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    assert isinstance(asked.plant, ChannelFamily), "made for those"
+    return asked.plant
+
+
+def criteria(asked: Problem) -> list[str]:
+    """The theorems to ask.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+
+    Raises
+    ------
+    InputError
+        None of them is asked for, or a class is not covered with parameters.
+    """
+    for i, one in enumerate(asked.classes.classes, 1):
+        if one.memory or one.operator in DELAYS or one.rectifier:
+            raise InputError(
+                f"channel {i} is {one}, which is not asked for plants with parameters; give each parameter one number, "
+                "or a sector in its place"
+            )
+    names = [CIRCLE] if family_of(asked).dt is not None or not any(free(asked)) else [POPOV, CIRCLE]
+    wanted = asked.criterion.replace("_", "-").lower()
+    found = [name for name in names if wanted in (BEST, name, name.removeprefix("diagonal-"))]
+    if not found:
+        raise InputError(
+            f"the criterion {asked.criterion!r:.40} is not for several channels with parameters; choose from {BEST}, "
+            f"{', '.join(names)}"
+        )
+    return found
+
+
+def free(asked: Problem) -> list[bool]:
+    """In which channels Popov's terms are possible: no direct term for any plant, and nothing depends on time.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    pairs = zip(family_of(asked).pattern, asked.classes.classes, strict=True)
+    return [not any(row) and not one.time_varying and not one.operator for row, one in pairs]
+
+
+# Proofs.
+
+
+@dataclass
+class BoxSearch:
+    """The search for a proof by one theorem.
+
+    Attributes
+    ----------
+    asked : Problem
+        The question.
+    theorem : str
+        ``diagonal-circle`` or ``diagonal-popov``.
+    """
+
+    asked: Problem
+    theorem: str
+
+    @cached_property
+    def matrices(self) -> BoxMatrices:
+        """The programme."""
+        classes, popov = self.asked.classes, self.theorem == POPOV
+        together = classes.operators
+        blocks = [*together, *(range(i, i + 1) for i in range(len(classes.classes)) if not _in(i, together))]
+        own = [one and popov for one in free(self.asked)]
+        return BoxMatrices(family_of(self.asked), blocks, classes.performance, own)
+
+    def _ends(self, alpha: Fraction) -> Reals:
+        classes = self.asked.classes.scaled(alpha)
+        return np.array([[float(low), float(high)] for low, high in zip(classes.lower, classes.upper, strict=True)])
+
+    def _at(self, point: Point, ends: Reals, gain: float | None) -> Found | None:
+        return self.matrices.solved(tuple((v, v) for v in point), ends, gain)
+
+    def tree(self, alpha: Fraction, gain: float | None = None, start: families.Tree | None = None) -> families.Tree:
+        """Boxes that cover the box, each with what serves on it.
+
+        Parameters
+        ----------
+        alpha : Fraction
+            The factor of the classes.
+        gain : float, optional
+            The gain from ``w`` to ``z``.
+        start : Leaf or Cut, optional
+            Boxes to begin with.
+
+        Raises
+        ------
+        AssumptionError
+            At some plant the theorem does not serve, or the boxes became too many.
+        """
+        ends, number = self._ends(alpha), [0]
+
+        def made(box: Box) -> families.Tree:
+            number[0] += 1
+            if number[0] > _MOST:
+                raise families.too_many(family_of(self.asked), box, _MOST)
+            found = self.matrices.solved(box, ends, gain)
+            if found is not None:
+                return families.Leaf(box, found.entry(popov=self.theorem == POPOV))
+            middle = tuple((low + high) / 2 for low, high in box)
+            if self._at(middle, ends, gain) is None:
+                raise families.Short(middle, family_of(self.asked).words(middle))
+            return families.cut(box, self.matrices.widest(box), made)
+
+        def again(part: families.Tree) -> families.Tree:
+            if isinstance(part, families.Cut):
+                return replace(part, below=again(part.below), above=again(part.above))
+            return made(part.box)
+
+        return again(start or families.Leaf(family_of(self.asked).box))
+
+    def accepted(self, alpha: Fraction, tree: families.Tree) -> Proved | None:
+        """What the checker accepts for the classes of a factor.
+
+        Parameters
+        ----------
+        alpha : Fraction
+            The factor.
+        tree : Leaf or Cut
+            The boxes.
+        """
+        draft = {
+            "verdict": "PROVED",
+            "system": system_of(family_of(self.asked)),
+            "laws": self.asked.scaled(alpha).class_entry,
+            "theorem": self.theorem,
+            "multiplier": {},
+            "proof": {"method": "boxes", "boxes": families.written(tree)},
+        }
+        found = guarded(self.theorem, lambda: complete_and_check(draft), passing=(TimeoutError,))
+        return found if isinstance(found, Proved) else None
+
+    def whole(self) -> Proved:
+        """What is proved of the classes as they are given.
+
+        Raises
+        ------
+        AssumptionError
+            Nothing.
+        """
+        gain = None if self.asked.classes.performance is None else 1 / float(self.asked.classes.upper[-1])
+        shown = self.accepted(Fraction(1), self.tree(Fraction(1), gain))
+        if shown is None:
+            raise AssumptionError("the checker does not accept what was found", code=Reason.NO_MULTIPLIER)
+        return shown
+
+    def farthest(self, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
+        """The largest factor that is proved, above what is known and below ``most``.
+
+        Parameters
+        ----------
+        known : Fraction
+            A factor that is proved, or 0.
+        most : float
+            The smallest factor that is refuted, or infinity.
+
+        Raises
+        ------
+        AssumptionError
+            At some plant the theorem does not serve, or the boxes became too many.
+        """
+        if self.asked.classes.performance is not None:
+            return self._least_gain(known)
+        family, least = family_of(self.asked), self.asked.classes.least
+
+        def serves(point: Point, alpha: float) -> bool:
+            exact = Fraction(double_below(Fraction(alpha)))
+            return exact > least and self._at(point, self._ends(exact), None) is not None
+
+        def reach(point: Point, top: float) -> float:
+            """How far the theorem serves a plant, below ``top``."""
+            if serves(point, top * (1 - 1e-7)):
+                return top
+            low, high = 0.0, top
+            while high - low > _NEAR / 10 * high and high > 1 / LARGEST:
+                middle = (low + high) / 2 if low else high / 4
+                low, high = (middle, high) if serves(point, middle) else (low, middle)
+            return low
+
+        top = min(most, LARGEST)
+        for point in (family.middle, *islice(family.corners, _CORNERS)):
+            top = reach(point, top)
+        refusal: AssumptionError | None = None
+        for share in [1 - step for step in _FACTORS] if top < LARGEST else _LARGE:
+            alpha = Fraction(double_below(Fraction(top) * Fraction(share)))
+            if alpha <= max(known, least):
+                break
+            try:
+                shown = self.accepted(alpha, self.tree(alpha))
+            except AssumptionError as error:
+                refusal = error
+                continue
+            if shown is not None:
+                return alpha, shown
+        if refusal is not None and not known:
+            raise refusal
+        return None
+
+    def _least_gain(self, known: Fraction) -> tuple[Fraction, Proved] | None:
+        """The same of a gain: the box with the largest is cut until that of a plant is met."""
+        ends, family = self._ends(Fraction(1)), family_of(self.asked)
+        order, unit = count(), Fraction(self.asked.classes.upper[-1])
+        floor, heap = 0.0, list[tuple[float, int, list[families.Tree]]]()
+
+        def gain_at(point: Point) -> float:
+            found = self._at(point, ends, None)
+            if found is None:
+                raise families.Short(point, family.words(point))
+            return found.gain
+
+        def push(box: Box) -> list[families.Tree]:
+            nonlocal floor
+            found = self.matrices.solved(box, ends, None)
+            if found is None:
+                floor = max(floor, gain_at(tuple((low + high) / 2 for low, high in box)))
+            place: list[families.Tree] = [families.Leaf(box)]
+            heapq.heappush(heap, (-math.inf if found is None else -found.gain, next(order), place))
+            return place
+
+        for point in (family.middle, *islice(family.corners, _CORNERS)):
+            floor = max(floor, gain_at(point))
+        root, parts = push(family.box), list[tuple[list[families.Tree], int, Fraction, list[Any], list[Any]]]()
+        while -heap[0][0] > floor * (1 + _MEET) and len(heap) < _MOST:
+            _, _, place = heapq.heappop(heap)
+            box = place[0].box
+            floor = max(floor, gain_at(tuple((low + high) / 2 for low, high in box)))
+            j = self.matrices.widest(box)
+            at = families.simplest(*box[j])
+            halves = [(*box[:j], pair, *box[j + 1 :]) for pair in ((box[j][0], at), (at, box[j][1]))]
+            parts.append((place, j, at, push(halves[0]), push(halves[1])))
+        if math.isinf(heap[0][0]):
+            raise families.too_many(family, heap[0][2][0].box, _MOST)
+        for place, j, at, below, above in reversed(parts):
+            place[0] = families.Cut(place[0].box, j, at, below[0], above[0])
+        for step in _STEPS:
+            alpha = Fraction(double_below(1 / (unit * Fraction(max(-heap[0][0], floor) * (1 + step)))))
+            if alpha <= known:
+                return None
+            try:
+                shown = self.accepted(alpha, self.tree(alpha, 1 / float(unit * alpha), root[0]))
+            except AssumptionError:
+                continue
+            if shown is not None:
+                return alpha, shown
+        raise AssumptionError("a gain was found that the checker does not accept", code=Reason.NO_MULTIPLIER)
+
+
+def _in(i: int, blocks: Sequence[range]) -> bool:
+    return any(i in block for block in blocks)
+
+
+# Refutations.
+
+Against = Callable[[Problem], tuple[Fraction, Refuted] | None]
+
+
+def refuting(asked: Problem, against: Against) -> tuple[Fraction, Refuted] | None:
+    """The smallest factor that one plant of the box refutes.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    against : callable
+        The search for one plant: a factor, and what the checker accepted.
+    """
+    best: tuple[Fraction, Refuted] | None = None
+    for point in _severe(asked):
+        one = replace(asked, plant=family_of(asked).at(point))
+        found = guarded("one plant of the box", lambda one=one: against(one), passing=(TimeoutError,))  # type: ignore[misc]
+        if not isinstance(found, tuple) or (best is not None and found[0] >= best[0]):
+            continue
+        draft = families.member_draft(family_of(asked), point, found[1].certificate)
+        shown = guarded("the parameters", lambda draft=draft: complete_and_check(draft), passing=(TimeoutError,))  # type: ignore[misc]
+        best = (found[0], shown) if isinstance(shown, Refuted) else best
+    return best
+
+
+def _severe(asked: Problem) -> Iterator[Point]:
+    """Plants that seem to be the worst."""
+    family, seen = family_of(asked), set[Point]()
+    worst, _ = families.least(family, lambda plant: _slack(asked, plant), looks=30)
+    for point in (worst, family.middle, *islice(family.corners, 2)):
+        if point not in seen:
+            seen.add(point)
+            yield point
+
+
+def _slack(asked: Problem, plant: MultivariablePlant) -> float:
+    """About the smallest factor at which constant gains destabilise; of a gain less that of linear members."""
+    own = [*(asked.classes.performance or ())]
+    rest = [i for i in range(len(plant.D)) if i not in own]
+    A, B, C, D = plant.doubles()
+    lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, asked.classes.upper))
+    places = [[rest.index(i) for i in block] for block in asked.classes.blocks if block[0] in rest]
+    if not rest:
+        return -_norm(A, B, C, D, plant.dt is not None)
+    inner = A, B[:, rest], C[rest], D[np.ix_(rest, rest)]
+    search = GainSearch(*inner, lower[rest], upper[rest], places, plant.dt is not None)
+    shapes = search.shapes()[:16]
+    if not own:
+        return float(search.first(shapes, search.scales(), zooms=2).min())
+    worst = 0.0
+    for shape in shapes:
+        gains = np.zeros(len(D))
+        gains[rest] = lower[rest] + shape * (upper[rest] - lower[rest])
+        whole = np.linalg.inv(np.eye(len(D)) + D @ np.diag(gains))
+        closed = whole @ C
+        inward = B - B @ np.diag(gains) @ whole @ D
+        sides = A - B @ np.diag(gains) @ closed, inward[:, own], closed[own], (whole @ D)[np.ix_(own, own)]
+        worst = max(worst, _norm(*sides, plant.dt is not None))
+    return -worst
+
+
+def _norm(A: Reals, B: Reals, C: Reals, D: Reals, discrete: bool) -> float:  # noqa: FBT001
+    """About the largest gain over the frequencies; infinite for an unstable loop."""
+    poles = np.linalg.eigvals(A).astype(complex)
+    if (np.abs(poles).max() >= 1) if discrete else (poles.real.max() >= 0):
+        return math.inf
+    size = np.abs(poles)[np.abs(poles) > 0] if poles.any() else np.ones(1)
+    points = np.concatenate([np.geomspace(size.min() / 30, size.max() * 30, 120), np.abs(poles.imag), [0.0]])
+    s = np.exp(1j * np.linspace(0, np.pi, 240)) if discrete else 1j * points
+    response = C @ np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B.astype(complex)) + D
+    return float(np.linalg.norm(response, 2, axis=(1, 2)).max())

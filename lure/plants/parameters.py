@@ -1,0 +1,259 @@
+"""Formulas in parameters of which only bounds are known: the polynomials that they are, and what a box of them has."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from itertools import product
+from typing import TYPE_CHECKING
+
+from lure.errors import InputError
+from lure.exact import Exact, exact_number
+from lure.plants.text import Element, OneVariable, Quotient, exact_coefficient, parsed_quotient
+from lure.record import exact_text
+
+if TYPE_CHECKING:
+    from flint import fmpq
+
+VANISHES = "a denominator in the parameters may vanish in the box; multiply it out, or narrow the box"
+MOST_PARAMETERS, MOST_POWER = 6, 12
+NAME = re.compile(r"[A-Za-z][A-Za-z_0-9]{0,40}")
+RESERVED = ("s", "z", "exp", "inf", "nan")
+Box = tuple[tuple[Fraction, Fraction], ...]
+Point = tuple[Fraction, ...]
+Bounds = Mapping[str, Exact | tuple[Exact, Exact]]
+
+
+class InBox:
+    """What plants with parameters in a box have in common: the names of the parameters and their bounds."""
+
+    names: tuple[str, ...]
+    box: Box
+
+    @property
+    def middle(self) -> Point:
+        """The middle of the box."""
+        return tuple((low + high) / 2 for low, high in self.box)
+
+    @property
+    def corners(self) -> Iterator[Point]:
+        """The corners of the box."""
+        return product(*self.box)
+
+    def words(self, point: Sequence[Fraction]) -> str:
+        """Values of the parameters in words.
+
+        Parameters
+        ----------
+        point : sequence of Fraction
+            The values.
+        """
+        return ", ".join(f"{name} = {exact_text(v, 8)}" for name, v in zip(self.names, point, strict=True))
+
+    @property
+    def ranges(self) -> str:
+        """The box in words."""
+        pairs = zip(self.names, self.box, strict=True)
+        return ", ".join(f"{name} in [{exact_text(low, 8)}, {exact_text(high, 8)}]" for name, (low, high) in pairs)
+
+
+def checked_box(parameters: Mapping[str, tuple[Exact, Exact]], powers: Sequence[Sequence[int]]) -> Box:
+    """The bounds of the parameters of plants.
+
+    Parameters
+    ----------
+    parameters : mapping of str to (number, number)
+        The bounds of each.
+    powers : sequence of sequence of int
+        The exponents that occur in the plants, one for each parameter.
+
+    Raises
+    ------
+    InputError
+        There are none or too many, one has no interval, does not occur, or to too high a power.
+    """
+    box = tuple(interval(name, ends) for name, ends in parameters.items())
+    if not 0 < len(box) <= MOST_PARAMETERS:
+        raise InputError(f"there are {len(box)} parameters with an interval; give 1 to {MOST_PARAMETERS}")
+    for j, name in enumerate(parameters):
+        highest = max((e[j] for e in powers), default=0)
+        if not highest:
+            raise InputError(f"parameters.{name} does not occur in the plant; leave it out, or use it")
+        if highest > MOST_POWER:
+            raise InputError(f"parameters.{name} occurs to the power {highest}; powers up to {MOST_POWER} are read")
+    return box
+
+
+def interval(name: str, ends: tuple[Exact, Exact]) -> tuple[Fraction, Fraction]:
+    """The bounds of a parameter."""
+    low, high = (exact_number(end, f"parameters.{name}") for end in ends)
+    if not low < high:
+        raise InputError(
+            f"parameters.{name} is [{float(low):g}, {float(high):g}]; the first must be smaller than the second, or "
+            "give one number for a constant"
+        )
+    return low, high
+
+
+class Ring(OneVariable):
+    """Polynomials in ``s``, or ``z``, and the parameters; constants stand for their numbers."""
+
+    def __init__(self, parameters: Bounds) -> None:
+        from flint import Ordering, fmpq_mpoly_ctx
+
+        for name in parameters:
+            if not NAME.fullmatch(name) or name in RESERVED:
+                raise InputError(f"parameters.{name!r:.40} is no name here; give letters, digits and _, and not s or z")
+        pairs = {name: ends for name, ends in parameters.items() if isinstance(ends, tuple | list)}
+        self.constants = {
+            name: exact_coefficient(value, f"parameters.{name}")
+            for name, value in parameters.items()
+            if name not in pairs
+        }
+        self.parameters = {name: (ends[0], ends[1]) for name, ends in pairs.items()}
+        self.names = ("s", "z", *parameters)
+        self.context = fmpq_mpoly_ctx.get(["s", *(f"p_{i}" for i in range(len(pairs)))], Ordering.lex)
+        self.generators = dict(zip(self.parameters, self.context.gens()[1:], strict=True))
+        self.divisors = list[Element]()
+
+    def number(self, value: Fraction) -> Element:
+        """A constant."""
+        from flint import fmpq
+
+        return self.context.constant(fmpq(value.numerator, value.denominator))
+
+    def variable(self, name: str) -> Element:
+        """``s``, ``z`` or a parameter."""
+        if name in self.constants:
+            return self.number(self.constants[name])
+        return self.generators[name] if name in self.generators else self.context.gens()[0]
+
+    def product(self, powers: Sequence[int], value: Fraction) -> Element:
+        """A number times powers of the parameters."""
+        return (
+            self.context.from_dict({(0, *powers): self.number(value).leading_coefficient()})
+            if value
+            else self.number(value)
+        )
+
+    def degree(self, p: Element) -> int:
+        """The highest power of any."""
+        return max((int(e) for powers in p.to_dict() for e in powers), default=-1)
+
+    def bits(self, p: Element) -> int:
+        """The size of the numbers, times their count."""
+        numbers = p.to_dict().values()
+        return sum(max(int(c.p).bit_length(), int(c.q).bit_length()) for c in numbers)
+
+    def divided_by(self, p: Element) -> None:
+        """Keep what is divided by: where it vanishes in the box there is no plant."""
+        self.divisors.append(p)
+
+
+Pair = tuple[Element, Element]
+
+
+def parsed(text: str, ring: Ring, field: str) -> tuple[Quotient, str]:
+    """A formula as a quotient; nothing that it divides by, at any depth, vanishes for parameters in the box."""
+    ring.divisors.clear()
+    found, variable = parsed_quotient(text, ring, field)
+    for divisor in ring.divisors:
+        for factor, _ in divisor.factor()[1]:
+            coefficients = in_s(factor, ring)  # it vanishes where they all do, and with it what keeps it as a factor
+            kept = len(coefficients) > 1 and not found.bottom % factor
+            if not kept and not any(_apart(p, ring) for p in coefficients):
+                raise InputError(VANISHES)
+    return found, variable
+
+
+def entries(values: Iterable[object], ring: Ring, name: str) -> list[Pair]:
+    """Each entry, a number or a formula in the parameters, as a quotient."""
+    found = list[Pair]()
+    for i, value in enumerate(values):
+        where = f"{name}[{i}]"
+        if not isinstance(value, str):
+            found.append((ring.number(exact_number(value, where)), ring.number(Fraction(1))))
+            continue
+        quotient, variable = parsed(value, ring, where)
+        if variable:
+            raise InputError(
+                f"{where} is {value!r:.60}, which holds {variable}; give a formula in the parameters alone"
+            )
+        found.append((quotient.top, quotient.bottom))
+    return found
+
+
+def flat(side: object) -> list[object]:
+    """A vector, whether it was given as a row, a column or a list."""
+    rows = list(side) if isinstance(side, Sequence) and not isinstance(side, str) else [side]
+    return [v for row in rows for v in (row if isinstance(row, Sequence) and not isinstance(row, str) else [row])]
+
+
+def over_common(sides: Iterable[Sequence[Pair]], ring: Ring) -> tuple[list[list[Element]], Element]:
+    """All over one denominator, which has no zero in the box."""
+    listed, common = [list(side) for side in sides], ring.number(Fraction(1))
+    for side in listed:
+        for _, bottom in side:
+            common = common * (bottom // common.gcd(bottom))
+    require_apart(common, ring)
+    return [[top * (common // bottom) for top, bottom in side] for side in listed], common
+
+
+def require_apart(p: Element, ring: Ring) -> None:
+    """Refuse a denominator that may vanish in the box."""
+    if not _apart(p, ring):
+        raise InputError(VANISHES)
+
+
+def _apart(p: Element, ring: Ring) -> bool:
+    """Whether interval arithmetic, factor by factor, shows that a polynomial has no zero in the box."""
+    from flint import arb, fmpq
+
+    if not p:
+        return False
+    boxes = [arb(0)]
+    for name, ends in ring.parameters.items():
+        low, high = (arb(fmpq(end.numerator, end.denominator)) for end in interval(name, ends))
+        boxes.append(low.union(high))
+    for factor, _ in p.factor()[1]:
+        total = arb(0)
+        for powers, c in factor.to_dict().items():
+            term = arb(c)
+            for box, e in zip(boxes, powers, strict=True):
+                term *= box ** int(e)
+            total += term
+        if total.contains(0):
+            return False
+    return True
+
+
+def in_s(p: Element, ring: Ring) -> list[Element]:
+    """The coefficients of a polynomial in ``s``, highest power first."""
+    parts: dict[int, dict[tuple[int, ...], fmpq]] = {}
+    for powers, c in p.to_dict().items():
+        parts.setdefault(int(powers[0]), {})[(0, *powers[1:])] = c
+    return [ring.context.from_dict(parts.get(k, {})) for k in range(max(parts, default=0), -1, -1)]
+
+
+def sum_text(terms: Sequence[tuple[tuple[int, ...], Fraction]], names: Sequence[str]) -> str:
+    """A polynomial in the parameters, exactly, as a formula that is read again.
+
+    Parameters
+    ----------
+    terms : sequence of (exponents, Fraction)
+        Its coefficients.
+    names : sequence of str
+        The parameters.
+    """
+    parts = list[str]()
+    for powers, c in terms:
+        if not c:
+            continue
+        letters = [name if e == 1 else f"{name}^{e}" for name, e in zip(names, powers, strict=True) if e]
+        size = exact_text(abs(c), 12) if Fraction(exact_text(abs(c), 12)) == abs(c) else str(abs(c))
+        body = "*".join([size, *letters] if size != "1" or not letters else letters)
+        parts.append(
+            f"{'-' if c < 0 else '+' if parts else ''}{body}" if not parts else f" {'-' if c < 0 else '+'} {body}"
+        )
+    return "".join(parts) or "0"

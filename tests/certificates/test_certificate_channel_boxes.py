@@ -1,0 +1,134 @@
+"""Certificates about several channels and every plant of a box: both checkers, and what neither may accept."""
+
+import json
+from fractions import Fraction
+from importlib import resources
+
+import jsonschema
+import pytest
+
+from lure import NonlinearityClass, Sector
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.systems import class_entries, system_of
+from lure.analysis.questions.gain import l2_gain
+from lure.classes import Diagonal
+from lure.plants.channel_family import ChannelFamily
+from tests.support.tampering import assert_both_reject, edited
+
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+BOX = {"a": (1, 2), "m": (Fraction(4, 5), Fraction(6, 5))}
+# m x' = -a x + mu: V = P x^2, sector [0, 1]
+FIRST = ChannelFamily.of_matrices([["-a/m"]], [["1/m"]], [[1]], None, BOX)
+# x' = -a x + u, u = -phi(-x): sigma = -x, H = -1/(s + a): constant gains g shift the pole to g - a, stable for g < 1
+AGAINST = ChannelFamily.of_matrices([["-a"]], [[1]], [[-1]], None, {"a": (1, 2)})
+
+
+def draft(family, leaf, theorem="diagonal-circle", *, classes=None):
+    own = Diagonal(classes or (NonlinearityClass(sector=Sector(0, 1)),))
+    tree = leaf if "below" in leaf else {"multiplier": leaf}
+    return {
+        **{"verdict": "PROVED", "system": system_of(family), "laws": class_entries(own)},
+        **{"theorem": theorem, "multiplier": {}, "proof": {"method": "boxes", "boxes": tree}},
+    }
+
+
+def leaf(P, weight, **more):
+    return {"lambda": [weight], "P": P, "exponent": 0, **more}
+
+
+@pytest.fixture(scope="module")
+def proof():
+    # (x, phi): 2 a p x^2 + 2 p x phi - 2 l phi (x - phi) = 2 a p x^2 + 2 l phi^2 with p = l: positive definite
+    return complete_and_check(draft(FIRST, leaf([[["1"]], [["0"]], [["0"]]], "1"))).certificate
+
+
+def test_both_accept_a_box_with_a_denominator_and_say_for_which_plants(proof):
+    jsonschema.validate(dict(proof), SCHEMA)
+    shown = check(dict(proof))
+    assert isinstance(shown, Proved)
+    assert shown.claim.endswith("for all constant a in [1, 2], m in [4/5, 6/5]")
+    assert recheck(proof).accepted
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("proof", "boxes", "multiplier", "P"), [[["-1"]], [["0"]], [["0"]]]),
+        (("proof", "boxes", "multiplier", "P"), [[["1"]], [["-1"]], [["0"]]]),  # V = 0 where t_1 = 1
+        (("proof", "boxes", "multiplier", "P"), [[["1"]], [["0"]]]),
+        (("proof", "boxes", "multiplier", "P"), []),
+        (("proof", "boxes", "multiplier", "P"), None),
+        (("proof", "boxes", "multiplier", "lambda"), ["-1"]),
+        (("proof", "boxes", "multiplier", "lambda"), ["1", "1"]),
+        (("proof", "boxes", "multiplier", "theta"), ["1"]),
+        (("proof", "boxes", "multiplier", "exponent"), -1),
+        (("proof", "boxes"), {"parameter": 0, "at": "3/2", "below": {}, "above": {}}),
+        (("proof", "boxes"), {}),
+        (("proof", "boxes"), None),
+        (("proof", "method"), "matrix"),
+        (("multiplier",), {"lambda": ["1"]}),
+        (("theorem",), "full-block-circle"),
+        (("theorem",), "diagonal-popov"),
+        (("rate",), "1/10"),
+        (("system", "kind"), "family"),
+        (("system", "kind"), "multivariable"),
+        (("system", "parameters", 0, 1), "-1"),  # an unstable plant
+        (("system", "parameters", 1, 1), "-1"),  # m passes 0
+        (("system", "parameters", 1, 1), "0"),
+        (("system", "parameters", 0, 2), "1"),
+        (("system", "parameters", 1, 0), "a"),
+        (("system", "terms", 0, "powers"), [0]),
+        (("system", "terms", 0, "common"), "-1"),
+        (("system", "terms", 1, "A"), [["1"], ["1"]]),
+        (("system", "terms", 1, "D"), [["-5"]]),
+        (("laws", "channels", 0, "sector", 1), "20"),
+    ],
+)
+def test_neither_accepts_a_change(proof, path, value):
+    if path == ("rate",):
+        assert_both_reject({**proof, "rate": value})
+    else:
+        assert_both_reject(edited(proof, *path, value=value))
+
+
+# H = -1/(s + a), [0, k]: F of P = p, lambda = l: (x, phi) -> 2 a p x^2 - 2 p x phi (mu = -phi) ... - 2 l phi (k sigma -
+# phi), sigma = -x: 2 a p x^2 + (2 p + 2 l k) x phi + 2 l phi^2: 4 a p l > (p + l k)^2, best p = l k: a > k
+def test_the_circle_criterion_is_sharp_for_all_plants():
+    def shown(k):
+        given = (NonlinearityClass(sector=Sector(0, Fraction(k)), time_varying=True),)
+        return complete_and_check(draft(AGAINST, leaf([[["1"]]], str(1 / Fraction(k))), classes=given))
+
+    assert recheck(shown("999/1000").certificate).accepted
+    with pytest.raises(Rejected):
+        shown("1")
+    assert_both_reject(edited(shown("999/1000").certificate, "laws", "channels", 0, "sector", 1, value="1"))
+
+
+def test_a_plant_between_the_corners_is_not_overlooked():
+    # x' = (64 (p - 1/8)^2 - 1/2) x: -1/2 at p = 1/8, 1/2 at 0 and 1/4; and the other way round
+    for sign, box in (("", (0, 1)), ("-", (0, Fraction(1, 4)))):
+        entry = f"{sign}(64*(p - 1/8)^2 - 1/2)"
+        family = ChannelFamily.of_matrices([[entry]], [[1]], [[1]], None, {"p": box})
+        for tree in (leaf([[["1"]]], "1"), leaf([[["1"]], [["1"]]], "1")):
+            with pytest.raises((Rejected, Malformed)):
+                complete_and_check(draft(family, tree))
+
+
+def test_a_gain_is_that_of_every_plant_and_its_member_one_of_the_box():
+    # x' = -a x + w - phi, z = x: 1/a with phi = 0, and the circle criterion proves no more than 1 at a = 1
+    family = ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (1, 2)})
+    found = l2_gain(family, [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]})
+    assert 0.999 < found.gain.low < 1 < found.gain.high < 1.001
+    high, low = found.certificates["high"], found.certificates["low"]
+    for one in (high, low):
+        jsonschema.validate(dict(one), SCHEMA)
+        assert recheck(one).accepted
+    radius = Fraction(high["laws"]["channels"][1]["sector"][1])
+    smaller = [str(v) for v in (-radius * Fraction(101, 100), radius * Fraction(101, 100))]
+    assert_both_reject(edited(high, "laws", "channels", 1, "sector", value=smaller))
+    assert_both_reject(edited(low, "proof", "at", value=["2"]))
+    assert_both_reject(edited(low, "proof", "at", value=["1/2"]))
+    assert_both_reject(edited(low, "proof", value=dict(low["proof"]["proof"])))

@@ -1,0 +1,171 @@
+"""Gains and several channels for every plant of a box: exact families, refutations by one plant, files."""
+
+import json
+from fractions import Fraction
+from math import inf
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lure import NonlinearityClass, Sector, certify, max_sector
+from lure.analysis import l2_gain
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.cli import main
+from lure.analysis.verdict import Verdict
+from lure.errors import InputError
+from lure.files.loop import loop_to_toml
+from lure.files.reading import parse_system
+from lure.plants.channel_family import ChannelFamily
+from lure.plants.family import PlantFamily
+
+positive = st.fractions(Fraction(1, 5), 5, max_denominator=12)
+WHOLE = {"Bw": [[1]], "Cz": [[1]]}
+VARYING = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
+
+
+# x' = -a x - b phi + w, z = x, phi in [0, 2]: 1/a with phi = 0, and no more by V = x^2/(2 a): of all 1/min a
+@settings(max_examples=3)
+@given(a=positive, b=positive, wide=positive, more=positive)
+def test_the_gain_of_first_order_plants_is_that_of_the_least_damped(a, b, wide, more):
+    family = ChannelFamily.of_matrices([["-a"]], [["b"]], [[1]], None, {"a": (a, a + wide), "b": (b, b + more)})
+    found, limit = l2_gain(family, [Sector(0, 2)], WHOLE), float(1 / a)
+    assert limit * 0.9999 < found.gain.low < limit < found.gain.high < limit * 1.003
+    for shown in found.certificates.values():
+        assert recheck(shown).accepted
+
+
+def test_the_gain_of_an_unknown_delta_in_discrete_time():
+    # x+ = delta x + w, z = x, |delta| <= 9/10: 1/(1 - 9/10) = 10 (iqcToolbox's test); phi is 0 here but for 1/100
+    family = PlantFamily.of_matrices([["delta"]], [1], [0], 0, {"delta": (Fraction(-9, 10), Fraction(9, 10))}, dt=1)
+    found = l2_gain(family, [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]})
+    assert 9.99 < found.gain.low < 10 <= found.gain.high < 10.03
+
+
+def test_no_gain_is_finite_where_one_plant_is_unstable():
+    family = ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (Fraction(-1, 2), 1)})
+    found = l2_gain(family, [Sector(0, Fraction(1, 4))], {"Bw": [[1]], "Cz": [[1]]})
+    assert (found.verdict, found.gain.low) == (Verdict.REFUTED, inf)
+    assert "a = -0.5" in str(found)
+
+
+# x1' = -a x1 - phi2(x2), x2' = -x2 + phi1(x1) ... of positive systems the linear gains decide: k1 k2 < a: factor 1
+def test_positive_systems_in_two_channels_reach_the_linear_gains_of_the_worst_plant():
+    sides = [["-a", 0], [0, -1]], [[0, -1], [-1, 0]], [[1, 0], [0, 1]]
+    family = ChannelFamily.of_matrices(*sides, None, {"a": (1, 2)})
+    found = max_sector(family, [Sector(0, 1), Sector(0, 1)])
+    assert 0.999 < found.largest.low < 1 <= found.refuted_at < 1 + 1e-6
+    assert found.witness.data["parameters"] == {"a": "1"}
+    assert "every a in [1, 2]" in str(found)
+    assert all(recheck(one.certificate).accepted for one in (found.proof, found.refutation))
+    proved, refuted = (certify(family, [Sector(0, k)] * 2) for k in (Fraction(99, 100), Fraction(101, 100)))
+    assert (proved.verdict, refuted.verdict) == (Verdict.PROVED, Verdict.REFUTED)
+
+
+# 1/(m s^2 + c s + k), |d|^2 = (k - m x)^2 + c^2 x: the circle criterion for [0, q] needs q (m x - k) < |d|^2, first
+# lost at q = c^2/m + 2 c sqrt(k/m): least at c = 1/2, k = 1, m = 5/4: 0.2 + sqrt(0.8)
+def test_masses_are_divided_by_and_popov_needs_no_bound():
+    box = {"m": (Fraction(3, 4), Fraction(5, 4)), "c": (Fraction(1, 2), 1), "k": (1, 2)}
+    family = ChannelFamily.of_matrices([[0, 1], ["-k/m", "-c/m"]], [[0], ["1/m"]], [[1, 0]], None, box)
+    limit = 0.2 + 0.8**0.5
+    found = max_sector(family, [VARYING])
+    assert limit * 0.995 < found.largest.low < limit
+    popov = certify(family, [Sector(0, 100)])
+    assert (popov.verdict, popov.shown.theorem) == (Verdict.PROVED, "diagonal-popov")
+    assert recheck(popov.certificate).accepted
+
+
+def test_where_the_criterion_does_not_reach_is_named():
+    # x' = -a^2 x - phi: not asymptotically stable for a = 0 and phi = 0, and no gain of [0, 1] grows
+    family = ChannelFamily.of_matrices([["-a^2"]], [[1]], [[1]], None, {"a": (-1, 1)})
+    found = certify(family, [Sector(0, 1)])
+    assert found.verdict is not Verdict.PROVED
+
+
+SERVO = """
+[plant]
+A = [[0, 1], ["-k/m", "-c/m"]]
+B = [0, "1/m"]
+C = [1, 0]
+[plant.parameters]
+k = [0.9, 1.1]
+m = [0.8, 1.2]
+c = 1
+[class]
+sector = [0, 0.2]
+[performance]
+Bw = [[0], [1]]
+Cz = [[1, 0]]
+"""
+
+
+def test_a_file_with_parameters_is_asked_for_its_gain(tmp_path, capsys):
+    path = tmp_path / "servo.toml"
+    path.write_text(SERVO)
+    assert main(["gain", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    low, high = found["gain"]
+    # with phi = 0: w -> x is m/(m s^2 + c s + k), at most m/(c sqrt(k/m - c^2/(4 m^2))) where that peaks
+    peak = 1.2 / np.sqrt(0.9 / 1.2 - 0.25 / 1.44) / 1.2
+    assert peak * 0.99 < low < high < 1.4 * peak
+    assert "every k in [0.9, 1.1], m in [0.8, 1.2]" in found["sentence"]
+    again = parse_system(loop_to_toml(parse_system(SERVO, name="own", source="")), name="own", source="")
+    assert l2_gain(again).gain.high == pytest.approx(high, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("Bw = [[0], [1]]", "Bw = [[1]]"), "performance.Bw has"),
+        (("[class]\nsector = [0, 0.2]", "[class]\ndelay = 1"), "parameters"),
+        (('B = [0, "1/m"]', 'B = [0, "1/(m - 1)"]'), "a denominator in the parameters may vanish"),
+        (("Bw = [[0], [1]]", 'Bw = [["k"], [1]]'), "Bw"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_sentence(change, said, tmp_path, capsys):
+    path = tmp_path / "servo.toml"
+    path.write_text(SERVO.replace(*change))
+    assert main(["gain", str(path)]) == 2
+    assert said in " ".join(capsys.readouterr().err.split())
+
+
+def test_matrices_that_do_not_fit_are_refused():
+    with pytest.raises(InputError, match="give A"):
+        ChannelFamily.of_matrices([["a"]], [[1, 0]], [[1]], [[0, 0], [0, 0]], {"a": (1, 2)})
+    with pytest.raises(InputError, match="does not occur"):
+        ChannelFamily.of_matrices([["a"]], [[1]], [[1]], None, {"a": (1, 2), "b": (1, 2)})
+    with pytest.raises(InputError, match="rows"):
+        ChannelFamily.of_matrices("a", [[1]], [[1]], None, {"a": (1, 2)})
+
+
+# Random plants of random boxes with random constant members: none has a larger gain than is certified.
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
+def test_no_member_of_a_box_has_a_larger_gain(seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(4 if seed == 1 else 200):
+        n, discrete = int(rng.integers(1, 4)), bool(rng.random() < 0.5)
+        base = rng.normal(size=(n, n))
+        size = np.abs(np.linalg.eigvals(base)).max()
+        base = base * 0.5 / size if discrete else base - np.eye(n) * (np.linalg.eigvals(base).real.max() + 0.5)
+        slope = np.round(0.2 * rng.normal(size=(n, n)), 2)
+        A = [[f"{round(base[i, j], 2)} + ({slope[i, j]})*(p - 1)" for j in range(n)] for i in range(n)]
+        B, C = ([[f"{round(v, 1)}*p" for v in row] for row in rng.normal(size=shape)] for shape in ((n, 1), (1, n)))
+        seen = {"Bw": [[1]] * n, "Cz": [[1] * n]}
+        family = ChannelFamily.of_matrices(
+            A, B, C, None, {"p": (Fraction(4, 5), Fraction(6, 5))}, 1 if discrete else None
+        )
+        found = l2_gain(family, [Sector(Fraction(-1, 5), Fraction(1, 5))], seen, seconds=20)
+        if found.verdict is not Verdict.PROVED:
+            continue
+        for _ in range(100):
+            plant = family.at((Fraction(4, 5) + Fraction(rng.random() * 0.4),))
+            assert _gain(plant, float(rng.uniform(-0.2, 0.2))) < found.gain.high * (1 + 1e-9)
+
+
+def _gain(plant, g):
+    """The largest gain from ``w`` on every state to their sum with ``mu = -g sigma``, over many frequencies."""
+    A, B, C, _ = plant.doubles()
+    closed, one = A - g * np.outer(B[:, 0], C[0]), np.ones(len(A))
+    s = np.exp(1j * np.linspace(0, np.pi, 200)) if plant.dt is not None else 1j * np.geomspace(1e-2, 1e2, 200)
+    return max(abs(one @ np.linalg.solve(v * np.eye(len(A)) - closed, one)) for v in s)
