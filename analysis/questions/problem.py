@@ -39,7 +39,6 @@ Search = Literal["linear", "full"]
 OneChannel = RationalPlant | PlantFamily | DelayPlant | StateSpace | FrequencyData | StructuredPlant
 Plant = OneChannel | MultivariablePlant | ChannelFamily
 LONG = 30_000  # binary digits of the characteristic polynomial from which on matrices are faster
-_GAINS = "hurwitz"  # decides a class of constant gains
 _EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
 
@@ -208,7 +207,7 @@ class Problem:
         """
         if nonlinearity_class is None:
             return replace(cls.largest(plant, "sector", lower=Fraction(0)), name=name)
-        criterion = _GAINS if nonlinearity_class.linear and isinstance(plant, RationalPlant) else BEST
+        criterion = "hurwitz" if nonlinearity_class.linear and isinstance(plant, RationalPlant) else BEST
         given = {"nonlinearity": nonlinearity, "membership": membership, "name": name, "criterion": criterion}
         return cls(plant=plant, classes=Diagonal((nonlinearity_class,)), kind="class", **given)  # type: ignore[arg-type]  # fields by name
 
@@ -544,7 +543,7 @@ def posed(
     """
     block, nonlinearity, own = _parts(loop, discretised=criterion != BEST or method == "matrix")
     gains = (nonlinearity_class or own or _EVERY).linear and isinstance(block, RationalPlant)
-    criterion = _GAINS if gains and criterion == BEST else criterion
+    criterion = "hurwitz" if gains and criterion == BEST else criterion
     named = [row for row in TABLE if row.name == criterion]
     if isinstance(block, RationalPlant) and (criterion == BEST or any(row.matrix for row in named)):
         block = by_matrices(block) or block
