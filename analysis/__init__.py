@@ -32,6 +32,8 @@ extend(
         "lure.analysis.testing.result:Violation": "lure.analysis.plots.sectors:plot_violation",
     },
 )
+extend("explored", {"lure.rod.systems:RodSystem": "lure.analysis.rod.explored:ANSWERS"})
+extend("explore panel", {"lure.rod.systems:RodSystem": "lure.analysis.rod.explored:panel"})
 extend("file", {"builtins:object": "lure.analysis.plots.style:render"})
 extend("beyond", {"lure.rod.assembly:RodAssembly": "lure.analysis.rod.assembly:of_the_rods"})
 extend("beyond, followed", {"lure.rod.assembly:RodAssembly": "lure.analysis.rod.assembly:followed"})

@@ -72,8 +72,9 @@ def respond(question: str) -> str:
         "class": class_answer,
         "line": line_answer,
     }
-    for more in extensions("explored"):
-        answers.update(more)
+    if given["ask"] not in answers:
+        for more in extensions("explored"):
+            answers.update(more)
     try:
         found = answers[given["ask"]](given)
     except _RefusedError as refusal:

@@ -6,6 +6,7 @@ import math
 import reprlib
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from lure.arrays import ArrayLike, NDArray, np
@@ -110,13 +111,17 @@ def ordering_permutation(cells: int, ordering: Ordering) -> NDArray[np.intp]:
     InputError
         The ordering is none of the three.
     """
-    if ordering not in ORDERINGS:
-        raise InputError(f"ordering is {ordering!r}; give one of {', '.join(ORDERINGS)}")
+    _check_ordering(ordering)
     ring = np.arange(2 * cells)
     contact = np.array([2 * cells])
     if ordering == "eq48":
         return np.concatenate((ring[:cells], contact, ring[cells:]))
     return np.concatenate((ring, contact))
+
+
+def _check_ordering(ordering: str) -> None:
+    if ordering not in ORDERINGS:
+        raise InputError(f"ordering is {ordering!r}; give one of {', '.join(ORDERINGS)}")
 
 
 Form = Literal["corrected", "as-printed"]
@@ -174,7 +179,7 @@ class UpwindScheme(Record, StructuredPlant, kw_only=False):
         object.__setattr__(self, "cells", checked_cells(self.cells))
         if self.form not in FORMS:
             raise InputError(f"discretisation.form is {self.form!r}; give one of {', '.join(FORMS)}")
-        ordering_permutation(1, self.ordering)
+        _check_ordering(self.ordering)
 
     @property
     @derived("1/s", label="c N/L", form=lambda rate: f"{rate:.6g} 1/s")
@@ -309,7 +314,7 @@ def checked_cells(cells: object, field: str = "discretisation.cells") -> int:
     >>> checked_cells(10)
     10
     """
-    if isinstance(cells, bool) or not isinstance(cells, int | np.integer):
+    if isinstance(cells, bool) or not isinstance(cells, Integral):
         raise InputError(f"{field} is {reprlib.repr(cells)}; give a whole number")
     number = int(cells)
     if number.bit_length() > 60:

@@ -17,10 +17,13 @@ export function ticks(low, high) {
   return found;
 }
 
+const RAISED = { "−": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+
 /** A number for a reader. @param {number} x @param {number} [digits] */
 export function number(x, digits = 4) {
   if (!Number.isFinite(x)) return x > 0 ? "∞" : "−∞";
-  return String(Number(x.toPrecision(digits))).replace("-", "−").replace(/e\+?(−?)(\d+)/, "·10^$1$2");
+  const [mantissa, power] = String(Number(x.toPrecision(digits))).replaceAll("-", "−").replace("+", "").split("e");
+  return power === undefined ? mantissa : `${mantissa}·10${[...power].map((c) => RAISED[c]).join("")}`;
 }
 
 /** @typedef {{x: [number, number], y: [number, number]}} Window */
@@ -47,17 +50,23 @@ export class Axes {
     this.window = window;
     const { left, top, right, bottom } = this.frame;
     const lines = [];
+    const unit = ([low, high]) => {  // a power of ten that the ticks are counted in
+      const power = Math.floor(Math.log10(Math.max(Math.abs(low), Math.abs(high))));
+      return power > 3 || power < -2 ? 10 ** power : 1;
+    };
+    const [ux, uy] = [unit(window.x), unit(window.y)];
+    const label = (text, one) => (one === 1 ? text : `${text}, in ${number(one, 1).replace("1·", "")}`);
     for (const x of ticks(...window.x)) {
       lines.push(element("line", { class: x ? "grid" : "axis", x1: this.x(x), x2: this.x(x), y1: top, y2: bottom }),
-        element("text", { class: "tick", x: this.x(x), y: bottom + 17, "text-anchor": "middle" }, number(x)));
+        element("text", { class: "tick", x: this.x(x), y: bottom + 17, "text-anchor": "middle" }, number(x / ux)));
     }
     for (const y of ticks(...window.y)) {
       lines.push(element("line", { class: y ? "grid" : "axis", x1: left, x2: right, y1: this.y(y), y2: this.y(y) }),
-        element("text", { class: "tick", x: left - 6, y: this.y(y) + 4, "text-anchor": "end" }, number(y)));
+        element("text", { class: "tick", x: left - 6, y: this.y(y) + 4, "text-anchor": "end" }, number(y / uy)));
     }
-    lines.push(element("text", { x: (left + right) / 2, y: bottom + 38, "text-anchor": "middle" }, this.labels[0]));
+    lines.push(element("text", { x: (left + right) / 2, y: bottom + 38, "text-anchor": "middle" }, label(this.labels[0], ux)));
     lines.push(element("text", { x: 14, y: (top + bottom) / 2, "text-anchor": "middle",
-      transform: `rotate(-90 14 ${(top + bottom) / 2})` }, this.labels[1]));
+      transform: `rotate(-90 14 ${(top + bottom) / 2})` }, label(this.labels[1], uy)));
     this.back.replaceChildren(...lines);
   }
 

@@ -65,7 +65,9 @@ export class NyquistPlot {
     const limit = 4 / typical + Math.min(Math.max(...curve.re.map((x, i) => Math.hypot(x, curve.im[i]))), WIDEST / typical);
     const near = [...curve.re.keys()].filter((i) => Math.hypot(curve.re[i], curve.im[i]) < limit);
     const y = near.flatMap((i) => [curve.im[i], -curve.im[i]]);
-    this.axes.show(around(near.map((i) => curve.re[i]), y, [-1.7 / typical, ...(lower > 0 ? [-1.1 / lower] : [])]));
+    const window = around(near.map((i) => curve.re[i]), y, [-1.7 / typical, ...(lower > 0 ? [-1.1 / lower] : [])]);
+    const tall = Math.min(window.y[1], window.x[1] - window.x[0]);
+    this.axes.show({ x: window.x, y: [-tall, tall] });
     this.curve.setAttribute("d", this.axes.path(curve.re, curve.im));
     this.mirror.setAttribute("d", this.axes.path(curve.re, curve.im.map((one) => -one)));
   }
@@ -90,20 +92,12 @@ export class NyquistPlot {
 export function bar(svg, lower, proved, refuted, k) {
   const ends = [proved, refuted, k].filter((one) => one !== null && Number.isFinite(one));
   const top = lower + Math.max(...ends.map((one) => one - lower)) * 1.2;
-  const [left, right, y, height] = [8, 632, 8, 26];
+  const [left, right, y, height] = [0, 1000, 6, 28];
   const x = (value) => left + (right - left) * Math.min(Math.max((value - lower) / (top - lower), 0), 1);
   const parts = [element("rect", { class: "unknown", x: left, y, width: right - left, height })];
   if (proved !== null) parts.push(element("rect", { class: "proved", x: left, y, width: x(proved) - left, height }));
   if (refuted !== null) parts.push(element("rect", { class: "refuted", x: x(refuted), y, width: right - x(refuted), height }));
   if (Number.isFinite(k)) parts.push(element("line", { class: "asked", x1: x(k), x2: x(k), y1: y - 6, y2: y + height + 6 }));
-  const keys = [["proved", proved === null ? "" : "proved"], ["unknown", "open"], ["refuted", refuted === null ? "" : "refuted"]];
-  let at = left;
-  for (const [kind, word] of keys) {
-    if (!word) continue;
-    parts.push(element("rect", { class: kind, x: at, y: 52, width: 14, height: 14 }), element("text", { x: at + 20, y: 64 }, word));
-    at += 105;
-  }
-  if (Number.isFinite(k)) parts.push(element("text", { x: right, y: 64, "text-anchor": "end" }, `k = ${number(k, 6)}`));
   svg.replaceChildren(...parts);
   svg.setAttribute("aria-label", `Proved ${proved === null ? "nowhere" : `up to ${number(proved, 6)}`}, `
     + `refuted ${refuted === null ? "nowhere" : `from ${number(refuted, 6)}`}; asked about ${number(k, 6)}`);

@@ -54,7 +54,9 @@ function refuse(field = "", sentence = "") {
 /** The fields show the state. */
 function write() {
   for (const radio of document.querySelectorAll("input[name=form]")) radio.checked = radio.value === state.form;
-  for (const part of document.querySelectorAll("[data-form]")) part.hidden = part.dataset.form !== state.form;
+  for (const part of document.querySelectorAll("[data-form]")) part.hidden = !part.dataset.form.split(" ").includes(state.form);
+  if (state.dt) $("discrete").open = true;
+  if (lower()) $("lower").closest("details").open = true;
   for (const name of FIELDS) if (document.activeElement !== $(name)) $(name).value = state[name];
   slide();
   const at = systems.find((one) => one.name === state.system);
@@ -102,6 +104,7 @@ function redraw() {
   const { largest } = known;
   const end = (x) => (x === "inf" ? Infinity : x === "-inf" ? -Infinity : x ?? null);
   if (largest) bar($("bar"), low, end(largest.proved), end(largest.refuted), k);
+  $("bar-k").textContent = number(k, 6);
 }
 
 /** @param {any} plant the answer about the block */
