@@ -333,20 +333,32 @@ def _in_balls(inequality: Inequality, eps: float, delta: float, bits: int) -> li
         extra = arb_mat(n, n)
         for i, unit in enumerate(inequality.scaled.units.tolist()):
             extra[i, i] = arb(eps) / arb(unit) ** 2
-        moved, gain = (A - b * q.transpose() * (1 / r)).tolist(), (b * b.transpose() * (1 / r)).tolist()
-        weight = (q * q.transpose() * (1 / r) + extra).tolist()
-        upper = [[*moved[i], *gain[i]] for i in range(n)]
-        lower = [[-v for v in (*weight[i], *(row[i] for row in moved))] for i in range(n)]
-        values, vectors = acb_mat(upper + lower).mid().eig(right=True, algorithm="approx")
-        stable = [j for j, value in enumerate(values) if value.real < 0]
-        if len(stable) != n:
-            return None
-        table = vectors.tolist()
-        top, low = (acb_mat([[row[j] for j in stable] for row in part]) for part in (table[:n], table[n:]))
-        try:
-            P = [[value.real for value in row] for row in top.transpose().solve(low.transpose()).tolist()]
-        except ZeroDivisionError:
-            return None
-        if not all(value.is_finite() for row in P for value in row):
-            return None
-        return [[(exact_midpoint(P[i][j]) + exact_midpoint(P[j][i])) / 2 for j in range(i + 1)] for i in range(n)]
+        return stabilising(A, b, q, arb_mat([[r]]), extra)
+
+
+def stabilising(A: arb_mat, B: arb_mat, S: arb_mat, R: arb_mat, extra: arb_mat) -> list[list[Fraction]] | None:
+    """Lower triangle of the stabilising ``P`` of ``A'P + PA + (PB - S) R^-1 (PB - S)' + extra = 0``; None without one.
+
+    Parameters
+    ----------
+    A, B, S, R, extra : arb_mat
+        Shapes ``(n, n)``, ``(n, m)``, ``(n, m)``, ``(m, m)`` and ``(n, n)``; the working precision is that outside.
+    """
+    n, inverse = A.nrows(), R.inv()
+    moved, gain = (A - B * inverse * S.transpose()).tolist(), (B * inverse * B.transpose()).tolist()
+    weight = (S * inverse * S.transpose() + extra).tolist()
+    upper = [[*moved[i], *gain[i]] for i in range(n)]
+    lower = [[-v for v in (*weight[i], *(row[i] for row in moved))] for i in range(n)]
+    values, vectors = acb_mat(upper + lower).mid().eig(right=True, algorithm="approx")
+    stable = [j for j, value in enumerate(values) if value.real < 0]
+    if len(stable) != n:
+        return None
+    table = vectors.tolist()
+    top, low = (acb_mat([[row[j] for j in stable] for row in part]) for part in (table[:n], table[n:]))
+    try:
+        P = [[value.real for value in row] for row in top.transpose().solve(low.transpose()).tolist()]
+    except ZeroDivisionError:
+        return None
+    if not all(value.is_finite() for row in P for value in row):
+        return None
+    return [[(exact_midpoint(P[i][j]) + exact_midpoint(P[j][i])) / 2 for j in range(i + 1)] for i in range(n)]

@@ -28,11 +28,11 @@ def falling_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it has no such form, or none of few enough digits was found.
     """
-    loops = list(candidates(data))
-    written = forms(loops)
-    if written is None:
-        raise refused("no quadratic form of few enough digits was found; a slightly smaller sector has one")
-    return _Theorem(data, loops[0], written).text(claim)
+    for loop in candidates(data):
+        written = forms(loop)
+        if written is not None:
+            return _Theorem(data, loop, written).text(claim)
+    raise refused("no quadratic form of few enough digits was found; a slightly smaller sector has one")
 
 
 class _Theorem:

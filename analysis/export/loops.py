@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from flint import arb_mat
+
 from lure.analysis.certificates.arithmetic import INF, Malformed, Rejected, number, numbers
 from lure.analysis.certificates.blocks import coefficients, realised
-from lure.analysis.certificates.channels import channels, moved, plant, seen
+from lure.analysis.certificates.channels import Plant, channels, plant
+from lure.analysis.certificates.frequencies import shifted
 from lure.analysis.certificates.matrix import Claim, proof_by_matrix
+from lure.analysis.certificates.riccati import CLOSE, stabilising
 from lure.analysis.certificates.states import classes, deflated
-from lure.analysis.export.quadratic import Loop, Matrix, Vector, less, rounded
+from lure.analysis.export.quadratic import Loop, Matrix, Vector, less, mix, rounded
 from lure.analysis.export.words import refused
+from lure.analysis.numerics.precision import ball, working_precision
 from lure.errors import AssumptionError
 
 Data = Mapping[str, Any]
@@ -138,25 +144,60 @@ def _carried(P: Matrix, rows: Matrix, ends: list[tuple[Fraction, Vector]]) -> Ma
 def _several(certificate: Data) -> Iterator[Loop]:
     """The circle criterion, or Popov's, with one multiplier for each channel."""
     name, system, data, proof = (certificate[key] for key in ("theorem", "system", "multiplier", "proof"))
-    if name not in ("diagonal-circle", "diagonal-popov") or proof["method"] != "matrix" or "zero" in proof:
-        raise refused(
-            f"{name} by {proof['method']} has no form here; diagonal-circle and diagonal-popov by a matrix do"
-        )
+    if name not in ("diagonal-circle", "diagonal-popov") or "zero" in proof:
+        raise refused(f"{name} has no form here; diagonal-circle and diagonal-popov, without an eigenvalue 0, have one")
     H = plant(system)
     asked = channels(certificate["laws"], len(H.D))
-    if asked.operators or any(one.memory or one.rate is not None for one in asked.families):
-        raise refused("a channel is no sector of a function: it is an operator, has memory or a rate")
+    if asked.operators or asked.delayed or any(one.memory or one.rate is not None for one in asked.families):
+        raise refused("a channel is no function of sigma in a sector: it is an operator, has memory, a delay or a rate")
     if len(H.A) > MOST_STATES:
         raise refused(f"its plant has {len(H.A)} states, above {MOST_STATES}")
-    weights = [2 * v for v in numbers(data["lambda"])]
-    theta = numbers(data["theta"]) if name == "diagonal-popov" else [Fraction(0)] * len(weights)
-    half = [numbers(row) for row in proof["P"]]
-    P = [[half[max(i, j)][min(i, j)] / 2 ** proof["exponent"] for j in range(len(half))] for i in range(len(half))]
+    given, bounds = numbers(data["lambda"]), [asked.bounds(i) for i in range(len(H.D))]
+    theta = numbers(data["theta"]) if name == "diagonal-popov" else [Fraction(0)] * len(given)
     loop = of_states(H.A, H.B, H.C, H.D, discrete=H.discrete)
-    assert (moved(H), seen(H)) == (loop.then, loop.sigma)
-    loop = replace(
-        loop, bounds=[asked.bounds(i) for i in range(len(weights))], weights=weights, theta=theta,
-        rows=[[Fraction(i == j) for j in range(len(P))] for i in range(len(P))],
-    )  # fmt: skip
-    for own in (*(rounded(P, bits) for bits in BITS), P):
-        yield replace(loop, P=own)
+    units = [[Fraction(i == j) for j in range(len(H.A))] for i in range(len(H.A))]
+    loop = replace(loop, bounds=bounds, weights=[2 * v for v in given], theta=theta, rows=units)
+    for P in _matrices(H, loop, proof):
+        for own in (*(rounded(P, bits) for bits in BITS), P):
+            yield replace(loop, P=own)
+
+
+def _matrices(H: Plant, loop: Loop, proof: Data) -> Iterator[Matrix]:
+    """``P`` of the certificate, or from Riccati's equation, with less and less room; none is believed.
+
+    After the shift by the lower bounds ``-V' - 2 sum lambda_i psi_i (w_i sigma_i - psi_i)`` is a form in ``(x, psi)``
+    with the blocks ``-(A'P + PA)``, ``PB - S`` and ``R``: ``S' = Lambda W C + Theta C A``, ``R = He(Lambda (1 + W D) +
+    Theta C B)``.
+
+    Raises
+    ------
+    refused
+        In discrete time, without a ``P``.
+    """
+    if proof["method"] == "matrix":
+        half = [numbers(row) for row in proof["P"]]
+        size = range(len(half))
+        yield [[half[max(i, j)][min(i, j)] / 2 ** proof["exponent"] for j in size] for i in size]
+        return
+    if H.discrete:
+        raise refused("in discrete time several channels need a proof by a matrix")
+    (A, B, C, D), m, n = shifted(H, [Fraction(low) for low, _ in loop.bounds]), len(H.D), len(H.A)
+    given = [w / 2 for w in loop.weights]
+    width = [Fraction(high) - low for low, high in loop.bounds]
+    CA, CB = ([mix(row, side) for row in C] for side in (A, B))
+    S = [[given[i] * width[i] * C[i][k] + loop.theta[i] * CA[i][k] for i in range(m)] for k in range(n)]
+    half = [[given[i] * ((i == j) + width[i] * D[i][j]) + loop.theta[i] * CB[i][j] for j in range(m)] for i in range(m)]
+    R = [[half[i][j] + half[j][i] for j in range(m)] for i in range(m)]
+    for power in CLOSE:
+        with working_precision(max(128, 8 * power)), suppress(ArithmeticError, ValueError):
+            room, sides = Fraction(1, 1 << power), [A, B, S]
+            sides.append([[v - (i == j) * room for j, v in enumerate(row)] for i, row in enumerate(R)])
+            sides.append([[(i == j) * room for j in range(n)] for i in range(n)])
+            lower = stabilising(*(arb_mat([[ball(v) for v in row] for row in side]) for side in sides))
+            if lower is None:
+                continue
+            P = [[lower[max(i, j)][min(i, j)] for j in range(n)] for i in range(n)]
+            for theta, (low, _), row in zip(loop.theta, loop.bounds, loop.sigma, strict=True):
+                if theta and low:
+                    P = [less(line, theta * low * v, row[:n]) for line, v in zip(P, row[:n], strict=True)]
+            yield P

@@ -161,7 +161,7 @@ class _Orbit:
             f"    assert (small : (r < {p})%nat) by (apply Nat.mod_upper_bound; discriminate).",
             "    clearbody r.",
             f"    do {p} (destruct r as [|r];",
-            "      [cbv [repeated samples values nth length Nat.add Nat.modulo Nat.divmod Nat.sub fst snd]; field|]).",
+            "      [cbv [repeated samples values nth length Nat.add Nat.modulo Nat.divmod Nat.sub fst snd]; lra|]).",
             "    exfalso; lia.",
         ]
         if not self.moves:

@@ -145,17 +145,6 @@ def bilinear(P: list[list[int]], left: list[list[int]], right: list[list[int]], 
     return [(sign, u, [int(v) for v in mix(row, right)]) for row, u in zip(P, left, strict=True)]
 
 
-def forms(loops: Iterable[Loop]) -> Forms | None:
-    """The forms of the first loop that passes the test; None if all fail.
-
-    Parameters
-    ----------
-    loops : iterable of Loop
-        The same with ``P`` of more and more digits.
-    """
-    return next((found for found in map(_tested, loops) if found is not None), None)
-
-
 def rounded(P: Matrix, bits: int) -> Matrix:
     """``P`` to so many bits, relative to ``sqrt(P_ii P_jj)``; still symmetric."""
     size = [(v[i].numerator.bit_length() - v[i].denominator.bit_length()) // 2 for i, v in enumerate(P)]
@@ -167,7 +156,14 @@ def rounded(P: Matrix, bits: int) -> Matrix:
     return found
 
 
-def _tested(loop: Loop) -> Forms | None:
+def forms(loop: Loop) -> Forms | None:
+    """The forms of a loop, None if ``V`` does not pass the test.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop.
+    """
     size, channels = len(loop.now[0]), range(len(loop.phi))
     unit = math.lcm(*(v.denominator for row in (*loop.now, *loop.then) for v in row))
     now, then = ([whole(row, unit)[0] for row in side] for side in (loop.now, loop.then))

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from lure import RationalPlant
+from lure.analysis import analyse, certify
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.matrix import matrix_draft
@@ -18,7 +19,7 @@ from lure.analysis.certificates.systems import system_of
 from lure.analysis.export import coq_text
 from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
 from lure.errors import InputError
-from lure.files.builtin import builtin_loop
+from lure.files.builtin import builtin_loop, loop_names
 
 KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
 LOOP = "(* ---- This loop ---- *)"
@@ -85,6 +86,17 @@ def test_discrete_time_compiles(library):
     assert ok, said
 
 
+@needs_coq
+def test_several_channels_compile_from_a_determinant(library):
+    shown = certify(builtin_loop("secant-ring")).shown  # the class of the file: both sectors are [0, 2]
+    assert (shown.theorem, shown.certificate["proof"]["method"]) == ("diagonal-popov", "determinant")
+    text = coq_text(shown)
+    assert "(in_sector 0 2 phi1) ->\n  (in_sector 0 2 phi2) ->" in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert not compiled(library, text.replace("in_sector 0 2 phi2", "in_sector 0 9 phi2"))[0]
+
+
 @pytest.fixture(scope="module")
 def orbit():
     """Of discrete example 6: sigma = 154/125, 192/125 and their negatives, phi odd in the sector [0, 125/192]."""
@@ -141,6 +153,30 @@ def test_every_kept_certificate_is_exported_and_compiles_or_is_refused(name, lib
         assert refusal.startswith("this certificate cannot be exported to Coq: ")
     else:
         ok, said = compiled(library, text)
+        assert ok, said
+
+
+def certificates_in(found, depth=6):
+    """All certificates in an answer."""
+    own = getattr(found, "certificate", None)
+    if isinstance(own, dict) and "format" in own:
+        yield own
+    parts = [getattr(found, name, None) for name in getattr(type(found), "__dataclass_fields__", {})]
+    parts += found if isinstance(found, list | tuple) else found.values() if isinstance(found, dict) else []
+    for part in parts if depth else ():
+        yield from certificates_in(part, depth - 1)
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", loop_names())
+def test_what_is_shown_of_the_built_in_loops_compiles_or_is_refused(name, library):
+    for text in sorted({json.dumps(dict(one)) for one in certificates_in(analyse(builtin_loop(name)))}):
+        try:
+            written = coq_text(check(text))
+        except InputError:
+            continue
+        ok, said = compiled(library, written)
         assert ok, said
 
 
