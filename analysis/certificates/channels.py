@@ -16,6 +16,7 @@ from .arithmetic import ZERO, S, eliminated, fields, form, integer, need, number
 from .balls import dot, positive_definite
 
 EXISTS = "every initial state has a solution with the operators at rest"
+RESTED = "play and stop have phi = 0 at first"
 MOST_STATES, MOST_CHANNELS = 200, 100
 DELAYS = ("delay", "varying delay")
 SCALAR = "scalar linear time-invariant"  # one delta in each channel of its block
@@ -210,8 +211,12 @@ def rank(rows: Rows) -> int:
     return found
 
 
-def member(data: Any, asked: Channels, growing: bool = False) -> list[Fraction]:
-    """One gain for each channel, all of the class; of solutions that grow those of play and stop far from 0."""
+def member(data: Any, asked: Channels, growing: bool = False, near: bool = False) -> list[Fraction]:
+    """One gain for each channel, all of the class; of solutions that grow those of play and stop far from 0.
+
+    ``near``: gains that play and stop come near to, uniformly up to any time from rest: a play of slope ``g`` and a
+    small width (``g = 0``: of a large one), a stop of slope ``g`` and a large width (``g = 0``: of a small one).
+    """
     gains = numbers(data, len(asked.families))
     ends = list[tuple[Any, Any]]()
     for g, (i, family) in zip(gains, each(asked)):
@@ -219,6 +224,8 @@ def member(data: Any, asked: Channels, growing: bool = False) -> list[Fraction]:
             kind, k = family.memory
             need(g > 0 or kind == "stop", f"channel {i + 1} has a play, of which the gain 0 is none")
             ends.append((0, k if kind == "play" else 0))
+        elif near and family.memory:
+            ends.append((0, family.memory[1]))
         else:
             ends.append((1, 1) if family.operator in DELAYS else asked.bounds(i))
     inside = all(low <= g <= high for g, (low, high) in zip(gains, ends))
@@ -243,22 +250,43 @@ def seen(H: Plant) -> Rows:
 RISE, FALL = (0, 10041, 4751, 1133), (10000, 8563, 3183, 561)  # m(s) = RISE/FALL, ascending
 
 
-def increments(H: Plant, asked: Channels) -> Channels:
-    """Beside play and stop: time-varying sectors, of which the loop of ``x'`` (``x+ - x``) is one.
+def increments(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
+    """Beside play and stop: the loop of ``y = A x - B phi``, which is ``x'`` (``x+ - x``), with time-varying sectors.
 
     ``mu_i' = -g_i(t) sigma_i'`` for almost all ``t``, ``0 <= g_i <= k`` for play and stop, and within the bounds of the
-    slope for functions; all are locally Lipschitz in time.  If ``x'`` falls like ``e^(-c t)``, ``x`` has a limit.
+    slope for functions; all are locally Lipschitz in time.  If ``y`` falls like ``e^(-c t)``, ``x`` has a limit.
+
+    With ``w``, from ``x = 0`` and ``phi = 0``: ``x' = y + B_w w``, and ``z = C_z A^-1 y + D_zw w`` if ``H(0) = 0`` from
+    ``mu`` to ``z``, so that ``z = 0`` wherever the loop may rest.
     """
     if not any(family.memory for family in asked.families):
-        return asked
-    need(ordered(H.D, asked) and not asked.operators, "play and stop are covered beside functions, D without a cycle")
-    families, free = list[states.Family](), (-exact.INF, exact.INF)
-    for i, family in each(asked):
+        return H, asked
+    out, families, free = asked.performance, list[states.Family](), (-exact.INF, exact.INF)
+    covered = ordered(H.D, asked) and len(asked.operators) == (out is not None)
+    need(covered, "play and stop are covered beside functions and a gain, D without a cycle")
+    for i in asked.functions:
+        family = asked.families[i]
         ends = (ZERO, family.memory[1]) if family.memory else family.slope
         fixed = not (family.varying or family.rough) and exact.INF not in map(abs, ends)
         need(fixed, f"channel {i + 1}, beside play and stop, needs slope bounds and the same phi at all times")
         families.append(states.Family(ends, free, (False, False), False, True, False))
-    return Channels(families, [range(i, i + 1) for i in range(len(families))])
+    own, blocks = asked.functions, [range(i, i + 1) for i in asked.functions]
+    if out is None:
+        return H, Channels(families, blocks)
+    T = [[v - (i == j) * H.discrete for j, v in enumerate(row)] for i, row in enumerate(H.A)]
+    found = eliminated([list(column) for column in zip(*T)], [list(column) for column in zip(*(H.C[i] for i in out))])
+    need(found is not None, "a gain beside play and stop is not covered with an eigenvalue 0", exact.Critical)
+    E = dict(zip(out, map(list, zip(*(found or [])))))  # C_z T^-1
+    columns = [*zip(*H.B)]
+    still = all(dot(E[i], columns[j]) == H.D[i][j] for i in out for j in own)
+    need(still, "z is not 0 where play and stop may rest: H(0) from mu to z is not 0")
+    need(not any(H.D[i][j] for i in own for j in out), "beside play and stop w may not enter sigma at once")
+    B = [[dot(T[i], columns[j]) if j in out else v for j, v in enumerate(row)] for i, row in enumerate(H.B)]
+    D = [[dot(H.C[i], columns[j]) if j in out else v for j, v in enumerate(row)] for i, row in enumerate(H.D)]
+    for i in out:
+        D[i] = [H.D[i][j] if j in out else ZERO for j in range(len(H.D))]
+    C = [E.get(i, row) for i, row in enumerate(H.C)]
+    return Plant(H.A, B, C, D, H.discrete), Channels([*families, *(asked.families[i] for i in out)], [*blocks, out])
 
 
 def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Channels]:

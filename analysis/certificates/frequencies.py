@@ -141,7 +141,7 @@ def scaling(given: Multiplier, channels: Iterable[int], alike: bool) -> None:
     need(hermitian_part(given, sorted(own)), "M > 0 fails for an operator")
 
 
-def proved(H: Any, given: Multiplier, bounds: Any) -> dict[str, str]:
+def proved(H: Any, given: Multiplier, bounds: Any, outer: Any = ()) -> dict[str, str]:
     r"""``F = He [M (1 + W H) + s Theta H] > 0`` on ``[0, inf]`` after the shift by ``l``, and a stable loop there.
 
     Eigenvalues 0 of that loop are covered where :func:`residue` says so; ``F`` has a limit at 0 then.  ``det F`` times
@@ -151,7 +151,7 @@ def proved(H: Any, given: Multiplier, bounds: Any) -> dict[str, str]:
     need(m <= MOST_CHANNELS, f"determinants are taken up to {MOST_CHANNELS} channels")
     width = [u - l for l, u in bounds]
     d, N = transfer(*shifted(H, [l for l, _ in bounds]))
-    zeros, N, found = residue(d, N, given, width)
+    zeros, N, found = residue(d, N, given, width, outer)
     own, d = d[zeros:], d[max(zeros - 1, 0) :]
     stable = exact.hurwitz(exact.homogeneous([Fraction(c) for c in own[::-1]], exact.S, exact.real(1), n - zeros))
     need(stable, "the loop with the gains at the lower bounds is not asymptotically stable")
@@ -173,12 +173,15 @@ def proved(H: Any, given: Multiplier, bounds: Any) -> dict[str, str]:
     } | found
 
 
-def residue(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -> tuple[int, Any, dict[str, str]]:
+def residue(
+    d: list[int], N: Any, given: Multiplier, width: list[Fraction], outer: Any
+) -> tuple[int, Any, dict[str, str]]:
     """How many roots ``r`` of ``d`` are 0, ``N/s^(r - 1)``, and what was found of ``R = lim s H``.
 
     ``M(0) W R`` is symmetric, with ``r`` positive eigenvalues and else 0.  So 0 is semisimple, its modes ``x_0' = B_0
     mu`` are moved and seen, ``R = C_0 B_0``, and ``P_0 B_0 = C_0' W M(0)'`` has a solution ``P_0 > 0``: for constant
-    ``M`` a part of ``V``, whose derivative is ``2 mu' M(0) W C_0 x_0``.  With kernels ``He M(0) > 0`` is needed too.
+    ``M`` a part of ``V``, whose derivative is ``2 mu' M(0) W C_0 x_0``.  With kernels ``He M(0) > 0`` is needed too,
+    and that the ``outer`` channels, from ``z`` to ``w``, neither move nor see these modes.
     """
     r, m = next(i for i, c in enumerate(d) if c), len(N)
     if not r:
@@ -192,6 +195,8 @@ def residue(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -> t
     need(strict, "He M(0) > 0 fails", exact.Critical)
     need(not any(any(f[: r - 1]) for row in N for f in row), "H has a pole of higher order at 0", exact.Critical)
     N = [[f[r - 1 :] for f in row] for row in N]
+    apart = not given.moved or not any(N[i][j][0] or N[j][i][0] for i in outer for j in range(m))
+    need(apart, "beside kernels w moves, or z sees, an eigenvalue 0", exact.Critical)
     S = [[sum(M[i][k] * width[k] * N[k][j][0] for k in range(m)) / d[r] for j in range(m)] for i in range(m)]
     p, _, _ = resolvent(S, [], [])
     positive = all(c * (-1) ** k > 0 for k, c in enumerate(p[: r + 1])) and not any(p[r + 1 :])

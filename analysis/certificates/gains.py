@@ -101,7 +101,7 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
     keys = ["omega", "input"] if "omega" in proof else []
     _, data, listed, *at = fields(proof, "method", "gains", "operators", *keys)
     m, blocks = len(H.D), [block for block in asked.operators if asked.families[block[0]].operator in OPERATORS]
-    gains = member(data, asked)
+    gains = member(data, asked, near=bool(keys))
     need(not any(gains[i] for block in blocks for i in block), "an operator has a gain as well")
     form(isinstance(listed, list) and len(listed) == len(blocks), f"{len(blocks)} operators are needed, in order")
     G = [[g * (i == j) for j in range(m)] for i, g in enumerate(gains)]

@@ -15,6 +15,7 @@ from . import boxes, frequencies, gains, parametric, states, windows
 from .arithmetic import INF, ZERO, eliminated, fields, form, integer, need, number, numbers, tick
 from .balls import dot, positive_definite
 from .channels import (
+    RESTED,
     SCALAR,
     Channels,
     Plant,
@@ -46,6 +47,7 @@ THEOREMS = {  # the key of the multiplier, and whether with Popov's terms
     "coupled-popov": ("forms", True),
     "full-block-circle": ("Pi", False),
     "full-block-popov": ("Pi", True),
+    "storage-circle": ("lambda", True),
 }
 
 
@@ -74,9 +76,12 @@ def examined(
         found, assumed = (over_boxes if family else proved)(name, data, system, asked, proof)
         if any(one.memory for one in asked.families):
             need("residue" not in found, "with play and stop an eigenvalue 0 is not covered")
-            return True, 4, facts | found, assumed
+            return True, *((4, facts | found, assumed) if asked.performance is None else (7, facts | found, RESTED))
         if "residue" in found:
-            need(not asked.operators, "with operators an eigenvalue 0 is not covered")
+            alone = len(asked.operators) == (asked.performance is not None)
+            need(alone, "with operators an eigenvalue 0 is not covered")
+            if asked.performance is not None:
+                return True, 7, facts | found, assumed
             return True, 5 if any(one.varying for one in asked.families) else 4, facts | found, assumed
         return True, 0 if asked.performance is None else 7, facts | found, assumed
     need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
@@ -175,7 +180,8 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     an operator it is ``lambda (r^2 |sigma_b|^2 - |mu_b|^2)``, whose integral up to any time is, and from ``z`` to ``w``
     that with ``r = 1/gamma``: with ``x(0) = 0`` the integral of ``|z|^2 - gamma^2 |w|^2`` is at most 0.
     """
-    H, asked = undelayed(plant(system), increments(plant(system), asked), name in PIECEWISE)
+    before, (H, asked) = asked, increments(plant(system), asked)
+    H, asked = undelayed(H, asked, name in PIECEWISE)
     if name == "constant-gains":
         fields(data)
         return gains.gain_box(H, asked, *fields(proof, "method", "tree")), ""
@@ -195,7 +201,8 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     given, *turned = fields(data, key, *["theta"] * popov, *parts, *["lambda"] * (beside and bool(asked.operators)))
     theta = numbers(turned[0], m) if popov else [ZERO] * m
     need(not (popov and H.discrete), f"{name} is for continuous time")
-    fitting(asked, theta, H.D)
+    stored = storages(plant(system), before, theta) if name == "storage-circle" else None
+    fitting(asked, [ZERO] * m if stored else theta, H.D)
     method, half, exponent, *zero = fields(proof, "method", "P", "exponent", *["zero"] * ("zero" in proof))
     form(method == "matrix", "several nonlinearities are proved by a matrix")
     P, q, rows = states.symmetric(half, [*moved(H), *seen(H)], n)
@@ -214,8 +221,11 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
         for i, row in zip(places, part):
             for j, v in zip(places, row):
                 Pi[i][j] += v
-    falls, above = inequality(P, (R, Z, q, e), Pi, theta, bounds, H.discrete)
+    falls, above = inequality(P, (R, Z, q, e), Pi, [ZERO] * m if stored else theta, bounds, H.discrete)
     rest = {}
+    if stored:
+        falls, above = with_storage(falls, P, (q, e), Pi, stored)
+        rest["storage"] = "Theta H(0) is symmetric, theta <= 0 for stop and >= 0 for play"
     if zero:
         need(key != "forms", "multipliers that couple channels do not cover an eigenvalue 0")
         falls = at_rest(falls, H, [l for l, _ in bounds], zero[0])
@@ -226,6 +236,7 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     need(positive_definite(falls), "the inequality of P fails, or is undecided")
     posed, assumed = well_posed(H.D, asked) if key != "forms" else (solvable(H, asked, bounds), "")
     V = "V = x^T P x + 2 sum theta_i int phi_i" if any(theta) else "V = x^T P x"
+    V = "V = y^T P y + what is stored, y = A x - B phi," if stored else V
     facts = {
         "stable": f"{V} is positive definite (order {n})",
         "inequality": f"the matrix of order {len(falls)} is positive definite: V falls",
@@ -295,6 +306,55 @@ def over_boxes(name: str, data: Any, system: Any, asked: Channels, proof: Any) -
     }, assumed
 
 
+def storages(H: Plant, asked: Channels, theta: list[Fraction]) -> tuple[Rows, Rows]:
+    """``C A^-1`` and the part of ``V`` in ``phi``, ``y = A x - B phi``, where ``theta`` may be what it is.
+
+    ``sigma_i phi_i' >= (phi_i^2/(2 k))'`` for play, ``phi_i sigma_i' >= (phi_i^2/(2 k))'`` for stop, and the integrals
+    of both are ``>= phi_i^2/(2 k)`` for a function with slopes in ``[0, k]``; the sum of both is ``(phi_i sigma_i)'``.
+    With ``eta_i = c_i A^-1 y = sigma_i + H_i(0) phi`` and ``Theta H(0)`` symmetric ``2 sum theta_i phi_i' eta_i`` is at
+    least the derivative of ``phi' Theta H(0) phi + sum |theta_i| phi_i^2/k_i + 2 sum_(theta_i < 0) theta_i phi_i
+    sigma_i``.  ``V``, this and ``y'Py``, bounds ``phi_i`` where ``theta_i`` is not 0.
+    """
+    need(any(family.memory for family in asked.families), "storage functions are those of play and stop")
+    need(not H.discrete, "storage functions are for continuous time")
+    m, used = len(H.D), [i for i, t in enumerate(theta) if t]
+    functions = [i for i in asked.functions if not asked.families[i].memory]
+    bounded = [i for i in asked.functions if i in used or (asked.families[i].memory or ("",))[0] == "stop"]
+    need(not functions or len(bounded) == len(asked.functions), "beside functions all but stops need storage functions")
+    for i in used:
+        family, sign = asked.families[i], theta[i]
+        need(i in asked.functions, "an operator has no storage function")
+        if family.memory:
+            need((sign > 0) == (family.memory[0] == "play"), f"theta_{i + 1} has the wrong sign for its channel")
+        else:
+            need(family.slope[0] >= 0, f"theta_{i + 1} needs slopes from 0 on")
+        need(not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
+    found = eliminated([list(column) for column in zip(*H.A)], [list(column) for column in zip(*H.C)])
+    need(found is not None, "storage functions do not cover an eigenvalue 0", exact.Critical)
+    E, columns = [list(row) for row in zip(*(found or []))], [*zip(*H.B)]
+    S = [[-t * dot(row, columns[j]) if j in asked.functions else ZERO for j in range(m)] for t, row in zip(theta, E)]
+    need(all(S[i][j] == S[j][i] for i in range(m) for j in range(i)), "Theta H(0) is not symmetric")
+    steep = [(family.memory or ("", family.slope[1]))[1] if i in used else 1 for i, family in each(asked)]
+    V = [
+        [S[i][j] * (1 - (theta[i] < 0) - (theta[j] < 0)) + (i == j) * abs(theta[i]) / steep[i] for j in used]
+        for i in used
+    ]
+    V = [[(theta[i] * v if theta[i] < 0 else ZERO) for v in E[i]] + row for i, row in zip(used, V)]
+    return [[t * v for v in row] for t, row in zip(theta, E)], V
+
+
+def with_storage(M: Any, P: Any, units: Any, Pi: Rows, stored: Any) -> tuple[Any, Any]:
+    """The lower triangle ``M`` of :func:`inequality` less ``2 sum theta_i phi_i' eta_i``, and that of ``V``."""
+    (q, e), (turned, below), n = units, stored, len(P)
+    w, more = states.unit(Pi), states.unit([*turned, *below])
+    M = [[more * v for v in row] for row in M]
+    for i, row in enumerate(turned):
+        for j, v in enumerate(row):
+            M[n + i][j] -= int(more * v) * w * q * q << e
+    V = [[more * v for v in row[: i + 1]] for i, row in enumerate(P)]
+    return M, V + [[int(more * v) << e for v in row[: n + i + 1]] for i, row in enumerate(below)]
+
+
 def at_rest(M: Any, H: Plant, low: list[Fraction], zero: Any) -> Any:
     """The form of a lower triangle ``M`` on a complement of equilibria ``(x, phi)``, ``phi = L sigma``, where it is 0.
 
@@ -355,10 +415,11 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
             not (given.theta[i] and (any(H.D[i]) or one.operator)),
             f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone",
         )
-    facts = frequencies.proved(on_axis(H, given, asked) if H.discrete else H, given, bounds)
+    outer = asked.performance or ()
+    facts = frequencies.proved(on_axis(H, given, asked) if H.discrete else H, given, bounds, outer)
     need(not (H.discrete and "residue" in facts), "scalings do not cover an eigenvalue z = 1", exact.Critical)
     for i, one in each(asked) if "residue" in facts and given.moved else ():
-        rising = bounds[i][0] <= one.slope[0] and one.slope[1] < INF and not one.varying
+        rising = i in outer or (bounds[i][0] <= one.slope[0] and one.slope[1] < INF and not one.varying)
         need(rising, f"beside kernels and an eigenvalue 0 channel {i + 1} has no slope bounds", exact.Critical)
     posed, assumed = well_posed(H.D, asked)
     if not name.startswith("matrix") or ordered(H.D, asked):

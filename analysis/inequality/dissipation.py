@@ -32,7 +32,9 @@ def applies(cone: KernelCone) -> bool:
     cone : KernelCone
         The multipliers.
     """
-    return len(cone.plant.A) <= MOST_STATES and not (cone.pairs or cone.ratios or cone.plant.operators)
+    return len(cone.plant.A) <= MOST_STATES and not (
+        cone.pairs or cone.ratios or cone.turning is not None or cone.plant.operators
+    )
 
 
 def largest(

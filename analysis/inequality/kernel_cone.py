@@ -42,6 +42,7 @@ _ORDERS, _BESIDE, _SPACING = (1, 2, 3), 16.0, 2.0
 _GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED = 1e-3, 1e-7, 1e-9, 1e-9
 _WATCHED, _REAL, _LARGEST_MASS = 80, 1e-7, 1e3
 _LARGEST_THETA = 1e4
+_RESTING = 0.02  # the share in the margin of channels whose width stays
 _LEAST = 1e-6  # of the sum: a weight, where none may be 0
 _LOWEST, _CLOSE, _EASED, _BEYOND = 1e-6, 1e-11, 1e-3, 1.001
 
@@ -106,6 +107,13 @@ class KernelCone:
         several channels, or one scalar operator.
     residue : ndarray or None
         ``R``, where the plant is that without ``R/s``: kernels are then on the diagonal, ``ratios`` those of ``M(0)``.
+    turning : sequence of (int, sequence of Fraction), or None
+        Which ``theta`` there are: of the channels of its first entries, all of them times what is beside each; None:
+        any.
+    scaled : sequence of int
+        The channels whose width grows with the factor, those of a gain; none: all.
+    theta_signs : sequence of int
+        1 where ``theta`` may not be negative, -1 where not positive; none: any.
     """
 
     plant: ShiftedLoop
@@ -116,12 +124,16 @@ class KernelCone:
     fixed: Sequence[Sequence[int]] = ()
     wide: Sequence[Sequence[int]] = ()
     residue: NDArray[np.float64] | None = None
+    turning: Sequence[tuple[int, Sequence[Fraction]]] | None = None
+    theta_signs: Sequence[int] = ()
+    scaled: Sequence[int] = ()
 
     def __post_init__(self) -> None:
         size, plant = np.abs(np.linalg.eigvals(self.plant.A)), self.plant
         self.omega, self.H = plant.omega, plant.H
         self.turned = plant.turned(plant.omega, plant.states, plant.H)
         self.last: Found | None = None
+        self.growing = np.ones(len(self.odd))
         self.pairs = [(i, j) for block in self.blocks for i in block for j in block]
         if self.residue is not None:
             self.pairs = [(i, j) for i, j in self.pairs if i == j]
@@ -207,6 +219,8 @@ class KernelCone:
             before = best.factor
             flat = 0 if serves > best.factor * gain else flat + 1
             best = last._replace(factor=serves) if serves > best.factor else best
+            if self.scaled and best.factor:
+                self.growing = np.array([1 if i in self.scaled else _RESTING for i in range(len(self.odd))])
             nothing_more = not (self.pairs or self.fixed) and factor <= before and solved.margin < _EXACTLY
             if best.factor >= most or flat >= _FLAT * (1 if self.pairs else 2) or nothing_more:
                 break
@@ -357,7 +371,8 @@ class KernelCone:
     ) -> _Solved | None:
         """The programme at some frequencies: the largest ``t`` with ``F >= t N``, ``sum gamma_i/w_i = 1``.
 
-        ``N = He M W^-1`` of the last multiplier, so that ``t`` is about the gain of factor that is left.
+        ``N = He M W^-1`` of the last multiplier, so that ``t`` is about the gain of factor that is left.  Where only
+        some widths grow the sum is over these, and ``N`` is what ``F`` loses by that, with a little for the others.
         """
         m, count, unit = len(widths), len(kernels), self.plant.unit
         wide = {i for block in self.wide for i in block}
@@ -365,7 +380,7 @@ class KernelCone:
         size = len(rows)
         sides = np.zeros((4 * m + count, size))  # rows and columns of M, theta, masses
         sides[: 2 * m, :m] = -np.vstack([np.eye(m)] * 2)
-        total = np.concatenate([1 / widths, np.zeros(size - m)])
+        total = np.concatenate([(self.growing == 1) / widths, np.zeros(size - m)])
         real = np.zeros((len(self.gains), len(self.watched), size))  # -Re M_ii of constant gains
         for at_gain, i in enumerate(self.gains):
             real[at_gain, :, i] = -1
@@ -396,12 +411,20 @@ class KernelCone:
                 equal[1 + i, 2 * m + k] -= kernel.sign * ((kernel.row == i) - ratio * (kernel.row == first))
         for k, (first, i) in enumerate(same, 1 + len(self.ratios)):
             equal[k, [first, i]] = 1, -1
+        if self.turning is not None:
+            tied = np.zeros((m, size))
+            tied[:, m : 2 * m] = np.eye(m)
+            for first, row in self.turning:
+                tied[:, m + first] -= [float(v) for v in row]
+            equal = np.vstack([equal, np.delete(tied, [first for first, _ in self.turning], axis=0)])
         low = -_LEAST * widths if self.ratios else np.zeros(m)
         bounded = np.zeros((count if self.gains or self.wide else 0, size))
         bounded[:, 2 * m : -1] = np.eye(len(bounded), count)
         sides = np.concatenate([sides, bounded, real.reshape(-1, size)])
         most = [np.full(len(bounded), _LARGEST_MASS), np.full(real.shape[0] * real.shape[1], -_REAL)]
-        limits = np.concatenate([low, low, np.full(2 * m, _LARGEST_THETA), np.zeros(count), *most])
+        signs = np.array(self.theta_signs or [0] * m)
+        turned = np.where(np.concatenate([signs < 0, signs > 0]), 0.0, _LARGEST_THETA)
+        limits = np.concatenate([low, low, turned, np.zeros(count), *most])
         found = hermitian_programme(
             np.eye(size)[-1],
             (equal, np.eye(len(equal))[0]),
@@ -449,7 +472,10 @@ class KernelCone:
             else:
                 columns[2 * m + k] = lag[:, None] * sum(norms[i, i] for i in (kernel.row, *kernel.also))
         _, M, _ = self._parts(last, at)
-        columns[-1] = -(M + _EASED * np.diag(np.ones(m))) / widths
+        columns[-1] = -(M + _EASED * np.diag(np.ones(m))) / widths * self.growing
+        # of a gain, d (1/w - w H_i^* H_i), what grows with w
+        for i in self.scaled if self.growing.min() < 1 else ():
+            columns[-1] -= M[:, i, i, None, None] * widths[i] * self.H[at, i].conj()[:, :, None] * self.H[at, i, None]
         return hermitian_rows(_hermitian(columns))
 
     def _positive(

@@ -215,8 +215,13 @@ class ShiftedLoop(ChannelSearch):
         states, H : ndarray
             (k, n, m) and (k, m, m), as :meth:`response` has them.
         """
-        rate = self.own @ (self.A @ states + self.B) + self.jump  # sigma' of a function of the state: C (A x + B mu)
-        return np.asarray(np.where(np.asarray(self.free)[None, :, None], rate, 0))
+        through, direct = self.rates
+        return np.asarray(np.where(np.asarray(self.free)[None, :, None], through @ states + direct, 0))
+
+    @property
+    def rates(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What Popov's terms multiply, of the states and of the inputs: ``sigma' = C (A x + B mu)``."""
+        return self.own @ self.A, self.own @ self.B + self.jump
 
     @property
     def acting(self) -> NDArray[np.float64]:
@@ -274,7 +279,7 @@ class ShiftedLoop(ChannelSearch):
             Popov's terms.
         """
         turn = np.array([float(v) for v in theta])[:, None]
-        m, own, H = len(turn), turn * self.own, self.H
+        m, H, (through, direct) = len(turn), self.H, self.rates
         Q, S, R = Pi[:m, :m], Pi[:m, m:], Pi[m:, m:]
         adjoint = H.conj().swapaxes(1, 2)
         inner = S.T @ H + turn * self.turned(self.omega, self.states, H) - adjoint @ Q @ H / 2
@@ -284,9 +289,9 @@ class ShiftedLoop(ChannelSearch):
             room = float(np.min(np.where(size > 0, F / size, np.inf)))
         room = 1.0 if math.isinf(room) else room  # integrators alone have no states here
         side = S - Q @ self.D
-        N = self.C.T @ side + (0 if self.discrete else self.A.T @ own.T)
+        N = self.C.T @ side + (0 if self.discrete else (turn * through).T)
         corner = side.T @ self.D + self.D.T @ S - R
-        rate = own @ self.B + turn * self.jump
+        rate = turn * direct
         corner = corner if self.discrete else corner + rate + rate.T
         for share in _SLACKS if room > 0 else ():
             checkpoint()

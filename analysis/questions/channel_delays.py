@@ -39,7 +39,7 @@ def delays_of(asked: Problem) -> list[int]:
 
 
 def increments(asked: Problem) -> Problem:
-    """Beside play and stop the question about time-varying sectors, of which the loop of ``x'`` is one.
+    """Beside play and stop the question about the loop of ``x'`` less ``B_w w``, with time-varying sectors.
 
     Parameters
     ----------
@@ -54,12 +54,17 @@ def increments(asked: Problem) -> Problem:
     if not any(one.memory for one in asked.classes.classes):
         return asked
     try:
-        known = channels.increments(*stated(asked))
+        (A, B, C, D, _), known = channels.increments(*stated(asked))
     except Rejected as error:
         raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
-    ends = [known.bounds(i) for i in range(len(known.families))]
-    classes = tuple(NonlinearityClass(sector=Sector(*pair), time_varying=True) for pair in ends)
-    return replace(asked, classes=Diagonal(classes))
+    own = known.performance or ()
+    classes = [
+        asked.classes.classes[i] if i in own else NonlinearityClass(sector=Sector(*known.bounds(i)), time_varying=True)
+        for i in range(len(D))
+    ]
+    plant = MultivariablePlant(_rows(A), _rows(B), _rows(C), _rows(D), dt=channel_plant(asked.plant).dt)
+    sizes = tuple(len(block) for block in known.blocks)
+    return replace(asked, plant=plant, classes=Diagonal(tuple(classes), repeated=sizes))
 
 
 def stated(asked: Problem) -> tuple[Plant, channels.Channels]:

@@ -20,6 +20,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_delays import delays_of, delays_refuting, without_delays
 from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.channel_proofs import is_critical
 from lure.analysis.questions.channel_refutations import constant_gains, gains_refuting, refutation
 from lure.analysis.questions.problem import Problem
 from lure.arrays import Reals, np, optimize
@@ -30,6 +31,7 @@ _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _SHAPES, _CORNERS, _LARGEST = 3, 4, 1e6
 _TRIED, _RADII = 20, (Fraction(1, 10**10), Fraction(1, 10**7))
 _NEAR = 1e-4
+_INSIDE = 128  # the share of a class by which gains are above its lower end
 _MOST_STATES, _MOST_CHANNELS, _STARTS, _KEPT, _BEYOND = 20, 6, 40, 2, 30.0  # of the search for periodic solutions
 _HALVES, _WHOLE = (1, 3, 5, 7), (0, 1, 2, 3, 4)
 
@@ -141,7 +143,7 @@ def _by_gains(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
 
 def _unstable(asked: Problem) -> tuple[Fraction, Refuted] | None:
     """Gains of the class with which the loop is unstable: then no gain is finite, and the factor is 0."""
-    if not _functions(asked):
+    if not _functions(asked) or any(one.memory for one in asked.classes.classes):
         return None
     search, own = _gain_search(asked)
     found = search.found(double_above(Fraction(0)), 1.0)
@@ -159,13 +161,20 @@ def _members(asked: Problem, out: range) -> tuple[MemberSearch, list[range]]:
     """The search for members with a large gain from ``w`` to ``sigma`` on some channels, and its operators."""
     own = delays_of(asked)
     H, operators = channel_plant(asked.plant), [b for b in asked.classes.operators if b != out and b[0] not in own]
-    lower = np.array([float(v) for v in asked.classes.lower])
+    lower = np.array([float(v) for v in _starts(asked)])
     scalar = [block for block in asked.classes.operators if asked.classes.classes[block[0]].operator == SCALAR]
     return MemberSearch(*H.doubles(), lower, _functions(asked), operators, out, H.dt is not None, scalar), operators
 
 
+def _starts(asked: Problem) -> tuple[Fraction, ...]:
+    """Gains with which the loop is stable, to begin with: the lower bounds, with an eigenvalue 0 more."""
+    lower, upper, operators = asked.classes.lower, asked.classes.upper, asked.classes.operators
+    still = {i for block in operators for i in block} if operators and is_critical(asked) else range(len(lower))
+    return tuple(low if i in still else low + (upper[i] - low) / _INSIDE for i, low in enumerate(lower))
+
+
 def _proof(asked: Problem, search: MemberSearch, found: Found, operators: list[dict[str, Any]]) -> dict[str, Any]:
-    gains = search.exact_gains(found, asked.classes.lower, asked.classes.upper)
+    gains = search.exact_gains(found, _starts(asked), asked.classes.upper)
     return {"method": "linear-members", "gains": texts(gains), "operators": operators}
 
 

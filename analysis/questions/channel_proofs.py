@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
+from flint import fmpq_mat
+
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Plant
 from lure.analysis.certificates.checker import Proved
@@ -24,7 +26,8 @@ from lure.analysis.inequality.kernel_rounding import multiplier
 from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
-from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
+from lure.analysis.inequality.storage import StorageInequality
+from lure.analysis.inequality.zero_modes import ZeroModes, exact, zero_modes
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions import channel_families
 from lure.analysis.questions.channel_delays import delays_of, increments, without_delays
@@ -53,9 +56,11 @@ KINDS = (  # how the names begin, the multipliers in words, and their letter
     ("order", "a form for each nonlinearity", "M"),
     ("parameter", "a matrix that depends on the gains", "Lambda"),
     ("piecewise", "functions of the frequency for delays", "M"),
+    ("storage", "storage functions of play and stop", "Lambda + Theta/s"),
 )
-_KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC, _PIECES = range(1, 8)
+_KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC, _PIECES, STORED = range(1, 9)
 _SAMPLES, _MANY = (2, 3, 4), 20
+_FIRST_OF_MEMORY = "diagonal-circle"
 
 
 class Criterion(NamedTuple):
@@ -86,7 +91,11 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     if isinstance(asked.plant, ChannelFamily):
         shown = {name: row for row in TABLE for name in row.channels}
         return [Criterion(name, shown[name]) for name in channel_families.criteria(asked)]
-    asked, wanted = increments(asked), asked.criterion.replace("_", "-").lower()
+    wanted, stored = asked.criterion.replace("_", "-").lower(), _stored(asked)
+    try:
+        asked = increments(asked)
+    except AssumptionError:  # which the first of them then says
+        return [Criterion(name, row) for row in TABLE for name in row.channels if name == _FIRST_OF_MEMORY]
     cheap = asked.kind == "class" and len(asked.classes.classes) > _MANY  # then the first proof will do
     rows = [row for row in (TABLE if cheap else reversed(TABLE)) if row.channels and time_of(asked.plant) in row.times]
     if not all(one.linear and one.rate is None for one in asked.classes.classes):
@@ -99,8 +108,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     late = [asked.classes.classes[i] for i in delays_of(asked)]
     delayed = any(one.operator == DELAYS[0] or one.rate is not None for one in late)
     found = [x for x in found if delayed or x.kind != _PIECES]
-    if not _parametric(asked):
-        found = [x for x in found if x.kind != PARAMETRIC]
+    left_out = {PARAMETRIC} if not _parametric(asked) else set()
+    found = [x for x in found if x.kind not in left_out | ({STORED} if not stored else set())]
     if wanted == BEST:  # one channel needs no full block
         constant, functions = not any(_free(asked)), [one for one in asked.classes.classes if not one.operator]
         left = {_COUPLED} if not asked.classes.rectified else {_FULL, _ORDERS}
@@ -122,7 +131,14 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             f"the criterion {asked.criterion!r:.40} is not for several nonlinearities in {time_of(asked.plant)} time; "
             f"choose from {BEST}, {names}"
         )
-    return sorted(found, key=lambda one: (not one.row.linear, -1 if one.kind == _PIECES else one.kind))
+    places = {_PIECES: -1.0, STORED: 0.5}
+    return sorted(found, key=lambda one: (not one.row.linear, places.get(one.kind, one.kind)))
+
+
+def _stored(asked: Problem) -> bool:
+    """Whether there are storage functions: those of play and stop, in continuous time, all lower bounds being 0."""
+    classes, flowing = asked.classes, channel_plant(asked.plant).dt is None
+    return flowing and any(one.memory for one in classes.classes) and not any(classes.lower)
 
 
 def _free(asked: Problem) -> list[bool]:
@@ -176,9 +192,10 @@ def _require_no_zero(asked: Problem) -> None:
 
 def _rising(asked: Problem) -> bool:
     """Whether every channel has slope bounds above the lower end, at all times the same: kernels beside integrators."""
-    sloped = all(_sloped(asked)) and not asked.classes.operators and channel_plant(asked.plant).dt is None
-    slopes = [one.slope.lower for one in asked.classes.classes if one.slope is not None]
-    return sloped and slopes == [one.gains[0] for one in asked.classes.classes]
+    functions = [one for one in asked.classes.classes if one.operator != "performance"]
+    slopes = [one.slope.lower for one in functions if one.slope is not None and not one.time_varying]
+    finite = all(one.slope is not None and math.inf not in (-one.slope.lower, one.slope.upper) for one in functions)
+    return channel_plant(asked.plant).dt is None and finite and slopes == [one.gains[0] for one in functions]
 
 
 def _fixed(asked: Problem) -> list[range]:
@@ -204,7 +221,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     criterion : Criterion
         The criterion.
     """
-    asked = without_delays(asked)
+    before, asked = asked, without_delays(asked)
     H, popov = channel_plant(asked.plant), not criterion.row.time_varying
     if criterion.row.linear or criterion.kind:
         _require_no_zero(asked)
@@ -221,6 +238,9 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
             yield GainSplines(*loop, degree=degree, pieces=pieces)
         return
     operators = asked.classes.operators
+    if criterion.kind == STORED:
+        yield _by_storage(before, asked)
+        return
     given = (*H.doubles(), lower, free, popov, H.dt is not None, operators)
     if criterion.kind in (_COUPLED, _WINDOWS):
         windows = (asked.window,) if asked.window else _SAMPLES
@@ -247,6 +267,19 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         return
     for orthants in (False, True):
         yield FullBlockInequality(*given, orthants=orthants)
+
+
+def _by_storage(asked: Problem, moved: Problem) -> StorageInequality:
+    """The search with storage functions, for the loop of the derivatives."""
+    before, H, m = channel_plant(asked.plant), channel_plant(moved.plant), len(asked.classes.classes)
+    operators = [i for block in asked.classes.operators for i in block]
+    A, B, C, D = (exact(side) for side in (before.A, before.B, before.C, before.D))
+    still = D - C * A.inv() * B
+    free = [i not in operators and not any(row) for i, row in enumerate(before.D)]
+    shown = fmpq_mat([[0 if i in operators or j in operators else still[i, j] for j in range(m)] for i in range(m)])
+    signs = [{"play": 1, "stop": -1, "": 0}[one.memory] for one in asked.classes.classes]
+    loop = (*H.doubles(), np.zeros(m), free, True, False, moved.classes.operators)
+    return StorageInequality(*loop, signs=signs, still=shown)
 
 
 def _groups(asked: Problem) -> list[Group]:
@@ -340,10 +373,11 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
         wide = [one for one in (*gains, *fixed) if len(one) > 1]
         wide = [one for one in wide if one in gains or classes.classes[one[0]].operator == SCALAR]
         alone = [one[0] for one in gains if len(one) == 1]
-        cone = KernelCone(plant, blocks, odd, fixed=fixed, gains=alone, wide=wide)
+        own = classes.performance or ()
+        cone = KernelCone(plant, blocks, odd, fixed=fixed, gains=alone, wide=wide, scaled=own)
     else:
-        ratios = [(first, float(ratio)) for first, ratio in modes.ratios]
-        cone = KernelCone(plant, blocks, odd, ratios, residue=modes.residue())
+        ratios, own = [(first, float(ratio)) for first, ratio in modes.ratios], classes.performance or ()
+        cone = KernelCone(plant, blocks, odd, ratios, residue=modes.residue(), scaled=own)
     return cone, lambda factor: [(factor if i in scaled else 1) * high - low for i, (low, high) in enumerate(ends)]
 
 

@@ -26,6 +26,7 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
     PARAMETRIC,
+    STORED,
     Criterion,
     criteria_for,
     farthest,
@@ -178,7 +179,9 @@ def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved]
         classes=scaled,
         verdict=Verdict.PROVED,
         evidence=Evidence.CERTIFIED,
-        multiplier=None if row.linear else letter + " + s Theta" * any(map(Fraction, multiplier.get("theta", ()))),
+        multiplier=None
+        if row.linear
+        else letter + " + s Theta" * (criterion.kind != STORED and any(map(Fraction, multiplier.get("theta", ())))),
         parameters=multiplier,
         reason=f"proved for the upper bounds times {bound_below(alpha)}",
         hypotheses=tuple(f"{name}: {how}" for name, how in shown.facts.items() if name != "class"),

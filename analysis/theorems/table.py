@@ -222,7 +222,7 @@ TABLE = (  # in each stage the cheapest first
         matrix=True,
         channels=(
             *("diagonal-circle", "coupled-circle", "full-block-circle"),
-            *("parameter-dependent", "matrix-scalings", "piecewise-circle"),
+            *("parameter-dependent", "matrix-scalings", "piecewise-circle", "storage-circle"),
         ),
         largest="theorems.circle:circle_largest",
         decision="theorems.circle:circle_criterion",

@@ -145,32 +145,6 @@ def _read_class(one: Mapping[str, object]) -> Nonlinearities:
     return read_operator(one) if "operator" in one else read_nonlinearities(one, rates=True)
 
 
-def increments(asked: Asked) -> Asked:
-    """The loop of the derivatives, in discrete time of the differences, where a channel has memory: sectors.
-
-    Parameters
-    ----------
-    asked : Asked
-        The plant and its classes.
-
-    Raises
-    ------
-    NotShown
-        There are operators, a cycle in ``D``, or a class without slope bounds, or with its own time.
-    """
-    if all(one.memory is None for one in asked.nonlinearities):
-        return asked
-    require(not asked.operators and acyclic(asked), "beside memory there are operators, or D has a cycle")
-    classes = list[Nonlinearities]()
-    for one in asked.nonlinearities:
-        low, high = (Fraction(0), one.memory[1]) if one.memory is not None else one.slope or (None, None)
-        known = isinstance(low, Fraction) and isinstance(high, Fraction) and not one.time_varying and not one.rough
-        if not known or low is None or high is None:
-            raise NotShown("beside memory a class has no slope bounds")
-        classes.append(Nonlinearities(lower=low, upper=high, slope=None, odd=False, time_varying=True, linear=False))
-    return replace(asked, nonlinearities=tuple(classes), repeated=tuple(range(len(classes))))
-
-
 def _repeated(stated: object, m: int) -> tuple[int, ...]:
     """For each channel the first one with the same nonlinearity: its own, or stated for all or block after block."""
     if isinstance(stated, bool):
@@ -339,6 +313,23 @@ def growing_member(value: object, asked: Asked) -> list[Fraction]:
         require(0 < gain <= k if kind == "play" else gain == 0, "a gain is not that of play or stop far out")
         others.append(Nonlinearities(lower=gain, upper=gain, slope=None, odd=False, time_varying=False, linear=True))
     return member(value, replace(asked, nonlinearities=tuple(others)))
+
+
+def nearby_member(value: object, asked: Asked) -> list[Fraction]:
+    """Gains of the class, and such as a play of a small width, or a stop of a large one, comes near to from rest.
+
+    Parameters
+    ----------
+    value : object
+        Numbers.
+    asked : Asked
+        The classes.
+    """
+    near = [
+        replace(one, lower=Fraction(0), upper=one.memory[1], memory=None) if one.memory is not None else one
+        for one in asked.nonlinearities
+    ]
+    return member(value, replace(asked, nonlinearities=tuple(near)))
 
 
 def member(value: object, asked: Asked) -> list[Fraction]:

@@ -14,7 +14,7 @@ from flint import fmpq, fmpq_mat
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import unstable
-from lure.analysis.certificates.second.channels import Asked, half_plane_stable, member
+from lure.analysis.certificates.second.channels import Asked, half_plane_stable, member, nearby_member
 from lure.analysis.certificates.second.numerics import half_plane_counts, to_fmpq
 from lure.analysis.certificates.second.reading import Document, listed, number, numbers, record, require
 
@@ -32,7 +32,10 @@ def refuted_by_members(document: Document, asked: Asked) -> str:
     """
     gain = "omega" in document.proof
     proof = record(document.proof, "method", "gains", "operators", *(("omega", "input") if gain else ()))
-    gains, blocks = member(proof["gains"], asked), [b for b in asked.operators if b[0] not in asked.performance]
+    gains, blocks = (
+        (nearby_member if gain else member)(proof["gains"], asked),
+        [b for b in asked.operators if b[0] not in asked.performance],
+    )
     blocks = [b for b in blocks if asked.nonlinearities[b[0]].operator not in claims.DELAYS]
     given = listed(proof["operators"])
     require(len(given) == len(blocks), "there is not one member for each operator")
@@ -61,7 +64,8 @@ def refuted_by_members(document: Document, asked: Asked) -> str:
     w = [numbers(pair) for pair in listed(proof["input"])]
     require(len(w) == len(own) and all(len(pair) == 2 for pair in w), "the input does not fit")
     z = _response((A, B, C, D), w, None if proof["omega"] is None else number(proof["omega"]), discrete=asked.discrete)
-    least = to_fmpq(sum(v * v for pair in w for v in pair)) / to_fmpq(asked.bounds[own[0]][1]) ** 2
+    r = asked.nonlinearities[asked.performance[0]].ends[1]
+    least = to_fmpq(sum(v * v for pair in w for v in pair)) / to_fmpq(r or Fraction(0)) ** 2
     require(bool(sum((v * v for v in z), fmpq(0)) > least), "the gain is not shown to be above gamma")
     return claims.EXCEEDED
 

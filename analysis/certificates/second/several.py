@@ -32,7 +32,6 @@ from lure.analysis.certificates.second.channels import (
     acyclic,
     balls,
     diagonal,
-    increments,
     joined,
     on_axis,
     read,
@@ -50,6 +49,7 @@ from lure.analysis.certificates.second.frequencies import (
 )
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
 from lure.analysis.certificates.second.members import refuted_by_members, refuted_by_signal
+from lure.analysis.certificates.second.memory import increments, remembering, require_storage
 from lure.analysis.certificates.second.numerics import working_precision
 from lure.analysis.certificates.second.parametric import require_parametric
 from lure.analysis.certificates.second.pieces import require_pieces
@@ -91,13 +91,18 @@ def shown(document: Document) -> str:
         document = channel_boxes.member(document)
     asked = read(document)
     if document.verdict == "PROVED":
-        if any(one.memory is not None for one in asked.nonlinearities):
+        if document.theorem == "storage-circle":
+            require_storage(document, asked)
+            return claims.GAIN if asked.performance else claims.EQUILIBRIA
+        if remembering(asked):
             require(not _proved(document, increments(asked)), "with memory an eigenvalue 0 is not covered")
-            return claims.EQUILIBRIA
+            return claims.GAIN if asked.performance else claims.EQUILIBRIA
         kept = document.theorem in ("piecewise-circle", "piecewise-popov")
         if not _proved(document, without_delays(asked, constant=not kept)):
             return claims.GAIN if asked.performance else claims.ATTRACTS
-        require(not asked.operators, "with operators an eigenvalue 0 is not covered")
+        require(len(asked.operators) == bool(asked.performance), "with operators an eigenvalue 0 is not covered")
+        if asked.performance:
+            return claims.GAIN
         varying = any(one.time_varying for one in asked.nonlinearities)
         return claims.BOUNDED if varying else claims.EQUILIBRIA
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
@@ -250,7 +255,11 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
         if given.moved:
             signs = (at_zero + at_zero.transpose()).charpoly().coeffs()  # all roots are real
             require(all(c * (-1) ** (m - i) > 0 for i, c in enumerate(signs)), "He M(0) is not positive definite")
+            crossing = (v for i in asked.performance for j in range(m) for v in (jump[i, j], jump[j, i]))
+            require(not any(v != 0 for v in crossing), "w moves the eigenvalue 0, or z sees it, beside kernels")
             for one, (low, _) in zip(asked.nonlinearities, bounds, strict=True):
+                if one.operator:
+                    continue
                 steepest = "inf" if one.slope is None else one.slope[1]
                 rising = one.slope is not None and claims.at_least(one.slope[0], low) and not one.time_varying
                 require(rising and isinstance(steepest, Fraction), "kernels, an eigenvalue 0, and no slope bounds")

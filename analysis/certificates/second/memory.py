@@ -1,0 +1,190 @@
+r"""Play and stop, checked again: the loop of the derivatives, the gain from rest, and storage functions.
+
+``y = A x - B phi`` is ``x'`` without ``w``.  With ``v = A^{-1} y``, the distance of ``x`` from where the loop rests
+with this ``phi``, and ``u = phi'``,
+
+.. math:: \dot v = A v - A^{-1} B u + B_w w, \quad \dot\sigma = C \dot v - (D - C A^{-1} B) u, \quad \eta = C v,
+    \quad z = C_z v + D_{zw} w
+
+where ``H(0) = 0`` from ``mu`` to ``z``.  ``V = y'P y`` and what ``sum theta_i u_i eta_i`` stores in ``phi``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+from flint import arb_mat, fmpq, fmpq_mat
+
+from lure.analysis.certificates.second.channels import Asked, acyclic, diagonal, joined, require_uniform
+from lure.analysis.certificates.second.classes import Nonlinearities
+from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
+from lure.analysis.certificates.second.numerics import working_precision
+from lure.analysis.certificates.second.reading import Document, NotShown, count, numbers, record, require
+
+
+def remembering(asked: Asked) -> bool:
+    """Whether a channel has play or stop.
+
+    Parameters
+    ----------
+    asked : Asked
+        The classes.
+    """
+    return any(one.memory is not None for one in asked.nonlinearities)
+
+
+def increments(asked: Asked) -> Asked:
+    """The loop of the derivatives, in discrete time of the differences, where a channel has memory: sectors.
+
+    Parameters
+    ----------
+    asked : Asked
+        The plant and its classes.
+
+    Raises
+    ------
+    NotShown
+        There are operators, a cycle in ``D``, or a class without slope bounds, or with its own time; or of a gain:
+        ``z`` does not vanish at rest, or ``w`` enters ``sigma`` at once.
+    """
+    if not remembering(asked):
+        return asked
+    alone = len(asked.operators) == bool(asked.performance)
+    require(alone and acyclic(asked), "beside memory there are operators, or D has a cycle")
+    classes = list[Nonlinearities]()
+    for one in asked.nonlinearities:
+        if one.operator:
+            classes.append(one)
+            continue
+        low, high = (Fraction(0), one.memory[1]) if one.memory is not None else one.slope or (None, None)
+        known = isinstance(low, Fraction) and isinstance(high, Fraction) and not one.time_varying and not one.rough
+        if not known or low is None or high is None:
+            raise NotShown("beside memory a class has no slope bounds")
+        classes.append(Nonlinearities(lower=low, upper=high, slope=None, odd=False, time_varying=True, linear=False))
+    firsts = tuple(first if i in asked.performance else i for i, first in enumerate(asked.repeated))
+    found = replace(asked, nonlinearities=tuple(classes), repeated=firsts)
+    return from_rest(found) if asked.performance else found
+
+
+def from_rest(asked: Asked) -> Asked:
+    """The plant from ``(phi', w)`` to ``(sigma', z)``, discrete: of differences.
+
+    Parameters
+    ----------
+    asked : Asked
+        The plant from ``(phi, w)`` to ``(sigma, z)``.
+
+    Raises
+    ------
+    NotShown
+        There is none.
+    """
+    n, m, out = asked.A.nrows(), asked.D.nrows(), asked.performance
+    T = asked.A - diagonal([Fraction(int(asked.discrete))] * n)
+    require(bool(T.det() != 0), "an eigenvalue 0 beside memory and a gain")
+    functions, through = _chosen(m, [i for i in range(m) if i not in out]), _chosen(m, out)
+    at_rest = asked.D - asked.C * T.inv() * asked.B  # H(0), or H(1)
+    nothing = fmpq_mat(m, m)
+    require(bool(through * at_rest * functions == nothing), "z does not vanish at rest")
+    require(bool(functions * asked.D * through == nothing), "w enters sigma at once")
+    B = asked.B * functions + T * asked.B * through
+    C = functions * asked.C + through * asked.C * T.inv()
+    D = functions * (asked.D * functions + asked.C * asked.B * through) + through * asked.D * through
+    return replace(asked, B=B, C=C, D=D)
+
+
+def require_storage(document: Document, asked: Asked) -> None:
+    """Check the circle criterion with storage functions of play and stop.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+    asked : Asked
+        The plant and its classes.
+
+    Raises
+    ------
+    NotShown
+        A hypothesis fails, or a matrix is not shown to be positive definite.
+    """
+    require(remembering(asked) and not asked.discrete, "storage functions are those of memory in continuous time")
+    given, proof = record(document.multiplier, "lambda", "theta"), record(document.proof, "method", "P", "exponent")
+    require(proof["method"] == "matrix", "the method does not fit the theorem")
+    weights, theta, m, n = numbers(given["lambda"]), numbers(given["theta"]), asked.D.nrows(), asked.A.nrows()
+    require(len(theta) == m, "there is not one storage function for each channel")
+    moved, out = increments(asked), asked.performance
+    require_uniform(weights, moved)
+    require(bool(asked.A.det() != 0), "an eigenvalue 0 is not covered")
+    back = asked.A.inv()
+    still = asked.D - asked.C * back * asked.B
+    functions, through = _chosen(m, [i for i in range(m) if i not in out]), _chosen(m, out)
+    turn = diagonal(theta)
+    S = turn * still * functions
+    require(bool(S.transpose() == S), "Theta H(0) is not symmetric")
+    steep = [_require_sign(asked, i, t) for i, t in enumerate(theta)]
+    free = [one for i, one in enumerate(asked.nonlinearities) if not theta[i] and not one.operator]
+    bounded = all(one.memory is not None and one.memory[0] == "stop" for one in free)
+    one_function = any(one.memory is None and not one.operator for one in asked.nonlinearities)
+    require(bounded or not one_function, "solutions are not shown to be bounded")
+    # in v = A^-1 y, u = phi' and w
+    states, inputs = _unit_rows(n + m, 0, n), _unit_rows(n + m, n, m)
+    rate = asked.A * states + (asked.B * through - back * asked.B * functions) * inputs
+    eta = asked.C * states
+    sigma = functions * (asked.C * rate - still * functions * inputs)
+    z = through * (eta + asked.D * through * inputs)
+    ends = moved.bounds
+    low, high = (diagonal([pair[k] for pair in ends]) for k in (0, 1))
+    u, w, share = functions * inputs, through * inputs, diagonal(weights)
+    products = (u - low * sigma).transpose() * share * functions * (high * sigma - u)
+    gain = z.transpose() * share * high * high * z - w.transpose() * share * w
+    stored = u.transpose() * turn * eta
+    rows = triangle(proof["P"], n)
+    exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
+    require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
+    unit = fmpq(2) ** -exponent
+    P = fmpq_mat([[rows[max(i, j)][min(i, j)] * unit for j in range(n)] for i in range(n)])
+    Q = asked.A.transpose() * P * asked.A
+    half = states.transpose() * Q * rate + products + gain + stored
+    falls = -(half + half.transpose())
+    kept = [i for i in range(m) if theta[i]]
+    negative = diagonal([min(t, Fraction(0)) for t in theta])
+    edge = negative * asked.C  # of 2 theta phi sigma, sigma = eta - H(0) phi
+    corner = S - negative * still * functions - (negative * still * functions).transpose()
+    corner += diagonal([abs(t) / k for t, k in zip(theta, steep, strict=True)])
+    V = _without(joined(Q, edge.transpose(), corner), [n + i for i in range(m) if i not in kept])
+    for bits in BITS:
+        with working_precision(bits):
+            if positive_definite(arb_mat(V)) and positive_definite(arb_mat(falls)):
+                return
+    raise NotShown("V, or the matrix of the inequality, is not shown to be positive definite")
+
+
+def _require_sign(asked: Asked, i: int, theta: Fraction) -> Fraction:
+    """The steepest slope of a channel, after a check that its storage function may have this weight."""
+    one = asked.nonlinearities[i]
+    if theta == 0:
+        return Fraction(1)
+    require(not one.operator, "an operator has no storage function")
+    require(all(asked.D[i, j] == 0 for j in range(asked.D.nrows())), "sigma is no function of the state alone")
+    if one.memory is not None:
+        require((theta > 0) is (one.memory[0] == "play"), "the storage function has the wrong sign")
+        return one.memory[1]
+    if one.slope is None or not isinstance(one.slope[0], Fraction) or not isinstance(one.slope[1], Fraction):
+        raise NotShown("a function without slope bounds has no storage function here")
+    require(one.slope[0] >= 0 and one.slope[1] > 0, "a function that falls has no storage function here")
+    return one.slope[1]
+
+
+def _chosen(m: int, own: list[int]) -> fmpq_mat:
+    return diagonal([Fraction(int(i in own)) for i in range(m)])
+
+
+def _unit_rows(width: int, first: int, rows: int) -> fmpq_mat:
+    return fmpq_mat([[fmpq(int(j == first + i)) for j in range(width)] for i in range(rows)])
+
+
+def _without(M: fmpq_mat, left_out: list[int]) -> fmpq_mat:
+    kept = [i for i in range(M.nrows()) if i not in left_out]
+    return fmpq_mat([[M[i, j] for j in kept] for i in kept])
