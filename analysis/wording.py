@@ -25,7 +25,7 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     "the L2 gain from w to z is above gamma in a loop of the class": "gives the loop a larger L2 gain",
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
-_ORBITS, _MOVING = ("orbit", "flow-orbit"), ("switched-gains", "ramped-gains")
+_ORBITS, _MOVING = ("orbit", "flow-orbit", "memory-orbit"), ("switched-gains", "ramped-gains")
 
 
 def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled: Spelled | None = None) -> str:
@@ -238,6 +238,15 @@ def _destabilising(shown: Refuted) -> str:
         period = sum(map(Fraction, proof["durations"])) * (2 if proof["half"] else 1)
         graphs = [_graph(one) for one in proof.get("nonlinearities", [proof])]
         return f"{'; '.join(graphs)}, period {float(period):.7g} s"
+    if method == "memory-orbit":
+        kinds, period = shown.certificate["laws"]["channels"], 2 * sum(map(Fraction, proof["durations"]))
+        parts = [
+            f"a {one['memory']} of slope {_near(Fraction(gain))}"
+            if "memory" in one
+            else f"the gain {_near(Fraction(gain))}"
+            for gain, one in zip(proof["gains"], kinds, strict=True)
+        ]
+        return f"{', '.join(parts)}, of any width, period {float(period):.7g} s"
     if method == "orbit":
         return _graph(proof)
     return "a nonlinearity of the class"

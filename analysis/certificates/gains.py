@@ -55,6 +55,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
         return late(H, asked, proof) if H.discrete else (1, delayed(H, asked, proof))
     if method == "flow-orbit":
         return 1, oscillation(H, asked, proof)
+    if method == "memory-orbit":
+        return 1, hysteresis(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
     _, data, *growth = fields(proof, "method", "gains", *["growth"] * ("growth" in proof))
     gains = member(data, asked, bool(growth))
@@ -500,6 +502,35 @@ def oscillation(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
         watched = [(row, side, k == i, k == last[0]) for k, (row, side) in enumerate(zip(sigma, sides))]
         stays.append(states.Stay(G, [*sigma[i][:-1], sigma[i][-1] - level / X0[-1]], watched))
     return states.periodic(stays, (X0, times), Y, r, -1 if half else 1)
+
+
+def hysteresis(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """An orbit with one play or stop of slope ``g`` and half-width 1, near the given one; constant gains elsewhere.
+
+    ``xi = sigma - p`` goes with ``sigma`` from 1 to -1, where it stays until ``sigma' = 0``; then the negative of all
+    this.  ``phi = g xi`` of a stop, ``g (sigma - xi)`` of a play; in both parts ``sigma' < 0``.
+    """
+    _, data, *rest = fields(proof, "method", "gains", *states.FLOW_ORBIT.split()[5:])
+    own, gains = [i for i, family in each(asked) if family.memory], member(data, asked, near=True)
+    alone = len(own) == 1 and not asked.operators and not H.discrete
+    need(alone and gains[own[0]] > 0, "one play or stop is needed, beside functions, in continuous time")
+    i, g = own[0], gains[own[0]]
+    found = closed_loop(H, [[v * (j == k != i) for k in range(len(gains))] for j, v in enumerate(gains)])
+    need(found is not None, "the loop with these gains has no solution", exact.IllPosed)
+    H = found or H
+    need(not H.D[i][i], "sigma is no function of the state alone")
+    X0, times, half, Y, r = states.orbit_numbers(rest, [0, 1], len(H.A) + 1)
+    need(half, "an orbit of a play or a stop is given by its half")
+    stop, c = asked.families[i].memory[0] == "stop", H.C[i]
+    sides = zip(H.A, (row[i] for row in H.B))
+    rows = [[*(v - (not stop) * b * g * u for v, u in zip(a, c)), (1 - 2 * stop) * b * g, ZERO] for a, b in sides]
+    rate, still = [dot(c, column) for column in zip(*rows)], [ZERO] * (len(c) + 2)
+    falls = (rate, (-INF, ZERO))
+    stays = [
+        states.Stay([*rows, rate, still], rate, [(*falls, True, False)]),
+        states.Stay([*rows, still, still], [*still[2:], Fraction(1), 1 / X0[-1]], [(*falls, False, True)]),
+    ]
+    return states.periodic(stays, (X0, times), Y, r, -1)
 
 
 def affine(H: Plant, lines: Any, e: Fraction) -> tuple[Rows, Rows]:

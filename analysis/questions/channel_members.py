@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import islice, product
 from typing import Any
 
-from lure.analysis.certificates.channels import Plant
+from lure.analysis.certificates.channels import Plant, closed_loop
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.balance import Balance
@@ -15,10 +15,11 @@ from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_orbits import near_fold, proofs
 from lure.analysis.counterexamples.gain_signals import best_signals
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
+from lure.analysis.counterexamples.memory_orbits import MemoryLoop, memory_proofs
 from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
-from lure.analysis.questions.channel_delays import delays_of, delays_refuting, without_delays
+from lure.analysis.questions.channel_delays import delays_of, delays_refuting, stated, without_delays
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import is_critical
 from lure.analysis.questions.channel_refutations import constant_gains, gains_refuting, refutation
@@ -268,6 +269,29 @@ def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
     return None
 
 
+def _by_memory(asked: Problem, known: Fraction, most: float, *, whole: bool) -> tuple[Fraction, Refuted] | None:
+    """The same with one play or stop, the other channels at their lower bounds."""
+    classes, (H, _) = asked.classes, stated(asked)
+    own, gains = [i for i, one in enumerate(classes.classes) if one.memory], list(classes.lower)
+    G = [[g * (i == j) for j in range(len(gains))] for i, g in enumerate(gains)]
+    closed = closed_loop(H, G)
+    if len(own) != 1 or closed is None or closed.D[own[0]][own[0]]:
+        return None
+    (i,), top = own, Fraction(classes.upper[own[0]])
+    stop = classes.classes[i].memory == "stop"
+    loop = MemoryLoop(closed.A, [row[i] for row in closed.B], closed.C[i], stop)
+    for slope, course in loop.least(float(known * top), most * float(top)):
+        alpha = Fraction(double_above(slope / top))
+        if not known < alpha < most:
+            continue
+        gains[i], factor = slope, Fraction(1) if whole else alpha
+        for proof in memory_proofs(course, gains):
+            shown = refutation(asked, factor, proof)
+            if shown is not None:
+                return factor, shown
+    return None
+
+
 def orbits_refuting(
     asked: Problem, known: Fraction, most: float, *, whole: bool = False
 ) -> tuple[Fraction, Refuted] | None:
@@ -286,8 +310,10 @@ def orbits_refuting(
     """
     classes, H = asked.classes, channel_plant(asked.plant)
     each = [classes.classes[block[0]] for block in classes.blocks]
-    if H.dt is not None or classes.operators or any(one.memory for one in each) or H.order > _MOST_STATES:
+    if H.dt is not None or classes.operators or H.order > _MOST_STATES:
         return None
+    if any(one.memory for one in each):
+        return _by_memory(asked, known, most, whole=whole)
     if classes.rectified or len(each) > _MOST_CHANNELS or all(one.linear or one.time_varying for one in each):
         return None  # gains that switch do more than members that do not depend on time
     lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))

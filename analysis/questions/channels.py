@@ -48,7 +48,7 @@ from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.channel_family import ChannelFamily
 
 Tell = Callable[[str, float], None]
-MOVING = ("switched-gains", RAMPS)
+MOVING, ORBITS = ("switched-gains", RAMPS), ("flow-orbit", "memory-orbit")
 _NO_MULTIPLIER = "no multiplier was found"
 _MOST_ROUTH = 40  # states; beyond them exact arrays take a minute, and come after the criteria
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
@@ -93,7 +93,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
     never = against is not None and against[0] == 0
     low = 0.0 if proof is None else double_below(proof[0])
     high = None if against is None else double_above(against[0])
-    jumps = against is not None and method_of(against[1]) in (*MOVING, "flow-orbit")
+    jumps = against is not None and method_of(against[1]) in (*MOVING, *ORBITS)
     witness = None if against is None else _witness(against[1], double_above(against[0]))
     about = asked.scaled(Fraction(1) if proof is None else proof[0])
     told: tuple[Problem, Proved | Refuted | None] = (about, None if proof is None else proof[1])
@@ -138,10 +138,11 @@ def _witness(shown: Refuted, factor: float) -> Witness:
     if proof["method"] == "member":
         named = zip(shown.certificate["system"]["parameters"], proof["at"], strict=True)
         proof, at = proof["proof"], {"parameters": {name: value for (name, *_), value in named}}
-    jumps, bends = (m := proof["method"]) in MOVING, m == "flow-orbit"
+    jumps, bends = (m := proof["method"]) in MOVING, m in ORBITS
     kinds: dict[str, Kind] = {RAMPS: "varying gain", "flow-orbit": "periodic orbit", "signal": "disturbance"}
-    kinds |= {"delayed-gains": "delay"}
-    parts = {"flow-orbit": ("nonlinearities", "state", "durations"), "signal": ("slopes", "inputs")}
+    kinds |= {"delayed-gains": "delay", "memory-orbit": "periodic orbit"}
+    parts = {"flow-orbit": ("nonlinearities", "state", "durations"), "memory-orbit": ("gains", "state", "durations")}
+    names = parts.get(m, ("slopes", "inputs") if m == "signal" else ("gains",))
     return Witness(
         kind=kinds.get(m, "switched gain" if jumps else "linear gains"),
         k=factor,
@@ -150,7 +151,7 @@ def _witness(shown: Refuted, factor: float) -> Witness:
         odd=not bends or bool(proof["half"]),
         time_varying=jumps,
         description=f"{counterexample(shown)} {destroys(shown)}",
-        data=at | {name: proof[name] for name in parts.get(m, ("gains",))},
+        data=at | {name: proof[name] for name in names},
         refutation=shown,
     )
 

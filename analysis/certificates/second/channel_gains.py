@@ -9,7 +9,15 @@ from itertools import pairwise, product
 from flint import arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
-from lure.analysis.certificates.second.channels import Asked, balls, closed_by, diagonal, growing_member, member
+from lure.analysis.certificates.second.channels import (
+    Asked,
+    balls,
+    closed_by,
+    diagonal,
+    growing_member,
+    member,
+    nearby_member,
+)
 from lure.analysis.certificates.second.matrix import BITS
 from lure.analysis.certificates.second.numerics import (
     X,
@@ -126,6 +134,9 @@ def refuted(document: Document, asked: Asked) -> str:
         return claims.NO_REST
     if document.proof.get("method") == "flow-orbit":
         _require_oscillation(document, asked)
+        return claims.NO_REST
+    if document.proof.get("method") == "memory-orbit":
+        _require_hysteresis(document, asked)
         return claims.NO_REST
     grows = "growth" in document.proof
     proof = record(document.proof, "method", "gains", *(["growth"] if grows else []))
@@ -248,6 +259,47 @@ def _require_oscillation(document: Document, asked: Asked) -> None:
         still = (Fraction(0),) * (len(state) + 1)
         stays.append(Stay(G=(*G, still), entry=(*at[:-1], at[-1] - entered[2]), watched=watched))
     require_periodic(stays, state, durations, half=half)
+
+
+def _require_hysteresis(document: Document, asked: Asked) -> None:
+    """Check a periodic solution with one play or stop, of half-width 1, the other channels having constant gains.
+
+    While ``p`` rests ``xi = sigma - p`` falls from 1 to -1 with ``sigma``; while ``xi`` rests ``p`` falls.
+    """
+    names = ("method", "gains", "durations", "state", "half", "inverse", "radius", "bits")
+    found = record(document.proof, *names)
+    state, durations, half = orbit_numbers(found)
+    gains, n = nearby_member(found["gains"], asked), asked.A.nrows()
+    own = [i for i, one in enumerate(asked.nonlinearities) if one.memory is not None]
+    require(len(own) == 1 and not asked.operators and not asked.discrete, "one play or stop in continuous time")
+    require(half and len(durations) == 2 and len(state) == n + 1, "the orbit has two parts and a state more")
+    i, slope = own[0], gains[own[0]]
+    require(slope > 0, "a slope is not positive")
+    others = diagonal([Fraction(0) if j == i else gain for j, gain in enumerate(gains)])
+    whole = diagonal([Fraction(1)] * len(gains)) + asked.D * others
+    require(bool(whole.det() != 0), "the loop of the gains has no solution")
+    inner = whole.inv()
+    A, B = (
+        asked.A - asked.B * others * inner * asked.C,
+        asked.B * (diagonal([Fraction(1)] * len(gains)) - others * inner * asked.D),
+    )
+    C, D = inner * asked.C, inner * asked.D
+    require(bool(D[i, i] == 0), "sigma is no function of the state alone")
+    kind, g = (asked.nonlinearities[i].memory or ("", 0))[0], to_fmpq(slope)
+    phi = [fmpq(0)] * n + [g] if kind == "stop" else [*(g * C[i, k] for k in range(n)), -g]
+    flow = fmpq_mat(
+        [[*((A[j, k] if k < n else fmpq(0)) - B[j, i] * phi[k] for k in range(n + 1)), 0] for j in range(n)]
+    )
+    rate = fmpq_mat([[C[i, k] for k in range(n)]]) * flow
+    nothing = fmpq_mat(1, n + 2)
+    (seen,), (still,), rows = _fractions(rate), _fractions(nothing), _fractions(flow)
+    reached = tuple(Fraction(int(k >= n)) for k in range(n + 2))  # xi = -1
+    parts = [((*rows, seen, still), seen, -1, 0), ((*rows, still, still), reached, 0, 1)]
+    stays = [
+        Stay(G=G, entry=entry, watched=(Watched(row=seen, low=None, high=Fraction(0), enters=first, leaves=last),))
+        for G, entry, first, last in parts
+    ]
+    require_periodic(stays, state, durations, half=True)
 
 
 def _on_pieces(asked: Asked, own: Sequence[claims.Graph], row: Sequence[int]) -> tuple[fmpq_mat, fmpq_mat]:
