@@ -2,8 +2,8 @@ r"""Periodic solutions of a loop with one play or stop: a balance of the first h
 
 With ``sigma = a cos(omega t)`` and the half-width 1 the stop has the describing function ``N(a)``, the play ``1 -
 N(a)``: ``xi`` goes with ``sigma`` from 1 to -1, for ``cos(omega t_1) = 1 - 2/a``, and stays there.  ``1 + g N(a) H(i
-omega) = 0`` gives slopes ``g``; from the least of them on the exact pieces are solved for, and followed to the least slope that
-has a solution.  Nothing here is believed: a checker encloses them.
+omega) = 0`` gives slopes ``g``; from the least of them on the exact pieces are solved for, and followed to the
+least slope that has a solution.  Nothing here is believed: a checker encloses them.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 import copy
 import json
-import math
 from functools import cache
 from importlib import resources
 
@@ -153,12 +152,12 @@ def test_what_is_proved_in_discrete_time_comes_to_rest_not_always_at_zero():
 
 
 def test_a_play_beside_a_slope_from_a_file_and_the_time_varying_circle(tmp_path):
-    # Re 1/(1 + i w)^3 = cos^3 a cos 3a with tan a = w is least, -1/4, at a = pi/4: k < 4; linear: k < 8
+    # Re 1/(1 + i w)^3 = cos^3 a cos 3a with tan a = w is least, -1/4, at a = pi/4: k < 4; growth from k = 8 on, and
+    # periodic solutions before (test_certificate_memory_orbits.py)
     found = max_sector(as_plant("1/(s+1)^3"), [PLAY])
     assert found.largest.low == pytest.approx(4, rel=1e-6)
-    assert found.refuted_at == pytest.approx(8, rel=1e-6)
+    assert 5.5 < found.refuted_at < 8
     assert "converges to the set of equilibria for every play phi_1 of a slope in [0, 3.99999" in str(found)
-    assert math.isinf(max_sector(as_plant("1/(s+1)^3"), [STOP]).largest.high)
     path = tmp_path / "loop.toml"
     path.write_text(
         '[plant]\ntransfer = [["1/(s+1)", "1/(s+2)"], ["-1/(s+1)", "1/(s+3)"]]\n'
