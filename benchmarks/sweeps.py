@@ -17,9 +17,9 @@ import numpy as np
 
 from lure.analysis.sweeps import run as runs
 from lure.analysis.sweeps import sweep
+from lure.analysis.sweeps.reading import study_of
 from lure.analysis.sweeps.rows import answered
 from lure.analysis.sweeps.run import opened
-from lure.analysis.sweeps.study import study_of
 
 SHARE, QUICKER, POINTS, RUNS = 1.05, 1.5, 20_000, 3
 TABLES = {

@@ -13,6 +13,7 @@ from lure.analysis.questions import decay_rate, l2_gain
 from lure.analysis.questions.answers import answer, largest_plant, max_sector, max_slope
 from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.problem import Problem
+from lure.analysis.questions.regions import region
 from lure.errors import AssumptionError, InputError, Reason
 from lure.extensions import extension
 from lure.files.reading import SystemSource
@@ -40,8 +41,8 @@ VARIABLES: dict[str, Variable] = {
     "largest_low": Variable("number", "1", "largest k proved, rounded down; inf: every finite k"),
     "largest_high": Variable("number", "1", "no larger k can be proved, rounded up"),
     "refuted_at": Variable("number", "1", "smallest k with a destabilising member that was found"),
-    "low": Variable("number", "1", "lower end of the gain or of the rate"),
-    "high": Variable("number", "1", "upper end of the gain or of the rate"),
+    "low": Variable("number", "1", "lower end of the gain, of the rate, or of the size of the region"),
+    "high": Variable("number", "1", "upper end of the gain, of the rate, or of the size of the region"),
     "criterion": Variable("text", "1", "the theorem behind the verdict"),
     "margin": Variable("number", "1", "least value of the frequency inequality for a class that is given"),
     "slowest_decay": Variable("number", "1/s", "decay of the slowest wave mode of the rod, of its linear part"),
@@ -66,6 +67,7 @@ _USED = {
     "class": "verdict evidence criterion theta code error seconds",
     "gain": "verdict evidence low high criterion code error seconds",
     "rate": "verdict evidence low high criterion code error seconds",
+    "region": "verdict evidence low high criterion code error seconds",
 }
 APART = ("seconds",)  # what differs between two runs of the same study
 
@@ -216,6 +218,22 @@ def _both_ways(question: Callable[..., Any], name: str) -> Ask:
     return found
 
 
+def _region(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
+    """Length, area or volume of the region of attraction of 0."""
+    found = region(system, seconds=seconds)
+    low, high = found.area
+    row = {
+        "verdict": str(found.verdict),
+        "evidence": str(found.evidence),
+        "low": low,
+        "high": math.inf if high is None else high,
+        "criterion": found.criterion,
+        "code": str(Reason.OUT_OF_TIME) if found.stopped == "time" else "",
+    }
+    sides = (found.proof, found.refutation)
+    return Answered(row, tuple(one.certificate for one in sides if one is not None))
+
+
 _ASKED: Mapping[str, Ask] = {
     "rod": _own,
     "sector": _largest("sector"),
@@ -223,4 +241,5 @@ _ASKED: Mapping[str, Ask] = {
     "class": _class,
     "gain": _both_ways(l2_gain, "gain"),
     "rate": _both_ways(decay_rate, "rate"),
+    "region": _region,
 }

@@ -13,15 +13,17 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second import recheck
+from lure.analysis.sweeps.boundary import halved
+from lure.analysis.sweeps.reading import read_study, study_of
 from lure.analysis.sweeps.rows import APART, Answered, Certificate, Row, answered
 from lure.analysis.sweeps.store import FAILED, Store
-from lure.analysis.sweeps.study import Study, read_study, study_of
+from lure.analysis.sweeps.study import Study
 from lure.errors import InputError
 from lure.files.reading import system_source
 from lure.record import Record, quantity
@@ -54,6 +56,7 @@ class SweepSummary(Record):
     first_error: str = quantity("What the first one that failed says", default="")
     lost: int = quantity("Times that a process died and what it was at was computed again", default=0)
     repeated: int = quantity("Chunks begun again in all runs, one at most for each process that was stopped", default=0)
+    refined: int = quantity("Points put where the verdict changes, beside those of the grid", default=0)
     checked_again: int = quantity("Rows computed again by the plain question and by both checkers", default=0)
     seconds: float = quantity("Time of this run", "s")
 
@@ -67,6 +70,7 @@ class SweepSummary(Record):
             + (f" Processes died {self.lost} times." if self.lost else "")
             + (f" Chunks begun again after an interruption: {self.repeated}." if self.repeated else "")
             + (f" {rest} are open; the same command goes on." if rest else "")
+            + (f" {self.refined} points more stand where the verdict changes." if self.refined else "")
             + (" A sample, computed again and rechecked, agrees." if self.checked_again else "")
         )
 
@@ -140,34 +144,60 @@ def sweep(  # noqa: PLR0913  (a study, a store and five settings with defaults)
         raise InputError(f"workers is {workers!r:.40}; give a whole number from 1 to 1024")
     if certificates not in KEEP:
         raise InputError(f"certificates is {certificates!r:.40}; give 'none', 'sample' or 'all'")
-    begun, store = time.monotonic(), Store(Path(output), study)
+    begun, tell = time.monotonic(), progress or (lambda _stage, _done: None)
+    store, asked = Store(Path(output), study), _Asked(workers, scheduler, certificates, seconds, tell)
+    now, lost = _complete(store, asked)
+    again, refined = computed_again(store, seconds), 0
+    for between in halved(store):
+        more, died = _complete(between, asked)
+        now, lost, refined = now + more, lost + died, refined + between.study.points
+        again += computed_again(between, seconds)
+    with _writing(store.path):
+        store.note("checked_again", again)
+        store.widen()
+    return replace(
+        _summary(store),
+        computed_now=now,
+        lost=lost,
+        refined=refined,
+        checked_again=again,
+        seconds=time.monotonic() - begun,
+    )
+
+
+class _Asked(NamedTuple):
+    """How a sweep is to be made."""
+
+    workers: int
+    scheduler: str | None
+    keep: Keep
+    seconds: float | None
+    tell: Callable[[str, float], None]
+
+
+def _complete(store: Store, asked: _Asked) -> tuple[int, int]:
+    """Compute what is left of a study: how many points, and how many times a process died."""
     store.open()
-    done = store.done()
+    study, done = store.study, store.done()
     left = [number for number in range(study.chunks) if number not in done]
-    tell = progress or (lambda _stage, _done: None)
     job = Job(
         path=str(store.path.resolve()),
         study=replace(study),  # without what it has read
         digest=study.digest,
-        keep=certificates,
-        seconds=seconds,
+        keep=asked.keep,
+        seconds=asked.seconds,
     )
-    run = _Run(store, left, job, tell)
+    run = _Run(store, left, job, asked.tell)
     if left:
-        run.everything(lambda: _pool(min(workers, len(left)), scheduler))
-    again, missing = 0, set(range(study.chunks)) - store.done()
+        run.everything(lambda: _pool(min(asked.workers, len(left)), asked.scheduler))
+    missing = set(left) - store.done()
     if missing:
         raise InputError(
             f"{len(missing)} chunks were computed and are not in {store.path}; "
             "put the store where every worker writes to the same files"
         )
-    with _writing(store.path):
-        tell("some rows again", 1.0)
-        again = computed_again(store, seconds)
-        store.note("checked_again", again)
-        store.widen()
-    now = sum(study.size(number) for number in left)
-    return _summary(store, now, run.lost, again, time.monotonic() - begun)
+    asked.tell("some rows again", 1.0)
+    return sum(study.size(number) for number in left), run.lost
 
 
 class _Run:
@@ -450,7 +480,8 @@ def opened(path: Path) -> xarray.Dataset:
     return found
 
 
-def _summary(store: Store, now: int, lost: int, again: int, seconds: float) -> SweepSummary:
+def _summary(store: Store) -> SweepSummary:
+    """What a store holds."""
     study, (counts, error) = store.study, store.counts()
     return SweepSummary(
         store=str(store.path),
@@ -463,9 +494,7 @@ def _summary(store: Store, now: int, lost: int, again: int, seconds: float) -> S
         proved=counts["PROVED"],
         refuted=counts["REFUTED"],
         inconclusive=counts["INCONCLUSIVE"],
-        computed_now=now,
-        lost=lost,
+        computed_now=0,
         repeated=store.repeated(),
-        checked_again=again,
-        seconds=seconds,
+        seconds=0.0,
     )

@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -88,6 +89,7 @@ class Store:
                 return len(self.done())
             if self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
                 raise InputError(f"{label} exists and is no sweep of lure; give another -o")
+            self.path.parent.mkdir(parents=True, exist_ok=True)
             self._make(wanted)
         except OSError as error:
             raise InputError(f"{label} cannot be written ({error.strerror}); give another -o") from None
@@ -144,7 +146,9 @@ class Store:
             "study": study.digest,
             "lure": code_version(),
             "points": study.points,
-            "meaning": "each row is the answer of one point; a row with a sentence in error has no answer",
+            "meaning": f"each row is the answer of {'all plants of one box' if study.boxes else 'one point'}; "
+            "a row with a sentence in error has no answer",
+            "boxes": study.boxes,
         }
 
     def _coordinates(self) -> Iterable[tuple[str, tuple[str, ...], np.ndarray[Any, Any]]]:
@@ -154,6 +158,8 @@ class Store:
         for axis in self.study.axes:
             found = axis.coordinates
             yield axis.key, (axis.key,), np.asarray(found, dtype=str if isinstance(found[0], str) else float)
+            if axis.edges:
+                yield f"{axis.key} bounds", (axis.key, "end"), np.array(list(pairwise(axis.edges)))
         if len(self.study.ask) > 1:
             yield QUESTION, (QUESTION,), np.asarray(self.study.ask, dtype=str)
 

@@ -1,4 +1,4 @@
-"""A study: one system, what is varied, what is asked; read from TOML, checked, and split into chunks of points."""
+"""A study: one system, what is varied and what is asked, split into chunks of points."""
 
 from __future__ import annotations
 
@@ -6,42 +6,37 @@ import hashlib
 import itertools
 import json
 import math
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from decimal import Decimal
 from functools import cached_property, lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from lure.errors import InputError
-from lure.exact import exact_number
-from lure.extensions import extension
 from lure.files.reading import SystemSource, system_source
-from lure.files.values import exact_decimal, shown, shown_path
 
-QUESTIONS = ("rod", "sector", "slope", "class", "gain", "rate")
+QUESTIONS = ("rod", "sector", "slope", "class", "gain", "rate", "region")
 # about a second each, and in a large study some seconds
-POINTS_IN_A_CHUNK = {"rod": 1000, "sector": 200, "class": 100, "slope": 20, "gain": 20, "rate": 20}
-LARGER, ENOUGH_CHUNKS = 5, 200
-MOST_POINTS = 100_000_000
+POINTS_IN_A_CHUNK = {"rod": 1000, "sector": 200, "class": 100, "slope": 20, "gain": 20, "rate": 20, "region": 4}
+LARGER, ENOUGH_CHUNKS, BOXES = 5, 200, 50  # a box costs about as much as so many points
 SAMPLE = "sample"
-_SPACINGS = ("linear", "log")
-_KEYS = ("system", "ask", "over", "draw", "chunk")
-_MOST_AXES = 8
 
 
 class Axis(NamedTuple):
-    """A key of the system and the values it takes, each as ``--set`` would be given it."""
+    """A key of the system and the values it takes, each as ``--set`` would be given it; or the cells it is cut into."""
 
     key: str
     values: tuple[str, ...]
+    edges: tuple[float, ...] = ()
+    spacing: str = "linear"
 
     @property
     def coordinates(self) -> list[float] | list[str]:
-        """The values as numbers, or as they are written where one of them is none."""
+        """The values as numbers, of cells their middles; or as they are written where one of them is none."""
+        if self.edges:
+            return [a + (b - a) / 2 for a, b in pairwise(self.edges)]
         try:
             return [float(value) for value in self.values]
         except ValueError:
@@ -59,7 +54,7 @@ class Distribution(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Draw:
-    """Points drawn at random (``random``) or spread evenly (``sobol``), always the same ones for one seed.
+    """Points drawn at random (``random``), spread evenly (``sobol``), or listed; always the same ones for one seed.
 
     Attributes
     ----------
@@ -68,24 +63,27 @@ class Draw:
     seed : int
         Of the generator.
     method : str
-        ``random`` or ``sobol``.
+        ``random``, ``sobol`` or ``listed``.
+    listed : tuple of tuple of float
+        The points, where they are listed.
     """
 
     count: int
     seed: int = 0
     method: str = "random"
+    listed: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """What a sweep is asked: see :func:`read_study` for the file.
+    """What a sweep is asked: see :func:`lure.analysis.sweeps.reading.read_study` for the file.
 
     Attributes
     ----------
     system : str
         A built-in system or a TOML file.
     ask : tuple of str
-        The questions: ``rod``, ``sector``, ``slope``, ``class``, ``gain``, ``rate``.
+        The questions: ``rod``, ``sector``, ``slope``, ``class``, ``gain``, ``rate``, ``region``.
     axes : tuple of Axis
         What is varied over a grid; empty where points are drawn.
     distributions : tuple of Distribution
@@ -94,6 +92,8 @@ class Study:
         How many points, and how.
     chunk_points : int
         Points that are computed between two marks; 0 for what takes some seconds.
+    refine : int
+        How often the steps of the grid are halved where the verdict changes.
     folder : Path
         Where the file lies that names the system.
     """
@@ -104,6 +104,7 @@ class Study:
     distributions: tuple[Distribution, ...] = ()
     draw: Draw | None = None
     chunk_points: int = 0
+    refine: int = 0
     folder: Path = field(default=Path(), compare=False)
 
     @cached_property
@@ -120,6 +121,11 @@ class Study:
     def keys(self) -> tuple[str, ...]:
         """What is varied."""
         return tuple(each.key for each in self.axes) or tuple(each.key for each in self.distributions)
+
+    @property
+    def boxes(self) -> bool:
+        """Whether a point is a box of values."""
+        return any(axis.edges for axis in self.axes)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -139,7 +145,7 @@ class Study:
     @cached_property
     def chunk(self) -> tuple[int, ...]:
         """The shape of a chunk: the last dimensions whole as long as they fit, then a part of one, then one value."""
-        usual = min(POINTS_IN_A_CHUNK[each] for each in self.ask)
+        usual = max(min(POINTS_IN_A_CHUNK[each] for each in self.ask) // (BOXES if self.boxes else 1), 1)
         return self.chunks_of(self.chunk_points or min(max(usual, self.points // ENOUGH_CHUNKS), LARGER * usual))
 
     def chunks_of(self, points: int) -> tuple[int, ...]:
@@ -249,7 +255,7 @@ class Study:
         """The study as canonical text: the tables of the system as they are, what is varied, what is asked."""
         varied: dict[str, Any] = {"over": [[axis.key, list(axis.values)] for axis in self.axes]}
         if self.draw is not None:
-            varied = {"draw": [self.draw.count, self.draw.seed, self.draw.method]}
+            varied = {"draw": [self.draw.count, self.draw.seed, self.draw.method, self.draw.listed]}
             varied["over"] = [[each.key, each.kind, repr(each.first), repr(each.second)] for each in self.distributions]
         whole = {
             "system": self.source.tables,
@@ -257,6 +263,7 @@ class Study:
             "reference": self.system,
             "ask": self.ask,
             "chunk": self.chunk,
+            "refine": self.refine,
             **varied,
         }
         return json.dumps(whole, sort_keys=True, default=str)
@@ -268,9 +275,11 @@ class Study:
 
     def __str__(self) -> str:
         counts = [(len(axis.values), axis.key) for axis in self.axes]
-        varied = " x ".join(f"{count} value{'s' * (count > 1)} of {key}" for count, key in counts)
+        words = [("interval" if axis.edges else "value") + "s" * (len(axis.values) > 1) for axis in self.axes]
+        varied = " x ".join(f"{count} {word} of {key}" for (count, key), word in zip(counts, words, strict=True))
         if self.draw is not None:
-            varied = f"{self.draw.count} points drawn ({self.draw.method}) of {', '.join(self.keys)}"
+            how = "where the verdict changes," if self.draw.listed else f"drawn ({self.draw.method})"
+            varied = f"{self.draw.count} points {how} of {', '.join(self.keys)}"
         return f"{self.system}, asked for {' and '.join(self.ask)}: {varied}"
 
 
@@ -280,6 +289,8 @@ def _drawn(draw: Draw, distributions: tuple[Distribution, ...]) -> np.ndarray[An
     from scipy.stats import norm, qmc
 
     size = len(distributions)
+    if draw.listed:
+        return np.array(draw.listed)
     if draw.method == "sobol":
         with np.errstate(all="ignore"):
             unit = qmc.Sobol(size, seed=draw.seed).random_base2(max(draw.count - 1, 1).bit_length())[: draw.count]
@@ -294,206 +305,3 @@ def _drawn(draw: Draw, distributions: tuple[Distribution, ...]) -> np.ndarray[An
         else:
             columns.append((1 - u) * first + u * second)
     return np.stack(columns, axis=1)
-
-
-# Reading.
-
-
-def read_study(path: Path) -> Study:
-    """The study in a TOML file.
-
-    Parameters
-    ----------
-    path : Path
-        The file: ``system``, ``ask``, a table ``[over]`` and, for points that are drawn, ``[draw]``.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, has unknown keys or wrong values, or its system does not take what is varied.
-    """
-    label = shown_path(str(path))
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=exact_decimal)
-    except FileNotFoundError:
-        raise InputError(f"{label} does not exist; give the TOML file of a study, see lure sweep --help") from None
-    except IsADirectoryError:
-        raise InputError(
-            f"{label} is a folder; give the TOML file of a study, or --report for the page of a store"
-        ) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{label} cannot be read as UTF-8 text ({error}); give a TOML file") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{label} does not parse as TOML: {error}") from None
-    return study_of(tables, folder=path.parent)
-
-
-def study_of(tables: Mapping[str, Any], *, folder: Path = Path()) -> Study:
-    """A study from the tables of its file.
-
-    Parameters
-    ----------
-    tables : Mapping
-        ``system``, ``ask``, ``over`` and perhaps ``draw``, as in the file.
-    folder : Path
-        Where the file of the system lies, if it is one.
-
-    Raises
-    ------
-    InputError
-        As :func:`read_study`.
-
-    Examples
-    --------
-    >>> study = study_of({"system": "paper-rod", "ask": "rod", "over": {"rod.damping": [1e-4, 2e-4]}})
-    >>> print(study)
-    paper-rod, asked for rod: 2 values of rod.damping
-    """
-    unknown = [key for key in tables if key not in _KEYS]
-    if unknown:
-        raise InputError(f"unknown key {shown(unknown[0])} of a study; it has system, ask, chunk, [over] and [draw]")
-    system, over = tables.get("system"), tables.get("over")
-    if not isinstance(system, str):
-        raise InputError(f"system is {shown(system)}; give a built-in system or the name of a TOML file")
-    ask = _asked(tables.get("ask"))
-    if not isinstance(over, Mapping) or not over:
-        found = "empty" if over == {} else "missing" if over is None else f"{shown(over)}"
-        raise InputError(f"over is {found}; give a table [over] with what is varied, such as rod.damping")
-    flat = dict(_flat(over))
-    if len(flat) > _MOST_AXES:
-        raise InputError(f"[over] has {len(flat)} keys; give at most {_MOST_AXES}, or draw points in several studies")
-    chunk, drawn = tables.get("chunk", 0), tables.get("draw")
-    if isinstance(chunk, bool) or not isinstance(chunk, int) or not 0 <= chunk <= MOST_POINTS:
-        raise InputError(
-            f"chunk is {shown(chunk)}; give how many points are computed between two marks, or leave it out"
-        )
-    if drawn is None:
-        varied: dict[str, Any] = {"axes": tuple(_axis(*item) for item in flat.items())}
-    else:
-        varied = {"distributions": tuple(_distribution(*item) for item in flat.items()), "draw": _draw(drawn)}
-    study = Study(system=system, ask=ask, chunk_points=chunk, folder=folder, **varied)
-    if study.points > MOST_POINTS:
-        raise InputError(
-            f"the study has {study.points} points; give at most {MOST_POINTS}, in several studies if need be"
-        )
-    _demand_served(study)
-    return study
-
-
-def _demand_served(study: Study) -> None:
-    """Refuse, before anything is computed, keys that the system has not and questions of another kind of system."""
-    for key in study.keys:
-        study.source.check_key(key)
-    kind = study.source.kind.word
-    own = extension("sweep", study.source.changed()) is not None
-    wrong = [each for each in study.ask if (each == "rod") != own]
-    if wrong:
-        fit = "'rod'" if own else f"one of {', '.join(each for each in QUESTIONS if each != 'rod')}"
-        raise InputError(f"ask is {wrong[0]!r}, and {study.system} is a {kind}; ask {fit}")
-
-
-def _asked(ask: object) -> tuple[str, ...]:
-    asked = [ask] if isinstance(ask, str) else ask
-    if not isinstance(asked, list | tuple) or not asked or any(each not in QUESTIONS for each in asked):
-        found = "an empty array" if asked == [] else shown(ask)
-        raise InputError(f"ask is {found}; give one of {', '.join(QUESTIONS)}, or a list of them")
-    if len(set(asked)) < len(asked):
-        raise InputError(f"ask is {shown(str(ask))}; give each question once")
-    return tuple(asked)
-
-
-def _flat(over: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
-    """The keys of ``[over]`` with points, whether written in quotation marks or as nested tables."""
-    found: list[tuple[str, Any]] = []
-    for key, value in over.items():
-        name = f"{before}{key}"
-        inner = isinstance(value, Mapping) and not set(value) & {"from", "between", "mean"}
-        found += _flat(value, f"{name}.") if inner else [(name, value)]
-    return found
-
-
-def _axis(key: str, value: object) -> Axis:
-    if isinstance(value, list | tuple):
-        if not value:
-            raise InputError(f"over.{key} is an empty array; give at least one value")
-        written = tuple(_written(each) for each in value)
-        if len(set(written)) < len(written):
-            raise InputError(f"over.{key} has a value twice; give each once")
-        return Axis(key, written)
-    if not isinstance(value, Mapping):
-        raise InputError(f"over.{key} is {shown(value)}; give an array of values, or {{ from = , to = , count = }}")
-    _only(key, value, ("from", "to", "count", "spacing"))
-    low, high = (_number(f"over.{key}.{end}", value.get(end)) for end in ("from", "to"))
-    count, spacing = value.get("count"), value.get("spacing", "linear")
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InputError(f"over.{key}.count is {shown(count)}; give a whole number of at least 1")
-    if (count == 1) != (low == high):
-        raise InputError(f"over.{key} has {count} values from {low:g} to {high:g}; give at least 2 for two ends")
-    if spacing not in _SPACINGS:
-        raise InputError(f"over.{key}.spacing is {shown(spacing)}; give 'linear' or 'log'")
-    if count > MOST_POINTS:
-        raise InputError(f"over.{key}.count is {count}; give at most {MOST_POINTS}")
-    if spacing == "log" and not (low > 0 and high > 0):
-        raise InputError(f"over.{key} has spacing 'log' from {low:g} to {high:g}; give positive ends")
-    spaced = np.geomspace if spacing == "log" else np.linspace
-    return Axis(key, tuple(repr(float(each)) for each in spaced(low, high, count)))
-
-
-def _distribution(key: str, value: object) -> Distribution:
-    if not isinstance(value, Mapping):
-        raise InputError(
-            f"over.{key} is {shown(value)}; with [draw] give {{ between = [a, b] }} or {{ mean = , deviation = }}"
-        )
-    if "mean" in value:
-        _only(key, value, ("mean", "deviation"))
-        mean, deviation = (_number(f"over.{key}.{each}", value.get(each)) for each in ("mean", "deviation"))
-        if deviation <= 0:
-            raise InputError(f"over.{key}.deviation is {deviation:g}; give a positive standard deviation")
-        return Distribution(key, "normal", mean, deviation)
-    _only(key, value, ("between", "spacing"))
-    pair, spacing = value.get("between"), value.get("spacing", "linear")
-    if not isinstance(pair, list | tuple) or len(pair) != 2:
-        raise InputError(f"over.{key}.between is {shown(pair)}; give the two ends [a, b]")
-    low, high = (_number(f"over.{key}.between", each) for each in pair)
-    if spacing not in _SPACINGS or low >= high or (spacing == "log" and low <= 0):
-        raise InputError(
-            f"over.{key} is drawn between {low:g} and {high:g} with spacing {shown(spacing)}; give the "
-            "smaller end first, positive for 'log', and 'linear' or 'log'"
-        )
-    return Distribution(key, spacing, low, high)
-
-
-def _draw(value: object) -> Draw:
-    if not isinstance(value, Mapping):
-        raise InputError(f"draw is {shown(value)}; give a table [draw] with count, and perhaps seed and method")
-    unknown = [key for key in value if key not in ("count", "seed", "method")]
-    if unknown:
-        raise InputError(f"unknown key draw.{shown(unknown[0])[1:-1]}; [draw] has count, seed and method")
-    count, seed, method = value.get("count"), value.get("seed", 0), value.get("method", "random")
-    for name, number, least in (("count", count, 1), ("seed", seed, 0)):
-        if isinstance(number, bool) or not isinstance(number, int) or number < least:
-            raise InputError(f"draw.{name} is {shown(number)}; give a whole number of at least {least}")
-    if method not in ("random", "sobol"):
-        raise InputError(f"draw.method is {shown(method)}; give 'random' or 'sobol'")
-    return Draw(count=count, seed=seed, method=method) if isinstance(count, int) else Draw(count=1)
-
-
-def _only(key: str, value: Mapping[str, Any], known: tuple[str, ...]) -> None:
-    unknown = [each for each in value if each not in known]
-    if unknown:
-        raise InputError(f"unknown key over.{key}.{shown(unknown[0])[1:-1]}; give {', '.join(known)}")
-
-
-def _number(name: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | Decimal):
-        raise InputError(f"{name} is {shown(value)}; give a number")
-    return float(exact_number(value, name))
-
-
-def _written(value: object) -> str:
-    """A value as ``--set`` takes it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(_written(each) if not isinstance(each, str) else json.dumps(each) for each in value)}]"
-    return repr(value) if isinstance(value, float) else str(value)

@@ -147,7 +147,7 @@ class SystemSource:
         InputError
             There is no such key.
         """
-        _check_key(_placed(key)[0], self.kind)
+        _changed(self.tables, [f"{key}=0"], self.kind)
 
 
 def system_source(reference: str) -> SystemSource:
@@ -301,7 +301,8 @@ def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
         key, place = _placed(key)
         table, _, last = key.rpartition(".")
         _check_key(key, kind)
-        target = changed.setdefault(table, {}) if table else changed
+        inner = table in kind.keys
+        target = _inner(changed, table, last, kind) if inner else changed.setdefault(table, {}) if table else changed
         if isinstance(target, list):
             if place is None or not 0 < place <= len(target):
                 raise InputError(
@@ -316,7 +317,22 @@ def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
     return changed
 
 
+def _inner(changed: Tables, key: str, last: str, kind: FileKind) -> object:
+    """A table within a table, such as ``plant.parameters``, that the file has with such an entry; it may be changed."""
+    table, _, name = key.rpartition(".")
+    outer = changed.get(table)
+    inner = outer.get(name) if isinstance(outer, dict) else None
+    if not isinstance(outer, dict) or not isinstance(inner, dict):
+        raise InputError(f"--set: the {kind.word} has no table [{key}]; give it in the file")
+    if last not in inner:
+        raise InputError(f"--set: [{key}] has no {shown(last)[1:-1]}; it has {', '.join(map(str, inner))}")
+    outer[name] = found = dict(inner)
+    return found
+
+
 def _check_key(key: str, kind: FileKind) -> None:
+    if key.rpartition(".")[0] in kind.keys:  # an entry of a table within a table: the file tells
+        return
     if key not in kind.keys and not (kind.free and key.startswith(f"{kind.free}.")):
         raise InputError(f"--set: {unknown_key(key, kind)}")
 

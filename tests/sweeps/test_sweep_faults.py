@@ -16,9 +16,9 @@ import pytest
 
 from lure.analysis.sweeps import store as stores
 from lure.analysis.sweeps import sweep
+from lure.analysis.sweeps.reading import read_study, study_of
 from lure.analysis.sweeps.run import opened
 from lure.analysis.sweeps.store import Store
-from lure.analysis.sweeps.study import read_study, study_of
 from lure.errors import InputError
 
 STUDY = 'system = "paper-rod"\nask = "rod"\nchunk = {chunk}\n[over]\n'

@@ -13,9 +13,9 @@ import pytest
 from lure.analysis.sweeps import run as runs
 from lure.analysis.sweeps import sweep
 from lure.analysis.sweeps.page import page_of
+from lure.analysis.sweeps.reading import study_of
 from lure.analysis.sweeps.rows import answered
 from lure.analysis.sweeps.run import opened
-from lure.analysis.sweeps.study import study_of
 from lure.errors import InputError
 
 # 1/(s(s+a)(s+2)): Routh gives the largest linear gain 2a(a+2), and Popov's criterion proves the whole sector below it.

@@ -1,0 +1,86 @@
+"""Cells of a grid proved as a whole, points where the verdict changes, and regions of attraction in a sweep."""
+
+import numpy as np
+import pytest
+
+from lure.analysis.sweeps import sweep
+from lure.analysis.sweeps.boundary import stores
+from lure.analysis.sweeps.reading import study_of
+from lure.analysis.sweeps.run import opened
+from lure.errors import InputError
+
+# k/(s (s + 1)(s + a)): by Routh the largest linear gain is a (a + 1)/k, and Popov's criterion proves all below it.
+SERVO = '[plant]\ntransfer = "k/(s*(s + 1)*(s + a))"\n[plant.parameters]\nk = 1.0\na = 2.0\n[class]\nsector = [0, 4]\n'
+A, K = "plant.parameters.a", "plant.parameters.k"
+
+
+@pytest.fixture
+def servo(tmp_path):
+    """Makes studies of a servo with two parameters."""
+    (tmp_path / "servo.toml").write_text(SERVO)
+    return lambda **tables: study_of({"system": "servo.toml", "ask": "class", **tables}, folder=tmp_path)
+
+
+def test_each_cell_is_proved_for_all_plants_in_it(servo, tmp_path):
+    study = servo(ask="sector", boxes={A: {"from": 1, "to": 3, "count": 2}}, over={K: [1, 2]})
+    found = sweep(study, tmp_path / "boxes.zarr")
+    assert (found.points, found.proved) == (4, 4)
+    assert "2 values of plant.parameters.k x 2 intervals of plant.parameters.a" in str(found)
+    data = opened(tmp_path / "boxes.zarr")
+    assert data["plant.parameters.a bounds"].values.tolist() == [[1, 2], [2, 3]]
+    # least at the lower end of each interval of a: 1 (1 + 1)/k and 2 (2 + 1)/k
+    np.testing.assert_allclose(data["largest_low"].values, [[2, 6], [1, 3]], rtol=1e-6)
+    assert (data["largest_low"].values < [[2, 6], [1, 3]]).all()
+    assert (data["refuted_at"].values >= [[2, 6], [1, 3]]).all()
+
+
+def test_points_are_put_where_the_verdict_changes(servo, tmp_path):
+    study = servo(refine="boundary", over={A: {"from": 1, "to": 3, "count": 3}, K: [0.5, 1]})
+    found = sweep(study, tmp_path / "refined.zarr")
+    # sector [0, 4] is proved where a (a + 1) > 4 k; at a = 1 and k = 0.5 both are 2, which an end of the sector refutes
+    data = opened(tmp_path / "refined.zarr")
+    assert data["verdict"].values.tolist() == [["REFUTED", "REFUTED"], ["PROVED", "PROVED"], ["PROVED", "PROVED"]]
+    assert found.refined == 10
+    last = opened(stores(tmp_path / "refined.zarr")[-1])
+    for k, a, verdict in zip(last[K].values, last[A].values, last["verdict"].values, strict=True):
+        edge = (np.sqrt(1 + 16 * k) - 1) / 2
+        assert abs(a - edge) <= 1 / 32
+        assert (a > edge) == (verdict == "PROVED")
+    again = sweep(study, tmp_path / "refined.zarr")
+    assert (again.computed_now, again.refined) == (0, 10)
+
+
+def test_a_region_has_its_size_in_the_row(tmp_path):
+    # x' = x - sat(g x) limited at 1: for g > 1 everything between -1 and 1 tends to 0, and nothing else
+    (tmp_path / "loop.toml").write_text(
+        '[plant]\nnum = [1]\nden = [1, -1]\n[nonlinearity]\nkind = "saturation"\ngain = 2\nlimit = 1\n'
+    )
+    tables = {"system": "loop.toml", "ask": "region", "over": {"nonlinearity.gain": [0.5, 2, 3]}}
+    found = sweep(study_of(tables, folder=tmp_path), tmp_path / "regions.zarr")
+    assert (found.proved, found.inconclusive) == (2, 1)
+    data = opened(tmp_path / "regions.zarr")
+    assert data["low"].values.tolist() == [0, 2, 2]
+    assert data["high"].values.tolist()[1:] == [2, 2]
+
+
+@pytest.mark.parametrize(
+    ("tables", "sentence"),
+    [
+        ({"boxes": {A: [1]}}, "boxes.plant.parameters.a is '[1]'; give the edges"),
+        ({"boxes": {A: [2, 1]}}, "give the edges of the cells, at least two, ascending"),
+        ({"boxes": {A: {"from": 3, "to": 1, "count": 2}}}, "from 3 down to 1; give the smaller end first"),
+        ({"boxes": {A: {"from": 1, "to": 2, "count": 0}}}, "boxes.plant.parameters.a.count is 0"),
+        ({"boxes": {}}, "give a table [boxes]"),
+        ({"boxes": {A: [1, 2]}, "over": {A: [1, 2]}}, "is in [over] and in [boxes]"),
+        ({"boxes": {A: [1, 2]}, "refine": "boundary"}, "refine stands beside [boxes]"),
+        ({"boxes": {"plant.dt": [1, 2]}}, "[boxes] takes what may be an interval"),
+        ({"boxes": {"plant.parameters.b": [1, 2]}}, "[plant.parameters] has no b; it has k, a"),
+        ({"over": {A: [1, "2"], "class.sector": [[0, 1]]}, "refine": "boundary"}, "class.sector is no number"),
+        ({"over": {A: [1, 2]}, "refine": 3}, "refine is 3; give 'boundary'"),
+        ({"over": {A: {"between": [1, 2]}}, "draw": {"count": 2}, "refine": "boundary"}, "refine stands beside [draw]"),
+    ],
+)
+def test_what_cannot_be_cut_or_refined_is_refused(servo, tables, sentence):
+    with pytest.raises(InputError) as error:
+        servo(**tables)
+    assert sentence in str(error.value)
