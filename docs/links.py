@@ -57,7 +57,7 @@ def problem(page: Path, target: str, pages: dict[Path, Links], site: Path) -> st
     if not path.is_file():
         return "no such file"
     anchor = unquote(parts.fragment)
-    if anchor and path in pages and anchor not in pages[path].anchors:
+    if anchor and "=" not in anchor and path in pages and anchor not in pages[path].anchors:
         return "no such anchor"
     return None
 

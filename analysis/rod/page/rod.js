@@ -57,7 +57,7 @@ export function open(asking) {
 
   function redraw() {
     const rod = constants(impedance);
-    if (![rod.T, rod.d, rod.a, rod.N].every(Number.isFinite)) return;
+    if (![rod.T, rod.d, rod.a].every(Number.isFinite) || !(rod.T > 0 && rod.d > 0 && rod.N >= 1)) return;
     if (rod.a === 0) spectrum.front.replaceChildren(element("text", { x: 80, y: 40 }, "k = Z: every wave leaves, and there are no modes"));
     else {
       const { exact, scheme } = poles(rod);
