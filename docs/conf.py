@@ -1,8 +1,8 @@
 """The documentation: MyST pages, the executed notebooks, and the reference from docstrings.  ``make docs`` builds it.
 
 Of the extensions in ``_ext``, ``collect`` brings notebooks and notes and ``pictures`` draws what pages show, both into
-folders that git ignores; ``explore`` adds the page in the browser; ``lure_docs`` makes the reference from the code it describes.  The site needs no network:
-formulas are set by a MathJax that is copied into it.
+folders that git ignores; ``explore`` adds the page in the browser; ``lure_docs`` makes the reference from the code it
+describes.  The site needs no network: formulas are set by a MathJax that is copied into it.
 """
 
 import sys

@@ -1,7 +1,7 @@
 """The page in the browser as part of the site, and links into it: ``{explore} num=1&den=1,3,2,0&k=5`` is a loop.
 
-What the page needs is fetched once, through npm and pip.  Where it is not at hand the site is built without the page and
-without the links, and the log says why.
+What the page needs is fetched once, through npm and pip.  Where it is not at hand the site is built without the page
+and without the links, and the log says why.
 """
 
 from __future__ import annotations
