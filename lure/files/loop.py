@@ -217,6 +217,8 @@ def _opened(table: PlantTable, controller: ControllerTable, network: Network) ->
     if controller.Bu is None:
         if controller.Cy is not None:
             raise InputError("Cy is given without Bu; give how u moves the state too")
+        if table.A is not None and table.B is None and table.C is None:
+            raise InputError("Bu is missing; give how u moves the state, a row for each state")
         plant = _block(table)
         if isinstance(plant, RationalPlant):
             plant = MultivariablePlant.of_one_channel(plant)
@@ -227,7 +229,15 @@ def _opened(table: PlantTable, controller: ControllerTable, network: Network) ->
         raise InputError("Bu is about the states, and the plant is given without; give it by A, and B and C")
     n, own = len(table.A), table.B is not None or table.C is not None
     Cy = controller.Cy if controller.Cy is not None else [[int(i == j) for j in range(n)] for i in range(n)]
-    free = as_plant((table.A, controller.Bu, Cy, 0), dt=table.dt)  # checks the shapes
+    for name, side, high, wide in (("Bu", controller.Bu, n, network.outputs), ("Cy", Cy, network.inputs, n)):
+        rows = side if isinstance(side[0], list) else [[v] for v in side] if name == "Bu" else [side]
+        if len(rows) != high or any(len(row) != wide for row in rows):
+            raise InputError(
+                f"{name} has {counted(len(rows), 'row')} of {counted(len(rows[0]), 'number')}; with {counted(n, 'state')} "
+                f"and a network of {counted(network.inputs, 'input')} and {counted(network.outputs, 'output')} give "
+                f"{counted(high, 'row')} of {counted(wide, 'number')}"
+            )
+    free = as_plant((table.A, controller.Bu, Cy, 0), dt=table.dt)
     found = MultivariablePlant.of_one_channel(free) if isinstance(free, RationalPlant) else free
     assert isinstance(found, MultivariablePlant), "matrices make no other plant"
     if not own:
@@ -236,10 +246,6 @@ def _opened(table: PlantTable, controller: ControllerTable, network: Network) ->
     rest = MultivariablePlant.of_one_channel(block) if isinstance(block, RationalPlant) else block
     assert isinstance(rest, MultivariablePlant), "nor do these"
     m, p, zero = network.outputs, network.inputs, Fraction(0)
-    if (found.inputs, found.outputs) != (m, p):
-        raise InputError(
-            f"Bu and Cy make {found.size}; the network has {counted(p, 'input')} and {counted(m, 'output')}"
-        )
     return replace(
         rest,
         B=tuple((*a, *b) for a, b in zip(rest.B, found.B, strict=True)),

@@ -45,6 +45,8 @@ def read_network(path: str | Path, **told: object) -> Network:
     2 inputs, 1 neuron (tanh) in 1 layer, 1 output
     """
     path = Path(path)
+    if path.is_dir():
+        raise InputError(f"the file of the network {path.name or '.'!r:.60} is a folder; give the path of a file in it")
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise InputError(f"{path.name!r:.60} has none of the endings {', '.join(_READERS)}; give a file of weights")
