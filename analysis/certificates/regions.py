@@ -20,6 +20,10 @@ LEVEL = (
     "every motion that starts in {x : x^T P x + 2 sum theta_i int_0^sigma_i phi_i <= 1, |sigma_i| <= reach_i} tends to "
     "0, P, theta and reach as in the proof"
 )
+DISTURBED = (
+    "from rest every motion with a disturbance w of energy at most {}, x' = A x + B mu + Bw w (or x+), stays in {{x : "
+    "x^T P x <= 1}} and tends to 0, P and Bw as in the proof"
+)
 BETWEEN = "every motion that starts between {} and {} tends to 0"
 BEYOND = "no motion that starts in {{x : x^T Q x > 1}} tends to 0, Q as in the proof"
 OUTSIDE = "no motion that starts at or beyond {} or {} tends to 0"
@@ -156,7 +160,9 @@ def examined(verdict: str, name: str, data: Any, system: Any, given: Any, phi: A
     elif inner:
         need(name in ("local-circle", "local-popov"), f"there is no theorem {name!r:.40} for regions")
         level = name == "local-popov"
-        sentence, found = LEVEL if level else INSIDE, ellipsoid(H, graphs, data, proof, level)
+        energy = proof.get("energy") if not level else None
+        sentence = LEVEL if level else INSIDE if energy is None else DISTURBED.format(energy)
+        found = ellipsoid(H, graphs, data, proof, level)
     else:
         need((name, data) == ("counterexample", {}), "starts that never come to 0 are a counterexample")
         sentence, found = BEYOND.format(), beyond(H, graphs, proof)
@@ -217,7 +223,8 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
     ``v = e sigma + h x`` with ``|h x| <= min(a, b)`` there: ``p`` is the point of the interval nearest to
     ``(u - e) sigma``, and ``h x`` another of its points.  As ``|r x| <= c`` on the ellipsoid if ``r P^-1 r' <= c^2``.
     """
-    _, rows, *given = fields(proof, "method", "P", *["integrals"] * level)
+    more_keys = ["integrals"] if level else ["Bw", "energy"] * ("energy" in proof)
+    _, rows, *given = fields(proof, "method", "P", *more_keys)
     form(proof["method"] == ("level-set" if level else "ellipsoid"), "a region is proved by the level set of a form")
     (terms,) = fields(data, "terms")
     form(isinstance(terms, list) and len(terms) <= 400, "terms are a list")
@@ -272,6 +279,16 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
         definite(
             [*([*row, x] for row, x in zip(below, r)), [*r, c * c]], "the ellipsoid leaves a strip, or is undecided"
         )
+    if given and not level:  # V' <= |w|^2/energy, with w behind the inputs
+        into, energy = [numbers(row) for row in given[0]] if isinstance(given[0], list) else [], number(given[1])
+        p = len(into[0]) if into else 0
+        form(len(into) == n and p > 0 and all(len(row) == p for row in into), "Bw has a row for each state")
+        need(energy > 0, "an energy is not positive")
+        H = H._replace(B=[[*b, *(-v for v in row)] for b, row in zip(H.B, into)])
+        products = [(w, [*f, *[ZERO] * p], [*g, *[ZERO] * p]) for w, f, g in products]
+        for k in range(n + m, n + m + p):
+            unit = [Fraction(j == k) for j in range(n + m + p)]
+            products.append((-1 / energy, unit, unit))
     parts = [(-1, growth(P, H)), *([(-1, quadratic(*products))] if products else [])]
     definite(added(*parts), "that V falls fails, or is undecided")
     words = "V = x^T P x with integrals" if level else "V = x^T P x"

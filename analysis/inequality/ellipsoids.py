@@ -18,6 +18,7 @@ Schur complement of ``(AW, BS)``.  Nothing is proved here: what is found is roun
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import NamedTuple, TypeAlias
 
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
@@ -35,12 +36,20 @@ class Local(NamedTuple):
     reach: float  # of |C x|, less what feeds through; for a sector alone
 
 
+class Disturbance(NamedTuple):
+    """Asked in place of a size: the largest energy of ``w``, ``x' = .. + B w``, that leaves ``x`` in the set."""
+
+    B: Matrix
+    exact: tuple[tuple[Fraction, ...], ...] = ()
+
+
 class Ellipsoid(NamedTuple):
     """``x'P x <= 1``, with the weight of each channel and the row ``h`` of those with limits, else 0."""
 
     P: Matrix
     weights: Matrix
     rows: Matrix
+    energy: float = 0.0  # of a disturbance
 
     @property
     def size(self) -> float:
@@ -69,7 +78,7 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
     local: Sequence[Local],
     *,
     discrete: bool,
-    points: Matrix | None = None,
+    points: Matrix | Disturbance | None = None,
     margin: float = 1e-7,
     turns: int = 3,
 ) -> Ellipsoid | None:
@@ -83,8 +92,8 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
         What is used of each nonlinearity.
     discrete : bool
         Whether time is discrete.
-    points : ndarray or None
-        (k, n) points, None for the volume.
+    points : ndarray, Disturbance or None
+        (k, n) points, None for the volume; of a disturbance the largest energy with ``V' <= |w|^2/energy`` is asked.
     margin : float
         By which the inequality is to hold, relative to its terms.
     turns : int
@@ -110,11 +119,16 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
             Local(one.lower, one.upper, None if one.limit is None else one.limit / v, one.reach / v)
             for one, v in zip(local, a, strict=True)
         ]
-        moved = None if points is None else points @ back.T
-        moved = None if moved is None else moved / float(np.linalg.norm(moved, axis=1).max())
+        moved: Matrix | Disturbance | None = None
+        if isinstance(points, Disturbance):
+            moved = Disturbance(back @ points.B)
+        elif points is not None:
+            turned_points = points @ back.T
+            moved = turned_points / float(np.linalg.norm(turned_points, axis=1).max())
         guess = _solved(turned, own, moved, max(margin, 1e-5) if turn == 0 else margin, discrete=discrete)
         if guess is not None:
-            guess = Ellipsoid(back.T @ guess.P @ back, guess.weights / a**2, a[:, None] * guess.rows @ back)
+            P, rows = back.T @ guess.P @ back, a[:, None] * guess.rows @ back
+            guess = Ellipsoid(P, guess.weights / a**2, rows, guess.energy)
             found = guess
     return found
 
@@ -157,9 +171,15 @@ def linear_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discret
 
 
 def _solved(
-    plant: Sequence[Matrix], local: Sequence[Local], points: Matrix | None, margin: float, *, discrete: bool
+    plant: Sequence[Matrix],
+    local: Sequence[Local],
+    points: Matrix | Disturbance | None,
+    margin: float,
+    *,
+    discrete: bool,
 ) -> Ellipsoid | None:
     n, m = plant[1].shape
+    w_of = points.B if isinstance(points, Disturbance) else np.zeros((n, 0))
     upper, low = (np.array([one[i] for one in local], dtype=float) for i in (1, 0))
     A, B, C, D = shifted(plant, upper)
     modes = np.linalg.eigvals(A)
@@ -185,8 +205,9 @@ def _solved(
     S = np.zeros((m, m, m))
     S[np.arange(m), np.arange(m), np.arange(m)] = 1.0
     last = 2 * (1 - margin) * S - w * (D @ S) - np.swapaxes(w * (D @ S), 1, 2)
-    order = (2 * n if discrete else n) + m
-    one, two, three = slice(0, n), slice(n, n + m), slice(n + m, order)
+    last_x, p = (2 * n if discrete else n) + m, w_of.shape[1]
+    order = last_x + p
+    one, two, three, four = slice(0, n), slice(n, n + m), slice(n + m, last_x), slice(last_x, order)
     ofW, ofY, ofS = np.zeros((s, order, order)), np.zeros((len(Y), order, order)), np.zeros((m, order, order))
     ofW[:, two, one] = -w * (C @ basis)
     ofY[:, two, one] = Y
@@ -202,7 +223,13 @@ def _solved(
     below, beside = np.tril_indices(order, -1)
     for _, part in lower:
         part[:, beside, below] = part[:, below, beside]
-    blocks = [spread(lower, order)]
+    main = spread(lower, order)
+    if p:  # V' - |w|^2/energy: the last variable is 1/energy
+        main.slopes[-1, four, four] = (1 - margin) * np.eye(p)
+        at = three if discrete else one
+        main.constant[four, at] = w_of.T if discrete else -w_of.T
+        main.constant[at, four] = main.constant[four, at].T
+    blocks = [main]
     blocks += [_limited(own, count, basis, (s, Y[:, i]), plant[2][i]) for i, own in enumerate(local)]
     cost, logarithms = np.zeros(count), list[tuple[int, int]]()
     if points is None:
@@ -211,7 +238,7 @@ def _solved(
         cost[k + m + s :] = 1.0
     else:
         cost[-1] = -1.0
-        for point in points:
+        for point in () if isinstance(points, Disturbance) else points:
             slopes, constant = np.zeros((count, n + 1, n + 1)), np.zeros((n + 1, n + 1))
             slopes[:s, :n, :n] = basis
             slopes[-1, n, n] = 1.0
@@ -230,7 +257,7 @@ def _solved(
             return None  # a ray of a programme without a solution
     P = np.linalg.inv(W)
     h = np.tensordot(found[s:k], Y, 1) @ P if free else np.zeros((m, n))
-    return Ellipsoid((P + P.T) / 2, 1 / found[k : k + m], h)
+    return Ellipsoid((P + P.T) / 2, 1 / found[k : k + m], h, 1 / max(float(found[-1]), 1e-300) if p else 0.0)
 
 
 def _limited(own: Local, count: int, basis: Matrix, free: tuple[int, Matrix], row: Matrix) -> Block:

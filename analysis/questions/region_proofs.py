@@ -6,14 +6,22 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, ellipsoid, growing, linear_ellipsoid, shifted
+from lure.analysis.inequality.ellipsoids import (
+    Disturbance,
+    Ellipsoid,
+    Local,
+    ellipsoid,
+    growing,
+    linear_ellipsoid,
+    shifted,
+)
 from lure.analysis.inequality.level_sets import level_set
 from lure.analysis.inequality.many_ellipsoids import MANY, many_ellipsoid
 from lure.analysis.numerics.polynomial import to_fraction
@@ -28,10 +36,10 @@ _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no st
 
 # Ellipsoids.
 
+Goal: TypeAlias = "NDArray[np.float64] | Disturbance | None"
 
-def proved_ellipsoid(
-    plant: MultivariablePlant, shapes: Sequence[Shape], points: NDArray[np.float64] | None
-) -> Proved | None:
+
+def proved_ellipsoid(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -> Proved | None:
     """A large ellipsoid whose solutions all tend to 0, accepted by the checker; None where none is found.
 
     Parameters
@@ -40,8 +48,8 @@ def proved_ellipsoid(
         The linear part.
     shapes : sequence of Shape
         What is known of the nonlinearity of each channel.
-    points : ndarray or None
-        (k, n) points whose largest multiple it is to hold; None for the largest volume.
+    points : ndarray, Disturbance or None
+        (k, n) points whose largest multiple it is to hold; None for the largest volume; or what ``w`` moves.
     """
     best = _reaches(plant, shapes, points)
     return None if best is None else proved_on(plant, shapes, best, points)
@@ -51,7 +59,7 @@ def proved_on(
     plant: MultivariablePlant,
     shapes: Sequence[Shape],
     states: Sequence[Fraction | None],
-    points: NDArray[np.float64] | None,
+    points: Goal,
 ) -> Proved | None:
     """The same with ``|C_i x|`` bounded by given numbers on the set.
 
@@ -63,8 +71,8 @@ def proved_on(
         What is known of each nonlinearity.
     states : sequence of Fraction or None
         The bounds, None for channels that see no state or are lines with limits.
-    points : ndarray or None
-        (k, n) points whose largest multiple it is to hold; None for the largest volume.
+    points : ndarray, Disturbance or None
+        (k, n) points whose largest multiple it is to hold; None for the largest volume; or what ``w`` moves.
     """
     for margin in MARGINS:
         for shrunk in (Fraction(1), Fraction(999, 1000)):
@@ -135,7 +143,7 @@ def _above(value: Fraction) -> Fraction:
 def _found(
     sides: Sequence[NDArray[np.float64]],
     used: _Used,
-    points: NDArray[np.float64] | None,
+    points: Goal,
     *,
     discrete: bool,
     margin: float | None = None,
@@ -146,6 +154,8 @@ def _found(
         if margin is None:
             return ellipsoid(sides, local, discrete=discrete, points=points, turns=1)
         return ellipsoid(sides, local, discrete=discrete, points=points, margin=margin)
+    if isinstance(points, Disturbance):
+        return None
     guess = linear_ellipsoid(sides, local, discrete=discrete)
     for digits in (1e-2,) if margin is None else (1e-2, 1e-5):  # the second in the units of the first
         if guess is None:
@@ -155,9 +165,7 @@ def _found(
     return guess
 
 
-def _reaches(
-    plant: MultivariablePlant, shapes: Sequence[Shape], points: NDArray[np.float64] | None
-) -> list[Fraction | None] | None:
+def _reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -> list[Fraction | None] | None:
     """For each sector the interval on which it is used: the best found, one after the other, by golden sections."""
     sides, discrete = plant.doubles(), plant.dt is not None
     own = [i for i, shape in enumerate(shapes) if shape.clip is None and any(plant.C[i])]
@@ -198,16 +206,16 @@ def _reaches(
     return out
 
 
-def _size(found: Ellipsoid | None, points: NDArray[np.float64] | None) -> float:
+def _size(found: Ellipsoid | None, points: Goal) -> float:
     """How large an ellipsoid is; -inf where there is none."""
     if found is None:
         return -math.inf
+    if isinstance(points, Disturbance):
+        return math.log(max(found.energy, 1e-300))
     return found.size if points is None else -max(0.5 * math.log(p @ found.P @ p) for p in points)
 
 
-def _many_reaches(
-    plant: MultivariablePlant, shapes: Sequence[Shape], points: NDArray[np.float64] | None
-) -> list[Fraction | None] | None:
+def _many_reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -> list[Fraction | None] | None:
     """The same for many channels: one factor for those that share a nonlinearity, times how far the set goes.
 
     Where a set leaves room in an interval, its sectors are tightened to it before the next factor is tried.
@@ -281,7 +289,7 @@ def _draft(
     plant: MultivariablePlant,
     shapes: Sequence[Shape],
     reaches: Sequence[Fraction | None],
-    points: NDArray[np.float64] | None,
+    points: Goal,
     margin: float,
 ) -> dict[str, Any] | None:
     used = _local(plant, shapes, reaches, exactly=True)
@@ -302,6 +310,10 @@ def _draft(
             terms.append({**weight, "sector": [str(v) for v in sector], "reach": str(reach)})
         else:
             terms.append({**weight, "row": _row(found.rows[i], found.P, one)})
+    moved: dict[str, Any] = {}
+    if isinstance(points, Disturbance):
+        energy = str(_short(found.energy / grown * (1 - margin)))
+        moved = {"Bw": [[str(v) for v in row] for row in points.exact], "energy": energy}
     entries = [
         shape.entry(None if sector is None or reach is None else (*sector, reach))
         for shape, sector, reach in zip(shapes, sectors, reaches, strict=True)
@@ -312,7 +324,7 @@ def _draft(
         "laws": {"graphs": entries},
         "theorem": "local-circle",
         "multiplier": {"terms": terms},
-        "proof": {"method": "ellipsoid", "P": [[str(v) for v in row[: i + 1]] for i, row in enumerate(P)]},
+        "proof": {"method": "ellipsoid", "P": [[str(v) for v in row[: i + 1]] for i, row in enumerate(P)]} | moved,
     }
 
 

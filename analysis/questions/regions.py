@@ -16,6 +16,7 @@ from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.region_curves import PlanarSets, area, gauge, planar_sets, points_of, within
+from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth, proved_level_set
 from lure.analysis.questions.region_sets import (
     Shape,
@@ -199,6 +200,9 @@ class RegionOfAttraction(TwoSided):
     reach: float | None = quantity(
         "the largest factor of the points asked about for which they lie in the first set", default=None, form="below"
     )
+    reachable: ReachableSet | None = quantity(
+        "With a disturbance that moves the state: what is survived; None where nothing is proved", default=None
+    )
     reason: str = quantity("why nothing is proved", default="")
     stopped: str | None = quantity("``time`` where that ended the search before it was complete", default=None)
     plant: MultivariablePlant | None = quantity("the linear part, for the drawing", hidden=True, default=None)
@@ -298,6 +302,8 @@ class RegionOfAttraction(TwoSided):
                 said.append("No solution that starts where x^T Q x > 1 tends to 0.")
         if self.area[1] is not None and math.isfinite(self.area[1]):
             said.append(f"The {word} of the region is at most {text_above(self.area[1], 7)}.")
+        if self.reachable is not None:
+            said.append(str(self.reachable))
         return said
 
 
@@ -321,6 +327,7 @@ def region(
     nonlinearities: object = None,
     *,
     along: Sequence[Sequence[float | Fraction]] | None = None,
+    disturbance: Sequence[Sequence[float | Fraction]] | None = None,
     seconds: float | None = None,
 ) -> RegionOfAttraction:
     r"""Sets from which every solution of a loop tends to 0, and sets from which none does.
@@ -343,6 +350,10 @@ def region(
     along : sequence of sequences, optional
         Points of the state space: the largest multiple of them that an ellipsoid holds is asked for, instead of the
         largest volume.
+    disturbance : sequence of sequences, optional
+        ``Bw``, (n, p), with ``x' = A x + B mu + Bw w``: how large an energy of ``w`` is survived from rest, and an
+        ellipsoid that is not left, are asked too.  By default that of the system's ``[performance]``, if ``w`` moves
+        the state alone.
     seconds : float or None
         Time allowed.
 
@@ -374,10 +385,18 @@ def region(
     """
     check_seconds(seconds)
     found, shapes = loop_asked(plant, nonlinearities)
+    moved = disturbance_of(plant, disturbance, found.order)
     points = None if along is None else _points(along, found.order)
     if not found.order:
         raise InputError("the plant has no states; a region of attraction needs one at least")
+    began = time.monotonic()
     answer = _answered(found, shapes, points, seconds)
+    if moved is not None and answer.stopped is None and math.isfinite(answer.area[0]):
+        try:
+            with time_limit(None if seconds is None else max(1e-3, seconds - (time.monotonic() - began))):
+                answer = dataclasses.replace(answer, reachable=reachable_set(found, shapes, moved))
+        except TimeoutError:
+            answer = dataclasses.replace(answer, stopped="time")
     laws = tuple(shape.nonlinearity for shape in shapes)
     return dataclasses.replace(answer, equilibria=equilibria(found, shapes), plant=found, nonlinearities=laws)
 
@@ -457,9 +476,8 @@ def _set_of(proof: Proved, shapes: Sequence[Shape]) -> AttractedSet:
         "bounds": tuple(strips(proof.certificate)),
     }
     if data["method"] == "spiral":
-        points = points_of(proof)
-        bounds = settings["bounds"]
-        return AttractedSet(kind="curve", points=points, volume=double_below(area(points)), bounds=bounds, proof=proof)
+        settings |= {"P": None, "level": None, "points": points_of(proof)}
+        return AttractedSet(kind="curve", volume=double_below(area(settings["points"])), **settings)
     if data["method"] == "ellipsoid":
         return AttractedSet(kind="ellipsoid", volume=volume_below(P), convex=True, **settings)
     integrals = tuple(data["integrals"])

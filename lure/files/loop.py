@@ -232,10 +232,11 @@ def _opened(table: PlantTable, controller: ControllerTable, network: Network) ->
     for name, side, high, wide in (("Bu", controller.Bu, n, network.outputs), ("Cy", Cy, network.inputs, n)):
         rows = side if isinstance(side[0], list) else [[v] for v in side] if name == "Bu" else [side]
         if len(rows) != high or any(len(row) != wide for row in rows):
+            sizes = [(len(rows), "row"), (len(rows[0]), "number"), (n, "state"), (network.inputs, "input")]
+            sizes += [(network.outputs, "output"), (high, "row"), (wide, "number")]
+            has, of, states, taken, put, right, each = (counted(*size) for size in sizes)
             raise InputError(
-                f"{name} has {counted(len(rows), 'row')} of {counted(len(rows[0]), 'number')}; with {counted(n, 'state')} "
-                f"and a network of {counted(network.inputs, 'input')} and {counted(network.outputs, 'output')} give "
-                f"{counted(high, 'row')} of {counted(wide, 'number')}"
+                f"{name} has {has} of {of}; with {states} and a network of {taken} and {put} give {right} of {each}"
             )
     free = as_plant((table.A, controller.Bu, Cy, 0), dt=table.dt)
     found = MultivariablePlant.of_one_channel(free) if isinstance(free, RationalPlant) else free

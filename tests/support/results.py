@@ -207,6 +207,7 @@ def memory():
 RESULTS = {
     "RateBound": lambda: decay_rate(([1], [1, 2]), Sector(0, 1)),
     "StabilityBound of channels": lambda: lure.max_sector(([1], [1, 3, 3, 1]), [Sector(0, 1)]),
+    "ReachableSet": lambda: region(([1], [1, -1]), Saturation(gain=2, limit=1), disturbance=[[1]]).reachable,
     "RegionOfAttraction": lambda: region(([1], [1, -1]), Saturation(gain=2, limit=1)),
     "Overshoot": lambda: overshoot(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], Fraction(1, 2)),
     "EnergyBounds": lambda: energy_bounds(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]}),

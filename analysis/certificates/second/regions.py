@@ -12,18 +12,25 @@ c``.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
 from flint import arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.channels import diagonal, matrices, stacked, symmetric
+from lure.analysis.certificates.second.curves import curve_of, require_crossed, require_one_equilibrium, turned
+from lure.analysis.certificates.second.graphs import (
+    Cut,
+    Graph,
+    Loop,
+    nonnegative_between,
+    pieces_of,
+    positive_inside,
+    read_graph,
+)
 from lure.analysis.certificates.second.matrix import BITS, positive_definite
 from lure.analysis.certificates.second.numerics import (
     X,
-    nonnegative_from_zero,
-    positive_from_zero,
     to_fmpq,
     to_fraction,
     working_precision,
@@ -46,90 +53,14 @@ LEVEL = (
     "every motion that starts in {x : x^T P x + 2 sum theta_i int_0^sigma_i phi_i <= 1, |sigma_i| <= reach_i} tends to "
     "0, P, theta and reach as in the proof"
 )
+DISTURBED = (
+    "from rest every motion with a disturbance w of energy at most {}, x' = A x + B mu + Bw w (or x+), stays in {{x : "
+    "x^T P x <= 1}} and tends to 0, P and Bw as in the proof"
+)
 BEYOND = "no motion that starts in {x : x^T Q x > 1} tends to 0, Q as in the proof"
 WITHIN = "every motion that starts within the first turn of the spiral, closed along its ray, tends to 0"
 AROUND = "no motion that starts on or outside the closed curve of the proof tends to 0"
-LARGEST_DEGREE, LONGEST_CURVE, MOST_TURNS = 40, 20_000, 400
-Cut = Fraction | None  # None: there is no end on this side
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Graph:
-    """A nonlinearity: polynomials between cuts, or, without any, a sector for ``|sigma| <= reach``."""
-
-    cuts: tuple[Fraction, ...] = ()
-    pieces: tuple[fmpq_poly, ...] = ()
-    sector: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
-    reach: Fraction | None = None
-
-    @property
-    def clip(self) -> tuple[Fraction, Fraction, Fraction, Fraction] | None:
-        """``e, u, least, most``: ``phi - e sigma`` is ``(u - e) sigma`` held between the last two; else None."""
-        if len(self.pieces) != 3 or any(p.degree() > 1 for p in self.pieces) or self.pieces[1][0] != 0:
-            return None
-        left, middle, right = self.pieces
-        least, most = sorted((to_fraction(left[0]), to_fraction(right[0])))
-        if left[1] != right[1] or not least < 0 < most or not self.cuts[0] < 0 < self.cuts[1]:
-            return None
-        return to_fraction(left[1]), to_fraction(middle[1]), least, most
-
-
-def _read(value: object) -> Graph:
-    """The nonlinearity of one channel, continuous with ``phi(0) = 0``."""
-    if mapping(value).get("kind") == "sector":
-        found = record(value, "kind", "sector", "reach")
-        low, high = numbers(found["sector"])
-        require(low <= high and number(found["reach"]) > 0, "a sector or its reach is none")
-        return Graph(sector=(low, high), reach=number(found["reach"]))
-    found = record(value, "kind", "cuts", "pieces")
-    require(found["kind"] == "piecewise-polynomial", "the kind of a nonlinearity is unknown")
-    cuts = tuple(numbers(found["cuts"]))
-    pieces = tuple(fmpq_poly([to_fmpq(v) for v in numbers(piece)]) for piece in listed(found["pieces"]))
-    require(len(pieces) == len(cuts) + 1, "there is not one polynomial more than cuts")
-    require(all(p.degree() < LARGEST_DEGREE for p in pieces), "the degree of a polynomial is too high")
-    require(all(a < b for a, b in pairwise(cuts)), "the cuts do not ascend")
-    for cut, (left, right) in zip(cuts, pairwise(pieces), strict=True):
-        require(bool(left(to_fmpq(cut)) == right(to_fmpq(cut))), "the nonlinearity jumps")
-    require(bool(pieces[sum(cut < 0 for cut in cuts)](fmpq(0)) == 0), "phi(0) is not 0")
-    return Graph(cuts=cuts, pieces=pieces)
-
-
-def _pieces(graph: Graph, scale: Fraction) -> list[tuple[Cut, Cut, fmpq_poly]]:
-    """The pieces of ``phi(scale x)`` over ``x``, with their ends; scale > 0 or < 0."""
-    argument, cuts = to_fmpq(scale) * X, [cut / scale for cut in graph.cuts]
-    parts = [piece(argument) for piece in graph.pieces]
-    if scale < 0:
-        cuts, parts = cuts[::-1], parts[::-1]
-    return list(zip([None, *cuts], [*cuts, None], parts, strict=True))
-
-
-def _nonnegative(p: fmpq_poly, low: Cut, high: Cut) -> bool:
-    """Whether ``p >= 0`` between two ends, one of which is finite."""
-    if low is None:
-        require(high is not None, "an interval has no end")
-        assert high is not None, "it was required"
-        return nonnegative_from_zero(p(to_fmpq(high) - X))
-    if high is None:
-        return nonnegative_from_zero(p(to_fmpq(low) + X))
-    top, start, width = max(p.degree(), 0), to_fmpq(low), to_fmpq(high - low)
-    # x = low + width t/(1 + t), times (1 + t)^degree
-    moved, grown = p(start + width * X), fmpq_poly([])
-    for i, c in enumerate(moved.coeffs()):
-        grown += c * X**i * (1 + X) ** (top - i)
-    return nonnegative_from_zero(grown)
-
-
-def _positive_inside(p: fmpq_poly, low: Cut, high: Cut) -> bool:
-    """Whether ``p > 0`` strictly between the ends: it is nonnegative, and has no double root there."""
-    if not _nonnegative(p, low, high) or p.degree() < 0:
-        return False
-    for end in (low, high):  # roots at the ends are allowed
-        while end is not None and p.degree() > 0 and p(to_fmpq(end)) == 0:
-            p //= X - to_fmpq(end)
-    shared = p.gcd(p.derivative())  # a root inside would be a double one, p being nonnegative
-    if shared.degree() < 1:
-        return True
-    return _positive_inside(shared, low, high) or _positive_inside(-shared, low, high)
+MOST_TURNS = 400
 
 
 def _in_sector(graph: Graph, low: Fraction, high: Fraction, reach: Fraction) -> bool:
@@ -137,42 +68,16 @@ def _in_sector(graph: Graph, low: Fraction, high: Fraction, reach: Fraction) -> 
     if graph.reach is not None:
         return reach <= graph.reach and low <= graph.sector[0] and graph.sector[1] <= high
     for sign in (1, -1):  # over x = sign sigma in (0, reach)
-        for start, end, piece in _pieces(graph, Fraction(sign)):
+        for start, end, piece in pieces_of(graph, Fraction(sign)):
             left = Fraction(0) if start is None else max(start, Fraction(0))
             right = reach if end is None else min(end, reach)
             if left >= right:
                 continue
             own = sign * piece
-            if not (
-                _nonnegative(own - to_fmpq(low) * X, left, right) and _nonnegative(to_fmpq(high) * X - own, left, right)
-            ):
+            bounds = own - to_fmpq(low) * X, to_fmpq(high) * X - own
+            if not all(nonnegative_between(p, left, right) for p in bounds):
                 return False
     return True
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Loop:
-    """The plant as ``x' = F z``, ``sigma = Y z`` with ``z = (x, phi)``, and its nonlinearities."""
-
-    F: fmpq_mat
-    Y: fmpq_mat
-    D: fmpq_mat
-    discrete: bool
-    graphs: tuple[Graph, ...]
-
-    @property
-    def sizes(self) -> tuple[int, int]:
-        """How many states and channels there are."""
-        return self.F.nrows(), self.Y.nrows()
-
-    def form(self, P: fmpq_mat, rate: Fraction = Fraction(0)) -> fmpq_mat:
-        """``V' - rate V``, or ``V+ - (1 + rate) V``."""
-        n, m = self.sizes
-        E = fmpq_mat([[int(i == j) for j in range(n + m)] for i in range(n)])
-        if self.discrete:
-            return self.F.transpose() * P * self.F - to_fmpq(1 + rate) * (E.transpose() * P * E)
-        half = E.transpose() * P * self.F
-        return half + half.transpose() - to_fmpq(rate) * (E.transpose() * P * E)
 
 
 def shown(document: Document) -> str:
@@ -190,13 +95,13 @@ def shown(document: Document) -> str:
     """
     sides, discrete = matrices(document)
     m = sides["D"].nrows()
-    graphs = tuple(map(_read, listed(record(document.nonlinearities, "graphs")["graphs"])))
+    graphs = tuple(map(read_graph, listed(record(document.nonlinearities, "graphs")["graphs"])))
     require(len(graphs) == m, "there is not one nonlinearity for each channel")
     require(document.nonlinearity is None, "no nonlinearity is given beside several")
     pattern = fmpq_mat([[int(sides["D"][i, j] != 0) for j in range(m)] for i in range(m)])
     require(bool(pattern**m == fmpq_mat(m, m)), "D has a cycle")
     F = _beside(sides["A"], -sides["B"])
-    loop = _Loop(F=F, Y=_beside(sides["C"], -sides["D"]), D=sides["D"], discrete=discrete, graphs=graphs)
+    loop = Loop(F=F, Y=_beside(sides["C"], -sides["D"]), D=sides["D"], discrete=discrete, graphs=graphs)
     inner = document.verdict == "PROVED"
     require(inner or document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     if document.proof.get("method") == "signs":
@@ -210,15 +115,17 @@ def shown(document: Document) -> str:
     if document.proof.get("method") == "curve":
         require(not inner and document.theorem == "counterexample", "a curve shows what never comes in")
         require(not document.multiplier, "a curve needs no multiplier")
-        curve = _curve(loop, record(document.proof, "method", "points")["points"])
+        curve = curve_of(loop, record(document.proof, "method", "points")["points"])
         require(curve.factor >= 1, "the curve ends nearer to 0 than it starts")
-        _require_crossed(loop, curve.arcs, -curve.sense)
+        require_crossed(loop, curve.arcs, -curve.sense)
         if curve.factor > 1:
-            _require_crossed(loop, (curve.along_ray(Fraction(1), curve.factor),), curve.sense)
+            require_crossed(loop, (curve.along_ray(Fraction(1), curve.factor),), curve.sense)
         return AROUND
     if inner:
         require(document.theorem in ("local-circle", "local-popov"), "the theorem is unknown for regions")
         _require_level_set(loop, document)
+        if "energy" in document.proof:
+            return DISTURBED.format(text(document.proof["energy"]))
         return INSIDE if document.theorem == "local-circle" else LEVEL
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
     _require_growth(loop, document)
@@ -245,7 +152,7 @@ def _integral_bounded(graph: Graph, least: Fraction, reach: Fraction, *, above: 
     """Whether ``2 int_0^sigma phi - least sigma^2`` is ``>= 0``, or ``<= 0``, for ``|sigma| <= reach``."""
     for sign in (1, -1):  # over x = sign sigma in (0, reach), d/dx int phi = sign phi(sign x)
         start_value = fmpq(0)
-        for start, end, piece in _pieces(graph, Fraction(sign)):
+        for start, end, piece in pieces_of(graph, Fraction(sign)):
             left = Fraction(0) if start is None else max(start, Fraction(0))
             right = reach if end is None else min(end, reach)
             if left >= right:
@@ -254,15 +161,17 @@ def _integral_bounded(graph: Graph, least: Fraction, reach: Fraction, *, above: 
             own += start_value - own(to_fmpq(left))
             start_value = own(to_fmpq(right))
             rest = 2 * own - to_fmpq(least) * X * X
-            if not _nonnegative(rest if above else -rest, left, right):
+            if not nonnegative_between(rest if above else -rest, left, right):
                 return False
     return True
 
 
-def _require_level_set(loop: _Loop, document: Document) -> fmpq_mat:
+def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
     """Check that ``V`` falls on ``V <= 1``, and that the terms used for it count there; ``P``."""
     level, spiral = document.theorem == "local-popov", document.theorem == "planar"
-    found = record(document.proof, "method", "P", *(("integrals",) if level else ("turns",) if spiral else ()))
+    disturbed = not level and not spiral and "energy" in document.proof
+    keys = ("integrals",) if level else ("turns",) if spiral else ("Bw", "energy") if disturbed else ()
+    found = record(document.proof, "method", "P", *keys)
     method = "level-set" if level else "spiral" if spiral else "ellipsoid"
     require(found["method"] == method, "the method does not fit the theorem")
     n, m = loop.sizes
@@ -330,11 +239,28 @@ def _require_level_set(loop: _Loop, document: Document) -> fmpq_mat:
                 require(j in most, "what feeds through is not bounded")
                 rest -= abs(to_fraction(loop.D[i, j])) * most[j]
         require_strip(fmpq_mat([loop.Y.tolist()[i][:n]]), rest)
+    if disturbed:
+        M = _with_disturbance(loop, P, M, found["Bw"], number(found["energy"]))
     _require_definite(M, "V is not shown to fall")
     return P
 
 
-def _require_growth(loop: _Loop, document: Document) -> None:
+def _with_disturbance(loop: Loop, P: fmpq_mat, M: fmpq_mat, given: object, energy: Fraction) -> fmpq_mat:
+    """``|w|^2/energy - V' - terms`` as a form in ``(x, phi, w)``: beside ``M`` what ``w`` does, ``x' = F z + G w``."""
+    rows = [numbers(row) for row in listed(given)]
+    n, p = loop.sizes[0], len(rows[0]) if rows else 0
+    require(len(rows) == n and p > 0 and all(len(row) == p for row in rows), "Bw has not a row for each state")
+    require(energy > 0, "the energy is not positive")
+    G = fmpq_mat([[to_fmpq(v) for v in row] for row in rows])
+    corner = diagonal([1 / energy] * p)
+    if loop.discrete:
+        beside, corner = -(loop.F.transpose() * P * G), corner - G.transpose() * P * G
+    else:
+        beside = stacked(-(P * G), fmpq_mat(loop.sizes[1], p))
+    return stacked(_beside(M, beside), _beside(beside.transpose(), corner))
+
+
+def _require_growth(loop: Loop, document: Document) -> None:
     """Check ``V' >= rate (V - 1)`` for limited nonlinearities, the lines outside the limits taken into the plant."""
     found = record(document.proof, "method", "Q", "rate", "weights")
     require(found["method"] == "growth", "the method does not fit")
@@ -352,7 +278,7 @@ def _require_growth(loop: _Loop, document: Document) -> None:
     C, one = fmpq_mat([row[:n] for row in loop.Y.tolist()]), diagonal([Fraction(1)] * m)
     back = (one + outer * loop.D).inv()
     T = stacked(fmpq_mat([[int(i == j) for j in range(n + m)] for i in range(n)]), _beside(back * outer * C, back))
-    turned = _Loop(F=loop.F * T, Y=loop.Y, D=loop.D, discrete=loop.discrete, graphs=loop.graphs)
+    turned = Loop(F=loop.F * T, Y=loop.Y, D=loop.D, discrete=loop.discrete, graphs=loop.graphs)
     corner = fmpq_mat(
         [[to_fmpq(weights[i - n]) if i == j >= n else fmpq(0) for j in range(n + m)] for i in range(n + m)]
     )
@@ -364,7 +290,7 @@ def _ends(value: object) -> tuple[Cut, Cut]:
     return None if low == "-inf" else number(low), None if high == "inf" else number(high)
 
 
-def _by_signs(loop: _Loop, document: Document, *, inner: bool) -> str:
+def _by_signs(loop: Loop, document: Document, *, inner: bool) -> str:
     """One state: the signs of ``f``, or of ``x - f`` and ``x + f``, on both sides of 0."""
     found = record(document.proof, "method", "interval")
     low, high = _ends(found["interval"])
@@ -376,7 +302,7 @@ def _by_signs(loop: _Loop, document: Document, *, inner: bool) -> str:
     opposite = (low is None and high is None) or (low is not None and high is not None and low == -high)
     require(not loop.discrete or opposite, "the interval is not symmetric")
     parts = [
-        (_pieces(graph, to_fraction(loop.Y[i, 0])), loop.F[0, 1 + i])
+        (pieces_of(graph, to_fraction(loop.Y[i, 0])), loop.F[0, 1 + i])
         for i, graph in enumerate(loop.graphs)
         if loop.Y[i, 0] != 0
     ]
@@ -398,7 +324,7 @@ def _by_signs(loop: _Loop, document: Document, *, inner: bool) -> str:
                 if top is not None and start >= top:
                     continue
                 needed = (X - f, X + f) if loop.discrete else (-f,)
-                require(all(_positive_inside(p, start, top) for p in needed), "0 does not attract all of the interval")
+                require(all(positive_inside(p, start, top) for p in needed), "0 does not attract all of the interval")
         return f"every motion that starts between {words[0]} and {words[1]} tends to 0"
     require(low is not None or high is not None, "nothing lies beyond")
     for reach, side in ((high, right), (None if low is None else -low, left)):
@@ -407,7 +333,7 @@ def _by_signs(loop: _Loop, document: Document, *, inner: bool) -> str:
         for start, end, f in side:
             if loop.discrete and (end is None or end > reach):
                 beyond = max(start, reach)
-                grows = _nonnegative(f - X, beyond, end) or _nonnegative(-f - X, beyond, end)
+                grows = nonnegative_between(f - X, beyond, end) or nonnegative_between(-f - X, beyond, end)
                 require(grows, "|f(x)| >= |x| is not shown")
             elif start < reach and (end is None or end >= reach):
                 require(loop.discrete or bool(f(to_fmpq(reach)) >= 0), "a solution may come back")
@@ -419,157 +345,26 @@ def _over(low: Cut, high: Cut, start: Cut, end: Cut) -> bool:
     return (low is None or (start is not None and low <= start)) and (high is None or (end is not None and end <= high))
 
 
-# Curves in the plane.  A parabola is q(t) = a + b t + c t^2 for 0 <= t <= 1; a straight edge has c = 0.
-
-Place = tuple[fmpq, fmpq]
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Arc:
-    """Its corners: start, end, and between them the control point of a parabola."""
-
-    corners: tuple[Place, ...]
-
-    def coordinate(self, k: int) -> fmpq_poly:
-        """``q_k(t)``."""
-        values = [corner[k] for corner in self.corners]
-        if len(values) == 2:
-            return fmpq_poly([values[0], values[1] - values[0]])
-        a, b, c = values
-        return a * (1 - X) ** 2 + 2 * b * X * (1 - X) + c * X**2
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Curve:
-    """Once around 0: ``sense`` is 1 for anticlockwise; it ends at ``factor`` times its start."""
-
-    sense: int
-    start: Place
-    factor: Fraction
-    arcs: tuple[_Arc, ...]
-
-    def along_ray(self, low: Fraction, high: Fraction) -> _Arc:
-        """The edge between two factors of the start."""
-        low_end, high_end = ((to_fmpq(v) * self.start[0], to_fmpq(v) * self.start[1]) for v in (low, high))
-        return _Arc(corners=(low_end, high_end))
-
-
-def _turned(p: Place, q: Place) -> fmpq:
-    """Positive where ``q`` is anticlockwise of ``p``, by less than half a turn."""
-    return p[0] * q[1] - p[1] * q[0]
-
-
-def _curve(loop: _Loop, value: object) -> _Curve:
-    """The curve, which goes once around 0 by steps of less than half a turn in one sense."""
-    require(loop.sizes[0] == 2 and not loop.discrete, "curves are about two states in continuous time")
-    require(not any(v != 0 for v in loop.D.entries()), "curves are about D = 0")
-    require(all(graph.reach is None for graph in loop.graphs), "the nonlinearities are not known")
-    rows = [[to_fmpq(v) for v in numbers(row)] for row in listed(value)]
-    require(4 <= len(rows) <= LONGEST_CURVE, "the curve has too few or too many points")
-    require(len(rows[0]) == 2 and all(len(row) in (2, 4) for row in rows), "a point has not two coordinates")
-    at: Place = (rows[0][0], rows[0][1])
-    arcs, path = list[_Arc](), [at]
-    for row in rows[1:]:
-        corners = [path[-1], *((row[i], row[i + 1]) for i in range(0, len(row), 2))]
-        path += corners[1:]
-        arcs.append(_Arc(corners=tuple(corners)))
-    sense = 1 if _turned(path[0], path[1]) > 0 else -1
-    steps = [*pairwise(path), *((arc.corners[0], arc.corners[-1]) for arc in arcs)]
-    require(all(sense * _turned(p, q) > 0 for p, q in steps), "the curve does not turn in one sense")
-    passed = sum(bool(sense * _turned(p, at) > 0 and sense * _turned(at, q) >= 0) for p, q in pairwise(path))
-    end = path[-1]
-    factor = (at[0] * end[0] + at[1] * end[1]) / (at[0] ** 2 + at[1] ** 2)
-    require(bool(_turned(at, end) == 0) and factor > 0 and passed == 1, "the curve does not go once around 0")
-    return _Curve(sense=sense, start=at, factor=to_fraction(factor), arcs=tuple(arcs))
-
-
-def _positive_on_unit(p: fmpq_poly) -> bool:
-    """Whether ``p > 0`` on ``[0, 1]``: at 1, and at ``t = x/(1 + x)`` for no ``x >= 0`` a root."""
-    grown, top = fmpq_poly([]), max(p.degree(), 0)
-    for i, c in enumerate(p.coeffs()):
-        grown += c * X**i * (1 + X) ** (top - i)
-    return bool(p(fmpq(1)) > 0) and positive_from_zero(grown)
-
-
-def _require_crossed(loop: _Loop, arcs: Sequence[_Arc], side: int) -> None:
-    """Check that ``x'`` points strictly to the left of every arc, for ``side`` -1 to its right."""
-    for arc in arcs:
-        x = arc.coordinate(0), arc.coordinate(1)
-        sigma = [loop.Y[i, 0] * x[0] + loop.Y[i, 1] * x[1] for i in range(len(loop.graphs))]
-        reaches = [
-            sorted(to_fraction(loop.Y[i, 0] * c[0] + loop.Y[i, 1] * c[1]) for c in arc.corners)
-            for i in range(len(loop.graphs))
-        ]
-        times = {Fraction(0), Fraction(1)}
-        for graph, own, reach in zip(loop.graphs, sigma, reaches, strict=True):
-            for cut in graph.cuts:
-                if reach[0] < cut < reach[-1]:
-                    require(own.degree() == 1 and len(arc.corners) == 2, "a parabola leaves a piece")
-                    times.add((cut - to_fraction(own[0])) / to_fraction(own[1]))
-        for start, end in pairwise(sorted(times)):
-            inner = to_fmpq(start) + to_fmpq(end - start) * X
-            speed = [loop.F[k, 0] * x[0] + loop.F[k, 1] * x[1] for k in (0, 1)]
-            for i, (graph, own, reach) in enumerate(zip(loop.graphs, sigma, reaches, strict=True)):
-                straight = len(arc.corners) == 2
-                here = to_fraction(own(to_fmpq((start + end) / 2))) if straight else (reach[0] + reach[-1]) / 2
-                phi = graph.pieces[sum(cut < here for cut in graph.cuts)](own)
-                speed = [speed[k] + loop.F[k, 2 + i] * phi for k in (0, 1)]
-            left = x[0].derivative() * speed[1] - x[1].derivative() * speed[0]
-            require(_positive_on_unit((side * left)(inner)), "an arc is not crossed")
-
-
-def _require_spiral(loop: _Loop, document: Document) -> None:
+def _require_spiral(loop: Loop, document: Document) -> None:
     """Check that turn after turn is crossed inwards, the last one within the ellipsoid, around one equilibrium."""
     require(len(loop.graphs) == 1, "a spiral is about one nonlinearity")
     P = _require_level_set(loop, document)
-    turns = [_curve(loop, value) for value in listed(document.proof["turns"])]
+    turns = [curve_of(loop, value) for value in listed(document.proof["turns"])]
     require(1 <= len(turns) <= MOST_TURNS, "there are no turns, or too many")
     first, before = turns[0], None
     reaches: list[Fraction] = []
     for turn in turns:
         at = first.start[0] * turn.start[0] + first.start[1] * turn.start[1]
         factor = to_fraction(at / (first.start[0] ** 2 + first.start[1] ** 2))
-        require(bool(_turned(first.start, turn.start) == 0) and factor > 0, "a turn starts on another ray")
+        require(bool(turned(first.start, turn.start) == 0) and factor > 0, "a turn starts on another ray")
         require(turn.sense == first.sense and turn.factor < 1, "a turn does not wind inwards as the first one does")
         require(before is None or factor >= before, "a turn starts within the end of the one before")
         before = factor * turn.factor
         reaches += [factor, before]
-        _require_crossed(loop, turn.arcs, first.sense)
-    _require_crossed(loop, (first.along_ray(min(reaches), max(reaches)),), first.sense)
+        require_crossed(loop, turn.arcs, first.sense)
+    require_crossed(loop, (first.along_ray(min(reaches), max(reaches)),), first.sense)
     for arc in turns[-1].arcs:
         for corner in arc.corners:
             z = fmpq_mat([list(corner)])
             require(bool((z * P * z.transpose())[0, 0] <= 1), "the last turn leaves the ellipsoid")
-    _require_one_equilibrium(loop, first)
-
-
-def _require_one_equilibrium(loop: _Loop, curve: _Curve) -> None:
-    """Check that ``A x = B phi`` has no solution within the curve but 0; all are ``x = (A - g B C)^-1 B psi``."""
-    A, minus_b = (fmpq_mat([[row[i] for i in own] for row in loop.F.tolist()]) for own in ((0, 1), (2,)))
-    C = fmpq_mat([loop.Y.tolist()[0][:2]])
-    shift = next((g for g in (0, 1) if (A + g * (minus_b * C)).det() != 0), None)
-    require(shift is not None, "equilibria are not isolated")
-    line = -((A + (shift or 0) * (minus_b * C)).inv() * minus_b)
-    slope = (C * line)[0, 0]  # sigma = slope psi(sigma), psi = phi - shift sigma
-    if slope == 0:
-        return
-    graph = loop.graphs[0]
-    for sign in (1, -1):  # x = tau way for tau > 0
-        way: Place = (sign * line[0, 0], sign * line[1, 0])
-        far = fmpq(0)
-        for arc in curve.arcs:
-            for p, q in [*pairwise(arc.corners), (arc.corners[0], arc.corners[-1])]:
-                if curve.sense * _turned(p, way) >= 0 and curve.sense * _turned(way, q) >= 0:
-                    far = max(far, _turned(p, q) / _turned(way, (q[0] - p[0], q[1] - p[1])))
-        require(bool(far > 0), "a ray does not leave the curve")
-        reach = to_fraction(far * sign * slope)
-        for low, high, piece in _pieces(graph, Fraction(1 if reach > 0 else -1)):  # over |sigma|
-            start = Fraction(0) if low is None else max(low, Fraction(0))
-            end = abs(reach) if high is None else min(high, abs(reach))
-            if start >= end:
-                continue
-            own = (1 if reach > 0 else -1) * X
-            rest = own - slope * (piece - (shift or 0) * own)
-            ends = [rest(to_fmpq(v)) for v in (start, end) if v]
-            fine = _positive_inside(rest, start, end) or _positive_inside(-rest, start, end)
-            require(fine and all(v != 0 for v in ends), "there is another equilibrium, or it is not excluded")
+    require_one_equilibrium(loop, first)

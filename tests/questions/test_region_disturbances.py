@@ -1,0 +1,95 @@
+"""How large a disturbance a loop survives: sharp for one state, checked twice, tampered with, and attacked."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from tampering import assert_both_reject, edited
+
+from lure import InputError, Saturation, as_plant
+from lure.analysis import region
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.second.opinion import recheck
+from lure.files import parse_system
+from lure.nonlinearities.local import LocalSector
+
+# x'' = x'/2 - x - sat(x + 2 x') + w
+HELD = as_plant(([[0, 1], [-1, "0.5"]], [0, 1], [1, 2], 0))
+
+
+@pytest.fixture(scope="module")
+def held():
+    return region(HELD, Saturation(), disturbance=[[0], [1]])
+
+
+def test_the_energy_of_one_state_is_sharp():
+    # x' = -x - phi + w with 0 <= phi/x known for |x| <= 1 alone: with phi = 0 the least energy that brings x from 0 to
+    # 1 is 2, by w = 2 x along x' = x, and V = x^2 shows that less does not
+    found = region(as_plant(([[-1]], [1], [1], 0)), LocalSector(0, 1, reach=1), disturbance=[[1]])
+    assert 2 * (1 - 1e-5) < found.reachable.energy < 2
+    # x+ = x/2 - phi + w: x(t) = sum 2^-k w_(t-k), at most sqrt(4/3 energy), so 3/4
+    found = region(as_plant(([["1/2"]], [1], [1], 0), dt=1), LocalSector(0, "1/2", reach=1), disturbance=[[1]])
+    assert 0.75 * (1 - 1e-5) < found.reachable.energy < 0.75
+
+
+def test_both_checkers_accept_it_and_no_more(held):
+    certificate = held.reachable.proof.certificate
+    assert check(certificate).claim.startswith(recheck(certificate).reason)
+    assert "returns to 0 (certified)" in str(held)
+    for path, value in (
+        (("proof", "energy"), lambda energy: str(Fraction(energy) * Fraction(1001, 1000))),
+        (("proof", "energy"), "0"),
+        (("proof", "energy"), "-1"),
+        (("proof", "Bw"), [["0"], ["2"]]),
+        (("proof", "Bw"), [["0", "1"]]),
+        (("proof", "Bw"), []),
+        (("proof", "P"), lambda P: [[str(Fraction(v) * 2) for v in row] for row in P]),
+        (("multiplier", "terms", 0, "weight"), "0"),
+        (("theorem",), "local-popov"),
+    ):
+        assert_both_reject(edited(certificate, *path, value=value))
+    without = edited(certificate, "proof", value=lambda proof: {key: proof[key] for key in ("method", "P", "Bw")})
+    assert_both_reject(without)
+    stays = edited(certificate, "conclusion", value=lambda text: text.replace("energy at most", "any energy, such as"))
+    assert_both_reject(stays, stored=True)
+
+
+@pytest.mark.parametrize("push", [1.5, 2.0, 3.0, 30.0])
+def test_no_disturbance_of_that_energy_leaves_the_ellipsoid(held, push):
+    # w along B'Px pushes V up the fastest, from a small start; when its energy is spent the state returns
+    P = np.array(held.reachable.P, dtype=float)
+    left, x, step, most = held.reachable.energy, np.array([0.0, 0.0]), 1e-3, 0.0
+    for k in range(40000):
+        w = push * (x @ P[:, 1] + (1e-3 if k < 10 else 0.0))
+        w = w if left > 0 else 0.0
+        left -= w * w * step
+        x = x + step * np.array([x[1], x[1] / 2 - x[0] - np.clip(x[0] + 2 * x[1], -1, 1) + w])
+        most = max(most, x @ P @ x)
+    assert 0.05 < most < 1
+    assert np.linalg.norm(x) < 0.2
+
+
+def test_the_performance_of_a_file_is_what_w_moves():
+    text = """
+[plant]
+A = [[0, 1], [-1, 0.5]]
+B = [[0], [1]]
+C = [[1, 2]]
+[nonlinearity]
+kind = "saturation"
+gain = 1
+limit = 1
+[performance]
+Bw = [[0], [1]]
+Cz = [[1, 0]]
+"""
+    found = region(parse_system(text, name="held", source="a text"))
+    assert found.reachable.Bw == ((0,), (1,))
+    assert found.to_dict()["reachable"]["energy"] > 0.8
+    assert region(parse_system(text + "Dsigmaw = [[1]]\n", name="held", source="a text")).reachable is None
+
+
+@pytest.mark.parametrize("given", [[[1]], [[1], [1, 2]], [[], []], [["a"], [1]]])
+def test_a_disturbance_that_is_none_is_refused(given):
+    with pytest.raises(InputError, match="disturbance"):
+        region(HELD, Saturation(), disturbance=given)
