@@ -6,31 +6,35 @@ Standard library only.  Every function raises ``Rejected`` unless what it is ask
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from math import factorial
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from . import frequencies, states
-from .arithmetic import ZERO, S, eliminated, fields, form, integer, need, numbers, real, tick
+from .arithmetic import ZERO, S, eliminated, fields, form, integer, need, number, numbers, real, tick
 from .balls import dot, positive_definite
 
 EXISTS = "every initial state has a solution with the operators at rest"
 RESTED = "play and stop have phi = 0 at first"
-MOST_STATES, MOST_CHANNELS = 200, 100
+MOST_STATES, MOST_CHANNELS, MOST_DELAYS = 200, 100, 20
 DELAYS = ("delay", "varying delay")
 SCALAR = "scalar linear time-invariant"  # one delta in each channel of its block
 Rows = list[list[Fraction]]
 
 
 class Plant(NamedTuple):
-    """``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x+``), ``mu_i = -phi_i(sigma_i)``."""
+    """``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x+``), ``mu_i = -phi_i(sigma_i)``.
+
+    To ``sigma(t)`` each ``(T, C_T)`` of ``late`` adds ``C_T x(t - T)``.
+    """
 
     A: Rows
     B: Rows
     C: Rows
     D: Rows
     discrete: bool
+    late: tuple[tuple[Fraction, Rows], ...] = ()
 
 
 class Channels(NamedTuple):
@@ -66,16 +70,28 @@ class Channels(NamedTuple):
         return max(sector[0], slope[0]), min(sector[1], slope[1])
 
 
-def plant(system: Any) -> Plant:
-    """The plant of a certificate."""
-    kind, domain, *sides = fields(system, "kind", "time", "A", "B", "C", "D")
-    form(kind == "multivariable" and domain in ("continuous", "discrete"), "the system is of no kind for channels")
+def plant(system: Any, late: bool = False) -> Plant:
+    """The plant of a certificate; with dead times only where these are asked for."""
+    late = late and isinstance(system, dict) and "late" in system
+    kind, domain, *sides = fields(system, "kind", "time", "A", "B", "C", "D", *["late"] * late)
+    listed, times = sides.pop() if late else [], ("continuous",) if late else ("continuous", "discrete")
+    form(kind == "multivariable" + " delay" * late and domain in times, "the system is of no kind for channels")
     form(all(isinstance(side, list) and side for side in sides), "A, B, C and D are lists of rows")
     n, m = len(sides[0]), len(sides[3])
     form(n <= MOST_STATES and m <= MOST_CHANNELS, "there are too many states or channels")
     form([len(side) for side in sides] == [n, n, m, m], "A, B, C and D do not fit, or inputs and outputs differ")
     A, B, C, D = ([numbers(row, width) for row in side] for side, width in zip(sides, (n, m, n, m)))
-    return Plant(A, B, C, D, domain == "discrete")
+    form(
+        isinstance(listed, list) and len(listed) <= MOST_DELAYS and (not late or len(listed) > 0),
+        "late is a list of pairs",
+    )
+    parts = list[tuple[Fraction, Rows]]()
+    for one in listed:
+        form(isinstance(one, list) and len(one) == 2, "a dead time has its C")
+        form(isinstance(one[1], list) and len(one[1]) == m, "C of a dead time has other rows")
+        parts.append((number(one[0]), [numbers(row, n) for row in one[1]]))
+    form(all(a < b for a, b in pairwise([ZERO, *(tau for tau, _ in parts)])), "the dead times do not ascend from 0")
+    return Plant(A, B, C, D, domain == "discrete", tuple(parts))
 
 
 def channels(data: Any, m: int) -> Channels:
@@ -262,8 +278,8 @@ def increments(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
     if not any(family.memory for family in asked.families):
         return H, asked
     out, families, free = asked.performance, list[states.Family](), (-exact.INF, exact.INF)
-    covered = ordered(H.D, asked) and len(asked.operators) == (out is not None)
-    need(covered, "play and stop are covered beside functions and a gain, D without a cycle")
+    covered = ordered(H.D, asked) and len(asked.operators) == (out is not None) and not H.late
+    need(covered, "play and stop are covered beside functions and a gain, D without a cycle, without dead times")
     for i in asked.functions:
         family = asked.families[i]
         ends = (ZERO, family.memory[1]) if family.memory else family.slope
@@ -305,7 +321,7 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
     own = [i for i, family in each(asked) if family.operator in DELAYS]
     if not own:
         return H, asked
-    need(ordered(H.D, asked), "beside delays D has a cycle of channels")
+    need(ordered(H.D, asked) and not H.late, "beside delays D has a cycle of channels, or the plant dead times")
     asked = asked._replace(delayed=tuple(own))
     apart = [i for i in own if not asked.families[i].varying or asked.families[i].rate is not None]
     own = [i for i in own if not (kept and i in apart)]
@@ -315,7 +331,7 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
     families = list(asked.families)
     found = closed_loop(H, [[Fraction(i == j and i in own) for j in range(len(H.D))] for i in range(len(H.D))])
     need(found is not None, "the loop without delay has no solution", exact.IllPosed)
-    A, B, C, D, _ = found or H
+    A, B, C, D = (found or H)[:4]
     for i in own:
         h, fixed = families[i].sector[1], i in constant
         one, kind = (Fraction(1), SCALAR) if fixed else (h, "any")

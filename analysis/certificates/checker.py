@@ -355,7 +355,7 @@ def judged(
     """The same of the loop with this system, which with a rate is that of the solutions times ``r^-t``."""
     if isinstance(given, dict) and "channels" in given:
         kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof)
-        ends = (ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET)
+        ends = ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET, FINITE_ENERGY
         return (Proved if kind else Refuted), ends[end], found, assumed
     if isinstance(given, dict) and "graphs" in given:
         kind, conclusion, found = regions.examined(verdict, name, data, system, given, phi, proof)

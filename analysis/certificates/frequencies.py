@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from .arithmetic import ZERO, eliminated, fields, form, integer, need, number, numbers, tick
-from .balls import box, dot, positive_definite
+from .balls import box, dot, positive_definite, tail
 from .states import unit
 
 MOST_CHANNELS, MOST_KERNELS = 8, 400
@@ -268,7 +268,8 @@ def transfer(A: Rows, B: Rows, C: Rows, D: Rows) -> tuple[list[int], list[list[l
     """``d`` and ``N`` with ``C (s - A)^-1 B + D = N/d``, ``d = det(s - A)`` times a positive number."""
     p, q, seen = resolvent(A, B, C)
     n, d = len(A), [q**i * c for i, c in enumerate(reversed(p))]
-    terms = [[[q ** (i + 1) * seen[n - 1 - i][h][j] for i in range(n)] for j in range(len(D))] for h in range(len(D))]
+    m = len(D[0])
+    terms = [[[q ** (i + 1) * seen[n - 1 - i][h][j] for i in range(n)] for j in range(m)] for h in range(len(D))]
     return d, [[total([D[i][j] * c for c in d], f) for j, f in enumerate(row)] for i, row in enumerate(terms)]
 
 
@@ -325,6 +326,7 @@ class Member(NamedTuple):
 
     After the shift by the lower bound, of a delay the gain 1: ``psi = -mu`` against ``width sigma - psi``; for a delay
     up to ``bound`` ``w = -mu = sigma(t - tau) - sigma``; of a slow one, ``tau' <= d``, the width is ``d/(1 - d)``.
+    Without a shift ``phi - l sigma`` against ``u sigma - phi``, ``low = l <= 0 <= u``.
     """
 
     kind: str
@@ -332,6 +334,7 @@ class Member(NamedTuple):
     weight: Fraction
     theta: Fraction
     bound: Fraction
+    low: Fraction = ZERO
 
 
 class Axis(NamedTuple):
@@ -342,13 +345,28 @@ class Axis(NamedTuple):
     bare: list[list[exact.Form]]
     order: int
     members: list[Member]
+    late: bool
 
 
 def axis_of(H: Any, low: list[Fraction], members: list[Member]) -> Axis:
     """The loop after the shift by ``low``, on the imaginary axis or the unit circle."""
-    (d, N), on_axis = transfer(*shifted(H, low)), on_circle if H.discrete else on_line
-    back, bare = on_axis(d).conjugate(), [[on_axis(f) for f in row] for row in N]
-    return Axis(on_axis(d) * back, [[f * back for f in row] for row in bare], bare, len(d) - 1, members)
+    d, bare = quotients(H, low)
+    back = d.conjugate()
+    return Axis(d * back, [[f * back for f in row] for row in bare], bare, len(H.A), members, bool(H.late))
+
+
+def quotients(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.Form]]]:
+    """``d`` and ``N`` of the loop ``N/d`` after the shift by ``low``, which with dead times is 0."""
+    need(not (H.late and any(low)), "beside dead times the loop is not shifted")
+    A, B, C, D = shifted(H, low)
+    none, on_axis = [[ZERO] * len(D) for _ in D], on_circle if H.discrete else on_line
+    d, N = transfer(A, B, [*C, *(row for _, rows in H.late for row in rows)], [*D, *(none * len(H.late))])
+    bare = [[on_axis(f) for f in row] for row in N[: len(D)]]
+    for k, (tau, _) in enumerate(H.late, 1):
+        wait = exact.Form({(tau, 0): (Fraction(1), ZERO)})
+        for row, late in zip(bare, N[k * len(D) :]):
+            row[:] = [f + wait * on_axis(g) for f, g in zip(row, late)]
+    return on_axis(d), bare
 
 
 def minors(axis: Axis, piece: Any) -> list[exact.Form]:
@@ -359,6 +377,8 @@ def minors(axis: Axis, piece: Any) -> list[exact.Form]:
     |sigma + w|^2) = 0``, and ``2 y (cos(omega (h/2 - tau)) - cos(omega h/2)) |sigma|^2 >= 0`` as ``omega h <= 2 pi``,
     ``y >= 0``: the chord below its arc.  Slow ones: ``x (|sigma|^2/(1 - d) - |sigma + w|^2)``, as ``s = t - tau`` has
     ``dt <= ds/(1 - d)``, and ``y (h^2 |sigma'|^2 - |w|^2)``, both ``>= 0`` when integrated.
+
+    Without a shift it is ``Re (e_i + l H_i)^* (x + lambda + i y) (e_i + u H_i)``, of a gain ``g`` ``(g - l)(u - g)``.
     """
     Y, less = list[list[exact.Form]](), list[tuple[list[exact.Form], exact.Form]]()
     for i, (one, (x, y)) in enumerate(zip(axis.members, piece)):
@@ -369,17 +389,25 @@ def minors(axis: Axis, piece: Any) -> list[exact.Form]:
             less.append((axis.bare[i], exact.real(-x * one.width, 0, -y * one.bound**2)))
         else:
             direct = exact.Form({(ZERO, 0): (one.weight + x, y)})
-            turn = direct * exact.real(one.width) + exact.S * exact.real(one.theta)
+            turn = exact.Form({(ZERO, 0): ((one.weight + x) * (one.width + 2 * one.low), y * one.width)})
+            turn = turn + exact.S * exact.real(one.theta)
+            if one.low:
+                less.append((axis.bare[i], exact.real(2 * (one.weight + x) * one.low * (one.width + one.low))))
         Y.append([turn * f + (direct * axis.own if i == j else exact.Form()) for j, f in enumerate(axis.seen[i])])
     for i, row in enumerate(Y):  # half of it, as the adjoint is added
         for bare, weight in less:
             Y[i] = row = [f + weight * exact.real(Fraction(1, 2)) * bare[i].conjugate() * g for f, g in zip(row, bare)]
+    return leading([[Y[i][j] + Y[j][i].conjugate() for j in range(len(Y))] for i in range(len(Y))])
+
+
+def leading(F: list[list[exact.Form]]) -> list[exact.Form]:
+    """The leading minors, as in :func:`determinant`."""
     parts, found = {0: exact.real(1)}, list[exact.Form]()
-    for i in range(len(Y)):  # as in determinant
+    for i, row in enumerate(F):
         wider = dict[int, exact.Form]()
         for columns, p in parts.items():
-            for j in (j for j in range(len(Y)) if not columns >> j & 1):
-                f = (Y[i][j] + Y[j][i].conjugate()) * exact.real(-1 if (columns >> j).bit_count() % 2 else 1)
+            for j in (j for j in range(len(F)) if not columns >> j & 1):
+                f = row[j] * exact.real(-1 if (columns >> j).bit_count() % 2 else 1)
                 wider[columns | 1 << j] = wider.get(columns | 1 << j, exact.Form()) + p * f
         parts = wider
         found.append(parts[2 ** (i + 1) - 1])
@@ -387,9 +415,15 @@ def minors(axis: Axis, piece: Any) -> list[exact.Form]:
 
 
 def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None) -> str:
-    """Why ``F > 0`` fails on ``[a, b]``, or undecided; empty if it holds; b None: up to infinity, without delays."""
+    """Why ``F > 0`` fails on ``[a, b]``, or undecided; empty if it holds.
+
+    ``b`` None: up to infinity, without delays, or where what is without dead time prevails.
+    """
     for k, p in enumerate(minors(axis, piece), 1):
-        if b is None:
+        if b is None and axis.late:
+            if not tail(p, a, 2 * axis.order * k):
+                return f"F > 0 is not shown from {float(a):.9g} on"
+        elif b is None:
             left = p.part()
             if any(tau for tau, _ in p) or len(left) != 2 * axis.order * k + 1 or not exact.positive(left, a):
                 return f"F > 0 fails from {float(a):.9g} on"

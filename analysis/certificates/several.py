@@ -15,6 +15,7 @@ from . import boxes, frequencies, gains, parametric, states, windows
 from .arithmetic import INF, ZERO, eliminated, fields, form, integer, need, number, numbers, tick
 from .balls import dot, positive_definite
 from .channels import (
+    DELAYS,
     RESTED,
     SCALAR,
     Channels,
@@ -58,11 +59,12 @@ def examined(
 
     4: all converge to the set of equilibria, 5: they are bounded, 6: rods come to rest.  Of a gain, 7: it is at most
     that of the class, 8: one is above.  9: rods come to rest whose pressures may depend on time.
+    10: 0 attracts all with inputs of finite energy.
 
     And how every hypothesis was found to hold, and what is assumed.
     """
     touching, family = system.get("kind") == "rods", system.get("kind") == "channel-family"
-    size = contacts(system) if touching else len(boxes.matrices(system).pattern if family else plant(system).D)
+    size = contacts(system) if touching else len(boxes.matrices(system).pattern if family else plant(system, True).D)
     asked = channels(given, size)
     need(phi is None, "no nonlinearity is given beside several classes")
     facts = {"class": described(asked)}
@@ -83,7 +85,8 @@ def examined(
             if asked.performance is not None:
                 return True, 7, facts | found, assumed
             return True, 5 if any(one.varying for one in asked.families) else 4, facts | found, assumed
-        return True, 0 if asked.performance is None else 7, facts | found, assumed
+        late = "late" in system  # the past, and the inputs to the block, matter then
+        return True, 10 if late else 0 if asked.performance is None else 7, facts | found, assumed
     need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
     if family:
         need(proof["method"] == "member", "one plant of the box is needed")
@@ -180,7 +183,8 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     an operator it is ``lambda (r^2 |sigma_b|^2 - |mu_b|^2)``, whose integral up to any time is, and from ``z`` to ``w``
     that with ``r = 1/gamma``: with ``x(0) = 0`` the integral of ``|z|^2 - gamma^2 |w|^2`` is at most 0.
     """
-    before, (H, asked) = asked, increments(plant(system), asked)
+    H = plant(system, name in PIECEWISE)
+    before, (H, asked) = asked, increments(H, asked)
     H, asked = undelayed(H, asked, name in PIECEWISE)
     if name == "constant-gains":
         fields(data)
@@ -440,6 +444,8 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     need(not (popov and H.discrete), f"{name} is for continuous time")
     need(min(weights) >= 0, "a weight lambda is negative")
     uniform(weights, asked)
+    known = not any(one.operator in (*DELAYS, "performance") for one in asked.families)
+    need(known or not H.late, "beside dead times neither unknown delays nor gains from w to z are covered")
     members, low = list[frequencies.Member](), list[Fraction]()
     alone = {block[0] for block in asked.blocks if len(block) == 1}
     for i, one in each(asked):
@@ -453,8 +459,10 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
         need(not (kind and (weights[i] or theta[i])), f"channel {i + 1} has multipliers by pieces alone")
         fixed = not (one.varying or one.operator or any(H.D[i]))
         need(not theta[i] or fixed, f"theta_{i + 1} needs a function of the state alone that does not depend on time")
-        low.append(l)
-        members.append(frequencies.Member(kind, u - l, weights[i], theta[i], one.sector[1] if kind else ZERO))
+        need(not H.late or l <= 0 <= u, f"beside dead times the bounds of channel {i + 1} have 0 between them")
+        low.append(ZERO if H.late else l)
+        bound, below = one.sector[1] if kind else ZERO, l if H.late else ZERO
+        members.append(frequencies.Member(kind, u - l, weights[i], theta[i], bound, below))
     rows = isinstance(listed, list) and all(isinstance(row, list) and len(row) == m for row in listed)
     form(rows and len(listed) == len(ends) + (not H.discrete), "there is not one multiplier for each piece")
     pieces = [[(ZERO, ZERO) if pair is None else tuple(numbers(pair, 2)) for pair in row] for row in listed]
@@ -485,7 +493,8 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     posed, assumed = well_posed(H.D, asked)
     if not ordered(H.D, asked):
         posed, assumed = solvable(H, asked, [asked.bounds(i) for i, _ in each(asked)]), ""
-    order = f"without delay, at the lower bounds, the loop is asymptotically stable (order {len(A)})"
+    where = "the plant" if H.late else "without delay, at the lower bounds, the loop"
+    order = f"{where} is asymptotically stable (order {len(A)})"
     return {"stable": order, "inequality": found, "well-posed": posed}, assumed
 
 

@@ -14,6 +14,7 @@ from lure.nonlinearities.base import NormalCompliance
 from lure.plants.block import StructuredPlant
 from lure.plants.channel_family import ChannelFamily, Term
 from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -62,7 +63,7 @@ def system_of(block: object) -> dict[str, Any]:
 
     Parameters
     ----------
-    block : RationalPlant, PlantFamily, ChannelFamily, DelayPlant, StateSpace, MultivariablePlant or StructuredPlant
+    block : RationalPlant, PlantFamily, ChannelFamily, DelayPlant, StateSpace, MultivariablePlant, DelayMatrix or so on
         The block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices mean the
         doubles they are.
 
@@ -112,6 +113,10 @@ def system_of(block: object) -> dict[str, Any]:
         time = "continuous" if block.dt is None else "discrete"
         sides = {name: [texts(row) for row in getattr(block, name)] for name in "ABCD"}
         return {"kind": "multivariable", "time": time, **sides}
+    if isinstance(block, DelayMatrix):
+        sides = {name: [texts(row) for row in getattr(block.base, name)] for name in "ABCD"}
+        late = [[str(delay), [texts(row) for row in rows]] for delay, rows in block.late]
+        return {"kind": "multivariable delay", "time": "continuous", **sides, "late": late}
     if isinstance(block, StructuredPlant):
         return dict(block.certificate_system())
     raise InputError(

@@ -360,10 +360,11 @@ def _has_class(loop: object) -> bool:
 def _channels(loop: object) -> int:
     """How many nonlinearities close the loop."""
     from lure.plants.channel_family import ChannelFamily
+    from lure.plants.delay_matrix import DelayMatrix
     from lure.plants.multivariable import MultivariablePlant
 
     block = getattr(loop, "block", None)
-    return block.inputs if isinstance(block, MultivariablePlant | ChannelFamily) else 1
+    return block.inputs if isinstance(block, MultivariablePlant | ChannelFamily | DelayMatrix) else 1
 
 
 def check_target(path: Path, *, force: bool) -> None:

@@ -306,10 +306,11 @@ def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str
     if system is None or any(part is not None for part in parts):
         return None
     from lure.plants.channel_family import ChannelFamily
+    from lure.plants.delay_matrix import DelayMatrix
     from lure.plants.multivariable import MultivariablePlant
 
     found = loop_named(system, None)
-    if not isinstance(found.block, MultivariablePlant | ChannelFamily):
+    if not isinstance(found.block, MultivariablePlant | ChannelFamily | DelayMatrix):
         return None
     for name, said in given.items():
         if said:
@@ -335,7 +336,7 @@ def _largest_factor(
     from lure.analysis.questions.channel_problem import channel_problem
     from lure.analysis.questions.largest import StabilityBound
 
-    problem = channel_problem(system, None, kind=kind, criterion=criterion)
+    problem = channel_problem(system, None, kind=kind, criterion=criterion, late=True)
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = answer(problem, seconds=seconds, progress=tell)
     assert isinstance(found, StabilityBound), "a largest factor was asked for"

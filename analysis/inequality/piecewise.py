@@ -25,9 +25,10 @@ from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
 from lure.analysis.numerics.semidefinite import hermitian_programme, hermitian_rows
 from lure.arrays import NDArray, np
 
-_GRID, _BESIDE, _INSIDE, _BETWEEN, _CUTS, _ZOOMS, _DIPS = 60, 30.0, 5, 8, 6, 4, 4
+_GRID, _BESIDE, _INSIDE, _BETWEEN, _CUTS, _ZOOMS, _DIPS, _DOUBLINGS = 60, 30.0, 5, 8, 6, 4, 4, 12
 _LARGEST, _LEAST, _MARGIN, _CLOSE = 1e3, 1e-9, 1e-7, 1e-4
 _EASY, _STEP, _FINE = 1e-5, 3e-4, 400
+_SHARP = 2e-6  # in place of these and of _CLOSE where no function is to be made constant on pieces
 _DEEP, _DEEPEST, _ROUNDS, _AGAIN, _DIGITS = 20, 26, 12, 3, 8
 FULL_TURN = Fraction(6283185, 10**6)  # below 2 pi
 HALF_TURN = Fraction(3141593, 10**6)  # above pi
@@ -40,6 +41,7 @@ class Channel(NamedTuple):
     width: Fraction
     free: bool = False  # of a function: Popov's term, of a delay: x of either sign, of a slow one: y
     rate: Fraction = Fraction(0)  # of a slow delay
+    low: Fraction = Fraction(0)  # of a function or a gain that is not shifted: beside known dead times
 
 
 class _Basis(NamedTuple):
@@ -63,6 +65,8 @@ class Piecewise:
         The channels of each operator.
     discrete : bool
         Whether in discrete time.
+    late : sequence of (float, ndarray)
+        Dead times [s], and what shows the states of that time to ``sigma``, (p, n).
     """
 
     A: NDArray[np.float64]
@@ -72,6 +76,7 @@ class Piecewise:
     channels: Sequence[Channel]
     blocks: Sequence[Sequence[int]]
     discrete: bool
+    late: Sequence[tuple[float, NDArray[np.float64]]] = ()
 
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]
@@ -90,6 +95,9 @@ class Piecewise:
             ends = min(size.min(), *bounds, math.inf) / _BESIDE, max(size.max(), *bounds, 0.0) * _BESIDE
             self.points = np.concatenate([[0.0], np.geomspace(*ends, _GRID), [np.inf]])
             self.slow = float(size.min())
+        if self.late:  # there is no limit at infinity
+            turns = np.linspace(0, max(ends[1] / _BESIDE, 1 / self.late[0][0]) * 8, _GRID)
+            self.points = np.union1d(self.points[:-1], turns)
         self._cross([i for i, kind in enumerate(kinds) if kind == "delay"])
 
     def _cross(self, delays: Sequence[int]) -> None:
@@ -114,7 +122,11 @@ class Piecewise:
         s = np.exp(1j * omega) if self.discrete else 1j * np.where(far, 0.0, omega)
         states = np.linalg.solve(s[:, None, None] * np.eye(len(self.A)) - self.A, self.B.astype(complex))
         states[far] = 0
-        return np.asarray(self.C @ states + self.D), np.asarray(self.C @ (self.A @ states + self.B))
+        H, turned = self.C @ states + self.D, self.C @ (self.A @ states + self.B)
+        for delay, outputs in self.late:
+            wait = np.exp(-1j * delay * omega)[:, None, None]
+            H, turned = H + wait * (outputs @ states), turned + wait * (outputs @ (self.A @ states + self.B))
+        return np.asarray(H), np.asarray(turned)
 
     def basis(self, omega: NDArray[np.float64]) -> _Basis:
         """The matrices whose combinations ``F`` is.
@@ -153,10 +165,12 @@ class Piecewise:
                 elif one.kind == "function" and part == 1:
                     row = turned[:, i] / self.slow
                 else:
-                    row = w * H[:, i]
+                    low = 0.0 if part else float(one.low)
+                    row = (w + 2 * low) * H[:, i]
                     row[:, i] += 1
                     row = row * (1j if part else 1)
-                found[k][:, i] = row
+                    found[k] += low * (w + low) * H[:, i].conj()[:, :, None] * H[:, i][:, None, :]
+                found[k][:, i] += row
             sides.append(found + found.conj().swapaxes(2, 3))
         return _Basis(*sides)
 
@@ -274,7 +288,7 @@ class Piecewise:
             factor = self._between(widths, most)
             if not factor:
                 return 0.0
-            most, factor = factor, factor * (1 - _STEP)
+            most, factor = factor, factor * (1 - (_STEP if self.local else _SHARP))
             self.channels = widths(factor)
             found = self.constants()
             made = self._pieces(found[1], None) if found is not None else 0.0
@@ -291,9 +305,10 @@ class Piecewise:
             checkpoint()
             self.channels = widths(factor)
             found = self.constants() if self.channels else None
-            return found is not None and found[0] > _EASY
+            return found is not None and found[0] > (_EASY if self.local else _EASY * close)
 
-        low, high, share = 0.0, most if most < math.inf else 1.0, _CLOSE
+        close = _CLOSE if self.local else _SHARP
+        low, high, share = 0.0, most if most < math.inf else 1.0, close
         while most < math.inf and share < 1:  # mostly it is close
             low = most * (1 - share)
             if serves(low):
@@ -301,7 +316,7 @@ class Piecewise:
             low, high, share = 0.0, low, 6 * share
         while most == math.inf and high < LARGEST and serves(high):
             low, high = high, 4 * high
-        while high - low > _CLOSE * high and high > 1 / LARGEST:
+        while high - low > close * high and high > 1 / LARGEST:
             middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
             low, high = (middle, high) if serves(middle) else (low, middle)
         return low
@@ -344,7 +359,7 @@ class Piecewise:
         self, numbers: NDArray[np.float64], axis: Axis | None
     ) -> tuple[list[Fraction], list[list[list[str] | None]]] | float:
         """Ends and functions of pieces that all pass; or a frequency where none did."""
-        far = Fraction(f"{self.points[-2]:.6g}") if not self.discrete else HALF_TURN
+        far = Fraction(f"{self.points[-1 if self.late else -2]:.6g}") if not self.discrete else HALF_TURN
         ends, rows, stack = list[Fraction](), list[list[list[str] | None]](), list[tuple[Fraction, Fraction]]()
         low = far / 2**6
         stack = [(low * 2**k, low * 2 ** (k + 1)) for k in reversed(range(6))] + [(Fraction(0), low)]
@@ -360,11 +375,19 @@ class Piecewise:
             if b - a < far / 2 ** (_DEEPEST if axis else _DEEP):
                 return self._worst(numbers, float(middle))
             stack += [(middle, b), (a, middle)]
-        if not self.discrete:
+        for _ in range(0 if self.discrete else _DOUBLINGS if self.late else 1):
             row = self._constant(numbers, axis, far, None)
-            if row is None:
+            if row is not None:
+                rows.append(row)
+                break
+            between = self._constant(numbers, axis, far, 2 * far) if self.late else None
+            if between is None:
                 return 2 * float(far)
-            rows.append(row)
+            rows.append(between)
+            far *= 2
+            ends.append(far)
+        if len(rows) == len(ends) and not self.discrete:
+            return 2 * float(far)
         return ends, rows
 
     def _constant(
@@ -372,7 +395,7 @@ class Piecewise:
     ) -> list[list[str] | None] | None:
         """Functions that serve from ``a`` to ``b``, or to infinity, and pass the test; None if there are none."""
         if b is None:
-            omega = np.append(float(a) * np.array([1.0, 1.5, 3.0, 10.0, 100.0, 1e4]), np.inf)
+            omega = np.append(float(a) * np.array([1.0, 1.5, 3.0, 10.0, 100.0, 1e4]), [] if self.late else [np.inf])
         else:
             omega = np.linspace(float(a), float(b), _BETWEEN * (_INSIDE - 1) + 1)
         found, some = None, omega[::_BETWEEN] if b is not None else omega

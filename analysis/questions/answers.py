@@ -262,7 +262,7 @@ def _of_channels(  # noqa: PLR0913  (what the two questions share)
 ) -> StabilityBound:
     from lure.analysis.questions.channel_problem import channel_problem
 
-    problem = channel_problem(block, classes, kind=question, criterion=criterion)
+    problem = channel_problem(block, classes, kind=question, criterion=criterion, late=True)
     return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
 
 

@@ -112,7 +112,7 @@ def certify(
     chosen = ways or ProofOptions()
     told = None if progress is None else lambda step, _done: progress(step)
     if has_channels(loop, nonlinearity):
-        problem = channel_problem(loop, nonlinearity, criterion=chosen.criterion)
+        problem = channel_problem(loop, nonlinearity, criterion=chosen.criterion, late=True)
         if problem.kind != "class":
             raise InputError("no class of nonlinearities is given; give one for each channel, in order")
         return cast("Certification", answer(problem, seconds=chosen.seconds, numbers=chosen.numbers, progress=told))

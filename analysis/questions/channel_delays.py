@@ -20,6 +20,7 @@ from lure.analysis.questions.problem import Problem
 from lure.arrays import NDArray, np
 from lure.classes import DELAYS, SCALAR, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant
 
 _FACTORS = tuple(10 ** (k / 10) for k in range(-30, 31))
@@ -54,7 +55,7 @@ def increments(asked: Problem) -> Problem:
     if not any(one.memory for one in asked.classes.classes):
         return asked
     try:
-        (A, B, C, D, _), known = channels.increments(*stated(asked))
+        (A, B, C, D, *_), known = channels.increments(*stated(asked))
     except Rejected as error:
         raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
     own = known.performance or ()
@@ -75,9 +76,11 @@ def stated(asked: Problem) -> tuple[Plant, channels.Channels]:
     asked : Problem
         The question about several channels.
     """
-    H = channel_plant(asked.plant)
+    whole = asked.plant
+    H, late = (whole.base, whole.late) if isinstance(whole, DelayMatrix) else (channel_plant(whole), ())
     A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
-    return Plant(A, B, C, D, H.dt is not None), channels.channels(class_entries(asked.classes), len(D))
+    arriving = tuple((delay, [list(row) for row in rows]) for delay, rows in late)
+    return Plant(A, B, C, D, H.dt is not None, arriving), channels.channels(class_entries(asked.classes), len(D))
 
 
 def without_delays(asked: Problem) -> Problem:
@@ -104,7 +107,7 @@ def without_delays(asked: Problem) -> Problem:
     for i in own:
         kind = "any" if known.families[i].varying else SCALAR
         classes[i] = NonlinearityClass.norm_bounded(known.bounds(i)[1], dynamics=kind)
-    A, B, C, D, _ = found
+    A, B, C, D = found[:4]
     plant = MultivariablePlant(_rows(A), _rows(B), _rows(C), _rows(D), dt=channel_plant(asked.plant).dt)
     return replace(asked, plant=plant, classes=replace(asked.classes, classes=tuple(classes)))
 

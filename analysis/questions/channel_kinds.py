@@ -17,6 +17,7 @@ from lure.loop import Loop, LoopModel
 from lure.plants import as_plant
 from lure.plants.block import StructuredPlant
 from lure.plants.channel_family import ChannelFamily
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant
 
 _KINDS = ("sector, time-varying", "sector", "slope", "slope, odd")
@@ -48,10 +49,10 @@ def has_channels(loop: object, given: object) -> bool:
     if isinstance(loop, Problem):
         return loop.several
     if isinstance(loop, LoopSystem):
-        return isinstance(loop.block, MultivariablePlant | ChannelFamily)
+        return isinstance(loop.block, MultivariablePlant | ChannelFamily | DelayMatrix)
     if isinstance(loop, Loop | LoopModel | StructuredPlant):
         return False
-    return isinstance(as_plant(loop), MultivariablePlant | ChannelFamily)
+    return isinstance(as_plant(loop), MultivariablePlant | ChannelFamily | DelayMatrix)
 
 
 def channel_kinds(problem: Problem) -> list[Problem]:

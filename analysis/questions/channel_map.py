@@ -14,15 +14,15 @@ from lure.analysis.questions.answers import answer
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import DELAYS, Diagonal
 from lure.errors import InputError
+from lure.plants.delay_matrix import DelayMatrix
 from lure.record import Record, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.questions.largest import StabilityBound
     from lure.analysis.questions.problem import Problem
-    from lure.plants.multivariable import MultivariablePlant
 
 _DIRECTIONS = (-5.0, -2.5, -1.0, 0.0, 1.0, 2.5, 5.0)  # powers of 2 of k2/k1, beside that of the classes asked about
-_FEW = (-2.5, 0.0, 2.5)  # of gains that change slowly, which take seconds each
+_FEW = (-2.5, 0.0, 2.5)  # of gains that change slowly and beside dead times, which take seconds each
 
 
 _UNIT = "unit of phi / unit of sigma"
@@ -130,7 +130,8 @@ def stability_map(
     if problem.classes.rectified:  # ReLUs of smaller slopes are others
         return None
     k1, k2 = problem.classes.upper
-    along = _DIRECTIONS if all(one.rate is None for one in problem.classes.classes) else _FEW
+    dear = isinstance(problem.plant, DelayMatrix) or any(one.rate is not None for one in problem.classes.classes)
+    along = _FEW if dear else _DIRECTIONS
     directions = [(k1 * Fraction(2 ** max(-e, 0.0)), k2 * Fraction(2 ** max(e, 0.0))) for e in along]
     rays, tell = list[Ray](), progress or (lambda _step, _done: None)
     with time_limit(seconds) as over:
@@ -144,7 +145,7 @@ def stability_map(
             rays.append(_ray(direction, cast("StabilityBound", found), problem.classes))
     late = [one.operator in DELAYS for one in problem.classes.classes]
     lower = [Fraction(0) if own else end for own, end in zip(late, problem.classes.lower, strict=True)]
-    unit = "s" if cast("MultivariablePlant", problem.plant).dt is None else "samples"
+    unit = "s" if problem.plant.dt is None else "samples"
     words = [
         f"delay bound in channel {i} [{unit}]" if own else f"k{'₁₂'[i - 1]}, upper bound in channel {i}"
         for i, own in enumerate(late, 1)

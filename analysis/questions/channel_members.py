@@ -22,11 +22,12 @@ from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_delays import delays_of, delays_refuting, stated, without_delays
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import is_critical
-from lure.analysis.questions.channel_refutations import constant_gains, gains_refuting, refutation
+from lure.analysis.questions.channel_refutations import constant_gains, gains_refuting, late_gains_refuting, refutation
 from lure.analysis.questions.problem import Problem
 from lure.arrays import Reals, np, optimize
 from lure.classes import SCALAR
 from lure.errors import AssumptionError
+from lure.plants.delay_matrix import DelayMatrix
 
 _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _SHAPES, _CORNERS, _LARGEST = 3, 4, 1e6
@@ -47,6 +48,8 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
     most : float
         The largest factor of interest.
     """
+    if isinstance(asked.plant, DelayMatrix):
+        return late_gains_refuting(asked, most=most)
     if asked.classes.rectified and most == 1 and not asked.classes.operators:  # of other factors the ReLUs are others
         return _by_rays(asked)
     if not asked.classes.operators:
@@ -308,6 +311,8 @@ def orbits_refuting(
     whole : bool
         Whether as a refutation of the classes as they are given.
     """
+    if isinstance(asked.plant, DelayMatrix):  # not searched for beside dead times
+        return None
     classes, H = asked.classes, channel_plant(asked.plant)
     each = [classes.classes[block[0]] for block in classes.blocks]
     if H.dt is not None or classes.operators or H.order > _MOST_STATES:

@@ -38,6 +38,7 @@ class PiecewiseProofs:
     def __init__(self, asked: Problem, free: Sequence[bool] | None) -> None:
         self.asked, self.free = asked, free
         plant, known = self._kept(Fraction(1))
+        self.late = bool(plant.late)
         low = self._lower(known, shifted=False)
         found = channels.closed_loop(plant, [[v * (i == j) for j in range(len(low))] for i, v in enumerate(low)])
         if found is None:
@@ -49,7 +50,8 @@ class PiecewiseProofs:
                 "the loop with the gains at the lower bounds and without delay is not asymptotically stable"
             )
         blocks = known.operators
-        self.search = Piecewise(A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete)
+        late = [(float(delay), np.array([[*map(float, row)] for row in rows])) for delay, rows in plant.late]
+        self.search = Piecewise(A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late)
 
     def _kept(self, alpha: Fraction) -> tuple[Plant, Channels]:
         """The loop of a factor with its constant delays, operators in place of those that vary."""
@@ -71,7 +73,7 @@ class PiecewiseProofs:
         found = list[Fraction]()
         for i, one in enumerate(known.families):
             apart = Fraction(1) if "delay" in one.operator else None
-            if apart is None and one.operator and not shifted:
+            if (apart is None and one.operator and not shifted) or self.late:
                 apart = Fraction(0)
             found.append(known.bounds(i)[0] if apart is None else apart)
         return found
@@ -87,11 +89,9 @@ class PiecewiseProofs:
                 found.append(Channel(kind, one.sector[1], smooth, one.rate or Fraction(0)))
                 continue
             low, high = known.bounds(i)
-            found.append(
-                Channel(
-                    kind, high if one.operator else high - low, kind == "function" and bool(self.free and self.free[i])
-                )
-            )
+            free, width = kind == "function" and bool(self.free and self.free[i]), high - low
+            below = low if self.late and not one.operator else Fraction(0)
+            found.append(Channel(kind, high if one.operator else width, free, low=below))
         return found if min(one.width for one in found) > 0 else []
 
     def _exactly(self, alpha: Fraction) -> Callable[[Sequence[Fraction], Sequence[Fraction]], frequencies.Axis]:
@@ -107,7 +107,8 @@ class PiecewiseProofs:
                 width = slow / (1 - slow)
                 if kind not in ("delay", "slow"):
                     width = known.bounds(i)[1] - known.bounds(i)[0]
-                members.append(frequencies.Member(kind, width, weights[i], theta[i], Fraction(one.sector[1])))
+                below, bound = known.bounds(i)[0] if self.late else Fraction(0), Fraction(one.sector[1])
+                members.append(frequencies.Member(kind, width, weights[i], theta[i], bound, below))
             return frequencies.axis_of(plant, low, members)
 
         return axis

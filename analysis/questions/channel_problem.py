@@ -19,6 +19,7 @@ from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import rational_if_moderate
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -44,6 +45,11 @@ def channel_plant(source: object) -> MultivariablePlant:
         raise InputError(
             "steady responses, regions and rates of several nonlinearities are not asked for plants with parameters "
             "yet; give each parameter one number"
+        )
+    if isinstance(found, DelayMatrix):
+        raise InputError(
+            f"the plant has {found}; with dead time several nonlinearities are asked for their largest classes and for "
+            "one class (max_sector, max_slope, certify, analyse), nothing else yet"
         )
     if not isinstance(found, MultivariablePlant):
         raise InputError(
@@ -71,7 +77,26 @@ def channel_plants(source: object) -> MultivariablePlant | ChannelFamily:
     return found if isinstance(found, ChannelFamily) else channel_plant(source)
 
 
-def channel_problem(source: object, given: object, *, kind: Kind = "class", criterion: str = BEST) -> Problem:
+def loop_plant(source: object) -> MultivariablePlant | DelayMatrix:
+    """The same without parameters, or a plant with dead times.
+
+    Parameters
+    ----------
+    source : object
+        As for :func:`channel_plant`.
+
+    Raises
+    ------
+    InputError
+        It is neither.
+    """
+    found = source.block if isinstance(source, LoopSystem) else as_plant(source)
+    return found if isinstance(found, DelayMatrix) else channel_plant(source)
+
+
+def channel_problem(
+    source: object, given: object, *, kind: Kind = "class", criterion: str = BEST, late: bool = False
+) -> Problem:
     """The question about a plant and what closes its channels.
 
     Parameters
@@ -87,13 +112,16 @@ def channel_problem(source: object, given: object, *, kind: Kind = "class", crit
         What is asked.
     criterion : str
         The criterion asked for, or ``best``.
+    late : bool
+        Whether the question may be asked of plants with dead times.
 
     Raises
     ------
     InputError
         The plant is not rational, what is given is neither, or not for each channel, or a declaration is false.
     """
-    plant = channel_plants(source)
+    late = late and isinstance(source.block if isinstance(source, LoopSystem) else as_plant(source), DelayMatrix)
+    plant = loop_plant(source) if late else channel_plants(source)
     named: dict[str, Any] = {}
     if isinstance(source, LoopSystem):
         source = source.everywhere()
@@ -181,7 +209,7 @@ def _said(system: LoopSystem) -> object:
     return _Known(system.nonlinearities, system.classes) if system.nonlinearities else system.classes
 
 
-def _in_order(plant: MultivariablePlant | ChannelFamily, given: Mapping[str, object]) -> list[object]:
+def _in_order(plant: MultivariablePlant | ChannelFamily | DelayMatrix, given: Mapping[str, object]) -> list[object]:
     """What is given by the names of the channels, in their order."""
     names = () if isinstance(plant, ChannelFamily) else plant.names
     if set(given) != set(names):

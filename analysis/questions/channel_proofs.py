@@ -32,13 +32,14 @@ from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions import channel_families
 from lure.analysis.questions.channel_delays import delays_of, increments, without_delays
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
-from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.channel_problem import channel_plant, loop_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
 from lure.arrays import NDArray, np
 from lure.classes import DELAYS, SCALAR
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.channel_family import ChannelFamily
+from lure.plants.delay_matrix import DelayMatrix
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 2e-5, 4e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
@@ -92,6 +93,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
         shown = {name: row for row in TABLE for name in row.channels}
         return [Criterion(name, shown[name]) for name in channel_families.criteria(asked)]
     wanted, stored = asked.criterion.replace("_", "-").lower(), _stored(asked)
+    if isinstance(asked.plant, DelayMatrix):
+        return _late_criteria(asked, wanted)
     try:
         asked = increments(asked)
     except AssumptionError:  # which the first of them then says
@@ -141,9 +144,25 @@ def _stored(asked: Problem) -> bool:
     return flowing and any(one.memory for one in classes.classes) and not any(classes.lower)
 
 
+def _late_criteria(asked: Problem, wanted: str) -> list[Criterion]:
+    """The criteria for a plant with dead times; Popov's where a channel has such terms, and then alone."""
+    rows = [row for row in reversed(TABLE) if row.channels and "continuous" in row.times]
+    named = [Criterion(name, row) for row in rows for name in row.channels if name.startswith(KINDS[_PIECES][0])]
+    found = [x for x in named if x.row.time_varying or any(_free(asked))]
+    found = [x for x in found if wanted in (x.row.name, x.name)] if wanted != BEST else found[:1]
+    if not found:
+        names = ", ".join(name for one in named for name in (one.row.name, one.name))
+        raise InputError(
+            f"the criterion {asked.criterion!r:.40} is not for these classes beside dead times; choose from {BEST}, "
+            f"{names}"
+        )
+    return found
+
+
 def _free(asked: Problem) -> list[bool]:
     """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time."""
-    static = [not any(line) for line in channel_plant(asked.plant).D]
+    plant = loop_plant(asked.plant)
+    static = [not any(line) for line in (plant.base if isinstance(plant, DelayMatrix) else plant).D]
     functions = [not (one.time_varying or one.operator) for one in asked.classes.classes]
     return [alone and one for alone, one in zip(static, functions, strict=True)]
 

@@ -14,12 +14,14 @@ from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_ramps import RampedGains
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
+from lure.analysis.counterexamples.late_gains import LateGains
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import is_critical
 from lure.analysis.questions.problem import Problem
 from lure.arrays import np
 from lure.errors import InputError
+from lure.plants.delay_matrix import DelayMatrix
 
 RAMPS = "ramped-gains"
 _SURE = 1e-6  # of the largest entry: a growth below is more than rounding
@@ -33,6 +35,8 @@ def unsettled(asked: Problem) -> bool:
     asked : Problem
         The question.
     """
+    if isinstance(asked.plant, DelayMatrix):  # its states are stable, or nothing is said
+        return False
     H = channel_plant(asked.plant)
     A, B, C, D = H.doubles()
     lower = np.array([float(v) for v in asked.classes.lower])
@@ -74,6 +78,33 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
     return None
 
 
+def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
+    """The same of a plant with dead times: gains with a root on the imaginary axis, those at the lower bounds being 0.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    most : float
+        The largest factor of interest; finite: gains of the classes of that factor.
+    """
+    plant, classes = asked.plant, asked.classes
+    assert isinstance(plant, DelayMatrix), "asked of such plants"
+    poles = np.linalg.eigvals(plant.base.doubles()[0]).astype(complex)
+    if classes.rectified or poles.real.max() >= 0:
+        return None
+    upper = np.array([float(v) for v in classes.upper])
+    signed = [bool(classes.classes[block[0]].operator) for block in classes.blocks]
+    search = LateGains(plant.transfer, upper, classes.blocks, signed, poles, float(plant.late[-1][0]))
+    found = search.best()
+    for factor, proof in search.proofs(found) if found is not None else ():
+        alpha = Fraction(double_above(Fraction(factor))) if math.isinf(most) else Fraction(most)
+        shown = refutation(asked, alpha, proof) if factor <= alpha else None
+        if shown is not None:
+            return alpha, shown
+    return None
+
+
 def switching_refuting(
     asked: Problem, known: Fraction, most: float, *, whole: bool = False
 ) -> tuple[Fraction, Refuted] | None:
@@ -91,6 +122,8 @@ def switching_refuting(
         Whether as a refutation of the classes as they are given.
     """
     if asked.classes.operators or any(one.memory for one in asked.classes.classes):
+        return None
+    if isinstance(asked.plant, DelayMatrix):  # not searched for beside dead times
         return None
     H, lower = channel_plant(asked.plant), asked.classes.lower
     low, high = (np.array([float(v) for v in side]) for side in (lower, asked.classes.upper))

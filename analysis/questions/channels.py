@@ -22,7 +22,7 @@ from lure.analysis.inequality.shifted_loop import LARGEST
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions import channel_families
 from lure.analysis.questions.channel_members import members_refuting, orbits_refuting
-from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.channel_problem import channel_plant, loop_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
     PARAMETRIC,
@@ -46,6 +46,7 @@ from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Kind, Verd
 from lure.analysis.wording import counterexample, destroys, method_of, proviso
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.channel_family import ChannelFamily
+from lure.plants.delay_matrix import DelayMatrix
 
 Tell = Callable[[str, float], None]
 MOVING, ORBITS = ("switched-gains", RAMPS), ("flow-orbit", "memory-orbit")
@@ -256,7 +257,7 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
     before: StabilityBound | None = None
     criteria, said = criteria_for(asked), list[tuple[Fraction, Proved] | Failure | None]()
     family = isinstance(asked.plant, ChannelFamily)
-    late = not family and channel_plant(asked.plant).order > _MOST_ROUTH
+    late = not family and loop_plant(asked.plant).order > _MOST_ROUTH
 
     def afterwards() -> None:
         against = guarded("constant gains", partial(_against, asked, before), passing=(TimeoutError,))
@@ -386,7 +387,8 @@ def require_well_posed(asked: Problem) -> None:
     InputError
         It has none.
     """
-    if isinstance(asked.plant, ChannelFamily):  # left to the inequality, which holds for no plant that has none
+    if isinstance(asked.plant, ChannelFamily | DelayMatrix):
+        # left to the inequality, which holds for no plant that has none; with dead times nothing is shifted
         return
     H = channel_plant(asked.plant)
     lower = asked.classes.lower
@@ -449,7 +451,7 @@ def proposals(
             raise AssumptionError(_NO_MULTIPLIER, code=Reason.NO_MULTIPLIER)
         return shown
 
-    late = not family and channel_plant(asked.plant).order > _MOST_ROUTH and not rows
+    late = not family and loop_plant(asked.plant).order > _MOST_ROUTH and not rows
     if not late:
         yield "constant gains", gains
     larger = [row.proof for row in rows if row.proof is not None and contains(row.proof.certificate["laws"], own)]

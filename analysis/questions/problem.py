@@ -28,6 +28,7 @@ from lure.plants.block import StructuredPlant
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import one_channel
 from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.multivariable import MultivariablePlant
@@ -37,7 +38,7 @@ from lure.plants.state_space import StateSpace
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]
 OneChannel = RationalPlant | PlantFamily | DelayPlant | StateSpace | FrequencyData | StructuredPlant
-Plant = OneChannel | MultivariablePlant | ChannelFamily
+Plant = OneChannel | MultivariablePlant | ChannelFamily | DelayMatrix
 LONG = 30_000  # binary digits of the characteristic polynomial from which on matrices are faster
 _EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
@@ -48,7 +49,7 @@ class Problem:
 
     Attributes
     ----------
-    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, StructuredPlant, MultivariablePlant or ChannelFamily
+    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, StructuredPlant, MultivariablePlant and others
         The linear part ``H``; the last two for several nonlinearities, ``mu_i = -phi_i(sigma_i)``.
     classes : Diagonal
         The class of each nonlinearity; for a largest upper end with the end ``inf``, of several those of the factor 1.
@@ -102,7 +103,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         H, given = self.plant, self.classes.classes
-        if not isinstance(H, MultivariablePlant | ChannelFamily):
+        if not isinstance(H, MultivariablePlant | ChannelFamily | DelayMatrix):
             return self.classes.require_no_rectifier()
         if H.inputs != H.outputs:
             raise InputError(f"the plant has {H.size}; nonlinearities mu_i = -phi_i(sigma_i) need as many of both")
@@ -119,12 +120,12 @@ class Problem:
     @property
     def several(self) -> bool:
         """Whether it is about several nonlinearities."""
-        return isinstance(self.plant, MultivariablePlant | ChannelFamily)
+        return isinstance(self.plant, MultivariablePlant | ChannelFamily | DelayMatrix)
 
     @property
     def block(self) -> OneChannel:
         """The plant of the only channel."""
-        assert not isinstance(self.plant, MultivariablePlant | ChannelFamily), "asked of one channel"
+        assert not isinstance(self.plant, MultivariablePlant | ChannelFamily | DelayMatrix), "asked of one channel"
         return self.plant
 
     def scaled(self, alpha: Fraction) -> Problem:

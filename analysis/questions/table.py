@@ -18,7 +18,7 @@ from lure.analysis.questions.advice import hints, row_asked
 from lure.analysis.questions.answers import answers
 from lure.analysis.questions.channel_kinds import channel_hints, channel_kinds, has_channels, kind_name
 from lure.analysis.questions.channel_map import StabilityMap, stability_map
-from lure.analysis.questions.channel_problem import channel_plant, channel_problem
+from lure.analysis.questions.channel_problem import channel_problem, loop_plant
 from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.largest import UNFINISHED, StabilityBound, Stopped, proved_up_to
 from lure.analysis.questions.problem import Plant, Problem, loop_given, problem_of
@@ -31,6 +31,7 @@ from lure.errors import InputError
 from lure.exact import exact_number
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -83,6 +84,9 @@ def _loop(problem: Problem) -> dict[str, Any]:
     data["dt"] = None if step is None else str(step)
     if isinstance(plant, StateSpace | MultivariablePlant):
         data["matrices"] = plant.to_dict()
+    elif isinstance(plant, DelayMatrix):
+        late = [[str(delay), [[str(v) for v in row] for row in rows]] for delay, rows in plant.late]
+        data["matrices"] = {**plant.base.to_dict(), "late": late}
     elif isinstance(plant, PlantFamily | ChannelFamily):
         if isinstance(plant, PlantFamily):
             data["numerator"], data["denominator"] = plant.sides
@@ -109,7 +113,7 @@ def _loop(problem: Problem) -> dict[str, Any]:
 
 def _channels(problem: Problem) -> dict[str, Any]:
     """What is asked and known of each of several channels."""
-    names = channel_plant(problem.plant).names
+    names = loop_plant(problem.plant).names
     return {
         "channels": [
             {
@@ -424,7 +428,7 @@ def analyse(
     """
     check_seconds(seconds)
     if has_channels(loop, nonlinearity):
-        return _of_channels(channel_problem(loop, nonlinearity), seconds, progress)
+        return _of_channels(channel_problem(loop, nonlinearity, late=True), seconds, progress)
     problem = problem_of(loop_given(loop, nonlinearity))
     plant, given = problem.plant, problem.given
     lower = dict.fromkeys(("sector", "slope"), Fraction(0))
@@ -504,9 +508,15 @@ def _channel_case(problem: Problem, rows: list[StabilityBound]) -> Case:
     proved = [row for row in rows if zero and row.verdict is Verdict.PROVED]
     if proved:
         return "critical" if any(row.critical for row in proved) else "stable"
-    poles = np.linalg.eigvals(channel_plant(problem.plant).doubles()[0])
+    poles = np.linalg.eigvals(_rational_part(problem).doubles()[0])
     size = poles.real if problem.plant.dt is None else np.abs(poles) - 1
     return "stable" if (size < -1e-12 * np.abs(poles).max()).all() else "unstable"
+
+
+def _rational_part(problem: Problem) -> MultivariablePlant:
+    """The plant, without what arrives late."""
+    plant = loop_plant(problem.plant)
+    return plant.base if isinstance(plant, DelayMatrix) else plant
 
 
 def _farthest(rows: list[StabilityBound]) -> StabilityBound:

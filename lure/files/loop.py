@@ -26,6 +26,7 @@ from lure.nonlinearities.points_file import points_from_csv
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
 from lure.plants.forcing import Forcing
 from lure.plants.interconnection import padded
@@ -94,7 +95,7 @@ def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -
     channels = (table.relu or _operates(table) or table.rate is not None for table in tables.nonlinearity_class)
     if any(channels):
         block = _only_channel(block)  # what is known of these is known of channels
-    if isinstance(block, MultivariablePlant | ChannelFamily):
+    if isinstance(block, MultivariablePlant | ChannelFamily | DelayMatrix):
         return _with_channels(identity, block, tables, folder)
     for word, listed in (("class", tables.nonlinearity_class), ("nonlinearity", tables.nonlinearity)):
         if sum(table.repeated for table in listed) > 1:
@@ -167,7 +168,10 @@ def _only_channel(block: Block) -> MultivariablePlant | ChannelFamily:
 
 
 def _with_channels(
-    identity: tuple[str, str, str], plant: MultivariablePlant | ChannelFamily, tables: PlantTables, folder: Path
+    identity: tuple[str, str, str],
+    plant: MultivariablePlant | ChannelFamily | DelayMatrix,
+    tables: PlantTables,
+    folder: Path,
 ) -> LoopSystem:
     """The loop of a file whose plant has several channels."""
     sizes = [table.size or (table.repeated, table.repeated) for table in tables.nonlinearity_class]
@@ -180,6 +184,8 @@ def _with_channels(
             raise InputError("class: size has unequal numbers beside nonlinearities with a channel; give a square one")
         if isinstance(plant, ChannelFamily):
             raise InputError("class: size has unequal numbers beside parameters; give a square one")
+        if isinstance(plant, DelayMatrix):
+            raise InputError("class: size has unequal numbers, and the plant dead time; give a square one")
         with _numbered("class", 1, 1):
             plant = padded(plant, sizes)
     classes = Diagonal(tuple(listed), repeated=repeated) if listed else None
@@ -515,6 +521,8 @@ def _plant(system: LoopSystem) -> dict[str, object]:
         if isinstance(block, ChannelFamily):
             return {**block.sides, **step, "parameters": bounds}
         return {"num": block.sides[0], "den": block.sides[1], **step, "parameters": bounds}
+    if isinstance(block, DelayMatrix):
+        return {"transfer": block.formulas()}
     if isinstance(block, DelayPlant):
         terms = [f"({_formula(top)})*exp(-({_text(delay)})*s)" for delay, top in block.terms]
         return {"transfer": f"({' + '.join(terms)})/({_formula(block.denominator)})"}

@@ -13,6 +13,7 @@ from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.local import LocalSector
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
 from lure.plants.forcing import Forcing
 from lure.plants.multivariable import MultivariablePlant
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     import control
 
 
-Block = RationalPlant | DelayPlant | StateSpace | MultivariablePlant | PlantFamily | ChannelFamily
+Block = RationalPlant | DelayPlant | StateSpace | MultivariablePlant | DelayMatrix | PlantFamily | ChannelFamily
 
 
 class LoopSystem(Record):
@@ -145,7 +146,7 @@ class LoopSystem(Record):
             at += size
         others = [] if self.classes is None else [(self.classes.classes[b[0]], len(b)) for b in self.classes.blocks]
         found = list[tuple[Nonlinearity | NonlinearityClass, int]]()
-        m = self.block.inputs if isinstance(self.block, MultivariablePlant | ChannelFamily) else 1
+        m = self.block.inputs if isinstance(self.block, MultivariablePlant | ChannelFamily | DelayMatrix) else 1
         blocks, channel, taken = iter(others), 1, 0
         while channel <= m:
             one = known.get(channel) or next(blocks, None)
@@ -163,7 +164,7 @@ class LoopSystem(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; ``classes`` and ``nonlinearities`` stand there for several channels."""
-        found, several = super().to_dict(), isinstance(self.block, MultivariablePlant | ChannelFamily)
+        found, several = super().to_dict(), isinstance(self.block, MultivariablePlant | ChannelFamily | DelayMatrix)
         left_out = [] if several else ["classes", "nonlinearities"]
         left_out += [name for name in ("performance", "forcing") if getattr(self, name) is None]
         left_out += [] if self.local else ["local"]
@@ -234,7 +235,7 @@ def loop_system(
 
 def channel_system(
     identity: tuple[str, str, str],
-    plant: MultivariablePlant | ChannelFamily,
+    plant: MultivariablePlant | ChannelFamily | DelayMatrix,
     *,
     classes: Diagonal | None = None,
     nonlinearity_tables: Sequence[Mapping[str, object]] = (),
@@ -245,7 +246,7 @@ def channel_system(
     ----------
     identity : tuple of str
         Name, title and source.
-    plant : MultivariablePlant or ChannelFamily
+    plant : MultivariablePlant, ChannelFamily or DelayMatrix
         The linear part.
     classes : Diagonal or None
         The class of each channel.

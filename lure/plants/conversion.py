@@ -15,6 +15,7 @@ from lure.errors import InputError
 from lure.plants.block import LinearBlock
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix, plant_of_delays
 from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.matrices import MAX_EXACT_STATES, float_block, rational_block
@@ -98,7 +99,7 @@ def one_channel(source: object, *, dt: object = None) -> AnyBlock:
         As for :func:`as_plant`; or there are several inputs or outputs.
     """
     found = as_plant(source, dt=dt)
-    if isinstance(found, MultivariablePlant | ChannelFamily):
+    if isinstance(found, MultivariablePlant | ChannelFamily | DelayMatrix):
         sides = (
             f"{n} {side}{'s' if n > 1 else ''}" for n, side in ((found.inputs, "input"), (found.outputs, "output"))
         )
@@ -106,7 +107,7 @@ def one_channel(source: object, *, dt: object = None) -> AnyBlock:
     return found
 
 
-def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePlant | ChannelFamily:
+def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePlant | ChannelFamily | DelayMatrix:
     """The linear plant that ``source`` describes, exact wherever it can be.
 
     Parameters
@@ -117,7 +118,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
         - ``(num, den)``: lists or texts of coefficients, highest power first;
         - ``(A, B, C)`` or ``(A, B, C, D)``: ints, Fractions, floats, texts; nested lists or arrays, of any shapes;
         - a list of rows of formulas or blocks, ``[["1/(s+1)", "0"], ["1/s", "1/(s+2)"]]``: a transfer matrix, outputs
-          down;
+          down; with ``exp(-T*s)`` in one it becomes a ``DelayMatrix``;
         - a formula: ``"1/(s*(s+1))"``, ``"z/(z-0.5)"``; with ``exp(-T*s)`` it becomes a ``DelayPlant``;
         - ``control.TransferFunction``, ``StateSpace``, ``FrequencyResponseData``; ``scipy.signal`` ``lti``, ``dlti``;
         - a ``LinearPlant``, from ``mu`` to ``sigma``.
@@ -129,8 +130,8 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
 
     Returns
     -------
-    RationalPlant, StateSpace, DelayPlant, FrequencyData or MultivariablePlant
-        The last where there are several inputs or outputs, of up to 200 states.  Else matrices of up to 60 states
+    RationalPlant, StateSpace, DelayPlant, FrequencyData, MultivariablePlant or DelayMatrix
+        The last two where there are several inputs or outputs, of up to 200 states.  Else matrices of up to 60 states
         become an exact ``RationalPlant``, which keeps them and their names in ``matrices``, larger ones a
         ``StateSpace`` in floating point.  ``FrequencyData`` can never carry a certificate.
 
@@ -153,8 +154,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
     >>> print(as_plant(([[0, 1], [-2, -3]], [0, 1], [1, 0])))
     1 / (s^2 + 3 s + 2)
     """
-    families = PlantFamily | ChannelFamily
-    if isinstance(source, families | RationalPlant | StateSpace | DelayPlant | FrequencyData | MultivariablePlant):
+    if isinstance(source, AnyBlock | ChannelFamily | MultivariablePlant | DelayMatrix):
         sampling_time(dt, 0 if source.dt is None else source.dt, name="the block")
         return source
     if isinstance(source, LinearBlock):
@@ -197,7 +197,9 @@ def _is_transfers(rows: Sequence[object]) -> bool:
     )
 
 
-def transfer_matrix(rows: Sequence[object], *, dt: object = None) -> RationalPlant | MultivariablePlant:
+def transfer_matrix(
+    rows: Sequence[object], *, dt: object = None
+) -> RationalPlant | DelayPlant | MultivariablePlant | DelayMatrix:
     """The plant of rows of formulas, blocks and gains, outputs down.
 
     Parameters
@@ -210,16 +212,19 @@ def transfer_matrix(rows: Sequence[object], *, dt: object = None) -> RationalPla
     Raises
     ------
     InputError
-        An entry is no block or has a dead time, or :func:`lure.plants.multivariable.plant_of_transfers` refuses them.
+        An entry is no block, or :func:`lure.plants.delay_matrix.plant_of_delays` refuses them.
     """
     listed = [
         [_transfer_entry(entry, dt, f"transfer[{i}][{j}]") for j, entry in enumerate(cast("Sequence[object]", row))]
         for i, row in enumerate(rows)
     ]
-    return listed[0][0] if len(listed) == len(listed[0]) == 1 else plant_of_transfers(listed)
+    if len(listed) == len(listed[0]) == 1:
+        return listed[0][0]
+    rational = [[one for one in row if isinstance(one, RationalPlant)] for row in listed]
+    return plant_of_transfers(rational) if rational == listed else plant_of_delays(listed)
 
 
-def _transfer_entry(entry: object, dt: object, name: str) -> RationalPlant:
+def _transfer_entry(entry: object, dt: object, name: str) -> RationalPlant | DelayPlant:
     """An entry of a transfer matrix; a number, or the text of one, is a gain in continuous and in discrete time."""
     if isinstance(entry, int | float | Fraction) or (isinstance(entry, str) and not _VARIABLE.search(entry)):
         return RationalPlant([exact_coefficient(entry, name)], [1])
@@ -227,10 +232,8 @@ def _transfer_entry(entry: object, dt: object, name: str) -> RationalPlant:
         found = one_channel(entry, dt=dt)
     except InputError as error:
         raise InputError(f"{name}: {str(error).removeprefix('transfer: ')}") from None
-    if not isinstance(found, RationalPlant):
-        raise InputError(
-            f"{name} has a dead time, with which a plant has one input and one output; give a rational entry"
-        )
+    if not isinstance(found, RationalPlant | DelayPlant):
+        raise InputError(f"{name} is a {type(found).__name__}; give a transfer function, with dead time or without")
     return found
 
 

@@ -10,6 +10,8 @@ from typing import Literal, cast
 
 from lure.errors import InputError
 from lure.plants.conversion import as_plant
+from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 
@@ -69,7 +71,7 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
     dt: object = None,
-) -> MultivariablePlant | RationalPlant:
+) -> MultivariablePlant | RationalPlant | DelayMatrix | DelayPlant:
     r"""The part ``sigma = H mu`` of a larger plant that nonlinearities close, one in each of the named channels.
 
     Channel ``i`` leads from the output ``sigma_i`` through ``phi_i`` to an input, ``mu_i = -phi_i(sigma_i)``; what the
@@ -93,8 +95,9 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
 
     Returns
     -------
-    MultivariablePlant or RationalPlant
-        The second for one channel.  ``names`` are those of the channels, in order; classes may be given by name.
+    MultivariablePlant, RationalPlant, DelayMatrix or DelayPlant
+        The second and the last for one channel, the last two where there is dead time.  ``names`` are those of the
+        channels, in order; classes may be given by name.
 
     Raises
     ------
@@ -113,8 +116,10 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
     found = as_plant(plant, dt=dt)
     if isinstance(found, RationalPlant):
         found = MultivariablePlant.of_one_channel(found)
+    late = found.late if isinstance(found, DelayMatrix) else ()
+    found = found.base if isinstance(found, DelayMatrix) else found
     if not isinstance(found, MultivariablePlant):
-        raise InputError(f"lft needs a rational plant with exact entries, and this is a {type(found).__name__}")
+        raise InputError(f"lft needs a plant with exact entries and channels, and this is a {type(found).__name__}")
     if feedback not in ("negative", "positive"):
         raise InputError(f"feedback is {feedback!r:.40}; give 'negative' for mu = -phi(sigma), or 'positive'")
     names = tuple(map(str, channels)) if isinstance(channels, Mapping) else ()
@@ -132,7 +137,10 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
         D=tuple(tuple(sign * found.D[i][j] for j in columns) for i in rows),
         names=names,
     )
-    return chosen.channel(0, 0) if len(pairs) == 1 else chosen
+    moved = [(delay, tuple(side[i] for i in rows)) for delay, side in late]
+    moved = [(delay, side) for delay, side in moved if any(map(any, side))]
+    whole = DelayMatrix(chosen, tuple(moved)) if moved else chosen
+    return whole.channel(0, 0) if len(pairs) == 1 else whole
 
 
 def _labels(plant: object, given: Sequence[str] | None, word: str, number: int) -> list[str]:

@@ -283,7 +283,7 @@ def _column(plants: Sequence[RationalPlant], j: int) -> tuple[list[Row], list[Ro
     """``A`` of the companion form of a column over its common denominator, and a row ``c`` for each entry."""
     from flint import fmpq_poly
 
-    tops, bottoms = ([_polynomial(getattr(p, side)) for p in plants] for side in ("numerator", "denominator"))
+    tops, bottoms = ([polynomial_of(getattr(p, side)) for p in plants] for side in ("numerator", "denominator"))
     for i, (top, bottom) in enumerate(zip(tops, bottoms, strict=True)):
         if top.gcd(bottom).degree() > 0 and top != 0:
             raise InputError(
@@ -306,7 +306,14 @@ def _lifted(top: object, bottom: object) -> RationalPlant:
     return RationalPlant(cast("Sequence[Exact]", sides[0] or [0]), cast("Sequence[Exact]", sides[1]))
 
 
-def _polynomial(descending: Sequence[Fraction]) -> Any:  # noqa: ANN401  (fmpq_poly, whose stubs lack its methods)
+def polynomial_of(descending: Sequence[Fraction]) -> Any:  # noqa: ANN401  (fmpq_poly, whose stubs lack its methods)
+    """A polynomial of coefficients with the highest power first.
+
+    Parameters
+    ----------
+    descending : sequence of Fraction
+        The coefficients.
+    """
     from flint import fmpq, fmpq_poly
 
     return fmpq_poly([fmpq(c.numerator, c.denominator) for c in reversed(descending)])

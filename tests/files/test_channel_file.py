@@ -180,7 +180,11 @@ def test_a_table_of_an_array_is_changed_by_its_number():
         ("[plant]\ntransfer = [['1/(s+1)', 's'], ['0', '0']]\n", (), r"plant: transfer\[0\]\[1\]: .*improper"),
         ("[plant]\ntransfer = [['1/(s+1)', '0'], ['0']]\n", (), "plant.transfer has rows of different lengths"),
         ("[plant]\ntransfer = ['1/(s+1)', '0']\n", (), "or rows of them for several channels"),
-        ("[plant]\ntransfer = [['exp(-s)/(s+1)', '0'], ['0', '0']]\n", (), r"transfer\[0\]\[0\] has a dead time"),
+        (
+            "[plant]\ntransfer = [['exp(-s)', '0'], ['0', '0']]\n",
+            (),
+            r"transfer\[0\]\[0\] has dead time and is not strictly",
+        ),
         (
             "[plant]\ntransfer = '1/(s+1)'\n[[class]]\nsector = [0, 1]\nrepeated = 2\n",
             (),

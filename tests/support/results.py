@@ -310,6 +310,7 @@ SYSTEMS = {
     "matrices": lure.as_plant(control.ss([[-1, 3], [0, -2]], [[1], [2]], [[1, 1]], 0)),
     "discrete": lure.RationalPlant([2, 1], [1, 2], dt=1),
     "constant": lure.RationalPlant([3], [1]),
+    "late": lure.as_plant([["1/(s+1)", "0"], ["0", "exp(-s)/(s+2)"]]),
     "multivariable": lure.as_plant([["1/(s+1)", "0"], ["1/(s+2)", "1/(s+2)"]]),
     "delay": lure.DelayPlant.parse("exp(-s/2)/(s + 1)"),
     "family": lure.plants.family.PlantFamily.of_coefficients(["b"], [1, 1, "a"], {"a": (1, 2), "b": (1, 3)}),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
 
 from flint import arb, arb_mat, fmpq_mat
 
@@ -26,13 +27,14 @@ from lure.analysis.certificates.second.reading import (
     count,
     listed,
     mapping,
+    number,
     numbers,
     record,
     require,
 )
 from lure.analysis.certificates.second.systems import mapped
 
-LARGEST = 400
+LARGEST, LATEST = 400, 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +52,7 @@ class Asked:
     nonlinearities: tuple[Nonlinearities, ...]
     repeated: tuple[int, ...]
     delayed: bool = False  # whether delays were taken out of it: D had no cycle before
+    late: tuple[tuple[Fraction, fmpq_mat], ...] = ()  # dead times T, and the C_T that shows x(t - T) to sigma
 
     @property
     def operators(self) -> list[list[int]]:
@@ -90,22 +93,41 @@ def read(document: Document) -> Asked:
     document : Document
         The parts of the certificate.
     """
-    sides, discrete = matrices(document)
+    late = document.system.get("kind") == "multivariable delay"
+    sides, discrete = matrices(document, late=late)
     nonlinearities, repeated = read_classes(document, sides["D"].nrows())
     A, B, C, D = (sides[name] for name in "ABCD")
-    return Asked(A=A, B=B, C=C, D=D, discrete=discrete, nonlinearities=nonlinearities, repeated=repeated)
+    found = Asked(A=A, B=B, C=C, D=D, discrete=discrete, nonlinearities=nonlinearities, repeated=repeated)
+    return replace(found, late=_late(document.system["late"], found)) if late else found
 
 
-def matrices(document: Document) -> tuple[dict[str, fmpq_mat], bool]:
+def _late(value: object, asked: Asked) -> tuple[tuple[Fraction, fmpq_mat], ...]:
+    require(not asked.discrete, "dead times are of continuous time")
+    found, n = list[tuple[Fraction, fmpq_mat]](), asked.A.nrows()
+    for one in listed(value):
+        pair = listed(one)
+        require(len(pair) == 2, "a dead time has its outputs")
+        rows = [numbers(row) for row in listed(pair[1])]
+        require(len(rows) == asked.D.nrows() and {len(row) for row in rows} == {n}, "outputs of a dead time do not fit")
+        found.append((number(pair[0]), fmpq_mat([[to_fmpq(v) for v in row] for row in rows])))
+    times = [Fraction(0), *(tau for tau, _ in found)]
+    require(0 < len(found) <= LATEST and all(a < b for a, b in pairwise(times)), "the dead times do not ascend from 0")
+    return tuple(found)
+
+
+def matrices(document: Document, *, late: bool = False) -> tuple[dict[str, fmpq_mat], bool]:
     """``A``, ``B``, ``C`` and ``D`` of a certificate by name, and whether time is discrete.
 
     Parameters
     ----------
     document : Document
         The parts of the certificate.
+    late : bool
+        Whether the system has dead times as well, which are read by who knows of them.
     """
-    found = record(document.system, "kind", "time", "A", "B", "C", "D")
-    require(found["kind"] == "multivariable", "the kind of system is unknown for several nonlinearities")
+    found = record(document.system, "kind", "time", "A", "B", "C", "D", *(("late",) if late else ()))
+    kind = "multivariable delay" if late else "multivariable"
+    require(found["kind"] == kind, "the kind of system is unknown for several nonlinearities")
     require(found["time"] in ("continuous", "discrete"), "the time is unknown")
     rows = {name: [numbers(row) for row in listed(found[name])] for name in "ABCD"}
     n, m = len(rows["A"]), len(rows["D"])

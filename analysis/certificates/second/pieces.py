@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
 
 from flint import acb, acb_series, arb, fmpq_mat, fmpq_poly
 
@@ -23,6 +23,7 @@ from lure.analysis.certificates.second.classes import DELAYS
 from lure.analysis.certificates.second.frequencies import Matrices
 from lure.analysis.certificates.second.numerics import (
     SERIES_TERMS,
+    X,
     ball,
     half_plane_counts,
     working_precision,
@@ -30,7 +31,7 @@ from lure.analysis.certificates.second.numerics import (
 from lure.analysis.certificates.second.reading import Document, listed, numbers, record, require, tick
 from lure.analysis.certificates.second.zero import shifted_by
 
-_BITS, _MOST, _NARROWEST = 192, 20_000, 2**36
+_BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES = 192, 20_000, 2**36, 6, 500
 _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
 
 
@@ -41,6 +42,10 @@ class _Channel:
     weight: Fraction
     theta: Fraction
     rate: Fraction = Fraction(0)
+    low: Fraction = Fraction(0)  # beside dead times, where nothing is shifted
+
+
+Balls = list[list[list[acb]]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +53,11 @@ class _Loop:
     """``N/d`` of the shifted loop, ascending in ``s`` or ``z``, or far out in ``1/omega`` times ``i^n``."""
 
     d: list[acb]
-    N: list[list[list[acb]]]
-    turned: list[list[list[acb]]]  # of s N/d, where Popov's terms are
+    N: Balls
+    turned: Balls  # of s N/d, where Popov's terms are
     discrete: bool
     far: bool
+    late: tuple[tuple[arb, Balls, Balls], ...] = ()  # dead times, and what arrives so late of N and of s N
 
 
 def require_pieces(document: Document, asked: Asked) -> None:
@@ -89,23 +95,47 @@ def require_pieces(document: Document, asked: Asked) -> None:
     for k, row in enumerate(rows):
         _require_row(asked, known, row, ends[k] if k < len(ends) else None)
     bounds = [(Fraction(1), Fraction(2)) if one.operator in DELAYS else one.ends for one in asked.nonlinearities]
+    if asked.late:
+        between = all(low is not None and high is not None and low <= 0 <= high for low, high in bounds)
+        rational = not any(one.operator in (*DELAYS, "performance") for one in asked.nonlinearities)
+        require(between and rational, "beside dead times 0 lies in the class, of no unknown delay and no gain")
+        bounds = [(Fraction(0), Fraction(1))] * m
     shifted = shifted_by(asked, [(low, high) for low, high in bounds if low is not None and high is not None])
     require(asked.discrete or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows(), "no stable loop")
     require(not asked.discrete or _inside(shifted[0].charpoly()), "the loop without delay is not stable")
-    d, N = _transfer(shifted)
+    d, N = numerators(shifted)
+    later = [(tau, numerators((shifted[0], shifted[1], C, 0 * shifted[3]))[1]) for tau, C in asked.late]
+
+    def balls(*, near: bool) -> _Loop:
+        """The loop near 0, or far out."""
+        if near:
+            late = tuple((ball(tau), _balls(part), [list[list[acb]]()]) for tau, part in later)
+            return _Loop([acb(arb(c)) for c in d.coeffs()], _balls(N), [[]], asked.discrete, far=False, late=late)
+        n = d.degree()
+
+        def outward(part: Sequence[Sequence[fmpq_poly]]) -> tuple[Balls, Balls]:
+            """A part of ``N``, and of ``s N`` where that is asked for."""
+            turned = [
+                [_reversed(f * X, n) if one.theta or one.kind == "slow" else [acb(0)] for f in line]
+                for one, line in zip(known, part, strict=True)
+            ]
+            return [[_reversed(f, n) for f in line] for line in part], turned
+
+        late = tuple((ball(tau), *outward(part)) for tau, part in later)
+        return _Loop(_reversed(d, n), *outward(N), discrete=False, far=True, late=late)
+
     with working_precision(_BITS):
-        near = _Loop([acb(arb(c)) for c in d.coeffs()], _balls(N), [[]], asked.discrete, far=False)
+        near = balls(near=True)
         for row, (a, b) in zip(rows, pairwise([Fraction(0), *ends]), strict=False):
             _require_piece(near, known, row, a, b)
         if not asked.discrete:
-            n = d.degree()
-            far = [[_reversed(f, n) for f in line] for line in N]
-            turned = [
-                [_reversed(f, n - 1) if one.theta or one.kind == "slow" else [acb(0)] for f in line]
-                for one, line in zip(known, N, strict=True)
-            ]
-            outer = _Loop(_reversed(d, n), far, turned, discrete=False, far=True)
-            _require_piece(outer, known, rows[-1], Fraction(0), 1 / ends[-1])
+            outer, end = balls(near=False), ends[-1]
+            while asked.late and not _at_any_phase(outer, known, rows[-1], 1 / end):
+                require(end < ends[-1] * 2**_DOUBLINGS, "F > 0 is not shown far out")
+                _require_piece(near, known, rows[-1], end, 2 * end)
+                end *= 2
+            if not asked.late:
+                _require_piece(outer, known, rows[-1], Fraction(0), 1 / end)
 
 
 def _pair(value: object) -> tuple[Fraction, Fraction] | None:
@@ -135,7 +165,8 @@ def _channels(asked: Asked, weights: Sequence[Fraction], theta: Sequence[Fractio
         width = one.upper if late else (high or Fraction(0)) - (low or Fraction(0))
         require(isinstance(width, Fraction) and width > 0, "a channel has no finite bounds")
         slope = one.rate if kind == "slow" and one.rate is not None else Fraction(0)
-        found.append(_Channel(kind, Fraction(width), weights[i], theta[i], slope))
+        below = low or Fraction(0) if asked.late else Fraction(0)
+        found.append(_Channel(kind, Fraction(width), weights[i], theta[i], slope, below))
     for block in asked.operators:
         require(all(weights[i] == weights[block[0]] for i in block), "an operator has several weights")
     require(not asked.performance or weights[-1] > 0, "the weight of the performance channel is not positive")
@@ -176,7 +207,7 @@ def _inside(p: fmpq_poly) -> bool:
     return total.degree() == n and half_plane_counts(total).left == n
 
 
-def _transfer(shifted: Matrices) -> tuple[fmpq_poly, list[list[fmpq_poly]]]:
+def numerators(shifted: Matrices) -> tuple[fmpq_poly, list[list[fmpq_poly]]]:
     """``d = det(s - A)`` and ``N = d H``: ``det(s - A + b_j c_i) - d + D_ij d``."""
     A, B, C, D = shifted
     d, m, n = A.charpoly(), D.nrows(), A.nrows()
@@ -244,6 +275,75 @@ def _positive(
     return True
 
 
+def _at_any_phase(
+    loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], most: Fraction
+) -> bool:
+    """Whether ``F > 0`` for ``1/omega`` in ``[0, most]`` whatever phases the dead times give.
+
+    With ``Y = Y_0 + sum w_k Y_k``, ``|w_k| = 1``, ``x^* F x`` is at least the form of ``|x|`` with ``2 Re Y_0 - 2 sum
+    |Y_k|`` on the diagonal and less ``|Y_0 + Y_0^*| + sum |Y_k| + |Y_k'|`` beside it; less what is quadratic in ``H``.
+    """
+    stack = [(Fraction(0), most)]
+    for _ in range(_PHASES):
+        tick()
+        if not stack:
+            return True
+        a, b = stack.pop()
+        if not _compared(loop, known, row, ball(a).union(ball(b))):
+            stack += [(a, (a + b) / 2), ((a + b) / 2, b)]
+    return False
+
+
+def _compared(loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], u: arb) -> bool:
+    """Whether the form of ``|x|`` is positive definite there."""
+    m, below = len(known), _value(loop.d, acb(u))
+    if below.contains(0):
+        return False
+    first, late = [[acb(0)] * m for _ in known], [[arb(0)] * m for _ in known]
+    less = [[arb(0)] * m for _ in known]
+    for i, (one, pair) in enumerate(zip(known, row, strict=True)):
+        direct = acb(ball(one.weight)) if pair is None else acb(ball(pair[0]), ball(pair[1]))
+        factor = direct * ball(one.width) + direct.real * ball(2 * one.low)
+        sides = [(loop.N[i], loop.turned[i]), *((part[i], moved[i]) for _, part, moved in loop.late)]
+        sizes = [arb(0)] * m
+        for k, (plain, turned) in enumerate(sides):
+            for j in range(m):
+                h = _value(plain[j], acb(u)) / below
+                value = factor * h + (_value(turned[j], acb(u)) / below * ball(one.theta) if one.theta else 0)
+                sizes[j] += h.abs_upper()
+                if k:
+                    late[i][j] += value.abs_upper()
+                else:
+                    first[i][j] += value
+        first[i][i] += direct
+        square = (direct.real * ball(2 * one.low * (one.low + one.width))).abs_upper()
+        for j, k in product(range(m), repeat=2):
+            less[j][k] += square * sizes[j] * sizes[k]
+    rows = [
+        [
+            2 * (first[i][i].real - late[i][i]) - less[i][i]
+            if i == j
+            else -((first[i][j] + first[j][i].conjugate()).abs_upper() + late[i][j] + late[j][i] + less[i][j])
+            for j in range(m)
+        ]
+        for i in range(m)
+    ]
+    for k in range(m):
+        if not rows[k][k] > 0:
+            return False
+        for i in range(k + 1, m):
+            factor_ik = rows[i][k] / rows[k][k]
+            rows[i] = [v - factor_ik * w for v, w in zip(rows[i], rows[k], strict=True)]
+    return True
+
+
+def _value(coefficients: Sequence[acb], s: acb) -> acb:
+    total = acb(0)
+    for c in reversed(coefficients):
+        total = total * s + c
+    return total
+
+
 def _bound(here: acb_series, wide: acb_series, radius: arb) -> acb:
     """Taylor's formula about the middle, the last coefficient being that on the whole interval."""
     total, power = here[0], arb(1)
@@ -266,14 +366,25 @@ def _series(
     if below[0].contains(0):
         return None
     found, squares = list[list[acb_series]](), list[tuple[list[acb_series], arb]]()
+    waits = [(s * -tau).exp() for tau, _, _ in loop.late]
+
+    def outputs(i: int, *, turned: bool) -> list[acb_series]:
+        """A row of ``H``, or of ``s H``."""
+        if turned and not loop.far:
+            return [s * h for h in outputs(i, turned=False)]
+        line = [_at(f, s) / below for f in (loop.turned if turned else loop.N)[i]]
+        for wait, (_, part, moved) in zip(waits, loop.late, strict=True):
+            line = [h + wait * _at(f, s) / below for h, f in zip(line, (moved if turned else part)[i], strict=True)]
+        return line
+
     for i, (one, pair) in enumerate(zip(known, row, strict=True)):
-        H = [_at(f, s) / below for f in loop.N[i]]
+        H = outputs(i, turned=False)
         if one.kind in ("delay", "slow") and pair is not None:
             x, y = map(ball, pair)
             turn, direct = acb(-x), acb((x + y if one.kind == "slow" else x) / 2)
             factor = 0 * t + turn
             if one.kind == "slow":
-                moved = [_at(f, s) / below for f in loop.turned[i]] if loop.far else [s * h for h in H]
+                moved = outputs(i, turned=True)
                 squares.append((H, x * ball(one.rate / (1 - one.rate))))
                 squares.append((moved, y * ball(one.width**2)))
             if pair[1] and one.kind == "delay":
@@ -281,11 +392,13 @@ def _series(
         else:
             direct = acb(ball(one.weight)) if pair is None else acb(ball(pair[0]), ball(pair[1]))
             factor = 0 * t + direct * ball(one.width)
+            if one.low:  # (e + l H)* x (e + u H): e* x (l + u) H, and x l u H* H
+                factor = factor + direct.real * ball(2 * one.low)
+                squares.append((H, direct.real * ball(-2 * one.low * (one.low + one.width))))
         line = [factor * h for h in H]
         line[i] = line[i] + direct
         if one.theta:
-            turned = [_at(f, s) / below for f in loop.turned[i]] if loop.far else [s * h for h in H]
-            line = [f + h * ball(one.theta) for f, h in zip(line, turned, strict=True)]
+            line = [f + h * ball(one.theta) for f, h in zip(line, outputs(i, turned=True), strict=True)]
         found.append(line)
     both = range(len(found))
     F = [[found[i][j] + _conjugate(found[j][i]) for j in both] for i in both]

@@ -39,6 +39,7 @@ from lure.analysis.certificates.second.channels import (
     stacked,
     symmetric,
 )
+from lure.analysis.certificates.second.dead_times import shown_late
 from lure.analysis.certificates.second.delays import refuted_by_delay, without_delays
 from lure.analysis.certificates.second.frequencies import (
     Multiplier,
@@ -90,6 +91,8 @@ def shown(document: Document) -> str:
             return claims.GAIN if channel_boxes.require_proved(document) else claims.ATTRACTS
         document = channel_boxes.member(document)
     asked = read(document)
+    if asked.late:
+        return shown_late(document, asked)
     if document.verdict == "PROVED":
         if document.theorem == "storage-circle":
             require_storage(document, asked)

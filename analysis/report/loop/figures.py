@@ -25,8 +25,6 @@ from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.verdict import Verdict, Witness
 from lure.loop import shifted_block
-from lure.plants.channel_family import ChannelFamily
-from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
@@ -66,7 +64,7 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
         caption=_REACH,
         draw=partial(plot_reach, rows, [class_name(row) for row in rows]),
     )
-    if isinstance(block, MultivariablePlant | ChannelFamily):
+    if report.analysis.problem.several:
         specs = [*_map(report), reach, *_channels(report)]
     else:
         specs = [reach, _nyquist(report), *_popov(report), *_response(report), *_counterexamples(block, rows)]

@@ -1,0 +1,142 @@
+r"""Several channels with known dead times, checked again.
+
+``sigma(t) = C x(t) + D mu(t) + sum_k C_k x(t - T_k)``; only what is meant for such a plant reads it.  Gains are refuted
+by a zero of ``q = det(1 + H(i omega) G)``, enclosed by Krawczyk's operator in ``omega`` and one parameter of ``G``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from flint import acb, acb_series, arb, fmpq_poly
+
+from lure.analysis.certificates.second import classes as claims
+from lure.analysis.certificates.second.channels import Asked, diagonal, member
+from lure.analysis.certificates.second.numerics import ball, half_plane_counts, working_precision
+from lure.analysis.certificates.second.pieces import numerators, require_pieces
+from lure.analysis.certificates.second.reading import Document, listed, numbers, record, require, tick
+
+_BITS, _MOST_CHANNELS = 256, 8
+
+
+def shown_late(document: Document, asked: Asked) -> str:
+    """The sentence that a certificate about a plant with dead times shows.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+    asked : Asked
+        The plant and its classes.
+
+    Raises
+    ------
+    NotShown
+        It shows nothing.
+    """
+    known = all(one.memory is None and not one.relu for one in asked.nonlinearities)
+    require(known, "play, stop and ReLUs are not covered beside dead times")
+    require(
+        not any(one.operator in (*claims.DELAYS, "performance") for one in asked.nonlinearities),
+        "unknown delays and gains are not covered beside dead times",
+    )
+    if document.verdict == "PROVED":
+        require(document.theorem in ("piecewise-circle", "piecewise-popov"), "the theorem is not for dead times")
+        require_pieces(document, asked)
+        return claims.DELAYED
+    require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
+    require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
+    require(asked.D.nrows() <= _MOST_CHANNELS, "there are too many channels")
+    return _still(document, asked) if document.proof.get("method") == "late-gains" else _crossing(document, asked)
+
+
+def _still(document: Document, asked: Asked) -> str:
+    """Constant gains with ``det(1 + H(0) G) <= 0 < det(1 + D G)``: a root ``s >= 0``."""
+    proof = record(document.proof, "method", "gains")
+    gains, n = member(proof["gains"], asked), asked.A.nrows()
+    require(half_plane_counts(asked.A.charpoly()).left == n, "the plant is not stable")
+    G, outputs = diagonal(gains), asked.C
+    one = diagonal([Fraction(1)] * len(gains))
+    for _, late in asked.late:
+        outputs += late
+    near, far = (one + (asked.D - outputs * asked.A.inv() * asked.B) * G).det(), (one + asked.D * G).det()
+    require(bool(far > 0) and bool(near <= 0), "no root s >= 0 is shown")
+    return claims.NO_REST if near != 0 else claims.OTHER_EQUILIBRIA
+
+
+def _crossing(document: Document, asked: Asked) -> str:
+    """A zero of ``q`` for one ``omega`` between two and ``G`` between two."""
+    proof = record(document.proof, "method", "gains", "frequencies", "turn")
+    require(proof["method"] == "late-crossing", "the method is not for dead times")
+    rows, band = [member(row, asked) for row in listed(proof["gains"])], numbers(proof["frequencies"])
+    require(len(rows) == len(band) == 2 and 0 < band[0] < band[1], "there are not two ends of each")
+    numbers(proof["turn"])
+    d = asked.A.charpoly()
+    parts = [(Fraction(0), numerators((asked.A, asked.B, asked.C, asked.D))[1])]
+    parts += [(tau, numerators((asked.A, asked.B, C, 0 * asked.D))[1]) for tau, C in asked.late]
+    with working_precision(_BITS):
+        found = _Response(d, parts, rows)
+        t, omega = (arb(0.5), arb(0).union(arb(1))), (ball((band[0] + band[1]) / 2), ball(band[0]).union(ball(band[1])))
+        (value, a, b), (_, u, v) = found.at(t[0], omega[0]), found.at(t[1], omega[1])
+        det = a.real * b.imag - a.imag * b.real
+        require(bool(det != 0), "the root is not simple")
+        inverse = [[b.imag / det, -b.real / det], [-a.imag / det, a.real / det]]
+        inverse = [[x.mid() for x in row] for row in inverse]
+        J = [[u.real, v.real], [u.imag, v.imag]]
+        f = [value.real, value.imag]
+        away = [t[1] - t[0], omega[1] - omega[0]]
+        for k, (centre, whole) in enumerate(((t[0], t[1]), (omega[0], omega[1]))):
+            rest = [arb(int(j == k)) - sum((inverse[k][i] * J[i][j] for i in range(2)), arb(0)) for j in range(2)]
+            image = centre - inverse[k][0] * f[0] - inverse[k][1] * f[1] + rest[0] * away[0] + rest[1] * away[1]
+            require(bool(whole.contains_interior(image)), "no root is shown between the gains and the frequencies")
+    return claims.NO_REST
+
+
+class _Response:
+    """``q = det(1 + H G)`` and its derivatives."""
+
+    def __init__(
+        self, d: fmpq_poly, parts: Sequence[tuple[Fraction, list[list[fmpq_poly]]]], gains: Sequence[Sequence[Fraction]]
+    ) -> None:
+        self.d, self.parts, self.gains = d, parts, gains
+
+    def at(self, t: arb, omega: arb) -> tuple[acb, acb, acb]:
+        """``q``, and its derivatives in ``t`` and in ``omega``."""
+        by_t = self._q(acb_series([acb(t), acb(1)]), acb_series([acb(omega)]))
+        by_omega = self._q(acb_series([acb(t)]), acb_series([acb(omega), acb(1)]))
+        return by_t[0], by_t[1], by_omega[1]
+
+    def _q(self, t: acb_series, omega: acb_series) -> acb_series:
+        s, m = omega * acb(0, 1), len(self.gains[0])
+        below = _value(self.d, s)
+        require(not below[0].contains(0), "d may vanish between the frequencies")
+        waits = [(s * -ball(tau)).exp() for tau, _ in self.parts]
+        G = [t * ball(h - g) + acb(ball(g)) for g, h in zip(*self.gains, strict=True)]
+        rows = []
+        for i in range(m):
+            line = [
+                sum((w * _value(N[i][j], s) for w, (_, N) in zip(waits, self.parts, strict=True)), 0 * s)
+                for j in range(m)
+            ]
+            rows.append([v / below * G[j] + int(i == j) for j, v in enumerate(line)])
+        return _determinant(rows)
+
+
+def _value(p: fmpq_poly, s: acb_series) -> acb_series:
+    total = 0 * s
+    for c in reversed(p.coeffs()):
+        total = total * s + acb(arb(c))
+    return total
+
+
+def _determinant(rows: list[list[acb_series]]) -> acb_series:
+    """By the first column."""
+    tick()
+    if len(rows) == 1:
+        return rows[0][0]
+    total = 0 * rows[0][0]
+    for i, row in enumerate(rows):
+        rest = [other[1:] for k, other in enumerate(rows) if k != i]
+        total += row[0] * _determinant(rest) * (-1) ** i
+    return total

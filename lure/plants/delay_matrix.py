@@ -1,0 +1,260 @@
+"""Plants with several inputs and outputs and dead time: states whose outputs arrive late."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from lure.arrays import ArrayLike, NDArray, np
+from lure.errors import InputError, Reason
+from lure.plants.delay import DelayPlant
+from lure.plants.multivariable import MultivariablePlant, Rows, plant_of_transfers, polynomial_of
+from lure.plants.rational import RationalPlant
+from lure.record import Record, derived, quantity
+
+if TYPE_CHECKING:
+    import control
+
+MOST_DELAYS = 20
+
+
+class DelayMatrix(Record, kw_only=False):
+    r"""``x' = A x + B mu``, ``sigma(t) = C x(t) + D mu(t) + sum_k C_k x(t - T_k)``, exact entries.
+
+    In a loop ``mu_i = -phi_i(sigma_i)``, one nonlinearity a channel; the transfer matrix is ``H = C (sI - A)^{-1} B +
+    D + sum_k exp(-s T_k) C_k (sI - A)^{-1} B``.  A delay inside the plant, in a feedback of its own, is not covered.
+
+    Parameters
+    ----------
+    base : MultivariablePlant
+        The part without dead time, in continuous time.
+    late : tuple
+        Pairs of a dead time [s] and the rows of ``C_k``, (p, n); the dead times are above 0 and ascend.
+
+    Raises
+    ------
+    InputError
+        The plant is in discrete time, a dead time is not above 0, or a ``C_k`` does not fit.
+
+    Examples
+    --------
+    >>> from lure import as_plant
+    >>> plant = as_plant([["1/(s+1)", "0"], ["0", "exp(-s)/(s+2)"]])
+    >>> print(plant)
+    2 states, 2 inputs and 2 outputs in continuous time, dead time 1 s
+    >>> print(plant.channel(1, 1))
+    (s + 1) exp(-1 s) / (s^2 + 3 s + 2)
+    """
+
+    base: MultivariablePlant = quantity("", label="without dead time", form=str)
+    late: tuple[tuple[Fraction, Rows], ...] = quantity(
+        "", label="dead times", form=lambda late: ", ".join(f"{float(delay):g} s" for delay, _ in late)
+    )
+    dt: ClassVar[None] = None
+    _kind, _said = "plant with dead times", "text"
+    _title = "H(s) = C (sI - A)^-1 B + D + sum exp(-s T) C_T (sI - A)^-1 B"
+    _notes = ("In a loop mu_i = -phi_i(sigma_i).",)
+
+    def __post_init__(self) -> None:
+        delays = [delay for delay, _ in self.late]
+        if self.base.dt is not None:
+            raise InputError(
+                "a plant with dead times is in continuous time; in discrete time a delay is a state, z**-1"
+            )
+        if not delays or min(delays) <= 0 or sorted(set(delays)) != delays or len(delays) > MOST_DELAYS:
+            raise InputError(
+                f"the dead times are {[*map(float, delays)]!r:.80}; give 1 to {MOST_DELAYS}, above 0 and ascending"
+            )
+        for delay, rows in self.late:
+            if len(rows) != self.outputs or any(len(row) != self.order for row in rows):
+                raise InputError(f"C of the dead time {float(delay):g} s does not fit; give a row for each output")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the channels."""
+        return self.base.names
+
+    @property
+    @derived(label="states")
+    def order(self) -> int:
+        """Number of states ``n``."""
+        return self.base.order
+
+    @property
+    def inputs(self) -> int:
+        """Number of inputs ``m``."""
+        return self.base.inputs
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs ``p``."""
+        return self.base.outputs
+
+    @property
+    @derived(key="", label="channels")
+    def size(self) -> str:
+        """Inputs and outputs in words."""
+        return self.base.size
+
+    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """``H`` at complex ``s`` in floating point: the shape of ``s``, then (p, m)."""
+        points = np.asarray(s, dtype=complex)
+        A, B, C, D = self.base.doubles()
+        states = np.linalg.solve(points[..., None, None] * np.eye(self.order) - A, B.astype(complex))
+        total = C @ states + D
+        for delay, rows in self.late:
+            total = total + np.exp(-float(delay) * points)[..., None, None] * (np.array(rows, dtype=float) @ states)
+        return np.asarray(total)
+
+    def formulas(self) -> list[list[str]]:
+        """``H`` as rows of formulas in ``s``, without the modes that an entry does not have.
+
+        Raises
+        ------
+        InputError
+            A mode is in no entry: formulas do not say it.
+        """
+        delays = [(Fraction(0), self.base.C), *self.late]
+        found = [[list[str]() for _ in range(self.inputs)] for _ in range(self.outputs)]
+        for delay, rows in delays:
+            direct = self.base.D if not delay else ((Fraction(0),) * self.inputs,) * self.outputs
+            part = replace(self.base, C=rows, D=direct)
+            for i, line in enumerate(found):
+                for j, terms in enumerate(line):
+                    one = part.channel(i, j)
+                    top, bottom = polynomial_of(one.numerator), polynomial_of(one.denominator)
+                    if top == 0:
+                        continue
+                    shared = top.gcd(bottom)
+                    up, down = (_formula(_descending(p // shared)) for p in (top, bottom))
+                    terms.append(f"({up})" + f"*exp(-({delay})*s)" * bool(delay) + f"/({down})")
+        written = [[" + ".join(terms) or "0" for terms in line] for line in found]
+        again = plant_of_delays([[_entry(text) for text in line] for line in written])
+        if again.order != self.order:
+            raise InputError("the plant has a mode that no entry of H has; a matrix of formulas does not say it")
+        return written
+
+    def channel(self, output: int, input_: int) -> DelayPlant | RationalPlant:
+        """The exact transfer function from one input to one output.
+
+        Parameters
+        ----------
+        output, input_ : int
+            Counted from 0.
+        """
+        direct = self.base.channel(output, input_)
+        found = {Fraction(0): direct.numerator}
+        for delay, rows in self.late:
+            moved = replace(self.base, C=rows, D=tuple((Fraction(0),) * self.inputs for _ in rows))
+            found[delay] = moved.channel(output, input_).numerator
+        if not any(map(any, found.values())):
+            return direct
+        plant = DelayPlant(found, direct.denominator)
+        return plant.delayless or plant
+
+    def to_control(self, *, pade: int | None = None) -> control.StateSpace:
+        """The plant with each dead time replaced by its Pade approximation: python-control has no dead time.
+
+        Parameters
+        ----------
+        pade : int
+            Order of the approximation, 1 to 20.  The system returned is another one: no answer about this plant is one
+            about it, nor the other way round.
+
+        Raises
+        ------
+        InputError
+            No order is given: an approximation is not made unasked.
+        """
+        if pade is None:
+            raise InputError(
+                f"python-control has no dead time, and the plant has {self}; give to_control(pade=4) for an "
+                "approximation, about which no answer of lure is"
+            )
+        if isinstance(pade, bool) or not isinstance(pade, int) or not 1 <= pade <= 20:
+            raise InputError(f"pade is {pade!r:.40}; give the order of the approximation, a whole number from 1 to 20")
+        import control
+
+        total, inner = self.base.to_control(), self.base.to_control()
+        for delay, rows in self.late:
+            wait = control.tf2ss(control.TransferFunction(*control.pade(float(delay), pade)))
+            part = control.StateSpace(inner.A, inner.B, np.array(rows, dtype=float), np.zeros(inner.D.shape))
+            total = total + control.append(*[wait] * self.outputs) * part
+        return total
+
+    def __str__(self) -> str:
+        delays = ", ".join(f"{float(delay):g}" for delay, _ in self.late)
+        return f"{self.base}, dead time{'s' * (len(self.late) > 1)} {delays} s"
+
+
+def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> DelayMatrix | MultivariablePlant:
+    """A minimal realisation, exactly, of a matrix of transfer functions with dead times.
+
+    The parts of all dead times, one below the other, are a matrix without any, which is realised.
+
+    Parameters
+    ----------
+    entries : sequence of sequences of RationalPlant or DelayPlant
+        ``H``, row by row, outputs down.
+
+    Raises
+    ------
+    InputError
+        :func:`lure.plants.multivariable.plant_of_transfers` refuses them, a part with dead time is not strictly proper
+        (a neutral equation), or all parts of an entry share a factor with its denominator, a hidden mode.
+    """
+    parts = [[_parts(one, f"transfer[{i}][{j}]") for j, one in enumerate(row)] for i, row in enumerate(entries)]
+    delays = sorted({delay for row in parts for one in row for delay in one if delay})
+    if not delays:
+        return plant_of_transfers([[one.get(Fraction(0), _ZERO) for one in row] for row in parts])
+    for i, row in enumerate(parts):
+        for j, one in enumerate(row):
+            if any(delay and part.feedthrough for delay, part in one.items()):
+                raise InputError(
+                    f"transfer[{i}][{j}] has dead time and is not strictly proper; that is a neutral equation, which "
+                    "is not covered: add a fast pole to the model",
+                    code=Reason.DEAD_TIME,
+                )
+    stacked = [[one.get(delay, _ZERO) for one in row] for delay in (Fraction(0), *delays) for row in parts]
+    whole, p = plant_of_transfers(stacked), len(entries)
+    base = replace(whole, C=whole.C[:p], D=whole.D[:p])
+    return DelayMatrix(base, tuple((delay, whole.C[(k + 1) * p : (k + 2) * p]) for k, delay in enumerate(delays)))
+
+
+_ZERO = RationalPlant([0], [1])
+
+
+def _parts(entry: RationalPlant | DelayPlant, name: str) -> dict[Fraction, RationalPlant]:
+    """The transfer function of each dead time, without the poles that only others of the entry have."""
+    if isinstance(entry, RationalPlant):
+        if entry.dt is not None and entry.order:
+            raise InputError(f"{name} is in discrete time, and another entry has dead time; write z**-n for a delay")
+        return {Fraction(0): entry}
+    bottom = polynomial_of(entry.denominator)
+    tops = {delay: polynomial_of(top) for delay, top in entry.terms}
+    shared = bottom
+    for top in tops.values():
+        shared = shared.gcd(top)
+    if shared.degree() > 0:
+        raise InputError(f"{name} has a factor common to numerator and denominator; cancel it")
+    found = {}
+    for delay, top in tops.items():
+        common = bottom.gcd(top)
+        found[delay] = RationalPlant(_descending(top // common), _descending(bottom // common))
+    return found
+
+
+def _formula(descending: Sequence[Fraction]) -> str:
+    top = len(descending) - 1
+    return " + ".join(f"({c})*s**{top - k}" for k, c in enumerate(descending) if c)
+
+
+def _entry(text: str) -> RationalPlant | DelayPlant:
+    found = DelayPlant.parse(text) if text != "0" else None
+    return _ZERO if found is None else found.delayless or found
+
+
+def _descending(p: Any) -> list[Fraction]:  # noqa: ANN401
+    return [Fraction(int(c.p), int(c.q)) for c in reversed(p.coeffs())]

@@ -1,0 +1,194 @@
+"""Known dead times in several channels: certificates by hand, and what neither checker accepts."""
+
+import copy
+import json
+from functools import cache
+from importlib import resources
+
+import jsonschema
+import pytest
+from tampering import assert_both_reject, edited
+
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.channels import plant
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second.opinion import recheck
+
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+
+
+def sector(low, high, **more):
+    bounds = {"sector": [low, high], "slope": None, "odd": False, "time_varying": True, "linear": False}
+    return bounds | more
+
+
+def draft(system, classes, theorem, proof, multiplier=None):
+    laws = {"channels": classes, "repeated": False}
+    found = {"verdict": "PROVED", "system": system, "laws": laws, "theorem": theorem, "proof": proof}
+    return found | ({"verdict": "REFUTED"} if multiplier is None else {"multiplier": multiplier})
+
+
+def late(A, B, C, D, *parts):
+    sides = {"A": A, "B": B, "C": C, "D": D, "late": [list(part) for part in parts]}
+    return {"kind": "multivariable delay", "time": "continuous", **sides}
+
+
+ONE, NO = [["1"]], [["0"]]
+LAG = late([["-1"]], ONE, NO, NO, ("1", ONE))  # exp(-s)/(s + 1)
+UNIT = [["1", "0"], ["0", "1"]]
+# [[g, exp(-s) g], [0, g]], g = 1/(s + 1): with x = |g|^2 = Re g the determinant of F is 4 (1 + k x)^2 - k^2 x, positive
+# for all x if k < 16
+COUPLED = late([["-1", "0"], ["0", "-1"]], UNIT, UNIT, [["0", "0"]] * 2, ("1", [["0", "1"], ["0", "0"]]))
+CIRCLE = draft(
+    COUPLED,
+    [sector("0", "15")] * 2,
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["1/4", "1/2", "3/4", "1", "2", "4", "8", "16"]},
+    {"lambda": ["1", "1"], "pieces": [[None, None]] * 9},
+)
+# F/2 = 1 + 2.2 Re (1 + theta s) H, theta = 4/11 over 2.2 = .1653: Popov's criterion reaches 2.2618 with .1635
+POPOV = draft(
+    LAG,
+    [sector("0", "11/5", time_varying=False)],
+    "piecewise-popov",
+    {"method": "pieces", "ends": [str(end) for end in range(1, 17)]},
+    {"lambda": ["1"], "theta": ["4/11"], "pieces": [[None]] * 17},
+)
+# |H| <= 1, so that [-9/10, 9/10] is proved without a shift: F/2 = 1 - .81 |H|^2
+BOTH = draft(
+    LAG,
+    [sector("-9/10", "9/10")],
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["1"]},
+    {"lambda": ["1"], "pieces": [[None], [None]]},
+)
+# i w + g exp(-i w) = 0 for w = g = pi/2 = 1.570796...; there its derivatives are -i in g and i - pi/2 in w
+CROSSING = draft(
+    late([["0"]], ONE, NO, NO, ("1", ONE)),
+    [sector("0", "1572/1000")],
+    "counterexample",
+    {
+        "method": "late-crossing",
+        "gains": [["157/100"], ["15716/10000"]],
+        "frequencies": ["15706/10000", "15710/10000"],
+        "turn": ["0", "1"],
+    },
+)
+# 1 - 11/10 H(0) < 0
+STILL = draft(LAG, [sector("-11/10", "0")], "counterexample", {"method": "late-gains", "gains": ["-11/10"]})
+ALL = {"circle": CIRCLE, "popov": POPOV, "both": BOTH, "crossing": CROSSING, "still": STILL}
+ATTRACTS = "0 attracts every motion with inputs to the block and initial functions of finite energy"
+CLASS = ("laws", "channels", 0)
+
+
+@cache
+def certificate(name):
+    return dict(complete_and_check(copy.deepcopy(ALL[name])).certificate)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_both_checkers_accept(name):
+    found = certificate(name)
+    jsonschema.validate(found, SCHEMA)
+    assert recheck(found).accepted, recheck(found).reason
+    proved = name in ("circle", "popov", "both")
+    assert check(found).certificate["conclusion"] == (
+        ATTRACTS if proved else "a loop of the class has a motion that does not converge to an equilibrium"
+    )
+
+
+def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
+    found = edited(edited(STILL, "proof", "gains", value=["-1"]), *CLASS, "sector", value=["-1", "0"])
+    assert "equilibria other than 0" in complete_and_check(found).claim
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("circle", *CLASS, "sector", ["0", "17"]),
+        ("circle", *CLASS, "sector", ["1/100", "15"]),
+        (
+            "circle",
+            *CLASS,
+            {
+                "sector": ["-1", "1"],
+                "slope": None,
+                "odd": False,
+                "linear": False,
+                "time_varying": False,
+                "operator": "delay",
+            },
+        ),
+        ("circle", "system", "late", [["1", [["0", "3"], ["0", "0"]]]]),
+        ("circle", "system", "late", []),
+        ("circle", "system", "late", [["0", [["0", "1"], ["0", "0"]]]]),
+        ("circle", "system", "late", [["1", UNIT], ["1", UNIT]]),
+        ("circle", "system", "late", [["1", UNIT[:1]]]),
+        ("circle", "system", "late", [["1", [["0", "1", "0"], ["0", "0", "0"]]]]),
+        ("circle", "system", "time", "discrete"),
+        ("circle", "system", "kind", "multivariable"),
+        ("circle", "system", "A", [["1", "0"], ["0", "-1"]]),
+        ("circle", "system", "A", [["0", "0"], ["0", "-1"]]),
+        ("circle", "system", "D", [["-1/10", "0"], ["0", "0"]]),
+        ("circle", "multiplier", "lambda", ["1", "-1"]),
+        ("circle", "multiplier", "lambda", ["100", "1"]),
+        ("circle", "multiplier", "pieces", [[["1", "0"], None]] * 9),
+        ("circle", "proof", "ends", ["1/4", "1/2", "3/4", "1", "2", "4", "16", "8"]),
+        ("circle", "theorem", "diagonal-circle"),
+        ("popov", *CLASS, "sector", ["0", "57/25"]),
+        ("popov", *CLASS, "time_varying", True),
+        ("popov", "system", "late", [["11/10", ONE]]),
+        ("popov", "system", "D", [["1/10"]]),
+        ("popov", "multiplier", "theta", ["3"]),
+        ("popov", "multiplier", "theta", ["-4/11"]),
+        ("both", *CLASS, "sector", ["-11/10", "9/10"]),
+        ("both", *CLASS, "sector", ["-9/10", "5/2"]),
+        ("both", "system", "B", [["2"]]),
+        ("crossing", "proof", "gains", [["157/100"], ["1573/1000"]]),  # outside the class
+        ("crossing", "proof", "gains", [["157/100"], ["15705/10000"]]),
+        ("crossing", "proof", "frequencies", ["15708/10000", "15712/10000"]),
+        ("crossing", "proof", "frequencies", ["15710/10000", "15706/10000"]),
+        ("crossing", "system", "late", [["101/100", ONE]]),
+        ("crossing", "system", "B", [["-1"]]),
+        ("still", "proof", "gains", ["-9/10"]),
+        ("still", "proof", "gains", ["-12/10"]),
+        ("still", "system", "late", [["1", [["4/5"]]]]),
+        ("still", "system", "A", [["1"]]),
+        ("still", "system", "D", [["2"]]),
+    ],
+    ids=lambda change: "-".join(map(str, change[:-1])),
+)
+def test_neither_checker_accepts_what_is_tampered_with(change):
+    name, *path, value = change
+    assert_both_reject(edited(certificate(name), *path, value=value))
+
+
+def test_a_turn_that_does_not_show_the_signs_is_refused_by_the_first_checker():
+    # the second encloses the root by derivatives, and needs no turn
+    with pytest.raises(Rejected):
+        check(edited(certificate("crossing"), "proof", "turn", value=["1", "0"]))
+
+
+def test_readers_that_do_not_know_dead_times_refuse_the_plant():
+    with pytest.raises(Malformed):
+        plant(COUPLED)
+    for theorem, multiplier in (("diagonal-circle", {"lambda": ["1", "1"]}), ("constant-gains", {})):
+        other = {**certificate("circle"), "theorem": theorem, "multiplier": multiplier}
+        for proof in ({"method": "determinant"}, {"method": "matrix", "P": [["1"], ["0", "1"]], "exponent": 0}):
+            assert_both_reject({**other, "proof": proof})
+    rate = {**certificate("circle"), "rate": "1/10"}
+    assert_both_reject(rate)
+
+
+def test_popovs_term_far_out_is_that_of_s_times_h():
+    # 1/(s + 1), theta = -2: F/2 = 1 + (1 - 2 w^2)/(1 + w^2) is negative from w = 1.42 on; without the i of s = i w
+    # it would be 1 + (1 - 2 w)/(1 + w^2) > 0
+    system = {"kind": "multivariable", "time": "continuous", "A": [["-1"]], "B": ONE, "C": ONE, "D": NO}
+    proof = {"method": "pieces", "ends": ["1/2"]}
+    multiplier = {"lambda": ["1"], "theta": ["-2"], "pieces": [[None], [None]]}
+    wrong = draft(system, [sector("0", "1", time_varying=False)], "piecewise-popov", proof, multiplier)
+    right = edited(wrong, "multiplier", "theta", value=["2"])
+    found = dict(complete_and_check(right).certificate)
+    assert recheck(found).accepted
+    assert_both_reject(edited(found, "multiplier", "theta", value=["-2"]))

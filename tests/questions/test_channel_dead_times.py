@@ -1,0 +1,118 @@
+"""Known dead times in several channels: both sides of the largest factor, and what is refused."""
+
+import numpy as np
+import pytest
+
+from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, lft, max_sector
+from lure.analysis import analyse, decay_rate, l2_gain, region, steady_response
+from lure.files import find_system
+from lure.files.loop import loop_to_toml
+from lure.plants.delay_matrix import DelayMatrix
+
+LAGS = as_plant([["1/(s+1)", "0"], ["0", "exp(-s)/(s+2)"]])
+UNIT = [Sector(0, 1)] * 2
+
+
+def test_without_coupling_it_is_the_channel_with_the_dead_time():
+    # tan(w) = -w/2 at w = 2.288930, and k = sqrt(4 + w^2) = 3.039605: Popov's criterion reaches it
+    found = max_sector(LAGS, UNIT)
+    assert 3.0395 < found.largest.low < 3.039605 < found.refuted_at < 3.03961
+    assert (found.criterion, found.witness.kind) == ("piecewise-popov", "linear gains")
+
+
+def test_time_varying_sectors_are_proved_by_the_circle_criterion_alone():
+    # min Re exp(-i w)/(i w + 2) = -.335791 at w = 2.5206, on a grid of 1e-4
+    found = max_sector(LAGS, [NonlinearityClass(sector=Sector(0, 1), time_varying=True)] * 2)
+    assert found.criterion == "piecewise-circle"
+    assert found.largest.low == pytest.approx(2.97804, rel=1e-4)
+
+
+def test_sectors_around_0_and_constant_gains():
+    # |exp(-s)/(s+1)| <= 1 with 1 at 0: operators and sectors up to 1; gains in [-a/2, a] up to the crossing 2.2618
+    one = as_plant([["exp(-s)/(s+1)", "0"], ["0", "exp(-2*s)/(s+1)"]])
+    around = max_sector(one, [NonlinearityClass.norm_bounded(1)] * 2)
+    assert around.largest.low == pytest.approx(1, rel=1e-3)
+    single = as_plant([["exp(-s)/(s+1)", "0"], ["0", "1/(s+1)"]])
+    gains = [NonlinearityClass.constant_gain(-0.1, 1), NonlinearityClass(sector=Sector(0, 1))]
+    found = max_sector(single, gains)
+    assert 2.2618 * 0.999 < found.largest.low < 2.26183
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.thorough) for k in range(1, 6))])
+def test_no_gain_of_what_is_proved_is_unstable(seed):
+    random = np.random.default_rng(seed)
+    rows = [
+        [
+            f"{random.choice([-3, -2, -1, 1, 2, 3])}*exp(-{random.integers(0, 3)}*s)/(s+{random.integers(1, 4)})"
+            for _ in range(2)
+        ]
+        for _ in range(2)
+    ]
+    plant = as_plant(rows)
+    found = max_sector(plant, UNIT)
+    assert found.refuted_at is None or found.largest.low < found.refuted_at
+    # H is stable: det(1 + H G) goes round 0 as often as the loop has unstable roots
+    omega = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 40_001)])
+    H = plant.transfer(1j * omega)
+    for gains in random.random((20, 2)) * min(found.largest.low, 1e3):
+        curve = np.linalg.det(np.eye(2) + H * gains)
+        turned = np.unwrap(np.angle(curve))
+        assert abs(turned[-1] - turned[0]) < 1, (rows, gains)
+
+
+def test_a_system_from_a_file_is_analysed_and_written_back(tmp_path):
+    path = tmp_path / "loop.toml"
+    path.write_text(
+        "[plant]\ntransfer = [['1/(s+1)', '0.5*exp(-2*s)/(s+1)'], ['0', 'exp(-s)/(s+2)']]\n"
+        "[[class]]\nsector = [0, 1]\n[[class]]\nslope = [0, 1]\nodd = true\n"
+    )
+    system = find_system(str(path), [])
+    again = tmp_path / "again.toml"
+    again.write_text(loop_to_toml(system))
+    assert np.allclose(find_system(str(again), []).block.transfer(1j), system.block.transfer(1j))
+    shown = certify(system)
+    assert (shown.verdict.name, shown.conclusion.shown.theorem) == ("PROVED", "piecewise-popov")
+    assert "initial functions of finite energy" in shown.conclusion.meaning
+
+
+@pytest.mark.thorough
+def test_analyse_answers_every_class():
+    same = Diagonal((NonlinearityClass(sector=Sector(0, 2), time_varying=True),) * 2, repeated=True)
+    found = analyse(as_plant([["exp(-s)/(s+1)", "0"], ["0", "exp(-s)/(s+1)"]]), same)
+    assert found.verdict.name == "PROVED"
+    assert found.to_dict()["block"]["matrices"]["late"][0][0] == "1"
+
+
+def test_channels_of_a_larger_plant():
+    plant = as_plant([["1/(s+1)", "exp(-s)/(s+2)", "1"], ["0", "exp(-s)/(s+3)", "0"]])
+    chosen = lft(plant, {"valve": ("0", "1"), "spring": ("1", "0")})
+    assert isinstance(chosen, DelayMatrix)
+    assert chosen.names == ("valve", "spring")
+    assert np.allclose(chosen.transfer(1j), plant.transfer(1j)[:, [1, 0]])
+    assert str(lft(plant, [(0, 0)])).startswith("(s^2")  # no dead time is left
+    with pytest.raises(InputError, match=r"give to_control\(pade=4\)"):
+        plant.to_control()
+    assert np.allclose(plant.to_control(pade=6)(0.5j), plant.transfer(0.5j), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("plant", "classes"),
+    [
+        (LAGS, [Sector(0.1, 1)] * 2),
+        (as_plant([["1/(s-1)", "0"], ["0", "exp(-s)/(s+2)"]]), UNIT),
+        (as_plant([["1/s", "0"], ["0", "exp(-s)/(s+2)"]]), UNIT),
+        (LAGS, [NonlinearityClass.delayed(1), Sector(0, 1)]),
+        (LAGS, [NonlinearityClass.hysteretic("play", 1), Sector(0, 1)]),
+    ],
+)
+def test_what_no_theorem_covers_is_not_proved(plant, classes):
+    assert certify(plant, classes).verdict.name == "INCONCLUSIVE"
+
+
+def test_other_questions_say_that_dead_time_is_not_covered():
+    on = {"Bw": [[1], [0]], "Cz": [[1, 0]]}
+    for ask in (lambda: l2_gain(LAGS, UNIT, on), lambda: decay_rate(LAGS, UNIT), lambda: region(LAGS, UNIT)):
+        with pytest.raises(InputError, match="dead time"):
+            ask()
+    with pytest.raises(InputError, match="dead time"):
+        steady_response(LAGS, UNIT, {"Bw": [[1], [0]], "amplitude": 1})
