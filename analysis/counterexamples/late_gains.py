@@ -14,7 +14,6 @@ from fractions import Fraction
 from itertools import islice, product
 from typing import Any, NamedTuple
 
-from lure.analysis.certificates.systems import texts
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, np, optimize
 
@@ -152,7 +151,7 @@ class LateGains:
             ends = [[Fraction(v) for v in (G * one.factor * (1 + step)).tolist()] for step in (-width, width)]
             factor = one.factor * (1 + 2 * width)
             if one.omega == 0:
-                yield factor, {"method": "late-gains", "gains": texts(ends[1])}
+                yield factor, {"method": "late-gains", "gains": [*map(str, ends[1])]}
                 continue
             eye, step = np.eye(len(G)), 1e-6 * one.omega
             at = self.transfer(1j * np.array([one.omega - step, one.omega, one.omega + step])) * G
@@ -173,8 +172,8 @@ class LateGains:
                 factor,
                 {
                     "method": "late-crossing",
-                    "gains": [texts(row) for row in ends],
-                    "frequencies": texts(band),
-                    "turn": texts([Fraction(f"{v:.6g}") for v in (turn.real, -turn.imag)]),
+                    "gains": [[*map(str, row)] for row in ends],
+                    "frequencies": [*map(str, band)],
+                    "turn": [str(Fraction(f"{v:.6g}")) for v in (turn.real, -turn.imag)],
                 },
             )

@@ -92,9 +92,10 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     if isinstance(asked.plant, ChannelFamily):
         shown = {name: row for row in TABLE for name in row.channels}
         return [Criterion(name, shown[name]) for name in channel_families.criteria(asked)]
-    wanted, stored = asked.criterion.replace("_", "-").lower(), _stored(asked)
+    wanted = asked.criterion.replace("_", "-").lower()
     if isinstance(asked.plant, DelayMatrix):
         return _late_criteria(asked, wanted)
+    stored = _stored(asked)
     try:
         asked = increments(asked)
     except AssumptionError:  # which the first of them then says
