@@ -74,7 +74,7 @@ class Problem:
     known : tuple of Nonlinearity
         With several channels, the nonlinearity of each if they are known; they belong to the classes.
     window : int
-        Of how many samples the forms of several channels are in discrete time; 0 for two to four.
+        Samples of the forms of several channels in discrete time; 0 for two to four.
     name, title, source : str
         How the loop is called, what it is, where it comes from; no part of the question.
 
@@ -110,9 +110,7 @@ class Problem:
         if not H.order:
             raise InputError("the plant has no state, so that nothing moves; give one with dynamics")
         if len(given) != H.inputs:
-            raise InputError(
-                f"{len(given)} classes are given for the {H.inputs} channels of the plant; give one for each, in order"
-            )
+            raise InputError(f"{len(given)} classes are given for {H.inputs} channels; give one for each, in order")
         for i, (low, high) in enumerate((one.gains for one in given), 1):
             if not (-math.inf < low <= high < math.inf) and (where := f"channel {i}" if given[1:] else "the class"):
                 raise InputError(f"{where} has the bounds [{low}, {high}]; give finite ones, such as [0, 10]")
