@@ -9,6 +9,7 @@ from __future__ import annotations
 from lure.analysis.certificates.checker import Checked, Proved
 from lure.analysis.export.falling import falling_text
 from lure.analysis.export.orbits import orbit_text
+from lure.analysis.export.relying import THEOREMS, relying_text
 from lure.analysis.export.words import refused
 
 
@@ -33,6 +34,7 @@ def coq_text(shown: Checked) -> str:
     data = shown.certificate
     if "rate" in data:
         raise refused("it is about a rate; certify that 0 attracts all solutions")
-    if isinstance(shown, Proved):
-        return falling_text(data, shown.claim)
-    return orbit_text(data, shown.claim)
+    if not isinstance(shown, Proved):
+        return orbit_text(data, shown.claim)
+    relying = data["theorem"] in THEOREMS and data["proof"]["method"] == "polynomial"
+    return (relying_text if relying else falling_text)(data, shown.claim)

@@ -182,6 +182,8 @@ Qed.
 Definition in_sector (l u : R) (phi : R -> R) : Prop :=
   phi 0 = 0 /\ forall y, l * (y * y) <= y * phi y <= u * (y * y).
 Definition above (l : R) (phi : R -> R) : Prop := phi 0 = 0 /\ forall y, l * (y * y) <= y * phi y.
+Definition slopes_in (a b : R) (f : R -> R) : Prop := forall s t, s < t -> a * (t - s) <= f t - f s <= b * (t - s).
+Definition odd (f : R -> R) : Prop := forall y, f (- y) = - f y.
 
 Lemma sector : forall l u phi y p, in_sector l u phi -> phi y = p -> 0 <= (p - l * y) * (u * y - p).
 Proof.

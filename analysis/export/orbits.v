@@ -1,8 +1,5 @@
 (* ---- Functions through points ---- *)
 
-Definition slopes_in (a b : R) (f : R -> R) : Prop := forall s t, s < t -> a * (t - s) <= f t - f s <= b * (t - s).
-Definition odd (f : R -> R) : Prop := forall y, f (- y) = - f y.
-
 (* Through (x, y) and the points after it, then on with the slope a. *)
 Fixpoint through (a x y : R) (pts : list (R * R)) (s : R) : R :=
   match pts with

@@ -1,0 +1,281 @@
+"""A frequency inequality and stable poles, proved in Coq, and what follows by a theorem relied on: `frequencies.v`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+from lure.analysis.certificates import arithmetic as exact
+from lure.analysis.certificates.arithmetic import INF, Form, number, real
+from lure.analysis.certificates.blocks import block, coefficients, multiplier, realised, shifted
+from lure.analysis.certificates.checker import SLOPED, inequality
+from lure.analysis.certificates.riccati import Lyapunov
+from lure.analysis.certificates.states import Family, classes
+from lure.analysis.export.quadratic import bilinear, nonnegative, rounded, whole
+from lure.analysis.export.words import folded, integers, refused, whole_file
+from lure.analysis.export.words import number as written
+from lure.arrays import np
+
+THEOREMS = {
+    "off-axis-circle": "off_axis_circle_criterion",
+    "park": "park_criterion",
+    "zames-falb": "zames_falb_theorem",
+    "tsypkin": "tsypkin_criterion",
+    "tsypkin-odd": "tsypkin_criterion_for_odd",
+    "jury-lee": "jury_lee_criterion",
+}
+DEEPEST, MOST_ORDER, FINEST = 200, 12, 160
+
+
+def relying_text(data: Mapping[str, Any], claim: str) -> str:
+    """The file for a certificate of a criterion with a multiplier.
+
+    Parameters
+    ----------
+    data : Mapping
+        The certificate, proved by a polynomial.
+    claim : str
+        The sentence of the checker.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: it is not covered.
+    """
+    return _Relying(data).text(claim)
+
+
+class _Relying:
+    """The words of one file."""
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        self.name, self.data, self.given = data["theorem"], data, data["multiplier"]
+        self.family: Family = classes(data["laws"])
+        top, self.den, self.discrete = coefficients(data["system"])
+        self.num, self.order = top[0][1], len(self.den) - 1
+        self.low, self.high = self.family.slope if self.name in SLOPED else self.family.sector
+        if INF in (abs(self.low), abs(self.high)) or self.family.rough:
+            raise refused("its class has infinite bounds, or nonlinearities that jump; certify one with finite bounds")
+        if not 0 < self.order <= MOST_ORDER:
+            raise refused(f"its plant has the order {self.order}, not within 1 and {MOST_ORDER}")
+        stepped = self.name in ("tsypkin", "tsypkin-odd", "jury-lee") or Fraction(self.given.get("theta", "0")) != 0
+        if stepped and len(self.num) == len(self.den):
+            raise refused("its block has a feedthrough, which the export of this criterion does not cover")
+
+    def text(self, claim: str) -> str:
+        """The whole file."""
+        lists = [
+            folded(f"Definition {name} : list R := [{'; '.join(map(written, side))}].")
+            for name, side in (("num", self.num), ("den", self.den))
+        ]
+        low, high = written(self.low), written(self.high)
+        poles = f"in_{'unit_disc' if self.discrete else 'left_half_plane'} (closed num den {low})"
+        point = "circle" if self.discrete else "axis"
+        lines = [*lists, *self.witness(), f"Lemma poles : {poles}.", *self.poles(), ""]
+        lines += [f"Lemma frequencies : over_frequencies {point} {self.E} num den {low} {high}.", *self.frequencies()]
+        kind = "nat -> R" if self.discrete else "nat -> R -> R"
+        loop, end = ("steps_of", "Un_cv xi 0") if self.discrete else ("flow_of", "all_tend_to_0 den xi")
+        class_ = self.classes()
+        theorem = THEOREMS[self.name] + "_in_steps" * (self.name == "zames-falb" and self.discrete)
+        lines += ["", f"Theorem stable : {theorem} -> forall (phi : R -> R) (xi : {kind}),"]
+        lines += [f"  {' -> '.join(class_)} -> {loop} num den phi xi -> {end}.", "Proof."]
+        names = [f"class{i}" for i in range(len(class_))]
+        lines.append(f"  intros relied phi xi {' '.join(names)} solution.")
+        arguments = " ".join([*self.parameters, "phi xi"])
+        lines += [f"  apply (relied num den {low} {high} {arguments});", "    try exact poles; try exact frequencies;"]
+        lines += ["    try assumption; unfold proper, num, den, rates, mass; simpl; repeat split; try lra; try lia."]
+        lines += [*self.rest(), "Qed."]
+        first = "\n".join(lines).split("\n\nTheorem", 1)
+        origin = f"{self.name}, polynomial"
+        return whole_file(claim, origin, ("forms.v", "flow.v", "frequencies.v"), [first[0], "Theorem" + first[1]])
+
+    @property
+    def parameters(self) -> list[str]:
+        """The numbers of the multiplier."""
+        keys = {"off-axis-circle": ("alpha",), "park": ("theta", "tau")}.get(self.name, ("q",))
+        if self.name != "zames-falb":
+            return [written(number(self.given[key])) for key in keys]
+        if self.discrete:
+            taps = [(number(c), abs(i), i > 0) for i, c in self.given["taps"]]
+            return ["[" + "; ".join(f"({written(c)}, {i}%nat, {str(k).lower()})" for c, i, k in taps) + "]"]
+        if any("delay" in one for one in self.given["kernels"]):
+            raise refused("its multiplier has a kernel that is a delay")
+        found = [(number(k["coefficient"]), number(k["rate"]), k["order"], k["side"]) for k in self.given["kernels"]]
+        words = (f"({written(c)}, {written(a)}, {n}%nat, {str(side == 'causal').lower()})" for c, a, n, side in found)
+        return [written(number(self.given["theta"])), f"[{'; '.join(words)}]"]
+
+    @property
+    def E(self) -> str:
+        """What is to be positive."""
+        words = " ".join(self.parameters)
+        if self.name in ("off-axis-circle", "park"):
+            return f"(with_multiplier ({'park' if self.name == 'park' else 'off_axis'} {words}))"
+        if self.name == "zames-falb":
+            return f"(with_multiplier (zames_falb{'_steps' * self.discrete} {words}))"
+        return f"({self.name.replace('-', '_')} {words})"
+
+    def classes(self) -> list[str]:
+        """What the theorem says of the nonlinearities."""
+        low, high = written(self.low), written(self.high)
+        if self.name in SLOPED:
+            odd = self.name == "zames-falb" and any(v < 0 for v in self.masses)
+            return ["phi 0 = 0", f"slopes_in {low} {high} phi", *["odd phi"] * odd]
+        class_ = {"tsypkin": "rises", "tsypkin-odd": "rises_and_odd"}.get(self.name, "rises_less")
+        return [f"in_sector {low} {high} phi", "locally_lipschitz phi", f"{class_} {low} {high} phi"]
+
+    @property
+    def masses(self) -> list[Fraction]:
+        """Of the kernels."""
+        if self.discrete:
+            return [number(c) for _, c in self.given["taps"]]
+        return [number(k["coefficient"]) for k in self.given["kernels"]]
+
+    def rest(self) -> list[str]:
+        """What is left to say of the kernels."""
+        lines = []
+        if self.name == "park":
+            lines.append("  all: try (left; lia).")
+        if self.name == "zames-falb":
+            lines += [
+                "  all: try (left; lia); try (right; lra); try (unfold Rabs; repeat destruct (Rcase_abs _); lra).",
+                "  all: try (right; assumption); try (left; repeat constructor; simpl; lra).",
+                "  all: repeat constructor; simpl; try lra; try lia; try discriminate.",
+            ]
+        return lines
+
+    def witness(self) -> list[str]:
+        """``P`` of Lyapunov's equation, and its test."""
+        n, padded = self.order, [Fraction(0)] * (len(self.den) - len(self.num)) + self.num
+        d, _ = whole([u + self.low * v for u, v in zip(self.den, padded, strict=True)][::-1])
+        units = [[int(i == j) for j in range(n + 1)] for i in range(n + 1)]
+        now, then = units[:-1], units[1:]
+        for P in self._lyapunov():
+            base = bilinear(P, now, now)
+            falls = [*bilinear(P, now, then, -1), *bilinear(P, then, now, -1)]
+            if self.discrete:
+                falls = [*base, *bilinear(P, then, then, -1)]
+            if not nonnegative(base, n + 1):
+                continue
+            for power in range(0, 400, 4):
+                terms = [*falls, (1 << power, d, d), *((-1, f, f) for f in now)]
+                if nonnegative(terms, n + 1):
+                    self.d = d
+                    lists = [("P", P), ("now", now), ("next", then)]
+                    test = f"stable_test {str(self.discrete).lower()} {n + 1} P now next bottom {1 << power} 1"
+                    return [
+                        *(folded(f"Definition {name} : list (list Z) := {integers(rows)}%Z.") for name, rows in lists),
+                        folded(f"Definition bottom : list Z := {integers(d)}%Z."),
+                        f"Lemma falls : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.",
+                    ]
+        raise refused("no solution of Lyapunov's equation of few enough digits was found for its poles")
+
+    def _lyapunov(self) -> Iterator[list[list[int]]]:
+        """Solutions with integers, from doubles."""
+        A, *_ = realised(self.data["system"], self.low)
+        matrix = np.array([[float(v) for v in row] for row in A])
+        found = Lyapunov.of(matrix, discrete=self.discrete).solution(np.eye(len(A)))
+        if not np.all(np.isfinite(found)):
+            return
+        P = [[Fraction(float(v)) for v in row] for row in found]
+        for bits in (16, 32, 64):
+            near = rounded(P, bits)
+            unit = math.lcm(*(v.denominator for row in near for v in row))
+            for more in (1, 1 << 8, 1 << 16):
+                yield [[int(v * unit * more) for v in row] for row in near]
+
+    def poles(self) -> list[str]:
+        """The proof that all roots are inside."""
+        n = self.order
+        opened = "cbn [map cpow cmul cadd real horner poly closed dot at_ lcomb fst snd now next bottom num den]"
+        powers = "; ".join(f"cpow (x, y) {k}" for k in range(n + 1))
+        q = Fraction(self.d[-1]) / (self.den[0] + (self.low * self.num[0] if len(self.num) == len(self.den) else 0))
+        lines = ["Proof.", f"  intros [x y] H; set (s := (x, y)); set (pw := [{powers}])."]
+        for part, name in (("fst", "H1"), ("snd", "H2")):
+            value = f"{part} (closed num den {written(self.low)} (x, y))"
+            lines.append(f"  assert ({name} : {value} = 0) by (rewrite H; reflexivity).")
+        sides = f"{str(self.discrete).lower()} {n + 1} P now next bottom _ _ (map fst pw) (map snd pw)"
+        lines.append(f"  apply (roots {sides} s falls);")
+        lines.append("    try reflexivity; unfold s, pw, closed, poly, num, den, bottom, now, next, at_ in *.")
+        for name in ("H1", "H2"):
+            lines.append(f"  - apply Rmult_eq_compat_l with (r := {written(q)}) in {name}.")
+            lines.append(f"    rewrite Rmult_0_r in {name}; rewrite <- {name}; {opened}; field.")
+        lines.append(f"  - exists ({integers([1] + [0] * n)}%Z); split; [left; reflexivity|{opened}; ring].")
+        lines += [f"  - {opened}; repeat (apply (f_equal2 cons); [ring|]); reflexivity."] * 2
+        return [*lines, "Qed."]
+
+    def frequencies(self) -> list[str]:
+        """The proof that the inequality holds with some room."""
+        F, p, square = self._form()
+        for power in range(4, FINEST, 2):
+            room = Fraction(1, 1 << power)
+            left = F + real(-room) * p * square
+            P = left.part()
+            full = len(P) == len(F.part())
+            if full and exact.positive(P):
+                break
+        else:
+            raise refused("its inequality leaves no room that can be told")
+        even = not any(P[1::2])
+        whole_, q = whole(P[::2] if even else P)
+        grown = tree(whole_)
+        x = "(w * w)" if even else "w"
+        below = [*p.part()] if not self.discrete else (p * (real(1, 0, 1) ** self.order)).part()
+        bottom = " + ".join(f"{written(c)} * w ^ {i}" for i, c in enumerate(below) if c)
+        opened = (
+            "unfold over_frequencies, with_multiplier, tsypkin, tsypkin_odd, jury_lee, off_axis, park, zames_falb, "
+            "zames_falb_steps, closed, poly, square, axis, circle, num, den"
+        )
+        cbn = "cbn [kernels taps lag cpow cmul cadd conj_ real re horner peval fst snd circle]"
+        lines = [
+            "Proof.",
+            f"  exists {written(room)}; split; [lra|]; intros w Hw.",
+            "  assert (W : 0 <= w * w) by nra.",
+        ]
+        lines.append(f"  pose proof (positive_sound {grown} {integers(whole_)}%Z {x} (eq_refl true) ltac:(lra)) as p.")
+        lines.append(f"  assert (B : 0 < {bottom}) by (simpl; nra).")
+        lines.append("  apply Rminus_le; apply Ropp_le_cancel; rewrite Ropp_0.")
+        lines.append("  match goal with |- 0 <= ?g =>")
+        lines.append(f"    replace g with (peval {integers(whole_)}%Z {x} / ({written(q)} * ({bottom}))) end.")
+        lines.append("  { left; apply Rdiv_lt_0_compat; [exact p|apply Rmult_lt_0_compat; [lra|exact B]]. }")
+        lines.append(f"  {opened}; {cbn}.")
+        lines.append("  field; repeat split; simpl; nra.")
+        return [*lines, "Qed."]
+
+    def _form(self) -> tuple[Form, Form, Form]:
+        """``F``, ``p`` and ``|D|^2``: ``F/(p |D|^2)`` is what is positive."""
+        B = block(self.data["system"])
+        F, *_ = inequality(self.name, self.given, B, self.family)
+        d, critical, _ = shifted(B, Fraction(self.low))
+        if critical:
+            raise refused("its loop has a pole at 0 with the smallest gain")
+        _, p, *_ = multiplier(self.name, self.given, B, unbounded=False)
+        return F, p, d * d.conjugate()
+
+
+def tree(p: list[int], depth: int = 0) -> str:
+    """A witness for ``positive`` of the Coq files: that ``p > 0`` on ``[0, inf)``, the lowest coefficient first.
+
+    Parameters
+    ----------
+    p : list of int
+        A polynomial that is positive there, with a positive leading coefficient.
+    depth : int
+        How often it was split.
+
+    Raises
+    ------
+    refused
+        It leaves too little room.
+    """
+    if p[0] > 0 and min(p) >= 0:
+        return "Signs"
+    if depth > DEEPEST:
+        raise refused("its inequality leaves too little room")
+    shared, n = math.gcd(*p), len(p) - 1
+    power = round((abs(p[0] // shared).bit_length() - abs(p[-1] // shared).bit_length()) / n)  # mean size of the roots
+    a, b = (1 << power, 1) if power >= 0 else (1, 1 << -power)
+    q = [c * a**i * b ** (n - i) for i, c in enumerate(p)]
+    below, beyond = tree(exact.onwards(q[::-1]), depth + 1), tree(exact.onwards(q), depth + 1)
+    return f"(Split {a} {b} {below} {beyond})"
