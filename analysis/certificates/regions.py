@@ -408,13 +408,12 @@ def crossed(H: Plant, graphs: list[Graph], arcs: list[Arc], way: int) -> None:
     its piece.  A curved arc stays in one piece of each, by its three points.
     """
     for p, c, q in arcs:
-        exact.tick()
         X, D = list[Any](), list[Any]()
         for k in (0, 1):
             bend = [] if c is None else [p[k] - 2 * c[k] + q[k]]
-            D.append(real((q if c is None else c)[k] - p[k], *bend))
-            X.append(real(p[k], (1 if c is None else 2) * ((q if c is None else c)[k] - p[k]), *bend))
-        seen_at, times = list[list[Fraction]](), {ZERO, Fraction(1)}
+            D.append([(q if c is None else c)[k] - p[k], *bend])
+            X.append([p[k], (1 if c is None else 2) * D[k][0], *bend])
+        line, seen_at, times = mixed(H.A, X), list[list[Fraction]](), {ZERO, Fraction(1)}
         for row, one in zip(H.C, graphs):
             values = [row[0] * point[0] + row[1] * point[1] for point in (p, c, q) if point is not None]
             inside = [x for x in one.cuts if min(values) < x < max(values)]
@@ -422,15 +421,25 @@ def crossed(H: Plant, graphs: list[Graph], arcs: list[Arc], way: int) -> None:
             times |= {(x - values[0]) / (values[1] - values[0]) for x in inside}
             seen_at.append(values)
         for a, b in pairwise(sorted(times)):
-            f = [real(row[0]) * X[0] + real(row[1]) * X[1] for row in H.A]
-            for i, (row, one, values) in enumerate(zip(H.C, graphs, seen_at)):
+            f = line
+            for i, (sigma, one, values) in enumerate(zip(mixed(H.C, X), graphs, seen_at)):
                 middle = (min(values) + max(values)) / 2 if c else values[0] + (values[1] - values[0]) * (a + b) / 2
-                sigma, phi = real(row[0]) * X[0] + real(row[1]) * X[1], real(0)
+                phi = list[Any]()
                 for v in reversed(one.pieces[sum(x < middle for x in one.cuts)]):
-                    phi = phi * sigma + real(v)
-                f = [f[k] + real(-H.B[k][i]) * phi for k in (0, 1)]
-            speed = real(way) * (D[0] * f[1] + real(-1) * D[1] * f[0])
-            need(exact.positive(speed.part(), a, b), "solutions are not shown to cross an arc in one direction")
+                    phi = exact.added(exact.multiplied(phi, sigma), [v])
+                f = [exact.added(f[k], [-H.B[k][i] * v for v in phi]) for k in (0, 1)]
+            speed = exact.added(exact.multiplied(D[0], f[1]), [-v for v in exact.multiplied(D[1], f[0])])
+            while speed and not speed[-1]:
+                speed.pop()
+            need(
+                exact.positive([way * v for v in speed], a, b),
+                "solutions are not shown to cross an arc in one direction",
+            )
+
+
+def mixed(rows: Rows, X: list[list[Any]]) -> list[list[Any]]:
+    """Of two polynomials the sums with the entries of each row."""
+    return [exact.added([row[0] * v for v in X[0]], [row[1] * v for v in X[1]]) for row in rows]
 
 
 def curve(H: Plant, graphs: list[Graph], proof: Any) -> dict[str, str]:

@@ -26,7 +26,6 @@ from lure.plants.multivariable import MultivariablePlant
 Point = tuple[float, float]
 Arc = tuple[Point, Point | None, Point]  # a straight edge, or a parabola by its control point
 Points = tuple[tuple[Fraction, ...], ...]
-_Curves = list[list[list[str]]]
 
 _ANGLES = (0.02, 0.004, 0.001, 0.0002)  # by which the field is turned
 _WIDE = (0.4, 0.2, 0.1, 0.05)  # tried first, where there is room for fewer arcs
@@ -62,24 +61,28 @@ def planar_sets(plant: MultivariablePlant, shapes: Sequence[Shape], first: Prove
     known = all(shape.pieces for shape in shapes) and first.certificate["proof"]["method"] == "ellipsoid"
     if plant.order != 2 or plant.dt is not None or any(map(any, plant.D)) or not known:
         return nothing
-    search = _Search(plant, shapes, np.array(matrix_of(first.certificate), dtype=float))
+    try:
+        search = _Search(plant, shapes, np.array(matrix_of(first.certificate), dtype=float))
+    except np.linalg.LinAlgError:
+        return nothing  # not definite in floating point
     if not search.sense:
         return nothing
     base: dict[str, Any] = {"system": system_of(plant), "laws": {"graphs": [shape.entry(None) for shape in shapes]}}
-    inner, outer = list[_Curves](), list[_Curves]()
+    inner, outer = list[list[list[Arc]]](), list[list[Arc]]()
     for angle in _ANGLES:
         checkpoint()
         if search.wound(angle) or not inner:
-            inner += [[search.written(turn) for turn in search.turns]] * bool(search.turns and len(shapes) == 1)
+            inner += [list(search.turns)] * bool(search.turns and len(shapes) == 1)
         around = search.closed(angle)
-        outer += [] if around is None else [[search.written(around)]]
-        sizes = [area(_exactly(found[-1][0])) for found in (inner, outer) if found]
+        outer += [] if around is None else [around]
+        sizes = [area(_exactly(search.written(turn))) for turn in (*(found[0] for found in inner[-1:]), *outer[-1:])]
         if around is None or (len(sizes) > 1 and sizes[1] <= (1 + _CLOSE) * sizes[0]):
             break
     proof: dict[str, Any] = first.certificate["proof"] | {"method": "spiral"}
-    spirals = ({**first.certificate, "theorem": "planar", "proof": proof | {"turns": turns}} for turns in inner[::-1])
+    written = ([search.written(turn) for turn in turns] for turns in inner[::-1])
+    spirals = ({**first.certificate, "theorem": "planar", "proof": proof | {"turns": turns}} for turns in written)
     base |= {"verdict": "REFUTED", "theorem": "counterexample", "multiplier": {}}
-    curves = ({**base, "proof": {"method": "curve", "points": points}} for (points,) in outer[::-1])
+    curves = ({**base, "proof": {"method": "curve", "points": search.written(one)}} for one in outer[::-1])
     inside, outside = (next(filter(None, map(_accepted, drafts)), None) for drafts in (spirals, curves))
     return PlanarSets(cast("Proved | None", inside), cast("Refuted | None", outside))
 
@@ -209,7 +212,9 @@ class _Search:
         to = np.linalg.cholesky(P).T
         self.back = np.linalg.inv(to)
         self.field = _field(to @ A @ self.back, to @ B, C @ self.back, shapes)
-        self.cuts = [(r, q, shape.cuts) for (r, q), shape in zip((C @ self.back).tolist(), shapes, strict=True)]
+        self.cuts = [
+            (r, q, list(map(float, shape.cuts))) for (r, q), shape in zip((C @ self.back).tolist(), shapes, strict=True)
+        ]
         self.sense, self.ray, self.exact_ray = 0, (1.0, 0.0), (Fraction(1), Fraction(0))
         self._choose_ray()
         self.turns: list[list[Arc]] = []  # each back in time, the outermost first
@@ -227,8 +232,7 @@ class _Search:
             worst = min(crossings) if crossings[0] > 0 else -max(crossings)
             if worst > best:
                 given = self.back @ np.array([c, s])
-                size = float(np.abs(given).max())
-                exact = tuple(_rounded(float(x), size, 20) for x in given)
+                exact = tuple(_rounded(float(x), abs(float(x)), 20) for x in given)
                 near = np.linalg.solve(self.back, np.array([float(x) for x in exact]))
                 best, self.sense = worst, 1 if crossings[0] > 0 else -1
                 self.ray, self.exact_ray = (float(near[0]), float(near[1])), (exact[0], exact[1])
