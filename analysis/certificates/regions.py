@@ -29,6 +29,7 @@ BEYOND = "no motion that starts in {{x : x^T Q x > 1}} tends to 0, Q as in the p
 OUTSIDE = "no motion that starts at or beyond {} or {} tends to 0"
 WITHIN = "every motion that starts within the first turn of the spiral, closed along its ray, tends to 0"
 AROUND = "no motion that starts on or outside the closed curve of the proof tends to 0"
+ORBIT = ", and within it there is a periodic motion"
 Point = tuple[Fraction, Fraction]
 Arc = tuple[Point, Point | None, Point]  # a straight edge, or (1-t)^2 p + 2t(1-t) c + t^2 q
 
@@ -156,7 +157,8 @@ def examined(verdict: str, name: str, data: Any, system: Any, given: Any, phi: A
         sentence, found = by_signs(H, graphs, inner, proof)
     elif proof["method"] in ("spiral", "curve"):
         need((name, data == {}) == (("planar", False) if inner else ("counterexample", True)), "a curve is planar")
-        sentence, found = (WITHIN, spiral(H, graphs, data, proof)) if inner else (AROUND, curve(H, graphs, proof))
+        around = AROUND + ORBIT * ("orbit" in proof)
+        sentence, found = (WITHIN, spiral(H, graphs, data, proof)) if inner else (around, curve(H, graphs, proof))
     elif inner:
         need(name in ("local-circle", "local-popov"), f"there is no theorem {name!r:.40} for regions")
         level = name == "local-popov"
@@ -446,13 +448,25 @@ def curve(H: Plant, graphs: list[Graph], proof: Any) -> dict[str, str]:
     """A closed curve around 0 that solutions cross outwards: what starts outside never comes in.
 
     Its end lies farther out on the ray from 0 than its start; the edge between is crossed in the sense of the curve.
+    Back in time nothing leaves it.  If 0 is the only equilibrium within and attracts what is near, it is no limit back
+    in time, and by Poincare and Bendixson every other solution has a periodic one as its limit.
     """
-    sense, factor, arcs = once_around(H, graphs, fields(proof, "method", "points")[1])
+    _, given, *orbit = fields(proof, "method", "points", *["orbit"] * ("orbit" in proof))
+    sense, factor, arcs = once_around(H, graphs, given)
     need(factor >= 1, "the end of the curve lies within its start")
     crossed(H, graphs, arcs, -sense)
     if factor > 1:
         crossed(H, graphs, [(arcs[0][0], None, arcs[-1][2])], sense)
-    return {"curve": f"{len(arcs)} arcs once around 0 are crossed outwards: their tangents and x' are independent"}
+    facts = {"curve": f"{len(arcs)} arcs once around 0 are crossed outwards: their tangents and x' are independent"}
+    if orbit:
+        need(orbit == [True] and len(graphs) == 1, "a periodic motion is shown of one nonlinearity")
+        still(H, graphs[0], sense, arcs)
+        one, B, C = graphs[0], [row[0] for row in H.B], H.C[0]
+        slope = [*one.pieces[sum(x < 0 for x in one.cuts)], ZERO, ZERO][1]
+        (a, b), (c, d) = ([H.A[k][j] - slope * B[k] * C[j] for j in (0, 1)] for k in (0, 1))
+        need(ZERO not in one.cuts and a + d < 0 < a * d - b * c, "0 is not shown to attract what is near")
+        facts["equilibria"] = f"0 is the only one within; there phi' = {slope}, with which the loop is stable"
+    return facts
 
 
 def spiral(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str, str]:

@@ -82,7 +82,12 @@ def planar_sets(plant: MultivariablePlant, shapes: Sequence[Shape], first: Prove
     written = ([search.written(turn) for turn in turns] for turns in inner[::-1])
     spirals = ({**first.certificate, "theorem": "planar", "proof": proof | {"turns": turns}} for turns in written)
     base |= {"verdict": "REFUTED", "theorem": "counterexample", "multiplier": {}}
-    curves = ({**base, "proof": {"method": "curve", "points": search.written(one)}} for one in outer[::-1])
+    orbits = ({"orbit": True}, {}) if len(shapes) == 1 else ({},)
+    curves = (
+        {**base, "proof": {"method": "curve", "points": search.written(one), **orbit}}
+        for one in outer[::-1]
+        for orbit in orbits
+    )
     inside, outside = (next(filter(None, map(_accepted, drafts)), None) for drafts in (spirals, curves))
     return PlanarSets(cast("Proved | None", inside), cast("Refuted | None", outside))
 

@@ -6,6 +6,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -297,7 +298,11 @@ class RegionOfAttraction(TwoSided):
                 where = " or ".join([f"from {high} on"] * (high != "inf") + [f"up to {low}"] * (low != "-inf"))
                 said.append(f"No solution that starts {where} tends to 0.")
             elif one.points is not None:
-                said.append(f"No solution that starts on or outside another one, of {len(one.points)} points, does.")
+                inner = bool(self.sets and self.sets[0].points)
+                place, ends = ("another one", "does") if inner else ("a closed curve", "tends to 0")
+                said.append(f"No solution that starts on or outside {place}, of {len(one.points)} points, {ends}.")
+                if "orbit" in one.proof.certificate["proof"]:
+                    said[-1] += f" A periodic solution {'runs between them' if inner else 'lies within'}."
             else:
                 said.append("No solution that starts where x^T Q x > 1 tends to 0.")
         if self.area[1] is not None and math.isfinite(self.area[1]):
@@ -436,17 +441,10 @@ def _answered(
             stopped="time" if late else None,
         )
     more, planar = None, PlanarSets(None, None)
-    if not late:
-        try:
-            with time_limit(None if seconds is None else max(1e-3, seconds - (time.monotonic() - began))):
-                more = proved_level_set(found, shapes, proof, points)
-        except TimeoutError:
-            pass
-        try:
-            with time_limit(None if seconds is None else max(1e-3, seconds - (time.monotonic() - began))):
-                planar = planar_sets(found, shapes, proof)
-        except TimeoutError:
-            pass
+    with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
+        more = proved_level_set(found, shapes, proof, points)
+    with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
+        planar = planar_sets(found, shapes, proof)
     sets = [_set_of(one, shapes) for one in (proof, more, planar.inside) if one is not None]
     sets.sort(key=lambda one: -one.volume)
     if planar.outside is not None:

@@ -152,6 +152,22 @@ def test_another_equilibrium_within_the_first_turn_is_not_overlooked(oscillator)
     assert_both_reject(edited(changed, "system", "A", value=[["-1", "-1"], ["1", "-1"]]))
 
 
+def test_a_periodic_solution_is_claimed_of_a_stable_equilibrium_that_is_alone(oscillator):
+    certificate = oscillator.refutation.certificate
+    assert certificate["conclusion"].endswith("and within it there is a periodic motion")
+    assert "A periodic solution runs between them." in str(oscillator)
+    assert_both_reject(edited(certificate, "proof", "orbit", value=False))
+    assert_both_reject(edited(certificate, "theorem", value="planar"))
+    # x' = -x + x^3/3 + x/2 - y has the curve too, but with x/2 more, 0 repels
+    for slope, stable in (("-1/2", True), ("-3/2", False)):
+        moved = edited(certificate, "laws", "graphs", 0, "pieces", 0, value=["0", slope, "0", "-1/3"])
+        shown = recheck(edited(moved, "proof", "points", value=times(Fraction(3, 2))))
+        assert shown.accepted is stable
+        assert stable or "0 is not shown to attract" in shown.reason
+        if not stable:
+            assert_both_reject(edited(moved, "proof", "points", value=times(Fraction(3, 2))))
+
+
 def test_membership_is_exact_and_agrees_with_the_drawing(oscillator):
     points = oscillator.sets[0].points
     rng = np.random.default_rng(7)

@@ -60,6 +60,7 @@ DISTURBED = (
 BEYOND = "no motion that starts in {x : x^T Q x > 1} tends to 0, Q as in the proof"
 WITHIN = "every motion that starts within the first turn of the spiral, closed along its ray, tends to 0"
 AROUND = "no motion that starts on or outside the closed curve of the proof tends to 0"
+ORBIT = ", and within it there is a periodic motion"
 MOST_TURNS = 400
 
 
@@ -115,12 +116,18 @@ def shown(document: Document) -> str:
     if document.proof.get("method") == "curve":
         require(not inner and document.theorem == "counterexample", "a curve shows what never comes in")
         require(not document.multiplier, "a curve needs no multiplier")
-        curve = curve_of(loop, record(document.proof, "method", "points")["points"])
+        orbit = "orbit" in document.proof
+        found = record(document.proof, "method", "points", *(["orbit"] if orbit else []))
+        curve = curve_of(loop, found["points"])
         require(curve.factor >= 1, "the curve ends nearer to 0 than it starts")
         require_crossed(loop, curve.arcs, -curve.sense)
         if curve.factor > 1:
             require_crossed(loop, (curve.along_ray(Fraction(1), curve.factor),), curve.sense)
-        return AROUND
+        if orbit:
+            require(found["orbit"] is True and len(loop.graphs) == 1, "a periodic solution is one of one nonlinearity")
+            require_one_equilibrium(loop, curve)
+            _require_stable_near_0(loop)
+        return AROUND + ORBIT * orbit
     if inner:
         require(document.theorem in ("local-circle", "local-popov"), "the theorem is unknown for regions")
         _require_level_set(loop, document)
@@ -243,6 +250,15 @@ def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
         M = _with_disturbance(loop, P, M, found["Bw"], number(found["energy"]))
     _require_definite(M, "V is not shown to fall")
     return P
+
+
+def _require_stable_near_0(loop: Loop) -> None:
+    """Check that the linear loop with the slope at 0, which is no corner, has its poles in the left half plane."""
+    graph = loop.graphs[0]
+    require(Fraction(0) not in graph.cuts, "the nonlinearity has a corner at 0")
+    slope = graph.pieces[sum(cut < 0 for cut in graph.cuts)].derivative()(fmpq(0))
+    A = fmpq_mat([[row[j] + row[2] * slope * loop.Y[0, j] for j in (0, 1)] for row in loop.F.tolist()])
+    require(bool(A[0, 0] + A[1, 1] < 0) and bool(A.det() > 0), "0 is not shown to attract what is near")
 
 
 def _with_disturbance(loop: Loop, P: fmpq_mat, M: fmpq_mat, given: object, energy: Fraction) -> fmpq_mat:
