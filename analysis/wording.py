@@ -192,9 +192,10 @@ def plants_words(system: Mapping[str, Any]) -> str:
     system : Mapping
         ``system`` of a certificate.
     """
-    if system.get("kind") not in ("family", "channel-family"):
+    if not str(system.get("kind")).endswith("family"):
         return ""
-    return f" for every {', '.join(f'{name} in {interval(ends)}' for name, *ends in system['parameters'])}"
+    varied = [(name, ends) for name, *ends in system["parameters"] if ends[0] != ends[1]]
+    return f" for every {', '.join(f'{name} in {interval(ends)}' for name, ends in varied)}"
 
 
 def _destabilising(shown: Refuted) -> str:

@@ -30,8 +30,8 @@ class LoopModel(ABC):
     """A model that is a loop by itself, such as a rod at an obstacle."""
 
     @abstractmethod
-    def parts(self, *, discretised: bool) -> tuple[StructuredPlant, Nonlinearity]:
-        """Its plant, or an approximation of it by finitely many states, and its nonlinearity."""
+    def parts(self, *, discretised: bool) -> tuple[StructuredPlant, Nonlinearity | None]:
+        """Its plant, or an approximation of it by finitely many states, and its nonlinearity if it is one alone."""
 
 
 class Loop(Record, kw_only=False):

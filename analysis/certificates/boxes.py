@@ -108,6 +108,44 @@ class Matrices(NamedTuple):
         return found
 
 
+class Rods(NamedTuple):
+    """Rods, or their schemes with ``cells`` cells, whose ``E, rho, L, A, k`` lie within bounds."""
+
+    names: list[str]
+    box: Box
+    cells: int
+
+    def at(self, point: list[Fraction]) -> dict[str, Any]:
+        """One of them, as the system of a certificate."""
+        more = {"cells": self.cells} if self.cells else {}
+        return {"kind": "rod-scheme" if self.cells else "rod", **dict(zip(self.names, map(str, point))), **more}
+
+
+def rods(system: Any) -> Rods:
+    """The rods of a system with bounds of its parameters; both may be one number."""
+    cells = system.get("kind") == "rod-scheme-family"
+    _, given, *more = fields(system, "kind", "parameters", *["cells"] * cells)
+    form(isinstance(given, list) and all(isinstance(x, list) and len(x) == 3 for x in given), "bounds are missing")
+    names, box = [x[0] for x in given], [(number(x[1]), number(x[2])) for x in given]
+    form(names == ["E", "rho", "L", "A", "k"], "a rod has E, rho, L, A and k, in this order")
+    form(all(low <= high for low, high in box) and all(low > 0 for low, _ in box[:4]), "E, rho, L and A are positive")
+    return Rods(names, box, integer(more[0], 1, 1_000_000) if cells else 0)
+
+
+def hardest(system: Any) -> tuple[list[Any], dict[str, str]]:
+    """The rods at which the conditions of the theorems on rods are hardest, and the bounds in words.
+
+    ``L |k^2 - Z^2|/(k A E) = L |k/(A E) - rho A/k|``, and where it is positive ``(L/E) (max(q, 1/q) - 1)``, ``q =
+    k^2/(A^2 rho E)``, is ``L (k^2/(A^2 rho E^2) - 1/E)``, which falls in ``E`` for ``q >= 1``, or ``L (rho A^2/k^2 -
+    1/E)``: both are largest for the most ``L, k`` and least ``E, rho, A``, or for the least ``k`` and the others most.
+    """
+    if system.get("kind") not in ("rod-family", "rod-scheme-family"):
+        return [system], {}
+    H = rods(system)
+    (E, F), (rho, sigma), (_, L), (A, B), (k, l) = H.box
+    return [H.at([E, rho, L, A, l]), H.at([F, sigma, L, B, k])], {"parameters": words(H.names, H.box)}
+
+
 def weighed(terms: Any, point: list[Fraction]) -> list[Fraction]:
     """The products of powers."""
     return [prod((v**e for v, e in zip(point, powers)), start=Fraction(1)) for powers, *_ in terms]
@@ -115,7 +153,9 @@ def weighed(terms: Any, point: list[Fraction]) -> list[Fraction]:
 
 def words(names: list[str], box: Box) -> str:
     """The parameters in words."""
-    ranges = [f"{name} in [{low}, {high}]" for name, (low, high) in zip(names, box)]
+    ranges = [
+        f"{name} in [{low}, {high}]" if low < high else f"{name} = {low}" for name, (low, high) in zip(names, box)
+    ]
     return f"for all constant {', '.join(ranges)}"
 
 
@@ -261,7 +301,10 @@ def bernstein(values: Values, degrees: list[int]) -> Iterator[list[Fraction]]:
 
 def member(system: Any, proof: Any) -> tuple[Any, Any, dict[str, str]]:
     """The plant of a box at which a refutation is, its proof, and where that is."""
-    H: Plants | Matrices = matrices(system) if system.get("kind") == "channel-family" else plants(system)
+    kind = str(system.get("kind"))
+    H: Plants | Matrices | Rods = (
+        plants(system) if kind == "family" else matrices(system) if "channel" in kind else rods(system)
+    )
     _, at, inner = fields(proof, "method", "at", "proof")
     point = numbers(at, len(H.names))
     need(all(low <= v <= high for v, (low, high) in zip(point, H.box)), "the parameters are outside their bounds")

@@ -378,8 +378,9 @@ def judged(
             proof["method"] == "structure" and not family.rough,
             "the rod is proved by structure, for continuous nonlinearities",
         )
-        conclusion, found = structure(name, data, system, family)
-        return Proved, conclusion, facts | found, ""
+        rods, about = boxes.hardest(system)
+        conclusion, found = [structure(name, data, one, family) for one in rods][-1]
+        return Proved, conclusion, facts | found | about, ""
     need(proof["method"] in ("polynomial", "cover", "matrix", "boxes"), f"there is no proof by {proof['method']!r:.40}")
     if name == "hurwitz":
         need(fields(data) == [] and proof == {"method": "polynomial"}, "constant gains are proved by polynomials")

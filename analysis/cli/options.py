@@ -105,7 +105,7 @@ def rod_named(reference: str, settings: list[str] | None, *, doing: str = "") ->
 
     chosen = find_system(reference, settings or [])
     if isinstance(chosen, RodSystem):
-        return chosen
+        return chosen.single
     raise refused(
         f"{chosen.name} is a Lur'e loop{doing}; give a rod such as paper-rod, or a TOML file with a table [rod]"
     )

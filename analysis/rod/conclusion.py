@@ -6,6 +6,7 @@ The verdict, the class and the first sentence are those of the certificates; wha
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import cast
 
 from lure.analysis.certificates import codes
@@ -16,11 +17,13 @@ from lure.analysis.questions.conclusion import conclusion_of, undecided
 from lure.analysis.questions.problem import Problem
 from lure.analysis.rod.certificates import energy_theorem_draft, negative_damping_draft
 from lure.analysis.rod.damping import destabilising_example, without_damping
+from lure.analysis.rod.tolerances import energy_draft, margins, negative_draft
 from lure.analysis.verdict import CriterionResult, Evidence, Verdict
-from lure.analysis.wording import interval
+from lure.analysis.wording import interval, plants_words
 from lure.classes import NonlinearityClass, Sector
 from lure.record import Record, quantity
 from lure.rod.discretisation import UpwindScheme
+from lure.rod.family import Interval, RodFamily
 from lure.rod.scenario import Scenario
 from lure.rod.transfer import RodPlant
 
@@ -66,7 +69,9 @@ class Conclusion(Record):
     @property
     def headline(self) -> str:
         """The verdict in one sentence; what is proved for the rod's own nonlinearity without naming that."""
-        return f"{_without_load(self.found.meaning)}." if self.verdict is Verdict.PROVED else self.found.headline
+        if self.verdict is not Verdict.PROVED or self.found.shown is None:
+            return self.found.headline
+        return f"{_without_load(self.found.meaning)}{plants_words(self.found.shown.certificate['system'])}."
 
     def __bool__(self) -> bool:
         raise TypeError("a conclusion has three answers; compare conclusion.verdict")
@@ -104,7 +109,7 @@ _ARGUMENTS = {
 }
 
 
-def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
+def conclusion(scheme: UpwindScheme, scenario: Scenario, intervals: Mapping[str, Interval] | None = None) -> Conclusion:
     """Conclusion for the rod and for its scheme with the rod's own compliance law, as far as the checker accepts it.
 
     For ``k > 0`` the energy theorem (``notebooks/notes/0005-energy-theorem.md``) holds for every continuous
@@ -117,8 +122,13 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
         The scheme, with its rod.
     scenario : Scenario
         The loads: with one, what is said is about the same loop without it.
+    intervals : Mapping of str to (Fraction, Fraction), optional
+        Of parameters: then all that is concluded is about every rod with parameters in these.
     """
-    rod, discrete = (concluded(block, offered(block)) for block in (RodPlant(scheme.rod), scheme))
+    blocks: tuple[Block, Block] = (RodPlant(scheme.rod), scheme)
+    if intervals:
+        blocks = RodFamily(scheme.rod, intervals), RodFamily(scheme.rod, intervals, scheme.cells)
+    rod, discrete = (concluded(block, offered(block)) for block in blocks)
     found = discrete if discrete.verdict is Verdict.INCONCLUSIVE else rod
     proved = found.verdict is Verdict.PROVED
     resting = _RESTING if proved else "none is claimed"
@@ -127,23 +137,29 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
     return Conclusion(
         rod=rod,
         scheme=discrete,
-        statement=_statement(scheme, found, discrete) + _about_load(scenario),
+        statement=_statement(scheme, found, discrete, blocks[1]) + _about_load(scenario),
         stationary_set=_HALF_LINE if scenario.free else f"without load, {_HALF_LINE}",
         resting_place=resting,
-        assumptions=_assumptions(scheme) if proved else (_failing(scheme),),
+        assumptions=_assumptions(scheme, blocks[1]) if proved else (_failing(scheme, blocks[1]),),
         not_shown=_not_shown(scheme, scenario, found.verdict),
         proofs=(_proof("rod", rod), _proof("scheme", discrete)) if proved else (),
     )
 
 
-def offered(block: RodPlant | UpwindScheme) -> Proved | Refuted | str:
+Block = RodPlant | UpwindScheme | RodFamily
+
+
+def offered(block: Block) -> Proved | Refuted | str:
     """What the checker accepts of the motions of a block, or why that is nothing.
 
     Parameters
     ----------
-    block : RodPlant or UpwindScheme
-        The rod, or its scheme.
+    block : RodPlant, UpwindScheme or RodFamily
+        The rod, or its scheme, or all of a family.
     """
+    if isinstance(block, RodFamily):
+        whole = guarded("rods", lambda: complete_and_check(negative_draft(block) or energy_draft(block)))
+        return whole if isinstance(whole, Proved | Refuted) else str(whole.detail)
     damping, sector = block.rod.exact["damping"], block.rod.nonlinearity.sector
     if damping == 0:
         return cast("CriterionResult", without_damping("popov", block, sector)).reason
@@ -152,24 +168,35 @@ def offered(block: RodPlant | UpwindScheme) -> Proved | Refuted | str:
     return found if isinstance(found, Proved | Refuted) else str(found)
 
 
-def concluded(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> SearchResult:
+def concluded(block: Block, shown: Proved | Refuted | str) -> SearchResult:
     """The verdict on a block: on every nonlinearity without upper bound, and on the rod's own.
 
     Parameters
     ----------
-    block : RodPlant or UpwindScheme
-        The rod, or its scheme.
+    block : RodPlant, UpwindScheme or RodFamily
+        The rod, or its scheme, or all of a family.
     shown : Proved, Refuted or str
         What the checker accepted of it, or why that is nothing.
     """
-    asked = Problem.about(block, NonlinearityClass(sector=Sector(0, math.inf)), nonlinearity=block.rod.nonlinearity)
+    law = None if isinstance(block, RodFamily) and "compliance" in block.intervals else block.rod.nonlinearity
+    asked = Problem.about(block, NonlinearityClass(sector=Sector(0, math.inf)), nonlinearity=law)
     if isinstance(shown, str):
-        return undecided(asked, shown, code=codes.NO_MULTIPLIER if block.rod.exact["damping"] else codes.UNDAMPED)
+        return undecided(asked, shown, code=codes.NO_MULTIPLIER if _damped(block) else codes.UNDAMPED)
     return conclusion_of(asked, shown)
 
 
-def _statement(scheme: UpwindScheme, found: SearchResult, second: SearchResult) -> str:
+def _damped(block: Block) -> bool:
+    low = block.bounds("damping")[0] if isinstance(block, RodFamily) else block.rod.exact["damping"]
+    return low > 0
+
+
+def _statement(scheme: UpwindScheme, found: SearchResult, second: SearchResult, block: Block) -> str:
     said = _without_load(found.sentence)
+    if isinstance(block, RodFamily):
+        middle = "What is drawn, computed and simulated here is the rod in the middle of the intervals."
+        too = f" {second.meaning}, too ({second.evidence})." if found.verdict is Verdict.PROVED else ""
+        margin = margins(block) if found.verdict is Verdict.PROVED else ""
+        return " ".join(filter(None, (said + too, margin, middle)))
     if found.verdict is Verdict.PROVED:
         return (
             f"{said} {second.meaning}, too ({second.evidence}). Which z depends on the start: the motion converges to "
@@ -208,10 +235,12 @@ def _about_load(scenario: Scenario) -> str:
     return "" if scenario.free else " About the motion under the load of this run nothing is claimed."
 
 
-def _assumptions(scheme: UpwindScheme) -> tuple[str, ...]:
-    rod = scheme.rod
+def _assumptions(scheme: UpwindScheme, block: Block) -> tuple[str, ...]:
+    rod, which = scheme.rod, f"on the exact value, k = {scheme.rod.damping:g} N s/m"
+    if isinstance(block, RodFamily):
+        which = f"for every rod with {block.ranges}"
     return (
-        f"0 < k < inf: checked on the exact value, k = {rod.damping:g} N s/m (|a| < 1)",
+        f"0 < k < inf: checked {which} (|a| < 1)",
         "p >= 0, p = 0 exactly for z <= 0, locally Lipschitz (m >= 1): checked, normal compliance with "
         f"m = {rod.exponent:g}",
         "no load, g = 0 and f = 0: the theorem is about the free loop",
@@ -221,8 +250,10 @@ def _assumptions(scheme: UpwindScheme) -> tuple[str, ...]:
     )
 
 
-def _failing(scheme: UpwindScheme) -> str:
+def _failing(scheme: UpwindScheme, block: Block) -> str:
     """The hypothesis that stands in the way of a proof."""
+    if isinstance(block, RodFamily):
+        return f"k > 0: fails for some rod with {block.ranges}"
     damping = scheme.rod.exact["damping"]
     if damping > 0:
         return f"p locally Lipschitz (m >= 1): fails, m = {scheme.rod.exponent:g}"

@@ -28,7 +28,7 @@ def rod_row(system: RodSystem, _seconds: float | None = None, *, plain: bool = F
     plain : bool
         Whether what follows from the certificate is concluded anew, in words, for this very rod.
     """
-    scheme = upwind(system.rod, system.cells, form=system.form)
+    scheme = upwind(system.single.rod, system.cells, form=system.form)
     conclude = _followed if plain else _follows
     of_rod, of_scheme = (conclude(block, offered(block)) for block in (RodPlant(system.rod), scheme))
     damped = system.rod.exact["damping"] > 0

@@ -58,7 +58,7 @@ def simulate(
     sigma(40) = -0.00051
     """
     if isinstance(loop, RodSystem):
-        cells = loop.simulation_cells or loop.cells
+        cells = loop.single.simulation_cells or loop.cells
         nonlinearity, until = loop.scenario, loop.until if until is None else until
         loop = upwind(loop.rod, cells, form=loop.form)
     if until is None:

@@ -51,7 +51,7 @@ class StructuredPlant(ABC):
         """``H(s)`` at complex ``s`` [1/s], elementwise."""
 
     @abstractmethod
-    def certificate_system(self) -> Mapping[str, str | int]:
+    def certificate_system(self) -> Mapping[str, object]:
         """The plant as a certificate states it: its kind and its exact parameters, as text ``p/q``."""
 
 

@@ -20,6 +20,7 @@ from lure.expressions.tree import decimal
 from lure.files.kinds import FileKind
 from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.rod.discretisation import FORMS, Form, checked_cells
+from lure.rod.family import Interval, RodFamily
 from lure.rod.parameters import impedance_multiple
 from lure.rod.scenario import Scenario
 from lure.rod.systems import RodSystem, builtin_system, builtin_systems, rod_from_exact
@@ -33,6 +34,20 @@ _VARIABLES = {"g": ("t",), "f": ("t", "x"), "u0": ("x",), "u1": ("x",)}
 
 def _number(value: object, info: ValidationInfo) -> Fraction:
     return number_of(value, field_key(info))
+
+
+def _varied(value: object, info: ValidationInfo) -> Fraction | Interval:
+    """A number, or the two ends of an interval."""
+    if not isinstance(value, list):
+        return _number(value, info)
+    if len(value) != 2:
+        raise InputError(f"{field_key(info)} has {len(value)} entries; give a number, or an interval [low, high]")
+    low, high = (number_of(end, field_key(info)) for end in value)
+    return (low, high)
+
+
+def _damping(value: object, info: ValidationInfo) -> Fraction | str | Interval:
+    return _varied(value, info) if isinstance(value, list) else damping_of(value, info)
 
 
 def damping_of(value: object, info: ValidationInfo) -> Fraction | str:
@@ -71,6 +86,7 @@ def _form(value: object, info: ValidationInfo) -> Form:
 
 
 Number: TypeAlias = Annotated[Fraction, BeforeValidator(_number)]
+Varied: TypeAlias = Annotated[Fraction | Interval, BeforeValidator(_varied)]
 Positive: TypeAlias = Annotated[Fraction, BeforeValidator(_positive)]
 Formula: TypeAlias = Annotated[Expression, BeforeValidator(_formula)]
 Cells: TypeAlias = Annotated[int, BeforeValidator(_whole)]
@@ -84,14 +100,14 @@ class RodTable(BaseModel):
     """``[rod]``: the parameters of :class:`lure.rod.parameters.Rod`, which checks their signs."""
 
     model_config = ConfigDict(**STRICT, title="rod")
-    youngs_modulus: Number = Field(description="E, Young's modulus [Pa]")
-    density: Number = Field(description="rho [kg/m^3]")
-    length: Number = Field(description="L [m]")
-    area: Number = Field(description="A, cross-section [m^2]")
-    damping: Annotated[Fraction | str, BeforeValidator(damping_of)] = Field(
+    youngs_modulus: Varied = Field(description="E, Young's modulus [Pa]")
+    density: Varied = Field(description="rho [kg/m^3]")
+    length: Varied = Field(description="L [m]")
+    area: Varied = Field(description="A, cross-section [m^2]")
+    damping: Annotated[Fraction | str | Interval, BeforeValidator(_damping)] = Field(
         description='k, dashpot at x = 0 [N s/m], or a multiple of A sqrt(rho E) such as "2 Z"'
     )
-    compliance: Number = Field(description="eps, of the contact law p(r) = max(r, 0)^m / eps [m^m/Pa]")
+    compliance: Varied = Field(description="eps, of the contact law p(r) = max(r, 0)^m / eps [m^m/Pa]")
     exponent: Number = Field(default=Fraction(1), description="m of the contact law [-]")
     gap: Number = Field(default=Fraction(0), description="free distance to the obstacle [m]")
 
@@ -164,7 +180,11 @@ def built_system(tables: SystemTables, *, title: str, source: str) -> RodSystem:
     InputError
         The rod refuses its parameters, or a load or an initial value is not finite at one of the sampled points.
     """
-    rod = rod_from_exact({key: getattr(tables.rod, key) for key in type(tables.rod).model_fields})
+    given = {key: getattr(tables.rod, key) for key in type(tables.rod).model_fields}
+    intervals = {key: ends for key, ends in given.items() if isinstance(ends, tuple) and ends[0] != ends[1]}
+    rod = rod_from_exact({key: _middle(one) for key, one in given.items()})
+    if intervals:
+        _ = RodFamily(rod, intervals)  # refuses what is none
     scenario = Scenario(
         force=tables.force.g,
         body_force=tables.force.f,
@@ -184,7 +204,12 @@ def built_system(tables: SystemTables, *, title: str, source: str) -> RodSystem:
         until=until,
         simulation_cells=simulation.cells,
         source=source,
+        varied=tuple(intervals.items()),
     )
+
+
+def _middle(value: Fraction | Interval) -> Fraction:
+    return (value[0] + value[1]) / 2 if isinstance(value, tuple) else value
 
 
 @lru_cache(maxsize=128)  # rods that differ in other things have the same formulas
@@ -231,7 +256,7 @@ def system_tables(system: RodSystem) -> dict[str, object]:
         simulation["cells"] = system.simulation_cells
     return {
         "name": system.name,
-        "rod": dict(system.rod.exact),
+        "rod": {**system.rod.exact, **{name: list(ends) for name, ends in system.intervals.items()}},
         "discretisation": {"cells": system.cells, "form": system.form},
         "force": {"g": scenario.force.source, "f": scenario.body_force.source},
         "initial": {"u0": scenario.displacement.source, "u1": scenario.velocity.source},
@@ -273,6 +298,8 @@ def system_to_toml(system: RodSystem) -> str:
 
 
 def _written(value: object) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_written, value))}]"
     if isinstance(value, Fraction):
         text = decimal(value)
         return text if text is not None and "/" not in text else repr(float(value))

@@ -14,6 +14,7 @@ from lure.nonlinearities.base import Nonlinearity
 from lure.plants.block import StructuredPlant
 from lure.record import Page, Record, quantity
 from lure.rod.discretisation import Form, upwind
+from lure.rod.family import Interval, RodFamily
 from lure.rod.parameters import PARAMETERS, Rod
 from lure.rod.scenario import Scenario
 from lure.rod.transfer import RodPlant
@@ -48,15 +49,59 @@ class RodSystem(Record, LoopModel):
     simulation_cells: int | None = quantity(
         "``N`` of the scheme that is simulated; None for the ``cells`` analysed", default=None
     )
+    varied: tuple[tuple[str, Interval], ...] = quantity(
+        "Parameters that are known only to lie in intervals; the rod has the middle of each", hidden=True, default=()
+    )
     _kind = "rod system"
 
-    def parts(self, *, discretised: bool) -> tuple[StructuredPlant, Nonlinearity]:
-        """The rod, or its scheme, and the contact law."""
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """The intervals of parameters that have one."""
+        return dict(self.varied)
+
+    @property
+    def single(self) -> RodSystem:
+        """The system, of one rod.
+
+        Raises
+        ------
+        InputError
+            There are intervals.
+        """
+        if self.intervals:
+            raise InputError(
+                f"{self.name} has intervals for {', '.join(self.intervals)}, which are asked by lure certify and lure "
+                "report alone; give each one number"
+            )
+        return self
+
+    def family(self, *, discretised: bool) -> RodFamily:
+        """The rods of the intervals, or their schemes.
+
+        Parameters
+        ----------
+        discretised : bool
+            Whether the schemes.
+
+        Raises
+        ------
+        InputError
+            There are no intervals.
+        """
+        return RodFamily(self.rod, self.intervals, self.cells if discretised else None)
+
+    def parts(self, *, discretised: bool) -> tuple[StructuredPlant, Nonlinearity | None]:
+        """The rod, or its scheme, and the contact law; with intervals all of them, and no law if it is not one."""
+        if self.intervals:
+            law = None if "compliance" in self.intervals else self.rod.nonlinearity
+            return self.family(discretised=discretised), law
         return upwind(self.rod, self.cells) if discretised else RodPlant(self.rod), self.rod.nonlinearity
 
     def _page(self) -> Page:
         units = {**_UNITS, "compliance": "m/Pa"} if self.rod.exponent == 1 else _UNITS
-        rows = [(name.replace("_", " "), f"{getattr(self.rod, name):g}", units[name]) for name in PARAMETERS]
+        shown = {name: f"{getattr(self.rod, name):g}" for name in PARAMETERS}
+        shown |= {name: f"[{float(low):g}, {float(high):g}]" for name, (low, high) in self.intervals.items()}
+        rows = [(name.replace("_", " "), shown[name], units[name]) for name in PARAMETERS]
         rows += [("force g", str(self.scenario.force), "N"), ("cells of the scheme", str(self.cells), "")]
         notes = [f"Source: {self.source}"] if self.source else []
         notes.append(

@@ -40,7 +40,7 @@ def ring_transfer(
         return np.asarray(integrator * (np.where(far, inverse - a, top) / np.where(far, inverse + a, bottom)))
 
 
-_LETTERS = {"E": "youngs_modulus", "rho": "density", "L": "length", "A": "area", "k": "damping"}
+LETTERS = {"E": "youngs_modulus", "rho": "density", "L": "length", "A": "area", "k": "damping"}
 
 
 def certificate_parameters(rod: Rod) -> dict[str, str | int]:
@@ -51,7 +51,7 @@ def certificate_parameters(rod: Rod) -> dict[str, str | int]:
     rod : Rod
         The rod.
     """
-    return {letter: str(rod.exact[name]) for letter, name in _LETTERS.items()}
+    return {letter: str(rod.exact[name]) for letter, name in LETTERS.items()}
 
 
 class RodPlant(Record, StructuredPlant, kw_only=False):

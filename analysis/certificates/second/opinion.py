@@ -82,6 +82,10 @@ def _follows(document: Document) -> str:
     """The sentence that is shown of the system of the document."""
     if "channels" in document.nonlinearities:
         return (structure.rods if document.system.get("kind") == "rods" else several.shown)(document)
+    if document.system.get("kind") in structure.FAMILIES:
+        said = {_follows(one) for one in structure.within_bounds(document)}
+        require(len(said) == 1, "another sentence follows for other rods")
+        return said.pop()
     if "graphs" in document.nonlinearities:
         return regions.shown(document)
     nonlinearities = read_nonlinearities(document.nonlinearities)

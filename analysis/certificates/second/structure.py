@@ -9,12 +9,23 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channels import read_classes
 from lure.analysis.certificates.second.classes import Nonlinearities, at_least, at_most
-from lure.analysis.certificates.second.reading import Document, listed, mapping, number, record, require, tick
+from lure.analysis.certificates.second.reading import (
+    Document,
+    listed,
+    mapping,
+    number,
+    numbers,
+    record,
+    require,
+    tick,
+)
 from lure.analysis.certificates.second.systems import RodData
 
 LARGEST_SCHEME = 2_000_000
@@ -61,6 +72,51 @@ def proved(document: Document, rod: RodData, nonlinearities: Nonlinearities) -> 
     if rod.cells is None:  # the inequality is a theorem about the scheme
         return claims.INEQUALITY
     return claims.BOUNDED if nonlinearities.time_varying else claims.EQUILIBRIA
+
+
+FAMILIES = {"rod-family": "rod", "rod-scheme-family": "rod-scheme"}
+
+
+def within_bounds(document: Document) -> list[Document]:
+    """The documents of single rods that stand for those whose parameters lie within bounds.
+
+    Of a proof those of all corners: each of ``L |k/(A E) - rho A/k|``, ``L (k^2/(A^2 rho E^2) - 1/E)`` and ``L (rho
+    A^2/k^2 - 1/E)``, where it is positive, is monotone in each parameter, and so the larger of the last two is largest
+    at an end of each.  Of a refutation that of the rod it names.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+
+    Raises
+    ------
+    NotShown
+        The bounds are none, or the rod is outside of them.
+    """
+    kind = str(document.system["kind"])
+    found = record(document.system, "kind", "parameters", *(("cells",) if kind == "rod-scheme-family" else ()))
+    names, ends = list[str](), list[tuple[Fraction, Fraction]]()
+    for entry in listed(found["parameters"]):
+        name, low, high = listed(entry)
+        names.append(str(name))
+        ends.append((number(low), number(high)))
+    require(names == ["E", "rho", "L", "A", "k"], "the parameters are not those of a rod")
+    require(all(low <= high for low, high in ends), "a parameter has no interval")
+    require(all(low > 0 for low, _ in ends[:4]), "E, rho, L and A of the rods must be positive")
+    more = {"cells": found["cells"]} if "cells" in found else {}
+
+    def rod(point: Sequence[Fraction]) -> dict[str, object]:
+        return {"kind": FAMILIES[kind], **dict(zip(names, map(str, point), strict=True)), **more}
+
+    if document.verdict == "PROVED":
+        return [replace(document, system=rod(corner)) for corner in dict.fromkeys(product(*ends))]
+    proof = record(document.proof, "method", "at", "proof")
+    require(proof["method"] == "member", "a refutation names one rod")
+    point = numbers(proof["at"])
+    require(len(point) == len(ends), "a rod has five parameters")
+    require(all(low <= v <= high for v, (low, high) in zip(point, ends, strict=True)), "a parameter is out of bounds")
+    return [replace(document, system=rod(point), proof=mapping(proof["proof"]))]
 
 
 def rods(document: Document) -> str:

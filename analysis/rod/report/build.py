@@ -68,7 +68,7 @@ def build_report(system: RodSystem, *, progress: Progress | None = None, command
     spectrum = rod_spectrum(scheme)
     say("frequency criteria", 0.05)
     criteria = checked_criteria(scheme, rod_criteria(scheme))
-    concluded = conclusion(scheme, system.scenario)
+    concluded = conclusion(scheme, system.scenario, system.intervals)
     certificates = (*concluded.certificates, *(one.shown for one in criteria if one.shown is not None))
     say("responses computed twice", 0.15)
     response = response_check(scheme)

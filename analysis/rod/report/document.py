@@ -289,7 +289,8 @@ def inputs_sha256(system: Json) -> str:
     """
     inputs = {
         key: system[key]
-        for key in ("kind", "parameters_exact", "scenario", "cells", "form", "until", "simulation_cells")
+        for key in ("kind", "parameters_exact", "intervals", "scenario", "cells", "form", "until", "simulation_cells")
+        if key in system
     }
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
@@ -297,6 +298,7 @@ def inputs_sha256(system: Json) -> str:
 def _system(report: StabilityReport) -> Json:
     system: RodSystem = report.system
     rod = system.rod
+    intervals = {name: [exact_text(end) for end in ends] for name, ends in system.intervals.items()}
     return {
         "name": system.name,
         "title": system.title,
@@ -304,6 +306,7 @@ def _system(report: StabilityReport) -> Json:
         "source": system.source,
         "parameters": {name: getattr(rod, name) for name in PARAMETERS},
         "parameters_exact": {name: exact_text(rod.exact[name]) for name in PARAMETERS},
+        **({"intervals": intervals} if intervals else {}),
         "derived": {
             "wave_speed": rod.wave_speed,
             "impedance": rod.impedance,
