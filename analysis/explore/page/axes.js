@@ -26,6 +26,9 @@ export function number(x, digits = 4) {
   return power === undefined ? mantissa : `${mantissa}·10${[...power].map((c) => RAISED[c]).join("")}`;
 }
 
+/** A coordinate that SVG takes, however far away. @param {number} x */
+const place = (x) => Number(Math.max(-1e5, Math.min(1e5, x)).toFixed(2));
+
 /** @typedef {{x: [number, number], y: [number, number]}} Window */
 
 export class Axes {
@@ -73,13 +76,13 @@ export class Axes {
   /** @param {number} x */
   x(x) {
     const { left, right } = this.frame, [low, high] = this.window.x;
-    return left + ((x - low) / (high - low)) * (right - left);
+    return place(left + ((x - low) / (high - low)) * (right - left));
   }
 
   /** @param {number} y */
   y(y) {
     const { top, bottom } = this.frame, [low, high] = this.window.y;
-    return bottom - ((y - low) / (high - low)) * (bottom - top);
+    return place(bottom - ((y - low) / (high - low)) * (bottom - top));
   }
 
   /** A polyline, broken where it leaps. @param {ArrayLike<number>} xs @param {ArrayLike<number>} ys */
@@ -88,7 +91,7 @@ export class Axes {
     let text = "", pen = "M";
     for (let i = 0; i < xs.length; i++) {
       const near = Math.abs(xs[i] - this.window.x[0]) < far && Math.abs(ys[i] - this.window.y[0]) < tall;
-      if (near) text += `${pen}${this.x(xs[i]).toFixed(2)} ${this.y(ys[i]).toFixed(2)}`;
+      if (near) text += `${pen}${this.x(xs[i])} ${this.y(ys[i])}`;
       pen = near ? "L" : "M";
     }
     return text;

@@ -91,9 +91,9 @@ export class NyquistPlot {
  * @param {SVGElement} svg @param {number} lower @param {number | null} proved @param {number | null} refuted @param {number} k */
 export function bar(svg, lower, proved, refuted, k) {
   const ends = [proved, refuted, k].filter((one) => one !== null && Number.isFinite(one));
-  const top = lower + Math.max(...ends.map((one) => one - lower)) * 1.2;
+  const top = lower + Math.max(...ends.map((one) => one - lower), Number.MIN_VALUE) * 1.2;
   const [left, right, y, height] = [0, 1000, 6, 28];
-  const x = (value) => left + (right - left) * Math.min(Math.max((value - lower) / (top - lower), 0), 1);
+  const x = (value) => left + (right - left) * Math.min(Math.max(value === Infinity ? 1 : (value - lower) / (top - lower), 0), 1);
   const parts = [element("rect", { class: "unknown", x: left, y, width: right - left, height })];
   if (proved !== null) parts.push(element("rect", { class: "proved", x: left, y, width: x(proved) - left, height }));
   if (refuted !== null) parts.push(element("rect", { class: "refuted", x: x(refuted), y, width: right - x(refuted), height }));

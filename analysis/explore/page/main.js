@@ -43,8 +43,9 @@ const theta = () => (varying() || !hasLine() ? 0 : parsed(state.theta || "0"));
 
 // What the fields say.
 
-/** Sentences of refusal stand beside their fields. @param {string} [field] @param {string} [sentence] */
+/** Sentences of refusal stand beside their fields, and the drawings, of an older question then, fade. @param {string} [field] @param {string} [sentence] */
 function refuse(field = "", sentence = "") {
+  document.body.classList.toggle("refused", sentence !== "");
   for (const name of [...FIELDS, "plant"]) {
     $(`${name}-error`).textContent = name === field ? sentence : "";
     $(name)?.setAttribute("aria-invalid", String(name === field));
@@ -140,6 +141,17 @@ function showVerdict(verdict, sentence) {
   $("verdict").classList.remove("old");
 }
 
+/** Nothing is known of this plant and class, yet or at all: no number of another one stays. @param {string} text */
+function forget(text) {
+  known.largest = known.class = null;
+  for (const id of ["reach", "refuted", "multiplier", "worst", "checkers"]) $(id).textContent = text;
+  $("bar").replaceChildren();
+  $("bar").removeAttribute("aria-label");
+  $("note").textContent = "";
+  $("wave-figure").hidden = true;
+  offer("get-refutation", "");
+}
+
 /** @param {any} found */
 function showLargest(found) {
   const [proved, refuted] = [found.proved, found.refuted].map((one) => (one === "inf" ? Infinity : one));
@@ -211,7 +223,8 @@ async function ask(kind, of) {
   if (of !== asked) return null;
   if (!answer.error) return { ...answer, asked: of };
   refuse(answer.field, answer.error);
-  showVerdict("", "");
+  if (kind === "plant" || kind === "largest") forget("–");
+  $("verdict").classList.remove("old");
   $("verdict").textContent = "Correct the field that is marked.";
   delete $("verdict").dataset.verdict;
   return null;
@@ -223,13 +236,14 @@ async function changed(what) {
   document.body.dataset.state = "checking";
   $("verdict").classList.add("old");
   refuse();
+  for (const id of ["get-certificate", "get-report", "get-toml"]) $(id).removeAttribute("href");
+  if (what !== "line") forget("…");
   history.replaceState(null, "", addressOf(state));
   command();
   redraw();
   try {
     await asking.ready;
     if (what === "plant") {
-      known.largest = null;
       const plant = await ask("plant", of);
       if (!plant) return;
       showPlant(plant);
