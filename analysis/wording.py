@@ -208,6 +208,11 @@ def _destabilising(shown: Refuted) -> str:
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
         words = [_linear(shown, own)] if own else []
         return " and ".join(words + ["all-pass operators"] * bool(proof["operators"])) or "the linear loop"
+    if method == "delayed-members":
+        kinds = shown.certificate["laws"]["channels"]
+        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
+        late = " and ".join(f"a delay of {bound_below(Fraction(tau))}" for tau in proof["delays"])
+        return " and ".join([late, *([_linear(shown, own)] if own else [])])
     if method == "signal":
         return f"a disturbance of {len(proof['inputs'])} samples, from rest,"
     if method == "delayed-gains":

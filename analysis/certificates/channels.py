@@ -6,14 +6,14 @@ Standard library only.  Every function raises ``Rejected`` unless what it is ask
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import accumulate, pairwise
+from itertools import accumulate, pairwise, product
 from math import factorial
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from . import frequencies, states
 from .arithmetic import ZERO, S, eliminated, fields, form, integer, need, number, numbers, real, tick
-from .balls import dot, positive_definite
+from .balls import box, dot, positive_definite
 
 EXISTS = "every initial state has a solution with the operators at rest"
 RESTED = "play and stop have phi = 0 at first"
@@ -260,6 +260,95 @@ def moved(H: Plant) -> Rows:
 def seen(H: Plant) -> Rows:
     """Rows of ``(C, -D)``: ``sigma`` from ``(x, phi)``."""
     return [[*c, *(-v for v in d)] for c, d in zip(H.C, H.D)]
+
+
+# -- what the axis shows: dead times of the plant, and delays of the class
+def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """Constant gains of a plant with dead times: a root on the imaginary axis, or a real one ``s >= 0``.
+
+    ``p(t, omega) = det(d + N G) = sum (1 - t)^(c - k) t^k D_k`` with ``G = (1 - t) G_0 + t G_1``, ``c`` channels
+    differing; ``D_k`` adds up the determinants with ``k`` columns of ``G_1``.  Turned by a number, ``Re p`` has
+    different signs for ``t = 0`` and ``1``, and ``Im p``, as all ``D_k`` have, at both ends of ``omega``: inside is a
+    root (Poincare, Miranda), of ``det(1 + H G)`` where ``d`` has none, and ``sigma = e^(i omega t) v``.
+
+    Else ``det(1 + H(0) G) <= 0``, which tends to a positive number as ``s`` grows, in one half-plane with no pole.
+    """
+    need(not any(family.relu or family.memory for family in asked.families), "no gain is such a member")
+    known = not any(family.operator in (*DELAYS, "performance") for family in asked.families)
+    need(known, "beside dead times neither unknown delays nor gains from w to z are covered")
+    m, (d, N) = len(H.D), frequencies.quotients(H, [ZERO] * len(H.D))
+    need(m <= frequencies.MOST_CHANNELS, "there are too many channels for determinants")
+    one = [[d if i == j else exact.Form() for j in range(m)] for i in range(m)]
+    if proof["method"] == "late-gains":
+        gains = member(fields(proof, "method", "gains")[1], asked)
+        need(within(H.A, False), "the plant is not asymptotically stable")
+        still = [[sum((u for (_, n), (u, _) in f.items() if not n), ZERO) / d.part()[0] for f in row] for row in N]
+        far, near = (
+            frequencies.determinant(
+                [[[(i == j) + v * gains[j]] for j, v in enumerate(row)] for i, row in enumerate(X)]
+            )[0]
+            for X in (H.D, still)
+        )
+        need(far > 0 >= near, "no root s >= 0 is shown with these gains")
+        return 1 if near else 2, {"root": f"det(1 + H(0) G) = {near}, and det(1 + H(inf) G) = {far}"}
+    _, given, where, turn = fields(proof, "method", "gains", "frequencies", "turn")
+    form(isinstance(given, list) and len(given) == 2, "there are gains at two ends")
+    ends, (a, b), (x, y) = [member(row, asked) for row in given], numbers(where, 2), numbers(turn, 2)
+    need(0 < a < b, "the frequencies are not in order")
+    apart = [j for j in range(m) if ends[0][j] != ends[1][j]]
+    sides = [[[u + real(g) * f for u, f, g in zip(*rows, row)] for rows in zip(one, N)] for row in ends]
+    parts = [exact.Form() for _ in range(len(apart) + 1)]
+    for chosen in product((0, 1), repeat=len(apart)):
+        pick = dict(zip(apart, chosen))
+        F = [[sides[pick.get(j, 0)][i][j] for j in range(m)] for i in range(m)]
+        parts[sum(chosen)] += frequencies.leading(F)[-1]
+    re, im = (exact.Form({(ZERO, 0): z}) for z in ((x, y), (y, -x)))  # Im z = Re(-i z)
+    faces = [[([re * p], a, b) for p in (parts[0], parts[-1])], [([im * p for p in parts], w, w) for w in (a, b)]]
+
+    def apart_in_sign(face: list[tuple[list[exact.Form], Fraction, Fraction]]) -> bool:
+        """Whether all are above 0 on the one side and below 0 on the other."""
+        signs = [[real(s) for s in pair] for pair in ((1, -1), (-1, 1))]
+        return any(all(box(s * p, v, w, 24) for s, (ps, v, w) in zip(pair, face) for p in ps) for pair in signs)
+
+    need(box(d * d.conjugate(), a, b, 24), "d vanishes between the frequencies")
+    need(bool(apart) and all(map(apart_in_sign, faces)), "no root i omega is shown for gains between the two")
+    return 1, {"root": f"det(1 + H G) = 0 for one omega between {a} and {b} and gains between the two"}
+
+
+def delayed_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """Constant gains and constant delays, and a frequency where ``|T w| > gamma |w|``.
+
+    With ``G`` of gains and ``e^(-i omega tau)``, 0 from ``w`` to ``z``, ``(d + N G) sigma = N w``; ``z`` by Cramer's
+    rule.  Were the gain at most ``gamma``, ``T`` would be analytic in ``Re s > 0``, ``|T| <= gamma``, and so it would
+    be on the axis: whether the loop is stable does not matter.
+    """
+    _, data, listed, where, given = fields(proof, "method", "gains", "delays", "omega", "input")
+    m, gains, omega = len(H.D), member(data, asked), number(where)
+    own, functions = list(asked.performance or ()), [i for i, family in each(asked) if not family.operator]
+    late = [i for i, family in each(asked) if family.operator in DELAYS]
+    need(not H.discrete and bool(own) and omega > 0, "in continuous time a gain from w to z is needed, and omega > 0")
+    need(sorted([*own, *functions, *late]) == [*range(m)], "beside delays and functions there are other operators")
+    need(ordered(H.D, asked) and m <= frequencies.MOST_CHANNELS, "D has a cycle of channels")
+    taus = dict(zip(late, numbers(listed, len(late))))
+    inside = all(0 <= tau <= asked.families[i].sector[1] for i, tau in taus.items())
+    same = all(taus[i] == taus[block[0]] for block in asked.blocks if block[0] in taus for i in block)
+    need(inside and same, "the delays are not of the class")
+    form(isinstance(given, list) and len(given) == len(own), "the input has one entry for each channel")
+    w = [numbers(pair, 2) for pair in given]
+    d, N = frequencies.quotients(H, [ZERO] * m)
+    G = [exact.Form({(taus[j], 0): (Fraction(1), ZERO)}) if j in taus else real(g) for j, g in enumerate(gains)]
+    whole = [[(d if i == j else exact.Form()) + f * G[j] for j, f in enumerate(row)] for i, row in enumerate(N)]
+    entering = [exact.Form() for _ in range(m)]
+    for j, (x, y) in zip(own, w):
+        entering = [u + row[j] * exact.Form({(ZERO, 0): (x, y)}) for u, row in zip(entering, N)]
+    below = frequencies.leading(whole)[-1]
+    size = sum((v * v for pair in w for v in pair), ZERO) / asked.bounds(own[0])[1] ** 2
+    left = below * below.conjugate() * real(-size)
+    for k in own:
+        top = frequencies.leading([[*row[:k], u, *row[k + 1 :]] for row, u in zip(whole, entering)])[-1]
+        left = left + top * top.conjugate()
+    need(box(left, omega, omega, 12), "the gain of this loop is not shown to be larger")
+    return 8, {"gain": f"|T w| > gamma |w| at omega = {omega}, the delays being {', '.join(map(str, taus.values()))}"}
 
 
 # -- delays: mu = -sigma(t - tau), 0 <= tau <= h, as the operator w = sigma(t - tau) - sigma beside the gain 1

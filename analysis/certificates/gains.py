@@ -22,6 +22,8 @@ from .channels import (
     characteristic,
     closed_by,
     closed_loop,
+    crossing,
+    delayed_members,
     each,
     member,
     plant,
@@ -52,6 +54,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
         return 1, switched(H, asked, proof)
     if method == "ramped-gains":
         return 1, ramped(H, asked, proof)
+    if method == "delayed-members":
+        return delayed_members(H, asked, proof)
     if method == "linear-members":
         return linear_members(H, asked, proof)
     if method == "delayed-gains":
@@ -75,58 +79,6 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     if closed is None:
         return 3, {"root": f"det(1 + H(inf) G) = 0 for the gains {words}"}
     return unstable(H, closed, words)
-
-
-def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
-    """Constant gains of a plant with dead times: a root on the imaginary axis, or a real one ``s >= 0``.
-
-    ``p(t, omega) = det(d + N G) = sum (1 - t)^(c - k) t^k D_k`` with ``G = (1 - t) G_0 + t G_1``, ``c`` channels
-    differing; ``D_k`` adds up the determinants with ``k`` columns of ``G_1``.  Turned by a number, ``Re p`` has
-    different signs for ``t = 0`` and ``1``, and ``Im p``, as all ``D_k`` have, at both ends of ``omega``: inside is a
-    root (Poincare, Miranda), of ``det(1 + H G)`` where ``d`` has none, and ``sigma = e^(i omega t) v``.
-
-    Else ``det(1 + H(0) G) <= 0``, which tends to a positive number as ``s`` grows, in one half-plane with no pole.
-    """
-    need(not any(family.relu or family.memory for family in asked.families), "no gain is such a member")
-    known = not any(family.operator in (*DELAYS, "performance") for family in asked.families)
-    need(known, "beside dead times neither unknown delays nor gains from w to z are covered")
-    m, (d, N) = len(H.D), frequencies.quotients(H, [ZERO] * len(H.D))
-    need(m <= frequencies.MOST_CHANNELS, "there are too many channels for determinants")
-    one = [[d if i == j else exact.Form() for j in range(m)] for i in range(m)]
-    if proof["method"] == "late-gains":
-        gains = member(fields(proof, "method", "gains")[1], asked)
-        need(within(H.A, False), "the plant is not asymptotically stable")
-        still = [[sum((u for (_, n), (u, _) in f.items() if not n), ZERO) / d.part()[0] for f in row] for row in N]
-        far, near = (
-            frequencies.determinant(
-                [[[(i == j) + v * gains[j]] for j, v in enumerate(row)] for i, row in enumerate(X)]
-            )[0]
-            for X in (H.D, still)
-        )
-        need(far > 0 >= near, "no root s >= 0 is shown with these gains")
-        return 1 if near else 2, {"root": f"det(1 + H(0) G) = {near}, and det(1 + H(inf) G) = {far}"}
-    _, given, where, turn = fields(proof, "method", "gains", "frequencies", "turn")
-    form(isinstance(given, list) and len(given) == 2, "there are gains at two ends")
-    ends, (a, b), (x, y) = [member(row, asked) for row in given], numbers(where, 2), numbers(turn, 2)
-    need(0 < a < b, "the frequencies are not in order")
-    apart = [j for j in range(m) if ends[0][j] != ends[1][j]]
-    sides = [[[u + real(g) * f for u, f, g in zip(*rows, row)] for rows in zip(one, N)] for row in ends]
-    parts = [exact.Form() for _ in range(len(apart) + 1)]
-    for chosen in product((0, 1), repeat=len(apart)):
-        pick = dict(zip(apart, chosen))
-        F = [[sides[pick.get(j, 0)][i][j] for j in range(m)] for i in range(m)]
-        parts[sum(chosen)] += frequencies.leading(F)[-1]
-    re, im = (exact.Form({(ZERO, 0): z}) for z in ((x, y), (y, -x)))  # Im z = Re(-i z)
-    faces = [[([re * p], a, b) for p in (parts[0], parts[-1])], [([im * p for p in parts], w, w) for w in (a, b)]]
-
-    def apart_in_sign(face: list[tuple[list[exact.Form], Fraction, Fraction]]) -> bool:
-        """Whether all are above 0 on the one side and below 0 on the other."""
-        signs = [[real(s) for s in pair] for pair in ((1, -1), (-1, 1))]
-        return any(all(box(s * p, v, w, 24) for s, (ps, v, w) in zip(pair, face) for p in ps) for pair in signs)
-
-    need(box(d * d.conjugate(), a, b, 24), "d vanishes between the frequencies")
-    need(bool(apart) and all(map(apart_in_sign, faces)), "no root i omega is shown for gains between the two")
-    return 1, {"root": f"det(1 + H G) = 0 for one omega between {a} and {b} and gains between the two"}
 
 
 def unstable(H: Plant, closed: Rows, words: str) -> tuple[int, dict[str, str]]:

@@ -13,6 +13,7 @@ from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_orbits import near_fold, proofs
+from lure.analysis.counterexamples.delayed_members import DelayedMembers
 from lure.analysis.counterexamples.gain_signals import best_signals
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
 from lure.analysis.counterexamples.memory_orbits import MemoryLoop, memory_proofs
@@ -57,7 +58,8 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
     if asked.classes.performance is not None and asked.classes.rectified:
         return _by_signal(asked, most)
     if asked.classes.performance is not None:
-        return _unstable(asked) or _largest_gain(asked, most)
+        members = [_unstable(asked) or _largest_gain(asked, most), _largest_delayed(asked, most)]
+        return min((one for one in members if one is not None), key=lambda one: one[0], default=None)
     others = _by_delays if delays_of(asked) else _by_operators
     found = [one for one in (_by_gains(asked, most), others(asked, most)) if one is not None]
     return min(found, key=lambda one: one[0], default=None)
@@ -209,6 +211,41 @@ def _largest_gain(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
             return alpha, shown
     shown = refutation(asked, Fraction(1), proof) if operators else None
     return None if shown is None else (Fraction(0), shown)
+
+
+def _largest_delayed(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """The inverse of the gain of members with constant delays, where there are such in continuous time."""
+    H, classes, late = channel_plant(asked.plant), asked.classes, delays_of(asked)
+    own, blocks = list(classes.performance or ()), _functions(asked)
+    delays = [block for block in classes.operators if block[0] in late]
+    if H.dt is not None or not late or len(blocks) + len(delays) + 1 != len(classes.blocks):
+        return None
+    if any(classes.classes[block[0]].memory or classes.classes[block[0]].rectifier for block in blocks):
+        return None
+    ends = [(float(classes.lower[block[0]]), float(classes.upper[block[0]])) for block in blocks]
+    bounds = [Fraction(classes.classes[block[0]].sector.upper) for block in delays]
+    longest = np.array([float(bound) for bound in bounds])
+    found = DelayedMembers(H.doubles(), own, blocks, delays, np.array(ends).reshape(-1, 2), longest).best()
+    if found is None or not found.gain > 0:
+        return None
+    gains = [Fraction(0) if i in own else Fraction(1) for i in range(len(H.D))]
+    for block, gain in zip(blocks, found.gains, strict=True):
+        for i in block:
+            gains[i] = min(max(Fraction(gain), classes.lower[i]), classes.upper[i])
+    taus = {i: min(Fraction(tau), h) for block, tau, h in zip(delays, found.delays, bounds, strict=True) for i in block}
+    units = [[str(Fraction(round(part * 2**40), 2**40)) for part in (v.real, v.imag)] for v in found.direction]
+    proof: dict[str, Any] = {
+        "method": "delayed-members",
+        "gains": texts(gains),
+        "delays": texts(taus[i] for i in sorted(taus)),
+    }
+    proof |= {"omega": str(Fraction(found.omega)), "input": units}
+    for step in _STEPS:
+        alpha = Fraction(double_above(1 / (Fraction(found.gain * (1 - step)) * classes.upper[own[0]])))
+        shown = refutation(asked, alpha, proof) if alpha < most else None
+        if shown is not None:
+            return alpha, shown
+    return None
 
 
 def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:

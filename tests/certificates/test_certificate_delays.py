@@ -87,7 +87,17 @@ LATE = draft(
     {"method": "delayed-gains", "gains": ["1"], "channel": 1, "samples": 5},
 )
 LATE["system"] = LATE["system"] | {"time": "discrete", "A": [["1"]], "B": [["3/10"]]}
+# T = 1/(s + 1 + exp(-s tau)): with tau = 1 |T(2i)|^2 = 1/(.5839^2 + 1.0907^2) = .6534 > .64, gamma = 4/5
+GAIN = draft(
+    delay(1),
+    "counterexample",
+    {"method": "delayed-members", "gains": ["1", "0"], "delays": ["1"], "omega": "2", "input": [["1", "0"]]},
+)
+GAIN["system"] = GAIN["system"] | {"A": [["-1"]], "B": [["1", "1"]], "C": [["1"], ["1"]], "D": [["0", "0"]] * 2}
+THROUGH = {**delay("5/4"), "time_varying": True, "operator": "performance"}
+GAIN["laws"] = {"channels": [delay(1), THROUGH], "repeated": False}
 ALL = {
+    "gain": GAIN,
     "varying": VARYING,
     "constant": CONSTANT,
     "crossing": CROSSING,
@@ -120,6 +130,21 @@ ONE = ("laws", "channels", 0)
 @pytest.mark.parametrize(
     "change",
     [
+        ("gain", "proof", "omega", "1"),
+        ("gain", "proof", "omega", "-2"),
+        ("gain", "proof", "delays", ["11/10"]),  # outside the class
+        ("gain", "proof", "delays", ["1/2"]),
+        ("gain", "proof", "delays", ["1", "1"]),
+        ("gain", "proof", "gains", ["0", "0"]),
+        ("gain", "proof", "gains", ["1", "1"]),
+        ("gain", "proof", "input", [["0", "0"]]),
+        ("gain", "proof", "input", [["1", "0"], ["1", "0"]]),
+        ("gain", "laws", "channels", 1, "sector", ["-6/5", "6/5"]),
+        ("gain", "laws", "channels", 1, delay("5/4")),
+        ("gain", "laws", "channels", 0, "operator", "any"),
+        ("gain", "system", "A", [["-2"]]),
+        ("gain", "system", "D", [["1", "0"], ["0", "0"]]),
+        ("gain", "system", "time", "discrete"),
         ("varying", *ONE, "sector", ["-11/10", "11/10"]),
         ("varying", "proof", "P", [["-3"]]),
         ("varying", "multiplier", "lambda", ["-1"]),

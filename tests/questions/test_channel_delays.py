@@ -55,6 +55,8 @@ def test_two_delays_and_a_gain_beside_one_meet_what_is_sampled():
     plant, on = ([[0, 1], [-1, -0.25]], [[0], [1]], [[0.5, 0]], [[0]]), {"Bw": [[0], [1]], "Cz": [[0.5, 0]]}
     found = l2_gain(plant, [NonlinearityClass.delayed(0.5)], on, criterion="piecewise-circle")
     assert 29.0516 < found.gain.high < 29.0516 * 1.002
+    assert 29.05 < found.gain.low < found.gain.high  # a delay of 1/2
+    assert "a delay of 0.5" in str(found)
 
 
 LAGGING = as_plant([["0", "-1"], ["1/s", "0"]])

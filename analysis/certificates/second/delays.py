@@ -11,13 +11,22 @@ from dataclasses import replace
 from fractions import Fraction
 from math import factorial
 
-from flint import acb, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import positive_between, unstable
 from lure.analysis.certificates.second.channels import Asked, acyclic, closed_by, diagonal, joined, member
 from lure.analysis.certificates.second.numerics import X, ball, even_odd, to_fmpq, working_precision
-from lure.analysis.certificates.second.reading import Document, NotShown, count, numbers, record, require
+from lure.analysis.certificates.second.reading import (
+    Document,
+    NotShown,
+    count,
+    listed,
+    number,
+    numbers,
+    record,
+    require,
+)
 
 _TOP, _BOTTOM = fmpq_poly([0, 10041, 4751, 1133]), fmpq_poly([10000, 8563, 3183, 561])  # m
 _CROSSING_BITS, _MOST_SAMPLES = 256, 50
@@ -164,6 +173,63 @@ def refuted_by_delay(document: Document, asked: Asked) -> str:
         sizes = [abs(response(ball(omega))) - 1 for omega in band]
         require(bool(turned and sizes[0] * sizes[1] < 0), "no delay of the class is shown to have a root on the axis")
     return claims.NO_REST
+
+
+def refuted_by_delayed_members(document: Document, asked: Asked) -> str:
+    """A gain above ``gamma`` at one frequency, with constant gains and constant delays: ``(1 + H G) sigma = H w``.
+
+    Whether the loop is stable does not matter: with a gain of at most ``gamma`` its ``T`` would be so on the axis.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+    asked : Asked
+        The plant and its classes.
+
+    Raises
+    ------
+    NotShown
+        It is not shown.
+    """
+    proof = record(document.proof, "method", "gains", "delays", "omega", "input")
+    gains, taus, omega = member(proof["gains"], asked), numbers(proof["delays"]), number(proof["omega"])
+    own, m, n = asked.performance, len(asked.nonlinearities), asked.A.nrows()
+    late = [i for i, one in enumerate(asked.nonlinearities) if one.operator in claims.DELAYS]
+    others = [one for i, one in enumerate(asked.nonlinearities) if i not in (*late, *own)]
+    require(not asked.discrete and bool(own) and omega > 0, "a gain in continuous time and a frequency are needed")
+    require(not any(one.operator or one.memory or one.relu for one in others), "there are other operators")
+    require(acyclic(asked) and len(taus) == len(late), "D has a cycle, or there is not one delay a channel")
+    of = dict(zip(late, taus, strict=True))
+    for i, tau in of.items():
+        most = asked.nonlinearities[i].upper
+        require(isinstance(most, Fraction) and 0 <= tau <= most, "a delay is not in its class")
+        require(tau == of[asked.repeated[i]], "one operator has two delays")
+    w = [numbers(pair) for pair in listed(proof["input"])]
+    require(len(w) == len(own) and all(len(pair) == 2 for pair in w), "the input does not fit")
+    bound = asked.nonlinearities[own[0]].ends[1]
+    if bound is None:
+        raise NotShown("the gain has no bound")
+    with working_precision(_CROSSING_BITS):
+        s = acb(0, ball(omega))
+        inner = acb_mat([[s * int(i == j) - acb(arb(asked.A[i, j])) for j in range(n)] for i in range(n)])
+        B, C, D = (
+            acb_mat([[acb(arb(v)) for v in row] for row in side.tolist()]) for side in (asked.B, asked.C, asked.D)
+        )
+        H = C * inner.solve(B) + D
+        G = [(-s * ball(of[j])).exp() if j in of else acb(ball(gains[j])) for j in range(m)]
+        entering = acb_mat(
+            [
+                [sum((H[i, j] * acb(ball(x), ball(y)) for j, (x, y) in zip(own, w, strict=True)), acb(0))]
+                for i in range(m)
+            ]
+        )
+        closed = acb_mat([[H[i, j] * G[j] + int(i == j) for j in range(m)] for i in range(m)])
+        sigma = closed.solve(entering)
+        through = sum((abs(sigma[i, 0]) ** 2 for i in own), arb(0))
+        size = sum((ball(x) ** 2 + ball(y) ** 2 for x, y in w), arb(0))
+        require(bool(through * ball(bound) ** 2 > size), "the gain is not shown to be above gamma")
+    return claims.EXCEEDED
 
 
 def _refuted_in_samples(document: Document, asked: Asked) -> str:

@@ -40,7 +40,7 @@ from lure.analysis.certificates.second.channels import (
     symmetric,
 )
 from lure.analysis.certificates.second.dead_times import shown_late
-from lure.analysis.certificates.second.delays import refuted_by_delay, without_delays
+from lure.analysis.certificates.second.delays import refuted_by_delay, refuted_by_delayed_members, without_delays
 from lure.analysis.certificates.second.frequencies import (
     Multiplier,
     read_multiplier,
@@ -114,6 +114,7 @@ def shown(document: Document) -> str:
         "linear-members": refuted_by_members,
         "signal": refuted_by_signal,
         "delayed-gains": refuted_by_delay,
+        "delayed-members": refuted_by_delayed_members,
         "relu-ray": refuted_by_ray,
     }
     return others.get(str(document.proof.get("method")), refuted)(document, asked)
