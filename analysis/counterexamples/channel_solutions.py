@@ -1,15 +1,18 @@
-"""Solutions of a loop with several known nonlinearities, simulated side by side: observed, and a proof of nothing."""
+"""Solutions of a loop with several known nonlinearities, play and stop among them, simulated side by side: observed."""
 
 from __future__ import annotations
 
 import math
 import warnings
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from lure.analysis.counterexamples.confirming import scales
 from lure.analysis.counterexamples.trajectories import Finding, Trajectory, kernel
 from lure.arrays import Reals, integrate, linalg, np
+from lure.errors import InputError
 from lure.nonlinearities.base import Nonlinearity
+from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.multivariable import MultivariablePlant
 
 SAMPLES, STRETCHES = 400, 5
@@ -21,8 +24,44 @@ _GAINS = (0.1, 1.0, 3.0, 30.0)  # times the scales: where chords of the nonlinea
 _PROBES = 120
 
 
+class Hysteron(NamedTuple):
+    """A play, ``k p``, or a stop, ``k xi``, ``p = sigma - xi``: ``|xi| <= 1``, and ``p`` moves only where it has to.
+
+    Attributes
+    ----------
+    stop : bool
+        Whether a stop; else a play.
+    slope : float
+        ``k``.
+    """
+
+    stop: bool
+    slope: float
+
+    def alone(self, sigma: Reals) -> Reals:
+        """The output from ``p = 0``, ``sigma`` being monotone.
+
+        Parameters
+        ----------
+        sigma : ndarray
+            Input.
+        """
+        return self.of(sigma, np.clip(sigma, -1.0, 1.0))
+
+    def of(self, sigma: Reals, xi: Reals) -> Reals:
+        """The output.
+
+        Parameters
+        ----------
+        sigma, xi : ndarray
+            Input, and its distance from ``p``.
+        """
+        inner = np.clip(xi, -1.0, 1.0)
+        return np.asarray(self.slope * (inner if self.stop else sigma - inner))
+
+
 def channel_solutions(
-    plant: MultivariablePlant, nonlinearities: Sequence[Nonlinearity], words: str
+    plant: MultivariablePlant, nonlinearities: Sequence[Nonlinearity | Graph | Hysteron], words: str
 ) -> tuple[Trajectory, ...]:
     """Solutions of ``sigma = H mu``, ``mu_i = -phi_i(sigma_i)`` from a few first states, left by impulses of ``mu``.
 
@@ -34,7 +73,7 @@ def channel_solutions(
     ----------
     plant : MultivariablePlant
         ``H`` with ``m`` inputs and outputs.
-    nonlinearities : sequence of Nonlinearity
+    nonlinearities : sequence of Nonlinearity, Graph or Hysteron
         One for each channel.
     words : str
         What they are called.
@@ -43,15 +82,23 @@ def channel_solutions(
     -------
     tuple of Trajectory
         ``sigma`` and ``mu`` are (samples, m), of the first stretch.
+
+    Raises
+    ------
+    InputError
+        There is a direct term beside play and stop.
     """
     loop = _Loop(plant, nonlinearities)
     states, first = loop.starts()
     stretches: list[tuple[Reals, Reals]] = []
-    findings = [Finding.OPEN] * len(states)
+    findings, mu = [Finding.OPEN] * len(states), list[Reals]()
     length, until, now = first, 0.0, states
     for _ in range(STRETCHES):
         t, path = loop.recursion(now, int(length)) if loop.discrete else loop.integral(now, length)
-        sigma = loop.sigma(path.reshape(-1, plant.order)).reshape(*path.shape[:2], -1)
+        flat = path.reshape(-1, path.shape[2])
+        sigma = loop.sigma(flat).reshape(*path.shape[:2], -1)
+        with np.errstate(all="ignore"):
+            mu.append(-loop.phi(sigma.reshape(-1, plant.inputs), flat).reshape(sigma.shape))
         stretches.append((until + t, sigma))
         whole = np.concatenate([part for _, part in stretches], axis=1)
         findings = [loop.finding(whole[i], len(t)) for i in range(len(states))]
@@ -60,13 +107,11 @@ def channel_solutions(
             break
         now = np.where(np.isfinite(now), now, 0.0)
     t, sigma = stretches[0]
-    with np.errstate(all="ignore"):
-        mu = -loop.phi(sigma.reshape(-1, plant.inputs)).reshape(sigma.shape)
     return tuple(
         Trajectory(
             t=t * loop.seconds,
             sigma=sigma[i],
-            mu=mu[i],
+            mu=mu[0][i],
             nonlinearity=words,
             start=f"|sigma| {_STARTS[i][1]}",
             finding=findings[i],
@@ -80,24 +125,32 @@ def channel_solutions(
 class _Loop:
     """The loop in doubles, for many solutions at once, one a row."""
 
-    def __init__(self, plant: MultivariablePlant, nonlinearities: Sequence[Nonlinearity]) -> None:
+    def __init__(self, plant: MultivariablePlant, nonlinearities: Sequence[Nonlinearity | Graph | Hysteron]) -> None:
         sides = (plant.A, plant.B, plant.C, plant.D)
         self.A, self.B, self.C, self.D = (np.array([[float(v) for v in row] for row in side]) for side in sides)
         self.discrete = plant.dt is not None
         self.seconds = 1.0 if plant.dt is None else float(plant.dt)
-        self.values: list[Callable[[Reals], Reals]] = [kernel(one) for one in nonlinearities]
-        self.knees = np.array([scales(one)[-1] for one in nonlinearities])
+        self.values = list[Callable[[Reals], Reals]]()
+        for one in nonlinearities:
+            self.values.append(one.alone if isinstance(one, Hysteron) else kernel(one))
+        self.knees = np.array([1.0 if isinstance(one, Hysteron) else scales(one)[-1] for one in nonlinearities])
         self.implicit = bool(self.D.any())
+        self.hysterons = {i: one for i, one in enumerate(nonlinearities) if isinstance(one, Hysteron)}
+        if self.hysterons and self.implicit:
+            raise InputError("play and stop are simulated beside D = 0 alone")
 
-    def phi(self, sigma: Reals) -> Reals:
-        """``phi_i(sigma_i)``, (rows, m)."""
+    def phi(self, sigma: Reals, states: Reals | None = None) -> Reals:
+        """``phi_i(sigma_i)``, (rows, m); of play and stop from ``p = 0`` if no states ``(x, xi)`` are given."""
         columns = [np.asarray(one(sigma[:, i]), dtype=float) for i, one in enumerate(self.values)]
+        if states is not None:
+            for at, (i, one) in enumerate(self.hysterons.items(), len(self.A)):
+                columns[i] = one.of(sigma[:, i], states[:, at])
         return np.stack(columns, axis=1)
 
     def sigma(self, states: Reals) -> Reals:
         """``sigma + D phi(sigma) = C x``, (rows, m), by Newton's method with chords; NaN where it does not end."""
         with np.errstate(all="ignore"):
-            y = np.asarray(states @ self.C.T)
+            y = np.asarray(states[:, : len(self.A)] @ self.C.T)
             if not self.implicit:
                 return y
             found, step = y.copy(), 1e-6 * self.knees
@@ -131,7 +184,8 @@ class _Loop:
         for i, length in enumerate(lengths):  # of two opposite states the one that one-sided nonlinearities oppose more
             forth, back = (float(np.abs(self.phi(sign * length * sigma[i])).sum()) for sign in (1, -1))
             lengths[i] = length if forth >= back else -length
-        return states * lengths[:, None], first
+        states = states * lengths[:, None]
+        return np.hstack([states, np.clip(states @ self.C[list(self.hysterons)].T, -1.0, 1.0)]), first
 
     def _typical(self) -> tuple[Reals, float]:
         """The matrix of the linear loop with chords of the nonlinearities that decays most, and twelve of its times."""
@@ -156,22 +210,27 @@ class _Loop:
 
     def recursion(self, states: Reals, steps: int) -> tuple[Reals, Reals]:
         """Instants (steps,) and states (runs, steps, n) in discrete time."""
-        path = np.empty((len(states), steps, self.A.shape[0]))
+        path, n, own = np.empty((len(states), steps, states.shape[1])), len(self.A), list(self.hysterons)
         with np.errstate(all="ignore"):
             for k in range(steps):
                 path[:, k] = states
-                states = states @ self.A.T - self.phi(self.sigma(states)) @ self.B.T
+                sigma = self.sigma(states)
+                after = states[:, :n] @ self.A.T - self.phi(sigma, states) @ self.B.T
+                xi = states[:, n:] + (self.sigma(after) - sigma)[:, own] if own else states[:, n:]
+                states = np.hstack([after, np.clip(xi, -1.0, 1.0)])
         return np.arange(steps, dtype=float), path
 
     def integral(self, states: Reals, length: float) -> tuple[Reals, Reals]:
         """Instants and states (runs, samples, n) in continuous time; NaN from where the integrator gives up."""
         t = np.linspace(0.0, length, SAMPLES)
-        path = np.full((len(states), SAMPLES, self.A.shape[0]), np.nan)
+        path, n, own = np.full((len(states), SAMPLES, states.shape[1]), np.nan), len(self.A), list(self.hysterons)
 
         def velocity(x: Reals, _: float) -> Reals:
             """Right-hand side; 0 where ``sigma`` does not exist."""
             row = x[None, :]
-            rate = row @ self.A.T - self.phi(self.sigma(row)) @ self.B.T
+            rate = row[:, :n] @ self.A.T - self.phi(self.sigma(row), row) @ self.B.T
+            turn = (rate @ self.C.T)[:, own]
+            rate = np.hstack([rate, np.where((np.abs(row[:, n:]) >= 1) & (row[:, n:] * turn > 0), 0.0, turn)])
             return np.asarray(np.where(np.isfinite(rate), rate, 0.0)[0])
 
         for i, start in enumerate(states):

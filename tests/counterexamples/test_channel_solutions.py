@@ -1,13 +1,14 @@
 """Several known nonlinearities simulated: against solutions by hand, what a run is called, and the report's figure."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from lure import DeadZone, Saturation, analyse, as_plant
-from lure.analysis.counterexamples.channel_solutions import channel_solutions
+from lure import DeadZone, Diagonal, InputError, NonlinearityClass, Saturation, analyse, as_plant
+from lure.analysis.counterexamples.channel_solutions import Hysteron, channel_solutions
 from lure.analysis.counterexamples.trajectories import Finding
 from lure.analysis.plots import plot_channels
 from lure.analysis.report.loop.build import build_loop_report
@@ -69,3 +70,51 @@ def test_the_report_draws_the_channels():
     assert figure.spec.name == "channels-1"
     assert "observed, no proof" in figure.spec.caption
     assert report.trajectories[0].sigma.shape == (400, 2)
+
+
+# 1/s with a stop of slope 2: from sigma = s > 1, xi = 1 the rate is -2 xi, and xi falls with sigma at once: sigma = s -
+# 1 + e^(-2 t).  With a play p = sigma - 1 stays where it is until sigma < p - 1: sigma' = -2 p, then -2 (sigma + 1)
+def test_a_stop_is_followed_as_by_hand():
+    runs = channel_solutions(as_plant([["1/s", "0"], ["0", "1/(s+1)"]]), (Hysteron(True, 2.0), SATURATION), "")
+    for run in runs:
+        start, sign = abs(run.sigma[0, 0]), np.sign(run.sigma[0, 0])
+        inner = min(start, 1.0)
+        assert np.allclose(run.sigma[:, 0], sign * (start - inner + inner * np.exp(-2 * run.t)), atol=1e-5 * start)
+    assert Finding.RESTS in {run.finding for run in runs}
+
+
+def test_a_play_is_followed_as_by_hand():
+    runs = channel_solutions(as_plant([["1/s", "0"], ["0", "1/(s+1)"]]), (Hysteron(False, 2.0), SATURATION), "")
+    for run in runs:
+        start, sign = abs(run.sigma[0, 0]), np.sign(run.sigma[0, 0])
+        p = max(start - 1, 0.0)
+        turn = 1 / p if p else np.inf  # after a way of 2
+        later = -1 + p * np.exp(-2 * (np.maximum(run.t, turn) - turn)) if p else start
+        assert np.allclose(
+            sign * run.sigma[:, 0], np.where(run.t < turn, start - 2 * p * run.t, later), atol=1e-4 * start
+        )
+
+
+# x+ = x - phi, phi = xi/2: from xi = 1 both fall by a half of xi, so that x rests 1 lower
+def test_a_stop_in_discrete_time_comes_to_rest_where_it_should():
+    stop = Hysteron(True, 0.5)
+    for run in channel_solutions(as_plant([["1/(z-1)", "0"], ["0", "1/z"]], dt=1), (stop, SATURATION), ""):
+        first = run.sigma[0, 0]
+        assert run.sigma[-1, 0] == pytest.approx(first - np.clip(first, -1, 1), abs=1e-9)
+    with pytest.raises(InputError, match="beside D = 0 alone"):
+        channel_solutions(as_plant([["1+1/(z-0.5)", "0"], ["0", "1/z"]], dt=1), (stop, SATURATION), "")
+
+
+def test_members_of_the_classes_of_several_channels_are_simulated_in_the_report():
+    classes = [NonlinearityClass.hysteretic("stop", 2), NonlinearityClass.slope_restricted(0, 1)]
+    found = analyse(as_plant([["1/(s+1)^3", "0"], ["1/(s+1)", "1/(s+1)"]]), classes, seconds=1)
+    seen = observed(found)
+    kinds = ("a saturation between", "a dead zone between", "the gain 1")
+    assert len(seen.sentences) == 3
+    for sentence, kind in zip(seen.sentences, kinds, strict=True):
+        assert sentence.startswith("phi_1 a stop of slope 2, phi_2")
+        assert kind in sentence
+    assert len(seen.trajectories) == 9
+    operator = NonlinearityClass.norm_bounded(Fraction(1, 10))
+    beside = replace(found.problem, classes=Diagonal((operator, classes[1])))
+    assert not observed(replace(found, problem=beside)).sentences

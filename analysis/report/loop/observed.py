@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES
-from lure.analysis.counterexamples.channel_solutions import channel_solutions
+from lure.analysis.counterexamples.channel_solutions import Hysteron, channel_solutions
 from lure.analysis.counterexamples.confirming import BUDGET, Conclusion, scales, tried
 from lure.analysis.counterexamples.simulated import Characteristic, nonlinearity_entry, orbit_start
 from lure.analysis.counterexamples.trajectories import Finding, Trajectory, natural_frequency
@@ -20,7 +20,7 @@ from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.questions import LoopAnalysis
 from lure.analysis.report.parts import ContradictionError
 from lure.analysis.verdict import Verdict, Witness
-from lure.classes import NonlinearityClass, Sector, SlopeBounds
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.nonlinearities.piecewise_linear import Graph
@@ -57,7 +57,8 @@ class Observation:
     Attributes
     ----------
     sentences : tuple of str
-        On the given nonlinearity, or those of several channels; empty without one or with dead time.
+        On the given nonlinearity, or those of several channels, known or members of their classes; empty without one
+        or with dead time.
     trajectories : tuple of Trajectory
         Some of the solutions: of the given nonlinearity, or of members of the class proved where no nonlinearity is
         given.
@@ -113,7 +114,7 @@ def observed(found: LoopAnalysis) -> Observation:
 
 
 def _several(found: LoopAnalysis, plant: MultivariablePlant) -> Observation:
-    """The nonlinearities of several channels simulated, where they are known.
+    """The nonlinearities of several channels simulated, where they are known; else members of their classes.
 
     Raises
     ------
@@ -121,13 +122,53 @@ def _several(found: LoopAnalysis, plant: MultivariablePlant) -> Observation:
         A solution grows a million times, and it is proved that all tend to 0.
     """
     about = found.problem
-    if not about.known or max(plant.order, plant.inputs) > MOST_SIMULATED:
+    if max(plant.order, plant.inputs) > MOST_SIMULATED:
         return Observation()
-    runs = channel_solutions(plant, about.known, about.nonlinearity_words)
-    growing = next((run for run in runs if run.finding is Finding.GROWS), None)
-    if growing is not None and found.verdict is Verdict.PROVED and _claimed(found) == "0 attracts":
-        raise ContradictionError(_against(found, growing))
-    return Observation(sentences=(_sentence(runs),), trajectories=runs)
+    known = [("", list(about.known), about.nonlinearity_words)] if about.known else list(_in_channels(about.classes))
+    sentences, shown = list[str](), list[Trajectory]()
+    for name, members, words in known:
+        try:
+            runs = channel_solutions(plant, members, words)
+        except InputError as refused:
+            return Observation(sentences=(f"the classes were not simulated: {refused}",))
+        growing = next((run for run in runs if run.finding is Finding.GROWS), None)
+        if growing is not None and found.verdict is Verdict.PROVED and _claimed(found) == "0 attracts":
+            raise ContradictionError(_against(found, growing))
+        sentences.append(f"{name}{_sentence(runs)}")
+        shown += runs
+    return Observation(sentences=tuple(sentences), trajectories=tuple(shown))
+
+
+def _in_channels(classes: Diagonal) -> Iterator[tuple[str, list[Graph | Hysteron], str]]:
+    """Members of the classes of several channels, in all of them of one kind: what they are, and their names.
+
+    None where an operator or a delay closes a channel; gains stay gains, a ReLU a ReLU, play and stop have the largest
+    slope and the half-width 1.
+    """
+    if classes.operators:
+        return
+    one, kinds = Fraction(1), ("saturations", "dead zones", "gains")
+    fixed = [bool(each.linear or each.memory or each.rectifier) for each in classes.classes]
+    for kind in kinds[-1:] if all(fixed) else kinds:
+        members, words = list[Graph | Hysteron](), list[str]()
+        for i, (each, low, high) in enumerate(zip(classes.classes, classes.lower, classes.upper, strict=True), 1):
+            gain = f"the gain {float(high):.4g}"
+            if each.memory:
+                members.append(Hysteron(each.memory == "stop", float(high)))
+                words.append(f"phi_{i} a {each.memory} of slope {float(high):.4g}")
+            elif each.rectifier:
+                members.append(Graph.through([(-one, -low), (one, high)], low, high))
+                words.append(f"phi_{i} the ReLU")
+            elif each.linear or kind == "gains":
+                members.append(Graph.through([(-one, -high), (one, high)], high, high))
+                words.append(f"phi_{i} {gain}")
+            else:
+                inner, outer = (high, low) if kind == "saturations" else (low, high)
+                members.append(Graph.through([(-one, -inner), (one, inner)], outer, outer))
+                ends = f"between the slopes {float(low):.4g} and {float(high):.4g}"
+                words.append(f"phi_{i} a {kind[:-1]} {ends}")
+        named = ", ".join(words)
+        yield f"{named}: ", members, named
 
 
 def _claimed(found: LoopAnalysis) -> Conclusion:
