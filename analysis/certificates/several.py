@@ -32,9 +32,11 @@ from .channels import (
     plant,
     rank,
     seen,
+    storages,
     triangle,
     undelayed,
     uniform,
+    with_storage,
     within,
 )
 
@@ -229,7 +231,7 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     rest = {}
     if stored:
         falls, above = with_storage(falls, P, (q, e), Pi, stored)
-        rest["storage"] = "Theta H(0) is symmetric, theta <= 0 for stop and >= 0 for play"
+        rest["storage"] = "theta <= 0 for stop and >= 0 for play, and what is stored is a function of y and phi"
     if zero:
         need(key != "forms", "multipliers that couple channels do not cover an eigenvalue 0")
         falls = at_rest(falls, H, [l for l, _ in bounds], zero[0])
@@ -308,55 +310,6 @@ def over_boxes(name: str, data: Any, system: Any, asked: Channels, proof: Any) -
         "inequality": f"{V}: Bernstein coefficients on each of the boxes that cover these parameters, {count} of them",
         "well-posed": posed,
     }, assumed
-
-
-def storages(H: Plant, asked: Channels, theta: list[Fraction]) -> tuple[Rows, Rows]:
-    """``C A^-1`` and the part of ``V`` in ``phi``, ``y = A x - B phi``, where ``theta`` may be what it is.
-
-    ``sigma_i phi_i' >= (phi_i^2/(2 k))'`` for play, ``phi_i sigma_i' >= (phi_i^2/(2 k))'`` for stop, and the integrals
-    of both are ``>= phi_i^2/(2 k)`` for a function with slopes in ``[0, k]``; the sum of both is ``(phi_i sigma_i)'``.
-    With ``eta_i = c_i A^-1 y = sigma_i + H_i(0) phi`` and ``Theta H(0)`` symmetric ``2 sum theta_i phi_i' eta_i`` is at
-    least the derivative of ``phi' Theta H(0) phi + sum |theta_i| phi_i^2/k_i + 2 sum_(theta_i < 0) theta_i phi_i
-    sigma_i``.  ``V``, this and ``y'Py``, bounds ``phi_i`` where ``theta_i`` is not 0.
-    """
-    need(any(family.memory for family in asked.families), "storage functions are those of play and stop")
-    need(not H.discrete, "storage functions are for continuous time")
-    m, used = len(H.D), [i for i, t in enumerate(theta) if t]
-    functions = [i for i in asked.functions if not asked.families[i].memory]
-    bounded = [i for i in asked.functions if i in used or (asked.families[i].memory or ("",))[0] == "stop"]
-    need(not functions or len(bounded) == len(asked.functions), "beside functions all but stops need storage functions")
-    for i in used:
-        family, sign = asked.families[i], theta[i]
-        need(i in asked.functions, "an operator has no storage function")
-        if family.memory:
-            need((sign > 0) == (family.memory[0] == "play"), f"theta_{i + 1} has the wrong sign for its channel")
-        else:
-            need(family.slope[0] >= 0, f"theta_{i + 1} needs slopes from 0 on")
-        need(not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
-    found = eliminated([list(column) for column in zip(*H.A)], [list(column) for column in zip(*H.C)])
-    need(found is not None, "storage functions do not cover an eigenvalue 0", exact.Critical)
-    E, columns = [list(row) for row in zip(*(found or []))], [*zip(*H.B)]
-    S = [[-t * dot(row, columns[j]) if j in asked.functions else ZERO for j in range(m)] for t, row in zip(theta, E)]
-    need(all(S[i][j] == S[j][i] for i in range(m) for j in range(i)), "Theta H(0) is not symmetric")
-    steep = [(family.memory or ("", family.slope[1]))[1] if i in used else 1 for i, family in each(asked)]
-    V = [
-        [S[i][j] * (1 - (theta[i] < 0) - (theta[j] < 0)) + (i == j) * abs(theta[i]) / steep[i] for j in used]
-        for i in used
-    ]
-    V = [[(theta[i] * v if theta[i] < 0 else ZERO) for v in E[i]] + row for i, row in zip(used, V)]
-    return [[t * v for v in row] for t, row in zip(theta, E)], V
-
-
-def with_storage(M: Any, P: Any, units: Any, Pi: Rows, stored: Any) -> tuple[Any, Any]:
-    """The lower triangle ``M`` of :func:`inequality` less ``2 sum theta_i phi_i' eta_i``, and that of ``V``."""
-    (q, e), (turned, below), n = units, stored, len(P)
-    w, more = states.unit(Pi), states.unit([*turned, *below])
-    M = [[more * v for v in row] for row in M]
-    for i, row in enumerate(turned):
-        for j, v in enumerate(row):
-            M[n + i][j] -= int(more * v) * w * q * q << e
-    V = [[more * v for v in row[: i + 1]] for i, row in enumerate(P)]
-    return M, V + [[int(more * v) << e for v in row[: n + i + 1]] for i, row in enumerate(below)]
 
 
 def at_rest(M: Any, H: Plant, low: list[Fraction], zero: Any) -> Any:

@@ -13,15 +13,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
 from flint import fmpq, fmpq_mat
 
+from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channels import ChannelInequality
 from lure.analysis.inequality.kernels import Found
-from lure.analysis.inequality.shifted_loop import Proposal
+from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import null_rows
+from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.arrays import NDArray, np
 
+_LEAST = 1e-7  # of the largest entry that may be 1: what is positive
 _NOTHING = 1e-7  # relative: storage that is not worth its rounding
 
 
@@ -92,3 +96,72 @@ class StorageInequality(ChannelInequality):
             stated = {"lambda": [*map(str, scaled)]} | self.popovs(theta)
             for proof in self.solutions(Pi, theta, lower):
                 yield Proposal(stated, proof)
+
+
+@dataclass
+class MovedByStops(ChannelSearch):
+    """The same with an eigenvalue 0 that stops move: ``phi_i = f_i y``, by semidefinite programmes in ``P``.
+
+    Parameters
+    ----------
+    moved : ndarray
+        (m, n) the rows ``f_i``, 0 where there is none.
+    operators : sequence of sequence of int
+        The channels from ``z`` to ``w``.
+    """
+
+    moved: NDArray[np.float64]
+    operators: Sequence[Sequence[int]] = ()
+    precision: ClassVar[float] = 1e-5
+
+    def serves(self, widths: NDArray[np.float64]) -> bool:
+        """Whether a programme has a solution; see :class:`ChannelSearch`."""
+        return self._solved(widths) is not None
+
+    def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
+        """The solution of the programme, rounded."""
+        assert not any(lower), "of play and stop, and of gains"
+        found = self._solved(np.array([float(w) for w in widths]))
+        if found is not None:
+            P, weights, theta = found
+            exponent = max(0, 50 - int(np.floor(np.log2(max(np.abs(P).max(), 1e-300)))))
+            rows = [[str(round(Fraction(float(v)) * 2**exponent)) for v in row[: i + 1]] for i, row in enumerate(P)]
+            stated = {"lambda": [f"{v:.12g}" for v in weights], "theta": [f"{v:.12g}" for v in theta]}
+            exact = {name: [str(Fraction(v)) for v in side] for name, side in stated.items()}
+            yield Proposal(exact, {"method": "matrix", "P": rows, "exponent": exponent})
+
+    def _solved(
+        self, widths: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] | None:
+        """``P``, ``lambda`` and ``theta`` with ``-V' >= t > 0``; None if there are none."""
+        checkpoint()
+        (n, m), out = self.B.shape, [i for block in self.operators for i in block]
+        basis, flow, seen = symmetric_basis(n), np.hstack([self.A, -self.B]), np.hstack([self.C, -self.D])
+        stops = [i for i in range(m) if self.moved[i].any()]
+        states, inputs, K = np.eye(n, n + m), np.eye(m, n + m, n), len(basis)
+        slopes = np.zeros((K + m + len(stops) + 1, n + m, n + m))
+        slopes[:K] = -2 * (states.T @ basis @ flow)
+        for i in range(m):
+            w, u, s = widths[i], inputs[i], seen[i]
+            form = w * w * np.outer(s, s) - np.outer(u, u) if i in out else np.outer(u, w * s - u)
+            slopes[K + i] = -2 * form / w
+        for k, i in enumerate(stops, K + m):  # -theta_i
+            slopes[k] = -2 * np.outer(self.moved[i] @ states, seen[i])
+        slopes[-1] = -np.eye(n + m)
+        slopes = (slopes + slopes.swapaxes(1, 2)) / 2
+        V = np.zeros((len(slopes), n, n))
+        V[:K] = basis
+        for k, i in enumerate(stops, K + m):
+            V[k] = np.outer(self.moved[i], self.moved[i]) / widths[i]
+        V[-1] = -np.eye(n)
+        rows = np.vstack([-np.eye(len(slopes))[K:], np.eye(len(slopes))[K:]])
+        limits = np.concatenate([np.zeros(m + len(stops)), [1.0], np.full(m + len(stops), 1.0), [1.0]])
+        zero = [np.zeros((size, size)) for size in (n + m, n)]
+        x = proposed(np.eye(len(slopes))[-1], [Block(zero[0], slopes), Block(zero[1], V)], rows, limits)
+        if x is None or not x[-1] > _LEAST:
+            return None
+        theta = np.zeros(m)
+        theta[stops] = -x[K + m : -1]
+        weights = np.array([max(x[K + i], 0.0) / widths[i] for i in range(m)])
+        weights[out] = weights[out].mean() if out else 0.0
+        return np.tensordot(x[:K], basis, 1), weights, theta

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from flint import fmpq_mat
 
 from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.channels import Plant
+from lure.analysis.certificates.channels import Plant, from_rest
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.frequencies import MOST_CHANNELS, shifted
@@ -26,11 +26,11 @@ from lure.analysis.inequality.kernel_rounding import multiplier
 from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
-from lure.analysis.inequality.storage import StorageInequality
+from lure.analysis.inequality.storage import MovedByStops, StorageInequality
 from lure.analysis.inequality.zero_modes import ZeroModes, exact, zero_modes
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions import channel_families
-from lure.analysis.questions.channel_delays import delays_of, increments, without_delays
+from lure.analysis.questions.channel_delays import delays_of, increments, stated, without_delays
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_plant, loop_plant
 from lure.analysis.questions.problem import Problem
@@ -127,7 +127,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             and (sloped or not x.row.slope or (x.kind == _KERNELS and bool(_fixed(asked))))
         ]
         if is_critical(asked):
-            kinds = (0, _KERNELS) if _rising(asked) else (0,)
+            kinds = (0, STORED, _KERNELS) if _rising(asked) else (0, STORED)
             found = [x for x in found if x.kind in kinds and not x.row.linear] or found
     if not found:
         names = ", ".join(name for row in rows for name in (row.name, *row.channels))
@@ -243,7 +243,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     """
     before, asked = asked, without_delays(asked)
     H, popov = channel_plant(asked.plant), not criterion.row.time_varying
-    if criterion.row.linear or criterion.kind:
+    if criterion.row.linear or criterion.kind not in (0, STORED):
         _require_no_zero(asked)
     free, lower = [one and popov for one in _free(asked)], np.array([float(v) for v in asked.classes.lower])
     if criterion.row.linear:
@@ -289,11 +289,31 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         yield FullBlockInequality(*given, orthants=orthants)
 
 
-def _by_storage(asked: Problem, moved: Problem) -> StorageInequality:
+def _moved_by_stops(asked: Problem, moved: Problem, operators: Sequence[int]) -> MovedByStops:
+    """The search where the stops move an eigenvalue 0."""
+    (before, known), H = stated(asked), channel_plant(moved.plant)
+    own = [i for i in range(len(before.D)) if i not in operators]
+    columns, n, m = [*zip(*before.B, strict=True)], len(before.A), len(before.D)
+    rows = np.zeros((m, n))
+    for i in own:
+        row = [*[Fraction(0)] * n, *(Fraction(-(i == j)) for j in own)]
+        stops = asked.classes.classes[i].memory == "stop" and not any(before.D[i])
+        found = from_rest(before.A, [columns[j] for j in own], [row]) if stops else None
+        rows[i] = 0.0 if found is None else [float(v) for v in found[0]]
+    if not rows.any() or any(not known.families[i].memory for i in own) or n > MOST_STATES:
+        raise AssumptionError(
+            "the plant has an eigenvalue 0 that no stop moves, or functions beside it", code=Reason.CRITICAL
+        )
+    return MovedByStops(*H.doubles(), np.zeros(m), moved=rows, operators=moved.classes.operators)
+
+
+def _by_storage(asked: Problem, moved: Problem) -> StorageInequality | MovedByStops:
     """The search with storage functions, for the loop of the derivatives."""
     before, H, m = channel_plant(asked.plant), channel_plant(moved.plant), len(asked.classes.classes)
     operators = [i for block in asked.classes.operators for i in block]
     A, B, C, D = (exact(side) for side in (before.A, before.B, before.C, before.D))
+    if A.det() == 0:
+        return _moved_by_stops(asked, moved, operators)
     still = D - C * A.inv() * B
     free = [i not in operators and not any(row) for i, row in enumerate(before.D)]
     shown = fmpq_mat([[0 if i in operators or j in operators else still[i, j] for j in range(m)] for i in range(m)])

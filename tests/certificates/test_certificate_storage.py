@@ -253,3 +253,56 @@ def test_the_published_gain_of_an_integrator_inside_a_dead_zone():
     kernels = found.proof.certificate
     assert_both_reject(edited(kernels, "system", "B", 2, 1, value="1/100"))  # w moves the integrator
     assert_both_reject(edited(kernels, "system", "C", 1, 2, value="1/100"))  # z sees it
+
+
+@cache
+def moved():
+    return max_sector(as_plant("1/(s*(s+1)*(s+2))"), [STOP])
+
+
+def test_a_stop_moves_an_integrator():
+    # the elastic loop s (s + 1)(s + 2) + k is stable for k < 6; a mass with a damper and friction comes to rest
+    found = moved()
+    assert found.criterion == "storage-circle"
+    assert 5.99 < found.largest.low < 6 < found.refuted_at < 6.02
+    certificate = found.proof.certificate
+    jsonschema.validate(dict(certificate), SCHEMA)
+    assert certificate["conclusion"] == CONVERGES
+    assert recheck(certificate).accepted
+    play = max_sector(as_plant("1/(s*(s+1)*(s+2))"), [PLAY])  # sigma, which a play needs, is no function of y
+    assert play.largest.low == 0
+    assert "no stop moves" in play.reason
+    mass = ([[0, 1], [0, -0.5]], [[0], [1]], [[1, 0]], [[0]])
+    gain = l2_gain(mass, [NonlinearityClass.hysteretic("stop", 3)], {"Bw": [[0], [1]], "Cz": [[0, 1]]})
+    assert gain.gain.high == pytest.approx(2, rel=1e-4)
+    assert gain.gain.low == pytest.approx(2, rel=1e-6)
+    assert recheck(gain.proof.certificate).accepted
+    moves = gain.proof.certificate
+    assert_both_reject(edited(moves, "system", "C", 1, value=["1", "1"]))  # the position, too
+    assert_both_reject(edited(moves, "laws", "channels", 1, value=performance("51/100")))
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("laws", "channels", 0, "memory"), "play"),
+        (("laws", "channels", 0), channel("stop", 7)),
+        (("laws", "channels", 0), channel("", 1)),
+        (("multiplier", "theta", 0), lambda v: v.removeprefix("-")),
+        (("multiplier", "theta", 0), "0"),
+        (("multiplier", "theta", 0), lambda v: str(3 * Fraction(v))),
+        (("multiplier", "lambda", 0), "0"),
+        (("system", "B"), lambda rows: [[f"-{v}" if v != "0" else v for v in row] for row in rows]),
+        (("system", "C"), lambda rows: [[f"-{v}" if v != "0" else v for v in row] for row in rows]),
+        (("system", "D"), [["1"]]),
+    ],
+)
+def test_neither_accepts_another_integrator(path, value):
+    assert_both_reject(edited(moved().proof.certificate, *path, value=value))
+
+
+def test_an_integrator_beside_functions_and_a_stop_is_left_open():
+    two = {"A": [["0", "0"], ["0", "-1"]], "B": [["1", "0"], ["0", "1"]], "C": [["1", "0"], ["0", "1"]], "D": TWO["D"]}
+    shape = stored(["-1", "0"], ["1/2", "1/2"], [["0"], ["0", "1"]])
+    complete_and_check(draft(two, [channel("stop"), channel("stop")], **shape))
+    assert_both_reject({**certificate("both"), **draft(two, [channel("stop"), channel("")], **shape)})

@@ -11,6 +11,7 @@ where ``H(0) = 0`` from ``mu`` to ``z``.  ``V = y'P y`` and what ``sum theta_i u
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 
@@ -82,14 +83,12 @@ def from_rest(asked: Asked) -> Asked:
     """
     n, m, out = asked.A.nrows(), asked.D.nrows(), asked.performance
     T = asked.A - diagonal([Fraction(int(asked.discrete))] * n)
-    require(bool(T.det() != 0), "an eigenvalue 0 beside memory and a gain")
     functions, through = _chosen(m, [i for i in range(m) if i not in out]), _chosen(m, out)
-    at_rest = asked.D - asked.C * T.inv() * asked.B  # H(0), or H(1)
-    nothing = fmpq_mat(m, m)
-    require(bool(through * at_rest * functions == nothing), "z does not vanish at rest")
-    require(bool(functions * asked.D * through == nothing), "w enters sigma at once")
+    require(bool(functions * asked.D * through == fmpq_mat(m, m)), "w enters sigma at once")
+    # z = G (T x - B phi) where the loop rests with w = 0, whatever x and phi are
+    G = _of_y(T, asked.B * functions, through * asked.C, through * asked.D * functions)
     B = asked.B * functions + T * asked.B * through
-    C = functions * asked.C + through * asked.C * T.inv()
+    C = functions * asked.C + G
     D = functions * (asked.D * functions + asked.C * asked.B * through) + through * asked.D * through
     return replace(asked, B=B, C=C, D=D)
 
@@ -116,18 +115,21 @@ def require_storage(document: Document, asked: Asked) -> None:
     require(len(theta) == m, "there is not one storage function for each channel")
     moved, out = increments(asked), asked.performance
     require_uniform(weights, moved)
-    require(bool(asked.A.det() != 0), "an eigenvalue 0 is not covered")
+    steep = [_require_sign(asked, i, t) for i, t in enumerate(theta)]
+    free = [one for i, one in enumerate(asked.nonlinearities) if not theta[i] and not one.operator]
+    bounded = all(one.memory is not None and one.memory[0] == "stop" for one in free)
+    one_function = any(one.memory is None and not one.operator for one in asked.nonlinearities)
+    require(bounded or not one_function, "solutions are not shown to be bounded")
+    if asked.A.det() == 0:
+        require(not one_function, "an eigenvalue 0 beside functions and memory")
+        _require_moved_by_stops(asked, moved, weights, (theta, steep), proof)
+        return
     back = asked.A.inv()
     still = asked.D - asked.C * back * asked.B
     functions, through = _chosen(m, [i for i in range(m) if i not in out]), _chosen(m, out)
     turn = diagonal(theta)
     S = turn * still * functions
     require(bool(S.transpose() == S), "Theta H(0) is not symmetric")
-    steep = [_require_sign(asked, i, t) for i, t in enumerate(theta)]
-    free = [one for i, one in enumerate(asked.nonlinearities) if not theta[i] and not one.operator]
-    bounded = all(one.memory is not None and one.memory[0] == "stop" for one in free)
-    one_function = any(one.memory is None and not one.operator for one in asked.nonlinearities)
-    require(bounded or not one_function, "solutions are not shown to be bounded")
     # in v = A^-1 y, u = phi' and w
     states, inputs = _unit_rows(n + m, 0, n), _unit_rows(n + m, n, m)
     rate = asked.A * states + (asked.B * through - back * asked.B * functions) * inputs
@@ -140,12 +142,7 @@ def require_storage(document: Document, asked: Asked) -> None:
     products = (u - low * sigma).transpose() * share * functions * (high * sigma - u)
     gain = z.transpose() * share * high * high * z - w.transpose() * share * w
     stored = u.transpose() * turn * eta
-    rows = triangle(proof["P"], n)
-    exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
-    require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
-    unit = fmpq(2) ** -exponent
-    P = fmpq_mat([[rows[max(i, j)][min(i, j)] * unit for j in range(n)] for i in range(n)])
-    Q = asked.A.transpose() * P * asked.A
+    Q = asked.A.transpose() * _read_matrix(proof, n) * asked.A
     half = states.transpose() * Q * rate + products + gain + stored
     falls = -(half + half.transpose())
     kept = [i for i in range(m) if theta[i]]
@@ -154,9 +151,58 @@ def require_storage(document: Document, asked: Asked) -> None:
     corner = S - negative * still * functions - (negative * still * functions).transpose()
     corner += diagonal([abs(t) / k for t, k in zip(theta, steep, strict=True)])
     V = _without(joined(Q, edge.transpose(), corner), [n + i for i in range(m) if i not in kept])
+    _require_definite(V, falls)
+
+
+def _require_moved_by_stops(
+    asked: Asked,
+    moved: Asked,
+    weights: list[Fraction],
+    stored: tuple[list[Fraction], list[Fraction]],
+    proof: Mapping[str, object],
+) -> None:
+    """The same with an eigenvalue 0: ``phi_i = f_i y`` of stops, in the states ``y`` of the loop of the derivatives."""
+    (theta, steep), m, n, out = stored, asked.D.nrows(), asked.A.nrows(), asked.performance
+    own = [i for i, t in enumerate(theta) if t]
+    require(bool(own), "no storage function moves the eigenvalue 0")
+    require(all(theta[i] < 0 for i in own), "with an eigenvalue 0 there are storage functions of stops alone")
+    chosen, functions = _chosen(m, own), _chosen(m, [i for i in range(m) if i not in out])
+    F = _of_y(asked.A, asked.B * functions, fmpq_mat(m, n), -1 * chosen)
+    states, inputs = _unit_rows(n + m, 0, n), _unit_rows(n + m, n, m)  # inputs are (psi, -w)
+    rate = moved.A * states - moved.B * inputs
+    seen = moved.C * states - moved.D * inputs
+    share, ends = diagonal(weights), moved.bounds
+    low, high = (diagonal([pair[k] for pair in ends]) for k in (0, 1))
+    half = states.transpose() * _read_matrix(proof, n) * rate
+    half += (inputs - low * seen).transpose() * share * (high * seen - inputs)
+    half += (diagonal([-t for t in theta]) * F * states).transpose() * (chosen * seen)
+    kept = F.transpose() * diagonal([abs(t) / k for t, k in zip(theta, steep, strict=True)]) * F
+    _require_definite(_read_matrix(proof, n) + kept, -(half + half.transpose()))
+
+
+def _of_y(T: fmpq_mat, B: fmpq_mat, rows: fmpq_mat, direct: fmpq_mat) -> fmpq_mat:
+    """``G`` with ``G T = rows`` and ``G B = direct``."""
+    both = fmpq_mat([[*a, *b] for a, b in zip(T.tolist(), B.tolist(), strict=True)])
+    right = fmpq_mat([[*a, *b] for a, b in zip(rows.tolist(), direct.tolist(), strict=True)])
+    gram = both * both.transpose()
+    require(bool(gram.det() != 0), "the inputs do not move every state")
+    G = right * both.transpose() * gram.inv()
+    require(bool(G * both == right), "z does not vanish at rest, or an eigenvalue 0 is not moved by the stops")
+    return G
+
+
+def _read_matrix(proof: Mapping[str, object], n: int) -> fmpq_mat:
+    rows = triangle(proof["P"], n)
+    exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
+    require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
+    unit = fmpq(2) ** -exponent
+    return fmpq_mat([[rows[max(i, j)][min(i, j)] * unit for j in range(n)] for i in range(n)])
+
+
+def _require_definite(*matrices: fmpq_mat) -> None:
     for bits in BITS:
         with working_precision(bits):
-            if positive_definite(arb_mat(V)) and positive_definite(arb_mat(falls)):
+            if all(positive_definite(arb_mat(M)) for M in matrices):
                 return
     raise NotShown("V, or the matrix of the inequality, is not shown to be positive definite")
 
