@@ -201,6 +201,21 @@ class BoxSearch:
             raise AssumptionError("the checker does not accept what was found", code=Reason.NO_MULTIPLIER)
         return shown
 
+    def parts(self) -> None:
+        """Say where in the box nothing is proved of the classes as they are given.
+
+        Raises
+        ------
+        AssumptionError
+            With the parts of the box.
+        """
+        family, classes = family_of(self.asked), self.asked.classes
+        ends, gain = self._ends(Fraction(1)), None if classes.performance is None else 1 / float(classes.upper[-1])
+        found = families.open_parts(
+            family, lambda box: self.matrices.solved(box, ends, gain) is not None, self.matrices.widest
+        )
+        raise AssumptionError(found, code=Reason.NO_MULTIPLIER)
+
     def farthest(self, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
         """The largest factor that is proved, above what is known and below ``most``.
 

@@ -463,6 +463,8 @@ def proposals(
         yield "switched gains", jumping
     if not rows:
         yield "periodic solutions", oscillating
+    if family and not rows:
+        yield "parts of the box", channel_families.BoxSearch(asked, channel_families.criteria(asked)[0]).parts
     if rows and not larger:
         yield (
             "the largest factor",

@@ -169,6 +169,46 @@ def too_many(family: PlantFamily | ChannelFamily, box: Box, most: int) -> Assump
     return AssumptionError(f"the box of parameters was cut into {most} boxes, and some are still open: {where}")
 
 
+_PARTS, _SHOWN = 5, 4  # how often the box is cut to see where it is open; how many of these parts are named
+
+
+def open_parts(family: PlantFamily | ChannelFamily, serves: Callable[[Box], bool], widest: Callable[[Box], int]) -> str:
+    """Where in the box nothing is proved, in a sentence, as far as floating point tells.
+
+    Parameters
+    ----------
+    family : PlantFamily or ChannelFamily
+        The plants.
+    serves : callable
+        Whether something is found for a box.
+    widest : callable
+        Across which parameter a box is cut.
+    """
+
+    def parts(box: Box, cuts: int) -> list[Box]:
+        checkpoint()
+        if serves(box):
+            return []
+        if cuts == _PARTS:
+            return [box]
+        j = widest(box)
+        (low, high), at = box[j], simplest(*box[j])
+        halves = [(*box[:j], ends, *box[j + 1 :]) for ends in ((low, at), (at, high))]
+        found = [parts(half, cuts + 1) for half in halves]
+        return [box] if found == [[half] for half in halves] else [one for each in found for one in each]
+
+    found = parts(family.box, 0)
+    if not found:
+        return "each part of the box is covered in floating point, and the whole was not accepted"
+    if found == [family.box]:
+        return "no part of the box is covered"
+    whole = math.prod(high - low for low, high in family.box)
+    share = float(sum(math.prod(high - low for low, high in box) for box in found) / whole)
+    named = "; ".join(family.within(box).ranges for box in found[:_SHOWN])
+    more = f"; and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
+    return f"open is {share * 100:.3g} % of the box: {named}{more}; the rest is covered, in floating point"
+
+
 class Short(AssumptionError):
     """A criterion does not reach the class at a plant of the box."""
 
@@ -220,6 +260,27 @@ class Search:
             raise Short(point, self.family.words(point))
         return given
 
+    def serves(self, laws: Mapping[str, Any], ends: tuple[Fraction, Upper], box: Box) -> bool:
+        """Whether a multiplier for the middle of a box seems to serve all of it.
+
+        Parameters
+        ----------
+        laws : Mapping
+            The class as it stands in a certificate.
+        ends : tuple
+            Its ends.
+        box : tuple of (Fraction, Fraction)
+            The box.
+        """
+        try:
+            own = self.decided(tuple((low + high) / 2 for low, high in box), *ends)
+        except AssumptionError:
+            return False
+        given = classes(dict(laws))
+        return Look(self.family, self.row.name, given.slope if self.row.name in SLOPED else given.sector).passes(
+            box, own
+        )
+
     def tree(self, laws: Mapping[str, Any], lower: Fraction, upper: Upper, start: Tree | None = None) -> Tree:
         """Boxes that cover the box with a multiplier each, on which the inequality holds as far as floats can tell.
 
@@ -239,6 +300,12 @@ class Search:
         AssumptionError
             The boxes became too many.
         """
+        if self.family.order_changes:
+            leading = self.family.sides[1][0]
+            raise AssumptionError(
+                f"the order of the plants changes in the box, where {leading} = 0, and no theorem here is about all of "
+                "them at once; give intervals in which it is not 0, or leave the smallest time constant out"
+            )
         given = classes(dict(laws))
         ends = given.slope if self.row.name in SLOPED else given.sector
         look, count = Look(self.family, self.row.name, ends), [0]
@@ -382,6 +449,8 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
         answer = row.answer(plant, lower=lower, odd=odd)
         return answer.largest.low if answer.verdict is Verdict.PROVED else -math.inf
 
+    if family.order_changes:
+        _ = Search(family, row, odd).tree(laws("finite")[1], lower, "finite")  # says so
     worst, top = least(family, reach, looks=len(family.box) * 4 + 2 if row.stage else MOST_LOOKS)
     if top <= lower:
         raise AssumptionError(f"with {family.words(worst)} the criterion proves nothing")

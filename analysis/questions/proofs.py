@@ -23,7 +23,7 @@ from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError, Reason
 from lure.exact import exact_number
 from lure.plants.block import StructuredPlant
-from lure.plants.family import PlantFamily
+from lure.plants.family import Box, PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
@@ -344,6 +344,42 @@ def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Pr
         return [(name, partial(_computed, asked, name, draft, numbers)) for name, draft in drafts], []
     each = [(one.name, partial(_proof, asked, one, numbers)) for one in candidates(asked, finite=asked.finite)]
     return [one for one in each if not one[0].endswith(LONG)], [one for one in each if one[0].endswith(LONG)]
+
+
+def open_parts(asked: Problem) -> None:
+    """Say where in the box of parameters nothing is proved.
+
+    Parameters
+    ----------
+    asked : Problem
+        About one class and plants with parameters.
+
+    Raises
+    ------
+    AssumptionError
+        With the parts of the box.
+    """
+    family, laws = asked.plant, dict(asked.class_entry)
+    assert isinstance(family, PlantFamily)
+    searches = list[Callable[[Box], bool]]()
+    for row in theorems_for(family, asked.question, asked.criterion, odd=asked.odd, time_varying=asked.time_varying)[
+        :2
+    ]:
+        own = asked.nonlinearity_class
+        bounds = own.slope if row.slope and own.slope is not None else own.sector
+        upper: Upper = Fraction(bounds.upper) if bounds.upper != math.inf else "finite"
+        if bounds.lower == -math.inf or row.name in families.UNUSED:
+            continue
+        search = families.Search(family, row, asked.odd)
+        searches.append(partial(search.serves, laws, (Fraction(bounds.lower), upper)))
+
+    def widest(box: Box) -> int:
+        return max(range(len(box)), key=lambda j: (box[j][1] - box[j][0]) / (family.box[j][1] - family.box[j][0]))
+
+    if family.order_changes:
+        return
+    said = families.open_parts(family, lambda box: any(serves(box) for serves in searches), widest)
+    raise AssumptionError(said, code=Reason.NO_MULTIPLIER)
 
 
 def _of_family(asked: Problem, row: Theorem, numbers: Numbers) -> Proved | Refuted:

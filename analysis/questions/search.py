@@ -36,6 +36,7 @@ from lure.analysis.questions.proofs import (
     criterion_answer,
     endless_proof,
     every_finite,
+    open_parts,
     proposals,
     proved_answer,
     restated,
@@ -381,6 +382,8 @@ def _own(asked: Problem, numbers: Numbers) -> Iterator[Proposal]:
     if isinstance(asked.plant, RationalPlant | PlantFamily) and asked.criterion == asked.method == BEST:
         yield "counterexamples", lambda: counterexample(asked, numbers)
     yield from dear
+    if isinstance(asked.plant, PlantFamily) and asked.provable and asked.criterion == asked.method == BEST:
+        yield "parts of the box", lambda: open_parts(asked)
     if asked.provable and not asked.finite and asked.nonlinearity_class.sector.upper == math.inf:
         yield "every finite bound", lambda: every_finite(asked)
 

@@ -235,6 +235,21 @@ class PlantFamily(InBox, Record):
         return tuple(max(e[j] for e, *_ in self.terms) for j in range(len(self.names)))
 
     @property
+    def order_changes(self) -> bool:
+        """Whether the coefficient of the highest power vanishes, or has two signs, at corners or in the middle."""
+        values = {
+            (value > 0) - (value < 0)
+            for point in (self.middle, *self.corners)
+            for value in [
+                sum(
+                    (d[0] * prod(v**e for v, e in zip(point, powers, strict=True)) for powers, _, d in self.terms),
+                    Fraction(0),
+                )
+            ]
+        }
+        return values not in ({1}, {-1})
+
+    @property
     def variable(self) -> str:
         """``s`` in continuous time, ``z`` in discrete time."""
         return "s" if self.dt is None else "z"

@@ -1,6 +1,7 @@
 """Questions about every plant of a box of parameters: exact families, refutations by one plant, the command."""
 
 import json
+import re
 from fractions import Fraction
 from math import inf
 
@@ -14,6 +15,7 @@ from lure.analysis import decay_rate
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
 from lure.analysis.questions import tolerances
+from lure.analysis.questions.certify import ProofOptions
 from lure.analysis.report.loop.asked import accepted, answers, pictures
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
@@ -72,6 +74,29 @@ def test_a_class_given_whole_is_decided_for_all_plants_or_refuted_by_one():
     refuted = certify(family, NonlinearityClass(sector=Sector(0, 10)))
     assert refuted.verdict is Verdict.REFUTED
     assert "at a = 1, b = 2" in refuted.conclusion.headline
+
+
+# 1/(s^2 + c s + k): the circle criterion proves [0, q] for q < c^2 + 2 c sqrt(k), so not for q = 2 where c = 0.5 and k
+# = 1, nor anywhere below c = 0.586, k = 2; and for every c >= 0.733
+@pytest.mark.parametrize("several", [False, True])
+def test_the_part_of_the_box_that_stays_open_is_said(several):
+    box = {"c": (Fraction(1, 2), 2), "k": (1, 2)}
+    family = PlantFamily.of_coefficients([1], [1, "c", "k"], box)
+    asked = NonlinearityClass(sector=Sector(0, 2), time_varying=True)
+    found = certify(family.channels, [asked]) if several else certify(family, asked)
+    assert found.verdict is Verdict.INCONCLUSIVE
+    told = found.failures[-1].detail
+    assert "% of the box: c in [0.5, " in told
+    assert "k in [1, " in told
+    assert "the rest is covered" in told
+    assert all(float(end) < 0.9 for end in re.findall(r"c in \[\S+, ([\d.]+)\]", told) if "/" not in end)
+
+
+def test_an_order_that_changes_in_the_box_is_said():
+    family = PlantFamily.of_formula("1/((T*s + 1)*(s + 1))", {"T": (0, Fraction(1, 10))})
+    found = certify(family, Sector(0, 3), ways=ProofOptions(criterion="popov"))
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert "the order of the plants changes in the box, where T = 0" in found.failures[0].detail
 
 
 def test_discrete_time_plants_by_the_circle_criterion():
