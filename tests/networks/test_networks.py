@@ -1,9 +1,11 @@
 """Networks as controllers: the loop of their neurons, files of weights, and regions that both checkers accept."""
 
 import json
+import sys
 from fractions import Fraction
 from importlib.resources import files
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -300,3 +302,34 @@ def test_bad_weights_are_refused_in_a_sentence(tmp_path, network, words):
     (tmp_path / "net.npz").write_text("none")
     with pytest.raises(InputError, match="no archive of arrays"):
         read_network(tmp_path / "net.npz", activation="tanh")
+
+
+def test_a_state_dict_is_read_in_the_order_of_its_layers(tmp_path, monkeypatch):
+    # PyTorch itself is no dependency: in its place stands what the reader asks of it, tensors with double().numpy()
+    class Tensor(np.ndarray):
+        def double(self):
+            return self.astype(float)
+
+        def numpy(self):
+            return np.asarray(self)
+
+    one, two = np.array([[1.0, 2.0], [0.0, 1.0]]), np.array([[0.5, -1.0]])
+    parts = {"10.weight": two, "2.weight": one, "2.bias": np.zeros(2), "10.bias": np.zeros(1)}
+    asked = []
+
+    def load(path, **settings):
+        asked.append((path.name, settings))
+        if path.name == "bad.pt":
+            raise RuntimeError("invalid header")
+        return {name: value.astype(np.float32).view(Tensor) for name, value in parts.items()}
+
+    monkeypatch.setitem(sys.modules, "torch", SimpleNamespace(load=load))
+    for name in ("net.pt", "bad.pt"):
+        (tmp_path / name).write_text("")
+    assert read_network(tmp_path / "net.pt", activation="tanh") == Network.given([one, two], activation="tanh")
+    assert asked == [("net.pt", {"map_location": "cpu", "weights_only": True})]  # nothing in the file is run
+    with pytest.raises(InputError, match=r"bad\.pt is no state dict; write it by torch\.save"):
+        read_network(tmp_path / "bad.pt", activation="tanh")
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(InputError, match=r"net\.pt needs PyTorch, which is not installed"):
+        read_network(tmp_path / "net.pt", activation="tanh")
