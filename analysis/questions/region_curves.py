@@ -11,6 +11,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any, NamedTuple, cast
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
@@ -18,7 +19,7 @@ from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
-from lure.analysis.numerics.polynomial import to_fraction
+from lure.analysis.numerics.polynomial import X, to_fraction
 from lure.analysis.questions.region_sets import Shape, matrix_of
 from lure.arrays import NDArray, np
 from lure.plants.multivariable import MultivariablePlant
@@ -34,14 +35,15 @@ _GROWS = 3e-4  # by which a turn of the spiral has to be larger than the one ins
 _CLOSED = 1e-7  # relative distance of the ends of a turn that counts as closed
 _TURNS, _ARCS, _STEPS, _HALVINGS = 80, 4000, 4000, 24
 _FAR, _BITS, _RAYS, _REST = 1e4, 44, 16, 0.003
+_WORTH, _PARTS, _CORNERS = Fraction(101, 100), 4, 200
 _INSIDE = 0.999  # of the ellipsoid, whose coordinates make it the unit disc
 _TIMES = (0.0, 0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9, 1.0)
 
 
 class PlanarSets(NamedTuple):
-    """What the checker accepted: a polygon inside of the region, and one around it; None where there is none."""
+    """What the checker accepted: curves inside of the region, and one around it, or None."""
 
-    inside: Proved | None
+    inside: tuple[Proved, ...]
     outside: Refuted | None
 
 
@@ -57,7 +59,7 @@ def planar_sets(plant: MultivariablePlant, shapes: Sequence[Shape], first: Prove
     first : Proved
         An ellipsoid inside of the region.
     """
-    nothing = PlanarSets(None, None)
+    nothing = PlanarSets((), None)
     known = all(shape.pieces for shape in shapes) and first.certificate["proof"]["method"] == "ellipsoid"
     if plant.order != 2 or plant.dt is not None or any(map(any, plant.D)) or not known:
         return nothing
@@ -89,7 +91,26 @@ def planar_sets(plant: MultivariablePlant, shapes: Sequence[Shape], first: Prove
         for orbit in orbits
     )
     inside, outside = (next(filter(None, map(_accepted, drafts)), None) for drafts in (spirals, curves))
-    return PlanarSets(cast("Proved | None", inside), cast("Refuted | None", outside))
+    if not isinstance(inside, Proved):
+        return PlanarSets((), cast("Refuted | None", outside))
+    both: tuple[Proved, ...] = (inside,)
+    own, opposite = (polygon_within(points) for points in (points_of(inside), _mirrored(points_of(inside))))
+    if _odd(shapes[0]) and union_below([own, opposite]) > _WORTH * union_below([own]):
+        turns = [_mirrored(turn) for turn in inside.certificate["proof"]["turns"]]
+        other = _accepted({**inside.certificate, "proof": inside.certificate["proof"] | {"turns": turns}})
+        both = (inside, other) if isinstance(other, Proved) else both
+    return PlanarSets(both, cast("Refuted | None", outside))
+
+
+def _odd(shape: Shape) -> bool:
+    """Whether ``phi(-sigma) = -phi(sigma)``."""
+    turned = tuple(-piece(-X) for piece in shape.pieces[::-1])
+    return turned == shape.pieces and tuple(-cut for cut in shape.cuts[::-1]) == shape.cuts
+
+
+def _mirrored(points: Any) -> Any:  # noqa: ANN401  (numbers, or their texts)
+    """The curve through the opposite points."""
+    return [[str(-Fraction(v)) if isinstance(v, str) else -v for v in row] for row in points]
 
 
 def _exactly(rows: Sequence[Sequence[str]]) -> Points:
@@ -160,6 +181,77 @@ def within(points: Points, x: tuple[Fraction, Fraction]) -> bool:
         outwards = side * size > 0  # the arc lies beyond its chord
         return bool(near or bulge) if outwards else bool(near and (not bulge or v * v == 4 * u * (1 - u - v)))
     return False
+
+
+def polygon_within(points: Points) -> list[tuple[Fraction, Fraction]]:
+    """Corners of a polygon that lies within a closed curve or an ellipse, anticlockwise, exactly: nearly itself.
+
+    Points of the parabolas are joined, over their control points where they bend towards 0.
+
+    Parameters
+    ----------
+    points : sequence of tuples of Fraction
+        As :func:`points_of` has them; or, of the ellipse ``x'P x <= 1``, the two rows of ``P``.
+    """
+    if len(points) == 2:
+        return _ellipse_within(points)
+    found = list[tuple[Fraction, Fraction]]()
+    for p, c, q in _arcs(points):
+        found.append((p[0], p[1]))
+        size = 0 if c is None else (_cross(p, c) + _cross(c, q) - _cross(p, q)) * _cross(p, q)
+        ends = [Fraction(k, _PARTS) for k in range(_PARTS + 1)] if size else []
+        for s, t in pairwise(ends):
+            if size < 0:  # the control point of the part from s to t
+                weights = (1 - s) * (1 - t), s + t - 2 * s * t, s * t
+                found.append(_weighted(weights, (p, c, q)))
+            if t < 1:
+                found.append(_weighted(((1 - t) ** 2, 2 * t * (1 - t), t * t), (p, c, q)))
+    return found if _cross(found[0], found[1]) > 0 else found[::-1]
+
+
+def _weighted(weights: Sequence[Fraction], corners: Sequence[Any]) -> tuple[Fraction, Fraction]:
+    x, y = (sum((w * corner[k] for w, corner in zip(weights, corners, strict=True)), Fraction(0)) for k in (0, 1))
+    return x, y
+
+
+def _ellipse_within(P: Points) -> list[tuple[Fraction, Fraction]]:
+    back = np.linalg.inv(np.linalg.cholesky(np.array(P, dtype=float)).T) * (1 - 1e-9)
+    found = list[tuple[Fraction, Fraction]]()
+    for angle in np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False):
+        x, y = (Fraction(float(v)) for v in back @ np.array([np.cos(angle), np.sin(angle)]))
+        if P[0][0] * x * x + 2 * P[0][1] * x * y + P[1][1] * y * y <= 1:
+            found.append((x, y))
+    return found
+
+
+def union_below(polygons: Sequence[Sequence[tuple[Fraction, Fraction]]]) -> Fraction:
+    """A lower bound of the area of a union of polygons that are seen whole from 0: the largest one in each direction.
+
+    Parameters
+    ----------
+    polygons : sequence of sequences of pairs of Fraction
+        Corners of each, anticlockwise.
+    """
+    sided = list[tuple[Any, list[tuple[Fraction, Fraction]]]]()
+    for polygon in polygons:
+        angles = np.array([math.atan2(float(y), float(x)) for x, y in polygon])
+        first = int(angles.argmin())
+        sided.append((np.roll(angles, -first), [*polygon[first:], *polygon[:first]]))
+    rays = sorted((math.atan2(float(y), float(x)), (x, y)) for polygon in polygons for x, y in polygon)
+    whole = Fraction(0)
+    for (start, u), (end, v) in zip(rays, [*rays[1:], (rays[0][0] + 2 * math.pi, rays[0][1])], strict=True):
+        if _cross(u, v) <= 0:
+            continue
+        middle, best = (start + end) / 2, Fraction(0)
+        for angles, corners in sided:
+            i = int(np.searchsorted(angles, middle if middle < math.pi else middle - 2 * math.pi)) - 1
+            a, b = corners[i], corners[(i + 1) % len(corners)]
+            if min(_cross(a, u), _cross(u, b), _cross(a, v), _cross(v, b)) < 0 or _cross(a, b) <= 0:
+                continue
+            edge = b[0] - a[0], b[1] - a[1]
+            best = max(best, _cross(a, b) ** 2 * _cross(u, v) / (2 * _cross(u, edge) * _cross(v, edge)))
+        whole += best
+    return whole * (1 - Fraction(1, 10**9))  # directions that are equal in floating point may be out of order
 
 
 def drawn(points: Points) -> NDArray[np.float64]:

@@ -25,6 +25,7 @@ from lure.analysis.verdict import Evidence
 from lure.arrays import NDArray, np
 from lure.classes import Diagonal
 from lure.errors import InputError
+from lure.exact import exact_number
 from lure.files.system import LoopSystem
 from lure.nonlinearities import ExpressionNonlinearity, Tanh
 from lure.nonlinearities.local import LocalSector
@@ -228,6 +229,30 @@ def loop_asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlan
                 f"the nonlinearity of channel {i}, {one}, is not known to be locally Lipschitz; give another"
             )
     return found, [shape_of(one) for one in known]
+
+
+def points_along(along: Sequence[Sequence[float | Fraction]], n: int) -> NDArray[np.float64]:
+    """Points of the state space as an array, (k, n).
+
+    Parameters
+    ----------
+    along : sequence of sequences
+        Of numbers.
+    n : int
+        Number of states.
+
+    Raises
+    ------
+    InputError
+        They are none, or one of them is 0.
+    """
+    rows = [list(point) for point in along]
+    if not rows or any(len(row) != n for row in rows):
+        raise InputError(f"along has points with {sorted({len(row) for row in rows})} entries; give {n} for each")
+    exact = [[exact_number(v, f"along[{i}][{j}]") for j, v in enumerate(row)] for i, row in enumerate(rows)]
+    if not all(map(any, exact)):
+        raise InputError("along has the point 0; give points away from it")
+    return np.array([[float(v) for v in row] for row in exact])
 
 
 def _above(value: Fraction) -> Fraction:

@@ -16,7 +16,16 @@ from lure.analysis.drawing import drawing
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions.certify import ProofOptions, certify
-from lure.analysis.questions.region_curves import PlanarSets, area, gauge, planar_sets, points_of, within
+from lure.analysis.questions.region_curves import (
+    PlanarSets,
+    area,
+    gauge,
+    planar_sets,
+    points_of,
+    polygon_within,
+    union_below,
+    within,
+)
 from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth, proved_level_set
 from lure.analysis.questions.region_sets import (
@@ -24,6 +33,7 @@ from lure.analysis.questions.region_sets import (
     equilibria,
     loop_asked,
     matrix_of,
+    points_along,
     positive,
     rests_at_0,
     shape_given,
@@ -391,7 +401,7 @@ def region(
     check_seconds(seconds)
     found, shapes = loop_asked(plant, nonlinearities)
     moved = disturbance_of(plant, disturbance, found.order)
-    points = None if along is None else _points(along, found.order)
+    points = None if along is None else points_along(along, found.order)
     if not found.order:
         raise InputError("the plant has no states; a region of attraction needs one at least")
     began = time.monotonic()
@@ -414,19 +424,16 @@ def _answered(
 ) -> RegionOfAttraction:
     began = time.monotonic()
     proof, beyond, late = None, None, True
-    try:
-        with time_limit(seconds):
-            signs = sign_interval(found, shapes)
-            if signs is not None:
-                return _of_signs(*signs)
-            beyond = proved_growth(found, shapes)
-            local = beyond is not None or any(shape.reach is not None for shape in shapes)
-            whole = None if local else _everywhere(found, shapes)
-            if whole is not None:
-                return _of_all(found.order, whole)
-            proof, late = proved_ellipsoid(found, shapes, points), False
-    except TimeoutError:
-        pass
+    with suppress(TimeoutError), time_limit(seconds):
+        signs = sign_interval(found, shapes)
+        if signs is not None:
+            return _of_signs(*signs)
+        beyond = proved_growth(found, shapes)
+        local = beyond is not None or any(shape.reach is not None for shape in shapes)
+        whole = None if local else _everywhere(found, shapes)
+        if whole is not None:
+            return _of_all(found.order, whole)
+        proof, late = proved_ellipsoid(found, shapes, points), False
     outside, high = () if beyond is None else (_grown(beyond),), None
     if beyond is not None and found.order == 2:
         high = volume_above(matrix_of(beyond.certificate, "Q"))
@@ -440,19 +447,22 @@ def _answered(
             reason="the time allowed is over" if late else "no invariant ellipsoid was found",
             stopped="time" if late else None,
         )
-    more, planar = None, PlanarSets(None, None)
+    more, planar = None, PlanarSets((), None)
     with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
         more = proved_level_set(found, shapes, proof, points)
     with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
         planar = planar_sets(found, shapes, proof)
-    sets = [_set_of(one, shapes) for one in (proof, more, planar.inside) if one is not None]
+    sets = [_set_of(one, shapes) for one in (proof, more, *planar.inside) if one is not None]
     sets.sort(key=lambda one: -one.volume)
     if planar.outside is not None:
         around = points_of(planar.outside)
         high = min(double_above(area(around)), math.inf if high is None else high)
         outside = (OutsideSet(kind="curve", points=around, proof=planar.outside), *outside)
     low = sets[0].volume
-    if found.order == 2 and len(sets) > 1 and all(one.convex for one in sets):
+    if planar.inside:
+        polygons = [polygon_within(one.points or one.P or ()) for one in sets if one.kind != "level set"]
+        low = max(low, double_below(union_below(polygons)))
+    elif found.order == 2 and len(sets) > 1 and all(one.convex for one in sets):
         low = max(low, union_area([one.values for one in sets], _box(sets)))
     return RegionOfAttraction(
         verdict=Verdict.PROVED,
@@ -534,16 +544,6 @@ def _of_all(states: int, proof: Proved) -> RegionOfAttraction:
 
 def _grown(shown: Refuted) -> OutsideSet:
     return OutsideSet(kind="ellipsoid", Q=matrix_of(shown.certificate, "Q"), proof=shown)
-
-
-def _points(along: Sequence[Sequence[float | Fraction]], n: int) -> Any:  # noqa: ANN401  (an array)
-    rows = [list(point) for point in along]
-    if not rows or any(len(row) != n for row in rows):
-        raise InputError(f"along has points with {sorted({len(row) for row in rows})} entries; give {n} for each")
-    exact = [[exact_number(v, f"along[{i}][{j}]") for j, v in enumerate(row)] for i, row in enumerate(rows)]
-    if not all(map(any, exact)):
-        raise InputError("along has the point 0; give points away from it")
-    return np.array([[float(v) for v in row] for row in exact])
 
 
 def _reach(one: AttractedSet, points: Any) -> float:  # noqa: ANN401  (an array)

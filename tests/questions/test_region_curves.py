@@ -12,7 +12,7 @@ from tampering import assert_both_reject, edited
 from lure import Saturation, as_plant
 from lure.analysis import check, region
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.questions.region_curves import area, gauge, within
+from lure.analysis.questions.region_curves import area, gauge, polygon_within, union_below, within
 from lure.nonlinearities import Cubic
 
 # Van der Pol's oscillator back in time: x' = -x + x^3/3 - y, y' = x.  The region ends at its periodic solution.
@@ -168,6 +168,27 @@ def test_a_periodic_solution_is_claimed_of_a_stable_equilibrium_that_is_alone(os
             assert_both_reject(edited(moved, "proof", "points", value=times(Fraction(3, 2))))
 
 
+def test_the_area_of_a_union_is_that_of_the_largest_in_each_direction():
+    # two rectangles across each other: 4 x 2 and 2 x 4 have 8 + 8 - 4 in common
+    wide = [(Fraction(x), Fraction(y)) for x, y in ((2, -1), (2, 1), (-2, 1), (-2, -1))]
+    tall = [(-y, x) for x, y in wide]
+    assert float(union_below([wide])) == pytest.approx(8, rel=1e-8)
+    assert union_below([wide]) < 8
+    # where edges cross between two rays the larger triangle alone counts, less than the union
+    assert 8 < union_below([wide, tall]) < 12
+    inner = [(x / 2, y / 2) for x, y in wide]
+    assert union_below([wide, inner]) == union_below([wide])
+
+
+def test_a_polygon_within_a_curve_is_nearly_the_curve(oscillator):
+    points = oscillator.sets[0].points
+    corners = polygon_within(points)
+    assert all(within(points, corner) for corner in corners)
+    assert 0.999 * area(points) < union_below([corners]) < area(points)
+    ellipse = polygon_within(oscillator.sets[1].P)
+    assert 0.999 * oscillator.sets[1].volume < union_below([ellipse]) < oscillator.sets[1].volume
+
+
 def test_membership_is_exact_and_agrees_with_the_drawing(oscillator):
     points = oscillator.sets[0].points
     rng = np.random.default_rng(7)
@@ -216,10 +237,20 @@ def test_two_channels_have_an_outer_curve(held):
 def test_a_region_between_saddles_is_larger_than_its_ellipsoid():
     # x'' = x - x'/10 - sat(3 x + x'/5): saddles at +-1, where x = sat
     found = region(as_plant(([[0, 1], [1, "-0.1"]], [0, 1], [3, "0.2"], 0)), Saturation())
-    first, second = found.sets
-    assert (first.kind, second.kind) == ("curve", "ellipsoid")
-    assert first.volume > 1.2 * second.volume
+    first, opposite, second = found.sets
+    assert (first.kind, opposite.kind, second.kind) == ("curve", "curve", "ellipsoid")
+    assert first.volume == opposite.volume > 1.2 * second.volume
     assert not first.contains([1, 0])
+    # the nonlinearity is odd: the curve through the opposite points is another one, accepted by itself
+    assert recheck(opposite.proof.certificate).accepted
+    rng = np.random.default_rng(3)
+    x = rng.uniform(-1.2, 1.2, (4000, 2))
+    inside = [tuple(map(Fraction, place)) for place in x.tolist()]
+    own, other = ([within(one.points, place) for place in inside] for one in (first, opposite))
+    assert other == [within(first.points, (-a, -b)) for a, b in inside]
+    hit = np.mean([a or b or second.contains(c) for a, b, c in zip(own, other, inside, strict=True)]) * 2.4**2
+    assert found.area[0] > 1.3 * first.volume
+    assert found.area[0] == pytest.approx(hit, rel=0.05)
 
 
 def test_the_curves_are_drawn(oscillator):
