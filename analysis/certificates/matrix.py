@@ -129,7 +129,7 @@ def proof_by_matrix(claim: Claim, first: Iterable[Rounded] = (), *, close: bool 
     AssumptionError
         None was found; nothing follows about the loop.
     """
-    zero, reason = _zero(claim), "none was found"
+    zero, reason = zero_of(claim), "none was found"
     for P in _candidates(claim, zero, first, solutions_of if close else solutions):
         proof = {
             "method": "matrix",
@@ -214,8 +214,14 @@ def _discrete(
         yield replace(P, exponent=P.exponent + 1, sure=False)
 
 
-def _zero(claim: Claim) -> dict[str, Any] | None:
-    """The zero eigenvalue in the words of a certificate, None if there is none or time is discrete."""
+def zero_of(claim: Claim) -> dict[str, Any] | None:
+    """The zero eigenvalue in the words of a certificate, None if there is none or time is discrete.
+
+    Parameters
+    ----------
+    claim : Claim
+        The claim.
+    """
     n = len(claim.b)
     if claim.discrete or _regular(claim.A):
         return None

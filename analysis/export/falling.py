@@ -93,12 +93,15 @@ class _Theorem:
     def class_of(self, i: int) -> str:
         """What is said of a nonlinearity."""
         low, high = self.loop.bounds[i]
+        if self.loop.each:
+            return f"in_sector {number(low)} K {self.phi(i)}"
         inner = f"above {number(low)}" if high == INF else f"in_sector {number(low)} {number(Fraction(high))}"
         return f"forall t, {inner} ({self.phi(i)})" if self.families[i].varying else f"{inner} {self.phi(i)}"
 
     def hypotheses(self) -> list[tuple[str, str]]:
         """Names and statements."""
-        found = [(f"class{s}", self.class_of(i)) for i, s in enumerate(self.own)]
+        found = [("bound", f"{number(self.loop.bounds[0][0])} < K")] * self.loop.each
+        found += [(f"class{s}", self.class_of(i)) for i, s in enumerate(self.own)]
         for i, s in enumerate(self.own):
             if self.loop.theta[i]:
                 found.append((f"integral{s}", f"integral_of Phi{s} phi{s}"))
@@ -150,6 +153,14 @@ class _Theorem:
             if self.discrete
             else f"falls_in_time {f.size} P now next rows low turn products {f.times}"
         )
+        if self.loop.each:
+            ((c, psi, argument),) = f.products
+            found[-3:] = [one for one in found[-3:] if not one.startswith("Definition products")]
+            found += [
+                f"Definition {name} : list Z := {integers(row)}%Z."
+                for name, row in (("psi", psi), ("argument", argument))
+            ]
+            test = f"falls_for_each_bound {f.size} P now next rows low turn {c} psi argument {f.times} {f.beside}"
         lines = ["(* V = x^T P x, and integrals, falls: by Lagrange's reduction of two quadratic forms. *)", *found]
         lines.append(f"Lemma falls : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
         return "\n".join(one if "\n" in one else folded(one) for one in lines)
@@ -162,7 +173,8 @@ class _Theorem:
         binders = f" ({phis} : R -> R)" * bool(phis.strip()) + f" ({varying} : {self.moment} -> R -> R)" * bool(varying)
         told = [f"  ({text}) ->" for _, text in self.hypotheses()]
         ends = self.conclusions()
-        names = [name.strip("() ") for name in (phis + " " + varying).split()]
+        binders = " (K : R)" * self.loop.each + binders
+        names = ["K"] * self.loop.each + [name.strip("() ") for name in (phis + " " + varying).split()]
         lines = [f"Theorem stable : forall{binders} ({self.path} : {self.kind}),", *told]
         lines += ["  " + " /\\ ".join(ends) + ".", "Proof."]
         lines.append(f"  intros {' '.join([*names, self.path, *(name for name, _ in self.hypotheses())])}.")
@@ -227,14 +239,33 @@ class _Theorem:
             lines.append("      [intro; unfold z; cbn [dot]; field|unfold z; cbn [dot]; field|].")
             lines.append(f"      apply (derivable_pt_lim_scal {name}); {use}. }}")
         lines.append("    apply Forall2_nil. }")
-        lines.append(
-            f"  assert (lim := in_time {f.size} P now next rows low turn products {f.times} z\n"
-            f"    (fun t => {integrals}) falls)."
-        )
+        name, more = f"in_time {f.size} P now next rows low turn products {f.times} z", ""
+        if self.loop.each:
+            (a, b), low = f.factors[0], number(self.loop.bounds[0][0])
+            name = f"in_time_for_each_bound {f.size} P now next rows low turn {f.products[0][0]} psi argument {f.times}"
+            name, more = f"{name} {f.beside} z", f" ({b} / ({a} * (K - {low})))"
+        lines.append(f"  assert (lim := {name}\n    (fun t => {integrals}){more} falls).")
         lines.append("  assert (all : forall row, In row rows -> tends_to (fun t => dot row (at_ now (z t))) 0).")
         lines.append("  { apply lim; clear lim.")
-        lines += ["  - reflexivity.", "  - exact F.", *self.below(), *self.turning(), *self.products()]
-        return lines
+        lines += ["  - reflexivity.", "  - exact F.", *self.below(), *self.turning()]
+        return lines + (self.for_each() if self.loop.each else self.products())
+
+    def for_each(self) -> list[str]:
+        """That the product of the class has the sign it should have for each upper bound."""
+        (a, b), low, value = self.forms.factors[0], number(self.loop.bounds[0][0]), self.value(0)
+        opened = (
+            "unfold z, psi, argument, den, sigma; cbn [dot]"
+            if self.transfer
+            else "unfold z, psi, argument, sigma; cbn [dot]"
+        )
+        shown = "rewrite (closed t Ht); ring" if self.transfer else "symmetry; apply (value t Ht)"
+        return [
+            "  - apply Rdiv_lt_0_compat; [lra|apply Rmult_lt_0_compat; lra].",
+            "  - intros t Ht.",
+            f"    assert (E : phi ({self.sigma(0)}) = {value}) by ({shown}).",
+            f"    apply (each_bound {low} K phi ({self.sigma(0)}) {value} {a} {b} _ _ bound class E); [lra|lra| |];",
+            f"      {opened}; field. }}",
+        ]
 
     def below(self) -> list[str]:
         """The bound below the integrals."""
@@ -261,7 +292,7 @@ class _Theorem:
     def side(self, i: int, c: Fraction) -> str:
         """The half of the class that bounds an integral."""
         s = self.own[i]
-        if self.loop.bounds[i][1] == INF:
+        if self.loop.bounds[i][1] == INF and not self.loop.each:
             return f"proj2 class{s} y"
         return f"proj{1 if c > 0 else 2} (proj2 class{s} y)"
 

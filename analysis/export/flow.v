@@ -147,28 +147,21 @@ Definition falls_in_time (n : nat) (P fs gs rows : list (list Z)) (low turn S : 
   nonneg n (times N (times (-1) (bilinear P fs gs ++ bilinear P gs fs) ++ times (-1) turn ++ times (-1) S)
             ++ times (-1) (squares (mixed rows fs) ++ squares (mixed rows gs))).
 
-Theorem in_time : forall n P fs gs rows low turn S N (z : R -> list R) (J : R -> R),
-  falls_in_time n P fs gs rows low turn S N = true ->
+Lemma in_time_by : forall n P fs gs rows low turn N (z : R -> list R) (J : R -> R), 0 < N ->
+  nonneg n (bilinear P fs fs ++ low) = true ->
   (forall t, length (z t) = n) -> flows z fs gs ->
   (forall t, 0 < t -> value low (z t) <= J t) ->
   (forall t, 0 < t -> derivable_pt_lim J t (value turn (z t))) ->
-  (forall t, 0 < t -> products_hold S (z t)) ->
+  (forall t, 0 < t -> value (squares (mixed rows fs)) (z t) + value (squares (mixed rows gs)) (z t)
+    <= - (N * (value (bilinear P fs gs) (z t) + value (bilinear P gs fs) (z t) + value turn (z t)))) ->
   forall row, In row rows -> tends_to (fun t => dot row (at_ fs (z t))) 0.
 Proof.
-  intros n P fs gs rows low turn S N z J check len F above DJ class row Hrow.
-  unfold falls_in_time in check.
+  intros n P fs gs rows low turn N z J pos nn len F above DJ bound row Hrow.
   assert (Hf := in_map (fun row => combine_forms row fs) rows row Hrow); fold (mixed rows fs) in Hf.
   assert (G := flow_mixed z fs gs rows F).
   set (small := mixed rows fs) in *; set (small' := mixed rows gs) in *; set (f := combine_forms row fs) in *.
-  rewrite !andb_true_iff, Z.ltb_lt in check.
-  destruct check as [[[W pos] nn] falls]; apply IZR_lt in pos.
-  assert (main := fun t => nonneg_sound n _ (z t) falls (len t)).
-  set (v := fun t => IZR N * (value (bilinear P fs fs) (z t) + J t)).
-  set (v' := fun t => IZR N * (value (bilinear P fs gs) (z t) + value (bilinear P gs fs) (z t) + value turn (z t))).
-  assert (bound : forall t, 0 < t -> value (squares small) (z t) + value (squares small') (z t) <= - v' t).
-  { intros t Ht; pose proof (main t) as M; unfold v'.
-    rewrite !value_app, !value_times, !value_app, !value_times, !value_app in M.
-    pose proof (class_nonneg S (z t) W (class t Ht)); nra. }
+  set (v := fun t => N * (value (bilinear P fs fs) (z t) + J t)).
+  set (v' := fun t => N * (value (bilinear P fs gs) (z t) + value (bilinear P gs fs) (z t) + value turn (z t))).
   assert (lim : tends_to (fun t => value (squares small) (z t)) 0).
   { apply (attracted v v' _ (fun t => 2 * sumprod (at_ small (z t)) (at_ small' (z t)))).
     - intros t Ht; apply (derivable_pt_lim_scal (fun t => value (bilinear P fs fs) (z t) + J t)).
@@ -178,14 +171,79 @@ Proof.
     - intros t Ht; pose proof (nonneg_sound n _ (z t) nn (len t)) as M; rewrite value_app in M.
       pose proof (above t Ht); unfold v; nra.
     - intros t _; apply squares_nonneg.
-    - intros t Ht; pose proof (bound t Ht); pose proof (squares_nonneg small' (z t)); lra.
-    - intros t Ht; pose proof (bound t Ht); pose proof (twice_product (z t) small small'); lra. }
+    - intros t Ht; pose proof (bound t Ht); pose proof (squares_nonneg small' (z t)); unfold v'; lra.
+    - intros t Ht; pose proof (bound t Ht); pose proof (twice_product (z t) small small'); unfold v'; lra. }
   intros eps epos; destruct (lim (eps * eps)) as [T HT]; [nra|].
   exists T; intros t Ht; pose proof (HT t Ht) as A.
   rewrite <- dot_combine; fold f.
   rewrite Rminus_0_r in *; pose proof (squares_nonneg small (z t)) as B; rewrite Rabs_right in A by lra.
   pose proof (squares_in small f (z t) Hf).
   rewrite <- (Rabs_right eps) by lra; apply Rsqr_lt_abs_0; unfold Rsqr; lra.
+Qed.
+
+Theorem in_time : forall n P fs gs rows low turn S N (z : R -> list R) (J : R -> R),
+  falls_in_time n P fs gs rows low turn S N = true ->
+  (forall t, length (z t) = n) -> flows z fs gs ->
+  (forall t, 0 < t -> value low (z t) <= J t) ->
+  (forall t, 0 < t -> derivable_pt_lim J t (value turn (z t))) ->
+  (forall t, 0 < t -> products_hold S (z t)) ->
+  forall row, In row rows -> tends_to (fun t => dot row (at_ fs (z t))) 0.
+Proof.
+  intros n P fs gs rows low turn S N z J check len F above DJ class.
+  unfold falls_in_time in check; rewrite !andb_true_iff, Z.ltb_lt in check.
+  destruct check as [[[W pos] nn] falls]; apply IZR_lt in pos.
+  apply (in_time_by n P fs gs rows low turn (IZR N) z J); auto; intros t Ht.
+  pose proof (nonneg_sound n _ (z t) falls (len t)) as M.
+  rewrite !value_app, !value_times, !value_app, !value_times, !value_app in M.
+  pose proof (class_nonneg S (z t) W (class t Ht)); nra.
+Qed.
+
+(* The same for each finite upper bound of a sector: k psi^2 <= psi sigma with some k > 0, psi = phi - l sigma. *)
+Definition falls_for_each_bound (n : nat) (P fs gs rows : list (list Z)) (low turn : list term) (c : Z)
+    (psi sigma : list Z) (N0 N1 : Z) :=
+  let least := times (-1) (bilinear P fs gs ++ bilinear P gs fs) ++ times (-1) turn ++ [((- c)%Z, (psi, sigma))] in
+  (0 <? c)%Z && (0 <? N0)%Z && (0 <? N1)%Z && nonneg n (bilinear P fs fs ++ low) && nonneg n least &&
+  nonneg n (times N0 least ++ [(N1, (psi, psi))] ++ times (-1) (squares (mixed rows fs) ++ squares (mixed rows gs))).
+
+Theorem in_time_for_each_bound : forall n P fs gs rows low turn c psi sigma N0 N1 (z : R -> list R) (J : R -> R) k,
+  falls_for_each_bound n P fs gs rows low turn c psi sigma N0 N1 = true ->
+  (forall t, length (z t) = n) -> flows z fs gs ->
+  (forall t, 0 < t -> value low (z t) <= J t) ->
+  (forall t, 0 < t -> derivable_pt_lim J t (value turn (z t))) ->
+  0 < k -> (forall t, 0 < t -> k * (dot psi (z t) * dot psi (z t)) <= dot psi (z t) * dot sigma (z t)) ->
+  forall row, In row rows -> tends_to (fun t => dot row (at_ fs (z t))) 0.
+Proof.
+  intros n P fs gs rows low turn c psi sigma N0 N1 z J k check len F above DJ kpos class.
+  unfold falls_for_each_bound in check; rewrite !andb_true_iff, !Z.ltb_lt in check.
+  destruct check as [[[[[cp p0] p1] nn] least] falls]; apply IZR_lt in cp, p0, p1.
+  assert (Q : 0 < IZR N1 / (IZR c * k)) by (apply Rdiv_lt_0_compat; nra).
+  apply (in_time_by n P fs gs rows low turn (IZR N0 + IZR N1 / (IZR c * k)) z J); auto; [lra|]; intros t Ht.
+  pose proof (nonneg_sound n _ (z t) least (len t)) as L.
+  pose proof (nonneg_sound n _ (z t) falls (len t)) as M.
+  pose proof (class t Ht) as K.
+  repeat (rewrite value_app in L || rewrite value_times in L || rewrite value_app in M || rewrite value_times in M).
+  cbn [value] in L, M.
+  rewrite opp_IZR in L, M.
+  set (a := value (bilinear P fs gs) (z t)) in *; set (b := value (bilinear P gs fs) (z t)) in *.
+  set (d := value turn (z t)) in *; set (p := dot psi (z t)) in *; set (s := dot sigma (z t)) in *.
+  assert (E : IZR N1 / (IZR c * k) * (IZR c * (k * (p * p))) = IZR N1 * (p * p)) by (field; lra).
+  assert (G : IZR N1 / (IZR c * k) * (IZR c * (k * (p * p))) <= IZR N1 / (IZR c * k) * - (a + b + d)).
+  { apply Rmult_le_compat_l; [lra|]; nra. }
+  assert (H : IZR N0 * (- (a + b + d) - IZR c * (p * s)) <= IZR N0 * - (a + b + d)).
+  { apply Rmult_le_compat_l; [lra|]; assert (0 <= p * s) by nra; nra. }
+  nra.
+Qed.
+
+Lemma each_bound : forall l K phi y p a b u v, l < K -> in_sector l K phi -> phi y = p -> 0 < a -> 0 < b ->
+  u = a * (p - l * y) -> v = b * y -> b / (a * (K - l)) * (u * u) <= u * v.
+Proof.
+  intros l K phi y p a b u v lK S E A B -> ->; pose proof (sector l K phi y p S E) as H.
+  assert (D : a * (K - l) <> 0) by (apply Rgt_not_eq; nra).
+  apply (Rmult_le_reg_l ((K - l))); [lra|].
+  replace ((K - l) * (b / (a * (K - l)) * (a * (p - l * y) * (a * (p - l * y)))))
+    with (a * b * ((p - l * y) * (p - l * y))) by (field; split; nra).
+  replace ((K - l) * (a * (p - l * y) * (b * y))) with (a * b * ((p - l * y) * ((K - l) * y))) by ring.
+  apply Rmult_le_compat_l; nra.
 Qed.
 
 (* ---- The integral of a nonlinearity ---- *)

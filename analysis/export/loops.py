@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 from flint import arb_mat
@@ -14,8 +15,8 @@ from lure.analysis.certificates.arithmetic import INF, Malformed, Rejected, numb
 from lure.analysis.certificates.blocks import coefficients, realised
 from lure.analysis.certificates.channels import Plant, channels, plant
 from lure.analysis.certificates.frequencies import shifted
-from lure.analysis.certificates.matrix import Claim, proof_by_matrix
-from lure.analysis.certificates.riccati import CLOSE, stabilising
+from lure.analysis.certificates.matrix import Claim, proof_by_matrix, solutions_of, zero_of
+from lure.analysis.certificates.riccati import CLOSE, Inequality, Rounded, stabilising
 from lure.analysis.certificates.states import classes, deflated
 from lure.analysis.export.quadratic import Loop, Matrix, Vector, less, mix, rounded
 from lure.analysis.export.words import refused
@@ -85,12 +86,16 @@ def _one(certificate: Data) -> Iterator[Loop]:
         raise refused("its block has a feedthrough, which Popov's term does not cover; export a circle criterion")
     if len(A) > MOST_STATES:
         raise refused(f"its plant has {len(A)} states, above {MOST_STATES}")
-    if proof["method"] != "matrix":
-        width = None if high == INF else high - low
-        claim = Claim(A=A, b=b, c=c, d=d, discrete=discrete, width=width, theta=theta)
-        proof = proof_by_matrix(claim, close=True)
-    zero, half = proof["zero"], [numbers(row) for row in proof["P"]]
-    own = [[half[max(i, j)][min(i, j)] / 2 ** proof["exponent"] for j in range(len(half))] for i in range(len(half))]
+    width = None if high == INF else high - low
+    claim = Claim(A=A, b=b, c=c, d=d, discrete=discrete, width=width, theta=theta)
+    zero = proof["zero"] if proof["method"] == "matrix" else zero_of(claim)
+    # whether nothing is left of F at infinite frequency
+    each = proof["method"] != "matrix" and width is None and not theta * _dot(c, b) + d
+    if each:
+        found = _for_each_bound(claim, zero)
+    else:
+        own = _triangle(proof if proof["method"] == "matrix" else proof_by_matrix(claim, close=True))
+        found = iter([*(rounded(own, bits) for bits in BITS), own])
     rows, ends = _ends(A, b, c, zero)
     if not rows:
         raise refused("its one state is an eigenvalue 0, and no other tends to 0")
@@ -103,12 +108,37 @@ def _one(certificate: Data) -> Iterator[Loop]:
         lead = Fraction(1)
     shape = loop.sigma[0][: len(A)]
     weights = [Fraction(2) if high == INF else 2 / (high - low)]
-    loop = replace(loop, bounds=[(low, high)], weights=weights, theta=[theta], rows=rows)
-    for P in (*(rounded(own, bits) for bits in BITS), own):
+    loop = replace(loop, bounds=[(low, high)], weights=weights, theta=[theta], rows=rows, each=each)
+    for P in found:
         whole = [[lead * v for v in row] for row in _carried(P, rows, ends)]
         if theta and low:
             whole = [less(row, theta * low * s, shape) for row, s in zip(whole, shape, strict=True)]
         yield replace(loop, P=whole)
+
+
+def _triangle(proof: Data) -> Matrix:
+    """``P`` of a proof."""
+    half = [numbers(row) for row in proof["P"]]
+    size = range(len(half))
+    return [[half[max(i, j)][min(i, j)] / 2 ** proof["exponent"] for j in size] for i in size]
+
+
+def _for_each_bound(claim: Claim, zero: Data | None) -> Iterator[Matrix]:
+    """``P b = c + theta A'c`` exactly, else near a solution with a large upper bound; ``b`` is the last unit vector."""
+    A, b, c = (claim.A, claim.b, claim.c) if zero is None else deflated(claim.A, claim.b, claim.c, zero)[:3]
+    n = len(b)
+    if claim.discrete or b[:-1] != [0] * (n - 1) or b[-1:] != [1]:
+        raise refused("without an upper bound it needs a transfer function in continuous time; give an upper bound")
+    q = [v + claim.theta * _dot(c, [row[j] for row in A]) for j, v in enumerate(c)]
+    for power in (2, 4, 6, 8, 12, 16, 20, 30, 40):
+        near = Inequality(A=A, b=b, c=c, theta=claim.theta, r=Fraction(1, 1 << power))
+        for one in islice(solutions_of(near), 4) if n > 1 else [Rounded(rows=[[0]], exponent=0)]:
+            P = _triangle({"P": [[str(v) for v in row] for row in one.rows], "exponent": one.exponent})
+            for own in (*(rounded(P, bits) for bits in BITS[:3]), P):
+                own[-1] = list(q)
+                for row, v in zip(own, q, strict=True):
+                    row[-1] = v
+                yield own
 
 
 def _ends(A: Matrix, b: Vector, c: Vector, zero: Data | None) -> tuple[Matrix, list[tuple[Fraction, Vector]]]:
@@ -175,9 +205,7 @@ def _matrices(H: Plant, loop: Loop, proof: Data) -> Iterator[Matrix]:
         In discrete time, without a ``P``.
     """
     if proof["method"] == "matrix":
-        half = [numbers(row) for row in proof["P"]]
-        size = range(len(half))
-        yield [[half[max(i, j)][min(i, j)] / 2 ** proof["exponent"] for j in size] for i in size]
+        yield _triangle(proof)
         return
     if H.discrete:
         raise refused("in discrete time several channels need a proof by a matrix")

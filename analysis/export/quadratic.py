@@ -40,6 +40,8 @@ class Loop:
         Symmetric.
     rows : list of list of Fraction
         Over ``x``: the combinations that tend to 0.
+    each : bool
+        Whether it is shown for each finite upper bound, of one channel, in continuous time.
     """
 
     discrete: bool
@@ -52,6 +54,7 @@ class Loop:
     theta: Vector
     P: Matrix
     rows: Matrix
+    each: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +79,8 @@ class Forms:
         Channel, coefficient ``c`` of its integral, the row of ``q sigma`` over ``now``, and ``q``.
     times : int
         ``N``: ``N`` times the fall of ``V`` is above the squares of ``rows``.
+    beside : int
+        For each upper bound: with so many squares of ``phi - l sigma`` beside it.
     """
 
     size: int
@@ -90,6 +95,7 @@ class Forms:
     turn: list[Term]
     integrals: list[tuple[int, Fraction, list[int], Fraction]]
     times: int
+    beside: int = 0
 
 
 def whole(row: Iterable[Fraction], unit: int = 0) -> tuple[list[int], int]:
@@ -210,14 +216,22 @@ def forms(loop: Loop) -> Forms | None:
         small = [(-1, f, f) for side in (now, then) for f in ([int(v) for v in mix(row, side)] for row in rows)]
     if not nonnegative(falls, size):
         return None
-    for power in range(0, MOST_SCALES, 4):
-        if nonnegative([*((c << power, u, v) for c, u, v in falls), *small], size):
+    psi = products[0][1]
+    for power, beside in scales(loop):
+        if nonnegative([*((c << power, u, v) for c, u, v in falls), (beside, psi, psi), *small], size):
             integrals = [(i, c * K, row, r) for *_, (i, c, row, r) in halves]
             return Forms(
                 size=size, P=P, now=now, then=then, rows=rows, unit=unit, products=products, factors=factors,
-                low=below, turn=turn, integrals=integrals, times=1 << power,
+                low=below, turn=turn, integrals=integrals, times=1 << power, beside=beside,
             )  # fmt: skip
     return None
+
+
+def scales(loop: Loop) -> list[tuple[int, int]]:
+    """Powers of two, and squares beside, to try."""
+    if not loop.each:
+        return [(power, 0) for power in range(0, MOST_SCALES, 4)]
+    return [(power, 1 << more) for power in range(0, MOST_SCALES // 4, 8) for more in range(0, MOST_SCALES // 2, 16)]
 
 
 def coordinates(form: Vector, now: Matrix) -> Vector:

@@ -90,6 +90,18 @@ def test_discrete_time_compiles(library):
 
 @needs_coq
 @pytest.mark.thorough
+def test_every_finite_bound_compiles_where_nothing_is_left_at_infinite_frequency(library):
+    """``Re (s + 1)/(s (s + 2)) = 1/(4 + omega^2)``, from the product with the conjugate of the denominator."""
+    plant = {"kind": "transfer", "time": "continuous", "numerator": ["1", "1"], "denominator": ["1", "2", "0"]}
+    text = coq_text(proved(plant, "finite"))
+    assert "(K : R) (phi : R -> R) (xi : nat -> R -> R),\n  (0 < K) ->\n  (in_sector 0 K phi) ->" in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert not compiled(library, text.replace("+ 2 * xi 1%nat t", "+ (1 / 2) * xi 1%nat t"))[0]  # Re H < 0 far out
+
+
+@needs_coq
+@pytest.mark.thorough
 def test_several_channels_compile_from_a_determinant(library):
     shown = certify(builtin_loop("secant-ring")).shown  # the class of the file: both sectors are [0, 2]
     assert (shown.theorem, shown.certificate["proof"]["method"]) == ("diagonal-popov", "determinant")
