@@ -28,7 +28,6 @@ export class Asking {
 
   /** @param {(text: string) => void} progress */
   async #start(progress) {
-    await Promise.all(FILES.map(loaded));
     const source = /** @type {HTMLElement} */ (document.getElementById("worker")).textContent ?? "";
     const worker = new Worker(URL.createObjectURL(new Blob([source], { type: "text/javascript" })));
     this.worker = worker;
@@ -41,9 +40,14 @@ export class Asking {
         else if (data.ready) done(undefined);
         else this.#arrived(data);
       };
-      worker.postMessage({ start: window.lureAssets, lock });
+      worker.postMessage({ lock });
+      for (const name of FILES) {
+        loaded(name).then(() => {  // Python starts while the arithmetic is still on its way
+          worker.postMessage({ file: name, text: window.lureAssets[name] });
+          delete window.lureAssets[name];  // the worker has its own copy
+        }).catch(failed);
+      }
     });
-    window.lureAssets = {};  // the worker has its own copy
     this.open = true;
     this.#next();
   }

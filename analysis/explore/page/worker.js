@@ -3,23 +3,32 @@
 "use strict";
 self.importScripts = undefined;
 
+const native = self.fetch.bind(self);
+const held = /** @type {Record<string, {bytes: Promise<Uint8Array>, arrived: (bytes: Promise<Uint8Array>) => void}>} */ ({});
+
+/** A file of the page, which may still be on its way. @param {string} name */
+function file(name) {
+  if (!held[name]) {
+    let arrived = (_) => {};
+    held[name] = { bytes: new Promise((done) => { arrived = done; }), arrived: (bytes) => arrived(bytes) };
+  }
+  return held[name];
+}
+
 /** @param {string} text base64 of gzip @returns {Promise<Uint8Array>} */
 async function unpacked(text) {
-  const packed = await (await fetch("data:application/octet-stream;base64," + text)).blob();
+  const packed = await (await native("data:application/octet-stream;base64," + text)).blob();
   const stream = packed.stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** @param {Record<string, string>} texts assets by name @param {Record<string, unknown>} lock */
-async function started(texts, lock) {
-  const held = {};
-  await Promise.all(Object.entries(texts).map(async ([name, text]) => { held[name] = await unpacked(text); }));
-  const imported = (name) => import(URL.createObjectURL(new Blob([held[name]], { type: "text/javascript" })));
-  self.fetch = async (address) => {  // nothing is fetched: what Python asks for is at hand, or nowhere
+/** @param {Record<string, unknown>} lock */
+async function started(lock) {
+  const imported = async (name) => import(URL.createObjectURL(new Blob([await file(name).bytes], { type: "text/javascript" })));
+  self.fetch = async (address) => {  // nothing is fetched: what Python asks for is part of the page, or nowhere
     const name = String(address.url ?? address).split("/").pop();
-    if (!(name in held)) throw new Error(`${name} is not part of this page`);
     const type = name.endsWith(".wasm") ? "application/wasm" : "application/octet-stream";
-    return new Response(held[name], { headers: { "content-type": type } });
+    return new Response(await file(name).bytes, { headers: { "content-type": type } });
   };
   const [{ loadPyodide }, { default: createPyodideModule }] = await Promise.all(
     ["pyodide.mjs", "pyodide.asm.mjs"].map(imported));
@@ -27,15 +36,19 @@ async function started(texts, lock) {
     indexURL: "https://page.invalid/", lockFileContents: lock, createPyodideModule, fullStdLib: false });
   postMessage({ progress: "Python is ready; the arithmetic and the checkers follow." });
   const site = python.runPython("import sysconfig; sysconfig.get_paths()['purelib']");
-  for (const name of ["flint.zip", "core.zip"]) python.unpackArchive(held[name], "zip", { extractDir: site });
+  for (const name of ["flint.zip", "core.zip"]) python.unpackArchive(await file(name).bytes, "zip", { extractDir: site });
   return python.runPython("from lure.analysis.explore.served import respond\nrespond");
 }
 
 let respond;
 self.onmessage = async ({ data }) => {
-  if (data.start) {
+  if (data.file) {
+    file(data.file).arrived(unpacked(data.text));
+    return;
+  }
+  if (data.lock) {
     try {
-      respond = await started(data.start, data.lock);
+      respond = await started(data.lock);
       postMessage({ ready: true });
     } catch (error) {
       postMessage({ failed: String(error) });
