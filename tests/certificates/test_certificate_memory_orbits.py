@@ -76,7 +76,7 @@ def test_the_orbit_is_a_solution_of_the_loop_followed_in_small_steps(kind):
     A, B, C = (np.array([[float(Fraction(v)) for v in row] for row in system[name]]) for name in "ABC")
     g, (*x, xi) = float(Fraction(proof["gains"][0])), (float(Fraction(v)) for v in proof["state"])
     x, half = np.array(x), sum(float(Fraction(t)) for t in proof["durations"])
-    first, steps = x.copy(), 40_000
+    first, steps = x.copy(), 8_000
     dt = half / steps
     for _ in range(steps):  # the midpoint rule; p moves when sigma pushes it
 

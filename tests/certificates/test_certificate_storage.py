@@ -190,17 +190,17 @@ def test_a_stop_is_proved_as_far_as_its_elastic_loop_is_stable():
 
 
 def test_no_solution_of_a_proved_loop_keeps_moving():
-    rng, k, dt = np.random.default_rng(3), 6.0, 2e-3  # 1/(s + 1)^3, from random states, widths and inner states
+    rng, k, dt = np.random.default_rng(3), 6.0, 1e-2  # 1/(s + 1)^3, from random states, widths and inner states
     A = np.array([[-1.0, 1, 0], [0, -1, 1], [0, 0, -1]])
     step = np.eye(3) + A * dt + A @ A * dt * dt / 2 + A @ A @ A * dt**3 / 6
     push = np.linalg.solve(A, (step - np.eye(3))[:, 2])
     x, r = rng.normal(size=(3, 20)) * 3, 10 ** rng.uniform(-1, 0.5, size=20)
     xi, before, late = r * rng.uniform(-1, 1, size=20), x[0], []
-    for i in range(30_000):
+    for i in range(6_000):
         x = step @ x - np.outer(push, k * xi)
         xi, before = np.clip(xi + x[0] - before, -r, r), x[0]
-        late += [np.abs(A @ x - np.outer([0, 0, 1], k * xi)).max(axis=0) / r] if i % 10_000 > 9_000 else []
-    assert np.max(late[-900:], axis=0).max() < 0.1 * np.max(late[:900], axis=0).max()
+        late += [np.abs(A @ x - np.outer([0, 0, 1], k * xi)).max(axis=0) / r] if i % 2_000 > 1_800 else []
+    assert np.max(late[-180:], axis=0).max() < 0.1 * np.max(late[:180], axis=0).max()
 
 
 def test_the_gain_to_a_velocity_beside_a_stop_is_that_of_the_damping():
