@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -36,6 +37,9 @@ def sweep(
         str, typer.Option("--certificates", metavar="WHICH", help="To keep: none, sample or all.")
     ] = "none",
     report: Annotated[bool, typer.Option("--report", help="Write the page of a store.")] = False,
+    points: Annotated[
+        bool, typer.Option("--points", help="With --report: a report of each point that it lists.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a page that exists.")] = False,
     seconds: Seconds = None,
     as_json: Json = False,
@@ -54,7 +58,7 @@ def sweep(
         from lure.analysis.sweeps.page import page_of
 
         target = output or study.with_suffix(".html")
-        write_new(target, page_of(study), force=force)
+        write_new(target, page_of(study, _reports_beside(target) if points else None), force=force)
         if not quiet:
             print(f"The page is {target}")
         return 0
@@ -78,3 +82,23 @@ def sweep(
         if not quiet:
             print(f'Open it: xarray.open_zarr("{target}"); a page: lure sweep {target} --report')
     return 0
+
+
+def _reports_beside(page: Path) -> Callable[[int, str, Sequence[str]], str]:
+    """Writes the report of a point into a folder beside the page, and gives the link to it."""
+    from lure.analysis.report.reporting import page_of, report_on
+    from lure.errors import AssumptionError, InputError
+    from lure.files import find_system
+
+    folder = page.with_name(f"{page.stem}-points")
+
+    def written(number: int, system: str, settings: Sequence[str]) -> str:
+        """The report of one point."""
+        target = folder / str(number)
+        try:
+            report_on(find_system(system, settings), output=target)
+        except (InputError, AssumptionError):  # the point failed, and its row says so
+            return ""
+        return page_of(target).relative_to(page.parent).as_posix()
+
+    return written

@@ -1,19 +1,22 @@
-"""Figures of a data set with many points: the verdict of each, and a variable in colours or as a curve."""
+"""Figures of a data set with many points: verdict and criterion as maps, a variable in colours with its contours."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lure.analysis.plots.style import BLUE, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, axes_or_new, finish_axes
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
-LOOKS = (("PROVED", BLUE, "o"), ("INCONCLUSIVE", GREY, "s"), ("REFUTED", VERMILLION, "x"))
+LOOKS = (("PROVED", BLUE, "o"), ("INCONCLUSIVE", "#c8c8c8", "s"), ("REFUTED", VERMILLION, "x"))
+_CRITERIA = (BLUE, VERMILLION, GREEN, PURPLE, GREY, "#e69f00", "#56b4e9", "#111111")
+FILLED = 2000  # from so many points on a map has cells in place of marks
+_LEVELS = 6
 
 
 class Plane(NamedTuple):
@@ -25,49 +28,99 @@ class Plane(NamedTuple):
 
 
 def planes(data: xarray.Dataset) -> Iterator[Plane]:
-    """The slices that are drawn: for each question, along the two longest dimensions, the others in their middle.
+    """The slices that are drawn: for each question, along the two longest dimensions.
+
+    The others are in their middle; and, one after the other, at both ends.
 
     Parameters
     ----------
     data : Dataset
         The data set of a store.
     """
-    questions = list(data["question"].values) if "question" in data.dims else [None]
-    for question in questions:
+    for question in list(data["question"].values) if "question" in data.dims else [None]:
         part = data if question is None else data.sel(question=question)
         sizes = {str(name): int(size) for name, size in part["verdict"].sizes.items()}
         along = tuple(sorted(sorted(sizes, key=lambda name: -sizes[name])[:2], key=list(sizes).index))
-        cut = {name: size // 2 for name, size in sizes.items() if name not in along}
-        said = [f"{name} = {part[name].values[place]}" for name, place in cut.items()]
-        said += [] if question is None else [f"asked: {question}"]
-        yield Plane(part.isel(cut), along, ", ".join(said))
+        middle = {name: size // 2 for name, size in sizes.items() if name not in along}
+        ends = [middle | {name: end} for name in middle for end in (0, sizes[name] - 1) if end != middle[name]]
+        for cut in (middle, *ends):
+            said = [f"{name} = {_short(part[name].values[place])}" for name, place in cut.items()]
+            said += [] if question is None else [f"asked: {question}"]
+            yield Plane(part.isel(cut), along, ", ".join(said))
 
 
-def verdicts_drawn(plane: Plane, *, ax: Axes | None = None) -> Axes:
+def curve(plane: Plane) -> Plane:
+    """The slice along the longer dimension of a plane, through the middle of the other.
+
+    Parameters
+    ----------
+    plane : Plane
+        With two dimensions.
+    """
+    sizes = [plane.data.sizes[name] for name in plane.along]
+    kept, other = plane.along if sizes[0] >= sizes[1] else plane.along[::-1]
+    place = plane.data.sizes[other] // 2
+    said = f"{other} = {_short(plane.data[other].values[place])}"
+    return Plane(plane.data.isel({other: place}), (kept,), ", ".join(filter(None, (said, plane.cut))))
+
+
+def verdicts_drawn(plane: Plane, more: Sequence[xarray.Dataset] = (), *, ax: Axes | None = None) -> Axes:
     """The verdict of each point: along two dimensions as a map, else against the number of the point.
 
     Parameters
     ----------
     plane : Plane
         What is drawn.
+    more : sequence of Dataset
+        Points that were put where the verdict changes, drawn over it.
     ax : Axes, optional
         Where; by default a new figure.
     """
     axes = axes_or_new(ax)
-    verdicts = plane.data["verdict"]
+    verdicts = plane.data["verdict"].values
     x, y = _coordinates(plane)
-    flat = verdicts.values.ravel()
-    for name, colour, marker in LOOKS:
-        chosen = flat == name
-        if chosen.any():
-            axes.plot(x[chosen], y[chosen], marker, color=colour, ms=3, label=name.lower(), rasterized=flat.size > 2000)
+    if _is_map(plane):
+        _cells(axes, plane, [(name.lower(), colour, verdicts == name) for name, colour, _ in LOOKS])
+    else:
+        for name, colour, marker in LOOKS:
+            chosen = verdicts.ravel() == name
+            if chosen.any():
+                few = verdicts.size <= FILLED
+                axes.plot(x[chosen], y[chosen], marker, color=colour, label=name.lower(), ms=3, rasterized=not few)
+    for data in more if len(_names(plane)) == 2 else ():
+        a, b = (np.asarray(data[name].values, dtype=float) for name in _names(plane))
+        for name, colour, marker in LOOKS:
+            chosen = data["verdict"].values.ravel() == name
+            axes.plot(
+                a[chosen], b[chosen], marker, color=colour, ms=2.5, mec="white" if marker != "x" else None, mew=0.4
+            )
     _labelled(axes, plane, x, y)
-    axes.legend(loc="upper left", **LEGEND)
+    _legend(axes)
+    return axes
+
+
+def criteria_drawn(plane: Plane, *, ax: Axes | None = None) -> Axes:
+    """The theorem behind the verdict of each point of a map.
+
+    Parameters
+    ----------
+    plane : Plane
+        With two dimensions.
+    ax : Axes, optional
+        Where; by default a new figure.
+    """
+    axes = axes_or_new(ax)
+    criteria, proved = plane.data["criterion"].values, plane.data["verdict"].values == "PROVED"
+    names = sorted({str(name) for name in criteria[proved].ravel()})
+    looks = zip(names, _CRITERIA * (1 + len(names) // len(_CRITERIA)), strict=False)
+    _cells(axes, plane, [(name, colour, proved & (criteria == name)) for name, colour in looks])
+    _labelled(axes, plane, *_coordinates(plane))
+    _legend(axes)
     return axes
 
 
 def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
-    """One variable: along two dimensions as colours, along one as a curve.
+    """One variable: along two dimensions as colours with contours, along one as a curve.
 
     Parameters
     ----------
@@ -82,15 +135,32 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
     values = np.asarray(plane.data[name].values, dtype=float)
     label = f"{name} [{plane.data[name].attrs.get('units', '1')}]"
     x, y = _coordinates(plane)
-    if len(plane.along) == 2 or drawn_keys(plane.data):
-        finite = np.isfinite(values.ravel())
-        found = axes.scatter(x[finite], y[finite], c=values.ravel()[finite], s=9, cmap="cividis", rasterized=True)
+    finite = np.isfinite(values.ravel())
+    if len(plane.along) == 2:
+        shown = np.ma.masked_invalid(values.T)
+        scale = _scale(values[np.isfinite(values)])
+        edges = [_edges_of(plane, each) for each in plane.along]
+        found = axes.pcolormesh(*edges, shown, cmap="cividis", norm=scale, rasterized=True)
+        if min(shown.shape) > 2:
+            lines = axes.contour(
+                *(_numbers(plane.data[each].values) for each in plane.along),
+                shown,
+                levels=_levels(values[np.isfinite(values)], log=scale == "log"),
+                colors="white",
+                linewidths=0.8,
+            )
+            axes.clabel(lines, fontsize=7, fmt="%.3g")
         axes.figure.colorbar(found, ax=axes, label=label)
-        _labelled(axes, plane, x, y)
-        return axes
-    axes.plot(x, values.ravel(), ".-", color=BLUE, ms=3)
-    _labelled(axes, plane, x, np.array([]))
-    axes.set_ylabel(label)
+    elif drawn_keys(plane.data):
+        known = values.ravel()[finite]
+        marks = axes.scatter(x[finite], y[finite], c=known, s=9, cmap="cividis", norm=_scale(known), rasterized=True)
+        axes.figure.colorbar(marks, ax=axes, label=label)
+    else:
+        axes.plot(x, values.ravel(), ".-", color=BLUE, ms=3)
+        y = np.array([])
+    _labelled(axes, plane, x, y)
+    if len(_names(plane)) == 1:
+        axes.set_ylabel(label)
     return axes
 
 
@@ -103,6 +173,75 @@ def drawn_keys(data: xarray.Dataset) -> list[str]:
         The data set of a store.
     """
     return [str(name) for name in data.coords if data[name].dims == ("sample",) and name != "sample"]
+
+
+def _legend(axes: Axes) -> None:
+    """Above the map, which is full."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, handletextpad=0.2, **LEGEND)
+
+
+def _short(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _is_map(plane: Plane) -> bool:
+    """Whether a plane is filled with cells: one with two dimensions that has many points, or boxes for points."""
+    boxes = any(f"{name} bounds" in plane.data for name in plane.along)
+    return len(plane.along) == 2 and (plane.data["verdict"].size >= FILLED or boxes)
+
+
+def _cells(axes: Axes, plane: Plane, classes: Sequence[tuple[str, str, np.ndarray[Any, Any]]]) -> None:
+    """The cells of each class in its colour, and a legend entry for those that there are."""
+    from matplotlib.colors import ListedColormap
+
+    kind = np.full(classes[0][2].shape, np.nan)
+    for number, (name, colour, chosen) in enumerate(classes):
+        kind[chosen] = number
+        if chosen.any():
+            axes.plot([], [], "s", color=colour, label=name)
+    edges = [_edges_of(plane, each) for each in plane.along]
+    colours = ListedColormap([colour for _, colour, _ in classes])
+    shown = np.ma.masked_invalid(kind.T)
+    axes.pcolormesh(*edges, shown, cmap=colours, vmin=-0.5, vmax=len(classes) - 0.5, rasterized=True)
+
+
+def _edges_of(plane: Plane, name: str) -> np.ndarray[Any, Any]:
+    """The ends of the cells along a dimension: those of the boxes, where it was cut into boxes."""
+    bounds = f"{name} bounds"
+    if bounds in plane.data:
+        both = np.asarray(plane.data[bounds].values, dtype=float)
+        return np.append(both[:, 0], both[-1, 1])
+    return _edges(_numbers(plane.data[name].values))
+
+
+def _edges(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """The ends of the cells about ascending or descending values: halfway, on a scale of logarithms where they are."""
+    if len(values) == 1:
+        return np.array([values[0] - 0.5, values[0] + 0.5])
+    log = _is_log(values)
+    at = np.log(values) if log else values
+    middle = (at[1:] + at[:-1]) / 2
+    whole = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
+    return np.exp(whole) if log else whole
+
+
+def _is_log(values: np.ndarray[Any, Any]) -> bool:
+    """Whether values of one sign spread over more than a decade and a half."""
+    positive = values[values > 0]
+    return len(positive) == len(values) > 0 and bool(positive.max() > 50 * positive.min())
+
+
+def _scale(values: np.ndarray[Any, Any]) -> str:
+    return "log" if _is_log(values) else "linear"
+
+
+def _levels(values: np.ndarray[Any, Any], *, log: bool) -> list[float]:
+    """Round numbers between the least and the largest."""
+    from matplotlib.ticker import LogLocator, MaxNLocator
+
+    low, high = float(values.min()), float(values.max())
+    ticks = LogLocator(numticks=_LEVELS) if log else MaxNLocator(_LEVELS)
+    return [float(each) for each in ticks.tick_values(low, high) if low < each < high] or [(low + high) / 2]
 
 
 def _names(plane: Plane) -> list[str]:
@@ -130,10 +269,9 @@ def _labelled(axes: Axes, plane: Plane, x: np.ndarray[Any, Any], y: np.ndarray[A
         (x, axes.set_xscale, axes.set_xlabel, names[0]),
         (y, axes.set_yscale, axes.set_ylabel, names[1] if len(names) > 1 else ""),
     ):
-        positive = values[values > 0]
-        if len(positive) == len(values) > 0 and positive.max() > 50 * positive.min():
+        if _is_log(values):
             scale("log")
         label(name)
-    if len(names) == 1:
+    if len(names) == 1 and len(y):
         axes.set_yticks([])
     finish_axes(axes)

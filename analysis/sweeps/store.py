@@ -105,7 +105,9 @@ class Store:
                 self._group(aside, self.study.chunk)
                 zarr.consolidate_metadata(aside)
             (aside / _DONE).mkdir(parents=True)
-            (aside / _STUDY).write_text(json.dumps({**wanted, "text": self.study.text}), encoding="utf-8")
+            (aside / _STUDY).write_text(
+                json.dumps({**wanted, "text": self.study.text, "reference": self.study.reference}), encoding="utf-8"
+            )
             if self.path.is_dir():
                 self.path.rmdir()
             aside.rename(self.path)
