@@ -119,6 +119,20 @@ def test_a_slider_moves_the_line_at_once_and_the_verdict_after_it(page):
     assert "PROVED" in page.inner_text("#verdict")
 
 
+def test_a_drag_before_the_plant_has_arrived_is_about_the_new_plant(page):
+    told(page, "#num=1&den=1,3,2,0&k=5")
+    curve = page.get_attribute("#popov .curve", "d")
+    page.evaluate(
+        """() => { const [den, k] = ["den", "k-slider"].map((id) => document.getElementById(id));
+        den.value = "1 4 2 1"; den.dispatchEvent(new Event("change"));
+        k.value = 100; k.dispatchEvent(new Event("input")); }"""
+    )
+    page.wait_for_selector("body[data-state=done]")
+    assert page.inner_text("#formula") == "H = 1 / (s^3 + 4 s^2 + 2 s + 1)"
+    assert page.get_attribute("#popov .curve", "d") != curve
+    assert page.inner_text("#reach") == max_sector(([1], [1, 4, 2, 1])).proved_text
+
+
 def test_what_the_page_hands_out_is_checked_again_outside(page, tmp_path):
     told(page, "#num=1&den=1,3,2,0&k=5&theta=1.4")
     with page.expect_download() as download:

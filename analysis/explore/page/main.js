@@ -25,6 +25,7 @@ const known = {
   largest: /** @type {any} */ (null),
   class: /** @type {any} */ (null),
   line: /** @type {any} */ (null),
+  current: false,  // whether the plant is that of the fields
 };
 let asked = 0;     // changes of the question so far: an answer to an older one is not shown
 let typical = 1;   // a k of the size that the drawings show
@@ -111,6 +112,7 @@ function redraw() {
 /** @param {any} plant the answer about the block */
 function showPlant(plant) {
   known.plant = plant;
+  known.current = true;
   known.curve = sampled(plant);
   known.shifted = lower() === 0 ? known.curve : sampled(shifted(plant, lower()));
   $("popov-figure").hidden = $("theta-row").hidden = plant.discrete;
@@ -238,12 +240,13 @@ async function changed(what) {
   refuse();
   for (const id of ["get-certificate", "get-report", "get-toml"]) $(id).removeAttribute("href");
   if (what !== "line") forget("…");
+  if (what === "plant") known.current = false;
   history.replaceState(null, "", addressOf(state));
   command();
   redraw();
   try {
     await asking.ready;
-    if (what === "plant") {
+    if (!known.current) {
       const plant = await ask("plant", of);
       if (!plant) return;
       showPlant(plant);
