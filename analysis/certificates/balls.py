@@ -123,8 +123,8 @@ def positive_definite(M: list[list[int]], bits: int = 30) -> bool:
     return all(row[-1] > most for row, most in zip(R, aside))  # S M S - L L' is strictly diagonally dominant
 
 
-def box(F: Form, a: Fraction, b: Fraction, order: int, critical: bool = False) -> bool:
-    """Whether ``Re F > 0`` on ``[a, b]``; over ``omega^2`` if critical and ``a = 0``.
+def box(F: Form, a: Fraction, b: Fraction, order: int, critical: int = 0) -> bool:
+    """Whether ``Re F > 0`` on ``[a, b]``; over ``omega^(2 critical)`` if it has such a factor and ``a = 0``.
 
     ``exp(-i tau (a + t))`` is a number, off by ``e``, times a Taylor polynomial, off by ``r = (|tau| t)^order/order!``:
     its cosine and sine are each off by at most ``2 e + 4 r``.
@@ -147,8 +147,8 @@ def box(F: Form, a: Fraction, b: Fraction, order: int, critical: bool = False) -
         wide = real(*sizes[0]) + real(*sizes[1])
         off = real(-2 * error, *[0] * (order - 1), -4 * abs(tau) ** order / math.factorial(order))
         body = body + (real(c) * p + real(s) * q) * C + (real(c) * q + real(-s) * p) * Z + wide * off
-    left = body.part()
-    return positive(left[2:] if critical and a == 0 and not any(left[:2]) else left, ZERO, b - a)
+    left, skip = body.part(), 2 * critical if a == 0 else 0
+    return positive(left[skip:] if not any(left[:skip]) else left, ZERO, b - a)
 
 
 def tail(F: Form, start: Fraction, degree: int) -> bool:

@@ -198,13 +198,35 @@ def residue(
     apart = not given.moved or not any(N[i][j][0] or N[j][i][0] for i in outer for j in range(m))
     need(apart, "beside kernels w moves, or z sees, an eigenvalue 0", exact.Critical)
     S = [[sum(M[i][k] * width[k] * N[k][j][0] for k in range(m)) / d[r] for j in range(m)] for i in range(m)]
-    p, _, _ = resolvent(S, [], [])
+    return r, N, signed(S, r, "M(0)" if given.moved else "Lambda")
+
+
+def signed(S: Rows, r: int, name: str) -> dict[str, str]:
+    """That ``S = name W lim s H`` is symmetric, with ``r`` positive eigenvalues, the others 0."""
+    m, (p, _, _) = len(S), resolvent(S, [], [])
     positive = all(c * (-1) ** k > 0 for k, c in enumerate(p[: r + 1])) and not any(p[r + 1 :])
     symmetric = all(S[i][j] == S[j][i] for i in range(m) for j in range(i))
-    name = "M(0)" if given.moved else "Lambda"
     need(symmetric, f"{name} W lim s H(s) is not symmetric", exact.Critical)
     need(r <= m and positive, f"{name} W lim s H(s) has not {r} positive eigenvalues, the others 0", exact.Critical)
-    return r, N, {"residue": f"{name} W lim s H(s) is symmetric, with {r} positive eigenvalues and else 0"}
+    return {"residue": f"{name} W lim s H(s) is symmetric, with {r} positive eigenvalues and else 0"}
+
+
+def integrators(H: Any, members: list[Member]) -> tuple[int, dict[str, str]]:
+    """The same beside dead times: how many poles at 0 there are, simple in every part, the others being stable.
+
+    Functions in ``[0, w]`` that do not depend on time, ``theta >= 0``: docs/theory/several-nonlinearities.md.
+    """
+    alone = all(not one.kind and not one.low and one.theta >= 0 for one in members)
+    need(alone, "beside dead times and an eigenvalue 0 there are functions in [0, u] alone, theta >= 0", exact.Critical)
+    n, m = len(H.A), len(H.D)
+    none = [[ZERO] * m for _ in H.D]
+    d, N = transfer(H.A, H.B, [*H.C, *(row for _, rows in H.late for row in rows)], [*H.D, *(none * len(H.late))])
+    r = next(i for i, c in enumerate(d) if c)
+    own = [Fraction(c) for c in d[r:][::-1]]
+    need(exact.hurwitz(exact.homogeneous(own, exact.S, exact.real(1), n - r)), "the plant is not stable")
+    need(not any(any(f[: r - 1]) for row in N for f in row), "H has a pole of higher order at 0", exact.Critical)
+    R = [[sum(N[k][j][r - 1] for k in range(i, len(N), m)) / Fraction(d[r]) for j in range(m)] for i in range(m)]
+    return r, signed([[one.weight * one.width * v for v in row] for one, row in zip(members, R)], r, "Lambda")
 
 
 def solvable(H: Any, inside: bool, bounds: Any) -> str:
@@ -414,10 +436,10 @@ def leading(F: list[list[exact.Form]]) -> list[exact.Form]:
     return found
 
 
-def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None) -> str:
+def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int = 0) -> str:
     """Why ``F > 0`` fails on ``[a, b]``, or undecided; empty if it holds.
 
-    ``b`` None: up to infinity, without delays, or where what is without dead time prevails.
+    ``b`` None: up to infinity, without delays, or where what is without dead time prevails.  ``d`` has ``zeros`` at 0.
     """
     for k, p in enumerate(minors(axis, piece), 1):
         if b is None and axis.late:
@@ -427,7 +449,7 @@ def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None) -> str:
             left = p.part()
             if any(tau for tau, _ in p) or len(left) != 2 * axis.order * k + 1 or not exact.positive(left, a):
                 return f"F > 0 fails from {float(a):.9g} on"
-        elif not box(p, a, b, TAYLOR):
+        elif not box(p, a, b, TAYLOR, zeros * k):
             return f"F > 0 fails between {float(a):.9g} and {float(b):.9g}"
     return ""
 

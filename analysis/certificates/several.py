@@ -437,18 +437,22 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
         same = all(row[i] == row[block[0]] for block in asked.operators for i in block if members[i].kind == "scaled")
         need(same, "the channels of an operator have different multipliers")
     A, *_ = frequencies.shifted(H, low)
-    need(within(A, H.discrete), "the loop at the lower bounds, and without delay, is not asymptotically stable")
+    stable, zeros, rest = within(A, H.discrete), 0, dict[str, str]()
+    if H.late and not stable and not any(one.varying or one.operator for one in asked.families):
+        zeros, rest = frequencies.integrators(H, members)
+    need(stable or zeros > 0, "the loop at the lower bounds, and without delay, is not asymptotically stable")
     axis = frequencies.axis_of(H, low, members)
     for piece, (a, b) in zip(pieces, pairwise([ZERO, *ends, *[None] * (not H.discrete)])):
-        failure = frequencies.on_piece(axis, piece, a or ZERO, b)
+        failure = frequencies.on_piece(axis, piece, a or ZERO, b, zeros)
         need(not failure, failure)
     found = f"F > 0 on {len(pieces)} pieces of the axis, by its leading minors"
     posed, assumed = well_posed(H.D, asked)
     if not ordered(H.D, asked):
         posed, assumed = solvable(H, asked, [asked.bounds(i) for i, _ in each(asked)]), ""
     where = "the plant" if H.late else "without delay, at the lower bounds, the loop"
-    order = f"{where} is asymptotically stable (order {len(A)})"
-    return {"stable": order, "inequality": found, "well-posed": posed}, assumed
+    how = "has all other eigenvalues in the open left half-plane" if zeros else "is asymptotically stable"
+    order = f"{where} {how} (order {len(A) - zeros})"
+    return {"stable": order, "inequality": found, "well-posed": posed} | rest, assumed
 
 
 def on_axis(H: Plant, given: frequencies.Multiplier, asked: Channels) -> Plant:

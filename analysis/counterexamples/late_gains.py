@@ -60,7 +60,7 @@ class LateGains:
     def __post_init__(self) -> None:
         end = 10 * max(np.abs(self.poles).max(), 2 * math.pi / self.delay)
         self.omega = np.union1d(np.geomspace(end * 1e-6, end, _GRID // 3), np.linspace(end / _GRID, end, _GRID))
-        self.H = self.transfer(1j * np.append(0.0, self.omega))
+        self.H = self.transfer(1j * np.append(0.0 if np.abs(self.poles).min() > 0 else self.omega[0], self.omega))
 
     def _gains(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
         found = np.zeros(len(self.upper))
@@ -79,6 +79,7 @@ class LateGains:
         G = self._gains(shares)
         values = np.linalg.eigvals(-self.H * G)
         still = values[0][np.abs(values[0].imag) < 1e-9 * (np.abs(values[0]) + 1e-300)].real
+        still = still if np.abs(self.poles).min() > 0 else still[:0]
         best = Crossing(1 / still.max(), shares, 0.0) if len(still) and still.max() > 1 / _LARGEST else None
         phase = np.where(values[1:].real > 0, values[1:].imag, np.nan)
         # a path is continued by the nearest value: with few channels all pairs are looked at

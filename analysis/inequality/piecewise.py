@@ -28,6 +28,7 @@ from lure.arrays import NDArray, np
 _GRID, _BESIDE, _INSIDE, _BETWEEN, _CUTS, _ZOOMS, _DIPS, _DOUBLINGS = 60, 30.0, 5, 8, 6, 4, 4, 12
 _LARGEST, _LEAST, _MARGIN, _CLOSE = 1e3, 1e-9, 1e-7, 1e-4
 _EASY, _STEP, _FINE = 1e-5, 3e-4, 400
+_AT_REST, _NEAR = 1e-12, 1e-3  # relative: poles at 0, and the first frequency then
 _SHARP = 2e-6  # in place of these and of _CLOSE where no function is to be made constant on pieces
 _DEEP, _DEEPEST, _ROUNDS, _AGAIN, _DIGITS = 20, 26, 12, 3, 8
 FULL_TURN = Fraction(6283185, 10**6)  # below 2 pi
@@ -88,6 +89,10 @@ class Piecewise:
         self.local = [(block, 0) for block in self.blocks if kinds[block[0]] == "scaled operator"]
         self.local += [((i,), k) for i, kind in enumerate(kinds) if kind in ("gain", "delay") for k in (0, 1)]
         size = np.abs(np.linalg.eigvals(self.A))
+        still = size < _AT_REST * max([size.max(), *(1 / delay for delay, _ in self.late)])
+        self.zeros = int(still.sum()) if self.late else 0
+        if self.zeros:
+            size = np.array([*size[~still], 1 / self.late[-1][0]])
         self.points, self.slowly = np.linspace(0, math.pi, _GRID), dict[int, list[Fraction]]()
         self.slow = 1.0
         if not self.discrete:
@@ -97,7 +102,7 @@ class Piecewise:
             self.slow = float(size.min())
         if self.late:  # there is no limit at infinity
             turns = np.linspace(0, max(ends[1] / _BESIDE, 1 / self.late[0][0]) * 8, _GRID)
-            self.points = np.union1d(self.points[:-1], turns)
+            self.points = np.union1d(self.points[:-1], turns)[min(self.zeros, 1) :]
         self._cross([i for i, kind in enumerate(kinds) if kind == "delay"])
 
     def _cross(self, delays: Sequence[int]) -> None:
@@ -192,7 +197,8 @@ class Piecewise:
         columns[:, :, -1] = -hermitian_rows(np.eye(m, dtype=complex)[None])
         equal = np.zeros((min(self.weights, 1), size))
         equal[:, : self.weights] = 1
-        least = np.concatenate([np.zeros(self.weights), np.full(ns - self.weights, -_LARGEST)])
+        turns = 0.0 if self.zeros else -_LARGEST
+        least = np.concatenate([np.zeros(self.weights), np.full(ns - self.weights, turns)])
         below = np.where(np.tile(self._signed(), k), -self._most, 0.0) if nl else np.zeros(0)
         eye = np.eye(size)[:-1]
         rows, limits = (
@@ -397,7 +403,8 @@ class Piecewise:
         if b is None:
             omega = np.append(float(a) * np.array([1.0, 1.5, 3.0, 10.0, 100.0, 1e4]), [] if self.late else [np.inf])
         else:
-            omega = np.linspace(float(a), float(b), _BETWEEN * (_INSIDE - 1) + 1)
+            start = float(a) or _NEAR * float(b) * bool(self.zeros)
+            omega = np.linspace(start, float(b), _BETWEEN * (_INSIDE - 1) + 1)
         found, some = None, omega[::_BETWEEN] if b is not None else omega
         for _ in range(_CUTS):
             found = self.functions(numbers, some)
@@ -424,4 +431,4 @@ class Piecewise:
             pair[1] = Fraction(0) if one.kind == "delay" and not inside else pair[1]
             pair[1] = max(pair[1], Fraction(0)) if one.kind == "delay" else pair[1]
             row.append([*map(str, pair)] if free else None)
-        return None if axis and on_piece(axis, pairs, a, b) else row
+        return None if axis and on_piece(axis, pairs, a, b, self.zeros) else row

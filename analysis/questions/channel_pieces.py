@@ -17,6 +17,7 @@ from lure.arrays import np
 from lure.errors import AssumptionError, Reason
 
 _STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
+_FAR_BACK = (0.9, 0.99, 0.99)  # where the factor is bounded by numbers alone
 
 
 class PiecewiseProofs:
@@ -45,7 +46,9 @@ class PiecewiseProofs:
             raise AssumptionError("the loop is not well posed with the gains at the lower bounds and without delay")
         A, B, C, D = (np.array([[float(v) for v in row] for row in side]) for side in found[:4])
         poles = np.linalg.eigvals(A)
-        if (np.abs(poles).max() if plant.discrete else 1 + poles.real.max()) >= 1:
+        at_rest = self.late and known.operators == [] and np.abs(poles).min() == 0
+        poles = poles[poles != 0] if at_rest else poles
+        if len(poles) and (np.abs(poles).max() if plant.discrete else 1 + poles.real.max()) >= 1:
             raise AssumptionError(
                 "the loop with the gains at the lower bounds and without delay is not asymptotically stable"
             )
@@ -138,7 +141,10 @@ class PiecewiseProofs:
             Nor are larger ones.
         """
         most = min(most, LARGEST)
-        for step in _STEPS_BACK:  # where a proposal fails its frequencies are looked at from then on
+        for step in (
+            *_STEPS_BACK,
+            *(_FAR_BACK if self.late else ()),
+        ):  # where a proposal fails its frequencies are looked at from then on
             most = self.search.largest(lambda factor: self._widths(Fraction(f"{factor:.9g}")), most) * (1 - step)
             alpha = Fraction(double_below(Fraction(f"{most:.9g}")))
             if alpha <= known:

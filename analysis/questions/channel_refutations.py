@@ -91,7 +91,7 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
     plant, classes = asked.plant, asked.classes
     assert isinstance(plant, DelayMatrix), "asked of such plants"
     poles = np.linalg.eigvals(plant.base.doubles()[0]).astype(complex)
-    if classes.rectified or poles.real.max() >= 0:
+    if classes.rectified or poles[poles != 0].real.max(initial=-1) >= 0:
         return None
     upper = np.array([float(v) for v in classes.upper])
     signed = [bool(classes.classes[block[0]].operator) for block in classes.blocks]

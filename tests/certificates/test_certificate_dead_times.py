@@ -75,9 +75,17 @@ CROSSING = draft(
         "turn": ["0", "1"],
     },
 )
+# diag(exp(-s)/s, exp(-s)/(s + 1)): F_11/2 = 1 + cos(w)/4 - sin(w)/(2 w), F_22/2 = 1 + Re (3/2 + s/4) H_22
+REST = draft(
+    late([["0", "0"], ["0", "-1"]], UNIT, [["0", "0"]] * 2, [["0", "0"]] * 2, ("1", UNIT)),
+    [sector("0", "1/2", time_varying=False), sector("0", "3/2", time_varying=False)],
+    "piecewise-popov",
+    {"method": "pieces", "ends": [str(end) for end in range(1, 17)]},
+    {"lambda": ["1", "1"], "theta": ["1/4", "1/4"], "pieces": [[None, None]] * 17},
+)
 # 1 - 11/10 H(0) < 0
 STILL = draft(LAG, [sector("-11/10", "0")], "counterexample", {"method": "late-gains", "gains": ["-11/10"]})
-ALL = {"circle": CIRCLE, "popov": POPOV, "both": BOTH, "crossing": CROSSING, "still": STILL}
+ALL = {"circle": CIRCLE, "popov": POPOV, "both": BOTH, "rest": REST, "crossing": CROSSING, "still": STILL}
 ATTRACTS = "0 attracts every motion with inputs to the block and initial functions of finite energy"
 CLASS = ("laws", "channels", 0)
 
@@ -92,10 +100,11 @@ def test_both_checkers_accept(name):
     found = certificate(name)
     jsonschema.validate(found, SCHEMA)
     assert recheck(found).accepted, recheck(found).reason
-    proved = name in ("circle", "popov", "both")
-    assert check(found).certificate["conclusion"] == (
-        ATTRACTS if proved else "a loop of the class has a motion that does not converge to an equilibrium"
+    said = {"rest": "every motion converges to the set of equilibria"} | dict.fromkeys(
+        ("circle", "popov", "both"), ATTRACTS
     )
+    moves = "a loop of the class has a motion that does not converge to an equilibrium"
+    assert check(found).certificate["conclusion"] == said.get(name, moves)
 
 
 def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
@@ -145,6 +154,17 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("both", *CLASS, "sector", ["-11/10", "9/10"]),
         ("both", *CLASS, "sector", ["-9/10", "5/2"]),
         ("both", "system", "B", [["2"]]),
+        ("rest", *CLASS, "sector", ["0", "8/5"]),
+        ("rest", *CLASS, "sector", ["-1/10", "1/2"]),
+        ("rest", *CLASS, "time_varying", True),
+        ("rest", "multiplier", "lambda", ["0", "1"]),
+        ("rest", "multiplier", "theta", ["-1/10", "1/4"]),
+        ("rest", "multiplier", "theta", ["1/4", "-1/100"]),
+        ("rest", "system", "B", [["-1", "0"], ["0", "1"]]),
+        ("rest", "system", "B", [["1", "1"], ["0", "1"]]),  # Lambda W R is not symmetric
+        ("rest", "system", "late", [["1", [["0", "0"], ["0", "1"]]]]),  # the integrator is not seen
+        ("rest", "system", "A", [["0", "1"], ["0", "0"]]),
+        ("rest", "system", "A", [["0", "0"], ["0", "1"]]),
         ("crossing", "proof", "gains", [["157/100"], ["1573/1000"]]),  # outside the class
         ("crossing", "proof", "gains", [["157/100"], ["15705/10000"]]),
         ("crossing", "proof", "frequencies", ["15708/10000", "15712/10000"]),

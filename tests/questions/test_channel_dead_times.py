@@ -27,6 +27,13 @@ def test_time_varying_sectors_are_proved_by_the_circle_criterion_alone():
     assert found.largest.low == pytest.approx(2.97804, rel=1e-4)
 
 
+def test_an_integrator_with_dead_time_converges_up_to_its_crossing():
+    # i w + k exp(-i w) = 0 at w = k = pi/2 = 1.570796
+    found = max_sector(as_plant([["exp(-s)/s", "0"], ["0", "1/(s+1)"]]), UNIT)
+    assert 1.5707 < found.largest.low < 1.570796 < found.refuted_at < 1.5708
+    assert str(found).startswith("Every solution converges to the set of equilibria")
+
+
 def test_sectors_around_0_and_constant_gains():
     # |exp(-s)/(s+1)| <= 1 with 1 at 0: operators and sectors up to 1; gains in [-a/2, a] up to the crossing 2.2618
     one = as_plant([["exp(-s)/(s+1)", "0"], ["0", "exp(-2*s)/(s+1)"]])
@@ -100,7 +107,12 @@ def test_channels_of_a_larger_plant():
     [
         (LAGS, [Sector(0.1, 1)] * 2),
         (as_plant([["1/(s-1)", "0"], ["0", "exp(-s)/(s+2)"]]), UNIT),
-        (as_plant([["1/s", "0"], ["0", "exp(-s)/(s+2)"]]), UNIT),
+        (as_plant([["-1/s", "0"], ["0", "exp(-s)/(s+2)"]]), UNIT),
+        (as_plant([["1/s", "0"], ["0", "exp(-s)/s**2"]]), UNIT),
+        (
+            as_plant([["1/s", "0"], ["0", "exp(-s)/(s+2)"]]),
+            [NonlinearityClass(sector=Sector(0, 1), time_varying=True)] * 2,
+        ),
         (LAGS, [NonlinearityClass.delayed(1), Sector(0, 1)]),
         (LAGS, [NonlinearityClass.hysteretic("play", 1), Sector(0, 1)]),
     ],

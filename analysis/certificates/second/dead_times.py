@@ -44,7 +44,7 @@ def shown_late(document: Document, asked: Asked) -> str:
     if document.verdict == "PROVED":
         require(document.theorem in ("piecewise-circle", "piecewise-popov"), "the theorem is not for dead times")
         require_pieces(document, asked)
-        return claims.DELAYED
+        return claims.DELAYED if asked.A.det() != 0 else claims.EQUILIBRIA
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
     require(asked.D.nrows() <= _MOST_CHANNELS, "there are too many channels")

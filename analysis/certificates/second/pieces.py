@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise, product
 
-from flint import acb, acb_series, arb, fmpq_mat, fmpq_poly
+from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.channels import Asked, acyclic
 from lure.analysis.certificates.second.classes import DELAYS
@@ -26,12 +26,13 @@ from lure.analysis.certificates.second.numerics import (
     X,
     ball,
     half_plane_counts,
+    to_fmpq,
     working_precision,
 )
-from lure.analysis.certificates.second.reading import Document, listed, numbers, record, require, tick
+from lure.analysis.certificates.second.reading import Document, NotShown, listed, numbers, record, require, tick
 from lure.analysis.certificates.second.zero import shifted_by
 
-_BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES = 192, 20_000, 2**36, 6, 500
+_BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS = 192, 20_000, 2**36, 6, 500, 40
 _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
 
 
@@ -101,7 +102,8 @@ def require_pieces(document: Document, asked: Asked) -> None:
         require(between and rational, "beside dead times 0 lies in the class, of no unknown delay and no gain")
         bounds = [(Fraction(0), Fraction(1))] * m
     shifted = shifted_by(asked, [(low, high) for low, high in bounds if low is not None and high is not None])
-    require(asked.discrete or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows(), "no stable loop")
+    stable = asked.discrete or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows()
+    require(stable or bool(asked.late), "no stable loop")
     require(not asked.discrete or _inside(shifted[0].charpoly()), "the loop without delay is not stable")
     d, N = numerators(shifted)
     later = [(tau, numerators((shifted[0], shifted[1], C, 0 * shifted[3]))[1]) for tau, C in asked.late]
@@ -125,8 +127,10 @@ def require_pieces(document: Document, asked: Asked) -> None:
         return _Loop(_reversed(d, n), *outward(N), discrete=False, far=True, late=late)
 
     with working_precision(_BITS):
-        near = balls(near=True)
-        for row, (a, b) in zip(rows, pairwise([Fraction(0), *ends]), strict=False):
+        near, start = balls(near=True), Fraction(0)
+        if not stable:
+            start = _past_zero(asked, known, d, [(Fraction(0), N), *later], ends[0])
+        for row, (a, b) in zip(rows, pairwise([start, *ends]), strict=False):
             _require_piece(near, known, row, a, b)
         if not asked.discrete:
             outer, end = balls(near=False), ends[-1]
@@ -136,6 +140,71 @@ def require_pieces(document: Document, asked: Asked) -> None:
                 end *= 2
             if not asked.late:
                 _require_piece(outer, known, rows[-1], Fraction(0), 1 / end)
+
+
+def _past_zero(
+    asked: Asked,
+    known: Sequence[_Channel],
+    d: fmpq_poly,
+    parts: Sequence[tuple[Fraction, list[list[fmpq_poly]]]],
+    end: Fraction,
+) -> Fraction:
+    """A frequency up to which ``F > 0`` with poles at 0, ``s H = G`` having the limit ``R``, of rank as many as these.
+
+    ``Lambda W R`` is symmetric, so that ``F`` is the Hermitian part of ``Lambda + Lambda W (G - R)/s + Theta G``, and
+    ``(G - R)/omega`` is a mean of ``G'``.
+
+    Raises
+    ------
+    NotShown
+        There is none, or the theorem is not for these poles, classes or multipliers.
+    """
+    m, zeros = len(known), next(k for k in range(d.degree() + 1) if d[k] != 0)
+    for i, one in enumerate(known):
+        fixed = not asked.nonlinearities[i].time_varying and not asked.nonlinearities[i].operator
+        plain = one.kind == "" and one.low == 0 and one.theta >= 0
+        require(fixed and plain, "beside dead times an eigenvalue 0 is covered for functions in [0, u], theta >= 0")
+    rest = fmpq_poly([d[k] for k in range(zeros, d.degree() + 1)])
+    require(0 < zeros <= m and half_plane_counts(rest).left == rest.degree(), "the plant is not stable")
+    tops = list[tuple[Fraction, list[list[fmpq_poly]]]]()
+    for tau, N in parts:
+        simple = all(f[k] == 0 for row in N for f in row for k in range(zeros - 1))
+        require(simple, "H has a pole of higher order at 0")
+        cut = [[fmpq_poly([f[k] for k in range(zeros - 1, max(f.degree(), zeros - 1) + 1)]) for f in row] for row in N]
+        tops.append((tau, cut))
+    R = [[sum((N[i][j][0] for _, N in tops), fmpq(0)) / rest[0] for j in range(m)] for i in range(m)]
+    S = fmpq_mat([[to_fmpq(one.weight * one.width) * v for v in row] for one, row in zip(known, R, strict=True)])
+    require(S.transpose() == S and S.rank() == zeros, "Lambda W R is not symmetric, or has another rank")
+    p = S.charpoly()  # of real roots: none is negative if its signs alternate
+    require(all(p[m - k] * (-1) ** k >= 0 for k in range(m + 1)), "Lambda W R has a negative eigenvalue")
+    for _ in range(_HALVINGS):
+        tick()
+        omega = acb_series([acb(arb(0).union(ball(end))), acb(1)])
+        s = omega * acb(0, 1)
+        below = _at([acb(arb(c)) for c in rest.coeffs()], s)
+        Y = [[acb(0)] * m for _ in known]
+        for i, one in enumerate(known):
+            for j in range(m):
+                G = 0 * s
+                for tau, N in tops:
+                    G += (s * -ball(tau)).exp() * _at([acb(arb(c)) for c in N[i][j].coeffs()] or [acb(0)], s) / below
+                Y[i][j] = G[1] * acb(0, -1) * ball(one.weight * one.width) + G[0] * ball(one.theta)
+            Y[i][i] += ball(one.weight)
+        if _eliminates([[Y[i][j] + Y[j][i].conjugate() for j in range(m)] for i in range(m)]):
+            return end
+        end /= 2
+    raise NotShown("F > 0 is not shown near 0")
+
+
+def _eliminates(rows: list[list[acb]]) -> bool:
+    """Whether all pivots of a Hermitian matrix are positive."""
+    for k in range(len(rows)):
+        if not rows[k][k].real > 0:
+            return False
+        for i in range(k + 1, len(rows)):
+            factor = rows[i][k] / rows[k][k].real
+            rows[i] = [v - factor * w for v, w in zip(rows[i], rows[k], strict=True)]
+    return True
 
 
 def _pair(value: object) -> tuple[Fraction, Fraction] | None:
