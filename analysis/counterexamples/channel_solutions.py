@@ -18,7 +18,7 @@ from lure.plants.multivariable import MultivariablePlant
 SAMPLES, STRETCHES = 400, 5
 """Instants of the first stretch, and the number of stretches, each twice as long as that before it."""
 _STARTS = ((3.0, "near the scales of the nonlinearities"), (0.3, "below them"), (100.0, "far beyond them"))
-_RTOL, _REST, _EVEN, _GROWTH = 1e-8, 1e-4, 1e-3, 1e6
+_RTOL, _REST, _STILL, _EVEN, _GROWTH = 1e-8, 1e-4, 1e-3, 1e-3, 1e6
 _NEWTON, _MOST_STEPS = 40, 400
 _GAINS = (0.1, 1.0, 3.0, 30.0)  # times the scales: where chords of the nonlinearities are looked at
 _PROBES = 120
@@ -257,6 +257,6 @@ class _Loop:
         if float(np.abs(end).max()) <= _REST * peak:
             return Finding.CONVERGES
         spans = [float(np.ptp(part, axis=0).max()) for part in (sigma[-last : -last // 2] / self.knees, end)]
-        if spans[1] <= _REST * peak:
-            return Finding.RESTS
+        if spans[1] <= _REST * peak:  # or decays slowly
+            return Finding.RESTS if spans[1] <= _STILL * float(np.abs(end).max()) else Finding.OPEN
         return Finding.OSCILLATES if abs(spans[1] - spans[0]) <= _EVEN * spans[0] else Finding.OPEN

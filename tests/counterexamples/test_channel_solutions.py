@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from lure import DeadZone, Diagonal, InputError, NonlinearityClass, Saturation, analyse, as_plant
+from lure import DeadZone, Diagonal, InputError, NonlinearityClass, Saturation, analyse, as_plant, builtin_loop
 from lure.analysis.counterexamples.channel_solutions import Hysteron, channel_solutions
 from lure.analysis.counterexamples.trajectories import Finding
 from lure.analysis.plots import plot_channels
@@ -118,3 +118,11 @@ def test_members_of_the_classes_of_several_channels_are_simulated_in_the_report(
     operator = NonlinearityClass.norm_bounded(Fraction(1, 10))
     beside = replace(found.problem, classes=Diagonal((operator, classes[1])))
     assert not observed(replace(found, problem=beside)).sentences
+
+
+# 0 attracts every solution of this loop (slopes up to 0.5236), slowly
+def test_a_slow_decay_is_not_called_rest():
+    system = builtin_loop("fetzer-scherer")
+    steep = Saturation(gain=0.5, limit=0.5)
+    findings = {run.finding for run in channel_solutions(system.block, (steep,) * 4, "")}
+    assert findings <= {Finding.CONVERGES, Finding.OPEN}
