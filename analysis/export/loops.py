@@ -76,7 +76,10 @@ def _one(certificate: Data) -> Iterator[Loop]:
     """The circle criterion, or Popov's; ``P`` is that of the certificate, or is found."""
     name, system, proof = certificate["theorem"], certificate["system"], certificate["proof"]
     if name not in ("circle", "popov") or system["kind"] not in ("transfer", "state-space"):
-        raise refused(f"{name} for a plant of the kind {system['kind']} has no quadratic form here")
+        raise refused(
+            f"{name} by {proof['method']} has no export for a plant of the kind {system['kind']}; circle and popov "
+            "have one, and by a polynomial park, off-axis-circle, zames-falb, tsypkin and jury-lee"
+        )
     if certificate["multiplier"].get("mirrored"):
         raise refused("its class has no lower bound; certify one with a lower bound")
     theta = number(certificate["multiplier"]["theta"]) if name == "popov" else Fraction(0)
@@ -175,7 +178,7 @@ def _several(certificate: Data) -> Iterator[Loop]:
     """The circle criterion, or Popov's, with one multiplier for each channel."""
     name, system, data, proof = (certificate[key] for key in ("theorem", "system", "multiplier", "proof"))
     if name not in ("diagonal-circle", "diagonal-popov") or "zero" in proof:
-        raise refused(f"{name} has no form here; diagonal-circle and diagonal-popov, without an eigenvalue 0, have one")
+        raise refused(f"{name} has no export; diagonal-circle and diagonal-popov, without an eigenvalue 0, have one")
     H = plant(system)
     asked = channels(certificate["laws"], len(H.D))
     if asked.operators or asked.delayed or any(one.memory or one.rate is not None for one in asked.families):

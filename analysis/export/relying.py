@@ -27,6 +27,7 @@ THEOREMS = {
     "jury-lee": "jury_lee_criterion",
 }
 DEEPEST, MOST_ORDER, FINEST = 200, 12, 160
+MOST_REACH = 12  # complex powers are written out
 
 
 def relying_text(data: Mapping[str, Any], claim: str) -> str:
@@ -60,6 +61,10 @@ class _Relying:
             raise refused("its class has infinite bounds, or nonlinearities that jump; certify one with finite bounds")
         if not 0 < self.order <= MOST_ORDER:
             raise refused(f"its plant has the order {self.order}, not within 1 and {MOST_ORDER}")
+        reach = max((abs(i) for i, _ in self.given.get("taps", [])), default=0)
+        reach += sum(k.get("order", 0) for k in self.given.get("kernels", []))
+        if self.order + reach > MOST_REACH:
+            raise refused(f"order and kernels of its multiplier add up to {self.order + reach}, above {MOST_REACH}")
         stepped = self.name in ("tsypkin", "tsypkin-odd", "jury-lee") or Fraction(self.given.get("theta", "0")) != 0
         if stepped and len(self.num) == len(self.den):
             raise refused("its block has a feedthrough, which the export of this criterion does not cover")
@@ -138,8 +143,10 @@ class _Relying:
         if self.name == "park":
             lines.append("  all: try (left; lia).")
         if self.name == "zames-falb":
+            signed = ((written(v), "Rabs_left" if v < 0 else "Rabs_right") for v in self.masses)
+            signs = "".join(f"rewrite ({rule} {v}) by lra; " for v, rule in signed)
             lines += [
-                "  all: try (left; lia); try (right; lra); try (unfold Rabs; repeat destruct (Rcase_abs _); lra).",
+                f"  all: try (left; lia); try (right; lra); try ({signs}lra).",
                 "  all: try (right; assumption); try (left; repeat constructor; simpl; lra).",
                 "  all: repeat constructor; simpl; try lra; try lia; try discriminate.",
             ]
