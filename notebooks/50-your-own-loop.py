@@ -246,6 +246,33 @@ if find_spec("pytest") and isinstance(LAW, str):
         outcomes.append(run("test_law.py", text, "-m", "pytest", "--tb=no", "-q"))
 
 # %% [markdown]
+# ## 9. Numbers that are known to a few per cent
+#
+# Nobody knows the gain of a motor to its last digit. With an interval in place of a number every answer is about *all*
+# plants in it, in a file by `[plant.parameters]`. Here the gain of the motor, 200000, may be a tenth more or less:
+
+# %%
+from lure.analysis.questions import tolerances
+from lure.plants.family import PlantFamily
+
+motor = PlantFamily.of_coefficients(["g"], [1, 50, 10_400, 100_000, 0], {"g": (180_000, 220_000)})
+room = tolerances(motor, Sector(0, 20))
+print(room)
+
+# %% [markdown]
+# The first interval is *certified*: the motor is stable with each gain in it and every nonlinearity of the sector. From
+# the second on one plant and a constant gain refute. Between them nothing is known. With two parameters the picture is a
+# map: the black box is given, blue is how far each and both may go, a cross is a plant that refutes. A servo
+# $k/(s(s+1)(s+a))$ takes gains below $a(a+1)/k$ by Routh's test, and Popov's criterion proves as much:
+
+# %%
+servo = PlantFamily.of_formula("k/(s*(s + 1)*(s + a))", {"k": (0.75, 1.25), "a": (1.75, 2.25)})
+joint = tolerances(servo, Sector(0, 3))
+axes = joint.plot()
+for margin in joint.margins:
+    print(margin.words(servo))
+
+# %% [markdown]
 # ## What does not follow
 #
 # - **No rate, no overshoot.** Every solution comes to rest; nothing says how soon, or how far it swings before.
@@ -279,3 +306,9 @@ if str(block) == "200000 / (s^4 + 50 s^3 + 10400 s^2 + 100000 s)" and LAW == "mi
     assert outcomes in ([0, 1], [])  # passed, failed; not run where there is no pytest
     assert str(certify(block, NonlinearityClass(sector=Sector(0, 50))).verdict) == "INCONCLUSIVE"
     print("All of it holds.")
+
+(low, high), (least, most) = room.margins[0].proved[0], motor.box[0]
+assert low < least < most < high
+widths = [margin.width for margin in joint.margins]
+assert all(width.low < width.high < 1.02 * width.low for width in widths)
+assert abs(widths[1].high - 2.0) < 0.01  # a = 1.5 with k = 1.25: 1.5 * 2.5 = 3 * 1.25

@@ -26,8 +26,8 @@ from lure.errors import InputError
 from lure.plants.family import Box, PlantFamily
 from lure.record import Page, Record, derived, quantity
 
-MOST, CLOSE, LATE = Fraction(32), Fraction(1, 100), 1
-"""How wide boxes get, in widths of the one given; how closely; and the last stage of the criteria that are asked."""
+MOST, CLOSE, LATE, PARTS = Fraction(32), Fraction(1, 100), 1, 48
+"""How wide boxes get, in widths of the one given; how closely; the last stage of the criteria; into how many parts."""
 
 
 class Margin(Record):
@@ -216,7 +216,9 @@ class _Growth:
         """What is accepted of the class for all plants of a box."""
         laws, plants = dict(self.asked.class_entry), self.family.within(box)
         for row, lower, upper in self._bounds():
-            found = guarded(row.name, partial(families.Search(plants, row, self.asked.odd).proved, laws, lower, upper))
+            found = guarded(
+                row.name, partial(families.Search(plants, row, self.asked.odd, PARTS).proved, laws, lower, upper)
+            )
             if isinstance(found, Proved):
                 return found
         return None
@@ -226,7 +228,9 @@ class _Growth:
         checkpoint()
         laws, plants = dict(self.asked.class_entry), self.family.within(box)
         for row, lower, upper in self._bounds():
-            found = guarded(row.name, partial(families.Search(plants, row, self.asked.odd).tree, laws, lower, upper))
+            found = guarded(
+                row.name, partial(families.Search(plants, row, self.asked.odd, PARTS).tree, laws, lower, upper)
+            )
             if not isinstance(found, Failure):
                 return True
         return False
