@@ -113,7 +113,7 @@ def _loop(problem: Problem) -> dict[str, Any]:
 
 def _channels(problem: Problem) -> dict[str, Any]:
     """What is asked and known of each of several channels."""
-    names = loop_plant(problem.plant).names
+    names = () if isinstance(problem.plant, ChannelFamily) else loop_plant(problem.plant).names
     return {
         "channels": [
             {

@@ -107,6 +107,19 @@ def test_a_file_with_parameters_is_asked_for_its_gain(tmp_path, capsys):
     assert l2_gain(again).gain.high == pytest.approx(high, rel=1e-3)
 
 
+def test_a_file_of_several_channels_is_analysed_for_all_plants(tmp_path, capsys):
+    path = tmp_path / "pair.toml"
+    sides = 'A = [["-a", 0], [0, -1]]\nB = [[0, -1], [-1, 0]]\nC = [[1, 0], [0, 1]]\n'
+    classes = "[[class]]\nsector = [0, 0.5]\ntime_varying = true\n" * 2
+    path.write_text(f"[plant]\n{sides}[plant.parameters]\na = [1, 2]\n{classes}")
+    assert main(["analyse", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["verdict"] == "PROVED"
+    assert found["block"]["parameters"] == {"a": ["1", "2"]}
+    again = parse_system(loop_to_toml(parse_system(path.read_text(), name="own", source="")), name="own", source="")
+    assert again.block == parse_system(path.read_text(), name="own", source="").block
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
