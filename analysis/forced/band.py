@@ -297,6 +297,7 @@ def peak(rows: list[Harmonics], *, period: bool = True) -> arb:
     signals, low, heap = [Sampled.of(row, count) for row in rows], arb(0), list[tuple[float, int, fmpq, fmpq]]()
 
     def upper(values: list[arb], slopes: list[arb], half: arb) -> arb:
+        """A bound over an interval from what is known in its middle."""
         ends = [sum(((v + s * d) ** 2 for v, s in zip(values, slopes, strict=True)), arb(0)) for d in (-half, half)]
         return _top(ends[0].max(ends[1]).sqrt() + bend * half * half / 2)
 

@@ -48,6 +48,7 @@ def curve_of(nonlinearity: Nonlinearity) -> Curve:
         )
 
     def curve(box: arb) -> tuple[arb, arb, arb]:
+        """From the series of the formula."""
         value, slope, bend = jet(tree, box)
         return value, slope, 2 * bend
 
@@ -82,6 +83,7 @@ def _bends(graph: Graph) -> Curve:
     at = [ball(x) for x in kinks]
 
     def curve(box: arb) -> tuple[arb, arb, arb]:
+        """From the lines that meet the ball."""
         below, past = sum(x < box for x in at), sum(x > box for x in at)  # what is not certain counts as inside
         parts = lines[below : len(lines) - past]
         values = [y + s * (box - x) for x, y, s in parts]

@@ -211,6 +211,7 @@ def _inverse(loop: ForcedLoop, missed: Residual, ways: Sequence[_Way], low: int,
     order = [(i, k) for i in range(m) for k in range(-low, low + 1)]
 
     def response(i: int, j: int, k: int) -> acb:
+        """``G_ij`` at the k-th harmonic."""
         return G[k][i, j] if k >= 0 else G[-k][i, j].conjugate()
 
     # F = 1 + P M_a G P, up to what the middles of a miss: at most `spread` in each coefficient
