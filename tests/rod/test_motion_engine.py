@@ -16,7 +16,7 @@ from motions import WITH_NUMBA, other_rod, unit_rod
 
 from lure import InputError, PiecewiseLinear
 from lure.rod import Scenario, builtin_system
-from lure.rod.motion import Boundary, Numerics, engine, exact_motion, motion_windows
+from lure.rod.motion import Boundary, Numerics, compilation, engine, exact_motion, motion_windows
 from lure.rod.motion.kernel_trip import run, run_powers
 from lure.rod.motion.motion import _problem
 from lure.rod.motion.record import Windows, record_of
@@ -245,26 +245,28 @@ def test_panels_hold_the_load(force):
 
 def test_compilation_is_chosen_where_it_pays(monkeypatch):
     problem = SimpleNamespace(transits=100.0, nonlinearity=SimpleNamespace(segments=[SimpleNamespace(power=1.0)]))
-    monkeypatch.setattr(engine, "find_spec", lambda _: object())
-    monkeypatch.setattr(engine, "_KERNELS", {})
-    monkeypatch.setattr(engine, "compiled_kernel", lambda function: "with" if function is run_powers else "without")
+    monkeypatch.setattr(compilation, "find_spec", lambda _: object())
+    monkeypatch.setattr(compilation, "_KERNELS", {})
+    monkeypatch.setattr(
+        compilation, "compiled_kernel", lambda function: "with" if function is run_powers else "without"
+    )
     for left, kept, pays in ((0.5, True, False), (3.0, True, True), (3.0, False, False), (45.0, False, True)):
-        monkeypatch.setattr(engine, "_on_disk", lambda made, kept=kept: kept and made == "without")
-        assert engine.compilation_pays(problem, None, left) is pays
-        assert engine.compilation_pays(problem, False, left) is False
-        assert engine.compilation_pays(problem, True, left) is True
+        monkeypatch.setattr(compilation, "_on_disk", lambda made, kept=kept: kept and made == "without")
+        assert compilation.compilation_pays(problem, None, left) is pays
+        assert compilation.compilation_pays(problem, False, left) is False
+        assert compilation.compilation_pays(problem, True, left) is True
     problem.nonlinearity.segments[0].power = 2.0
-    monkeypatch.setattr(engine, "_on_disk", lambda made: made == "without")
-    assert engine.compilation_pays(problem, None, 3.0) is False  # what is on disk knows no power laws
-    monkeypatch.setattr(engine, "_KERNELS", {run: SimpleNamespace(signatures=[()])})
-    assert engine.compilation_pays(problem, None, 3.0) is False
+    monkeypatch.setattr(compilation, "_on_disk", lambda made: made == "without")
+    assert compilation.compilation_pays(problem, None, 3.0) is False  # what is on disk knows no power laws
+    monkeypatch.setattr(compilation, "_KERNELS", {run: SimpleNamespace(signatures=[()])})
+    assert compilation.compilation_pays(problem, None, 3.0) is False
     problem.nonlinearity.segments[0].power = 1.0
-    assert engine.compilation_pays(problem, None) is True
-    monkeypatch.setattr(engine, "_KERNELS", {})
-    monkeypatch.setattr(engine, "find_spec", lambda _: None)
-    assert engine.compilation_pays(problem, None, 45.0) is False
+    assert compilation.compilation_pays(problem, None) is True
+    monkeypatch.setattr(compilation, "_KERNELS", {})
+    monkeypatch.setattr(compilation, "find_spec", lambda _: None)
+    assert compilation.compilation_pays(problem, None, 45.0) is False
     with pytest.raises(InputError, match=r'needs numba: pip install "lure\[fast\]"'):
-        engine.compilation_pays(problem, True)
+        compilation.compilation_pays(problem, True)
 
 
 # The body force takes every round trip through the kernel; a piece that is said to cost 10 s makes up its mind at once.
@@ -273,11 +275,12 @@ def test_a_motion_that_takes_long_is_compiled_on_the_way(monkeypatch):
     scenario = Scenario.parse(body_force="0.01*sin(t)", velocity="0.2*cos(x)")
     plain = exact_motion(other_rod(), scenario, 20.0, numerics=PLAIN)
     exact_motion(other_rod(), scenario, 0.1, numerics=COMPILED)  # compiles, or loads what was compiled
-    kernels = dict(engine._KERNELS)
-    monkeypatch.setattr(engine, "_KERNELS", {})
+    kernels = dict(compilation._KERNELS)
+    monkeypatch.setattr(compilation, "_KERNELS", {})
     monkeypatch.setattr(engine, "_FEW_WINDOWS", 3)
     monkeypatch.setattr(engine, "_PIECE", 10.0)
     monkeypatch.setattr(engine, "compiled_kernel", lambda function: kernels[function])
+    monkeypatch.setattr(compilation, "compiled_kernel", lambda function: kernels[function])
     motion = exact_motion(other_rod(), scenario, 20.0)
     assert motion.compiled
     assert motion.crossings == plain.crossings > 0

@@ -12,7 +12,7 @@ from motions import WITH_NUMBA, unit_rod
 from lure import InputError, PiecewiseLinear
 from lure.rod import Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, exact_motion
-from lure.rod.motion.blocks import Steps
+from lure.rod.motion.blocks import SeriesBlock, Steps
 from lure.rod.motion.event_free import EventFreeInterval
 from lure.rod.motion.event_search import Walk
 from lure.rod.motion.exponential_force import ExponentialForces
@@ -99,6 +99,41 @@ def test_stretches_change_nothing(problem):
     assert_same(*motions)
 
 
+SLOW = Boundary(nonlinearity=PiecewiseLinear([(0, 0), (1, Fraction(1, 5000))], left_slope=0, right_slope=0))
+
+
+# Loops where the kernel is compiled, arrays where it is not: the same round trips without events, of the same numbers;
+# in flight, in contact, and on a segment of constant stress.
+@pytest.mark.parametrize(
+    ("boundary", "velocity", "force"),
+    [
+        (Boundary(), "0.002", "0.00002"),
+        (Boundary(end_damping=1e-3), "0.004 + 0.001*x*x", "0.0001*sin(0.013*t)"),
+        (Boundary(), "0.002", "0.0000002*t*exp(-t/800)*cos(0.005*t)"),
+        (SLOW, "0.006", "0.0004 if t < 900 else -0.001"),
+    ],
+)
+def test_loops_and_arrays_pass_over_the_same_round_trips(boundary, velocity, force):
+    rod = unit_rod(damping=1e-3, compliance=1e4, gap=0.6)
+    scenario = Scenario.parse(velocity=velocity, displacement="0.001*(1 - x)", force=force)
+    motions = [exact_motion(rod, scenario, 2500.0, boundary=boundary, numerics=how) for how in (ON, PLAIN)]
+    ours, theirs = (
+        {number: part.index for part in stretches(motion) for number in range(part.number, part.number + part.count)}
+        for motion in motions
+    )
+    assert ours == theirs
+    assert len(set(ours.values())) > 1  # before contact and in it
+    assert SeriesBlock in {type(block) for part in stretches(motions[0]) for block in part.blocks}
+    assert_same(*motions)
+    for number in sorted(ours)[::97]:
+        first, second = (motion.fields.windows[number].end for motion in motions)
+        assert first.zeta.value == pytest.approx(second.zeta.value, abs=1e-13)
+        assert (first.impact is None) == (second.impact is None)
+        if first.impact is not None:
+            assert first.impact.impulse == pytest.approx(second.impact.impulse, rel=1e-10)
+            assert first.impact.peak_stress == pytest.approx(second.impact.peak_stress, rel=1e-10)
+
+
 # Round trips as a series in their number, round trips by doubling: see lure.rod.motion.blocks.
 @settings(max_examples=8)
 @given(problem=problems())
@@ -116,7 +151,8 @@ def test_figure_8_goes_the_same_way_uncompiled_and_by_doubling(monkeypatch):
     assert quiet_trips(motion) == quiet_trips(other) > 2300  # of 2400
     assert_same(motion, other)
     assert motion.impacts[-1].peak_stress == pytest.approx(other.impacts[-1].peak_stress, rel=1e-12)
-    assert {block.rows is None for part in stretches(motion) for block in part.blocks} == {False}
+    assert {type(block) for part in stretches(motion) for block in part.blocks} == {SeriesBlock}
+    assert {block.rows is None for part in stretches(other) for block in part.blocks} == {False}
     monkeypatch.setattr(Steps, "length", lambda self, rows: 0)
     doubled = figure_8(0.8, PLAIN)
     assert {block.rows is None for part in stretches(doubled) for block in part.blocks} == {True}
@@ -154,7 +190,7 @@ def test_bounds_over_parts_of_a_block_hold(problem, seed):
         exact_motion(rod, scenario, until, boundary=boundary, numerics=PLAIN)
     for steps, span in seen[:40]:
         n = np.floor(random.uniform(span.first, np.minimum(span.last, span.block.length - 1) + 1.0))
-        states = span.block.at(np.minimum(n, span.last - 1.0), span.block.table(steps))
+        states = span.block.at(np.minimum(n, span.last - 1.0), span.block.table())
         places = np.polynomial.chebyshev.chebvander(random.uniform(-1, 1, 7), steps.trip.series.shape[1] - 1)
         zeta = np.einsum("xk,pkn,in->ixp", places, steps.trip.series, states).reshape(len(n), -1)
         slack = 1e-14 * np.abs(zeta).max(axis=1)

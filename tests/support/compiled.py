@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from lure.rod.motion import engine
+from lure.rod.motion import compilation
 
 HOME = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lure-tests"
 
@@ -12,14 +12,14 @@ def share_compiled():
     """Let numba optimise half, and keep what it compiles where the tests of every clone find it.
 
     Its own caches have a folder for each path of a source file.  In one folder the names keep versions of the kernel
-    apart, for :func:`lure.rod.motion.engine.compiled_kernel` puts the hash of all its files into them; numba itself
-    looks at its version, the processor and the text of the file.
+    apart, for :func:`lure.rod.motion.compilation.compiled_kernel` puts the hash of all its files into them; numba
+    itself looks at its version, the processor and the text of the file.
     """
     os.environ.setdefault("NUMBA_OPT", "1")
     if "NUMBA_CACHE_DIR" in os.environ:
         return
     os.environ["NUMBA_CACHE_DIR"] = str(HOME)
-    register = engine._register
+    register = compilation._register
 
     def shared():
         """Before anything is compiled: until then numba, which takes long, is not imported."""
@@ -37,4 +37,4 @@ def share_compiled():
         config.CACHE_LOCATOR_CLASSES = f"{__name__}.{OneFolder.__name__}"
         register()
 
-    engine._register = shared
+    compilation._register = shared

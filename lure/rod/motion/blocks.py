@@ -9,6 +9,7 @@ the same moved by ``m``, with ``D_{2m} = 2 D_m + D_m^2``, in which nothing is lo
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -16,20 +17,30 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.rod.motion.kernel_free import (
+    BEGINS,
+    CANCELLED,
+    COUNTS,
+    FIRST,
+    LEFT_OUT,
+    LENGTHS,
+    LEVELS,
+    TERMS,
+    WAVES,
+    WAY_BACK,
+    ZETA_DEGREE,
+    ZETAS,
+)
 from lure.rod.motion.pieces import Array, basis
+from lure.rod.motion.record import Series
 from lure.rod.motion.trip_matrix import TripMatrix
 
 Counts = NDArray[np.int64]
-TERMS = 32
 PARTS = 64  # of a block
-_LENGTHS = np.array([16 * round(2 ** (k / 2)) for k in range(4, 19)])
-_LEFT_OUT = 1e-17  # of the wave: what the series leaves out
-_CANCELLED = 8.0  # what its terms may exceed the wave by
-_WAY_BACK = 4e-16  # of all ways there and back
-_FIRST, _MOST = 64, 1024  # round trips made by doubling
+_MOST = 1024  # round trips made by doubling
 _FEW = 16  # coordinates: powers of the matrix cost less than calls
 LARGEST = 128  # state for which they are
-_MANY = 128  # numbers for which calls cost less than steps along short rows
+MANY = 128  # numbers for which calls cost less than steps along short rows
 _NOISE = 4e-16  # of the largest value: coefficients of a curve in the number of the round trip that are rounding
 _OVER = np.append(0.0, 1.0 / np.arange(1, TERMS + 1))
 _LESS = np.append(-1.0, np.arange(TERMS) * _OVER[1:])
@@ -37,7 +48,7 @@ _LESS = np.append(-1.0, np.arange(TERMS) * _OVER[1:])
 
 def binomials(n: Array) -> Array:
     """(len(n), TERMS+1) the numbers ``n`` over ``0, ..., TERMS``, for whole ``n``."""
-    if len(n) < _MANY:
+    if len(n) < MANY:
         return np.asarray(np.multiply.accumulate(np.multiply.outer(n, _OVER) - _LESS, axis=1))
     rows = np.multiply.outer(_OVER, n)
     rows -= _LESS[:, None]
@@ -49,7 +60,7 @@ def binomials(n: Array) -> Array:
 @lru_cache(maxsize=1)
 def _growth() -> Array:
     """Those of all lengths that a series may have."""
-    return binomials(_LENGTHS.astype(float))
+    return binomials(np.array(LENGTHS, dtype=float))
 
 
 @lru_cache(maxsize=64)
@@ -100,12 +111,12 @@ class Steps:
         setting, (wave, level) = self.trip.setting, (np.abs(rows) @ self._sizes).T.tolist()
         size = max(wave[0], abs(setting.push) + setting.rate * level[0], 1e-300)
         swing = max(2.0 * setting.transit * setting.share * size, 5e-324)
-        most, reach, left = _CANCELLED * size, _CANCELLED * (level[0] + _FIRST * swing), wave[-1] / size
+        most, reach, left = CANCELLED * size, CANCELLED * (level[0] + FIRST * swing), wave[-1] / size
         found, growth = 0, _growth()
         left = max(left, level[-1] / swing)
         sums = (growth @ np.array([wave, level]).T).tolist()
-        for length, (waves, levels), last in zip(_LENGTHS.tolist(), sums, growth[:, -1].tolist(), strict=True):
-            if not (waves <= most and levels <= reach and last * left <= _LEFT_OUT):
+        for length, (waves, levels), last in zip(LENGTHS, sums, growth[:, -1].tolist(), strict=True):
+            if not (waves <= most and levels <= reach and last * left <= LEFT_OUT):
                 break
             found = length
         return found
@@ -132,7 +143,7 @@ class Steps:
 
     def _ways(self, ways: Array, rows: Array, step: Array) -> Array:
         """Ways in free flight; those there and back are none."""
-        return np.where(np.abs(ways) <= _WAY_BACK * (np.abs(rows) @ np.abs(step[self.trip.zeta])), 0.0, ways)
+        return np.where(np.abs(ways) <= WAY_BACK * (np.abs(rows) @ np.abs(step[self.trip.zeta])), 0.0, ways)
 
     def _power(self, k: int) -> Array:
         """``D_m`` for ``m = 2^k``."""
@@ -147,6 +158,8 @@ class Block:
 
     Attributes
     ----------
+    steps : Steps
+        What a round trip does.
     start, count : int
         The first, counted from that of the interval, and how many.
     value, rest : float
@@ -159,6 +172,7 @@ class Block:
         How many states are made then.
     """
 
+    steps: Steps
     start: int
     count: int
     value: float
@@ -167,35 +181,36 @@ class Block:
     rows: Array | None
     length: int
 
-    def table(self, steps: Steps, functions: Array | None = None) -> Array:
-        """What :meth:`at` reads functions (F, N) of the states from, or the states."""
-        rows = steps.states(self.state, self.length)[0] if self.rows is None else self.rows
-        return rows if functions is None else rows @ functions.T
+    def table(self) -> Array:
+        """What :meth:`at` reads the states from."""
+        return self.steps.states(self.state, self.length)[0] if self.rows is None else self.rows
 
     def at(self, n: Array, table: Array) -> Array:
         """Values (len(n), F) in round trips counted from the first of the block."""
         return table[n.astype(np.int64)] if self.rows is None else binomials(n) @ table
 
-    def read(self, n: Array, functions: Array, steps: Steps) -> tuple[Array, Array]:
-        """(R, J) and (J, len(n)), the product of which are functions (R, N) of the states in round trips of the block.
+    def _functions(self, name: Series) -> Array:
+        """(P, k, N) ``W`` or ``zeta`` on the pieces, of the states."""
+        return self.steps.trip.wave if name == "wave" else self.steps.trip.series
+
+    def read(self, n: Array, name: Series, pieces: Counts) -> tuple[Array, Array]:
+        """(J, m, k) and (J, len(n)): ``W`` or ``zeta`` on pieces, in round trips of the block, is the sum of products.
 
         For many round trips a series is taken as one of Chebyshev, of which few terms can be seen.
         """
+        functions = self._functions(name)[pieces]
         if self.rows is None:
-            return functions, self.table(steps)[n.astype(np.int64)].T
-        if len(n) < _MANY:
-            return functions @ self.rows.T, binomials(n).T
-        table = functions @ (_curve(self.count) @ self.rows).T
-        size = np.maximum.reduce(np.abs(table))
-        terms = int((size > _NOISE * size.max()).nonzero()[0].max(initial=0)) + 1
-        weights, x = np.empty((max(terms, 2), len(n))), n * (2.0 / self.count)
-        x -= 1.0
-        weights[0], weights[1] = 1.0, x
-        x += x
-        for k in range(2, terms):
-            np.multiply(x, weights[k - 1], out=weights[k])
-            weights[k] -= weights[k - 2]
-        return table[:, :terms], weights[:terms]
+            return functions.transpose(2, 0, 1), self.table()[n.astype(np.int64)].T
+        return _shares(self.rows, functions.reshape(-1, functions.shape[2]).T, n, self.count, functions.shape[:2])
+
+    def on_pieces(self, n: Array, name: Series) -> Array:
+        """(len(n), P, k) the same on all pieces."""
+        return np.asarray(np.einsum("pkn,in->ipk", self._functions(name), self.states(n)[0]))
+
+    def ends(self, n: Array) -> tuple[Array, Array]:
+        """``zeta`` (len(n), 2) with which round trips begin, and what rounding lost of it; the impulse so far."""
+        states, levels = self.states(n)
+        return levels, states[:, self.steps.trip.zeta + 1]
 
     def grid(self, table: Array) -> tuple[Array, Array]:
         """Round trips that cover the block, and the values there."""
@@ -215,19 +230,113 @@ class Block:
             return np.zeros(table.shape[1])
         return np.asarray(_grid(self.count)[1][-1, :-2] @ np.abs(table[2:]))
 
-    def states(self, n: Array, steps: Steps) -> tuple[Array, Array]:
+    def states(self, n: Array) -> tuple[Array, Array]:
         """The states (len(n), N) there; ``zeta`` (len(n), 2) and what rounding lost of it."""
         if self.rows is None:
-            rows, gained = (found[n.astype(np.int64)] for found in steps.states(self.state, self.length))
+            rows, gained = (found[n.astype(np.int64)] for found in self.steps.states(self.state, self.length))
         else:
             shares = binomials(n)
-            rows, gained = shares @ self.rows, shares[:, 1:] @ self.rows[1:, steps.trip.zeta]
-        small = self.rest + gained
-        levels = np.empty((len(n), 2))
-        levels[:, 0] = total = self.value + small
-        back = total - self.value
-        levels[:, 1] = (self.value - (total - back)) + (small - back)
-        return rows, levels
+            rows, gained = shares @ self.rows, shares[:, 1:] @ self.rows[1:, self.steps.trip.zeta]
+        return rows, _levels(self.value, self.rest, gained)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class SeriesBlock:
+    """The same from :mod:`lure.rod.motion.kernel_free`, in terms of what is read.
+
+    Attributes
+    ----------
+    start, count : int
+        The first, counted from that of the interval, and how many.
+    value, rest : float
+        ``zeta`` there and what rounding lost of it.
+    wave, zeta : ndarray
+        (TERMS+1, P, k) the terms of the series of ``W`` and ``zeta`` on the pieces.
+    begins : ndarray
+        (TERMS+1, 2) those of ``zeta`` and of the impulse with which round trips begin.
+    """
+
+    start: int
+    count: int
+    value: float
+    rest: float
+    wave: Array
+    zeta: Array
+    begins: Array
+
+    def _terms(self, name: Series) -> Array:
+        return self.wave if name == "wave" else self.zeta
+
+    def read(self, n: Array, name: Series, pieces: Counts) -> tuple[Array, Array]:
+        """See :meth:`Block.read`."""
+        terms = self._terms(name)[:, pieces]
+        return _shares(terms.reshape(TERMS + 1, -1), None, n, self.count, terms.shape[1:])
+
+    def curve(self, name: Series) -> Array:
+        """(J, P, k) the same on all pieces as Chebyshev series in the number of the round trip, on ``[0, count]``."""
+        terms = self._terms(name)
+        table = _curve(self.count) @ terms.reshape(TERMS + 1, -1)
+        return table[: _seen(table)].reshape(-1, *terms.shape[1:])
+
+    def on_pieces(self, n: Array, name: Series) -> Array:
+        """See :meth:`Block.on_pieces`."""
+        return np.asarray(np.tensordot(binomials(n), self._terms(name), 1))
+
+    def ends(self, n: Array) -> tuple[Array, Array]:
+        """See :meth:`Block.ends`."""
+        shares = binomials(n)
+        return _levels(self.value, self.rest, shares[:, 1:] @ self.begins[1:, 0]), shares @ self.begins[:, 1]
+
+
+def series_blocks(g: Array, o: Counts, pieces: int) -> list[SeriesBlock]:
+    """Those that :func:`lure.rod.motion.kernel_walk.free_trips` has entered."""
+    _, blocks, *degrees = map(int, g[: ZETA_DEGREE + 1].tolist())
+    starts = o[[WAVES, ZETAS, BEGINS]]
+    shapes = [(blocks, TERMS + 1, pieces, n + 1) for n in degrees] + [(blocks, TERMS + 1, 2)]
+    series = [
+        g[at : at + math.prod(shape)].reshape(shape).copy() for at, shape in zip(starts.tolist(), shapes, strict=True)
+    ]
+    counts = g[o[COUNTS] : o[COUNTS] + blocks].tolist()
+    levels = g[o[LEVELS] : o[LEVELS] + 2 * blocks].tolist()
+    found, start = [], 0
+    for b, count in enumerate(map(int, counts)):
+        value, rest = levels[2 * b : 2 * b + 2]
+        wave, zeta, begins = (part[b] for part in series)
+        found.append(SeriesBlock(start=start, count=count, value=value, rest=rest, wave=wave, zeta=zeta, begins=begins))
+        start += count
+    return found
+
+
+def _shares(rows: Array, functions: Array | None, n: Array, count: int, shape: tuple[int, ...]) -> tuple[Array, Array]:
+    """See :meth:`Block.read`: of functions (N, m k) of the states, or of the terms themselves."""
+    terms = rows if len(n) < MANY else _curve(count) @ rows
+    if functions is not None:
+        terms = terms @ functions
+    if len(n) < MANY:
+        return terms.reshape(-1, *shape), binomials(n).T
+    seen = _seen(terms)
+    weights, x = np.empty((max(seen, 2), len(n))), n * (2.0 / count)
+    x -= 1.0
+    weights[0], weights[1] = 1.0, x
+    x += x
+    for k in range(2, seen):
+        np.multiply(x, weights[k - 1], out=weights[k])
+        weights[k] -= weights[k - 2]
+    return terms[:seen].reshape(-1, *shape), weights[:seen]
+
+
+def _seen(table: Array) -> int:
+    """How many terms (J, m) of Chebyshev series are more than rounding."""
+    size = np.maximum.reduce(np.abs(table), axis=1)
+    return int((size > _NOISE * size.max()).nonzero()[0].max(initial=0)) + 1
+
+
+def _levels(value: float, rest: float, gained: Array) -> Array:
+    """(n, 2) ``zeta`` and what rounding lost of it, after it has gained so much."""
+    small = rest + gained
+    total = value + small
+    back = total - value
+    return np.column_stack((total, (value - (total - back)) + (small - back)))
 
 
 def block_after(steps: Steps, last: Block | None, state: Array, level: tuple[float, float]) -> Block | None:
@@ -239,5 +348,7 @@ def block_after(steps: Steps, last: Block | None, state: Array, level: tuple[flo
     if not length:
         if len(state) > LARGEST:
             return None
-        rows, length = None, _FIRST if last is None or last.rows is not None else min(2 * last.length, _MOST)
-    return Block(start=start, count=length, value=level[0], rest=level[1], state=state, rows=rows, length=length)
+        rows, length = None, FIRST if last is None or last.rows is not None else min(2 * last.length, _MOST)
+    return Block(
+        steps=steps, start=start, count=length, value=level[0], rest=level[1], state=state, rows=rows, length=length
+    )

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
-from functools import cache
-from hashlib import sha256
-from importlib.util import find_spec
-from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
+from lure.rod.motion.compilation import LOAD, compilation_pays, compiled_kernel, kernel_of, ready
 from lure.rod.motion.event_free import EventFreeInterval
 from lure.rod.motion.event_search import Finder
 from lure.rod.motion.kernel_piece import MOST_POWERED
@@ -50,7 +47,6 @@ from lure.rod.motion.kernel_series import (
     OUT_MARKS,
     OUT_NUMBERS,
     OUT_PIECES,
-    PARTS,
     PEAK,
     PIECE,
     PIECES,
@@ -85,11 +81,11 @@ from lure.rod.motion.kernel_trip import (
     MANY,
     NEAR,
     STIFF,
-    renamed,
     run,
     run_powers,
     stored,
 )
+from lure.rod.motion.kernel_walk import free_trips
 from lure.rod.motion.pieces import NOISE, Array, Pieces, largest
 from lure.rod.motion.record import Level, Record, State
 from lure.rod.motion.sources import NO_LOAD, Load, Panels, Problem, block_count
@@ -100,12 +96,8 @@ _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked 
 _PANELS = 20_000
 _MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
 _MOST_PACE = 1024
-# [s] a piece without compilation, with a power law; compilation; loading what was compiled
-_PIECE, _POWERED, _COMPILE, _LOAD = 1e-4, 1e-3, 20.0, 1.0
+_PIECE, _POWERED = 1e-4, 1e-3  # [s] without compilation, with a power law
 LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
-
-Kernel = Callable[..., Any]
-_KERNELS: dict[Kernel, Kernel] = {}
 
 
 class Engine:
@@ -122,7 +114,7 @@ class Engine:
     def __init__(self, problem: Problem, *, wish: bool | None, stretches: bool = True) -> None:
         self._problem, self._wish, self._spent = problem, wish, 0.0
         self.compiled = compiled = compilation_pays(problem, wish)
-        self._finder = Finder(problem) if stretches else None
+        self._finder = Finder(problem, ready(free_trips, wish) if compiled else None) if stretches else None
         self._asked, self._load, self._most_blocks = range(0), NO_LOAD, 1
         self._given: tuple[Load | None, Any] = None, None
         wave, error = problem.sources.initial_wave()
@@ -149,7 +141,7 @@ class Engine:
     def _kernel(self, load: Load, stop: int) -> int:
         """Go on to a round trip: see :func:`lure.rod.motion.kernel_trip.run`."""
         if self.compiled:
-            return int(compiled_kernel(_function(self._problem))(self.f, self.q, load, stop))
+            return int(compiled_kernel(kernel_of(self._problem))(self.f, self.q, load, stop))
         if load is not self._given[0]:
             self._given = load, (load[0].tolist(), load[1].tolist())
         with np.errstate(all="ignore"):  # as in compiled code
@@ -240,9 +232,9 @@ class Engine:
 
     def _reconsider(self) -> None:
         """Compile from here on if that is likely to take less time than it saves."""
-        self._spent += int(self.q[PIECES]) * (_PIECE if _function(self._problem) is run else _POWERED)
+        self._spent += int(self.q[PIECES]) * (_PIECE if kernel_of(self._problem) is run else _POWERED)
         trip = int(self.q[TRIP])
-        if self._spent > _LOAD and trip:
+        if self._spent > LOAD and trip:
             left = self._spent * (0.5 * self._problem.transits / trip - 1.0)
             self.compiled = compilation_pays(self._problem, None, left)
 
@@ -344,75 +336,6 @@ def clear(f: Array, q: Counts) -> bool:
         return False
     z = f[nonlinearity + ORIGIN] + f[VALUE]
     return bool(f[nonlinearity + LOW] < z < f[nonlinearity + HIGH])
-
-
-def compilation_pays(problem: Problem, wish: bool | None, seconds: float = 0.0) -> bool:  # noqa: FBT001  (an option)
-    """Whether to compile: if asked to, if it was done before, or if it costs less than it saves.
-
-    Parameters
-    ----------
-    problem : Problem
-        The motion.
-    wish : bool or None
-        What was asked for.
-    seconds : float
-        What is left is likely to take so long as it stands [s].
-
-    Raises
-    ------
-    InputError
-        Compilation is asked for and numba is not installed.
-    """
-    if wish is False:
-        return False
-    if getattr(_KERNELS.get(_function(problem)), "signatures", None):
-        return True
-    if not wish and seconds <= _LOAD:
-        return False
-    if find_spec("numba") is None:
-        if wish:
-            raise InputError('Numerics.compiled needs numba: pip install "lure[fast]"')
-        return False
-    return bool(wish) or seconds > _COMPILE or bool(_on_disk(compiled_kernel(_function(problem))))
-
-
-def _function(problem: Problem) -> Kernel:
-    """The kernel with or without power laws."""
-    return run_powers if any(segment.power != 1.0 for segment in problem.nonlinearity.segments) else run
-
-
-def compiled_kernel(function: Kernel) -> Kernel:
-    """A function of the kernel, compiled at its first call with all it calls, and kept on disk."""
-    if function in _KERNELS:
-        return _KERNELS[function]
-    from numba import njit
-
-    _register()
-    # numba looks at the file of the function only; the name tells of all files what it keeps was compiled from
-    parts = sorted(Path(__file__).parent.glob("kernel_*.py"))
-    mark = sha256(b"".join(path.read_bytes() for path in parts)).hexdigest()[:12]
-    marked = renamed(function, f"{function.__name__}_{mark}", function.__defaults__)
-    try:
-        made: Any = njit(cache=True, error_model="numpy")(marked)
-    except RuntimeError:  # there is no place on disk to keep it
-        made = njit(error_model="numpy")(marked)
-    _KERNELS[function] = made
-    return cast(Kernel, made)
-
-
-@cache
-def _register() -> None:
-    """Let numba compile the functions of the kernel where compiled code calls them; they stay as they are."""
-    from numba.extending import register_jitable
-
-    for function, inline in PARTS:
-        register_jitable(error_model="numpy", forceinline=inline)(function)
-
-
-def _on_disk(made: Any) -> list[Path]:  # noqa: ANN401  (numba has no types)
-    """Index files of what earlier processes compiled."""
-    place = getattr(getattr(made, "stats", None), "cache_path", None)
-    return list(Path(str(place)).glob(f"*.{made.__name__}-*.nbi")) if place else []
 
 
 def first_state(problem: Problem) -> State:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from lure.rod.motion.blocks import Block, Counts, Steps
+from lure.rod.motion.blocks import MANY, Block, Counts, SeriesBlock
+from lure.rod.motion.compilation import ready
+from lure.rod.motion.kernel_walk import sampled
 from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds, values
 from lure.rod.motion.record import Record, Series, Window
+from lure.rod.motion.trip_matrix import Setting
 from lure.rod.sampled import Contact
 
 CHUNK = 1024
@@ -31,9 +34,9 @@ class EventFreeInterval:
         ``d`` with the share of a dashpot: from stresses to waves.
     error : float
         Local error of a round trip [m].
-    steps : Steps
-        What a round trip does.
-    blocks : list of Block
+    setting : Setting
+        Pieces, segment and rod.
+    blocks : sequence of Block or SeriesBlock
         The states.
     before : int
         Round trips in the blocks before the first.
@@ -45,8 +48,8 @@ class EventFreeInterval:
     impact: Contact | None
     mobility: float
     error: float
-    steps: Steps
-    blocks: list[Block]
+    setting: Setting
+    blocks: Sequence[Block | SeriesBlock]
     before: int = 0
     _made: dict[object, object] = field(default_factory=dict)
 
@@ -57,12 +60,12 @@ class EventFreeInterval:
     @property
     def share(self) -> float:
         """``1/(1 + k_L/Z)``."""
-        return self.steps.trip.setting.share
+        return self.setting.share
 
     @property
     def stop(self) -> float:
         """Where the last round trip ends, from its start [transits]."""
-        return float(self.steps.trip.setting.edges[-1])
+        return float(self.setting.edges[-1])
 
     @property
     def impacts(self) -> Array:
@@ -71,7 +74,7 @@ class EventFreeInterval:
 
     def edges(self, i: int) -> Array:
         """Edges of the pieces of the i-th round trip."""
-        return self.steps.trip.setting.edges.copy()
+        return self.setting.edges.copy()
 
     def at(self, t: Array, name: Series) -> Array:
         """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
@@ -80,7 +83,11 @@ class EventFreeInterval:
             found = np.empty(len(t))
             found[order] = self.at(t[order], name)
             return found
-        edges = self.steps.trip.setting.edges
+        if len(t) > MANY and name != "returned" and all(isinstance(block, SeriesBlock) for block in self.blocks):
+            sample = ready(sampled, wish=True)
+            if sample is not None:
+                return self._levelled(self._sampled(t, name, sample), name)
+        edges = self.setting.edges
         trip = np.minimum(np.maximum(np.floor(0.5 * t) - float(self.number), 0.0), self.count - 1.0)
         place = t - 2.0 * (trip + float(self.number))
         piece = edges[1:-1].searchsorted(place, side="right")
@@ -91,57 +98,65 @@ class EventFreeInterval:
         return (2.0 * self.share - 1.0) * self._at(trip, piece, x, "wave") - 2.0 * self._at(trip, piece, x, "push")
 
     def _at(self, trip: Array, piece: Counts, x: Array, name: Series) -> Array:
-        made, setting = self.steps.trip, self.steps.trip.setting
-        functions, found = made.wave if name == "wave" else made.series, np.empty(len(x))
+        found = np.empty(len(x))
         for block, some, n in self._blocks(trip):
             order = piece[some].argsort(kind="stable")
             pieces = piece[some][order]
             starts = [0, *((pieces[1:] != pieces[:-1]).nonzero()[0] + 1).tolist()]
-            wanted = functions[pieces[starts]]
-            table, weights = block.read(n[order], wanted.reshape(-1, wanted.shape[2]), self.steps)
-            coefficients = np.empty((wanted.shape[1], len(n)))
-            for part, low, high in zip(
-                table.reshape(*wanted.shape[:2], -1), starts, [*starts[1:], len(n)], strict=True
-            ):
-                np.matmul(part, weights[:, low:high], out=coefficients[:, low:high])
-            found[some][order] = values(coefficients.T, x[some][order, None])[:, 0]
+            table, weights = block.read(n[order], name, pieces[starts])
+            coefficients = np.empty((len(n), table.shape[2]))
+            for i, (low, high) in enumerate(zip(starts, [*starts[1:], len(n)], strict=True)):
+                np.matmul(weights[:, low:high].T, table[:, i], out=coefficients[low:high])
+            found[some][order] = values(coefficients, x[some][order, None])[:, 0]
+        return self._levelled(found, name)
+
+    def _levelled(self, found: Array, name: Series) -> Array:
+        """What is asked for, from ``W`` or ``zeta``."""
         if name == "wave":
             return found
-        return found + setting.origin if name == "z" else setting.push + setting.rate * found
+        return found + self.setting.origin if name == "z" else self.setting.push + self.setting.rate * found
 
-    def _blocks(self, trip: Array) -> Iterator[tuple[Block, slice, Array]]:
+    def _sampled(self, t: Array, name: Series, sample: Callable[..., None]) -> Array:
+        """``W`` or ``zeta`` at ascending instants, by compiled code."""
+        found, firsts = np.empty(len(t)), [self.number + block.start - self.before for block in self.blocks]
+        cuts = [0, *t.searchsorted([2.0 * first for first in firsts[1:]]).tolist(), len(t)]
+        for block, first, low, high in zip(self.blocks, firsts, cuts[:-1], cuts[1:], strict=True):
+            if low < high and isinstance(block, SeriesBlock):
+                most = min(block.count, self.number + self.count - first)
+                numbers = np.array([first, block.count, most], dtype=float)
+                sample(t[low:high], self.setting.edges, block.curve(name), numbers, found[low:high])
+        return found
+
+    def _blocks(self, trip: Array) -> Iterator[tuple[Block | SeriesBlock, slice, Array]]:
         """The blocks of ascending round trips, counted from the first: where they are, and counted from the block's."""
         cuts = trip.searchsorted([block.start - self.before for block in self.blocks[1:]]).tolist()
         for block, low, high in zip(self.blocks, [0, *cuts], [*cuts, len(trip)], strict=True):
             if low < high:
                 yield block, slice(low, high), trip[low:high] + float(self.before - block.start)
 
-    def every(self, first: int, stop: int) -> tuple[Array, Array]:
-        """The states (n, N) of consecutive round trips, counted from the first, and of the next; ``zeta`` (n, 2)."""
-        trips = np.arange(first, stop + 1.0)
-        states, levels = np.empty((len(trips), len(self.blocks[0].state))), np.empty((len(trips), 2))
-        for block, some, n in self._blocks(trips):
-            states[some], levels[some] = block.states(n, self.steps)
-        return states, levels
+    def _on_pieces(self, first: int, stop: int, name: Series) -> Array:
+        """(n, P, k) ``W`` or ``zeta`` on the pieces of consecutive round trips, counted from the first."""
+        parts = [block.on_pieces(n, name) for block, _, n in self._blocks(np.arange(first, float(stop)))]
+        return np.concatenate(parts)
 
     def record(self, first: int, stop: int) -> Record:
         """Some of the round trips, counted from the first, piece by piece."""
-        made, setting = self.steps.trip, self.steps.trip.setting
-        count, P, edges, touching = stop - first, len(made.wave), setting.edges, setting.loading > 0.0
-        states, levels = self.every(first, stop)
-        wave, zeta = (np.einsum("pkn,in->ipk", table, states[:-1]) for table in (made.wave, made.series))
+        setting, edges = self.setting, self.setting.edges
+        count, P, touching = stop - first, len(edges) - 1, setting.loading > 0.0
+        wave, zeta = self._on_pieces(first, stop, "wave"), self._on_pieces(first, stop, "z")
+        ends = [block.ends(n) for block, _, n in self._blocks(np.arange(first + 1.0, stop + 1.0))]
         push = self._pushes(zeta)
         z = zeta.copy()
         z[:, :, 0] += setting.origin
         coef = np.concatenate((wave, z, push), axis=2)
         degree = np.tile([wave.shape[2] - 1, z.shape[2] - 1, push.shape[2] - 1], (count * P, 1))
         endings = np.zeros((count, 7))
-        endings[:, 0], endings[:, 1:3] = self.error, levels[1:]
+        endings[:, 0], endings[:, 1:3] = self.error, np.concatenate([levels for levels, _ in ends])
         if touching:
             T = setting.transit
             endings[:, 3] = T * 2.0 * self.number if self.impact is None else self.impact.start
             endings[:, 4] = T * 2.0 * (self.number + np.arange(first, stop) + 1.0)
-            endings[:, 5], endings[:, 6] = states[1:, made.zeta + 1], self._peaks()[first:stop]
+            endings[:, 5], endings[:, 6] = np.concatenate([impulses for _, impulses in ends]), self._peaks()[first:stop]
         marks = np.zeros((count, 4), dtype=np.int64)
         marks[:, 0], marks[:, 1] = self.index, touching
         return Record(
@@ -161,11 +176,13 @@ class EventFreeInterval:
 
     def pushes(self, first: int, stop: int) -> Array:
         """``d p`` (n, P, K) on the pieces of consecutive round trips, counted from the first."""
-        return self._pushes(np.einsum("pkn,in->ipk", self.steps.trip.series, self.every(first, stop)[0][:-1]))
+        return self._pushes(self._on_pieces(first, stop, "z"))
 
     def _pushes(self, zeta: Array) -> Array:
-        setting = self.steps.trip.setting
-        push = setting.rate * zeta if setting.rate else np.zeros((*zeta.shape[:2], 1))
+        setting = self.setting
+        push = (
+            setting.rate * zeta if setting.rate else np.zeros((*zeta.shape[:2], 2))
+        )  # two terms, as bounds by slopes need
         push[:, :, 0] += setting.push
         return push
 

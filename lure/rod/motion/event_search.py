@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod.motion.blocks import PARTS, Block, Steps, block_after
+from lure.rod.motion.blocks import PARTS, Block, SeriesBlock, Steps, block_after, series_blocks
 from lure.rod.motion.event_free import EventFreeInterval, largest_value
-from lure.rod.motion.exponential_force import ExponentialForces
+from lure.rod.motion.exponential_force import ExponentialForce, ExponentialForces
+from lure.rod.motion.kernel_free import LEAST, LOST, MARGIN, MISSED, MOST_PIECES, SLOW, TOP, layout
 from lure.rod.motion.kernel_series import (
     AREA,
     COEF,
@@ -57,22 +59,19 @@ from lure.rod.motion.kernel_series import (
 from lure.rod.motion.kernel_trip import stored
 from lure.rod.motion.pieces import Array, basis, products
 from lure.rod.motion.sources import Problem
-from lure.rod.motion.trip_matrix import TOP, Setting, means, trip_matrix
+from lure.rod.motion.trip_matrix import Setting, means, trip_matrix
 from lure.rod.sampled import Contact
 
-LEAST = 16
-_MOST_PIECES = 64
 _SHARES = np.arange(PARTS + 1.0) / PARTS
-_LOST, _MARGIN = 1e-17, 1e-12
-_SLOW = 0.99
 
 
 class Finder:
     """Looks for event-free intervals of one motion."""
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem, self.loads = problem, ExponentialForces(problem.sources)
-        self._total = math.floor(0.5 * problem.transits)
+    def __init__(self, problem: Problem, compiled: Callable[..., int] | None) -> None:
+        """``compiled`` is :func:`lure.rod.motion.kernel_walk.free_trips`, if that is compiled."""
+        self._problem, self.loads, self._compiled = problem, ExponentialForces(problem.sources), compiled
+        self._total, self._room = math.floor(0.5 * problem.transits), np.empty(0)
 
     def after(self, f: Array, q: Counts, impact: Contact | None) -> EventFreeInterval | None:
         """The interval that begins with the next round trip; None if there is none of 16.
@@ -87,34 +86,53 @@ class Finder:
         number, pieces = int(q[TRIP]), int(q[COUNT])
         force, end = self.loads.over(number)
         most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number
-        if force is None or pieces > _MOST_PIECES:
+        if force is None or pieces > MOST_PIECES:
             return None
         most = min(most, force.finite_until - number)
         if most < LEAST:
             return None
-        back = _coming_back(f, q)
-        setting, ends = _setting(f, q)
-        if _crosses(setting, ends, back, float(f[VALUE])):
+        count, missed = -1, 0.0
+        blocks: Sequence[Block | SeriesBlock] = ()
+        if self._compiled is not None:
+            places = layout(pieces, force.count, int(q[DEGREE]) + 1)
+            if len(self._room) < places[-1]:
+                self._room = np.empty(places[-1])
+            g = self._room
+            count = self._compiled(f, q, (g, places), force.packed, most)
+            if count > 0:
+                missed, blocks = float(g[MISSED]), series_blocks(g, places, pieces)
+        if count < 0:
+            count, missed, blocks = self._walked(f, q, force, most)
+        if not count:
             return None
-        with np.errstate(over="ignore", invalid="ignore"):  # a wave that grows beyond the doubles has no bounds
-            found = trip_matrix(setting, back, force, number)
-            if found is None:
-                return None
-            walk = Walk(Steps(found[0]), ends, most)
-            walk.go(found[1], (float(f[VALUE]), float(f[REST])), float(f[IMPULSE]) if q[OPEN] else 0.0)
-        if walk.count < LEAST:
-            return None
-        _carried(f, q, walk)
         return EventFreeInterval(
             number=number,
-            count=walk.count,
+            count=count,
             index=int(q[SEGMENT]),
             impact=impact,
             mobility=self._problem.sources.rod.mobility * self._problem.share,
-            error=walk.missed,
-            steps=walk.steps,
-            blocks=walk.blocks,
+            error=missed,
+            setting=_setting(f, q)[0],
+            blocks=blocks,
         )
+
+    @staticmethod
+    def _walked(f: Array, q: Counts, force: ExponentialForce, most: int) -> tuple[int, float, Sequence[Block]]:
+        """How many round trips there are without events, 0 or at least 16, their error and their blocks."""
+        back = _coming_back(f, q)
+        setting, ends = _setting(f, q)
+        if _crosses(setting, ends, back, float(f[VALUE])):
+            return 0, 0.0, ()
+        with np.errstate(over="ignore", invalid="ignore"):  # a wave that grows beyond the doubles has no bounds
+            found = trip_matrix(setting, back, force, int(q[TRIP]))
+            if found is None:
+                return 0, 0.0, ()
+            walk = Walk(Steps(found[0]), ends, most)
+            walk.go(found[1], (float(f[VALUE]), float(f[REST])), float(f[IMPULSE]) if q[OPEN] else 0.0)
+        if walk.count < LEAST:
+            return 0, 0.0, ()
+        _carried(f, q, walk)
+        return walk.count, walk.missed, walk.blocks
 
 
 def _coming_back(f: Array, q: Counts) -> Array:
@@ -162,7 +180,7 @@ def _crosses(setting: Setting, ends: tuple[float, float], back: Array, zeta: flo
     for speed, half in zip(speeds, setting.halves.tolist(), strict=True):
         place += 2.0 * half * (setting.share * speed - setting.push)
         low, high = min(low, place), max(high, place)
-    slow = setting.echo * (2.0 * setting.share - 1.0) > _SLOW and setting.rate * setting.transit < 1.0 - _SLOW
+    slow = setting.echo * (2.0 * setting.share - 1.0) > SLOW and setting.rate * setting.transit < 1.0 - SLOW
     last = (LEAST if slow else 0) * (place - zeta)
     return low + min(last, 0.0) < ends[0] or high + max(last, 0.0) > ends[1]
 
@@ -250,14 +268,14 @@ class Walk:
                 break
             self.blocks.append(block)
             self.count += block.count
-            states, levels = block.states(np.array([block.count - 1.0, block.count]), self.steps)
+            states, levels = block.states(np.array([block.count - 1.0, block.count]))
             self.last, state, level = states[0], states[1], (float(levels[1, 0]), float(levels[1, 1]))
             self.end = state, level
 
     def _shortened(self, block: Block) -> bool:
         """Shorten the block to round trips that are certainly free of events; whether one that is not may follow."""
         setting = self.steps.trip.setting
-        states, P = block.table(self.steps), len(setting.halves)
+        states, P = block.table(), len(setting.halves)
         while True:
             sums = self._sums @ block.sizes(states)
             wave, top = float(np.maximum.reduce(sums[:P])), float(np.maximum.reduce(sums[2 * P :]))
@@ -292,7 +310,7 @@ class Walk:
             finest = math.ceil(float((last - first)[wide].max()) / PARTS)
             n = np.unique(np.round(first[wide] + np.multiply.outer(_SHARES, (last - first)[wide])))
             values = block.at(n, table)
-        self.missed = max(self.missed, 2.0 * setting.transit * (_LOST * wave + top))
+        self.missed = max(self.missed, 2.0 * setting.transit * (LOST * wave + top))
         self.largest = max(self.largest, wave)
         closed = clear < block.count
         block.count = clear
@@ -302,7 +320,7 @@ class Walk:
         """Where ``zeta`` is not certainly off its ends; what is no number is not."""
         room = np.minimum.reduce(self._limits - reach, axis=1)
         size = np.maximum.reduce(reach, axis=1)
-        return np.asarray(~(room > _MARGIN * (size + np.add.reduce(reach, axis=1))))
+        return np.asarray(~(room > MARGIN * (size + np.add.reduce(reach, axis=1))))
 
     def _enter(self, span: Span, open_: NDArray[np.bool_] | None) -> None:
         """Parts in which nothing happens; None for all."""
@@ -376,7 +394,7 @@ class Walk:
             most = np.maximum(values[:, :P], values[:, 1 : P + 1]) + self._swing(-slopes, slopes, span.others)
             near = n[most.max(axis=1) > best]
             if len(near):
-                states = span.block.at(near, span.block.table(self.steps))
+                states = span.block.at(near, span.block.table())
                 series = np.einsum("pkn,in->ipk", self.steps.trip.series, states)
                 best = max(best, largest_value(series.reshape(-1, series.shape[2])))
         return best

@@ -7,12 +7,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.expressions.exponentials import Sum, exponentials
+from lure.expressions.expression import Expression
+from lure.rod.motion.kernel_free import HEAD, TINY
 from lure.rod.motion.pieces import Array, basis, tails
 from lure.rod.motion.sources import SPAN, Load, Sources, panel_rows
 
@@ -20,7 +22,6 @@ _MOST_COLUMNS = 24
 _MOST_POWER = 4
 _LARGEST = 250.0  # exponents of the force, per round trip and transit
 _RESOLVED, _NOISE = 1e-15, 1e-16
-_TINY = 2e-16
 Complex = NDArray[np.complex128]
 
 
@@ -78,7 +79,7 @@ class ExponentialForce:
                 if rate.imag:
                     table[i], i = -values.imag, i + 1
         series = table @ space.from_inner.T
-        size = _TINY * (1.0 + max(map(abs, self.rate.tolist())))
+        size = TINY * (1.0 + max(map(abs, self.rate.tolist())))
         tiny = np.maximum(least, size * np.abs(table).max(axis=(1, 2)))
         over = (np.maximum.reduce(np.abs(series), axis=1) > tiny[:, None]).any(axis=0).tolist()
         n = max(k for k in range(degree + 1) if over[k] or not k)
@@ -108,6 +109,16 @@ class ExponentialForce:
             at += m * len(weights)
         return found
 
+    @cached_property
+    def packed(self) -> Array:
+        """What :mod:`lure.rod.motion.kernel_free` reads: places, exponents with their powers, weights, start, turn."""
+        rates = [
+            x for rate, w in zip(self.rate.tolist(), self.weights, strict=True) for x in (rate.real, rate.imag, len(w))
+        ]
+        weights = [x for w in self.weights for weight in w.tolist() for x in (weight.real, weight.imag)]
+        places = HEAD + len(rates), HEAD + len(rates) + len(weights), HEAD + len(rates) + len(weights) + self.count
+        return np.array([len(self.weights), self.count, *places, *rates, *weights, *self.start, *self.turn.ravel()])
+
     @property
     def count(self) -> int:
         """Number of real functions of the time in a round trip that it takes."""
@@ -126,6 +137,12 @@ def _shares(t: Array, weights: Sequence[complex] | Complex) -> Complex | complex
     for weight in weights[-2::-1]:
         total = np.asarray(total * t + weight)
     return total
+
+
+@lru_cache(maxsize=64)
+def _terms(force: Expression, inside: Fraction) -> Sum | None:
+    """What a formula is around an instant: one formula has many motions."""
+    return exponentials(force.tree, "t", inside)
 
 
 class ExponentialForces:
@@ -180,7 +197,7 @@ class ExponentialForces:
         if not sources.scenario.force.is_zero and sources.force_gain:
             low = self._edges[place - 1] if place else Fraction(0)
             high = self._edges[place] if place < len(self._edges) else low + 1
-            terms = exponentials(sources.scenario.force.tree, "t", (low + high) / 2)
+            terms = _terms(sources.scenario.force, (low + high) / 2)
         if terms is None or max((power for _, power in terms), default=0) > _MOST_POWER:
             return None
         T, gain = sources.rod.travel_time, sources.force_gain

@@ -1,7 +1,7 @@
 """The kernel of the exact motion: its memory, one Chebyshev series in it, the first crossing and the largest value.
 
 The functions of the files ``kernel_*.py`` run as they stand; where a motion is long and numba is installed,
-:func:`lure.rod.motion.engine.compiled_kernel` compiles the same functions.
+:func:`lure.rod.motion.compilation.compiled_kernel` compiles the same functions.
 
 The memory is one array ``f`` of doubles and one array ``q`` of integers.  Every function takes these two arrays and
 places in them; a call with fifty arrays would cost more than a round trip.  A series of degree ``n`` at place ``c`` is

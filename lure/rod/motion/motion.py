@@ -213,7 +213,9 @@ class Numerics:
         a microsecond for each piece between kinks in the wave, in place of some 0.1 ms, for 15 s at the first call
         ever, twice as long with power laws, which are kept on disk.  None compiles once a second was spent without, if
         what is left is likely to take longer than compilation, or than loading what an earlier process has compiled.
-        It is the same code either way, and gives the same numbers to rounding; ``Motion.compiled`` says which way was
+        True also compiles the search for round trips in which nothing happens, for 10 s more, which takes a fifth of
+        a millisecond in place of one, and later motions of any process have it.
+        Either way gives the same numbers to rounding; ``Motion.compiled`` says which way was
         taken in the end.
     stretches : bool
         Whether round trips in which nothing can happen are taken together, up to thousands at once: without a body

@@ -69,6 +69,11 @@ class Sources:
     def initial_wave(self) -> tuple[Pieces, float]:
         """``W`` on the first window, ``(0, 2T)``, without loads, and the error of its pieces."""
         L = self.rod.length
+        if not names(self.scenario.slope.tree) | names(self.scenario.velocity.tree):
+            series = np.zeros((2, self.degree + 1))
+            series[0, :1], backward = self.scenario.waves(self.rod, np.zeros(1))
+            series[1, :1] = self.echo * backward
+            return Pieces(np.array([0.0, 1.0, 2.0]), series), 0.0
 
         def at(tau: Array, place: Array) -> Array:
             """Forward data, then the echo of backward data."""

@@ -21,11 +21,8 @@ from functools import lru_cache
 import numpy as np
 
 from lure.rod.motion.exponential_force import ExponentialForce
+from lure.rod.motion.kernel_free import SEEN, SMALL, TOP, WAY_BACK
 from lure.rod.motion.pieces import Array
-
-TOP = 1e-16  # of the wave: what its last coefficients may be
-_SEEN, _SMALL = 1e-17, 1e-19
-_WAY_BACK = 4e-16  # of all ways there and back in free flight
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -125,11 +122,11 @@ def trip_matrix(setting: Setting, back: Array, force: ExponentialForce, number: 
     """
     size, flight = np.abs(back), setting.rate == 0.0
     largest = float(np.add.reduce(size, axis=1).max())
-    columns = force.columns(number, setting.edges, setting.degree, _SMALL * largest)
+    columns = force.columns(number, setting.edges, setting.degree, SMALL * largest)
     if columns is None:
         return None
     P, C = len(back), len(columns)
-    n, tiny = setting.degree, (_SEEN if flight else TOP) * largest
+    n, tiny = setting.degree, (SEEN if flight else TOP) * largest
     sizes = np.maximum.reduce(size).tolist()
     while n >= columns.shape[2] and not sizes[n] > tiny:
         n -= 1
@@ -137,11 +134,11 @@ def trip_matrix(setting: Setting, back: Array, force: ExponentialForce, number: 
     if not flight:
         stiff, n, last = setting.rate * setting.halves, n + 1, n + 2
         half, k, term = 0.5 * float(stiff.max()), 0, 1.0
-        while k < last or (term > _SMALL and k < setting.degree):
+        while k < last or (term > SMALL and k < setting.degree):
             k += 1
             term *= half / k
         last = min(k, setting.degree)
-        if n > setting.degree or term > _SMALL:
+        if n > setting.degree or term > SMALL:
             return None
     unit = setting.halves[:, None, None] * (_quadrature(n, last) if flight else _solutions(stiff, n, last))
     loads = np.zeros((P, n + 1, C))
@@ -190,7 +187,7 @@ def _begins(setting: Setting, wave: Array, unit: Array, zeta: int) -> tuple[Arra
         way = begins[-1].copy()
         begins[1:, zeta] = 1.0
         there_and_back = setting.share * (np.abs(ends).ravel() @ np.abs(wave).reshape(-1, len(way)))
-        way[np.abs(way) <= _WAY_BACK * there_and_back] = 0.0
+        way[np.abs(way) <= WAY_BACK * there_and_back] = 0.0
         return begins, way
     lost = setting.rate * ends[:, 0]
     chain = np.eye(P + 1)

@@ -1,0 +1,421 @@
+r"""The terms of Newton's series of round trips in which nothing happens, in loops, for compiled code.
+
+The state of a round trip gives that of the next, ``y_{n+1} = y_n + D y_n``, and consecutive ones are Newton's series
+``y_n = sum_j C(n, j) D^j y_0``: see :mod:`lure.rod.motion.blocks`.  Here no matrix is made.  A term ``D^j y_0`` is a
+round trip of the linear problem itself: its wave on the pieces and ``zeta`` at the start give ``zeta`` on the pieces,
+piece after piece, by the elimination of :mod:`lure.rod.motion.kernel_piece`, and from that the next term follows.
+
+All is in one array ``g`` of doubles, at places that ``o`` tells.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from lure.rod.motion.kernel_series import (
+    AREA,
+    COEF,
+    COUNT,
+    DEGREE,
+    ECHO,
+    FIT,
+    HIGH,
+    INNER,
+    LAW,
+    LOW,
+    MOBILITY,
+    OLD,
+    ORIGIN,
+    RATE,
+    SEGMENT,
+    SEGMENT_SIZE,
+    SHARE,
+    START,
+    STOP,
+    STRESS,
+    TOUCHING,
+    TRANSIT,
+    TRIP,
+    VALUE,
+    Counts,
+    kernel,
+)
+from lure.rod.motion.pieces import Array
+
+TERMS = 32
+LENGTHS = tuple(16 * round(2 ** (k / 2)) for k in range(4, 19))
+LEFT_OUT = 1e-17  # of the wave: what the series leaves out
+CANCELLED = 8.0  # what its terms may exceed the wave by
+WAY_BACK = 4e-16  # of all ways there and back in free flight
+FIRST = 64  # round trips made by doubling
+TOP = 1e-16  # of the wave: what its last coefficients may be
+SEEN, SMALL = 1e-17, 1e-19
+TINY = 2e-16  # of a function of the force, and of its rate
+LEAST = 16  # round trips
+MOST_PIECES = 64
+LOST, MARGIN = 1e-17, 1e-12
+SLOW = 0.99
+BLOCKS = 4  # for which there is room
+DEEPEST = 48
+
+# g: what was found: local error of a round trip [m], blocks, degrees of W and zeta
+MISSED, FOUND, WAVE_DEGREE, ZETA_DEGREE = range(4)
+# places of it in g, for each block: its round trips, zeta with its rest, the terms of zeta and of the impulse
+# with which round trips begin, of W and of zeta on the pieces
+COUNTS, LEVELS, BEGINS, WAVES, ZETAS = range(5)
+# the terms of what is watched: zeta at the edges, mean slopes without the coefficients of W beyond the first; bounds
+WATCHED, OTHERS, BENDS, TOPS = range(5, 9)
+# half widths of the pieces [s]; wave that comes back; functions of the force on the pieces; elimination
+HALVES, BACK, LOADS, PIVOTS, UNITS, SUMS = range(9, 15)
+# in flight: waves of which all are made, their sizes and ways, and how much of each is in the terms
+BASIS, WIDEST, WAYS, SHARES = range(15, 19)
+# how much of each function of the force is in the terms, and in the next round trip; sizes of terms; a column
+LOADED, MOVED, SIZES, COLUMN = range(19, 23)
+# parts of a block still to be looked at, what is watched at their ends and here; the last round trip
+PLACES, ROWS, HERE, LAST_WAVE, LAST_ZETA, WHOLE = range(23, 29)
+# the force: exponents and functions, places of weights, of what there is of each function at first, of what turns it
+RATES, FUNCTIONS, WEIGHTS, AT_FIRST, TURN, HEAD = range(6)
+
+
+@lru_cache(maxsize=16)
+def layout(P: int, C: int, size: int) -> Counts:
+    """Places in ``g`` for so many pieces, functions of the force and coefficients, and how long it is."""
+    rows, w, r, b = TERMS + 1, 2 * P + 1, C + 2, BLOCKS
+    blocks = (b, 2 * b, 2 * rows * b, rows * P * size * b, rows * P * size * b, rows * w * b, P * b, w * b, b)
+    once = (P, P * size, C * P * size, P * (size + 1), P * (size + 1), P, r * P * size, r, 2 * r + 1, rows * r)
+    rest = (rows * C, C, 2 * rows, size + 2, DEEPEST, DEEPEST * w, w, P * size, P * size)
+    return np.cumsum((ZETA_DEGREE + 1, *blocks, *once, *rest))
+
+
+@kernel
+def force_columns(f: Array, q: Counts, g: Array, o: Counts, force: Array) -> int:
+    """Fill the functions of the force, as :meth:`.ExponentialForce.columns`; their degree, -1 if it is not enough."""
+    least = SMALL * largest_row(g, o[BACK], q[COUNT], q[DEGREE] + 1)
+    C, P, size, number = int(force[FUNCTIONS]), q[COUNT], q[DEGREE] + 1, 2.0 * q[TRIP]
+    inner, fit, fastest = q[INNER] + q[DEGREE] * size, q[FIT] + q[DEGREE] * size * size, 0.0
+    for r in range(int(force[RATES])):
+        fastest = max(fastest, math.hypot(force[HEAD + 3 * r], force[HEAD + 3 * r + 1]))
+    n = 0
+    for i in range(C):
+        largest = 0.0
+        for p in range(P):
+            at = q[OLD] + (size + COEF) * p
+            low, high, to = f[at + START], f[at + STOP], o[LOADS] + size * (P * i + p)
+            for k in range(size):
+                g[to + k] = 0.0
+            for j in range(size):
+                x = low + 0.5 * (high - low) * (f[inner + j] + 1.0) - 1.0
+                value = force_function(force, i, x, number)
+                largest = max(largest, abs(value))
+                for k in range(size):
+                    g[to + k] += f[fit + k * size + j] * value
+        tiny = max(least, TINY * (1.0 + fastest) * largest)
+        for p in range(P):
+            to = o[LOADS] + size * (P * i + p)
+            for k in range(n + 1, size):
+                if abs(g[to + k]) > tiny:
+                    n = k
+    return -1 if C > 0 and n == q[DEGREE] else n
+
+
+@kernel
+def force_function(force: Array, i: int, x: float, late: float) -> float:
+    """The i-th function of the force, ``late`` after a time ``x``: of ``m^k e^{2 rate m}`` real or imaginary part."""
+    r, at, place = HEAD, int(force[WEIGHTS]), i
+    while place >= force[r + 2] * (1 if force[r + 1] == 0.0 else 2):
+        place -= int(force[r + 2]) * (1 if force[r + 1] == 0.0 else 2)
+        at += 2 * int(force[r + 2])
+        r += 3
+    a, b, many = force[r], force[r + 1], int(force[r + 2])
+    k = place if b == 0.0 else place // 2
+    real, imaginary, share = 0.0, 0.0, 2.0**k
+    power = 1.0
+    for K in range(k, many):  # 2^k C(K, k) w_K (x + late)^(K - k)
+        real += share * power * force[at + 2 * K]
+        imaginary += share * power * force[at + 2 * K + 1]
+        power *= x + late
+        share *= (K + 1.0) / (K + 1.0 - k)
+    grown, c, s = math.exp(a * x + late * a), math.cos(b * x), math.sin(b * x)
+    c, s = c * math.cos(late * b) - s * math.sin(late * b), s * math.cos(late * b) + c * math.sin(late * b)
+    if b != 0.0 and place % 2 == 1:
+        return -grown * (s * real + c * imaginary)
+    return grown * (c * real - s * imaginary)
+
+
+@kernel
+def likely_to_end(f: Array, q: Counts, g: Array, o: Counts) -> bool:
+    """Whether an end is likely to be passed within 16 round trips: see ``event_search``."""
+    law, zeta, size = q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[VALUE], q[DEGREE] + 1
+    low, high, place = zeta, zeta, zeta
+    for p in range(q[COUNT]):
+        speed = 0.0
+        for k in range(0, size, 2):
+            speed += g[o[BACK] + size * p + k] / (1.0 - float(k) * float(k))
+        place += 2.0 * g[o[HALVES] + p] * (f[SHARE] * speed - f[law + STRESS])
+        low, high = min(low, place), max(high, place)
+    slow = f[ECHO] * (2.0 * f[SHARE] - 1.0) > SLOW and f[law + RATE] * f[TRANSIT] < 1.0 - SLOW
+    last = LEAST * (place - zeta) if slow else 0.0
+    origin = f[law + ORIGIN]
+    return bool(low + min(last, 0.0) < f[law + LOW] - origin or high + max(last, 0.0) > f[law + HIGH] - origin)
+
+
+@kernel
+def trip_degrees(f: Array, q: Counts, g: Array, o: Counts, least: int) -> tuple[int, int]:
+    """Degrees of ``W``, at least that of the force, and of ``zeta`` on the pieces; -1 if these pieces will not do."""
+    P, most, rate = q[COUNT], q[DEGREE], f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE]
+    tiny, n = (SEEN if rate == 0.0 else TOP) * largest_row(g, o[BACK], P, most + 1), most
+    while n > least:
+        size = 0.0
+        for p in range(P):
+            size = max(size, abs(g[o[BACK] + (most + 1) * p + n]))
+        if size > tiny:
+            break
+        n -= 1
+    if rate == 0.0:
+        return n, min(n + 1, most)
+    half, k, term = 0.0, 0, 1.0
+    for p in range(P):
+        half = max(half, 0.5 * rate * g[o[HALVES] + p])
+    while k < n + 2 or (term > SMALL and k < most):
+        k += 1
+        term *= half / k
+    if n + 1 > most or term > SMALL:
+        return -1, -1
+    return n + 1, min(k, most)
+
+
+@kernel
+def largest_row(g: Array, c: int, count: int, size: int) -> float:
+    """The largest sum of ``|c|`` of so many rows."""
+    largest = 0.0
+    for p in range(count):
+        total = 0.0
+        for k in range(size):
+            total += abs(g[c + size * p + k])
+        largest = max(largest, total)
+    return largest
+
+
+@kernel
+def eliminated(g: Array, o: Counts, P: int, size: int, rate: float) -> None:
+    """Pivots, the solution of the equation without load and its value at -1: see ``kernel_piece.relaxed``."""
+    last = int(g[ZETA_DEGREE])
+    for p in range(P):
+        s, pivots, unit = rate * g[o[HALVES] + p], o[PIVOTS] + (size + 1) * p, o[UNITS] + (size + 1) * p
+        for k in range(last, 0, -1):
+            g[pivots + k] = 2.0 * k + (s * (k + 1.0) / k if k == last else s * s / g[pivots + k + 1])
+        one, sign, total = 2.0, -1.0, 1.0
+        for k in range(1, last + 1):
+            one = -s * one / g[pivots + k]
+            g[unit + k] = one
+            total += sign * one
+            sign = -sign
+        g[o[SUMS] + p] = total
+
+
+@kernel
+def solved_trip(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[float, float]:
+    """Fill ``zeta`` on the pieces and what is watched for a term; the way and the integral of ``zeta``.
+
+    ``row`` counts the terms of all blocks; only the first of a block has the constant in it.
+    """
+    law, P, size = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[COUNT], q[DEGREE] + 1
+    n, last, rate, share = int(g[WAVE_DEGREE]), int(g[ZETA_DEGREE]), f[law + RATE], f[SHARE]
+    push = f[law + STRESS] if row % (TERMS + 1) == 0 else 0.0
+    watched, right, way, area = o[WATCHED] + (2 * P + 1) * row, o[COLUMN], 0.0, 0.0
+    g[watched] = g[o[BEGINS] + 2 * row]
+    for p in range(P):
+        wave, zeta = o[WAVES] + (n + 1) * (P * row + p), o[ZETAS] + (last + 1) * (P * row + p)
+        half, begin = g[o[HALVES] + p], g[watched + p]
+        s, load = rate * half, half * share
+        first, end = load * g[wave] - half * (push + rate * begin), 0.0
+        if rate == 0.0:
+            sign, total = -1.0, 0.0
+            for k in range(1, last + 1):
+                z = 2.0 * first if k == 1 else load * g[wave + k - 1]
+                if k + 1 <= n:
+                    z -= load * g[wave + k + 1]
+                z /= 2.0 * k
+                total += sign * z
+                sign = -sign
+                g[zeta + k] = z
+            g[zeta], end = begin - total, 2.0 * first
+            for k in range(2, n + 1, 2):
+                end += 2.0 * load * g[wave + k] / (1.0 - float(k) * float(k))
+        else:
+            pivots, unit = o[PIVOTS] + (size + 1) * p, o[UNITS] + (size + 1) * p
+            for k in range(last, 0, -1):
+                z = 0.0
+                if k - 1 <= n:
+                    z = 2.0 * first if k == 1 else load * g[wave + k - 1]
+                if k + 1 <= n:
+                    z -= load * g[wave + k + 1]
+                if k < last:
+                    z += s / g[pivots + k + 1] * g[right + k + 1]
+                elif k <= n:
+                    z += (k + 1.0) / k * load * g[wave + k]
+                g[right + k] = z
+            free, total, sign = 0.0, 0.0, -1.0
+            for k in range(1, last + 1):
+                free = (g[right + k] - s * free) / g[pivots + k]
+                g[right + k] = free
+                total += sign * free
+                sign = -sign
+            zero = -total / g[o[SUMS] + p]
+            g[zeta], end = zero + begin, zero
+            for k in range(1, last + 1):
+                z = g[right + k] + zero * g[unit + k]
+                g[zeta + k] = z
+                end += z
+        for k in range(0, last + 1, 2):
+            area += 2.0 * half * g[zeta + k] / (1.0 - float(k) * float(k))
+        g[watched + P + 1 + p] = share * g[wave] - rate * begin - push
+        g[watched + p + 1] = begin + end
+        way += end
+    return way, area
+
+
+@kernel
+def flight_begun(f: Array, q: Counts, g: Array, o: Counts, C: int) -> int:
+    """Fill the waves of which all in flight are made, with their ways; how many.  Ways there and back are none."""
+    P, size, n, push = q[COUNT], q[DEGREE] + 1, int(g[WAVE_DEGREE]), f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + STRESS]
+    r = 1 + C + (1 if push * f[ECHO] != 0.0 else 0)
+    for i in range(r):
+        way, both, widest = 0.0, 0.0, 0.0
+        for p in range(P):
+            to, total = o[BASIS] + size * (P * i + p), 0.0
+            for k in range(n + 1):
+                c = 1.0 if k == 0 else 0.0
+                if i == 0:
+                    c = g[o[BACK] + size * p + k]
+                elif i <= C:
+                    c = g[o[LOADS] + size * (P * (i - 1) + p) + k]
+                g[to + k] = c
+                total += abs(c)
+                if k % 2 == 0:
+                    term = 2.0 * g[o[HALVES] + p] * f[SHARE] * c / (1.0 - float(k) * float(k))
+                    way += term
+                    both += abs(term)
+            widest = max(widest, total)
+        g[o[WIDEST] + i], g[o[WAYS] + i] = widest, 0.0 if abs(way) <= WAY_BACK * both else way
+        g[o[SHARES] + i] = 1.0 if i == 0 else g[o[LOADED] + i - 1] if i <= C else 0.0
+    g[o[WAYS] + r] = -2.0 * push * f[TRANSIT]
+    return r
+
+
+@kernel
+def flight_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int, int]) -> float:
+    """Fill the wave of a term in flight from how much there is of each, and that of the next; the way."""
+    (row, r, C), P, size, n, j = place, q[COUNT], q[DEGREE] + 1, int(g[WAVE_DEGREE]), place[0] % (TERMS + 1)
+    shares, total = o[SHARES] + (C + 2) * j, 0.0
+    way = g[o[WAYS] + r] if j == 0 else 0.0
+    both = abs(way)
+    for p in range(P):
+        for k in range(n + 1):
+            c = 0.0
+            for i in range(r):
+                c += g[shares + i] * g[o[BASIS] + size * (P * i + p) + k]
+            g[o[WAVES] + (n + 1) * (P * row + p) + k] = c
+    back, constant = f[ECHO] * (2.0 * f[SHARE] - 1.0) - 1.0, 0.0
+    if j == 0:
+        constant = -2.0 * f[ECHO] * f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + STRESS]
+    for i in range(r):
+        c = g[shares + i]
+        total += abs(c) * g[o[WIDEST] + i]
+        way += c * g[o[WAYS] + i]
+        both += abs(c * g[o[WAYS] + i])
+        if j < TERMS:
+            added = 0.0 if i == 0 else g[o[MOVED] + i - 1] if i <= C else constant
+            g[shares + C + 2 + i] = back * c + added
+    g[o[SIZES] + 2 * j] = total
+    return 0.0 if abs(way) <= WAY_BACK * both else way
+
+
+@kernel
+def contact_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int]) -> None:
+    """Fill the wave of the next term in contact: what comes back of ``W`` and ``zeta``, and what the force adds."""
+    (row, C), P, size, n = place, q[COUNT], q[DEGREE] + 1, int(g[WAVE_DEGREE])
+    law, last = q[LAW] + SEGMENT_SIZE * q[SEGMENT], int(g[ZETA_DEGREE])
+    back, echoed = f[ECHO] * (2.0 * f[SHARE] - 1.0) - 1.0, -2.0 * f[ECHO] * f[law + RATE]
+    constant = -2.0 * f[ECHO] * f[law + STRESS] if row % (TERMS + 1) == 0 else 0.0
+    for p in range(P):
+        wave, zeta = o[WAVES] + (n + 1) * (P * row + p), o[ZETAS] + (last + 1) * (P * row + p)
+        after = wave + (n + 1) * P
+        for k in range(n + 1):
+            c = back * g[wave + k] + echoed * g[zeta + k]
+            if k == 0:
+                c += constant
+            for i in range(C):
+                c += g[o[LOADS] + size * (P * i + p) + k] * g[o[MOVED] + i]
+            g[after + k] = c
+
+
+@kernel
+def series_length(f: Array, q: Counts, g: Array, o: Counts) -> int:
+    """:meth:`lure.rod.motion.blocks.Steps.length`, from the sizes of the terms."""
+    law, sizes = q[LAW] + SEGMENT_SIZE * q[SEGMENT], o[SIZES]
+    size = max(g[sizes], abs(f[law + STRESS]) + f[law + RATE] * g[sizes + 1], 1e-300)
+    swing = max(2.0 * f[TRANSIT] * f[SHARE] * size, 5e-324)
+    reach, found = CANCELLED * (g[sizes + 1] + FIRST * swing), 0
+    left = max(g[sizes + 2 * TERMS] / size, g[sizes + 2 * TERMS + 1] / swing)
+    for length in LENGTHS:
+        wave, level, weight = 0.0, 0.0, 1.0
+        for j in range(TERMS + 1):
+            if j > 0:
+                weight *= (length - (j - 1.0)) / j
+            wave += weight * g[sizes + 2 * j]
+            level += weight * g[sizes + 2 * j + 1]
+        if not (wave <= CANCELLED * size and level <= reach and weight * left <= LEFT_OUT):
+            break
+        found = length
+    return found
+
+
+@kernel
+def at_trip(g: Array, terms: int, width: int, n: float, out: int) -> None:
+    """Values of the series of so many numbers in round trip ``n``."""
+    weight = 1.0
+    for i in range(width):
+        g[out + i] = g[terms + i]
+    for j in range(1, TERMS + 1):
+        weight *= (n - (j - 1.0)) / j
+        if weight == 0.0:
+            break
+        for i in range(width):
+            g[out + i] += weight * g[terms + width * j + i]
+
+
+@kernel
+def terms_made(f: Array, q: Counts, g: Array, o: Counts, turns: tuple[int, int, int, Array]) -> None:
+    """Fill the terms of a block from the first of them."""
+    b, r, C, force = turns
+    law, size, turn = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[COUNT] * (int(g[WAVE_DEGREE]) + 1), int(force[TURN])
+    loading, rate = f[AREA] / f[MOBILITY] if f[law + TOUCHING] > 0.0 else 0.0, f[law + RATE]
+    for j in range(TERMS + 1):
+        row, way = (TERMS + 1) * b + j, 0.0
+        loaded = o[LOADED] + C * j
+        for c in range(C):
+            gained = 0.0
+            for i in range(C):
+                gained += force[turn + C * c + i] * g[loaded + i]
+            g[o[MOVED] + c] = g[loaded + c] + gained
+            if j < TERMS:
+                g[loaded + C + c] = gained
+        if rate == 0.0:
+            way = flight_term(f, q, g, o, (row, r, C))
+        else:
+            g[o[SIZES] + 2 * j] = 0.0
+            for k in range(size):
+                g[o[SIZES] + 2 * j] += abs(g[o[WAVES] + size * row + k])
+        g[o[SIZES] + 2 * j + 1] = abs(g[o[BEGINS] + 2 * row])
+        moved, area = solved_trip(f, q, g, o, row)
+        if j < TERMS:
+            gained = loading * rate * area
+            if j == 0:
+                gained += 2.0 * loading * f[law + STRESS] * f[TRANSIT]
+            g[o[BEGINS] + 2 * row + 2], g[o[BEGINS] + 2 * row + 3] = way if rate == 0.0 else moved, gained
+            if rate != 0.0:
+                contact_term(f, q, g, o, (row, C))

@@ -1,0 +1,466 @@
+r"""Round trips in which nothing happens, passed over at once: :mod:`lure.rod.motion.event_search` for compiled code.
+
+A block of round trips is cut into parts, over each of which Newton's series bounds ``zeta``; a part that does not keep
+certainly off the ends of the segment is halved, down to single round trips.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lure.rod.motion.kernel_free import (
+    AT_FIRST,
+    BACK,
+    BEGINS,
+    BENDS,
+    BLOCKS,
+    COUNTS,
+    FOUND,
+    FUNCTIONS,
+    HALVES,
+    HERE,
+    LAST_WAVE,
+    LAST_ZETA,
+    LEAST,
+    LEVELS,
+    LOADED,
+    LOADS,
+    LOST,
+    MARGIN,
+    MISSED,
+    MOVED,
+    OTHERS,
+    PLACES,
+    ROWS,
+    SHARES,
+    TERMS,
+    TOP,
+    TOPS,
+    WATCHED,
+    WAVE_DEGREE,
+    WAVES,
+    WAYS,
+    ZETA_DEGREE,
+    ZETAS,
+    at_trip,
+    eliminated,
+    flight_begun,
+    force_columns,
+    likely_to_end,
+    series_length,
+    terms_made,
+    trip_degrees,
+)
+from lure.rod.motion.kernel_piece import local
+from lure.rod.motion.kernel_series import (
+    AREA,
+    COEF,
+    COUNT,
+    DEGREE,
+    ECHO,
+    ENERGY,
+    ERROR,
+    EXTRA,
+    HIGH,
+    HIGHEST,
+    IMPEDANCE,
+    IMPULSE,
+    LATER,
+    LAW,
+    LOW,
+    MOBILITY,
+    OLD,
+    OLD_DEGREES,
+    OPEN,
+    ORIGIN,
+    PEAK,
+    PRODUCTS,
+    RATE,
+    REST,
+    SCALE,
+    SEGMENT,
+    SEGMENT_SIZE,
+    SHARE,
+    SINCE,
+    SIZE,
+    START,
+    STOP,
+    STORED,
+    STRESS,
+    TOUCHING,
+    TRANSIT,
+    TRIP,
+    UNTIL,
+    VALUE,
+    WORK,
+    WORK_REST,
+    WORST,
+    Counts,
+    kernel,
+    peak,
+)
+from lure.rod.motion.kernel_trip import stored
+from lure.rod.motion.pieces import Array
+
+_PARTS = 16  # of a block, at first
+
+
+@kernel
+def within(g: Array, terms: int, width: int, count: int, i: int) -> float:
+    """A bound on the i-th number of a series up to round trip ``count``."""
+    total, weight = 0.0, 1.0
+    for j in range(TERMS + 1):
+        if j > 0:
+            weight *= (count - (j - 1.0)) / j
+        total += weight * abs(g[terms + width * j + i])
+    return total
+
+
+@kernel
+def bends_within(g: Array, o: Counts, place: tuple[int, int, int]) -> None:
+    """Fill the bounds on second differences of what is watched, whose terms begin two later."""
+    (b, width, count), terms, weight = place, o[WATCHED] + place[1] * (TERMS + 1) * place[0], 1.0
+    for i in range(width):
+        g[o[BENDS] + width * b + i] = 0.0
+    for j in range(2, TERMS + 1):
+        if j > 2:
+            weight *= (count - (j - 3.0)) / (j - 2.0)
+        for i in range(width):
+            g[o[BENDS] + width * b + i] += weight * abs(g[terms + width * j + i])
+
+
+@kernel
+def sizes_within(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int]) -> tuple[float, float]:
+    """Bounds on ``W`` and its last coefficients over so many round trips of a block; fills those beyond the first."""
+    (b, count), P, size = place, q[COUNT], int(g[WAVE_DEGREE]) + 1
+    largest, tail, terms = 0.0, 0.0, o[WAVES] + size * P * (TERMS + 1) * b
+    for p in range(P):
+        total, c = 0.0, 0.0
+        for k in range(1, size):
+            c = within(g, terms, size * P, count, size * p + k)
+            total += c
+        largest = max(largest, total + within(g, terms, size * P, count, size * p))
+        if f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE] != 0.0:
+            tail = max(tail, c)
+        g[o[OTHERS] + P * b + p] = f[SHARE] * total
+    return largest, tail
+
+
+@kernel
+def reached(
+    g: Array, o: Counts, ends: tuple[int, int], place: tuple[int, int, float], step: float
+) -> tuple[float, float]:
+    """Bounds on ``-zeta`` and ``zeta`` over a part, from what is watched in its first round trip and after its last.
+
+    Straight lines between, and what bends; where the slope keeps its sign on a piece its ends are the bounds.
+    """
+    (first, last), (b, P, rate) = ends, place
+    bends, below, above, bend = o[BENDS] + (2 * P + 1) * b, -math.inf, -math.inf, 0.5 * math.floor(0.25 * step * step)
+    for p in range(P):
+        i, others = P + 1 + p, g[o[OTHERS] + P * b + p]
+        more = bend * g[bends + i]
+        fall, rise = max(-g[first + i], -g[last + i]) + more, max(g[first + i], g[last + i]) + more
+        swing = 2.0 * g[o[HALVES] + p] * (max(fall, rise) + others)
+        if min(fall, rise) + (rate * swing + others) <= 0.0:
+            swing = 0.0
+        for e in range(p, p + 2):
+            more = bend * g[bends + e] + swing
+            below = max(below, max(-g[first + e], -g[last + e]) + more)
+            above = max(above, max(g[first + e], g[last + e]) + more)
+    return below, above
+
+
+@kernel
+def watched_from(g: Array, o: Counts, b: int, P: int, count: int) -> int:
+    """Fill the stack with the ends of the parts of a block, the first on top, and what is watched here; how many."""
+    terms, width, depth, step = o[WATCHED] + (2 * P + 1) * (TERMS + 1) * b, 2 * P + 1, 0, -(-count // _PARTS)
+    at_trip(g, terms, width, 0.0, o[HERE])
+    for i in range(_PARTS, 0, -1):
+        if step * (i - 1) < count:
+            g[o[PLACES] + depth] = min(step * i, count)
+            at_trip(g, terms, width, g[o[PLACES] + depth], o[ROWS] + width * depth)
+            depth += 1
+    return depth
+
+
+@kernel
+def halved(g: Array, o: Counts, place: tuple[int, int, int], first: float) -> None:
+    """Put the middle of a part on the stack."""
+    b, width, depth = place
+    g[o[PLACES] + depth] = math.floor(0.5 * (first + g[o[PLACES] + depth - 1]))
+    terms = o[WATCHED] + width * (TERMS + 1) * b
+    at_trip(g, terms, width, g[o[PLACES] + depth], o[ROWS] + width * depth)
+
+
+@kernel
+def clear_until(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int]) -> tuple[int, float]:
+    """Round trips of a block before one in which something may happen; a bound on ``zeta``.  Fills its top."""
+    (b, count), law, P, width = place, q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[COUNT], 2 * q[COUNT] + 1
+    low, high = f[law + LOW] - f[law + ORIGIN], f[law + HIGH] - f[law + ORIGIN]
+    first, size, top, depth = 0.0, 0.0, -math.inf, watched_from(g, o, b, P, count)
+    while depth > 0:
+        stop, row = g[o[PLACES] + depth - 1], o[ROWS] + width * (depth - 1)
+        below, above = reached(g, o, (o[HERE], row), (b, P, f[law + RATE]), stop - first)
+        room = min(-below - low, high - above)
+        if room > MARGIN * (max(below, above) + (below + above)):
+            size = max(size, below, above)
+            for e in range(P + 1):
+                top = max(top, g[o[HERE] + e])
+            for i in range(width):
+                g[o[HERE] + i] = g[row + i]
+            depth, first = depth - 1, stop
+        elif stop - first <= 1.0:
+            break
+        else:
+            halved(g, o, (b, width, depth), first)
+            depth += 1
+    g[o[TOPS] + b] = top
+    return int(first), size
+
+
+@kernel
+def highest(f: Array, q: Counts, g: Array, o: Counts, block: tuple[int, float]) -> float:
+    """The larger of a number and the largest ``zeta`` of the round trips of a block."""
+    (b, best), rate, P = block, f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE], q[COUNT]
+    width, last, first = 2 * P + 1, int(g[ZETA_DEGREE]), 0.0
+    size = last + 1
+    depth = watched_from(g, o, b, P, int(g[o[COUNTS] + b]))
+    while depth > 0:
+        stop, row, here = g[o[PLACES] + depth - 1], o[ROWS] + width * (depth - 1), o[HERE]
+        for e in range(P + 1):
+            best = max(best, g[here + e])
+        step = stop - first
+        above = reached(g, o, (here, row if step > 1.0 else here), (b, P, rate), step if step > 1.0 else 0.0)[1]
+        if above > best and step > 1.0:
+            halved(g, o, (b, width, depth), first)
+            depth += 1
+            continue
+        if above > best:
+            at_trip(g, o[ZETAS] + size * P * (TERMS + 1) * b, size * P, first, o[BACK])
+            for p in range(P):
+                for k in range(last + 1):
+                    f[EXTRA + k] = g[o[BACK] + size * p + k]
+                best = peak(f, q, EXTRA, last, best)
+        for i in range(width):
+            g[here + i] = g[row + i]
+        depth, first = depth - 1, stop
+    return best
+
+
+@kernel
+def passing(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[float, float]:
+    """``int W^2 dt`` [m^2/s] and a bound on ``|int (z' - W + d p) dt|`` [m] of the first round trip of a block."""
+    law, square, off, P, size = q[LAW] + SEGMENT_SIZE * q[SEGMENT], 0.0, 0.0, q[COUNT], q[DEGREE] + 1
+    n, last = int(g[WAVE_DEGREE]), int(g[ZETA_DEGREE])
+    for p in range(P):
+        wave, zeta, half = o[WAVES] + (n + 1) * (P * row + p), o[ZETAS] + (last + 1) * (P * row + p), g[o[HALVES] + p]
+        for i in range(n + 1):
+            for j in range(i & 1, n + 1, 2):
+                square += half * g[wave + i] * g[wave + j] * f[q[PRODUCTS] + size * i + j]
+        above, here = 0.0, 0.0
+        for k in range(last, -1, -1):  # here is the k-th coefficient of the derivative, at 0 twice that
+            term = (0.5 if k == 0 else 1.0) * here + half * f[law + RATE] * g[zeta + k]
+            if k <= n:
+                term -= half * f[SHARE] * g[wave + k]
+            if k == 0:
+                term += half * f[law + STRESS]
+            off += abs(term)
+            above, here = here, above + 2.0 * k * g[zeta + k]
+    return square, 2.0 * off
+
+
+@kernel
+def balanced(f: Array, q: Counts, level: tuple[float, float], passed: tuple[float, float]) -> None:
+    """The energy balance: the work follows from where the end begins and stops, up to the residual of its equation."""
+    law, (value, rest), (square, imbalance) = q[LAW] + SEGMENT_SIZE * q[SEGMENT], level, passed
+    before = stored(f, q, f[law + ORIGIN] + (f[VALUE] + f[REST]))
+    term = f[law + STRESS] + 0.5 * f[law + RATE] * (f[VALUE] + f[REST] + (value + rest))
+    term *= f[AREA] / f[MOBILITY] * (value - f[VALUE] + (rest - f[REST]))
+    off, total = f[WORK] + f[WORK_REST] - (before - f[STORED]), f[WORK] + term
+    f[WORST] = max(f[WORST], abs(off) + f[AREA] / f[MOBILITY] * imbalance)
+    f[WORK_REST] += (f[WORK] - total) + term if abs(f[WORK]) >= abs(term) else (term - total) + f[WORK]
+    f[WORK] = total
+    f[ENERGY] = max(f[ENERGY], 0.25 * f[IMPEDANCE] * square, abs(before), abs(before + term), abs(f[STORED]))
+
+
+@kernel
+def returned(f: Array, q: Counts, g: Array, o: Counts) -> float:
+    """Put the wave that comes back after the last round trip in the place of that before the first; its size."""
+    law, P, size, scale = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[COUNT], q[DEGREE] + 1, 0.0
+    n, last = int(g[WAVE_DEGREE]), int(g[ZETA_DEGREE])
+    for p in range(P):
+        at, total = q[OLD] + (size + COEF) * p, 0.0
+        q[q[OLD_DEGREES] + p] = n
+        for k in range(n + 1):
+            c = (2.0 * f[SHARE] - 1.0) * g[o[LAST_WAVE] + (n + 1) * p + k]
+            c -= 2.0 * f[law + RATE] * g[o[LAST_ZETA] + (last + 1) * p + k]
+            if k == 0:
+                c -= 2.0 * f[law + STRESS]
+            f[at + COEF + k] = f[ECHO] * c
+            total += abs(f[at + COEF + k])
+        f[at + SIZE], scale = total, max(scale, total)
+    return scale
+
+
+def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, most: int) -> int:
+    """Pass over round trips in which nothing happens, from the next one on.
+
+    Parameters
+    ----------
+    f, q : ndarray
+        The motion, which goes on after them; as it was if there are none.
+    found : tuple of ndarray
+        ``g``, where they are entered, and ``o``, the :func:`layout` of it.
+    force : ndarray
+        See :attr:`lure.rod.motion.exponential_force.ExponentialForce.packed`.
+    most : int
+        How many may be passed over.
+
+    Returns
+    -------
+    int
+        How many there are; 0 if there are no 16, -1 if their states are no short series.
+    """
+    (g, o), P, C, size = found, q[COUNT], int(force[FUNCTIONS]), q[DEGREE] + 1
+    law, rows = q[LAW] + SEGMENT_SIZE * q[SEGMENT], TERMS + 1
+    rate, transit = f[law + RATE], f[TRANSIT]
+    for p in range(P):
+        at = q[OLD] + (size + COEF) * p
+        g[o[HALVES] + p] = 0.5 * transit * (f[at + STOP] - f[at + START])
+        for k in range(size):
+            g[o[BACK] + size * p + k] = f[at + COEF + k] if k <= q[q[OLD_DEGREES] + p] else 0.0
+    if likely_to_end(f, q, g, o):
+        return 0
+    degree = force_columns(f, q, g, o, force)
+    if degree < 0:
+        return 0
+    n, last = trip_degrees(f, q, g, o, degree)
+    if n < 0:
+        return 0
+    g[WAVE_DEGREE], g[ZETA_DEGREE], r = n, last, 0
+    for c in range(C):
+        g[o[LOADED] + c] = force[int(force[AT_FIRST]) + c]
+    if rate == 0.0:
+        r = flight_begun(f, q, g, o, C)
+    else:
+        eliminated(g, o, P, size, rate)
+        for p in range(P):
+            for k in range(n + 1):
+                c = g[o[BACK] + size * p + k]
+                for i in range(C):
+                    c += g[o[LOADS] + size * (P * i + p) + k] * g[o[LOADED] + i]
+                g[o[WAVES] + (n + 1) * p + k] = c
+    value, rest, impulse = f[VALUE], f[REST], f[IMPULSE] if q[OPEN] else 0.0
+    total, b, missed, largest, reach, square, residual, closed = 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, False
+    while total < most and not closed and b < BLOCKS:
+        begins = o[BEGINS] + 2 * rows * b
+        g[o[LEVELS] + 2 * b], g[o[LEVELS] + 2 * b + 1] = value, rest
+        g[begins], g[begins + 1] = value + rest, impulse
+        terms_made(f, q, g, o, (b, r, C, force))
+        count = min(series_length(f, q, g, o), most - total)
+        if count == 0:
+            if b == 0:
+                return -1
+            break
+        wave, tail = sizes_within(f, q, g, o, (b, count))
+        while tail > TOP * wave and count >= LEAST:
+            count //= 2
+            wave, tail = sizes_within(f, q, g, o, (b, count))
+        if tail > TOP * wave:
+            break
+        width = 2 * P + 1
+        bends_within(g, o, (b, width, count))
+        clear, size_ = clear_until(f, q, g, o, (b, count))
+        missed = max(missed, 2.0 * transit * (LOST * wave + tail))
+        largest, reach, closed = max(largest, wave), max(reach, size_), clear < count
+        if clear == 0:
+            break
+        energy, imbalance = passing(f, q, g, o, rows * b)
+        square, residual = max(square, energy), max(residual, imbalance)
+        g[o[COUNTS] + b], total = clear, total + clear
+        many, each = (n + 1) * P, (last + 1) * P
+        waves, zetas = o[WAVES] + many * rows * b, o[ZETAS] + each * rows * b
+        at_trip(g, waves, many, clear - 1.0, o[LAST_WAVE])
+        at_trip(g, zetas, each, clear - 1.0, o[LAST_ZETA])
+        small, weight, impulse = 0.0, 1.0, g[begins + 1]
+        for j in range(1, rows):
+            weight *= (clear - (j - 1.0)) / j
+            small += weight * g[begins + 2 * j]
+            impulse += weight * g[begins + 2 * j + 1]
+        small += rest
+        whole = value + small
+        value, rest = whole, (value - (whole - (whole - value))) + (small - (whole - value))
+        b += 1
+        if b < BLOCKS:
+            at_trip(g, waves, many, float(clear), waves + many * rows)
+            at_trip(g, o[LOADED], C, float(clear), o[MOVED])
+            for c in range(C):
+                g[o[LOADED] + c] = g[o[MOVED] + c]
+            if rate == 0.0:
+                at_trip(g, o[SHARES], C + 2, float(clear), o[WAYS] + C + 3)
+                for c in range(C + 2):
+                    g[o[SHARES] + c] = g[o[WAYS] + C + 3 + c]
+    if total < LEAST:
+        return 0
+    push = f[law + STRESS]
+    balanced(f, q, (value, rest), (square, total * residual * (abs(push) + rate * reach)))
+    if f[law + TOUCHING] > 0.0:
+        top = -math.inf
+        for i in range(b):
+            top = max(top, g[o[TOPS] + i])
+        for i in range(b):
+            if rate != 0.0:
+                top = highest(f, q, g, o, (i, top))
+        if q[OPEN] == 0:
+            q[OPEN], f[SINCE], f[PEAK] = 1, transit * 2.0 * q[TRIP], -math.inf
+        f[UNTIL], f[IMPULSE], f[PEAK] = transit * 2.0 * (q[TRIP] + total), impulse, max(f[PEAK], push + rate * top)
+    scale = returned(f, q, g, o)
+    q[TRIP] += total
+    f[VALUE], f[REST] = value, rest
+    f[SCALE], f[HIGHEST] = max(abs(f[ECHO]) ** total * f[SCALE], scale), max(f[HIGHEST], largest)
+    f[ERROR] += missed * total + f[LATER] * transit
+    f[LATER], g[MISSED], g[FOUND] = 0.0, missed, b
+    return int(total)
+
+
+def sampled(t: Array, edges: Array, table: Array, numbers: Array, out: Array) -> None:
+    """Values of a series on the pieces of round trips of a block, at ascending instants.
+
+    Parameters
+    ----------
+    t, out : ndarray
+        (n,) instants [transits], and where the values go.
+    edges : ndarray
+        (P+1,) ends of the pieces.
+    table : ndarray
+        (J, P, k) terms of the series in the number of the round trip, Chebyshev's.
+    numbers : ndarray
+        The first round trip of the block, how many it has, and how many of them are there.
+    """
+    first, count, most = numbers[0], numbers[1], numbers[2]
+    J, P, size = table.shape
+    c = np.empty(size)
+    for i in range(len(t)):
+        trip = min(max(math.floor(0.5 * t[i]) - first, 0.0), most - 1.0)
+        place, p, last = t[i] - 2.0 * (trip + first), 0, P - 1
+        while p < last:
+            middle = (p + last + 1) // 2
+            if edges[middle] <= place:
+                p = middle
+            else:
+                last = middle - 1
+        y = trip * (2.0 / count) - 1.0
+        for k in range(size):
+            c[k] = table[0, p, k]
+        weight, before = 1.0, y
+        for j in range(1, J):
+            weight, before = before, 2.0 * y * before - weight
+            for k in range(size):
+                c[k] += weight * table[j, p, k]
+        x = local(place, edges[p], edges[p + 1])
+        total, before = 0.0, 0.0
+        for k in range(size - 1, 0, -1):
+            total, before = 2.0 * x * total - before + c[k], total
+        out[i] = x * total - before + c[0]
