@@ -19,11 +19,14 @@ export function ticks(low, high) {
 
 const RAISED = { "−": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
+/** A power of ten. @param {string} exponent */
+const power = (exponent) => `10${[...exponent.replace("-", "−")].map((c) => RAISED[c]).join("")}`;
+
 /** A number for a reader. @param {number} x @param {number} [digits] */
 export function number(x, digits = 4) {
   if (!Number.isFinite(x)) return x > 0 ? "∞" : "−∞";
-  const [mantissa, power] = String(Number(x.toPrecision(digits))).replaceAll("-", "−").replace("+", "").split("e");
-  return power === undefined ? mantissa : `${mantissa}·10${[...power].map((c) => RAISED[c]).join("")}`;
+  const [mantissa, exponent] = String(Number(x.toPrecision(digits))).replaceAll("-", "−").replace("+", "").split("e");
+  return exponent === undefined ? mantissa : `${mantissa}·${power(exponent)}`;
 }
 
 /** A coordinate that SVG takes, however far away. @param {number} x */
@@ -54,11 +57,11 @@ export class Axes {
     const { left, top, right, bottom } = this.frame;
     const lines = [];
     const unit = ([low, high]) => {  // a power of ten that the ticks are counted in
-      const power = Math.floor(Math.log10(Math.max(Math.abs(low), Math.abs(high))));
-      return power > 3 || power < -2 ? 10 ** power : 1;
+      const size = Math.floor(Math.log10(Math.max(Math.abs(low), Math.abs(high))));
+      return size > 3 || size < -2 ? 10 ** size : 1;
     };
     const [ux, uy] = [unit(window.x), unit(window.y)];
-    const label = (text, one) => (one === 1 ? text : `${text}, in ${number(one, 1).replace("1·", "")}`);
+    const label = (text, one) => (one === 1 ? text : `${text}, in ${power(String(Math.round(Math.log10(one))))}`);
     for (const x of ticks(...window.x)) {
       lines.push(element("line", { class: x ? "grid" : "axis", x1: this.x(x), x2: this.x(x), y1: top, y2: bottom }),
         element("text", { class: "tick", x: this.x(x), y: bottom + 17, "text-anchor": "middle" }, number(x / ux)));

@@ -226,6 +226,7 @@ async function ask(kind, of) {
   if (!answer.error) return { ...answer, asked: of };
   refuse(answer.field, answer.error);
   if (kind === "plant" || kind === "largest") forget("–");
+  if (kind === "plant") $("formula").textContent = "";
   $("verdict").classList.remove("old");
   $("verdict").textContent = "Correct the field that is marked.";
   delete $("verdict").dataset.verdict;
