@@ -508,15 +508,20 @@ def _channel_case(problem: Problem, rows: list[StabilityBound]) -> Case:
     proved = [row for row in rows if zero and row.verdict is Verdict.PROVED]
     if proved:
         return "critical" if any(row.critical for row in proved) else "stable"
-    poles = np.linalg.eigvals(_rational_part(problem).doubles()[0])
-    size = poles.real if problem.plant.dt is None else np.abs(poles) - 1
-    return "stable" if (size < -1e-12 * np.abs(poles).max()).all() else "unstable"
+    for one in _rational_parts(problem):
+        poles = np.linalg.eigvals(one.doubles()[0])
+        size = poles.real if problem.plant.dt is None else np.abs(poles) - 1
+        if not (size < -1e-12 * np.abs(poles).max()).all():
+            return "unstable"
+    return "stable"
 
 
-def _rational_part(problem: Problem) -> MultivariablePlant:
-    """The plant, without what arrives late."""
+def _rational_parts(problem: Problem) -> list[MultivariablePlant]:
+    """The plant, without what arrives late; of a box of plants those in the middle and at its corners."""
+    if isinstance(problem.plant, ChannelFamily):
+        return [problem.plant.at(point) for point in (problem.plant.middle, *problem.plant.corners)]
     plant = loop_plant(problem.plant)
-    return plant.base if isinstance(plant, DelayMatrix) else plant
+    return [plant.base if isinstance(plant, DelayMatrix) else plant]
 
 
 def _farthest(rows: list[StabilityBound]) -> StabilityBound:
