@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 LOOKS = (("PROVED", BLUE, "o"), ("INCONCLUSIVE", "#c8c8c8", "s"), ("REFUTED", VERMILLION, "x"))
 _CRITERIA = (BLUE, VERMILLION, GREEN, PURPLE, GREY, "#e69f00", "#56b4e9", "#111111")
 FILLED = 2000  # from so many points on a map has cells in place of marks
-_LEVELS = 6
+_LEVELS = 4
 
 
 class Plane(NamedTuple):
@@ -146,7 +146,7 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
                 *(_numbers(plane.data[each].values) for each in plane.along),
                 shown,
                 levels=_levels(values[np.isfinite(values)], log=scale == "log"),
-                colors="white",
+                colors=_fixed("#ffffff"),
                 linewidths=0.8,
             )
             axes.clabel(lines, fontsize=7, fmt="%.3g")
@@ -194,6 +194,7 @@ def _cells(axes: Axes, plane: Plane, classes: Sequence[tuple[str, str, np.ndarra
     """The cells of each class in its colour, and a legend entry for those that there are."""
     from matplotlib.colors import ListedColormap
 
+    classes = [(name, _fixed(colour), chosen) for name, colour, chosen in classes]
     kind = np.full(classes[0][2].shape, np.nan)
     for number, (name, colour, chosen) in enumerate(classes):
         kind[chosen] = number
@@ -203,6 +204,11 @@ def _cells(axes: Axes, plane: Plane, classes: Sequence[tuple[str, str, np.ndarra
     colours = ListedColormap([colour for _, colour, _ in classes])
     shown = np.ma.masked_invalid(kind.T)
     axes.pcolormesh(*edges, shown, cmap=colours, vmin=-0.5, vmax=len(classes) - 0.5, rasterized=True)
+
+
+def _fixed(colour: str) -> str:
+    """The colour, told apart by no eye, that a dark page does not change, as it leaves a picture what it is."""
+    return f"#{int(colour[1:], 16) ^ 1:06x}"
 
 
 def _edges_of(plane: Plane, name: str) -> np.ndarray[Any, Any]:

@@ -65,8 +65,10 @@ def test_killed_whole_it_goes_on_and_repeats_one_chunk(written, tmp_path):
 def test_killed_twenty_times_at_random_nothing_is_lost(written, tmp_path, seed):
     study, command = written(count=2000, chunk=20)
     done = tmp_path / "study.zarr" / ".lure" / "done"
-    chance, kills, seen, output = random.Random(seed), 0, 0, ""
+    chance, kills, seen, runs, output = random.Random(seed), 0, 0, 0, ""
     while not output:
+        runs += 1
+        assert runs < 30
         with subprocess.Popen([*command, "--workers", "2"], stdout=subprocess.PIPE, text=True) as process:
             while process.poll() is None and kills < 20:
                 time.sleep(chance.uniform(0.01, 0.1))
