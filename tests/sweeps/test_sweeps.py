@@ -164,6 +164,43 @@ def test_a_row_that_was_changed_is_noticed(tmp_path):
         sweep(study, tmp_path / "rods.zarr")
 
 
+def test_only_sweeps_import_what_sweeps_need():
+    import ast
+    from pathlib import Path
+
+    import lure
+
+    top = Path(lure.__file__).parent
+    found = set()
+    for path in [*top.rglob("*.py"), *(top / "analysis").rglob("*.py")]:  # a link, which rglob does not follow
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            if {name.partition(".")[0] for name in names} & {"zarr", "dask", "distributed"}:
+                found.add(path.relative_to(top).as_posix())
+    inside = {"analysis/sweeps/store.py", "analysis/sweeps/cluster.py", "analysis/cli/sweeps.py"}
+    assert found == inside
+
+
+def test_a_page_has_maps_and_the_points_to_look_at(tmp_path):
+    over = {"rod.damping": [-1e-4, 0, 2e-4, 1e-3], "discretisation.cells": [2, 5, 9], "rod.compliance": [1, 10]}
+    sweep({**ROD, "over": over}, tmp_path / "rods.zarr")
+    page = page_of(tmp_path / "rods.zarr", lambda number, system, settings: f"{system}-{number}-{len(settings)}")
+    assert "12 PROVED, 6 INCONCLUSIVE, 6 REFUTED" in page
+    assert "rod.compliance = 10" in page  # the third dimension, in its middle and at its end
+    assert "rod.compliance = 1<" in page
+    assert "--set discretisation.cells=2 " in page  # a whole number, as --set takes it
+    assert '<a href="paper-rod-1-3">' in page
+
+
+@pytest.mark.thorough
+def test_the_points_of_a_page_have_their_reports(tmp_path, lure):
+    sweep({**ROD, "over": {"rod.damping": [2e-4]}}, tmp_path / "rods.zarr")
+    assert lure("sweep", str(tmp_path / "rods.zarr"), "--report", "--points")[0] == 0
+    assert '<a href="rods-points/1/report.html">' in (tmp_path / "rods.html").read_text()
+    assert (tmp_path / "rods-points" / "1" / "report.html").is_file()
+
+
 @pytest.mark.thorough
 def test_killed_processes_lose_nothing(tmp_path):
     import psutil
