@@ -184,6 +184,17 @@ def test_neither_checker_accepts_what_is_tampered_with(change):
     assert_both_reject(edited(certificate(name), *path, value=value))
 
 
+def test_the_first_piece_beside_a_pole_at_0_may_be_wide():
+    # diag(exp(-s/8)/s, 1/((s + 1) (s + 2))): on [0, 8] the ball of (s + 1) (s + 2) contains 0
+    A, B = [["0", "0", "0"], ["0", "-1", "0"], ["0", "1", "-2"]], [["1", "0"], ["0", "1"], ["0", "0"]]
+    C, after = [["0", "0", "0"], ["0", "0", "1"]], [["1", "0", "0"], ["0", "0", "0"]]
+    ends = [str(end) for end in range(8, 24)]
+    multiplier = {**REST["multiplier"], "pieces": [[None, None]] * (len(ends) + 1)}
+    wide = {**REST, "system": late(A, B, C, [["0", "0"]] * 2, ("1/8", after)), "multiplier": multiplier}
+    found = dict(complete_and_check({**wide, "proof": {"method": "pieces", "ends": ends}}).certificate)
+    assert recheck(found).accepted, recheck(found).reason
+
+
 def test_a_turn_that_does_not_show_the_signs_is_refused_by_the_first_checker():
     # the second encloses the root by derivatives, and needs no turn
     with pytest.raises(Rejected):

@@ -182,6 +182,9 @@ def _past_zero(
         omega = acb_series([acb(arb(0).union(ball(end))), acb(1)])
         s = omega * acb(0, 1)
         below = _at([acb(arb(c)) for c in rest.coeffs()], s)
+        if below[0].contains(0):
+            end /= 2
+            continue
         Y = [[acb(0)] * m for _ in known]
         for i, one in enumerate(known):
             for j in range(m):
