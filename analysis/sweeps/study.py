@@ -19,7 +19,7 @@ from lure.files.reading import SystemSource, system_source
 
 QUESTIONS = ("rod", "sector", "slope", "class", "gain", "rate", "region")
 # about a second each, and in a large study some seconds
-POINTS_IN_A_CHUNK = {"rod": 1000, "sector": 200, "class": 100, "slope": 20, "gain": 20, "rate": 20, "region": 4}
+POINTS_IN_A_CHUNK = {"rod": 2000, "sector": 200, "class": 100, "slope": 20, "gain": 20, "rate": 20, "region": 4}
 LARGER, ENOUGH_CHUNKS, BOXES = 5, 200, 50  # a box costs about as much as so many points
 SAMPLE = "sample"
 
