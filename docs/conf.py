@@ -30,7 +30,7 @@ extensions = [
     "explore",
     "lure_docs",
 ]
-exclude_patterns = ["_ext"]
+exclude_patterns = ["_ext", "notebooks/download"]
 highlight_language = "none"  # a block that does not name its language is a formula or a drawing
 
 html_theme = "pydata_sphinx_theme"
@@ -42,7 +42,7 @@ html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {
     "logo": {"text": "lure", "image_light": "_static/lure.svg", "image_dark": "_static/lure.svg"},
-    "header_links_before_dropdown": 8,
+    "header_links_before_dropdown": 9,
     "navbar_align": "left",
     "footer_start": ["copyright"],
     "footer_end": [],
@@ -51,7 +51,8 @@ html_theme_options = {
 }
 html_sidebars = {"index": [], "tutorial": [], "gallery": [], "coming-from": []}  # their contents stand on the right
 
-myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
+myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "substitution"]
+myst_substitutions = {"version": lure.__version__}
 myst_heading_anchors = 3
 nb_execution_mode = "off"  # `make docs` takes the notebooks as `make notebooks` has run them
 nb_merge_streams = True

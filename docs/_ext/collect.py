@@ -67,6 +67,8 @@ def notebook(source: str, known: dict[str, str], *, root: Path = ROOT, executed:
             cell.source = relinked(cell.source, source, known)
     if not fresh:
         document.cells.insert(1, nbformat.v4.new_markdown_cell(_NOT_RUN))
+    name = f"{Path(source).stem}.ipynb"
+    document.cells.insert(1, nbformat.v4.new_markdown_cell(f"{{download}}`Download {name} <download/{name}>`"))
     return document
 
 
@@ -96,6 +98,9 @@ def collect(docs: Path, root: Path = ROOT) -> None:
         if source.endswith(".py"):
             document = notebook(source, known, root=root)
             text = nbformat.writes(document) + "\n"
+            copy = docs / "notebooks" / "download" / Path(page).name  # as its author left it
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            jupytext.write(jupytext.read(root / source), copy)
             picture = docs / "pictures" / "notebooks" / f"{Path(page).stem}.png"
             picture.parent.mkdir(parents=True, exist_ok=True)
             picture.write_bytes(first_picture(document))
