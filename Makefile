@@ -15,7 +15,7 @@ TESTS = $(PYTEST) -p no:nbmake -n 2
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .SUFFIXES:
-.PHONY: help report explore explore-test test thorough quick check bench benchmarks-table notebooks docs clean FORCE
+.PHONY: help report explore explore-test test thorough quick check bench benchmarks-table notebooks docs release clean FORCE
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 unexport PYTHONDONTWRITEBYTECODE # to compile a hundred modules at each start of Python takes minutes of the tests
 
@@ -64,6 +64,9 @@ build/notebooks/.run: $(wildcard notebooks/*.py)
 docs: .venv/.docs build/notebooks/.run ## the documentation, into build/docs/index.html; its notebooks are run first
 	$(ONE_THREAD) $(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs build/docs
 	$(BIN)/python docs/links.py build/docs
+
+release: .venv/.core ## what a release is, up to the upload and without it; wheel and sdist are then in dist; ARGS=--rehearse
+	.ci/release $(ARGS)
 
 clean: ## remove the environment, the caches and everything made here
 	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache build dist lure-report lure-page
