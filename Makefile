@@ -15,7 +15,7 @@ TESTS = $(PYTEST) -p no:nbmake -n 2
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .SUFFIXES:
-.PHONY: help report explore explore-test test thorough quick check bench benchmarks-table notebooks docs release clean FORCE
+.PHONY: help report explore explore-test test thorough quick check bench benchmarks-table notebooks docs paper release clean FORCE
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 unexport PYTHONDONTWRITEBYTECODE # to compile a hundred modules at each start of Python takes minutes of the tests
 
@@ -64,6 +64,12 @@ build/notebooks/.run: $(wildcard notebooks/*.py)
 docs: .venv/.docs build/notebooks/.run ## the documentation, into build/docs/index.html; its notebooks are run first
 	$(ONE_THREAD) $(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs build/docs
 	$(BIN)/python docs/links.py build/docs
+
+paper: .venv/.core ## the paper about lure with its figures, into build/paper, as the Journal of Open Source Software takes it
+	rm -rf build/paper && mkdir -p build && cp -r paper build/paper
+	$(BIN)/lure report dt-6 -o build/paper/dt-6 --quiet
+	cp build/paper/dt-6/figures/reach.svg build/paper/classes.svg
+	cp notebooks/figures/popov.svg build/paper/popov.svg
 
 release: .venv/.core ## what a release is, up to the upload and without it; wheel and sdist are then in dist; ARGS=--rehearse
 	.ci/release $(ARGS)
