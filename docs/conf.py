@@ -40,7 +40,7 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
-html_search_scorer = "_ext/scorer.js"
+html_search_scorer = str(Path(__file__).parent / "_ext" / "scorer.js")
 html_theme_options = {
     "logo": {"text": "lure", "image_light": "_static/lure.svg", "image_dark": "_static/lure.svg"},
     "header_links_before_dropdown": 9,
