@@ -71,8 +71,8 @@ def lines(found: StabilityBound, *, stable: Sequence[GainInterval] | None) -> li
             said.append("Nothing was shown in between.")
     if stable is not None and not stable:
         said.append("No linear gain makes the loop stable.")
-    elif not refuted:
-        said.append(linear(found.hurwitz, found.lower))
+    elif not refuted and (gains := linear(found.hurwitz, found.lower)):
+        said.append(gains)
     if proved and found.multiplier and found.multiplier != "1":
         theta = "" if found.theta is None or "theta" not in found.multiplier else f", theta = {found.theta:.7g}"
         said.append(f"Multiplier: {found.multiplier}{theta}.")
@@ -170,7 +170,7 @@ def linear(limit: Bracket, lower: Fraction) -> str:
     if limit.low == math.inf:
         return "Every larger linear gain is stable." if lower else "Every positive linear gain is stable."
     if limit.high == math.inf:
-        return f"Linear gains are stable up to {limit.low:.7g} at least."
+        return f"Linear gains are stable up to {limit.low:.7g} at least." if limit.low > lower else ""
     if limit.high - limit.low > 1e-4 * abs(limit.high):
         return f"Linear gains are stable up to {limit.low:.7g} at least, and not beyond {limit.high:.7g}."
     return f"Linear gains are stable up to {limit.middle:.7g}."

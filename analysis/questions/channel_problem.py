@@ -131,7 +131,7 @@ def channel_problem(
     if given is None:
         kind = "slope" if kind == "class" else kind
         given = [Sector(0, 1) if kind == "sector" else SlopeBounds(0, 1)] * plant.inputs
-    if isinstance(given, NonlinearityClass):
+    if isinstance(given, Sector | SlopeBounds | NonlinearityClass):
         given = [given]
     if isinstance(given, Mapping):
         given = _in_order(plant, given)

@@ -94,8 +94,8 @@ def energy_draft(family: RodFamily) -> Draft:
     low, high = family.bounds("damping")
     if low <= 0:
         raise AssumptionError(
-            f"the damping may be anything from {float(low):g} to {float(high):g}, and with k <= 0 the energy does not "
-            "fall",
+            f"the damping {'is' if low == high else 'may be anything from'} {float(low):g}"
+            f"{'' if low == high else f' to {float(high):g}'}, and with k <= 0 the energy does not fall",
             code=Reason.UNDAMPED,
         )
     draft = _draft(family, "rod-energy", {}, class_entry(_EVERY, unbounded=True))

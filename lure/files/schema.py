@@ -18,6 +18,7 @@ from lure.errors import InputError
 from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.plants import coefficients
 from lure.plants.multivariable import MOST_CHANNELS
+from lure.plants.text import exact_coefficient
 
 QUESTIONS = ("gain", "rate", "region", "steady", "tolerances")
 _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
@@ -26,10 +27,9 @@ _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
 def _exact(value: object, name: str) -> Fraction:
     """A number, or a text of one such as ``"1/3"``."""
     if isinstance(value, str):
-        values = coefficients(value, name)
-        if len(values) > 1:
+        if len(value.replace(",", " ").split()) > 1:
             raise InputError(f"{name} is {shown(value)}; give one number")
-        return values[0]
+        return exact_coefficient(value, name)
     return number_of(value, name)
 
 

@@ -207,23 +207,21 @@ def require_apart(p: Element, ring: Ring) -> None:
 
 
 def _apart(p: Element, ring: Ring) -> bool:
-    """Whether interval arithmetic, factor by factor, shows that a polynomial has no zero in the box."""
-    from flint import arb, fmpq
-
+    """Whether intervals with rational ends, factor by factor, show that a polynomial has no zero in the box."""
     if not p:
         return False
-    boxes = [arb(0)]
-    for name, ends in ring.parameters.items():
-        low, high = (arb(fmpq(end.numerator, end.denominator)) for end in interval(name, ends))
-        boxes.append(low.union(high))
+    # the variable itself, s or z, is not in a denominator
+    boxes = [(Fraction(0), Fraction(0)), *(interval(name, ends) for name, ends in ring.parameters.items())]
     for factor, _ in p.factor()[1]:
-        total = arb(0)
+        low = high = Fraction(0)
         for powers, c in factor.to_dict().items():
-            term = arb(c)
-            for box, e in zip(boxes, powers, strict=True):
-                term *= box ** int(e)
-            total += term
-        if total.contains(0):
+            ends = [Fraction(int(c.p), int(c.q))] * 2
+            for (least, most), e in zip(boxes, powers, strict=True):
+                raised = [least ** int(e), most ** int(e), *([Fraction(0)] if e and least < 0 < most else [])]
+                products = [a * b for a in ends for b in (min(raised), max(raised))]
+                ends = [min(products), max(products)]
+            low, high = low + ends[0], high + ends[1]
+        if low <= 0 <= high:
             return False
     return True
 

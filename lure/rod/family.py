@@ -20,6 +20,17 @@ VARIED = ("youngs_modulus", "density", "length", "area", "damping", "compliance"
 """The parameters that may be intervals."""
 
 
+def require_varied(intervals: Mapping[str, Interval]) -> None:
+    """Refuse intervals to parameters that have none, in the wrong order, or of what is not positive."""
+    for name, (low, high) in intervals.items():
+        if name not in VARIED:
+            raise InputError(f"rod.{name} has an interval; give one number, or intervals to {', '.join(VARIED)}")
+        if not low < high:
+            raise InputError(f"rod.{name} is [{float(low):g}, {float(high):g}]; give the smaller number first")
+        if low <= 0 and name != "damping":
+            raise InputError(f"rod.{name} is [{float(low):g}, {float(high):g}]; give positive numbers")
+
+
 @dataclass(frozen=True)
 class RodFamily(StructuredPlant):
     """All rods with some parameters in intervals, constant but unknown, or all of their schemes with ``N`` cells.
@@ -49,13 +60,7 @@ class RodFamily(StructuredPlant):
     def __post_init__(self) -> None:
         if not self.intervals:
             raise InputError("no parameter of the rod has an interval; give one, such as damping = [900, 1100]")
-        for name, (low, high) in self.intervals.items():
-            if name not in VARIED:
-                raise InputError(f"rod.{name} has an interval; give one number, or intervals to {', '.join(VARIED)}")
-            if not low < high:
-                raise InputError(f"rod.{name} is [{float(low):g}, {float(high):g}]; give the smaller number first")
-            if low <= 0 and name != "damping":
-                raise InputError(f"rod.{name} is [{float(low):g}, {float(high):g}]; give positive numbers")
+        require_varied(self.intervals)
         if self.rod.exact["exponent"] < 1:
             raise InputError(
                 f"rod.exponent is {self.rod.exponent:g} beside intervals, and what is proved of all rods is about "

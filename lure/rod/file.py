@@ -20,7 +20,7 @@ from lure.expressions.tree import decimal
 from lure.files.kinds import FileKind
 from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.rod.discretisation import FORMS, Form, checked_cells
-from lure.rod.family import Interval, RodFamily
+from lure.rod.family import Interval, RodFamily, require_varied
 from lure.rod.parameters import impedance_multiple
 from lure.rod.scenario import Scenario
 from lure.rod.systems import RodSystem, builtin_system, builtin_systems, rod_from_exact
@@ -41,7 +41,7 @@ def _varied(value: object, info: ValidationInfo) -> Fraction | Interval:
     if not isinstance(value, list):
         return _number(value, info)
     if len(value) != 2:
-        raise InputError(f"{field_key(info)} has {len(value)} entries; give a number, or an interval [low, high]")
+        raise InputError(f"{field_key(info)} is an array of {len(value)}; give a number, or an interval [low, high]")
     low, high = (number_of(end, field_key(info)) for end in value)
     return (low, high)
 
@@ -182,6 +182,7 @@ def built_system(tables: SystemTables, *, title: str, source: str) -> RodSystem:
     """
     given = {key: getattr(tables.rod, key) for key in type(tables.rod).model_fields}
     intervals = {key: ends for key, ends in given.items() if isinstance(ends, tuple) and ends[0] != ends[1]}
+    require_varied(intervals)
     rod = rod_from_exact({key: _middle(one) for key, one in given.items()})
     if intervals:
         _ = RodFamily(rod, intervals)  # refuses what is none

@@ -97,7 +97,7 @@ def test_the_scheme_of_the_rod_by_hand():
 
 def test_degrees_to_400_are_read():
     assert len(coefficients(system([1], [1] * 401))[1]) == 401
-    with pytest.raises(Malformed, match="degree above 400"):
+    with pytest.raises(Malformed, match="has degree 401, and a certificate holds one of at most 400"):
         coefficients(system([1], [1] * 402))
 
 

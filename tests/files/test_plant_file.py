@@ -210,7 +210,7 @@ def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
         (PLANT + "[class]\nsector = [0, nan]", "class.sector[1] is NaN"),
         (PLANT + "[class]\nsector = [0]", "class.sector is an array; give two numbers"),
         (PLANT + "[class]\nsector = 5", "class.sector is 5; give two numbers"),
-        (PLANT + "[class]\nsector = [0, 'x']", "class.sector[1][0] is 'x'; give a number"),
+        (PLANT + "[class]\nsector = [0, 'x']", "class.sector[1] is 'x'; give a number"),
         (PLANT + "[class]\nsector = [0, 1]\nodd = 1", "class.odd is 1; give true or false"),
         (PLANT + "[class]\nsector = [0, 1]\nslope = [0.5, 1]", "class: NonlinearityClass has the sector [0, 1]"),
         (PLANT + "[nonlinearity]\ngain = 1", "nonlinearity.kind is missing"),

@@ -158,7 +158,7 @@ def test_the_last_of_two_settings_counts():
         ("rod.length=true", "rod.length is 'true'; give a number"),
         ("rod.length=[0.5", "rod.length is '[0.5'; give a number"),
         ("rod.length=[0.5]\nname=3", "rod.length is "),
-        ("rod.length=[0.5]", "rod.length is an array; give a number"),
+        ("rod.length=[0.5]", "rod.length is an array of 1; give a number, or an interval [low, high]"),
         ("simulation.cells=1e9", "simulation.cells is 1E+9; give a whole number"),
         ("\x1b[2J=1", "--set: unknown key \\x1b[2J; "),
     ],

@@ -11,6 +11,7 @@ from lure import as_plant
 from lure.errors import InputError
 from lure.files import find_system, loop_to_toml
 from lure.files.reading import parse_system
+from lure.plants import parameters
 from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
 
@@ -86,3 +87,12 @@ def test_what_is_no_family_is_refused_in_one_sentence(plant, parameters, said, t
     path.write_text(f"[plant]\n{plant}\n[plant.parameters]\n{parameters}\n", encoding="utf-8")
     with pytest.raises(InputError, match=said):
         find_system(str(path))
+
+
+@pytest.mark.parametrize("least", ["1e-9", "1e-30"])
+def test_a_denominator_that_is_nearly_0_at_an_end_does_not_vanish(least: str) -> None:
+    """m in [least, 1] is above 0; a ball about the middle with a radius of a few digits holds 0."""
+    ring = parameters.Ring({"m": (Fraction(least), Fraction(1))})
+    parameters.require_apart(ring.variable("m"), ring)
+    with pytest.raises(InputError, match="may vanish in the box"):
+        parameters.require_apart(ring.variable("m") - ring.number(Fraction(1, 2)), ring)

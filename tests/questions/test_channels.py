@@ -206,7 +206,7 @@ def test_a_search_that_fails_proves_nothing(monkeypatch):
 @pytest.mark.parametrize(
     ("ask", "said"),
     [
-        (lambda: max_sector(FETZER, [ONE] * 3), "3 classes are given for the 4 channels of the plant"),
+        (lambda: max_sector(FETZER, [ONE] * 3), "3 classes are given for 4 channels; give one for each, in order"),
         (lambda: max_sector(as_plant((STATE, rows("1 0; 0 1; 0 0"), [1, 0, 0])), [ONE]), "need as many of both"),
         (lambda: max_sector(FETZER), "4 inputs and 4 outputs: .* choose a pair"),
         (lambda: max_sector(FETZER, [Sector(0, float("inf"))] * 4), "give finite ones, such as"),
