@@ -85,7 +85,10 @@ def opening(system: LoopSystem) -> dict[str, str]:
     """
     block = system.block
     if not isinstance(block, RationalPlant):
-        raise InputError(f"{system.name!r} has no rational transfer function of one channel, which the page is about")
+        raise InputError(
+            f"{system.name!r} has no rational transfer function of one channel, which the page is about: its plant is "
+            f"a {type(block).__name__}; ask the command lure analyse about it"
+        )
     num, den = (", ".join(map(str, each)) for each in (block.numerator, block.denominator))
     step = "" if block.dt is None else str(block.dt)
     return {"form": "num", "num": num, "den": den, "dt": step, **asked(system.nonlinearity_class)}

@@ -46,7 +46,8 @@ class _RefusedError(Exception):
     """Bad input, with the field that it stands in."""
 
     def __init__(self, field: str, refusal: ValueError) -> None:
-        super().__init__(str(refusal))
+        named = str(refusal).replace("RationalPlant.denominator", field).replace("RationalPlant", f"{field}: H")
+        super().__init__(named)
         self.field = field
 
 
@@ -198,6 +199,7 @@ def largest_answer(given: Given) -> dict[str, Any]:
         "criterion": found.criterion,
         "multiplier": found.multiplier,
         "theta": found.theta if found.theta is not None and math.isfinite(found.theta) else None,
+        "line": _line(found.criterion, found.theta),
         "worst": _frequency(found),
         "gain": float(Fraction(str(gain))) if isinstance(gain, str) else None if witness is None else witness.k,
         "witness": "" if witness is None else str(witness),
@@ -226,7 +228,7 @@ def class_answer(given: Given) -> dict[str, Any]:
 def line_answer(given: Given) -> dict[str, Any]:
     r"""Whether the line of one ``theta`` proves the class: the checkers' word on ``1/k + Re[(1 + i w theta) H] > 0``.
 
-    For a class that depends on time the multiplier is 1, and ``theta`` is not looked at.
+    For a class that depends on time, and in discrete time, the multiplier is 1, and ``theta`` is not looked at.
 
     Parameters
     ----------
@@ -235,13 +237,16 @@ def line_answer(given: Given) -> dict[str, Any]:
     """
     block, _ = plant_of(given)
     asked = _class(given)
-    theta = field("theta", lambda: exact_coefficient(given.get("theta", "").strip() or "0", "theta"))
+    circle = asked.time_varying or block.dt is not None
+    theta = (
+        Fraction(0) if circle else field("theta", lambda: exact_coefficient(given.get("theta", "").strip(), "theta"))
+    )
     proposal = {
         "verdict": "PROVED",
         "system": system_of(block),
         "laws": class_entry(asked, unbounded=False),
-        "theorem": "circle" if asked.time_varying or block.dt is not None else "popov",
-        "multiplier": {} if asked.time_varying or block.dt is not None else {"theta": text(theta)},
+        "theorem": "circle" if circle else "popov",
+        "multiplier": {} if circle else {"theta": text(theta)},
         "proof": {"method": "polynomial"},
     }
     try:
@@ -298,13 +303,14 @@ def _verdict(found: Certification, toml: str) -> dict[str, Any]:
     certificate = found.certificate
     multiplier = {} if certificate is None else certificate["multiplier"]
     theta = multiplier.get("theta") if isinstance(multiplier, Mapping) else None
+    theorem = "" if certificate is None else certificate["theorem"]
     return {
         "verdict": str(found.verdict),
         "sentence": str(found.conclusion),
         "detail": found.detail,
         "code": "" if found.code is None else found.code.identifier,
-        "theorem": "" if certificate is None else certificate["theorem"],
-        "theta": None if theta is None else float(Fraction(theta)),
+        "theorem": theorem,
+        "line": _line(theorem, None if theta is None else float(Fraction(theta))),
         "certificate": "" if certificate is None else text_of(certificate),
         "second": None if certificate is None else recheck(certificate).accepted,
         "left_out": _left_out(one.detail for one in found.failures),
@@ -336,6 +342,13 @@ def _class(given: Given) -> NonlinearityClass:
         return NonlinearityClass(sector=sector, time_varying=kind == "time-varying")
     found: NonlinearityClass = field("k", lambda: NonlinearityClass.slope_restricted(lower, k, odd=kind == "odd"))
     return found
+
+
+def _line(criterion: str, theta: float | None) -> float | None:
+    """The ``theta`` [s] of the line by which the criterion proves; None where its multiplier is not ``1 + theta s``."""
+    if criterion == "circle":
+        return 0.0
+    return theta if criterion == "popov" and theta is not None and math.isfinite(theta) else None
 
 
 def _frequency(found: StabilityBound) -> float | None:

@@ -155,6 +155,50 @@ def test_bad_input_stands_beside_its_field(page):
     assert page.inner_text("#den-error") == ""
 
 
+def test_a_refusal_leaves_no_statement_about_the_older_question(page):
+    told(page, "#num=1&den=1,3,2,0&k=7")
+    assert page.is_visible("#wave-figure")
+    for wrong in ("#num=1&den=1,3,2,0&k=5&theta=abc", "#num=1&den=1,3,2,0&k=-1", "#num=1&den=0&k=5"):
+        told(page, wrong)
+        assert page.inner_text("#popov-caption") == page.inner_text("#nyquist-caption") == ""
+        assert page.get_attribute("#popov", "aria-label") == "Popov plot"
+        assert page.inner_text("#checkers") == "–"
+    assert not page.is_visible("#wave-figure")
+    told(page, "#num=1&den=1,3,2,0&k=5&theta=1.5")
+    assert "Both checkers accept" in page.inner_text("#popov-caption")
+    page.fill("#theta", "")
+    page.wait_for_selector("body[data-state=done]")
+    assert page.get_attribute("#theta", "aria-invalid") == "true"
+
+
+def test_what_is_typed_is_asked_and_the_old_verdict_marked_before_the_field_is_left(page):
+    told(page, "#num=1&den=1,3,2,0&k=5&theta=1.5")
+    page.fill("#den", "1 4 2 1")  # an input event and no change event
+    assert "old" in page.get_attribute("#verdict", "class")
+    assert page.get_attribute("#get-certificate", "href") is None
+    page.wait_for_selector("body[data-state=done]")
+    assert page.inner_text("#reach") == max_sector(([1], [1, 4, 2, 1])).proved_text
+    told(page, "#num=1&den=1,3,2,0&k=5&theta=1.5")  # the field has the focus, and shows the new plant nevertheless
+    assert page.evaluate("document.activeElement.id") == "den"
+    assert page.input_value("#den") == "1,3,2,0"
+
+
+def test_a_proof_by_another_multiplier_is_not_said_to_be_one_by_a_line(page):
+    told(page, "#num=1.57,-1.0,-0.15&den=1.0,6.434,16.907,25.875,19.258&class=odd&lower=0.1&k=24")
+    assert "the criterion park does, whose multiplier, 1 + theta s - tau s^2, is no line" in page.inner_text("#note")
+    assert page.input_value("#theta") == "0"
+
+
+def test_the_k_that_the_page_chooses_is_above_the_lower_end(page):
+    # H = 1/(s (s + 1)(s + 2)) with the gain -0.1 has a pole on the right: all is refuted from the lower end on
+    says = told(page, "#num=1&den=1,3,2,0&lower=-0.1")
+    assert float(says["k"]) > -0.1
+    assert says["verdict"].startswith("REFUTED")
+    says = told(page, "#num=1&den=1,1&lower=100000")
+    assert float(says["k"]) > 100000
+    assert page.inner_text("#k-error") == ""
+
+
 def test_keys_are_enough(page):
     told(page, "#num=1&den=1,3,2,0&k=5")
     page.focus("#k-slider")

@@ -73,6 +73,7 @@ def test_a_loop_with_several_channels_is_refused_before_anything_is_fetched(lure
     status, _, err = lure("explore", "secant-ring", "-o", "page")
     assert status == 2
     assert "rational transfer function of one channel" in err
+    assert "its plant is a MultivariablePlant; ask the command lure analyse" in err
     assert not (here / "page").exists()
 
 

@@ -61,6 +61,17 @@ def k_of(found):
     return json.loads(found["certificate"])["laws"]["sector"][1]
 
 
+# Park's multiplier 1 + theta s - tau s^2 is none of a line; theta = 3/2 is one of Popov's for 1/(s (s + 1)(s + 2)).
+def test_only_the_multiplier_1_plus_theta_s_is_a_line():
+    park = {"num": "1.57,-1.0,-0.15", "den": "1.0,6.434,16.907,25.875,19.258", "class": "odd", "lower": "0.1"}
+    for kind, name in [("largest", "criterion"), ("class", "theorem")]:
+        found = ask(kind, **park, k="24")
+        assert (found[name], found["line"]) == ("park", None)
+        found = ask(kind, **THIRD, k="5.999")
+        assert (found[name], found["line"]) == ("popov", pytest.approx(1.5, rel=1e-2))
+    assert ask("class", **THIRD, k="1")["line"] is not None
+
+
 def test_a_class_that_depends_on_time_has_the_multiplier_1_whatever_theta_is():
     varying = {"class": "time-varying", "theta": "3/2"}  # the circle criterion reaches 4/3
     assert ask("line", **THIRD, k="1.333", **varying)["accepted"]
@@ -92,8 +103,8 @@ def test_the_file_of_a_loop_reads_back_as_that_loop(kind, tmp_path):
     [
         ({"den": "1 3 2 x"}, "den", "den[3] is 'x'; give a number"),
         ({"num": ""}, "num", "num is empty"),
-        ({"num": "1 2 3", "den": "1 2"}, "den", "improper"),
-        ({"den": "0"}, "den", "is zero"),
+        ({"num": "1 2 3", "den": "1 2"}, "den", "den: H is improper"),
+        ({"den": "0"}, "den", "den is zero"),
         ({"dt": "-1"}, "dt", "positive period"),
         ({"dt": "a"}, "dt", "give a number"),
         ({"transfer": "1/(s+"}, "transfer", "column 6"),
@@ -105,6 +116,7 @@ def test_the_file_of_a_loop_reads_back_as_that_loop(kind, tmp_path):
         ({"lower": "7"}, "k", "above its lower end 7"),
         ({"lower": "q"}, "lower", "give a number"),
         ({"theta": "q"}, "theta", "give a number"),
+        ({"theta": " "}, "theta", "give a number"),
         ({"class": "any"}, "class", "choose from sector"),
         ({"num": "1e400", "den": "1 1"}, "num", "double precision"),
     ],

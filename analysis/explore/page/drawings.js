@@ -100,7 +100,8 @@ export function bar(svg, lower, proved, refuted, k) {
   if (Number.isFinite(k)) parts.push(element("line", { class: "asked", x1: x(k), x2: x(k), y1: y - 6, y2: y + height + 6 }));
   svg.replaceChildren(...parts);
   svg.setAttribute("aria-label", `Proved ${proved === null ? "nowhere" : `up to ${number(proved, 6)}`}, `
-    + `refuted ${refuted === null ? "nowhere" : `from ${number(refuted, 6)}`}; asked about ${number(k, 6)}`);
+    + `refuted ${refuted === null ? "nowhere" : `from ${number(refuted, 6)}`}`
+    + (Number.isNaN(k) ? "" : `; asked about ${number(k, 6)}`));
 }
 
 /** @param {SVGElement} svg @param {{t: number[], sigma: number[]}} run @param {boolean} discrete */

@@ -40,7 +40,7 @@ function parsed(text) {
 const lower = () => parsed(state.lower || "0");
 const varying = () => state.class === "time-varying";
 const hasLine = () => known.plant !== null && !known.plant.discrete;
-const theta = () => (varying() || !hasLine() ? 0 : parsed(state.theta || "0"));
+const theta = () => (varying() || !hasLine() ? 0 : parsed(state.theta || (known.largest ? "" : "0")));  // 0 until one is found
 
 // What the fields say.
 
@@ -59,7 +59,7 @@ function write() {
   for (const part of document.querySelectorAll("[data-form]")) part.hidden = !part.dataset.form.split(" ").includes(state.form);
   if (state.dt) $("discrete").open = true;
   if (lower()) $("lower").closest("details").open = true;
-  for (const name of FIELDS) if (document.activeElement !== $(name)) $(name).value = state[name];
+  for (const name of FIELDS) if ($(name).value !== state[name]) $(name).value = state[name];
   slide();
   const at = systems.find((one) => one.name === state.system);
   $("system-about").textContent = at ? `${at.title}. Source: ${at.source}.` : "";
@@ -79,13 +79,40 @@ function slide() {
 
 const short = (x) => (x === 0 ? "0" : String(Number(x.toPrecision(4))));
 
+/** The upper end at this distance above the lower one, in so many digits that it stays above. @param {number} distance */
+function above(distance) {
+  const k = lower() + distance;
+  const digits = [4, 6, 9, 12].find((one) => Math.abs(Number(k.toPrecision(one)) - k) < distance / 20);
+  return String(Number(k.toPrecision(digits ?? 17)));
+}
+
 // What the drawings see: at every event, before anything is asked.
+
+/** Nothing is said of a question that cannot be drawn. */
+function silent() {
+  for (const [id, title] of [["popov", "Popov plot"], ["nyquist", "Nyquist plot"]]) {
+    $(`${id}-caption`).textContent = "";
+    $(id).setAttribute("aria-label", title);
+    $(id).classList.remove("accepted", "crossed");
+  }
+  measure(NaN);
+}
+
+/** The bar, with a mark at k. @param {number} k */
+function measure(k) {
+  const { largest } = known;
+  const end = (x) => (x === "inf" ? Infinity : x === "-inf" ? -Infinity : x ?? null);
+  if (largest) bar($("bar"), lower(), end(largest.proved), end(largest.refuted), k);
+  $("bar-k").textContent = Number.isNaN(k) ? "–" : number(k, 6);
+}
 
 function redraw() {
   const { curve, shifted: own, plant } = known;
-  if (!curve || !own || !plant) return;
   const [k, low] = [parsed(state.k), lower()];
-  if (!(k > low)) return;
+  if (!curve || !own || !plant || !(k > low) || !Number.isFinite(theta())) {
+    silent();
+    return;
+  }
   const line = known.line?.asked === asked ? known.line : null;
   const seen = popovSeen(own, k - low, theta());
   const crossed = seen.margin < 0;
@@ -94,19 +121,16 @@ function redraw() {
   const disk = circleSeen(curve, low, k);
   const byCircle = line?.accepted && theta() === 0;
   nyquist.disk(low, k, disk.at, byCircle ? "accepted" : disk.margin < 0 ? "crossed" : "");
-  const where = (at, of) => `${number(of.omega[at] ?? NaN)} rad/s`;
-  const verb = crossed ? "crosses the line, most" : `keeps ${number(seen.margin, 3)} from the line, least`;
   const said = line === null ? "" : line.accepted ? " Both checkers accept this line: it proves the class."
     : ` The checkers do not accept it: ${line.reason}.`;
-  $("popov-caption").textContent = `Drawn: the curve ${verb} at ${where(seen.at, own)}.${said}`;
-  $("nyquist-caption").textContent = `Drawn: the curve ${disk.margin < 0 ? "enters what the circle criterion forbids"
-    : `keeps ${number(disk.margin, 3)} from what the circle criterion forbids`}, ${disk.margin < 0 ? "deepest" : "least"} at ${where(disk.at, curve)}.`;
+  const sentence = (margin, omega, crosses, keeps, most) => (Number.isFinite(margin) && Number.isFinite(omega)
+    ? `Drawn: the curve ${margin < 0 ? crosses : `keeps ${number(margin, 3)} from ${keeps}`}, ${margin < 0 ? most : "least"} at ${number(omega)} rad/s.` : "");
+  $("popov-caption").textContent = sentence(seen.margin, own.omega[seen.at], "crosses the line", "the line", "most").concat(said).trim();
+  $("nyquist-caption").textContent = sentence(disk.margin, curve.omega[disk.at], "enters what the circle criterion forbids",
+    "what the circle criterion forbids", "deepest");
   $("popov").setAttribute("aria-label", `Popov plot. ${$("popov-caption").textContent}`);
   $("nyquist").setAttribute("aria-label", `Nyquist plot. ${$("nyquist-caption").textContent}`);
-  const { largest } = known;
-  const end = (x) => (x === "inf" ? Infinity : x === "-inf" ? -Infinity : x ?? null);
-  if (largest) bar($("bar"), low, end(largest.proved), end(largest.refuted), k);
-  $("bar-k").textContent = number(k, 6);
+  measure(k);
 }
 
 /** @param {any} plant the answer about the block */
@@ -157,16 +181,17 @@ function forget(text) {
 /** @param {any} found */
 function showLargest(found) {
   const [proved, refuted] = [found.proved, found.refuted].map((one) => (one === "inf" ? Infinity : one));
-  const finite = [proved, refuted].filter((one) => one !== null && Number.isFinite(one) && one > lower()).map((one) => one - lower());
+  const least = 1e-6 * Math.max(Math.abs(lower()), typical);  // an end that is the lower one but for rounding is none
+  const finite = [proved, refuted].filter((one) => one !== null && Number.isFinite(one) && one - lower() > least).map((one) => one - lower());
   if (finite.length) typical = Math.max(...finite);
   [range.low, range.high] = [Math.min(...finite, typical) / 20, typical * (finite.length ? 4 : 400)];
   const time = found.worst ? 1 / found.worst : known.curve ? 1 / known.curve.omega[known.curve.omega.length >> 1] : 1;
-  range.theta = Math.max(Math.abs(found.theta ?? 0) / 4, time / 10);
+  range.theta = Math.max(Math.abs(found.line ?? 0) / 4, time / 10);
   if (!state.k) {
-    const reach = proved !== null && Number.isFinite(proved) && proved > lower() ? proved - lower() : null;
-    state.k = short(lower() + (reach !== null ? 0.8 * reach : finite.length ? 1.25 * finite[0] : typical));
+    const reach = proved !== null && Number.isFinite(proved) && proved - lower() > least ? proved - lower() : null;
+    state.k = above(reach !== null ? 0.8 * reach : finite.length ? 1.25 * finite[0] : typical);
   }
-  if (!state.theta) state.theta = found.theta === null ? "0" : String(found.theta);
+  if (!state.theta) state.theta = String(found.line ?? 0);
   $("reach").textContent = found.reach || "nothing is proved";
   $("refuted").textContent = found.refuted_text || "nothing is refuted";
   $("reach").title = found.sentence;
@@ -190,8 +215,10 @@ function showClass() {
   if (!found || !line) return;
   showVerdict(found.verdict, found.sentence);
   const own = line.accepted && found.verdict === "PROVED";
-  const better = !own && found.verdict === "PROVED" && hasLine() && !varying() && found.theta !== null
-    ? `This line does not prove it; the one of θ = ${number(found.theta, 6)} s does.` : "";
+  const size = found.line === null ? `the criterion ${found.theorem} does, whose multiplier${
+    largest?.criterion === found.theorem && largest.multiplier ? `, ${largest.multiplier},` : ""} is no line`
+    : `the one of θ = ${number(found.line, 6)} s does`;
+  const better = !own && found.verdict === "PROVED" && hasLine() && !varying() ? `This line does not prove it; ${size}.` : "";
   const missing = found.left_out || largest?.left_out
     ? "Some searches need numpy, which a browser does not have: they were left out here, and the command below makes them." : "";
   $("note").textContent = [better, missing].filter(Boolean).join(" ");
@@ -225,6 +252,9 @@ async function ask(kind, of) {
   if (of !== asked) return null;
   if (!answer.error) return { ...answer, asked: of };
   refuse(answer.field, answer.error);
+  silent();
+  $("note").textContent = "";
+  $("checkers").textContent = "–";
   if (kind === "plant" || kind === "largest") forget("–");
   if (kind === "plant") $("formula").textContent = "";
   $("verdict").classList.remove("old");
@@ -233,18 +263,29 @@ async function ask(kind, of) {
   return null;
 }
 
-/** The question has changed: `plant`, `class` or `line` says how far down. @param {"plant" | "class" | "line"} what */
-async function changed(what) {
-  const of = ++asked;
+let pending = 0;  // what asks a little after the last key
+
+/** The question has changed: `plant`, `class` or `line` says how far down; what is shown is old from now on.
+ * @param {"plant" | "class" | "line"} what */
+function outdated(what) {
+  clearTimeout(pending);
+  pending = 0;
+  asked++;
   document.body.dataset.state = "checking";
   $("verdict").classList.add("old");
   refuse();
   for (const id of ["get-certificate", "get-report", "get-toml"]) $(id).removeAttribute("href");
   if (what !== "line") forget("…");
-  if (what === "plant") known.current = false;
+  if (what === "plant") [known.current, known.curve] = [false, null];
   history.replaceState(null, "", addressOf(state));
   command();
   redraw();
+}
+
+/** Ask what has changed. @param {"plant" | "class" | "line"} what */
+async function changed(what) {
+  outdated(what);
+  const of = asked;
   try {
     await asking.ready;
     if (!known.current) {
@@ -268,6 +309,7 @@ async function changed(what) {
     known.class = found;
     showClass();
   } catch (error) {
+    forget("–");
     $("verdict").textContent = `The checkers could not be started: ${error instanceof Error ? error.message : error}.`;
   } finally {
     if (of === asked) document.body.dataset.state = "done";
@@ -277,8 +319,15 @@ async function changed(what) {
 // From the fields, the sliders and the address to a question.
 
 for (const name of ["num", "den", "dt", "transfer", "lower"]) {
+  const taken = () => { state = { ...state, [name]: $(name).value, k: "", theta: "" }; };
+  $(name).addEventListener("input", () => {
+    taken();
+    outdated("plant");
+    pending = setTimeout(changed, 300, "plant");
+  });
   $(name).addEventListener("change", () => {
-    state = { ...state, [name]: $(name).value, k: "", theta: "" };
+    if ($(name).value === state[name] && !pending) return;
+    taken();
     changed("plant");
   });
 }
@@ -289,7 +338,7 @@ for (const name of ["k", "theta"]) {
 }
 $("k-slider").addEventListener("input", () => {
   const k = range.low * (range.high / range.low) ** (Number($("k-slider").value) / 1000);
-  state = { ...state, k: short(lower() + k) };
+  state = { ...state, k: above(k) };
   $("k").value = state.k;
   changed("line");
 });
@@ -299,8 +348,10 @@ $("theta-slider").addEventListener("input", () => {
   changed("line");
 });
 $("best").addEventListener("click", () => {
-  state = { ...state, k: known.largest?.reach && known.largest.proved !== "inf" ? known.largest.reach : state.k, theta: "" };
-  if (known.largest) state.theta = known.largest.theta === null ? "0" : String(known.largest.theta);
+  const { largest } = known;
+  if (!largest) return;
+  state = { ...state, k: parsed(largest.reach) > lower() && largest.proved !== "inf" ? largest.reach : state.k,
+    theta: String(largest.line ?? 0) };
   write();
   changed("line");
 });
@@ -341,5 +392,6 @@ if (at && state.form === "system") showPlant(at.plant);
 else if (state.form === "num" && [...quick.num, ...quick.den].every(Number.isFinite)) showPlant(quick);
 const began = performance.now();
 asking.ready.then(() => { $("loaded").textContent = `Loaded in ${((performance.now() - began) / 1000).toFixed(1)} s.`; document.body.dataset.ready = ""; }, () => {});
-changed("plant");
+known.current = false;
+changed(known.curve ? "class" : "plant");
 for (const panel of start.panels) import(`lure/${panel}`).then((module) => module.open(asking), console.error);
