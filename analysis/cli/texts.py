@@ -298,7 +298,7 @@ Examples:
 \b
 The file names a system, what is varied (keys as for --set) and what is asked:
   system = "paper-rod"       # or a TOML file
-  ask = "rod"                # or sector, slope, class, gain, rate, or a list
+  ask = "rod"                # or sector, slope, class, gain, rate, region, or a list
   [over]
   "rod.damping" = { from = 1e-4, to = 1e-2, count = 1000, spacing = "log" }
   "rod.compliance" = [0.1, 1, 10]
@@ -312,6 +312,15 @@ In place of a grid points are drawn, always the same ones for one seed:
   [over]
   "rod.damping" = { between = [1e-4, 1e-2], spacing = "log" }
   "rod.compliance" = { mean = 1, deviation = 0.1 }
+
+\b
+Parameters of a plant may be cut into intervals, each answered as a whole:
+  [boxes]
+  "plant.parameters.a" = { from = 1, to = 3, count = 10 }
+
+\b
+Of a grid, points are put where the verdict changes by
+  refine = "boundary"
 
 \b
 Interrupted at any moment, the same command goes on: what is done is kept. A

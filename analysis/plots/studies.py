@@ -12,6 +12,8 @@ from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILL
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import LineCollection
 
 LOOKS = (("PROVED", BLUE, "o"), ("INCONCLUSIVE", "#c8c8c8", "s"), ("REFUTED", VERMILLION, "x"))
 _CRITERIA = (BLUE, VERMILLION, GREEN, PURPLE, GREY, "#e69f00", "#56b4e9", "#111111")
@@ -44,7 +46,7 @@ def planes(data: xarray.Dataset) -> Iterator[Plane]:
         middle = {name: size // 2 for name, size in sizes.items() if name not in along}
         ends = [middle | {name: end} for name in middle for end in (0, sizes[name] - 1) if end != middle[name]]
         for cut in (middle, *ends):
-            said = [f"{name} = {_short(part[name].values[place])}" for name, place in cut.items()]
+            said = [f"{name} = {_place(part, name, place)}" for name, place in cut.items()]
             said += [] if question is None else [f"asked: {question}"]
             yield Plane(part.isel(cut), along, ", ".join(said))
 
@@ -60,12 +62,14 @@ def curve(plane: Plane) -> Plane:
     sizes = [plane.data.sizes[name] for name in plane.along]
     kept, other = plane.along if sizes[0] >= sizes[1] else plane.along[::-1]
     place = plane.data.sizes[other] // 2
-    said = f"{other} = {_short(plane.data[other].values[place])}"
+    said = f"{other} = {_place(plane.data, other, place)}"
     return Plane(plane.data.isel({other: place}), (kept,), ", ".join(filter(None, (said, plane.cut))))
 
 
 def verdicts_drawn(plane: Plane, more: Sequence[xarray.Dataset] = (), *, ax: Axes | None = None) -> Axes:
     """The verdict of each point: along two dimensions as a map, else against the number of the point.
+
+    Only along boxes a colour covers what was asked; between two points, or two bars of boxes, nothing was.
 
     Parameters
     ----------
@@ -113,7 +117,13 @@ def criteria_drawn(plane: Plane, *, ax: Axes | None = None) -> Axes:
     criteria, proved = plane.data["criterion"].values, plane.data["verdict"].values == "PROVED"
     names = sorted({str(name) for name in criteria[proved].ravel()})
     looks = zip(names, _CRITERIA * (1 + len(names) // len(_CRITERIA)), strict=False)
-    _cells(axes, plane, [(name, colour, proved & (criteria == name)) for name, colour in looks])
+    classes = [(name, colour, proved & (criteria == name)) for name, colour in looks]
+    if _is_map(plane):
+        _cells(axes, plane, classes)
+    else:
+        x, y = _coordinates(plane)
+        for name, colour, chosen in classes:
+            axes.plot(x[chosen.ravel()], y[chosen.ravel()], "o", color=colour, label=name, ms=3)
     _labelled(axes, plane, *_coordinates(plane))
     _legend(axes)
     return axes
@@ -136,7 +146,11 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
     label = f"{name} [{plane.data[name].attrs.get('units', '1')}]"
     x, y = _coordinates(plane)
     finite = np.isfinite(values.ravel())
-    if len(plane.along) == 2:
+    if len(plane.along) == 2 and len(_boxed(plane)) == 1:
+        known = values.ravel()[finite]
+        bars = _bars(axes, plane, finite, array=known, cmap="cividis", norm=_scale(known))
+        _colour_bar(axes, bars, label)
+    elif len(plane.along) == 2:
         shown = np.ma.masked_invalid(values.T)
         scale = _scale(values[np.isfinite(values)])
         edges = [_edges_of(plane, each) for each in plane.along]
@@ -150,18 +164,35 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
                 linewidths=0.8,
             )
             axes.clabel(lines, fontsize=7, fmt="%.3g")
-        axes.figure.colorbar(found, ax=axes, label=label)
+        _colour_bar(axes, found, label)
     elif drawn_keys(plane.data):
         known = values.ravel()[finite]
         marks = axes.scatter(x[finite], y[finite], c=known, s=9, cmap="cividis", norm=_scale(known), rasterized=True)
-        axes.figure.colorbar(marks, ax=axes, label=label)
+        _colour_bar(axes, marks, label)
     else:
-        axes.plot(x, values.ravel(), ".-", color=BLUE, ms=3)
+        axes.plot(x, values.ravel(), ".", color=BLUE, ms=3)
         y = np.array([])
     _labelled(axes, plane, x, y)
     if len(_names(plane)) == 1:
         axes.set_ylabel(label)
     return axes
+
+
+def covered(plane: Plane) -> str:
+    """What a colour of a map covers, and what it leaves open, as a sentence; empty where there is no map.
+
+    Parameters
+    ----------
+    plane : Plane
+        What is drawn.
+    """
+    boxes = _boxed(plane)
+    if len(plane.along) < 2 or len(boxes) == 2:
+        return ""
+    if boxes:
+        point = next(name for name in plane.along if name not in boxes)
+        return f"Each bar is one interval of {boxes[0]} at one value of {point}: nothing is said of what lies between."
+    return "Each colour is the answer at one point: nothing is said of what lies between."
 
 
 def drawn_keys(data: xarray.Dataset) -> list[str]:
@@ -175,9 +206,23 @@ def drawn_keys(data: xarray.Dataset) -> list[str]:
     return [str(name) for name in data.coords if data[name].dims == ("sample",) and name != "sample"]
 
 
+def _colour_bar(axes: Axes, drawn: ScalarMappable, label: str) -> None:
+    """Beside the axes, with room for its label where they are the figure's only ones."""
+    if len(axes.figure.axes) == 1 and axes.figure.get_layout_engine() is None:
+        axes.figure.set_layout_engine("constrained")  # type: ignore[union-attr]
+    axes.figure.colorbar(drawn, ax=axes, label=label)
+
+
 def _legend(axes: Axes) -> None:
     """Above the map, which is full."""
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, handletextpad=0.2, **LEGEND)
+
+
+def _place(data: xarray.Dataset, name: str, place: int) -> str:
+    """The value at a place of a dimension, or the interval there."""
+    if f"{name} bounds" in data:
+        return f"[{', '.join(_short(float(end)) for end in data[f'{name} bounds'].values[place])}]"
+    return _short(data[name].values[place])
 
 
 def _short(value: object) -> str:
@@ -186,8 +231,24 @@ def _short(value: object) -> str:
 
 def _is_map(plane: Plane) -> bool:
     """Whether a plane is filled with cells: one with two dimensions that has many points, or boxes for points."""
-    boxes = any(f"{name} bounds" in plane.data for name in plane.along)
-    return len(plane.along) == 2 and (plane.data["verdict"].size >= FILLED or boxes)
+    return len(plane.along) == 2 and (plane.data["verdict"].size >= FILLED or bool(_boxed(plane)))
+
+
+def _boxed(plane: Plane) -> list[str]:
+    """The dimensions that were cut into boxes."""
+    return [name for name in plane.along if f"{name} bounds" in plane.data]
+
+
+def _bars(axes: Axes, plane: Plane, chosen: np.ndarray[Any, Any], **look: Any) -> LineCollection:  # noqa: ANN401
+    """Of one dimension with boxes and one with points: thin bars along the boxes, each at its point."""
+    boxes = _boxed(plane)[0]
+    first = plane.along[0] == boxes
+    low, high = np.asarray(plane.data[f"{boxes} bounds"].values, dtype=float).T
+    at = _numbers(plane.data[plane.along[first]].values)
+    grids = [np.meshgrid(*((ends, at) if first else (at, ends)), indexing="ij") for ends in (low, high)]
+    start, end = (grid[not first].ravel()[chosen] for grid in grids)
+    lines = axes.hlines if first else axes.vlines
+    return lines(grids[0][first].ravel()[chosen], start, end, linewidth=max(min(4.0, 80 / len(at)), 0.2), **look)
 
 
 def _cells(axes: Axes, plane: Plane, classes: Sequence[tuple[str, str, np.ndarray[Any, Any]]]) -> None:
@@ -195,6 +256,11 @@ def _cells(axes: Axes, plane: Plane, classes: Sequence[tuple[str, str, np.ndarra
     from matplotlib.colors import ListedColormap
 
     classes = [(name, _fixed(colour), chosen) for name, colour, chosen in classes]
+    if len(_boxed(plane)) == 1:
+        for name, colour, chosen in classes:
+            if chosen.any():
+                _bars(axes, plane, chosen.ravel(), colors=colour, label=name)
+        return
     kind = np.full(classes[0][2].shape, np.nan)
     for number, (name, colour, chosen) in enumerate(classes):
         kind[chosen] = number
@@ -221,13 +287,16 @@ def _edges_of(plane: Plane, name: str) -> np.ndarray[Any, Any]:
 
 
 def _edges(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """The ends of the cells about ascending or descending values: halfway, on a scale of logarithms where they are."""
+    """The ends of the cells about ascending or descending values: halfway, on a scale of logarithms where they are.
+
+    The first and the last cell end at their values, beyond which nothing was asked.
+    """
     if len(values) == 1:
         return np.array([values[0] - 0.5, values[0] + 0.5])
     log = _is_log(values)
     at = np.log(values) if log else values
     middle = (at[1:] + at[:-1]) / 2
-    whole = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
+    whole = np.concatenate([at[:1], middle, at[-1:]])
     return np.exp(whole) if log else whole
 
 

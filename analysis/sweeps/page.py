@@ -17,6 +17,7 @@ from lure.analysis.plots import Draw, render
 from lure.analysis.plots.studies import (
     LOOKS,
     Plane,
+    covered,
     criteria_drawn,
     curve,
     drawn_keys,
@@ -56,7 +57,9 @@ def page_of(path: Path, reports: Callable[[int, str, Sequence[str]], str] | None
     """
     known = path / ".lure" / "study.json"
     if not known.is_file():
-        raise InputError(f"{shown_path(str(path))} is no sweep of lure; give the store that lure sweep wrote")
+        beside = path.with_suffix(".zarr")
+        there = f"{shown_path(str(beside))}, " if beside != path and (beside / ".lure" / "study.json").is_file() else ""
+        raise InputError(f"{shown_path(str(path))} is no sweep of lure; give {there}the store that lure sweep wrote")
     kept, data = json.loads(known.read_text(encoding="utf-8")), opened(path)
     study = json.loads(kept["text"])
     points = list(_to_look_at(data, study))
@@ -70,6 +73,7 @@ def page_of(path: Path, reports: Callable[[int, str, Sequence[str]], str] | None
         system=study["name"],
         counts=counts,
         failed=int((errors != "").sum()),
+        answers=errors.size,
         open=int(((verdicts == "") & (errors == "")).sum()),
         seconds=float(np.nansum(seconds)),
         slowest=float(np.nanmax(seconds)) if np.isfinite(seconds).any() else math.nan,
@@ -131,7 +135,13 @@ def _finite(values: xarray.DataArray) -> np.ndarray[Any, Any]:
 
 
 def _figure(name: str, title: str, plane: Plane, draw: Draw) -> Figure:
-    spec = FigureSpec(name=name, section="criteria", title=title, caption=plane.cut, draw=draw)
+    spec = FigureSpec(
+        name=name,
+        section="criteria",
+        title=title,
+        caption=". ".join(filter(None, (plane.cut, covered(plane)))),
+        draw=draw,
+    )
     return Figure(spec=spec, picture=render(draw, name=name))
 
 
@@ -186,4 +196,6 @@ def _point(data: xarray.Dataset, flat: int, why: str, study: Mapping[str, Any]) 
     )
     command = " ".join(["lure report", shlex.quote(system), *(f"--set {shlex.quote(each)}" for each in settings)])
     said = str(data["error"].values[place])
+    code = str(data["code"].values[place])
+    why += f" ({code})" if code and not said else ""
     return Point(f"{why}: {said}" if said else why, settings, command)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 from collections.abc import Mapping
 from decimal import Decimal
@@ -82,13 +83,13 @@ def study_of(tables: Mapping[str, Any], *, folder: Path = Path()) -> Study:
         )
     system, over, boxes = tables.get("system"), tables.get("over"), tables.get("boxes", {})
     if not isinstance(system, str):
-        raise InputError(f"system is {shown(system)}; give a built-in system or the name of a TOML file")
+        raise InputError(f"system is {_said(system)}; give a built-in system or the name of a TOML file")
     ask = _asked(tables.get("ask"))
     if not isinstance(boxes, Mapping) or ("boxes" in tables and not boxes):
-        raise InputError(f"boxes is {shown(boxes)}; give a table [boxes] with what is cut into cells, or leave it out")
+        raise InputError(f"boxes is {_said(boxes)}; give a table [boxes] with what is cut into cells, or leave it out")
     over = {} if over is None and boxes else over
     if not isinstance(over, Mapping) or not (over or boxes):
-        found = "empty" if over == {} else "missing" if over is None else f"{shown(over)}"
+        found = "empty" if over == {} else _said(over)
         raise InputError(f"over is {found}; give a table [over] with what is varied, such as rod.damping")
     flat, cut = dict(_flat(over)), dict(_flat(boxes))
     if twice := set(flat) & set(cut):
@@ -100,7 +101,7 @@ def study_of(tables: Mapping[str, Any], *, folder: Path = Path()) -> Study:
     chunk, drawn = tables.get("chunk", 0), tables.get("draw")
     if isinstance(chunk, bool) or not isinstance(chunk, int) or not 0 <= chunk <= MOST_POINTS:
         raise InputError(
-            f"chunk is {shown(chunk)}; give how many points are computed between two marks, or leave it out"
+            f"chunk is {_said(chunk)}; give how many points are computed between two marks, or leave it out"
         )
     refine = _refinements(tables.get("refine"))
     for other, given in (("[boxes]", cut), ("refine", refine)):
@@ -131,6 +132,8 @@ def _demand_served(study: Study) -> None:
             study.source.changed(study.settings((0,) * len(study.shape)))
         except InputError as error:
             raise InputError(f"[boxes] takes what may be an interval, as the parameters of a plant: {error}") from None
+    for axis in study.axes:
+        _demand_numbers(study, axis)
     words = [axis.key for axis in study.axes if isinstance(axis.coordinates[0], str)]
     if study.refine and words:
         raise InputError(f"refine is given, and {words[0]} is no number: there is nothing between two of its values")
@@ -140,15 +143,42 @@ def _demand_served(study: Study) -> None:
     if wrong:
         fit = "'rod'" if own else f"one of {', '.join(each for each in QUESTIONS if each != 'rod')}"
         raise InputError(f"ask is {wrong[0]!r}, and {study.system} is a {kind}; ask {fit}")
+    if own and study.boxes:
+        raise InputError(f"[boxes] is given, and {study.system} is a {kind}; give its values in [over]")
+    loop: Any = study.source.changed()
+    if "region" in study.ask and not (loop.local or loop.nonlinearities or loop.nonlinearity):
+        raise InputError(f"ask is 'region', and {study.system} has no [nonlinearity]; give it one, or ask 'class'")
+
+
+def _demand_numbers(study: Study, axis: Axis) -> None:
+    """Refuse what is no finite number where the system has a number."""
+    given: Any = study.source.tables
+    for part in axis.key.split("."):
+        given = given.get(part) if isinstance(given, Mapping) else None
+    for value in axis.values:
+        try:
+            wrong = not math.isfinite(float(value))
+        except ValueError:
+            wrong = isinstance(given, int | float | Decimal) and not _taken(study, f"{axis.key}={value}")
+        if wrong:
+            raise InputError(f"over.{axis.key} has {shown(value)}; give a finite number")
+
+
+def _taken(study: Study, setting: str) -> bool:
+    try:
+        study.source.changed([setting])
+    except InputError:
+        return False
+    return True
 
 
 def _asked(ask: object) -> tuple[str, ...]:
     asked = [ask] if isinstance(ask, str) else ask
     if not isinstance(asked, list | tuple) or not asked or any(each not in QUESTIONS for each in asked):
-        found = "an empty array" if asked == [] else shown(ask)
+        found = "an empty array" if asked == [] else _said(ask)
         raise InputError(f"ask is {found}; give one of {', '.join(QUESTIONS)}, or a list of them")
     if len(set(asked)) < len(asked):
-        raise InputError(f"ask is {shown(str(ask))}; give each question once")
+        raise InputError(f"ask is {_said(str(ask))}; give each question once")
     return tuple(asked)
 
 
@@ -168,7 +198,7 @@ def _refinements(given: object) -> int:
         return 0
     if isinstance(given, str) and given == BOUNDARY:
         return HALVINGS
-    raise InputError(f"refine is {shown(given)}; give 'boundary', or leave it out")
+    raise InputError(f"refine is {_said(given)}; give 'boundary', or leave it out")
 
 
 def _cells(key: str, value: object) -> Axis:
@@ -178,7 +208,7 @@ def _cells(key: str, value: object) -> Axis:
         spacing = "linear"
         if len(edges) < 2 or any(a >= b for a, b in pairwise(edges)):
             raise InputError(
-                f"boxes.{key} is {shown(str(value))}; give the edges of the cells, at least two, ascending"
+                f"boxes.{key} is {_said(str(value))}; give the edges of the cells, at least two, ascending"
             )
     else:
         axis = _axis(key, value, table="boxes", more=1)
@@ -199,16 +229,16 @@ def _axis(key: str, value: object, *, table: str = "over", more: int = 0) -> Axi
             raise InputError(f"{table}.{key} has a value twice; give each once")
         return Axis(key, written)
     if not isinstance(value, Mapping):
-        raise InputError(f"{table}.{key} is {shown(value)}; give an array of values, or {{ from = , to = , count = }}")
+        raise InputError(f"{table}.{key} is {_said(value)}; give an array of values, or {{ from = , to = , count = }}")
     _only(f"{table}.{key}", value, ("from", "to", "count", "spacing"))
     low, high = (_number(f"{table}.{key}.{end}", value.get(end)) for end in ("from", "to"))
     count, spacing = value.get("count"), value.get("spacing", "linear")
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InputError(f"{table}.{key}.count is {shown(count)}; give a whole number of at least 1")
+        raise InputError(f"{table}.{key}.count is {_said(count)}; give a whole number of at least 1")
     if (count + more == 1) != (low == high):
         raise InputError(f"{table}.{key} has {count} values from {low:g} to {high:g}; give at least 2 for two ends")
     if spacing not in _SPACINGS:
-        raise InputError(f"{table}.{key}.spacing is {shown(spacing)}; give 'linear' or 'log'")
+        raise InputError(f"{table}.{key}.spacing is {_said(spacing)}; give 'linear' or 'log'")
     if count > MOST_POINTS:
         raise InputError(f"{table}.{key}.count is {count}; give at most {MOST_POINTS}")
     if spacing == "log" and not (low > 0 and high > 0):
@@ -220,7 +250,7 @@ def _axis(key: str, value: object, *, table: str = "over", more: int = 0) -> Axi
 def _distribution(key: str, value: object) -> Distribution:
     if not isinstance(value, Mapping):
         raise InputError(
-            f"over.{key} is {shown(value)}; with [draw] give {{ between = [a, b] }} or {{ mean = , deviation = }}"
+            f"over.{key} is {_said(value)}; with [draw] give {{ between = [a, b] }} or {{ mean = , deviation = }}"
         )
     if "mean" in value:
         _only(f"over.{key}", value, ("mean", "deviation"))
@@ -231,7 +261,7 @@ def _distribution(key: str, value: object) -> Distribution:
     _only(f"over.{key}", value, ("between", "spacing"))
     pair, spacing = value.get("between"), value.get("spacing", "linear")
     if not isinstance(pair, list | tuple) or len(pair) != 2:
-        raise InputError(f"over.{key}.between is {shown(pair)}; give the two ends [a, b]")
+        raise InputError(f"over.{key}.between is {_said(pair)}; give the two ends [a, b]")
     low, high = (_number(f"over.{key}.between", each) for each in pair)
     if spacing not in _SPACINGS or low >= high or (spacing == "log" and low <= 0):
         raise InputError(
@@ -243,17 +273,22 @@ def _distribution(key: str, value: object) -> Distribution:
 
 def _draw(value: object) -> Draw:
     if not isinstance(value, Mapping):
-        raise InputError(f"draw is {shown(value)}; give a table [draw] with count, and perhaps seed and method")
+        raise InputError(f"draw is {_said(value)}; give a table [draw] with count, and perhaps seed and method")
     unknown = [key for key in value if key not in ("count", "seed", "method")]
     if unknown:
         raise InputError(f"unknown key draw.{shown(unknown[0])[1:-1]}; [draw] has count, seed and method")
     count, seed, method = value.get("count"), value.get("seed", 0), value.get("method", "random")
     for name, number, least in (("count", count, 1), ("seed", seed, 0)):
         if isinstance(number, bool) or not isinstance(number, int) or number < least:
-            raise InputError(f"draw.{name} is {shown(number)}; give a whole number of at least {least}")
+            raise InputError(f"draw.{name} is {_said(number)}; give a whole number of at least {least}")
     if method not in ("random", "sobol"):
-        raise InputError(f"draw.method is {shown(method)}; give 'random' or 'sobol'")
+        raise InputError(f"draw.method is {_said(method)}; give 'random' or 'sobol'")
     return Draw(count=count, seed=seed, method=method) if isinstance(count, int) else Draw(count=1)
+
+
+def _said(value: object) -> str:
+    """A value in a sentence; TOML has none that means nothing, so that one is missing."""
+    return "missing" if value is None else shown(value)
 
 
 def _only(key: str, value: Mapping[str, Any], known: tuple[str, ...]) -> None:
@@ -264,7 +299,7 @@ def _only(key: str, value: Mapping[str, Any], known: tuple[str, ...]) -> None:
 
 def _number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | Decimal):
-        raise InputError(f"{name} is {shown(value)}; give a number")
+        raise InputError(f"{name} is {_said(value)}; give a number")
     return float(exact_number(value, name))
 
 

@@ -66,7 +66,8 @@ class SweepSummary(Record):
             f"{self.question}. {self.done} of {self.points} points done, {self.computed_now} now in "
             f"{self.seconds:.1f} s: "
             f"{self.proved} PROVED, {self.refuted} REFUTED, {self.inconclusive} INCONCLUSIVE, {self.failed} failed."
-            + (f" The first that failed: {self.first_error}" if self.first_error else "")
+            + (" Every point failed: nothing is said of any." if self.failed == self.answers else "")
+            + (f" The first that failed: {self.first_error.rstrip('.')}." if self.first_error else "")
             + (f" Processes died {self.lost} times." if self.lost else "")
             + (f" Chunks begun again after an interruption: {self.repeated}." if self.repeated else "")
             + (f" {rest} are open; the same command goes on." if rest else "")
@@ -409,7 +410,7 @@ def computed(number: int, job: Job) -> int:
 
 
 def computed_again(store: Store, seconds: float | None = None) -> int:
-    """Compute a sample of the rows again, by the plain question and by both checkers; how many there were.
+    """Compute a sample of the rows again, by the plain question and by both checkers; how many have an answer.
 
     Parameters
     ----------
@@ -430,17 +431,19 @@ def computed_again(store: Store, seconds: float | None = None) -> int:
     by_chunk: dict[int, list[tuple[int, ...]]] = {}
     for place in places.tolist():
         by_chunk.setdefault(study.chunk_with(place), []).append(tuple(place))
-    source = system_source(study.reference)
+    source, again = system_source(study.reference), 0
     for number, members in by_chunk.items():
         values, start = store.values(number), [part.start for part in study.region(number)]
         for place in members:
-            inside = tuple(i - first for i, first in zip(place, start, strict=True))
+            inside, has_answer = tuple(i - first for i, first in zip(place, start, strict=True)), False
             for i, question in enumerate(study.ask):
                 where = (*inside, *([i] if len(study.ask) > 1 else []))
                 found = answered(source, study.settings(place), question, seconds, plain=True)
                 kept = {name: each[where] for name, each in values.items()}
                 _demand_agreement(store, study.settings(place), found, kept)
-    return count
+                has_answer |= not found.row.get("error")
+            again += has_answer
+    return again
 
 
 def _demand_agreement(store: Store, settings: list[str], found: Answered, kept: Mapping[str, Any]) -> None:

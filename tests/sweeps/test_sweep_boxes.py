@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+import xarray
+from matplotlib.figure import Figure
 
+from lure.analysis.plots.studies import Plane, covered, verdicts_drawn
 from lure.analysis.sweeps import sweep
 from lure.analysis.sweeps.boundary import stores
+from lure.analysis.sweeps.page import page_of
 from lure.analysis.sweeps.reading import study_of
 from lure.analysis.sweeps.run import opened
 from lure.errors import InputError
@@ -63,6 +67,49 @@ def test_a_region_has_its_size_in_the_row(tmp_path):
     assert data["high"].values.tolist()[1:] == [2, 2]
 
 
+def drawn(plane):
+    """The axes with the verdicts of a plane."""
+    axes = Figure().add_subplot()
+    verdicts_drawn(plane, ax=axes)
+    return axes
+
+
+def test_colours_cover_what_was_asked_and_no_more():
+    # intervals of a at k = 1 and k = 3: bars at these two, nothing at k = 2
+    coordinates = {"k": [1.0, 3.0], "a": [1.5, 2.5], "a bounds": (("a", "end"), [[1.0, 2.0], [2.0, 3.0]])}
+    data = xarray.Dataset({"verdict": (("k", "a"), [["PROVED", "REFUTED"], ["PROVED", "PROVED"]])}, coordinates)
+    plane = Plane(data, ("k", "a"), "")
+    axes = drawn(plane)
+    assert len(axes.collections) == 2  # one of what is proved, one of what is refuted
+    bars = [bar.tolist() for lines in axes.collections for bar in lines.get_segments()]
+    assert sorted(bars) == [[[1, 1], [1, 2]], [[1, 2], [1, 3]], [[3, 1], [3, 2]], [[3, 2], [3, 3]]]
+    assert covered(plane).startswith("Each bar is one interval of a at one value of k")
+    axes = drawn(Plane(data.transpose("a", "k", ...), ("a", "k"), ""))
+    bars = [bar.tolist() for lines in axes.collections for bar in lines.get_segments()]
+    assert sorted(bars) == [[[1, 1], [2, 1]], [[1, 3], [2, 3]], [[2, 1], [3, 1]], [[2, 3], [3, 3]]]
+    # many points: cells, which end where the points end
+    wide = xarray.Dataset(
+        {"verdict": (("k", "a"), np.full((50, 40), "PROVED"))}, {"k": np.arange(50), "a": np.arange(40)}
+    )
+    plane = Plane(wide, ("k", "a"), "")
+    box = drawn(plane).collections[0].get_coordinates()
+    assert (box.min(), box[..., 0].max(), box[..., 1].max()) == (0, 49, 39)
+    assert covered(plane) == "Each colour is the answer at one point: nothing is said of what lies between."
+
+
+def test_where_every_point_failed_the_summary_and_the_page_say_so(servo, tmp_path):
+    found = sweep(servo(over={"plant.transfer": ["1/(", "2/("]}), tmp_path / "failed.zarr")
+    assert (found.failed, found.checked_again) == (2, 0)
+    assert "Every point failed: nothing is said of any. The first that failed: plant" in str(found)
+    assert str(found).endswith(".")
+    assert "agrees" not in str(found)
+    page = page_of(tmp_path / "failed.zarr")
+    assert "every point failed" in page
+    assert "and agree" not in page
+    with pytest.raises(InputError, match=r"give \S*failed.zarr, the store that lure sweep wrote"):
+        page_of(tmp_path / "failed.toml")
+
+
 @pytest.mark.parametrize(
     ("tables", "sentence"),
     [
@@ -76,6 +123,12 @@ def test_a_region_has_its_size_in_the_row(tmp_path):
         ({"boxes": {"plant.dt": [1, 2]}}, "[boxes] takes what may be an interval"),
         ({"boxes": {"plant.parameters.b": [1, 2]}}, "[plant.parameters] has no b; it has k, a"),
         ({"over": {A: [1, "2"], "class.sector": [[0, 1]]}, "refine": "boundary"}, "class.sector is no number"),
+        ({"over": {A: [1, "x"]}}, "over.plant.parameters.a has 'x'; give a finite number"),
+        ({"over": {A: [float("nan"), 1]}}, "over.plant.parameters.a has 'nan'; give a finite number"),
+        ({"over": {A: [1]}, "ask": "region"}, "servo.toml has no [nonlinearity]"),
+        ({"system": "paper-rod", "ask": "rod", "boxes": {"rod.damping": [1, 2]}}, "[boxes] is given, and paper-rod is"),
+        ({"over": {A: [1]}, "system": None}, "system is missing; give"),
+        ({"over": {A: {"from": 1, "to": 2}}}, "over.plant.parameters.a.count is missing; give"),
         ({"over": {A: [1, 2]}, "refine": 3}, "refine is 3; give 'boundary'"),
         ({"over": {A: {"between": [1, 2]}}, "draw": {"count": 2}, "refine": "boundary"}, "refine stands beside [draw]"),
     ],
