@@ -298,7 +298,7 @@ Examples:
 \b
 The file names a system, what is varied (keys as for --set) and what is asked:
   system = "paper-rod"       # or a TOML file
-  ask = "rod"                # or sector, slope, class, gain, rate, region, or a list
+  ask = "rod"         # or sector, slope, class, gain, rate, region, or a list
   [over]
   "rod.damping" = { from = 1e-4, to = 1e-2, count = 1000, spacing = "log" }
   "rod.compliance" = [0.1, 1, 10]
