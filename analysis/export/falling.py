@@ -94,8 +94,9 @@ class _Theorem:
         """What is said of a nonlinearity."""
         low, high = self.loop.bounds[i]
         if self.loop.each:
-            return f"in_sector {number(low)} K {self.phi(i)}"
-        inner = f"above {number(low)}" if high == INF else f"in_sector {number(low)} {number(Fraction(high))}"
+            inner = f"in_sector {number(low)} K"
+        else:
+            inner = f"above {number(low)}" if high == INF else f"in_sector {number(low)} {number(Fraction(high))}"
         return f"forall t, {inner} ({self.phi(i)})" if self.families[i].varying else f"{inner} {self.phi(i)}"
 
     def hypotheses(self) -> list[tuple[str, str]]:
@@ -259,11 +260,13 @@ class _Theorem:
             else "unfold z, psi, argument, sigma; cbn [dot]"
         )
         shown = "rewrite (closed t Ht); ring" if self.transfer else "symmetry; apply (value t Ht)"
+        held = "(class t)" if self.families[0].varying else "class"
         return [
             "  - apply Rdiv_lt_0_compat; [lra|apply Rmult_lt_0_compat; lra].",
             "  - intros t Ht.",
-            f"    assert (E : phi ({self.sigma(0)}) = {value}) by ({shown}).",
-            f"    apply (each_bound {low} K phi ({self.sigma(0)}) {value} {a} {b} _ _ bound class E); [lra|lra| |];",
+            f"    assert (E : {self.phi(0)} ({self.sigma(0)}) = {value}) by ({shown}).",
+            f"    apply (each_bound {low} K ({self.phi(0)}) ({self.sigma(0)}) {value} {a} {b} _ _ bound {held} E);",
+            "      [lra|lra| |];",
             f"      {opened}; field. }}",
         ]
 

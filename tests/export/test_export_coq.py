@@ -35,8 +35,8 @@ needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason="coqc is not
 THIRD = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "2", "0"]}
 
 
-def proved(system, upper, theorem="circle", multiplier=None, **more):
-    laws = {"sector": ["0", upper], "slope": None, "odd": False, "time_varying": False, "linear": False}
+def proved(system, upper, theorem="circle", multiplier=None, *, varying=False, **more):
+    laws = {"sector": ["0", upper], "slope": None, "odd": False, "time_varying": varying, "linear": False}
     draft = {"verdict": "PROVED", "system": system, "laws": laws, "theorem": theorem, "multiplier": multiplier or {}}
     return complete_and_check(draft | {"proof": {"method": "polynomial"}} | more)
 
@@ -98,6 +98,10 @@ def test_every_finite_bound_compiles_where_nothing_is_left_at_infinite_frequency
     ok, said = compiled(library, text)
     assert ok, said
     assert not compiled(library, text.replace("+ 2 * xi 1%nat t", "+ (1 / 2) * xi 1%nat t"))[0]  # Re H < 0 far out
+    varying = coq_text(proved(plant, "finite", varying=True))
+    assert "(forall t, in_sector 0 K (phi t)) ->" in varying
+    ok, said = compiled(library, varying)
+    assert ok, said
 
 
 @needs_coq
