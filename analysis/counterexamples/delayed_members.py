@@ -14,6 +14,14 @@ from lure.arrays import NDArray, np, optimize
 _GRID, _STEPS, _CORNERS, _REFINED, _SPREAD = 300, 9, 64, 3, 30.0
 
 
+def _solved(left: NDArray[np.complex128], right: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """``left^-1 right`` for each matrix; 0 where floating point has no finite inverse."""
+    singular = ~(np.abs(np.linalg.det(left)) > 0)
+    found = np.linalg.solve(np.where(singular[:, None, None], np.eye(left.shape[-1]), left), right)
+    finite = np.isfinite(found).all(axis=(1, 2)) & ~singular
+    return np.asarray(np.where(finite[:, None, None], found, 0))
+
+
 class Delayed(NamedTuple):
     """The gain, of which gains and delays (one a block), at which frequency [rad/s] and for which input."""
 
@@ -51,7 +59,7 @@ class DelayedMembers:
 
     def _response(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         A, B, C, D = self.sides
-        states = np.linalg.solve(1j * omega[:, None, None] * np.eye(len(A)) - A, B.astype(complex))
+        states = _solved(1j * omega[:, None, None] * np.eye(len(A)) - A, B.astype(complex))
         return np.asarray(C @ states + D)
 
     def _through(
@@ -61,7 +69,7 @@ class DelayedMembers:
         omega: NDArray[np.float64],
         H: NDArray[np.complex128],
     ) -> NDArray[np.complex128]:
-        """``T`` at the frequencies."""
+        """``T`` at the frequencies; 0 where the loop is singular in floating point, which shows no gain."""
         G = np.zeros((len(omega), H.shape[-1]), dtype=complex)
         for block, gain in zip(self.functions, gains, strict=True):
             G[:, [*block]] = gain
@@ -69,10 +77,10 @@ class DelayedMembers:
             G[:, [*block]] = np.exp(-1j * omega * delay)[:, None]
         closed = np.eye(H.shape[-1]) + H * G[:, None, :]
         own = [*self.own]
-        return np.asarray(np.linalg.solve(closed, H[:, :, own])[:, own])
+        return _solved(closed, H[:, :, own])[:, own]
 
     def best(self) -> Delayed | None:
-        """The largest gain found: from corners of the gains and a grid of delays on."""
+        """The largest gain found at frequencies of the grid and between: from corners of the gains and some delays on."""
         size = np.abs(np.linalg.eigvals(self.sides[0]))
         slow, fast = min([*size[size > 0], *(1 / self.longest)]), max([*size, *(1 / self.longest)])
         omega = np.geomspace(slow / _SPREAD, fast * _SPREAD, _GRID)
@@ -87,8 +95,8 @@ class DelayedMembers:
             at = int(sizes.argmax())
             found.append((float(sizes[at]), np.concatenate([gains, share * self.longest, [math.log(omega[at])]])))
         found.sort(key=lambda one: -one[0])
-        low = np.concatenate([self.bounds[:, 0], 0 * self.longest, [-math.inf]])
-        high = np.concatenate([self.bounds[:, 1], self.longest, [math.inf]])
+        low = np.concatenate([self.bounds[:, 0], 0 * self.longest, np.log(omega[:1])])
+        high = np.concatenate([self.bounds[:, 1], self.longest, np.log(omega[-1:])])
         best: Delayed | None = None
 
         def member(point: NDArray[np.float64]) -> Delayed:

@@ -1,10 +1,14 @@
 """Known dead times in several channels: both sides of the largest factor, and what is refused."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
 from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, lft, max_sector
 from lure.analysis import analyse, decay_rate, l2_gain, region, steady_response
+from lure.analysis.questions.channel_problem import channel_problem
+from lure.analysis.questions.channel_refutations import constant_gains, refutation
 from lure.files import find_system
 from lure.files.loop import loop_to_toml
 from lure.plants.delay_matrix import DelayMatrix
@@ -80,6 +84,12 @@ def test_a_system_from_a_file_is_analysed_and_written_back(tmp_path):
     shown = certify(system)
     assert (shown.verdict.name, shown.conclusion.shown.theorem) == ("PROVED", "piecewise-popov")
     assert "initial functions of finite energy" in shown.conclusion.meaning
+
+
+def test_a_factor_with_which_a_class_is_empty_refutes_nothing():
+    # a quarter of [1/2, 1] is [1/2, 1/4]; the gains are members of no such class
+    asked = channel_problem(LAGS, [Sector(0, 1), Sector(Fraction(1, 2), 1)], late=True)
+    assert refutation(asked, Fraction(1, 4), constant_gains([Fraction(0), Fraction(1, 4)])) is None
 
 
 @pytest.mark.thorough

@@ -127,3 +127,14 @@ def test_a_bound_that_is_no_delay_and_a_cycle_in_d_are_refused():
     shown = certify(as_plant([["1/(s+1)+1", "0"], ["0", "1/(s+1)"]]), [NonlinearityClass.delayed(1)] * 2)
     assert shown.verdict.name == "INCONCLUSIVE"
     assert "cycle" in str(shown.reason if hasattr(shown, "reason") else shown)
+
+
+def test_a_loop_singular_in_floating_point_hides_no_gain():
+    # without the delay det(A - B diag(1, g) C) = 1.515625 - 3.578125 g, 0 at g = 0.42358: no gain above it is finite
+    plant = ([[-1.875, 0], [1, -0.375]], [[1, 0.5], [1, 1.5]], [[0.25, 0.25], [0.25, -1]], [[0, 0]] * 2)
+    classes = [NonlinearityClass.delayed(0.75), NonlinearityClass.slope_restricted(0, 1)]
+    found = l2_gain(plant, classes, {"Bw": [[0], [0.5]], "Cz": [[1, 0]]}, criterion="piecewise-circle")
+    assert (found.verdict.name, found.witness) == (
+        "REFUTED",
+        "the constant gains about 1, 0.42358 destabilise the loop",
+    )
