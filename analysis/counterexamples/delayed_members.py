@@ -80,7 +80,7 @@ class DelayedMembers:
         return _solved(closed, H[:, :, own])[:, own]
 
     def best(self) -> Delayed | None:
-        """The largest gain found at frequencies of the grid and between: from corners of the gains and some delays on."""
+        """The largest gain found, between the ends of a grid of frequencies: from corners of the gains on."""
         size = np.abs(np.linalg.eigvals(self.sides[0]))
         slow, fast = min([*size[size > 0], *(1 / self.longest)]), max([*size, *(1 / self.longest)])
         omega = np.geomspace(slow / _SPREAD, fast * _SPREAD, _GRID)
