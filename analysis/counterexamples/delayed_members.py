@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, np, optimize
@@ -14,7 +14,7 @@ from lure.arrays import NDArray, np, optimize
 _GRID, _STEPS, _CORNERS, _REFINED, _SPREAD = 300, 9, 64, 3, 30.0
 
 
-def _solved(left: NDArray[np.complex128], right: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _solved(left: NDArray[Any], right: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """``left^-1 right`` for each matrix; 0 where floating point has no finite inverse."""
     singular = ~(np.abs(np.linalg.det(left)) > 0)
     found = np.linalg.solve(np.where(singular[:, None, None], np.eye(left.shape[-1]), left), right)

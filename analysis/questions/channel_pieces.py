@@ -20,6 +20,25 @@ _STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
 _FAR_BACK = (0.9, 0.99, 0.99)  # where the factor is bounded by numbers alone
 
 
+def _require_covered(plant: Plant, known: Channels) -> None:
+    """Refuse classes that the theorem is not about beside dead times, where no gain closes the loop beforehand."""
+    for i in range(len(known.families)):
+        low, high = known.bounds(i)
+        if not low <= 0 <= high:
+            raise AssumptionError(
+                f"beside dead times the gain 0 is in every class, and the bounds of channel {i + 1} are "
+                f"[{float(low):g}, {float(high):g}]; let the class begin at 0",
+                code=Reason.DEAD_TIME,
+            )
+    pairs = [(known.bounds(i), one.slope) for i, one in enumerate(known.families)]
+    if not (channels.ordered(plant.D, known) or all(low <= a and b <= high for (low, high), (a, b) in pairs)):
+        raise AssumptionError(
+            "beside dead times D has a cycle of channels, and the slopes are not within the bounds; give slope bounds, "
+            "or a D without a cycle",
+            code=Reason.NOT_APPLICABLE,
+        )
+
+
 class PiecewiseProofs:
     """What is proposed for the classes of a factor.
 
@@ -40,6 +59,8 @@ class PiecewiseProofs:
         self.asked, self.free = asked, free
         plant, known = self._kept(Fraction(1))
         self.late = bool(plant.late)
+        if self.late:
+            _require_covered(plant, known)
         low = self._lower(known, shifted=False)
         found = channels.closed_loop(plant, [[v * (i == j) for j in range(len(low))] for i, v in enumerate(low)])
         if found is None:
@@ -51,6 +72,12 @@ class PiecewiseProofs:
         if len(poles) and (np.abs(poles).max() if plant.discrete else 1 + poles.real.max()) >= 1:
             raise AssumptionError(
                 "the loop with the gains at the lower bounds and without delay is not asymptotically stable"
+            )
+        if at_rest and any(one.varying or known.bounds(i)[0] for i, one in enumerate(known.families)):
+            raise AssumptionError(
+                "the plant has an eigenvalue 0 (the critical case), which beside dead times is covered with bounds "
+                "[0, u] and nonlinearities that do not depend on time; give such classes, or a plant without it",
+                code=Reason.CRITICAL,
             )
         blocks = known.operators
         late = [(float(delay), np.array([[*map(float, row)] for row in rows])) for delay, rows in plant.late]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -458,6 +459,7 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
     if isinstance(asked.plant, ChannelFamily):
         return channel_families.BoxSearch(asked, criterion.name).whole()
     if criterion.kind == _PIECES:
+        asked = _gains_as_functions(asked)
         proposal = _by_pieces(asked, criterion).at(one)
         return None if proposal is None else _accepted(asked, criterion.name, one, proposal)
     if criterion.kind != _KERNELS:
@@ -496,6 +498,7 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     if isinstance(asked.plant, ChannelFamily):
         return channel_families.BoxSearch(asked, criterion.name).farthest(known, most)
     if criterion.kind == _PIECES:
+        asked = _gains_as_functions(asked)
         for alpha, proposal in _by_pieces(asked, criterion).farthest(max(known, asked.classes.least), most):
             shown = _accepted(asked, criterion.name, alpha, proposal)
             if shown is not None:
@@ -510,6 +513,15 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
         found = _farthest_by(asked, criterion.name, search, known if best is None else best[0], most)
         best = best if found is None else found
     return best
+
+
+def _gains_as_functions(asked: Problem) -> Problem:
+    """The question with functions in place of constant gains, of the same bounds: beside dead times and a pole at 0."""
+    plant, classes = asked.plant, asked.classes
+    if not isinstance(plant, DelayMatrix) or exact(plant.base.A).det() != 0:
+        return asked
+    wider = [replace(one, linear=False) if one.linear and one.rate is None else one for one in classes.classes]
+    return replace(asked, classes=replace(classes, classes=tuple(wider)))
 
 
 def _by_pieces(asked: Problem, criterion: Criterion) -> PiecewiseProofs:

@@ -91,10 +91,10 @@ def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -
         return _with_network(identity, tables, tables.controller, folder)
     block = _block(tables.plant)
     if any(table.on is not None for table in tables.nonlinearity_class):
-        return _on_intervals(identity, _only_channel(block), tables)
+        return _on_intervals(identity, _only_channel(block, tables), tables)
     channels = (table.relu or _operates(table) or table.rate is not None for table in tables.nonlinearity_class)
     if any(channels):
-        block = _only_channel(block)  # what is known of these is known of channels
+        block = _only_channel(block, tables)  # what is known of these is known of channels
     if isinstance(block, MultivariablePlant | ChannelFamily | DelayMatrix):
         return _with_channels(identity, block, tables, folder)
     for word, listed in (("class", tables.nonlinearity_class), ("nonlinearity", tables.nonlinearity)):
@@ -114,7 +114,7 @@ def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -
 
 
 def _on_intervals(
-    identity: tuple[str, str, str], plant: MultivariablePlant | ChannelFamily, tables: PlantTables
+    identity: tuple[str, str, str], plant: MultivariablePlant | ChannelFamily | DelayMatrix, tables: PlantTables
 ) -> LoopSystem:
     """The loop of a file whose classes hold on intervals."""
     found = list[LocalSector]()
@@ -153,17 +153,25 @@ def _local_sector(table: ClassTable) -> LocalSector:
     return LocalSector(*table.sector, reach)
 
 
-def _only_channel(block: Block) -> MultivariablePlant | ChannelFamily:
+def _only_channel(block: Block, tables: PlantTables) -> MultivariablePlant | ChannelFamily | DelayMatrix:
     """The plant of a ReLU, a slow gain or an operator, which the theorems on several nonlinearities are about."""
     if isinstance(block, PlantFamily | ChannelFamily):
         return block.channels if isinstance(block, PlantFamily) else block
     if isinstance(block, RationalPlant):
         block = MultivariablePlant.of_one_channel(block)
-    if not isinstance(block, MultivariablePlant):
-        raise InputError(
-            "class: relu, rate, norm, delay, memory and on need a plant with exact rational entries; leave the dead "
-            "time out, or these"
-        )
+    if isinstance(block, MultivariablePlant):
+        return block
+    keys, channel = ["rate", "delay", "memory", "on"], 1
+    for number, table in enumerate(tables.nonlinearity_class, 1):
+        for key in keys if isinstance(block, DelayMatrix) else [*keys, "relu", "norm"]:
+            if getattr(table, key) not in (None, False):
+                with _numbered("class", number, len(tables.nonlinearity_class)):
+                    raise InputError(
+                        f"class: {key} in channel {channel} needs a plant with exact rational entries; leave the dead "
+                        f"time out, or {key}"
+                    )
+        channel += max(table.size or (table.repeated,))
+    assert isinstance(block, DelayMatrix), "one of the keys is why it is asked"
     return block
 
 

@@ -6,6 +6,7 @@ from fractions import Fraction
 import pytest
 from refusals import refusal
 
+from lure.analysis import certify
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.classes import Diagonal, NonlinearityClass, Sector
 from lure.errors import InputError
@@ -197,6 +198,28 @@ def test_what_is_wrong_is_one_sentence(text, settings, said):
     assert re.search(said, refusal(parsed, text, *settings))
 
 
+LATE = "[plant]\ntransfer = [['1/(s+1)', '0'], ['0', 'exp(-s)/(s+2)']]\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "given"),
+    [
+        (
+            "norm = 0.5\nsize = 1\ndynamics = 'linear time-invariant'\n",
+            NonlinearityClass.norm_bounded(F(1, 2), dynamics="linear time-invariant"),
+        ),
+        ("relu = true\n", NonlinearityClass.relu()),
+    ],
+)
+def test_operators_and_rectifiers_beside_dead_times_in_a_matrix(text, given):
+    # |exp(-i w)/(i w + 2)| <= 1/2 and |1/(i w + 1)| <= 1: small gain, which Popov's and the circle criterion contain
+    found = parsed(LATE + f"[[class]]\n{text}" * 2)
+    assert found.classes is not None
+    assert found.classes.classes == (given, given)
+    assert parsed(loop_to_toml(found)).classes == found.classes
+    assert certify(found).verdict.name == "PROVED"
+
+
 def test_rectifiers_are_read_and_written_back():
     text = THREE + "[[class]]\nrelu = true\n[[class]]\nrelu = true\nslope = [0.1, 2]\nrepeated = 2\n"
     found = parsed(text)
@@ -220,7 +243,11 @@ def test_rectifiers_are_read_and_written_back():
         (THREE + "[[class]]\nrelu = true\ngain = [0, 1]\nrepeated = 3\n", "gain is given beside other keys"),
         (
             "[plant]\ntransfer = 'exp(-s)/(s+1)'\n[class]\nrelu = true\n",
-            "relu, rate, norm, delay, memory and on need a plant with exact rational entries; leave the dead time out",
+            "relu in channel 1 needs a plant with exact rational entries; leave the dead time out, or relu",
+        ),
+        (
+            LATE + "[[class]]\nrelu = true\n[[class]]\nmemory = 'play'\nslope = [0, 1]\n",
+            "[[class]] number 2: class: memory in channel 2 needs a plant with exact rational entries",
         ),
         (
             THREE + LIMITS + "[[class]]\nrelu = true\nrepeated = 3\n",

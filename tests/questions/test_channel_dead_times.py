@@ -5,8 +5,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, lft, max_sector
+from lure import AssumptionError, Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, lft, max_sector
 from lure.analysis import analyse, decay_rate, l2_gain, region, steady_response
+from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channel_refutations import constant_gains, refutation
 from lure.files import find_system
@@ -129,6 +130,36 @@ def test_channels_of_a_larger_plant():
 )
 def test_what_no_theorem_covers_is_not_proved(plant, classes):
     assert certify(plant, classes).verdict.name == "INCONCLUSIVE"
+
+
+@pytest.mark.parametrize(
+    ("rows", "classes", "code", "sentence"),
+    [
+        ([["1/(s+1)", "0"], ["0", "exp(-s)/(s+2)"]], [Sector(0.1, 1)] * 2, "DEAD_TIME", r"channel 1 are \[0.1, 1\]"),
+        ([["0.1+exp(-s)/(s+1)", "0"], ["0", "1/(s+2)"]], UNIT, "NOT_APPLICABLE", "D has a cycle of channels"),
+        (
+            [["1/s", "0"], ["0", "exp(-s)/(s+2)"]],
+            [NonlinearityClass(sector=Sector(0, 1), time_varying=True)] * 2,
+            "CRITICAL",
+            "an eigenvalue 0",
+        ),
+    ],
+)
+def test_a_hypothesis_that_fails_is_named_before_a_search(rows, classes, code, sentence):
+    asked = channel_problem(as_plant(rows), classes, late=True)
+    with pytest.raises(AssumptionError, match=sentence) as refused:
+        PiecewiseProofs(asked, None)
+    assert refused.value.code.name == code
+
+
+def test_constant_gains_beside_an_integrator_with_dead_time_are_proved_as_functions():
+    # pi/2 is where i w + k exp(-i w) = 0, and Popov's criterion reaches it for all functions in [0, k]
+    late = as_plant([["exp(-s)/s", "0"], ["0", "1/(s+1)"]])
+    assert certify(late, [NonlinearityClass.constant_gain(0, 1)] * 2).verdict.name == "PROVED"
+    assert certify(late, [NonlinearityClass.constant_gain(0, 1.6)] * 2).verdict.name == "REFUTED"
+    # slopes within the bounds make up for a cycle in D
+    direct = as_plant([["0.1+exp(-s)/(s+1)", "0"], ["0", "1/(s+2)"]])
+    assert certify(direct, [NonlinearityClass.slope_restricted(0, 0.5)] * 2).verdict.name == "PROVED"
 
 
 def test_other_questions_say_that_dead_time_is_not_covered():
