@@ -157,21 +157,13 @@ def _only_channel(block: Block, tables: PlantTables) -> MultivariablePlant | Cha
     """The plant of a ReLU, a slow gain or an operator, which the theorems on several nonlinearities are about."""
     if isinstance(block, PlantFamily | ChannelFamily):
         return block.channels if isinstance(block, PlantFamily) else block
-    if isinstance(block, RationalPlant):
-        block = MultivariablePlant.of_one_channel(block)
-    if isinstance(block, MultivariablePlant):
-        return block
-    keys, channel = ["rate", "delay", "memory", "on"], 1
-    for number, table in enumerate(tables.nonlinearity_class, 1):
-        for key in keys if isinstance(block, DelayMatrix) else [*keys, "relu", "norm"]:
-            if getattr(table, key) not in (None, False):
-                with _numbered("class", number, len(tables.nonlinearity_class)):
-                    raise InputError(
-                        f"class: {key} in channel {channel} needs a plant with exact rational entries; leave the dead "
-                        f"time out, or {key}"
-                    )
-        channel += max(table.size or (table.repeated,))
-    assert isinstance(block, DelayMatrix), "one of the keys is why it is asked"
+    if isinstance(block, RationalPlant | MultivariablePlant):
+        return block if isinstance(block, MultivariablePlant) else MultivariablePlant.of_one_channel(block)
+    given = tables.first_of(
+        "rate", "delay", "memory", "on", *(() if isinstance(block, DelayMatrix) else ("relu", "norm"))
+    )
+    if given or not isinstance(block, DelayMatrix):
+        raise InputError(f"class: {given} needs a plant with exact rational entries; leave the dead time out, or this")
     return block
 
 

@@ -383,6 +383,16 @@ class PlantTables(BaseModel):
     controller: ControllerTable | None = None
     report: ReportTable | None = None
 
+    def first_of(self, *keys: str) -> str:
+        """The first of some keys that a class has, with its channel; empty if none has one."""
+        channel = 1
+        for table in self.nonlinearity_class:
+            for key in keys:
+                if getattr(table, key) not in (None, False):
+                    return f"{key} in channel {channel}"
+            channel += max(table.size or (table.repeated,))
+        return ""
+
 
 PLANT_TABLES: dict[str, type[BaseModel]] = {
     "plant": PlantTable,

@@ -243,11 +243,11 @@ def test_rectifiers_are_read_and_written_back():
         (THREE + "[[class]]\nrelu = true\ngain = [0, 1]\nrepeated = 3\n", "gain is given beside other keys"),
         (
             "[plant]\ntransfer = 'exp(-s)/(s+1)'\n[class]\nrelu = true\n",
-            "relu in channel 1 needs a plant with exact rational entries; leave the dead time out, or relu",
+            "relu in channel 1 needs a plant with exact rational entries; leave the dead time out, or this",
         ),
         (
             LATE + "[[class]]\nrelu = true\n[[class]]\nmemory = 'play'\nslope = [0, 1]\n",
-            "[[class]] number 2: class: memory in channel 2 needs a plant with exact rational entries",
+            "class: memory in channel 2 needs a plant with exact rational entries",
         ),
         (
             THREE + LIMITS + "[[class]]\nrelu = true\nrepeated = 3\n",
