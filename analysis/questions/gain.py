@@ -133,6 +133,15 @@ class GainBound(TwoSided):
     def _name(self) -> str:
         return f"{'incremental ' if self.incremental else ''}L2 gain from w to z"
 
+    def _widths(self) -> str:
+        """Which plays and stops come near to the gains of the member: no gain is one of them."""
+        shown = {} if self.refutation is None else self.refutation.certificate
+        kinds = [one.get("memory") for one in shown.get("laws", {}).get("channels", ())]
+        gains = shown.get("proof", {}).get("gains", ())
+        members = [(kind, Fraction(gain)) for kind, gain in zip(kinds, gains, strict=False) if kind]
+        large = [(kind, (kind == "stop") is (gain > 0)) for kind, gain in members]
+        return ", ".join(f"a {kind} of {'large' if wide else 'small'} width" for kind, wide in large)
+
     def __bool__(self) -> bool:
         raise TypeError("a gain has bounds and no truth value; compare result.verdict")
 
@@ -144,6 +153,8 @@ class GainBound(TwoSided):
         if low > 0:
             member = self.witness.partition(" give")[0].rstrip(",")
             joined = ", with" if member.startswith(("phi = ", "the constant gains ")) else ":"
+            widths = self._widths()
+            joined, member = (", near", f"{member} ({widths})") if widths else (joined, member)
             above = f"; a member has a gain above {bound_below(low)}{joined} {member}"
         if self.verdict is Verdict.PROVED:
             given = ", ".join(filter(None, (self._about, self.assumed)))

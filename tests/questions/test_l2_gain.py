@@ -440,3 +440,11 @@ def test_the_figure_and_the_sentence_leave_out_an_unstable_member():
 
 def caption_of(name, found):
     return ASKED[name].caption(found)
+
+
+@pytest.mark.parametrize(("kind", "width"), [("stop", "small"), ("play", "large")])
+def test_a_gain_is_named_as_what_a_play_or_a_stop_comes_near_to(kind, width):
+    # 1/((s + 1)(s + 2)) from w/2 to z is 1/4 at 0 where phi stays near 0: a narrow stop, or a play that is not crossed
+    plant = ([[-1, 1], [0, -2]], [[0], [1]], [[1, 0]], [[0]])
+    found = l2_gain(plant, [NonlinearityClass.hysteretic(kind, 1)], {"Bw": [[0], [0.5]], "Cz": [[1, 0]]})
+    assert str(found).endswith(f"a member has a gain above 0.2499999999, near phi = 0 (a {kind} of {width} width).")
