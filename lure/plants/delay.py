@@ -20,6 +20,17 @@ MAX_DEGREE = 100
 Polynomial = tuple[Fraction, ...]  # ascending powers, no trailing zero
 
 
+def require_pade_order(pade: int | None, what: str, instead: str = "") -> None:
+    """Refuse an approximation of dead times that is not asked for, or of no order from 1 to 20."""
+    if pade is None:
+        raise InputError(
+            f"python-control has no dead time, and {what}; give to_control(pade=4) for an approximation, about which "
+            f"no answer of lure is{instead}"
+        )
+    if isinstance(pade, bool) or not isinstance(pade, int) or not 1 <= pade <= 20:
+        raise InputError(f"pade is {pade!r:.40}; give the order of the approximation, a whole number from 1 to 20")
+
+
 class DelayPlant(Record):
     r"""A block ``H(s) = sum_j n_j(s) exp(-s T_j) / d(s)`` in continuous time, all coefficients and delays exact.
 
@@ -111,13 +122,7 @@ class DelayPlant(Record):
         InputError
             No order is given: an approximation is not made unasked.
         """
-        if pade is None:
-            raise InputError(
-                f"python-control has no dead time, and the block is {self}; give to_control(pade=4) for an "
-                "approximation, about which no answer of lure is, or draw with popov_response(block).to_control()"
-            )
-        if isinstance(pade, bool) or not isinstance(pade, int) or not 1 <= pade <= 20:
-            raise InputError(f"pade is {pade!r:.40}; give the order of the approximation, a whole number from 1 to 20")
+        require_pade_order(pade, f"the block is {self}", ", or draw with popov_response(block).to_control()")
         import control
 
         total = control.TransferFunction([0.0], [1.0])

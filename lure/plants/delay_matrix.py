@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError, Reason
-from lure.plants.delay import DelayPlant
+from lure.plants.delay import DelayPlant, require_pade_order
 from lure.plants.multivariable import MultivariablePlant, Rows, plant_of_transfers, polynomial_of
 from lure.plants.rational import RationalPlant
 from lure.record import Record, derived, quantity
@@ -168,13 +168,7 @@ class DelayMatrix(Record, kw_only=False):
         InputError
             No order is given: an approximation is not made unasked.
         """
-        if pade is None:
-            raise InputError(
-                f"python-control has no dead time, and the plant has {self}; give to_control(pade=4) for an "
-                "approximation, about which no answer of lure is"
-            )
-        if isinstance(pade, bool) or not isinstance(pade, int) or not 1 <= pade <= 20:
-            raise InputError(f"pade is {pade!r:.40}; give the order of the approximation, a whole number from 1 to 20")
+        require_pade_order(pade, f"the plant has {self}")
         import control
 
         total, inner = self.base.to_control(), self.base.to_control()
