@@ -76,7 +76,7 @@ release: .venv/.core ## what a release is, up to the upload and without it; whee
 
 clean: ## remove the environment, the caches and everything made here
 	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache build dist lure-report lure-page
-	rm -rf docs/notebooks docs/notes docs/pictures docs/project
+	rm -rf docs/notebooks docs/notes docs/pictures docs/project docs/reference/api
 	find . -name .git -prune -o -name __pycache__ -prune -exec rm -rf {} +
 
 # A stamp is written after pip has succeeded, and a larger set of packages stands for the smaller ones.

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from contextvars import ContextVar
 from types import FrameType
 
@@ -66,7 +67,8 @@ def time_limit(seconds: float | None) -> Iterator[Callable[[], bool]]:
     Notes
     -----
     By :func:`checkpoint` in the long loops, in every thread and on every system.  By an alarm besides, where the system
-    has one and this is the main thread, repeated for a search that swallows it; it waits for compiled code to return.
+    has one and this is the main thread, repeated for a search that swallows it; it waits for compiled code to return,
+    and for an import to be complete: a package whose import is broken off cannot be imported again in the process.
     """
     if seconds is None:
         yield lambda: time_left() <= 0
@@ -82,14 +84,28 @@ def time_limit(seconds: float | None) -> Iterator[Callable[[], bool]]:
         _END.reset(token)
 
 
+def _unbroken(frame: FrameType | None) -> bool:
+    """Whether the alarm goes off where nothing may be broken off: in an import, or on the way into or out of a limit.
+
+    An alarm in between would leave the repeated one on for good.
+    """
+    while frame is not None:
+        place, name = frame.f_code.co_filename, frame.f_code.co_name
+        if place == "<frozen importlib._bootstrap>" or (place == __file__ and name in ("time_limit", "_alarm")):
+            return True
+        if place == contextlib.__file__ and name in ("__enter__", "__exit__"):
+            return True
+        frame = frame.f_back
+    return False
+
+
 @contextmanager
 def _alarm(seconds: float) -> Iterator[None]:
     """A ``TimeoutError`` in the main thread after so many seconds; an alarm that was set before is set again."""
-    armed = [True]
 
-    def over(_signal: int, _frame: FrameType | None) -> None:
+    def over(_signal: int, frame: FrameType | None) -> None:
         """The alarm."""
-        if armed:
+        if not _unbroken(frame):
             raise TimeoutError("the time allowed is over")
 
     begun = time.monotonic()
@@ -99,10 +115,7 @@ def _alarm(seconds: float) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, seconds, _AGAIN)
         yield
     finally:
-        for _ in range(2):  # an alarm on the way out is the last
-            with suppress(TimeoutError):
-                armed.clear()
-                signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
         if remaining > 0:
             signal.setitimer(signal.ITIMER_REAL, max(remaining - (time.monotonic() - begun), 1e-6), interval)

@@ -33,7 +33,7 @@ _ROUNDING = 1e-12
 def describing_function(nonlinearity: object, amplitude: ArrayLike) -> NDArray[np.float64] | NDArray[np.complex128]:
     r"""Gain of a nonlinearity for the first harmonic of a sinusoid: a hint, from which nothing may be concluded.
 
-    .. math:: N(A) = \frac{2}{\pi A} \int_0^{\pi} \varphi(A \sin t)\, \sin t \, dt,
+    .. math:: N(A) = \frac{2}{\pi A} \int_0^{\pi} \phi(A \sin t)\, \sin t \, dt,
 
     real for an odd nonlinearity without memory, of which it lies in the sector; complex for one with memory.
 
@@ -285,7 +285,7 @@ def describing_hint(block: object, nonlinearity: Nonlinearity) -> DescribingHint
 
 def _real_crossings(plant: TransferPolynomials) -> list[tuple[float, Fraction]]:
     """Frequencies ``omega > 0`` at which ``H`` is real, finite and not zero, with a rational near its value."""
-    response = plant.response()
+    response = plant.response
     rest = response.W
     if rest.degree() < 0:
         raise AssumptionError("H is real on the whole axis, so that harmonic balance singles out no frequency")

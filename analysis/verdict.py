@@ -98,7 +98,7 @@ Needs = Literal["slope", "odd", "time-invariant"]
 Model = Literal["", "scheme", "rod", "loop"]
 _ABOUT = {"scheme": "the N-cell scheme", "rod": "the rod itself", "loop": "the block of a loop"}
 _BESIDE = {
-    "rod": ("The verdict on the motions of the rod rests on its energy theorem, not on this inequality.",),
+    "rod": ("What holds for the rod is about the partial differential equation, not about its scheme.",),
     "scheme": ("What holds for the scheme is about the scheme, not about the rod.",),
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import accumulate, pairwise
@@ -25,7 +26,7 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     "the L2 gain from w to z is above gamma in a loop of the class": "gives the loop a larger L2 gain",
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
-_ORBITS, _MOVING = ("orbit", "flow-orbit", "memory-orbit"), ("switched-gains", "ramped-gains")
+_ORBITS, _MOVING = ("orbit", "flow-orbit", "memory-orbit", "sampled-orbit"), ("switched-gains", "ramped-gains")
 
 
 def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled: Spelled | None = None) -> str:
@@ -138,13 +139,32 @@ def meaning(shown: Proved, subject: str = "") -> str:
     shown : Proved
         What the checker accepted.
     subject : str
-        What moves, where it is an approximation of something else.
+        What moves, where it has a name.
     """
     conclusion = str(shown.certificate["conclusion"])
     said = f"The point {conclusion}" if conclusion.startswith("0 ") else conclusion[0].upper() + conclusion[1:]
     if subject:
         return said.replace("motion", f"motion of {subject}", 1)
     return said if "comes to rest" in said else said.replace("motion", "solution", 1)  # the rod's are motions
+
+
+def plain(claim: str) -> str:
+    """A sentence of a certificate in the words of the field: solutions and nonlinearities for its motions and laws.
+
+    A certificate's own sentences are part of its format, which stays.  What comes to rest is a rod, whose motions stay.
+
+    Parameters
+    ----------
+    claim : str
+        A conclusion, a fact or an assumption of a certificate.
+
+    Examples
+    --------
+    >>> plain("every motion is bounded: all time-varying laws with phi(0) = 0")
+    'every solution is bounded: all time-varying nonlinearities with phi(0) = 0'
+    """
+    said = re.sub(r"\b(time-invariant|time-varying) laws\b", r"\1 nonlinearities", claim)
+    return said if "comes to rest" in said else re.sub(r"\bmotion(s?)\b", r"solution\1", said)
 
 
 def destroys(shown: Refuted) -> str:
@@ -214,7 +234,9 @@ def _destabilising(shown: Refuted) -> str:
         late = " and ".join(f"a delay of {bound_below(Fraction(tau))}" for tau in proof["delays"])
         return " and ".join([late, *([_linear(shown, own)] if own else [])])
     if method == "signal":
-        return f"a disturbance of {len(proof['inputs'])} samples, from rest,"
+        steps = "steps" if "times" in proof else "samples"
+        jumps = " with gains that jump" if any(isinstance(one[0], list) for one in proof["slopes"]) else ""
+        return f"a disturbance of {len(proof['inputs'])} {steps}, from rest,{jumps}"
     if method == "delayed-gains":
         kinds, i = shown.certificate["laws"]["channels"], int(proof["channel"])
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
@@ -255,6 +277,9 @@ def _destabilising(shown: Refuted) -> str:
         return f"{', '.join(parts)}, of any width, period {float(period):.7g} s"
     if method == "orbit":
         return _graph(proof)
+    if method == "sampled-orbit":
+        graphs, period = [_graph(one) for one in proof["nonlinearities"]], len(proof["inputs"]) * (1 + proof["half"])
+        return f"{'; '.join(graphs)}, period {period} samples"
     return "a nonlinearity of the class"
 
 

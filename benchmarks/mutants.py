@@ -1,6 +1,7 @@
-"""Mutants of what chooses, compares and words above the checker: one place of a function changed, the tests run.
+"""Mutants of both checkers, and of what chooses, compares and words above them: one place changed, the tests run.
 
     python benchmarks/mutants.py --draw 180 --seed 3 --seconds 3000
+    python benchmarks/mutants.py --area second --draw 300
     python benchmarks/mutants.py --only lure.analysis.questions.search:_try --draw 1000
 
 Operators as in ``notebooks/notes/0009-mutants-of-the-checker.md``, and the branches of a conditional exchanged.  Once,
@@ -11,7 +12,8 @@ more than ``--each`` seconds.  The draw takes the modules in turn.
 
 Two things are said of each mutant: whether it ``changes`` a verdict, a class or a number of one of the probes,
 everything that is said of them compared word by word (the words of ``TOLD`` and numbers, no layout); and whether it is
-``killed``.  One that changes none of these and lives is for a reader to judge.
+``killed``.  One that changes none of these and lives is for a reader to judge.  Of the checkers (``--area first``,
+``--area second``) only the second is asked.
 """
 
 from __future__ import annotations
@@ -41,14 +43,9 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 CACHE = ROOT / "build" / "mutants"
-_NAMED = """
+_ABOVE = """
 analysis answers approved answers_capped answers_conclusion answers_wording conclusion findings loop_report one_answer
 python_door report report_confirmation report_honesty report_opening results_html results_xarray showing"""
-TESTS = tuple(
-    path.relative_to(ROOT).as_posix()
-    for name in _NAMED.split()
-    for path in sorted((ROOT / "tests").rglob(f"test_{name}.py"))
-)
 ROOMS = (
     "lure.analysis.questions",
     "lure.analysis.rod.theory",
@@ -58,6 +55,13 @@ ROOMS = (
     "lure.analysis.rod.report",
 )
 DRAWN = ("diagram", "figures", "output", "pdf", "reporting")  # pictures and files, no words
+_FIRST = """
+arithmetic balls states blocks frequencies channels gains windows parametric boxes several regions checker"""
+_OF_CHECKERS = """
+edges refusals kernel blocks reading mutants claims matrix orbits covers channels boxes channel_boxes channel_orbits
+coupled dead_times delays frequencies growth integrators integrator_kernels memory memory_orbits operators repeated
+slow_gains storage windows tampering"""
+_OF_SECOND = "differential discrete files matrices numerics refutations sectors slopes"
 SINGLE = {
     "lure.analysis.certificates.drafts": ("contains", "_inside"),
     "lure.analysis.numerics.doubles": ("_bound", "_directed"),
@@ -112,6 +116,38 @@ TOLD = re.compile(
     r"[-−]?\d[\d.]*(?:e[-+]?\d+)?|\binf\b|∞|[\[\]()]",
     re.IGNORECASE,
 )
+
+
+@dataclass(frozen=True)
+class Area:
+    """What is mutated and asked: rooms or modules, the names of the files of tests, whether there are probes."""
+
+    rooms: tuple[str, ...]
+    named: tuple[str, ...]
+    probes: bool = False
+
+    @property
+    def tests(self) -> tuple[str, ...]:
+        """The files of tests."""
+        found = (path for name in self.named for path in sorted((ROOT / "tests").rglob(f"test_{name}.py")))
+        return tuple(path.relative_to(ROOT).as_posix() for path in found)
+
+
+_CERTIFICATES = "lure.analysis.certificates"
+AREAS = {
+    "above": Area(ROOMS, tuple(_ABOVE.split()), probes=True),
+    "first": Area(
+        tuple(f"{_CERTIFICATES}.{name}" for name in _FIRST.split()),
+        tuple(f"certificate_{name}" for name in _OF_CHECKERS.split()),
+    ),
+    "second": Area(
+        (f"{_CERTIFICATES}.second",),
+        (
+            *(f"certificate_second_{name}" for name in _OF_SECOND.split()),
+            *(f"certificate_{name}" for name in _OF_CHECKERS.split()),
+        ),
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -242,9 +278,9 @@ def patched(module: ModuleType, tree: ast.Module) -> set[str]:
     return done
 
 
-def clear_caches() -> None:
+def clear_caches(names: tuple[str, ...]) -> None:
     """Forget what functions of the modules remember."""
-    for name in modules():
+    for name in names:
         for value in vars(importlib.import_module(name)).values():
             if hasattr(value, "cache_clear"):
                 value.cache_clear()
@@ -319,14 +355,14 @@ class Watch:
             sys.settrace(None)
 
 
-def reach(names: tuple[str, ...]) -> dict[str, tuple[float, set[tuple[str, int]]]]:
+def reach(names: tuple[str, ...], tests: tuple[str, ...], cache: Path) -> dict[str, tuple[float, set[tuple[str, int]]]]:
     """Of each test the seconds and the lines it reaches; measured anew when its file or a module it reaches changed."""
     files = {str(inspect.getsourcefile(importlib.import_module(name))): name for name in names}
     state = {name: _digest(Path(file)) for file, name in files.items()}
-    CACHE.mkdir(parents=True, exist_ok=True)
+    cache.mkdir(parents=True, exist_ok=True)
     found: dict[str, tuple[float, set[tuple[str, int]]]] = {}
-    for test in TESTS:
-        kept = CACHE / f"{Path(test).stem}.json"
+    for test in tests:
+        kept = cache / f"{Path(test).stem}.json"
         data = json.loads(kept.read_text()) if kept.exists() else None
         if data is None or any(({test: _digest(ROOT / test)} | state).get(name) != was for name, was in data["of"]):
 
@@ -429,16 +465,18 @@ def said(reports: dict[str, object]) -> list[str]:
 class Runner:
     """Everything that does not change from mutant to mutant."""
 
-    def __init__(self, names: tuple[str, ...], each: float) -> None:
-        self.each, self.tests, self.rods = each, reach(names), rods()
-        self.base = said(self.rods)
-        self.fixtures = dict.fromkeys(TESTS, 0.0)  # [s] before the first test of a file
+    def __init__(self, area: str, names: tuple[str, ...], each: float) -> None:
+        self.each, self.probes, files = each, AREAS[area].probes, AREAS[area].tests
+        self.tests = reach(names, files, CACHE / area)
+        self.rods = rods() if self.probes else {}
+        self.base = said(self.rods) if self.probes else []
+        self.fixtures = dict.fromkeys(files, 0.0)  # [s] before the first test of a file
         for name, (seconds, _) in self.tests.items():
             file = name.partition("::")[0]
             if 'scope="module"' in (ROOT / file).read_text("utf-8"):
                 self.fixtures[file] = max(self.fixtures[file], seconds)
-        pytest.main([*QUIET[1:], "--collect-only", "-q", *TESTS])  # imported once for all processes
-        clear_caches()
+        pytest.main([*QUIET[1:], "--collect-only", "-q", *files])  # imported once for all processes
+        clear_caches(names)
 
     def judged(self, mutant: Mutant) -> tuple[str, str]:
         """Whether a mutant changes what the probes are told, and what the tests say of it."""
@@ -451,7 +489,7 @@ class Runner:
                 return 8
             return 0 if said(self.rods) == self.base else 1
 
-        status = apart(probe, 120)
+        status = apart(probe, 120) if self.probes else 0
         changes = {0: "same", 8: "not put in place"}.get(-1 if status is None else status, "changes")
         return changes, self._tested(module, tree, mutant)
 
@@ -484,14 +522,14 @@ def _tree(name: str) -> ast.Module:
     return ast.parse(Path(str(inspect.getsourcefile(importlib.import_module(name)))).read_text("utf-8"))
 
 
-def modules() -> tuple[str, ...]:
+def modules(area: str) -> tuple[str, ...]:
     """The modules that are mutated."""
     found = []
-    for name in ROOMS:
+    for name in AREAS[area].rooms:
         room = importlib.import_module(name)
         inner = [one.name for one in pkgutil.walk_packages(getattr(room, "__path__", []), f"{name}.") if not one.ispkg]
         found += [one for one in inner or [name] if one.rpartition(".")[2] not in DRAWN]
-    return (*found, *SINGLE)
+    return (*found, *(SINGLE if AREAS[area].probes else ()))
 
 
 def drawn(names: tuple[str, ...], only: str, seed: int) -> list[Mutant]:
@@ -515,6 +553,7 @@ def main() -> int:
     """Draw mutants and print what became of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draw", type=int, default=160)
+    parser.add_argument("--area", choices=list(AREAS), default="above")
     parser.add_argument("--skip", type=int, default=0, help="of the draw, looked at before")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=int, default=3600, help="for all")
@@ -524,9 +563,9 @@ def main() -> int:
     end = time.monotonic() + given.seconds
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
-    names = modules()
+    names = modules(given.area)
     found = [one for only in given.only or [""] for one in drawn(names, only, given.seed)]
-    runner = Runner(names, given.each)
+    runner = Runner(given.area, names, given.each)
     counts: Counter[tuple[str, str]] = Counter()
     for mutant in found[given.skip : given.draw]:
         if time.monotonic() > end:

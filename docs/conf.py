@@ -30,13 +30,14 @@ extensions = [
     "explore",
     "lure_docs",
 ]
-exclude_patterns = ["_ext", "notebooks/download"]
+exclude_patterns = ["_ext", "_templates", "notebooks/download"]
 highlight_language = "none"  # a block that does not name its language is a formula or a drawing
 
 html_theme = "pydata_sphinx_theme"
 html_title = "lure"
 html_favicon = "_static/lure.svg"
 html_static_path = ["_static"]
+templates_path = ["_templates"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
@@ -46,7 +47,7 @@ html_theme_options = {
     "header_links_before_dropdown": 9,
     "navbar_align": "left",
     "footer_start": ["copyright"],
-    "footer_end": [],
+    "footer_end": ["lure-version"],
     "show_prev_next": True,
     "show_toc_level": 2,
 }

@@ -39,7 +39,7 @@ def upper_text(value: float | Fraction) -> str:
 
 def _bound(value: float | Fraction, towards: Towards) -> str:
     short = f"{float(value):g}"
-    if value in (math.inf, -math.inf) or Fraction(short) == Fraction(value) or float(short) == value:
+    if not math.isfinite(value) or Fraction(short) == Fraction(value) or float(short) == value:
         return short
     whole = str(Fraction(value))
     if isinstance(value, float):
@@ -61,9 +61,9 @@ class Bounds(Record, kw_only=False):
         for label, bound in (("lower", self.lower), ("upper", self.upper)):
             if isinstance(bound, bool) or not isinstance(bound, int | float | Fraction):
                 raise InputError(f"{name}.{label} is {bound!r}; give {_A_BOUND}")
-            if bound != bound:
+            if isinstance(bound, float) and math.isnan(bound):
                 raise InputError(f"{name}.{label} is nan; give {_A_BOUND}", code=Reason.NO_NUMBERS)
-            if bound not in (math.inf, -math.inf):
+            if not (isinstance(bound, float) and math.isinf(bound)):
                 exact_number(bound, f"{name}.{label}")
         if not self.lower < self.upper:
             raise InputError(f"{name} needs lower < upper; got [{self.lower}, {self.upper}]")

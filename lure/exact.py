@@ -35,21 +35,32 @@ def exact_number(value: object, name: str) -> Fraction:
     >>> exact_number(0.5, "rod.length")
     Fraction(1, 2)
     """
-    if hasattr(value, "item") and getattr(value, "ndim", None) == 0:
+    if type(value) is not Fraction and hasattr(value, "item") and getattr(value, "ndim", None) == 0:
         value = value.item()
     if isinstance(value, bool) or not isinstance(value, int | float | Fraction | Decimal):
-        raise InputError(f"{name} is {reprlib.repr(value)}; give a number")
-    if not (value.is_finite() if isinstance(value, Decimal) else value - value == 0):  # inf - inf is nan
+        raise InputError(f"{name} is {reprlib.repr(value):.80}; give a number")
+    if not (value.is_finite() if isinstance(value, Decimal) else not isinstance(value, float) or math.isfinite(value)):
         raise InputError(f"{name} is {value}; give a finite number")
-    try:
-        nearest = float(value)
-    except OverflowError:
-        nearest = math.inf
+    nearest = float(value) if isinstance(value, Decimal) else nearest_double(value)
     if not math.isfinite(nearest) or (nearest == 0.0) != (value == 0):
         raise InputError(
             f"{name} is outside the range of double precision, 1e-308 to 1e308; rescale the units", code=Reason.RANGE
         )
-    return Fraction(value)
+    return value if type(value) is Fraction else Fraction(value)
+
+
+def nearest_double(value: float | Fraction) -> float:
+    """The nearest double; an infinite one beyond their range.
+
+    Parameters
+    ----------
+    value : float or Fraction
+        An exact number, or an infinity.
+    """
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def square_root(value: Fraction) -> float:

@@ -35,7 +35,8 @@ from lure.rod import builtin_system
 system = builtin_system("paper-rod")
 rod = system.rod
 print(
-    f"c = {rod.wave_speed:g} m/s, T = {rod.travel_time:.6g} s, Z = {rod.impedance:g} N s/m, -a = {-rod.reflection:.6f}"
+    f"c = {rod.wave_speed:g} m/s, T = {rod.travel_time:.6g} s, Z = "
+    f"{rod.impedance:g} N s/m, -a = {-rod.reflection:.6f}"
 )
 
 runs = paper_runs()
@@ -46,7 +47,11 @@ figures = {figure.name: figure for figure in paper_figures(runs)}
 def show(*names):
     """Draw some of the figures side by side."""
     _, axes = plt.subplots(
-        1, len(names), figsize=(max(5.8, 4.7 * len(names)), 3.4), layout="constrained", squeeze=False
+        1,
+        len(names),
+        figsize=(max(5.8, 4.7 * len(names)), 3.4),
+        layout="constrained",
+        squeeze=False,
     )
     for ax, name in zip(axes[0], names, strict=True):
         figures[name].draw(ax=ax)
@@ -55,10 +60,16 @@ def show(*names):
 
 def entry(head, **rows):
     """Print a heading and a few labelled texts, broken into lines."""
-    lines = textwrap.TextWrapper(80, subsequent_indent="    ", break_on_hyphens=False)
+    lines = textwrap.TextWrapper(
+        80, subsequent_indent="    ", break_on_hyphens=False
+    )
     print(lines.fill(head))
     lines.initial_indent, lines.subsequent_indent = "    ", " " * 14
-    print(*(lines.fill(f"{label:<10}{text}") for label, text in rows.items()), "", sep="\n")
+    print(
+        *(lines.fill(f"{label:<10}{text}") for label, text in rows.items()),
+        "",
+        sep="\n",
+    )
 
 
 # %% [markdown]
@@ -96,7 +107,10 @@ show("figure-06", "figure-07")
 print("within      5 % after    2 % after   left at 1.11 ms   time constant")
 for found in table.settling:
     name = "rod" if found.cells is None else f"N = {found.cells}"
-    print(f"{name:8}{found.band_5:>11.4g} s{found.band_2:>11.4g} s{found.left:>18.1%}{found.fast:>14.3g} s")
+    print(
+        f"{name:8}{found.band_5:>11.4g} s{found.band_2:>11.4g} "
+        f"s{found.left:>18.1%}{found.fast:>14.3g} s"
+    )
 
 # %% [markdown]
 # With $N = 10$ the ringing is within 5 % after 0.881 ms and within 2 % after 1.21 ms; the printed 1.11 ms lie
@@ -141,7 +155,10 @@ show("figure-09", "figure-10")
 print(f"{'figure':40}" + "".join(f"{number:>11} " for number in (8, 9, 10)))
 for variant, title in TITLES.items():
     found = [table.peak(number, variant) for number in (8, 9, 10)]
-    print(f"{title:40}" + "".join(f"{peak.largest_z:>11.4g}{' *'[peak.contact]}" for peak in found))
+    print(
+        f"{title:40}"
+        + "".join(f"{peak.largest_z:>11.4g}{' *'[peak.contact]}" for peak in found)
+    )
 
 # %% [markdown]
 # With the force as printed and the equation as it should be, the rod travels 2.65 km in figure 8 (and elastic
@@ -166,7 +183,8 @@ for start, end in touches:
 # %%
 for claim in table.claims:
     entry(
-        f"{'survives' if claim.survives else 'FAILS'}: {claim.claim} ({claim.where})",
+        f"{'survives' if claim.survives else 'FAILS'}: {claim.claim} "
+        f"({claim.where})",
         printed=claim.as_printed,
         corrected=claim.corrected,
         rod=claim.rod,
@@ -202,8 +220,16 @@ assert abs(rod.impedance - 1.2) < 1e-12
 assert round(-rod.reflection, 5) == 0.99967
 assert rod.impedance / rod.damping > 5900
 assert np.allclose(abs(runs.exact.waves(0.0, 0.5)[0]), 1.2)
-assert [f"{found.band_5:.3g}" for found in table.settling] == ["0.000881", "0.0187", "3"]
-assert [f"{found.band_2:.3g}" for found in table.settling] == ["0.00121", "0.0248", "3.91"]
+assert [f"{found.band_5:.3g}" for found in table.settling] == [
+    "0.000881",
+    "0.0187",
+    "3",
+]
+assert [f"{found.band_2:.3g}" for found in table.settling] == [
+    "0.00121",
+    "0.0248",
+    "3.91",
+]
 assert coarse.band_5 < 1.11e-3 < coarse.band_2
 assert round(1.11e-3 / coarse.fast, 1) == 3.3
 assert f"{coarse.fast:.2g}" == "0.00034"
@@ -219,7 +245,13 @@ assert f"{table.peak(8, 'corrected-rescaled').amplitude:.3g}" == "3.33e-05"
 assert f"{table.peak(8, 'rod').largest_z / 1000:.3g}" == "2.65"
 assert f"{table.peak(10, 'rod').largest_z / 1000:.3g}" == "1.05"
 for figure in (8, 9, 10):  # the grey curve agrees with the blue one
-    assert abs(table.peak(figure, "rod-rescaled").largest_z - table.peak(figure, "as-printed").largest_z) < 1e-5
+    assert (
+        abs(
+            table.peak(figure, "rod-rescaled").largest_z
+            - table.peak(figure, "as-printed").largest_z
+        )
+        < 1e-5
+    )
 assert len(touches) == 5
 assert all(end - start < 1e-3 for start, end in touches[:4])
 assert (sum(claim.survives for claim in table.claims), len(table.claims)) == (6, 13)

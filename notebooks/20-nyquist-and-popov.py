@@ -14,7 +14,7 @@
 # # Nyquist's plot and Popov's
 #
 # Two pictures of one curve, two theorems, and how much of either you can see. The loop is $\sigma = H\mu$, $\mu =
-# -\varphi(\sigma)$ throughout, and of $\varphi$ only a sector $[0, k]$ is known: $0 \le \sigma\varphi(\sigma) \le
+# -\phi(\sigma)$ throughout, and of $\phi$ only a sector $[0, k]$ is known: $0 \le \sigma\phi(\sigma) \le
 # k\sigma^2$. What is called proved below was decided in exact arithmetic at every frequency. The pictures show it; they
 # do not prove it, and at the end two of them lie.
 
@@ -29,12 +29,23 @@ import numpy as np
 
 from lure import as_plant
 from lure.analysis import max_sector, nyquist_response, popov_response
-from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
+from lure.analysis.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    PURPLE,
+    VERMILLION,
+    finish_axes,
+)
 
 
 def say(result):
     """A result as a sentence, in lines that fit the page."""
-    print(textwrap.fill(str(result), 80, subsequent_indent="  ", break_on_hyphens=False))
+    print(
+        textwrap.fill(
+            str(result), 80, subsequent_indent="  ", break_on_hyphens=False
+        )
+    )
 
 
 def side_by_side(left, right):
@@ -61,7 +72,7 @@ def side_by_side(left, right):
 # $$\mathrm{Re}\,H > \theta\cdot\omega\,\mathrm{Im}\,H - \frac1k .$$
 #
 # Its slope is $1/\theta$: $\theta = 0$ is upright again, the circle criterion; larger $\theta$, in seconds, tilts it.
-# The price of the freedom is that $\varphi$ must not depend on time.
+# The price of the freedom is that $\phi$ must not depend on time.
 #
 # Take $H = 1/(s^2 + s + 1)$ and $x = \omega^2$. By hand, $\mathrm{Re}\,H = (1 - x)/((1 - x)^2 + x)$, which is least at
 # $x = 2$: there it is $-1/3$. The circle criterion stops at $k = 3$. With $\theta = 1$ the $x$ cancels,
@@ -69,7 +80,9 @@ def side_by_side(left, right):
 
 # %%
 OSCILLATOR = "1/(s^2 + s + 1)"
-circle, popov = (max_sector(OSCILLATOR, criterion=name) for name in ("circle", "popov"))
+circle, popov = (
+    max_sector(OSCILLATOR, criterion=name) for name in ("circle", "popov")
+)
 say(circle)
 say(popov)
 tilted = popov_response(OSCILLATOR, k=10, theta=1)
@@ -90,11 +103,18 @@ for theta, colour in ((0, VERMILLION), (0.5, PURPLE), (1, GREEN)):
     heights = np.array([-1.2, 0.3])
     words = f"k = {response.k:.4g}" if theta < 1 else "every finite k (drawn: k → ∞)"
     label = f"θ = {theta} s, {words}"
-    ax.plot(theta * heights - 1 / response.k, heights, color=colour, lw=1.3, label=label)
+    ax.plot(
+        theta * heights - 1 / response.k, heights, color=colour, lw=1.3, label=label
+    )
 x, y = response.values.real, response.omega * response.values.imag
 ax.plot(x, y, color=BLUE, lw=1.3, label="H(iω), ω > 0")
 ax.axhline(0, color=GREY, lw=0.6)
-ax.set(xlabel="Re H(iω)", ylabel="ω Im H(iω) [rad/s]", xlim=(-0.8, 1.1), ylim=(-1.2, 0.3))
+ax.set(
+    xlabel="Re H(iω)",
+    ylabel="ω Im H(iω) [rad/s]",
+    xlim=(-0.8, 1.1),
+    ylim=(-1.2, 0.3),
+)
 finish_axes(ax)
 ax.legend(loc="lower right", fontsize="small")
 plt.show()
@@ -134,7 +154,7 @@ side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 # %% [markdown]
 # What a pole at 0 changes:
 #
-# - **The conclusion.** The gain 0 is not stable, yet $\varphi = 0$ belongs to $[0, k]$: the integrator then stays
+# - **The conclusion.** The gain 0 is not stable, yet $\phi = 0$ belongs to $[0, k]$: the integrator then stays
 #   wherever it is. So "0 attracts every motion" is false for the class, and what is proved is convergence to the set of
 #   equilibria, which is the point 0 if your nonlinearity vanishes at 0 alone. Even $1/s$, proved for every finite $k$,
 #   gets no stronger conclusion.
@@ -166,7 +186,7 @@ side_by_side(leaning[0], leaning[-1])
 # %% [markdown]
 # ## 5. Two pictures that lie
 #
-# The loop of part 3 with $k = 6$: the curve stays to the right of the line, at every frequency drawn. But $\varphi =
+# The loop of part 3 with $k = 6$: the curve stays to the right of the line, at every frequency drawn. But $\phi =
 # 6\sigma$ oscillates for ever, since $s^3 + 3s^2 + 2s + 6 = (s + 3)(s^2 + 2)$. Between two of the frequencies the curve
 # touches the line.
 
@@ -236,7 +256,10 @@ if live():
     steepness = FloatSlider(1.5, min=-1, max=4, step=0.05)
     interact(at, k=FloatSlider(5, min=0.5, max=7, step=0.1), theta=steepness)
 else:
-    print("For sliders open this notebook in Jupyter, with ipywidgets (pip install ipywidgets). One position:")
+    print(
+        "For sliders open this notebook in Jupyter, with ipywidgets (pip install "
+        "ipywidgets). One position:"
+    )
     at()
 
 # %% [markdown]
@@ -244,22 +267,44 @@ else:
 
 # %%
 assert abs(circle.largest.low - 3) < 1e-6
-assert (popov.largest.low, str(popov.verdict), str(popov.evidence)) == (inf, "PROVED", "certified")
+assert (popov.largest.low, str(popov.verdict), str(popov.evidence)) == (
+    inf,
+    "PROVED",
+    "certified",
+)
 assert str(tilted.answer.verdict) == "PROVED"
 assert abs(reach[0] - 3) < 1e-6
 assert abs(reach[0.5] - (6 + 4 * sqrt(3))) < 1e-6
 assert round(6 + 4 * sqrt(3), 2) == 12.93
 assert reach[1] > 1e9
 assert disk.found.largest.low > 1.41
-assert control.feedback(0.26 * control.tf([12], [1, 2, -3]), 1).poles().real.max() < 0
-assert control.feedback(0.24 * control.tf([12], [1, 2, -3]), 1).poles().real.max() > 0
-assert (abs(critical.largest.low - 6) < 1e-6, round(critical.theta, 9), critical.refuted_at >= 6) == (True, 1.5, True)
-assert critical.meaning == max_sector("1/s").meaning == "Every solution converges to the set of equilibria"
-assert abs(max_sector(MOTOR, criterion="circle").largest.low - 4 / 3) < 1e-6  # the asymptote is at -3/4
+assert (
+    control.feedback(0.26 * control.tf([12], [1, 2, -3]), 1).poles().real.max() < 0
+)
+assert (
+    control.feedback(0.24 * control.tf([12], [1, 2, -3]), 1).poles().real.max() > 0
+)
+assert (
+    abs(critical.largest.low - 6) < 1e-6,
+    round(critical.theta, 9),
+    critical.refuted_at >= 6,
+) == (True, 1.5, True)
+assert (
+    critical.meaning
+    == max_sector("1/s").meaning
+    == "Every solution converges to the set of equilibria"
+)
+# the asymptote is at -3/4
+assert abs(max_sector(MOTOR, criterion="circle").largest.low - 4 / 3) < 1e-6
 assert max_sector("1/s").largest.low == inf
 assert str(wrong_sign.verdict) == "REFUTED"
 assert str(double.verdict) != "PROVED"
-assert [round(response.k, 2) for response in leaning.values()] == [1, 3, round(3 + 2 * sqrt(3), 2), 42.07]
+assert [round(response.k, 2) for response in leaning.values()] == [
+    1,
+    3,
+    round(3 + 2 * sqrt(3), 2),
+    42.07,
+]
 assert touching.margin_seen > 0
 assert str(touching.answer.verdict) == "INCONCLUSIVE"
 assert np.allclose(np.polymul([1, 3], [1, 0, 2]), [1, 3, 2, 6])

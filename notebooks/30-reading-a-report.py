@@ -42,7 +42,10 @@ from lure.rod import RodPlant, builtin_system
 
 def say(*texts):
     """Print paragraphs, broken into lines."""
-    print(*(textwrap.fill(str(text), 72, break_on_hyphens=False) for text in texts), sep="\n\n")
+    print(
+        *(textwrap.fill(str(text), 72, break_on_hyphens=False) for text in texts),
+        sep="\n\n",
+    )
 
 
 system = builtin_system("paper-rod")
@@ -64,7 +67,11 @@ print(*(path for path in written if path.suffix != ".png"), sep="\n")
 # %%
 found = report.conclusion
 print(report.verdict)
-say(found.statement, f"Set of equilibria: {found.stationary_set}", *(f"Assumed: {text}" for text in found.assumptions))
+say(
+    found.statement,
+    f"Set of equilibria: {found.stationary_set}",
+    *(f"Assumed: {text}" for text in found.assumptions),
+)
 
 # %% [markdown]
 # 1. **The verdict** is one of PROVED, REFUTED, INCONCLUSIVE. It has no truth value: `if report:` raises, because an
@@ -81,21 +88,24 @@ say(found.statement, f"Set of equilibria: {found.stationary_set}", *(f"Assumed: 
 # %%
 for claim in claims(report):
     line = f"{claim.evidence!s:10} {claim.answer:7} {claim.model}: {claim.text}"
-    print(textwrap.fill(line, 72, subsequent_indent=" " * 19, break_on_hyphens=False))
+    print(
+        textwrap.fill(line, 72, subsequent_indent=" " * 19, break_on_hyphens=False)
+    )
 
 # %% [markdown]
 # **Certified** rests on exact arithmetic or a proof, over all frequencies and the whole class. **Computed** is
 # floating point against a second computation. **Observed** is one motion: it may contradict a claim, and then no
 # report is written; it cannot prove one. Only the first ever carries PROVED.
 #
-# ## The criteria: theta, margin, reach
+# ## The criteria: theta, margin, largest k
 
 # %%
-print("criterion  model   verdict  theta  margin     at       reach")
+print("criterion  model   verdict  theta  margin     at       largest k")
 print("                            [s]    [m/Pa]     [rad/s]  [Pa/m]")
 for row in report.criteria:
     print(
-        f"{row.criterion:10} {row.model:7} {row.verdict!s:8} {row.theta:<6.4g} {row.margin.low:<10.8g} "
+        f"{row.criterion:10} {row.model:7} {row.verdict!s:8} {row.theta:<6.4g} "
+        f"{row.margin.low:<10.8g} "
         f"{row.worst_frequency:<8.5g} {row.largest.low:.8g}"
     )
 
@@ -106,7 +116,7 @@ for row in report.criteria:
 # - **theta** is Popov's multiplier, 1.25 s. With $\theta = 0$ the inequality is the circle criterion.
 # - **margin** is the least value of the left-hand side over *all* frequencies, and *at* is where. It is not read off a
 #   grid. Positive is what counts; its size is how much further $-1/k$ could move.
-# - **reach** is the largest $k$ for which the criterion still holds. The circle criterion gives up at 8 Pa/m, since
+# - **largest k** is the largest $k$ for which the criterion still holds. The circle criterion gives up at 8 Pa/m, since
 #   $\mathrm{Re}\,H$ goes down to $-1/8$ (hence its margin, $0.875 = 1 - 1/8$); Popov reaches every finite
 #   stiffness. A contact ten times as hard as this one would need Popov.
 #
@@ -118,8 +128,13 @@ seen = {}
 for row in report.criteria:
     s = 1j * row.worst_frequency
     if row.criterion == "popov" and row.worst_frequency < 1e6:
-        seen[row.model] = float(1 + ((1 + s * row.theta) * blocks[row.model].transfer(s)).real)
-        print(f"{row.model}: {seen[row.model]:.9f} at {row.worst_frequency:.5g} rad/s; reported {row.margin.low:.9f}")
+        seen[row.model] = float(
+            1 + ((1 + s * row.theta) * blocks[row.model].transfer(s)).real
+        )
+        print(
+            f"{row.model}: {seen[row.model]:.9f} at {row.worst_frequency:.5g} "
+            f"rad/s; reported {row.margin.low:.9f}"
+        )
 
 popov = {row.model: row for row in report.criteria if row.criterion == "popov"}
 _, axes = plt.subplots(1, 2, figsize=(8.6, 3.7), layout="constrained")
@@ -130,11 +145,10 @@ plt.show()
 
 # %% [markdown]
 # Popov's plot says it in one picture: the curve stays to the right of a line of slope $1/\theta$ through $-1/k$. A
-# picture has finitely many points and proves nothing; the certificate covers the axis. And in the right-hand plot
-# even the certificate claims the inequality and nothing about motions: the textbook theorem is about ordinary
-# differential equations. What is PROVED of the rod rests on an energy theorem ([note
-# 5](notes/0005-energy-theorem.md)); that the inequality would do as well is [note
-# 11](notes/0011-popov-for-the-rod.md).
+# picture has finitely many points and proves nothing; the certificate covers the axis. The textbook theorem is about
+# ordinary differential equations; that the inequality on the right proves the same of the rod is [note
+# 11](notes/0011-popov-for-the-rod.md). The report's own verdict rests on an energy theorem ([note
+# 5](notes/0005-energy-theorem.md)), which asks for no frequency.
 #
 # ## The spectrum: how much of the damping is the grid's?
 
@@ -145,7 +159,10 @@ pairs = json.loads((folder / "report.json").read_text())["spectrum"]["modes"]
 for mode in pairs[:5]:
     (a, b), (c, d) = mode["scheme"], mode["rod"]
     share = round(mode["numerical_share"], 4) + 0.0
-    print(f"{mode['number']:<5} {-a:<11.6g} {b:<11.6g} {-c:<11.6g} {d:<11.6g} {share:9.2%}")
+    print(
+        f"{mode['number']:<5} {-a:<11.6g} {b:<11.6g} {-c:<11.6g} {d:<11.6g} "
+        f"{share:9.2%}"
+    )
 _, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
 plot_damping(report.scheme, ax=ax)
 plt.show()
@@ -159,7 +176,10 @@ plt.show()
 
 # %%
 run = report.simulation.trajectory
-print(f"{report.simulation.cells} cells up to {run.t[-1]:g} s, energy identity within {run.energy_residual:.1e}")
+print(
+    f"{report.simulation.cells} cells up to {run.t[-1]:g} s, energy identity within "
+    f"{run.energy_residual:.1e}"
+)
 say(f"Where the rod comes to rest: {report.confirmation.rod.rest.way}.")
 _, axes = plt.subplots(1, 2, figsize=(8.6, 3.7), layout="constrained")
 plot_both_ends(report.confirmation, ax=axes[0])
@@ -184,19 +204,23 @@ for entry in data["certificates"]:
     content = (folder / entry["file"]).read_bytes()
     assert hashlib.sha256(content).hexdigest() == entry["sha256"]
     accepted.append(check(content))
-    print(f"{entry['file']}  {entry['sha256'][:12]}...  {type(accepted[-1]).__name__}")
+    print(
+        f"{entry['file']}  {entry['sha256'][:12]}...  {type(accepted[-1]).__name__}"
+    )
     say(f"  {accepted[-1].claim}")
 
 # %% [markdown]
 # Read the claims, not the file names: 1 and 2 are the energy theorem, for the rod and its scheme. 3 says *converges*,
-# of the scheme; 4 only *bounded*, since the circle criterion allows nonlinearities that change with time. 5 and 6, of
-# the rod, say it themselves: an inequality, *which alone proves nothing about the rod*.
+# of the scheme; 4 only *bounded*, since the circle criterion allows nonlinearities that change with time. 5 and 6 are
+# of the rod: by Popov's inequality it *comes to rest* too; by the circle criterion even if the nonlinearity varies.
 #
 # For your own programs `report.json` follows a published schema, in which `null` is "does not apply" and `"inf"` is
 # infinity; there is no NaN.
 
 # %%
-schema = json.loads(files("lure.analysis.report").joinpath("schema.json").read_text())
+schema = json.loads(
+    files("lure.analysis.report").joinpath("schema.json").read_text()
+)
 try:
     import jsonschema
 except ImportError:
@@ -233,7 +257,7 @@ print(pushed.verdict)
 say(pushed.conclusion.statement, f"The checker: {pushed.certificates[0].claim}")
 
 # %% [markdown]
-# REFUTED is about the class: there is a nonlinearity in it, $\varphi = 0$, under which the rod recedes for ever. The
+# REFUTED is about the class: there is a nonlinearity in it, $\phi = 0$, under which the rod recedes for ever. The
 # second sentence goes further, for the rod and any nonlinearity.
 #
 # **Where the slope decides.** Reports on any other loop look the same. A plant with a zero in the right half-plane,
@@ -242,11 +266,18 @@ say(pushed.conclusion.statement, f"The checker: {pushed.certificates[0].claim}")
 # %%
 plant = as_plant("(s^2 - 0.2*s - 0.1)/(s^3 + 2*s^2 + s + 1)")
 loop = LoopSystem(name="plant", title="a zero in the right half-plane", block=plant)
-saturated = build_loop_report(replace(loop, nonlinearity=Saturation(gain=3, limit=1)))
-sector_only = build_loop_report(replace(loop, nonlinearity_class=NonlinearityClass(sector=Sector(0, 3))))
+saturated = build_loop_report(
+    replace(loop, nonlinearity=Saturation(gain=3, limit=1))
+)
+sector_only = build_loop_report(
+    replace(loop, nonlinearity_class=NonlinearityClass(sector=Sector(0, 3)))
+)
 for one in (saturated, sector_only):
     print(one.verdict)
-    say(one.analysis.statement, *(f"To decide more: {hint}." for hint in one.analysis.hints))
+    say(
+        one.analysis.statement,
+        *(f"To decide more: {hint}." for hint in one.analysis.hints),
+    )
     print()
 
 names = [class_name(row) for row in sector_only.analysis.rows]
@@ -268,7 +299,10 @@ plt.show()
 loop_folder = Path(tempfile.mkdtemp())
 write_loop_report(saturated, loop_folder)
 loop_data = json.loads((loop_folder / "report.json").read_text())
-loop_checked = [check((loop_folder / entry["file"]).read_bytes()) for entry in loop_data["certificates"]]
+loop_checked = [
+    check((loop_folder / entry["file"]).read_bytes())
+    for entry in loop_data["certificates"]
+]
 print(*(f"{type(one).__name__:8} {one.theorem}" for one in loop_checked), sep="\n")
 say(*saturated.observed, *saturated.hints)
 
@@ -283,7 +317,10 @@ say(*saturated.observed, *saturated.hints)
 # %%
 say("Of the rod:", *(f"- {text}" for text in found.not_shown))
 print()
-say("Of the plant, not shown:", *(f"- {text}" for text in saturated.analysis.not_shown))
+say(
+    "Of the plant, not shown:",
+    *(f"- {text}" for text in saturated.analysis.not_shown),
+)
 
 # %% [markdown]
 # And three things that no report can say. That your rod is this rod: linear, one-dimensional, with these constants.
@@ -297,7 +334,9 @@ assert report.verdict is Verdict.PROVED
 assert undamped.verdict is sector_only.verdict is Verdict.INCONCLUSIVE
 assert pushed.verdict is Verdict.REFUTED
 assert saturated.verdict is Verdict.PROVED
-assert {claim.evidence for claim in claims(report) if claim.answer == "PROVED"} == {found.proofs[0].evidence}
+assert {claim.evidence for claim in claims(report) if claim.answer == "PROVED"} == {
+    found.proofs[0].evidence
+}
 assert str(found.proofs[0].evidence) == "certified"
 assert report.scheme.order == 21
 circle = [row for row in report.criteria if row.criterion == "circle"]
@@ -319,7 +358,7 @@ assert len(accepted) == 6
 assert all(isinstance(one, Proved) for one in accepted)
 assert "converges" in accepted[2].claim
 assert "bounded" in accepted[3].claim
-assert all("proves nothing about the rod" in one.claim for one in accepted[4:])
+assert all("of finite energy comes to rest" in one.claim for one in accepted[4:])
 assert undamped.spectrum.zero_multiplicity == 2
 assert not undamped.certificates
 assert len(loop_checked) == len(loop_data["certificates"])

@@ -21,7 +21,7 @@
 # the first; it fits on the back of an envelope. A report lists such files ([reading a report](30-reading-a-report.py));
 # `lure certify` writes one, `lure verify` checks it.
 #
-# The sign is $\sigma = H\mu$, $\mu = -\varphi(\sigma)$ throughout, and the nonlinearities are locally Lipschitz.
+# The sign is $\sigma = H\mu$, $\mu = -\phi(\sigma)$ throughout, and the nonlinearities are locally Lipschitz.
 
 # %% tags=["hide-input"]
 import json
@@ -39,7 +39,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from lure.analysis import popov_response
-from lure.analysis.certificates import checker  # what is checked: called to compare, never to compute
+
+# what is checked: called to compare, never to compute
+from lure.analysis.certificates import checker
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.plots import plot_popov_response
 from lure.analysis.plots.style import BLUE, GREEN, GREY, VERMILLION, finish_axes
@@ -58,7 +60,12 @@ def times(p, q):
 def plus(p, q, factor=1):
     """``p + factor q``, without zeros at the end."""
     size = max(len(p), len(q))
-    out = [a + factor * b for a, b in zip(p + [0] * (size - len(p)), q + [0] * (size - len(q)), strict=True)]
+    out = [
+        a + factor * b
+        for a, b in zip(
+            p + [0] * (size - len(p)), q + [0] * (size - len(q)), strict=True
+        )
+    ]
     while out and out[-1] == 0:
         out.pop()
     return out
@@ -87,10 +94,29 @@ def say(text):
 # hands it to the checker. The file:
 
 # %%
-SECTOR = {"sector": ["0", "59/10"], "slope": None, "odd": False, "time_varying": False, "linear": False}
-PLANT = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "2", "0"]}
-POPOV = {"verdict": "PROVED", "system": PLANT, "laws": SECTOR, "theorem": "popov", "multiplier": {"theta": "3/2"}}
-file = text_of(complete_and_check({**POPOV, "proof": {"method": "polynomial"}}).certificate)
+SECTOR = {
+    "sector": ["0", "59/10"],
+    "slope": None,
+    "odd": False,
+    "time_varying": False,
+    "linear": False,
+}
+PLANT = {
+    "kind": "transfer",
+    "time": "continuous",
+    "numerator": ["1"],
+    "denominator": ["1", "3", "2", "0"],
+}
+POPOV = {
+    "verdict": "PROVED",
+    "system": PLANT,
+    "laws": SECTOR,
+    "theorem": "popov",
+    "multiplier": {"theta": "3/2"},
+}
+file = text_of(
+    complete_and_check({**POPOV, "proof": {"method": "polynomial"}}).certificate
+)
 print(file)
 
 # %% [markdown]
@@ -100,20 +126,32 @@ print(file)
 
 # %%
 claim = json.loads(file)
-n, d = ([Fraction(x) for x in reversed(claim["system"][key])] for key in ("numerator", "denominator"))
-k, theta = Fraction(claim["laws"]["sector"][1]), Fraction(claim["multiplier"]["theta"])
+n, d = (
+    [Fraction(x) for x in reversed(claim["system"][key])]
+    for key in ("numerator", "denominator")
+)
+k, theta = (
+    Fraction(claim["laws"]["sector"][1]),
+    Fraction(claim["multiplier"]["theta"]),
+)
 
 
 def on_axis(p):
     """Real and imaginary part of ``p(i omega)``, as polynomials in omega."""
-    return [a * (1, 0, -1, 0)[j % 4] for j, a in enumerate(p)], [a * (0, 1, 0, -1)[j % 4] for j, a in enumerate(p)]
+    return [a * (1, 0, -1, 0)[j % 4] for j, a in enumerate(p)], [
+        a * (0, 1, 0, -1)[j % 4] for j, a in enumerate(p)
+    ]
 
 
 def popov(k, theta):
     """``F`` of the claim, in omega."""
     (nr, ni), (dr, di) = on_axis(n), on_axis(d)
-    x, y = plus(times(nr, dr), times(ni, di)), plus(times(ni, dr), times(nr, di), -1)  # n times the conjugate of d
-    return plus(plus(times([k], x), times([0, -k * theta], y)), plus(times(dr, dr), times(di, di)))
+    # n times the conjugate of d
+    x, y = plus(times(nr, dr), times(ni, di)), plus(times(ni, dr), times(nr, di), -1)
+    return plus(
+        plus(times([k], x), times([0, -k * theta], y)),
+        plus(times(dr, dr), times(di, di)),
+    )
 
 
 F = popov(k, theta)
@@ -165,7 +203,8 @@ deflated = d[1:]  # d/s
 residue = n[0] / deflated[0]
 print("d(0) =", d[0], "  d/s =", words(deflated), "  residue", residue)
 assert (d[0], len(deflated)) == (0, 3)
-assert min(deflated) > 0  # a quadratic whose coefficients have one sign has its roots on the left
+# a quadratic whose coefficients have one sign has its roots on the left
+assert min(deflated) > 0
 
 # %% [markdown]
 # **Concluded**, by Popov's theorem in the critical case (Aizerman and Gantmacher 1964): for every nonlinearity of the
@@ -176,9 +215,19 @@ assert min(deflated) > 0  # a quadratic whose coefficients have one sign has its
 # anything about nonlinearities that depend on time, or about loads, or whether your plant has these coefficients.
 
 # %%
-dead_zone = {"kind": "piecewise-linear", "points": [["0", "0"], ["1", "0"]], "left": "0", "right": "1"}
-say(complete_and_check({**POPOV, "law": dead_zone, "proof": {"method": "polynomial"}}).facts["law"])
-assert d[0] * Fraction(1, 2) == n[0] * -max(Fraction(1, 2) - 1, 0)  # d sigma = n mu with all derivatives zero
+dead_zone = {
+    "kind": "piecewise-linear",
+    "points": [["0", "0"], ["1", "0"]],
+    "left": "0",
+    "right": "1",
+}
+say(
+    complete_and_check(
+        {**POPOV, "law": dead_zone, "proof": {"method": "polynomial"}}
+    ).facts["law"]
+)
+# d sigma = n mu with all derivatives zero
+assert d[0] * Fraction(1, 2) == n[0] * -max(Fraction(1, 2) - 1, 0)
 
 # %% [markdown]
 # Now change a digit. One, then each digit of the file to each other digit.
@@ -195,7 +244,13 @@ def verdict(text):
 
 print(verdict(file))
 print(verdict(file.replace('"-77"', '"-76"')))
-changed = [file[:i] + x + file[i + 1 :] for i, c in enumerate(file) if c.isdigit() for x in "0123456789" if x != c]
+changed = [
+    file[:i] + x + file[i + 1 :]
+    for i, c in enumerate(file)
+    if c.isdigit()
+    for x in "0123456789"
+    if x != c
+]
 accepted = [text for text in changed if verdict(text) in ("Proved", "Refuted")]
 print(len(changed), "files with one digit changed,", len(accepted), "accepted")
 
@@ -209,7 +264,10 @@ print(len(changed), "files with one digit changed,", len(accepted), "accepted")
 # %%
 print("k = 6, theta = 3/2:", words(popov(Fraction(6), theta)[2::2]))
 for other in (Fraction(-5), Fraction(0), Fraction(1, 7), Fraction(1000)):
-    print(f"k = 6, theta = {other}: F/omega^2 at X = 2 is", value(popov(Fraction(6), other)[2::2], Fraction(2)))
+    print(
+        f"k = 6, theta = {other}: F/omega^2 at X = 2 is",
+        value(popov(Fraction(6), other)[2::2], Fraction(2)),
+    )
 six = {**SECTOR, "sector": ["0", "6"]}
 try:
     complete_and_check({**POPOV, "laws": six, "proof": {"method": "polynomial"}})
@@ -219,15 +277,22 @@ except checker.Rejected as reason:
 print("Rejected:", refusal)
 
 # %% [markdown]
-# No multiplier of any kind can work. The nonlinearity $\varphi = 6\sigma$ is in the class, and
+# No multiplier of any kind can work. The nonlinearity $\phi = 6\sigma$ is in the class, and
 # $d + 6n = s^3 + 3s^2 + 2s + 6 = (s+3)(s^2+2)$ has its roots $\pm i\sqrt2$ on the axis: that loop swings like
 # $\cos\sqrt2\,t$ and never comes to rest. At $\omega^2 = 2$ we have $1/6 + H = 0$, whatever it is multiplied by. What
 # can be certified is the opposite.
 
 # %%
 assert times([3, 1], [2, 0, 1]) == plus(d, [6 * a for a in n])
-gain = {"verdict": "REFUTED", "system": PLANT, "laws": six, "theorem": "counterexample"}
-refuted = complete_and_check({**gain, "proof": {"method": "linear-gain", "gain": "6"}})
+gain = {
+    "verdict": "REFUTED",
+    "system": PLANT,
+    "laws": six,
+    "theorem": "counterexample",
+}
+refuted = complete_and_check(
+    {**gain, "proof": {"method": "linear-gain", "gain": "6"}}
+)
 say(f"{type(refuted).__name__}: {refuted.claim}")
 say(refuted.facts["root"])
 
@@ -237,13 +302,25 @@ say(refuted.facts["root"])
 
 # %%
 _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.8), layout="constrained")
-plot_popov_response(popov_response(([1], [1, 3, 2, 0]), k=Fraction("5.9"), theta=Fraction(3, 2)), ax=left)
+plot_popov_response(
+    popov_response(([1], [1, 3, 2, 0]), k=Fraction("5.9"), theta=Fraction(3, 2)),
+    ax=left,
+)
 left.set_title("1/(s(s+1)(s+2)), κ = k = 5.9, θ = 3/2", fontsize="medium")
 X = np.linspace(0, 4.2, 400)
 for upper, colour in ((k, BLUE), (Fraction(6), VERMILLION)):
     drawn = [float(a) for a in popov(upper, theta)[2::2]]
-    right.plot(X, value(drawn, X), color=colour, lw=1.4, label=f"k = {float(upper):g}")
-right.plot([77 / 40], [471 / 1600], "o", ms=5, color=GREEN, label="minimum 471/1600 at 77/40")
+    right.plot(
+        X, value(drawn, X), color=colour, lw=1.4, label=f"k = {float(upper):g}"
+    )
+right.plot(
+    [77 / 40],
+    [471 / 1600],
+    "o",
+    ms=5,
+    color=GREEN,
+    label="minimum 471/1600 at 77/40",
+)
 right.axhline(0, color=GREY, lw=0.6)
 right.set(xlabel="X = ω² [rad²/s²]", ylabel="F/ω² [rad⁴/s⁴]", xlim=(0, 4.2))
 finish_axes(right)
@@ -251,10 +328,17 @@ right.legend(frameon=False)
 plt.show()
 
 # %%
-assert (claim["proof"]["coefficients"], claim["proof"]["limits"]) == (["80", "-77", "20"], ["4", "1"])
+assert (claim["proof"]["coefficients"], claim["proof"]["limits"]) == (
+    ["80", "-77", "20"],
+    ["4", "1"],
+)
 assert [20 * a for a in f] == [80, -77, 20]
 assert [str(f[0]), str(f[-1])] == claim["proof"]["limits"]
-assert chain == [[4, Fraction(-77, 20), 1], [Fraction(-77, 20), 2], [Fraction(-471, 1600)]]
+assert chain == [
+    [4, Fraction(-77, 20), 1],
+    [Fraction(-77, 20), 2],
+    [Fraction(-471, 1600)],
+]
 assert (roots, residue, deflated) == (0, Fraction(1, 2), [2, 3, 1])
 assert value(f, Fraction(77, 40)) == Fraction(471, 1600)
 assert claim["conclusion"] == "every motion converges to the set of equilibria"
@@ -273,8 +357,8 @@ assert type(refuted).__name__ == "Refuted"
 # $$M = \begin{pmatrix} -(A^TP + PA) & c^T + \theta A^Tc^T - Pb \\ \cdot & 2/k + 2\theta\,(cb + \varrho)
 # \end{pmatrix} > 0, \qquad P > 0.$$
 #
-# Then $V = x^TPx + 2\theta\int_0^\sigma\varphi$ falls along every motion: $-V' = v^TMv + 2\varphi\,(\sigma -
-# \varphi/k)$ with $v = (x, -\varphi)$, and the last product is not negative in the sector. ($\varrho = 0$ here.) A
+# Then $V = x^TPx + 2\theta\int_0^\sigma\phi$ falls along every motion: $-V' = v^TMv + 2\phi\,(\sigma -
+# \phi/k)$ with $v = (x, -\phi)$, and the last product is not negative in the sector. ($\varrho = 0$ here.) A
 # matrix is positive definite if the pivots of its $LDL^T$ are positive; in fractions that is a matter of fact.
 
 
@@ -284,10 +368,15 @@ def formed(P, block, k, theta):
     A, b, c, rho = block
     size = range(len(A))
     PA = [[sum(P[i][m] * A[m][j] for m in size) for j in size] for i in size]
-    Pb, cA = ([sum(P[i][m] * b[m] for m in size) for i in size], [sum(c[m] * A[m][j] for m in size) for j in size])
+    Pb, cA = (
+        [sum(P[i][m] * b[m] for m in size) for i in size],
+        [sum(c[m] * A[m][j] for m in size) for j in size],
+    )
     edge = [c[i] + theta * cA[i] - Pb[i] for i in size]
     corner = 2 / k + 2 * theta * (sum(c[i] * b[i] for i in size) + rho)
-    return [[-PA[i][j] - PA[j][i] for j in size] + [edge[i]] for i in size] + [[*edge, corner]]
+    return [[-PA[i][j] - PA[j][i] for j in size] + [edge[i]] for i in size] + [
+        [*edge, corner]
+    ]
 
 
 def pivots(M):
@@ -303,8 +392,14 @@ def pivots(M):
 
 def dyadic(proof):
     """P of a certificate: rows of the lower triangle, times 2^exponent."""
-    rows, unit = [[Fraction(x) for x in row] for row in proof["P"]], Fraction(1, 2 ** proof["exponent"])
-    return [[rows[max(i, j)][min(i, j)] * unit for j in range(len(rows))] for i in range(len(rows))]
+    rows, unit = (
+        [[Fraction(x) for x in row] for row in proof["P"]],
+        Fraction(1, 2 ** proof["exponent"]),
+    )
+    return [
+        [rows[max(i, j)][min(i, j)] * unit for j in range(len(rows))]
+        for i in range(len(rows))
+    ]
 
 
 plain = {"method": "matrix", "P": [["9"], ["4", "5"]], "exponent": 2, "zero": None}
@@ -315,7 +410,17 @@ principal = pivots(P), pivots(M)
 print("pivots of P", words(principal[0]), " of M", words(principal[1]))
 damped = {**PLANT, "denominator": ["1", "1", "1"]}
 wide = {**SECTOR, "sector": ["0", "10"]}
-say(complete_and_check({**POPOV, "system": damped, "laws": wide, "multiplier": {"theta": "1"}, "proof": plain}).claim)
+say(
+    complete_and_check(
+        {
+            **POPOV,
+            "system": damped,
+            "laws": wide,
+            "multiplier": {"theta": "1"},
+            "proof": plain,
+        }
+    ).claim
+)
 
 # %% [markdown]
 # With a pole at zero no $P$ makes $A^TP + PA$ definite: $Ax_0 = 0$. The critical case is **deflated**. The file names
@@ -342,9 +447,23 @@ rest, p = (1, 2), zero["pivot"]
 small_A = [[A[i][j] - x0[i] / x0[p] * A[p][j] for j in rest] for i in rest]
 small_b = [b[i] - x0[i] / x0[p] * b[p] for i in rest]
 small_c = [c[i] - weight * left_null[i] for i in rest]
-print("A", *map(words, small_A), " b", words(small_b), " c", words(small_c), " rho", rho)
+print(
+    "A",
+    *map(words, small_A),
+    " b",
+    words(small_b),
+    " c",
+    words(small_c),
+    " rho",
+    rho,
+)
 
-critical = {"method": "matrix", "P": [["131"], ["1", "64"]], "exponent": 7, "zero": zero}
+critical = {
+    "method": "matrix",
+    "P": [["131"], ["1", "64"]],
+    "exponent": 7,
+    "zero": zero,
+}
 P = dyadic(critical)
 M = formed(P, (small_A, small_b, small_c, rho), k, theta)
 print(*map(words, M), sep="\n")
@@ -354,17 +473,22 @@ by_matrix = complete_and_check({**POPOV, "proof": critical})
 say(by_matrix.claim)
 
 # %% [markdown]
-# $V = x^TPx + \zeta^2/\varrho + 2\theta\int\varphi$. The conclusion is that of part 1, word for word, by another road.
+# $V = x^TPx + \zeta^2/\varrho + 2\theta\int\phi$. The conclusion is that of part 1, word for word, by another road.
 # The last pivot is 0.002; in floating point one would have to say how well that is known.
 #
 # This $P$ was found with a pencil. The search solves Riccati equations at order 400, and what it returns is rounded to
 # dyadic numbers and read in just this way.
 
 # %%
-assert principal == ([Fraction(9, 4), Fraction(29, 36)], [2, Fraction(1, 2), Fraction(3, 40)])
+assert principal == (
+    [Fraction(9, 4), Fraction(29, 36)],
+    [2, Fraction(1, 2), Fraction(3, 40)],
+)
 assert rho == residue
 assert deflated_pivots[1][:2] == [Fraction(1, 32), Fraction(191, 64)]
-assert deflated_pivots[1][2] == Fraction(20, 59) - Fraction(1, 512) - Fraction(64, 191)
+assert deflated_pivots[1][2] == Fraction(20, 59) - Fraction(1, 512) - Fraction(
+    64, 191
+)
 assert min(deflated_pivots[0]) > 0
 assert round(float(deflated_pivots[1][2]), 3) == 0.002
 assert by_matrix.certificate["conclusion"] == claim["conclusion"]
@@ -377,7 +501,12 @@ assert by_matrix.certificate["conclusion"] == claim["conclusion"]
 # constant outside:
 
 # %%
-points = [["-74498/72625", "-192/415"], ["-36864/72625", "-192/415"], ["0", "0"], ["192/175", "1"]]
+points = [
+    ["-74498/72625", "-192/415"],
+    ["-36864/72625", "-192/415"],
+    ["0", "0"],
+    ["192/175", "1"],
+]
 knots = [(Fraction(x), Fraction(y)) for x, y in points]
 slopes = [(y2 - y1) / (x2 - x1) for (x1, y1), (x2, y2) in pairwise(knots)]
 print("slopes between the points:", words(slopes))
@@ -391,7 +520,8 @@ def phi(x):
     return knots[i][1] + slopes[i] * (x - knots[i][0])
 
 
-sigma, mu = [Fraction(-74498, 72625)], [-Fraction(1), Fraction(192, 415)]  # mu[0] is the sample before
+# mu[0] is the sample before
+sigma, mu = [Fraction(-74498, 72625)], [-Fraction(1), Fraction(192, 415)]
 for _ in range(3):
     sigma.append(sigma[-1] / 2 + 2 * mu[-1] + Fraction(23, 25) * mu[-2])
     mu.append(-phi(sigma[-1]))
@@ -400,11 +530,27 @@ print("mu:   ", words(mu[1:]))
 
 _, ax = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
 law_x, law_y = (np.array([float(pair[i]) for pair in knots]) for i in (0, 1))
-ax.plot([-1.5, *law_x, 1.5], [law_y[0], *law_y, law_y[-1]], color=BLUE, lw=1.4, label="φ")
-ax.plot(sigma[:3], [-u for u in mu[1:4]], "o", ms=5, color=VERMILLION, label="visited")
+ax.plot(
+    [-1.5, *law_x, 1.5], [law_y[0], *law_y, law_y[-1]], color=BLUE, lw=1.4, label="φ"
+)
+ax.plot(
+    sigma[:3], [-u for u in mu[1:4]], "o", ms=5, color=VERMILLION, label="visited"
+)
 for i, (x, u) in enumerate(zip(sigma[:3], mu[1:4], strict=True)):
-    ax.annotate(f"t = {i}", (x, -u), (-4, 8), textcoords="offset points", fontsize="small", ha="right")
-ax.set(xlabel="σ [unit of σ]", ylabel="φ(σ) [unit of μ]", xlim=(-1.5, 1.5), ylim=(-0.6, 1.2))
+    ax.annotate(
+        f"t = {i}",
+        (x, -u),
+        (-4, 8),
+        textcoords="offset points",
+        fontsize="small",
+        ha="right",
+    )
+ax.set(
+    xlabel="σ [unit of σ]",
+    ylabel="φ(σ) [unit of μ]",
+    xlim=(-1.5, 1.5),
+    ylim=(-0.6, 1.2),
+)
 finish_axes(ax)
 ax.legend(loc="lower right", frameon=False)
 plt.show()
@@ -417,11 +563,18 @@ plt.show()
 
 # %%
 monotone = {**SECTOR, "sector": ["0", "175/192"], "slope": ["0", "175/192"]}
-discrete = {"kind": "transfer", "time": "discrete", "numerator": ["2", "23/25"], "denominator": ["1", "-1/2", "0"]}
+discrete = {
+    "kind": "transfer",
+    "time": "discrete",
+    "numerator": ["2", "23/25"],
+    "denominator": ["1", "-1/2", "0"],
+}
 orbit = {"method": "orbit", "points": points, "left": "0", "right": "0"}
 orbit |= {"u": [str(x) for x in mu[1:4]], "sigma": [str(x) for x in sigma[:3]]}
 example = {"system": discrete, "laws": monotone, "proof": orbit}
-refuted = complete_and_check({"verdict": "REFUTED", "theorem": "counterexample", **example})
+refuted = complete_and_check(
+    {"verdict": "REFUTED", "theorem": "counterexample", **example}
+)
 say(f"{type(refuted).__name__}: {refuted.claim}")
 
 # %%
@@ -432,7 +585,8 @@ assert len(set(sigma)) == 3
 assert sorted(set(mu)) == [-1, Fraction(192, 415)]
 assert slopes == [0, Fraction(175, 192), Fraction(175, 192)]
 assert round(175 / 192, 4) == 0.9115
-limit = Fraction(25, 23)  # z^2 - (1/2 - 2 g) z + 23 g/25 is stable while 23 g/25 < 1 and |1/2 - 2 g| < 1 + 23 g/25
+# z^2 - (1/2 - 2 g) z + 23 g/25 is stable while 23 g/25 < 1 and |1/2 - 2 g| < 1 + 23 g/25
+limit = Fraction(25, 23)
 assert Fraction(23, 25) * limit == 1
 assert abs(Fraction(1, 2) - 2 * limit) < 2
 assert type(refuted).__name__ == "Refuted"
@@ -451,8 +605,8 @@ assert all(mu[i + 1] == -phi(x) for i, x in enumerate(sigma))
 # 3. So Popov's condition holds for every finite sector $[0, K]$ and every $N$ as soon as $\theta \ge 4|a|T/(1 - a^2) =
 #    L\,|k^2 - Z^2|/(kAE)$.
 #
-# It makes Popov's theorem apply to the scheme; of the rod itself, a partial differential equation, the certificate
-# claims the inequality alone ([note 11](notes/0011-popov-for-the-rod.md) says what follows). With the paper's numbers:
+# It makes Popov's theorem apply to the scheme; for the rod itself, a partial differential equation, [note
+# 11](notes/0011-popov-for-the-rod.md) proves what follows. With the paper's numbers:
 
 # %%
 paper = {"E": "288000000", "rho": "8", "L": "1", "A": "1/40000", "k": "1/5000"}
@@ -466,7 +620,8 @@ print(f"a = {a}, d = {d_rod}, theta >= {least} s = {float(least):.8f} s")
 
 
 def scheme(cells, theta):
-    """What the checker says of Popov's inequality for the scheme and the sector [0, 1]."""
+    """What the checker says of Popov's inequality for the scheme and the sector [0,
+    1]."""
     system = {"kind": "rod-scheme", **paper, "cells": cells}
     nonlinearities, proof = {**SECTOR, "sector": ["0", "1"]}, {"method": "structure"}
     draft = {
@@ -477,7 +632,9 @@ def scheme(cells, theta):
         "multiplier": {"theta": str(theta)},
     }
     try:
-        return complete_and_check({**draft, "proof": proof}).certificate["conclusion"]
+        return complete_and_check({**draft, "proof": proof}).certificate[
+            "conclusion"
+        ]
     except checker.Rejected as reason:
         return f"Rejected: {reason}"
 
@@ -488,8 +645,8 @@ print(scheme(100_000, least - Fraction(1, 10**30)))
 # %% [markdown]
 # The other theorem is about energy, for the rod and for its scheme. Here we follow the scheme. It is
 # $y_i' = s\,(\mathrm{prev}_i - y_i)$ with $\mathrm{prev}_i = y_{i-1}$, but $\mathrm{prev}_1 = -a\,y_{2N}$ and
-# $\mathrm{prev}_{N+1} = y_N - 2d\,p$, and $z' = y_N - d\,p$, $p = \varphi(z)$. For
-# $V = \frac1{2s}\sum y_i^2 + 2d\int_0^z\varphi$, row by row,
+# $\mathrm{prev}_{N+1} = y_N - 2d\,p$, and $z' = y_N - d\,p$, $p = \phi(z)$. For
+# $V = \frac1{2s}\sum y_i^2 + 2d\int_0^z\phi$, row by row,
 #
 # $$y_i\,y_i'/s + \tfrac12(\mathrm{prev}_i - y_i)^2 = \tfrac12\,(\mathrm{prev}_i^2 - y_i^2),$$
 #
@@ -501,33 +658,45 @@ N = 3
 
 
 def form(*products):
-    """A quadratic form: the sum of ``factor u v`` for linear forms ``u``, ``v``, without zeros."""
+    """A quadratic form: the sum of ``factor u v`` for linear forms ``u``, ``v``,
+    without zeros."""
     out = {}
     for factor, u, v in products:
         for i, x in u.items():
             for j, y in v.items():
-                out[min(i, j), max(i, j)] = out.get((min(i, j), max(i, j)), 0) + factor * x * y
+                out[min(i, j), max(i, j)] = (
+                    out.get((min(i, j), max(i, j)), 0) + factor * x * y
+                )
     return {key: x for key, x in out.items() if x}
 
 
 def added(*forms):
     """The sum of forms, without zeros."""
-    out = {key: sum(each.get(key, 0) for each in forms) for key in set().union(*forms)}
+    out = {
+        key: sum(each.get(key, 0) for each in forms) for key in set().union(*forms)
+    }
     return {key: x for key, x in sorted(out.items()) if x}
 
 
 def shown(quadratic):
     """A form, to read."""
     names = ["p"] + [f"y{i}" for i in range(1, 2 * N + 1)]
-    return "  ".join(f"{x} {names[i]}{names[j]}" for (i, j), x in quadratic.items()) or "0"
+    return (
+        "  ".join(f"{x} {names[i]}{names[j]}" for (i, j), x in quadratic.items())
+        or "0"
+    )
 
 
 y = {i: {i: Fraction(1)} for i in range(2 * N + 1)}  # y[0] is p
-prev = {i: y[i - 1] for i in range(2, 2 * N + 1)} | {1: {2 * N: -a}, N + 1: {N: Fraction(1), 0: -2 * d_rod}}
+prev = {i: y[i - 1] for i in range(2, 2 * N + 1)} | {
+    1: {2 * N: -a},
+    N + 1: {N: Fraction(1), 0: -2 * d_rod},
+}
 half, rows = Fraction(1, 2), []
 for i in range(1, 2 * N + 1):
     jump = {j: prev[i].get(j, 0) - y[i].get(j, 0) for j in {*prev[i], *y[i]}}
-    rows.append(form((1, y[i], jump), (half, jump, jump)))  # y_i y_i'/s + (1/2) (prev_i - y_i)^2
+    # y_i y_i'/s + (1/2) (prev_i - y_i)^2
+    rows.append(form((1, y[i], jump), (half, jump, jump)))
     print(f"row {i}:      {shown(rows[-1])}")
 nonlinearity = form((2 * d_rod, y[0], {N: Fraction(1), 0: -d_rod}))  # 2 d p z'
 end = form(((1 - a * a) / 2, y[2 * N], y[2 * N]))
@@ -543,15 +712,29 @@ print(f"sum:        {shown(total)}")
 
 # %%
 settled_rod = complete_and_check(
-    {**POPOV, "theorem": "rod-energy", "multiplier": {}, "laws": {**SECTOR, "sector": ["0", "inf"]}}
-    | {"system": {"kind": "rod-scheme", **paper, "cells": N}, "proof": {"method": "structure"}}
+    {
+        **POPOV,
+        "theorem": "rod-energy",
+        "multiplier": {},
+        "laws": {**SECTOR, "sector": ["0", "inf"]},
+    }
+    | {
+        "system": {"kind": "rod-scheme", **paper, "cells": N},
+        "proof": {"method": "structure"},
+    }
 )
 say(settled_rod.claim)
 say(settled_rod.facts["energy"])
-assert (a, d_rod, least) == (Fraction(-5999, 6001), Fraction(1, 48000), Fraction(35999999, 36000000))
+assert (a, d_rod, least) == (
+    Fraction(-5999, 6001),
+    Fraction(1, 48000),
+    Fraction(35999999, 36000000),
+)
 assert least == 4 * abs(a) * travel / (1 - a * a)
 assert scheme(100_000, least) == claim["conclusion"]
-assert scheme(100_000, least - Fraction(1, 10**30)).startswith("Rejected: theta is below")
+assert scheme(100_000, least - Fraction(1, 10**30)).startswith(
+    "Rejected: theta is below"
+)
 assert total == {}
 assert all(rows)
 assert 1 - a * a > 0
@@ -571,10 +754,15 @@ assert added(*rows[1:], nonlinearity, end) != {}
 order, right_end = 8, Fraction(1)
 cosine, sine = on_axis([Fraction(1, factorial(j)) for j in range(order)])
 error = [0] * order + [Fraction(1, factorial(order))]
-below = plus(plus(plus([1, 0, 1], cosine), times([0, 1], sine), -1), times([1, 1], error), -1)
+below = plus(
+    plus(plus([1, 0, 1], cosine), times([0, 1], sine), -1), times([1, 1], error), -1
+)
 print("below F:", words(below))
 negative = sum(min(x, 0) * right_end**i for i, x in enumerate(below))
-print(f"constant {below[0]}, all negative terms together at least {negative}: F > {below[0] + negative} on the box")
+print(
+    f"constant {below[0]}, all negative terms together at least {negative}: F > "
+    f"{below[0] + negative} on the box"
+)
 
 # %% [markdown]
 # The constant outweighs all negative terms at the right end, where they are largest: $F > 0$ on the box. Beyond it the
@@ -583,22 +771,52 @@ print(f"constant {below[0]}, all negative terms together at least {negative}: F 
 
 # %%
 dead_time = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1"]}
-circle = {**POPOV, "system": dead_time, "theorem": "circle", "multiplier": {}, "laws": {**SECTOR, "sector": ["0", "1"]}}
-covered = complete_and_check({**circle, "proof": {"method": "cover", "boxes": [["0", "1"]], "order": order}})
+circle = {
+    **POPOV,
+    "system": dead_time,
+    "theorem": "circle",
+    "multiplier": {},
+    "laws": {**SECTOR, "sector": ["0", "1"]},
+}
+covered = complete_and_check(
+    {**circle, "proof": {"method": "cover", "boxes": [["0", "1"]], "order": order}}
+)
 say(covered.claim)
 assert below[0] == 2
 assert below[0] + negative == Fraction(20029, 13440)
 assert plus(times([1, 0, 1], [1, 0, 1]), [1, 0, 1], -1) == [0, 0, 1, 0, 1]
 omega = np.linspace(0, 1, 11)
-assert np.all(value([float(x) for x in below], omega) <= 1 + omega**2 + np.cos(omega) - omega * np.sin(omega) + 1e-15)
+assert np.all(
+    value([float(x) for x in below], omega)
+    <= 1 + omega**2 + np.cos(omega) - omega * np.sin(omega) + 1e-15
+)
 
 _, ax = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
-omega, inside, beyond = np.linspace(0, 3, 400), np.linspace(0, 1, 100), np.linspace(1, 3, 200)
+omega, inside, beyond = (
+    np.linspace(0, 3, 400),
+    np.linspace(0, 1, 100),
+    np.linspace(1, 3, 200),
+)
 ax.axvspan(0, 1, color=GREY, alpha=0.15, lw=0, label="the box")
-ax.plot(omega, 1 + omega**2 + np.cos(omega) - omega * np.sin(omega), color=BLUE, lw=1.4, label="F")
-ax.plot(inside, value([float(x) for x in below], inside), color=VERMILLION, lw=1.4, ls="--", label="polynomial below F")
+ax.plot(
+    omega,
+    1 + omega**2 + np.cos(omega) - omega * np.sin(omega),
+    color=BLUE,
+    lw=1.4,
+    label="F",
+)
+ax.plot(
+    inside,
+    value([float(x) for x in below], inside),
+    color=VERMILLION,
+    lw=1.4,
+    ls="--",
+    label="polynomial below F",
+)
 tail = 1 + beyond**2 - np.sqrt(1 + beyond**2)
-ax.plot(beyond, tail, color=GREEN, lw=1.4, ls="-.", label="what Cauchy and Schwarz leave")
+ax.plot(
+    beyond, tail, color=GREEN, lw=1.4, ls="-.", label="what Cauchy and Schwarz leave"
+)
 ax.axhline(0, color=GREY, lw=0.6)
 ax.set(xlabel="ω [rad/s]", ylabel="F", xlim=(0, 3), ylim=(-0.3, 6))
 finish_axes(ax)
@@ -611,13 +829,15 @@ plt.show()
 #
 # ## 6. The checker alone
 #
-# `checker.py` and the twelve files beside it need Python and nothing else. We copy all into an empty folder and
+# `checker.py` and the thirteen files beside it need Python and nothing else. We copy all into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
 # %%
-BESIDE = ("arithmetic", "balls", "blocks", "boxes", "channels", "frequencies", "gains", "parametric",
-          "regions", "several", "states", "windows")  # fmt: skip
+BESIDE = (
+    *("arithmetic", "balls", "blocks", "boxes", "channels", "frequencies"),
+    *("gains", "parametric", "regions", "several", "signals", "states", "windows"),
+)
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")
     kernel.mkdir()
@@ -626,8 +846,17 @@ with tempfile.TemporaryDirectory() as folder:
     statuses = []
     for text in (file, file.replace('"-77"', '"-76"'), "trust me"):
         Path(folder, "certificate.json").write_text(text, encoding="utf-8")
-        command = [sys.executable, "-S", "-E", "-I", "kernel/checker.py", "certificate.json"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        command = [
+            sys.executable,
+            "-S",
+            "-E",
+            "-I",
+            "kernel/checker.py",
+            "certificate.json",
+        ]
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, check=False
+        )
         statuses.append(done.returncode)
         print(f"{done.stdout}status {done.returncode}\n")
 assert statuses == [0, 11, 2]

@@ -31,9 +31,19 @@ from itertools import pairwise
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
+from lure.analysis.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    PURPLE,
+    VERMILLION,
+    finish_axes,
+)
 from lure.analysis.rod.comparison import compare, integrate
-from lure.analysis.rod.plots.assembly import plot_assembly_contacts, plot_assembly_ends
+from lure.analysis.rod.plots.assembly import (
+    plot_assembly_contacts,
+    plot_assembly_ends,
+)
 from lure.analysis.rod.plots.comparison import plot_comparison
 from lure.analysis.rod.plots.response import plot_history, plot_poincare
 from lure.analysis.rod.response import Plan, response
@@ -55,7 +65,13 @@ def changed(**parameters):
 
 def panels(count):
     """Axes side by side."""
-    _, axes = plt.subplots(1, count, figsize=(max(5.8, 4.7 * count), 3.5), layout="constrained", squeeze=False)
+    _, axes = plt.subplots(
+        1,
+        count,
+        figsize=(max(5.8, 4.7 * count), 3.5),
+        layout="constrained",
+        squeeze=False,
+    )
     return axes[0]
 
 
@@ -86,7 +102,10 @@ n = np.arange(1000)
 at_even = free.end_displacement(2 * n * T) - (1e-4 - 2e-4 * (-a) ** n)
 at_odd = free.end_displacement((2 * n + 1) * T) - 1e-4
 off = max(abs(at_even).max(), abs(at_odd).max()) / 1e-4
-print(f"largest distance from the closed form over {len(n)} round trips: {off:.1e} of the amplitude")
+print(
+    f"largest distance from the closed form over {len(n)} round trips: {off:.1e} of "
+    "the amplitude"
+)
 
 # %% [markdown]
 # Now the same release as the paper computed it, by the first-order upwind scheme, with its ten cells, with 50 and with
@@ -94,7 +113,9 @@ print(f"largest distance from the closed form over {len(n)} round trips: {off:.1
 # is the grid's doing and nobody else's. For comparison a Galerkin model in the weak form of the paper's section 3.
 
 # %%
-found = compare(rod, system.scenario, 2.5e-3, cells=(10, 50, 200), galerkin=(("P1", 51),))
+found = compare(
+    rod, system.scenario, 2.5e-3, cells=(10, 50, 200), galerkin=(("P1", 51),)
+)
 print(found)
 
 # %%
@@ -113,23 +134,44 @@ plt.show()
 
 # %%
 times = np.linspace(0, 2.5e-3, 301)
-schemes = {N: integrate(upwind(rod, N), system.scenario, 2.5e-3, method="exact", samples=301) for N in COLOURS}
+schemes = {
+    N: integrate(
+        upwind(rod, N), system.scenario, 2.5e-3, method="exact", samples=301
+    )
+    for N in COLOURS
+}
 exact_energy = np.array([free.energy(t) for t in times])
 (axes,) = panels(1)
 axes.plot(times, exact_energy / exact_energy[0], color=BLUE, lw=1.6, label="the rod")
 for N, run in schemes.items():
-    axes.plot(times, run.energy / run.energy[0], color=COLOURS[N], lw=1.2, label=f"scheme, N = {N}")
-label(axes, "t [s]", "energy, as a share of the first", xlim=(0, 2.5e-3), ylim=(0, 1.5))
+    axes.plot(
+        times,
+        run.energy / run.energy[0],
+        color=COLOURS[N],
+        lw=1.2,
+        label=f"scheme, N = {N}",
+    )
+label(
+    axes, "t [s]", "energy, as a share of the first", xlim=(0, 2.5e-3), ylim=(0, 1.5)
+)
 plt.show()
 
 # %%
 shares = {row.method: row.left for row in found.settling}
 assert round(-a, 5) == 0.99967
 assert off < 1e-12
-assert [f"{shares[f'scheme, N = {N}']:.1%}" for N in (10, 50, 200)] == ["2.5%", "40.6%", "70.1%"]
+assert [f"{shares[f'scheme, N = {N}']:.1%}" for N in (10, 50, 200)] == [
+    "2.5%",
+    "40.6%",
+    "70.1%",
+]
 assert f"{shares['scheme, N = 10']:.2%}" == "2.54%"
 assert f"{shares['exact']:.2%}" == "99.88%"
-assert [f"{row.decay[0]:.3g}" for row in found.rows[:3]] == ["2.94e+03", "593", "149"]
+assert [f"{row.decay[0]:.3g}" for row in found.rows[:3]] == [
+    "2.94e+03",
+    "593",
+    "149",
+]
 assert all(abs(rate - 1) < 1e-3 for rate in found.decay)
 assert f"{exact_energy[-1] / exact_energy[0]:.3f}" == "0.995"
 assert f"{found.rows[0].energy_end / exact_energy[0]:.1e}" == "3.5e-07"
@@ -151,8 +193,14 @@ stiff = exact_motion(wall, thrown, 2e-3)
 rigid = exact_motion(wall, thrown, 2e-3, boundary=Boundary(rigid=True))
 for name, motion in (("rigid", rigid), ("1e-10", stiff)):
     (hit,) = motion.impacts
-    print(f"eps = {name}: contact at {hit.start:.7f} s for {(hit.end - hit.start) / (2 * T):.5f} round trips, impulse")
-    print(f"{hit.impulse:.5e} N s, up to {hit.peak_stress:.1f} Pa, leaves at {motion.end_velocity(2e-3):.5f} m/s")
+    print(
+        f"eps = {name}: contact at {hit.start:.7f} s for "
+        f"{(hit.end - hit.start) / (2 * T):.5f} round trips, impulse"
+    )
+    print(
+        f"{hit.impulse:.5e} N s, up to {hit.peak_stress:.1f} Pa, leaves at "
+        f"{motion.end_velocity(2e-3):.5f} m/s"
+    )
 
 # %% [markdown]
 # What is missing from 48 000 Pa and from $4\cdot10^{-4}$ N s is the dashpot's. The obstacle returns all it takes, and
@@ -163,22 +211,60 @@ for name, motion in (("rigid", rigid), ("1e-10", stiff)):
 
 # %%
 contact = np.linspace(0.95e-3, 1.45e-3, 2001)
-hits = {N: integrate(upwind(wall, N), thrown, 2e-3, method="exact", samples=8001) for N in COLOURS}
+hits = {
+    N: integrate(upwind(wall, N), thrown, 2e-3, method="exact", samples=8001)
+    for N in COLOURS
+}
 left, right = panels(2)
-left.plot(contact, rigid.contact_stress(contact), color=GREY, lw=2.6, label="rod, rigid obstacle")
-left.plot(contact, stiff.contact_stress(contact), color=BLUE, lw=1.4, label="rod, ε = 1e-10 m/Pa")
+left.plot(
+    contact,
+    rigid.contact_stress(contact),
+    color=GREY,
+    lw=2.6,
+    label="rod, rigid obstacle",
+)
+left.plot(
+    contact,
+    stiff.contact_stress(contact),
+    color=BLUE,
+    lw=1.4,
+    label="rod, ε = 1e-10 m/Pa",
+)
 for N, run in hits.items():
-    left.plot(run.t, np.maximum(run.z, 0) * 1e10, color=COLOURS[N], lw=1.0, label=f"scheme, N = {N}, the same ε")
-label(left, "t [s]", "contact stress [Pa]", xlim=(contact[0], contact[-1]), ylim=(-2e3, 9.2e4))
+    left.plot(
+        run.t,
+        np.maximum(run.z, 0) * 1e10,
+        color=COLOURS[N],
+        lw=1.0,
+        label=f"scheme, N = {N}, the same ε",
+    )
+label(
+    left,
+    "t [s]",
+    "contact stress [Pa]",
+    xlim=(contact[0], contact[-1]),
+    ylim=(-2e3, 9.2e4),
+)
 energies = np.linspace(0, 2e-3, 401)
-right.plot(energies, [stiff.energy(t) * 1e4 for t in energies], color=BLUE, lw=1.6, label="the rod")
+right.plot(
+    energies,
+    [stiff.energy(t) * 1e4 for t in energies],
+    color=BLUE,
+    lw=1.6,
+    label="the rod",
+)
 for N, run in hits.items():
-    right.plot(run.t, run.energy * 1e4, color=COLOURS[N], lw=1.2, label=f"scheme, N = {N}")
+    right.plot(
+        run.t, run.energy * 1e4, color=COLOURS[N], lw=1.2, label=f"scheme, N = {N}"
+    )
 label(right, "t [s]", "energy [10⁻⁴ J]", xlim=(0, 2e-3), ylim=(0, 1.05))
 plt.show()
 after = {N: run.energy[-1] / run.energy[0] for N, run in hits.items()}
 kept = stiff.energy(2e-3) / stiff.energy(0)
-print(f"energy left at 2 ms: rod {kept:.4f};", ", ".join(f"N = {N} {share:.4f}" for N, share in after.items()))
+print(
+    f"energy left at 2 ms: rod {kept:.4f};",
+    ", ".join(f"N = {N} {share:.4f}" for N, share in after.items()),
+)
 
 # %% [markdown]
 # In these two milliseconds, with one impact, the rod loses 0.4 % of its energy, all through the dashpot. The scheme
@@ -209,7 +295,9 @@ epsilons = [Fraction(1, 10**j) for j in range(9, 15)]
 instants = np.linspace(0, 2e-3, 4001)
 distance, later = [], []
 for eps in epsilons:
-    motion = exact_motion(changed(gap=Fraction(1, 1000), compliance=eps), thrown, 2e-3)
+    motion = exact_motion(
+        changed(gap=Fraction(1, 1000), compliance=eps), thrown, 2e-3
+    )
     distance.append(abs(motion.z(instants) - rigid.z(instants)).max())
     later.append(motion.impacts[0].end - hit.end)
 rates = np.diff(np.log10(distance)) / -1.0
@@ -219,14 +307,49 @@ for row in zip(map(float, epsilons), distance, later, strict=True):
 
 # %%
 left, right = panels(2)
-left.loglog([float(eps) for eps in epsilons], distance, "o-", color=BLUE, lw=1.2, ms=4, label="largest distance")
-left.loglog([1e-14, 1e-9], [1e-9, 1e-4], color=GREY, ls="--", lw=1.0, label="first order")
+left.loglog(
+    [float(eps) for eps in epsilons],
+    distance,
+    "o-",
+    color=BLUE,
+    lw=1.2,
+    ms=4,
+    label="largest distance",
+)
+left.loglog(
+    [1e-14, 1e-9], [1e-9, 1e-4], color=GREY, ls="--", lw=1.0, label="first order"
+)
 label(left, "ε [m/Pa]", "max |z − z of the rigid obstacle| [m]")
-for eps, colour in ((Fraction(1, 10**9), VERMILLION), (Fraction(1, 3 * 10**9), PURPLE), (Fraction(1, 10**10), BLUE)):
-    motion = exact_motion(changed(gap=Fraction(1, 1000), compliance=eps), thrown, 2e-3)
-    right.plot(contact, motion.contact_stress(contact), color=colour, lw=1.2, label=f"ε = {float(eps):.2g} m/Pa")
-right.plot(contact, rigid.contact_stress(contact), color=GREY, lw=2.0, ls="--", label="rigid")
-label(right, "t [s]", "contact stress [Pa]", xlim=(contact[0], contact[-1]), ylim=(-2e3, 6.8e4))
+for eps, colour in (
+    (Fraction(1, 10**9), VERMILLION),
+    (Fraction(1, 3 * 10**9), PURPLE),
+    (Fraction(1, 10**10), BLUE),
+):
+    motion = exact_motion(
+        changed(gap=Fraction(1, 1000), compliance=eps), thrown, 2e-3
+    )
+    right.plot(
+        contact,
+        motion.contact_stress(contact),
+        color=colour,
+        lw=1.2,
+        label=f"ε = {float(eps):.2g} m/Pa",
+    )
+right.plot(
+    contact,
+    rigid.contact_stress(contact),
+    color=GREY,
+    lw=2.0,
+    ls="--",
+    label="rigid",
+)
+label(
+    right,
+    "t [s]",
+    "contact stress [Pa]",
+    xlim=(contact[0], contact[-1]),
+    ylim=(-2e3, 6.8e4),
+)
 plt.show()
 
 # %% [markdown]
@@ -249,19 +372,36 @@ assert f"{1e-14 / rod.mobility:.1e}" == "4.8e-10"
 nonlinearities, depth = {}, 1e-5
 for m in (1, Fraction(3, 2), 3):
     compliance = Fraction(depth ** float(m) / 48000)
-    nonlinearities[m] = exact_motion(changed(gap=Fraction(1, 1000), compliance=compliance, exponent=m), thrown, 2e-3)
-for ax, title, (start, stop) in zip(panels(2), ("touching", "leaving"), ((0.99, 1.06), (1.325, 1.365)), strict=True):
+    nonlinearities[m] = exact_motion(
+        changed(gap=Fraction(1, 1000), compliance=compliance, exponent=m),
+        thrown,
+        2e-3,
+    )
+for ax, title, (start, stop) in zip(
+    panels(2), ("touching", "leaving"), ((0.99, 1.06), (1.325, 1.365)), strict=True
+):
     window = np.linspace(start * 1e-3, stop * 1e-3, 801)
-    for (m, motion), colour in zip(nonlinearities.items(), (BLUE, GREEN, VERMILLION), strict=True):
-        ax.plot(window * 1e3, motion.contact_stress(window), color=colour, lw=1.3, label=f"m = {m}")
-    label(ax, "t [ms]", "contact stress [Pa]", xlim=(start, stop), ylim=(-2e3, 5.2e4))
+    for (m, motion), colour in zip(
+        nonlinearities.items(), (BLUE, GREEN, VERMILLION), strict=True
+    ):
+        ax.plot(
+            window * 1e3,
+            motion.contact_stress(window),
+            color=colour,
+            lw=1.3,
+            label=f"m = {m}",
+        )
+    label(
+        ax, "t [ms]", "contact stress [Pa]", xlim=(start, stop), ylim=(-2e3, 5.2e4)
+    )
     ax.set_title(title, fontsize="medium")
 plt.show()
 print("  m   round trips   deepest [µm]   impulse [N s]   energy balance off")
 for m, motion in nonlinearities.items():
     (found_hit,) = motion.impacts
     print(
-        f"{m!s:>3} {(found_hit.end - found_hit.start) / (2 * T):13.4f} {motion.z(contact).max() * 1e6:15.4f} "
+        f"{m!s:>3} {(found_hit.end - found_hit.start) / (2 * T):13.4f} "
+        f"{motion.z(contact).max() * 1e6:15.4f} "
         f"{found_hit.impulse:15.5e} {motion.energy_residual:17.0e}"
     )
 
@@ -295,19 +435,38 @@ cases = {
     "k = Z at both ends": (changed(damping=matched), Boundary(end_damping=1.2)),
     "clamped": (rod, Boundary(clamped=True)),
 }
-ends = {name: exact_motion(bar, release, 8 * T, boundary=boundary) for name, (bar, boundary) in cases.items()}
+ends = {
+    name: exact_motion(bar, release, 8 * T, boundary=boundary)
+    for name, (bar, boundary) in cases.items()
+}
 left, right = panels(2)
 grid = np.linspace(0, 8 * T, 801)
-for (name, motion), colour in zip(ends.items(), (GREY, PURPLE, BLUE, GREEN, VERMILLION), strict=True):
+for (name, motion), colour in zip(
+    ends.items(), (GREY, PURPLE, BLUE, GREEN, VERMILLION), strict=True
+):
     width = 3.5 if name == "k = 0" else 1.3  # it shows behind the clamped one
-    left.plot(grid / T, motion.end_displacement(grid) * 1e4, color=colour, lw=width, label=name)
-    right.plot(grid / T, [motion.energy(t) * 1e4 for t in grid], color=colour, lw=width, label=name)
+    left.plot(
+        grid / T,
+        motion.end_displacement(grid) * 1e4,
+        color=colour,
+        lw=width,
+        label=name,
+    )
+    right.plot(
+        grid / T,
+        [motion.energy(t) * 1e4 for t in grid],
+        color=colour,
+        lw=width,
+        label=name,
+    )
 label(left, "t/T", "u(t, L) [10⁻⁴ m]", xlim=(0, 8), ylim=(-1.3, 5.4))
 label(right, "t/T", "energy [10⁻⁴ J]", xlim=(0, 8), ylim=(-0.05, 1.6))
 plt.show()
 print("energy [J] at              0           T          2T          8T")
 for name, motion in ends.items():
-    print(f"{name:18}" + "".join(f"{motion.energy(i * T):12.4e}" for i in (0, 1, 2, 8)))
+    print(
+        f"{name:18}" + "".join(f"{motion.energy(i * T):12.4e}" for i in (0, 1, 2, 8))
+    )
 
 # %%
 whole = rod.area * rod.youngs_modulus * (2e-4) ** 2 * rod.length / 2
@@ -317,8 +476,16 @@ for name in ("k = 0", "clamped"):
 assert ends["k = Z"].energy(2 * T) == 0.0
 assert ends["k = Z"].end_velocity(3 * T) == 0.0
 assert ends["k = Z at both ends"].energy(1.5 * T) == 0.0
-assert np.allclose(ends["clamped"].end_displacement(4 * T), ends["clamped"].end_displacement(0), rtol=1e-12)
-assert np.allclose(ends["k = 0"].end_displacement(2 * T), ends["k = 0"].end_displacement(0), rtol=1e-12)
+assert np.allclose(
+    ends["clamped"].end_displacement(4 * T),
+    ends["clamped"].end_displacement(0),
+    rtol=1e-12,
+)
+assert np.allclose(
+    ends["k = 0"].end_displacement(2 * T),
+    ends["k = 0"].end_displacement(0),
+    rtol=1e-12,
+)
 
 # %% [markdown]
 # ## 6. Bouncing
@@ -330,7 +497,9 @@ assert np.allclose(ends["k = 0"].end_displacement(2 * T), ends["k = 0"].end_disp
 # far as we follow it, and settles at $z = \varepsilon g/A$. The solver lists every impact.
 
 # %%
-bouncing = changed(gap=Fraction(1, 1000), compliance=Fraction(1, 10**10), damping=Fraction(1, 20))
+bouncing = changed(
+    gap=Fraction(1, 1000), compliance=Fraction(1, 10**10), damping=Fraction(1, 20)
+)
 bounce = exact_motion(bouncing, Scenario.parse(force="0.02"), 0.05)
 left, right = panels(2)
 fall = np.linspace(0, 0.05, 8001)
@@ -338,16 +507,26 @@ left.plot(fall, bounce.z(fall) * 1e3, color=BLUE, lw=0.9, label="z")
 left.axhline(0, color=VERMILLION, lw=1.0, label="obstacle")
 label(left, "t [s]", "z [mm]", xlim=(0, 0.05))
 done = [impact for impact in bounce.impacts if impact.closed]
-right.semilogy([impact.start for impact in done], [impact.impulse for impact in done], "o", ms=3.5, color=BLUE)
+right.semilogy(
+    [impact.start for impact in done],
+    [impact.impulse for impact in done],
+    "o",
+    ms=3.5,
+    color=BLUE,
+)
 label(right, "t [s]", "impulse of the impact [N s]", xlim=(0, 0.05))
 plt.show()
 for impact in bounce.impacts[:6]:
     print(
-        f"t = {impact.start:.6f} s: {(impact.end - impact.start) / (2 * T):.4f} round trips, {impact.impulse:.4e} N s, "
+        f"t = {impact.start:.6f} s: {(impact.end - impact.start) / (2 * T):.4f} "
+        f"round trips, {impact.impulse:.4e} N s, "
         f"up to {impact.peak_stress:.0f} Pa"
     )
 last = bounce.impacts[-1]
-print(f"{len(bounce.impacts)} contacts; the last from {last.start:.5f} s on, z = {bounce.z(0.05):.3e} m")
+print(
+    f"{len(bounce.impacts)} contacts; the last from {last.start:.5f} s on, z = "
+    f"{bounce.z(0.05):.3e} m"
+)
 
 # %% [markdown]
 # Momentum keeps the books: what the force has given, $gt$, went into the impacts and into the dashpot, $k\,u(t, 0)$,
@@ -356,14 +535,19 @@ print(f"{len(bounce.impacts)} contacts; the last from {last.start:.5f} s on, z =
 # %%
 given, taken = 0.02 * 0.05, sum(impact.impulse for impact in bounce.impacts)
 held = 0.05 * bounce.displacement(0.05, np.array([0.0]))[0]
-print(f"given {given:.5e} N s, to the obstacle {taken:.5e}, to the dashpot {held:.5e}, left {given - taken - held:.1e}")
+print(
+    f"given {given:.5e} N s, to the obstacle {taken:.5e}, to the dashpot "
+    f"{held:.5e}, left {given - taken - held:.1e}"
+)
 assert len(bounce.impacts) == 35
 assert not last.closed
 assert abs(bounce.z(0.05) / (1e-10 * 0.02 / rod.area) - 1) < 0.01
 assert abs(given - taken - held) < 1e-8
 ratios = [second.impulse / first.impulse for first, second in pairwise(done[:5])]
 assert [round(ratio, 2) for ratio in ratios] == [0.65, 0.73, 0.78, 0.82]
-assert max(impact.impulse for impact in done[20:]) > min(impact.impulse for impact in done[:20])
+assert max(impact.impulse for impact in done[20:]) > min(
+    impact.impulse for impact in done[:20]
+)
 
 # %% [markdown]
 # ## 7. Long runs
@@ -378,18 +562,33 @@ deepest = []
 
 def watch(window):
     """The largest contact coordinate at the Chebyshev points of one round trip."""
-    deepest.append(np.polynomial.chebyshev.chebval(np.cos(np.linspace(0, np.pi, 9)), window.z.T).max())
+    deepest.append(
+        np.polynomial.chebyshev.chebval(
+            np.cos(np.linspace(0, np.pi, 9)), window.z.T
+        ).max()
+    )
 
 
 figure_8 = Scenario.parse(force="(2/60000)*sin(4*t)")
-streamed = exact_motion(rod, figure_8, 2.0, numerics=Numerics(keep=2, on_window=watch))
+streamed = exact_motion(
+    rod, figure_8, 2.0, numerics=Numerics(keep=2, on_window=watch)
+)
 (axes,) = panels(1)
-axes.plot(2 * T * np.arange(len(deepest)), deepest, color=BLUE, lw=1.2, label="z, largest in each round trip")
+axes.plot(
+    2 * T * np.arange(len(deepest)),
+    deepest,
+    color=BLUE,
+    lw=1.2,
+    label="z, largest in each round trip",
+)
 axes.axhline(0, color=VERMILLION, lw=1.0, label="obstacle")
 label(axes, "t [s]", "z [m]", xlim=(0, 2))
 plt.show()
 (rest,) = streamed.impacts
-print(f"{len(deepest)} round trips, kept from {streamed.since:.6f} s on; contact from {rest.start:.9f} s on")
+print(
+    f"{len(deepest)} round trips, kept from {streamed.since:.6f} s on; contact from "
+    f"{rest.start:.9f} s on"
+)
 
 # %% [markdown]
 # For the steady response of a rod that is pressed and shaken there is `lure.analysis.rod.response`: it waits until
@@ -398,7 +597,14 @@ print(f"{len(deepest)} round trips, kept from {streamed.since:.6f} s on; contact
 # repeats only after two periods of the force.
 
 # %%
-unit = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=Fraction(1, 5), compliance=Fraction(1, 100))
+unit = Rod(
+    youngs_modulus=1,
+    density=1,
+    length=1,
+    area=1,
+    damping=Fraction(1, 5),
+    compliance=Fraction(1, 100),
+)
 seen = response(unit, "0.3 + 0.7*sin(t/2)", plan=Plan(settle=1500, run=24))
 print(seen)
 left, right = panels(2)
@@ -428,7 +634,9 @@ assert abs(seen.balance.contact / seen.balance.force - 1) < 1e-9
 # then the bars have exchanged their velocities. With dashpots that are almost none, and a stiff contact:
 
 # %%
-bar = Rod(youngs_modulus=1, density=1, length=1, area=1, damping="Z/1000", compliance=1)
+bar = Rod(
+    youngs_modulus=1, density=1, length=1, area=1, damping="Z/1000", compliance=1
+)
 contact = {"compliances": (Fraction(1, 1000),), "gaps": (Fraction(1, 2),)}
 pair = RodAssembly(arrangement="across-gap", rods=(bar, bar), **contact)
 met = assembly_motion(pair, (Scenario.parse(velocity=1), Scenario()), until=4)
@@ -448,7 +656,10 @@ assert abs(impact.start - 0.5) < 1e-12
 assert abs(impact.end - 2.5) < 2e-3
 assert abs(impact.peak_stress - 0.5) < 1e-12
 assert abs(impact.impulse - 1) < 2e-3
-velocities = [float(wave.sum() / 2) for wave in np.array([met.waves(j, 3.5, 0.5) for j in (0, 1)])]
+velocities = [
+    float(wave.sum() / 2)
+    for wave in np.array([met.waves(j, 3.5, 0.5) for j in (0, 1)])
+]
 assert abs(velocities[0]) < 2e-3
 assert abs(velocities[1] + 1) < 6e-3
 assert met.energy_residual < 1e-12
@@ -465,13 +676,27 @@ assert met.energy_residual < 1e-12
 # %%
 degrees = (12, 16, 24)
 motions = {
-    degree: exact_motion(bouncing, Scenario.parse(force="0.02"), 0.05, numerics=Numerics(degree=degree))
+    degree: exact_motion(
+        bouncing,
+        Scenario.parse(force="0.02"),
+        0.05,
+        numerics=Numerics(degree=degree),
+    )
     for degree in degrees
 }
-apart = {degree: abs(motions[degree].z(fall) - motions[24].z(fall)).max() for degree in degrees}
+apart = {
+    degree: abs(motions[degree].z(fall) - motions[24].z(fall)).max()
+    for degree in degrees
+}
 print("degree   contacts   energy balance off   local errors   from degree 24")
 for degree, motion in motions.items():
-    row = (degree, len(motion.impacts), motion.energy_residual, motion.error, apart[degree])
+    row = (
+        degree,
+        len(motion.impacts),
+        motion.energy_residual,
+        motion.error,
+        apart[degree],
+    )
     print("{:6} {:10} {:20.0e} {:15.0e} m {:14.0e} m".format(*row))
 
 # %% [markdown]

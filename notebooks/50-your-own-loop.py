@@ -58,16 +58,16 @@ block = as_plant(PLANT)
 print(f"H = {block}")
 
 # %% [markdown]
-# `lure` looks at one loop only, $\sigma = H\mu$, $\mu = -\varphi(\sigma)$: $H$ is what lies between the output of the
+# `lure` looks at one loop only, $\sigma = H\mu$, $\mu = -\phi(\sigma)$: $H$ is what lies between the output of the
 # nonlinearity and its input, and the minus of the feedback is counted outside. Here $\sigma$ is the angle, $\mu$ the
 # voltage. A controller with dynamics goes into $H$. A constant set point $r$ changes nothing as the plant integrates:
 # read $\sigma$ as the angle minus $r$.
 #
 # ## 2. A saturation lies in a sector
 #
-# Draw a line from the origin to any point of the nonlinearity. Its slope $\varphi(\sigma)/\sigma$ is 20 V/rad until the
-# amplifier saturates, and then falls towards 0, always positive: $\varphi$ lies in the sector $[0, 20]$. Besides that
-# the theorem below asks that $\varphi$ be locally Lipschitz (no jumps, no vertical tangents) and not change with time.
+# Draw a line from the origin to any point of the nonlinearity. Its slope $\phi(\sigma)/\sigma$ is 20 V/rad until the
+# amplifier saturates, and then falls towards 0, always positive: $\phi$ lies in the sector $[0, 20]$. Besides that
+# the theorem below asks that $\phi$ be locally Lipschitz (no jumps, no vertical tangents) and not change with time.
 
 # %%
 bounds = nonlinearity_bounds(LAW)
@@ -79,7 +79,7 @@ print(bounds)
 # %% [markdown]
 # ## 3. Straight lines first
 #
-# If the amplifier did not saturate, $\varphi = K\sigma$, the loop would have the characteristic polynomial $s^4 +
+# If the amplifier did not saturate, $\phi = K\sigma$, the loop would have the characteristic polynomial $s^4 +
 # 50 s^3 + 10\,400 s^2 + 100\,000 s + 200\,000 K$, and Routh and Hurwitz would say: stable for $0 < K < 84$ V/rad. By
 # hand, $(50\cdot10\,400 - 100\,000)\cdot100\,000 > 50^2\cdot200\,000\,K$.
 
@@ -99,7 +99,7 @@ print(found)
 # %% [markdown]
 # - *for every phi, time-invariant, in the sector [0, 23.13988]*: one statement about all such nonlinearities at once.
 #   Yours is among them.
-# - *converges to the set of equilibria*: the plant integrates, so wherever $\varphi = 0$ the motor may stand still.
+# - *converges to the set of equilibria*: the plant integrates, so wherever $\phi = 0$ the motor may stand still.
 #   This saturation is 0 at 0 alone, so here the set is that one point. A dead zone would be another matter.
 # - *popov, certified*: by Popov's criterion, decided in exact arithmetic at every frequency. *Computed* and *observed*
 #   would be less, and neither may call itself PROVED.
@@ -141,11 +141,23 @@ plt.show()
 # %%
 from lure.analysis import nyquist_response, popov_response
 
-drawn = popov_response(block) if getattr(block, "dt", None) is None else nyquist_response(block)
+drawn = (
+    popov_response(block)
+    if getattr(block, "dt", None) is None
+    else nyquist_response(block)
+)
 _, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
 drawn.plot(ax=ax)
 if found.hurwitz.high > 0:
-    ax.plot([-1 / found.hurwitz.high], [0], "o", ms=7, mfc="none", color="tab:green", label="linear limit")
+    ax.plot(
+        [-1 / found.hurwitz.high],
+        [0],
+        "o",
+        ms=7,
+        mfc="none",
+        color="tab:green",
+        label="linear limit",
+    )
 ax.legend(fontsize="small")
 plt.show()
 print(drawn)
@@ -173,18 +185,25 @@ print(answer)
 
 
 def run(name, text, *command):
-    """Write a file into an empty folder and run Python on it there; its exit status."""
+    """Write a file into an empty folder and run Python on it there; its exit
+    status."""
     command = [sys.executable, *command, name]
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, name).write_text(text, encoding="utf-8")
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, check=False
+        )
     print(f"\n{(done.stdout or done.stderr).strip()}")
     return done.returncode
 
 
 def accepted(shown):
-    """Whether the stand-alone checker accepts the certificate of a proof or a refutation."""
-    return run("proof.json", text_of(shown.certificate), "-I", "-S", checker.__file__) == 0
+    """Whether the stand-alone checker accepts the certificate of a proof or a
+    refutation."""
+    return (
+        run("proof.json", text_of(shown.certificate), "-I", "-S", checker.__file__)
+        == 0
+    )
 
 
 shown = [each for each in (answer.shown, found.refutation) if each is not None]
@@ -205,7 +224,8 @@ from lure.analysis.testing import assert_in_sector
 
 
 def guard(sector):
-    """What the assertion says of the nonlinearity: how it was kept, or where it is violated."""
+    """What the assertion says of the nonlinearity: how it was kept, or where it is
+    violated."""
     try:
         return assert_in_sector(LAW, sector)
     except AssertionError as violation:
@@ -255,7 +275,9 @@ if find_spec("pytest") and isinstance(LAW, str):
 from lure.analysis.questions import tolerances
 from lure.plants.family import PlantFamily
 
-motor = PlantFamily.of_coefficients(["g"], [1, 50, 10_400, 100_000, 0], {"g": (180_000, 220_000)})
+motor = PlantFamily.of_coefficients(
+    ["g"], [1, 50, 10_400, 100_000, 0], {"g": (180_000, 220_000)}
+)
 room = tolerances(motor, Sector(0, 20))
 print(room)
 
@@ -266,7 +288,9 @@ print(room)
 # $k/(s(s+1)(s+a))$ takes gains below $a(a+1)/k$ by Routh's test, and Popov's criterion proves as much:
 
 # %%
-servo = PlantFamily.of_formula("k/(s*(s + 1)*(s + a))", {"k": (0.75, 1.25), "a": (1.75, 2.25)})
+servo = PlantFamily.of_formula(
+    "k/(s*(s + 1)*(s + a))", {"k": (0.75, 1.25), "a": (1.75, 2.25)}
+)
 joint = tolerances(servo, Sector(0, 3))
 axes = joint.plot()
 for margin in joint.margins:
@@ -288,13 +312,23 @@ for margin in joint.margins:
 # The numbers above are those of the motor. For your own two lines this cell has nothing to say.
 
 # %%
-if str(block) == "200000 / (s^4 + 50 s^3 + 10400 s^2 + 100000 s)" and LAW == "min(max(20*sigma, -24), 24)":
+if (
+    str(block) == "200000 / (s^4 + 50 s^3 + 10400 s^2 + 100000 s)"
+    and LAW == "min(max(20*sigma, -24), 24)"
+):
     assert (bounds.sector, str(bounds.evidence)) == (Sector(0, 20), "certified")
     assert abs(found.hurwitz.high - 84) < 1e-9
     assert (50 * 10_400 - 100_000) * 100_000 == 50**2 * 200_000 * 84
-    assert (str(found.verdict), found.criterion, str(found.evidence)) == ("PROVED", "popov", "certified")
+    assert (str(found.verdict), found.criterion, str(found.evidence)) == (
+        "PROVED",
+        "popov",
+        "certified",
+    )
     assert abs(found.largest.low - 23.13988095) < 1e-6
-    assert found.witness.description == "phi = 84 sigma: the loop is not asymptotically stable"
+    assert (
+        found.witness.description
+        == "phi = 84 sigma: the loop is not asymptotically stable"
+    )
     assert not found.closed
     assert abs(varying.refuted_at - 13.7) < 0.02
     assert varying.largest.low < 20 < found.largest.low
@@ -303,12 +337,17 @@ if str(block) == "200000 / (s^4 + 50 s^3 + 10400 s^2 + 100000 s)" and LAW == "mi
     assert both == [True, True]
     assert str(kept.evidence) == "certified"
     assert half == Sector(0, 10)
-    assert outcomes in ([0, 1], [])  # passed, failed; not run where there is no pytest
-    assert str(certify(block, NonlinearityClass(sector=Sector(0, 50))).verdict) == "INCONCLUSIVE"
+    # passed, failed; not run where there is no pytest
+    assert outcomes in ([0, 1], [])
+    assert (
+        str(certify(block, NonlinearityClass(sector=Sector(0, 50))).verdict)
+        == "INCONCLUSIVE"
+    )
     print("All of it holds.")
 
 (low, high), (least, most) = room.margins[0].proved[0], motor.box[0]
 assert low < least < most < high
 widths = [margin.width for margin in joint.margins]
 assert all(width.low < width.high < 1.02 * width.low for width in widths)
-assert abs(widths[1].high - 2.0) < 0.01  # a = 1.5 with k = 1.25: 1.5 * 2.5 = 3 * 1.25
+# a = 1.5 with k = 1.25: 1.5 * 2.5 = 3 * 1.25
+assert abs(widths[1].high - 2.0) < 0.01

@@ -65,14 +65,22 @@ print(*lines[:8], "...", sep="\n")
 
 # %%
 data = read_measurements(EXAMPLE)
-true = {"eps": 2.5e-7, "gap": 0.12e-3, "m": 1.5}  # from the script that made the file
+# from the script that made the file
+true = {"eps": 2.5e-7, "gap": 0.12e-3, "m": 1.5}
 data
 
 # %%
 _, ax = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
 for direction, colour, marker in (("loading", BLUE, "."), ("unloading", GREEN, "+")):
     rows = data.rows(direction)
-    ax.plot(1e3 * data.displacement[rows], data.load[rows], marker, color=colour, ms=5, label=direction)
+    ax.plot(
+        1e3 * data.displacement[rows],
+        data.load[rows],
+        marker,
+        color=colour,
+        ms=5,
+        label=direction,
+    )
 ax.set(xlabel="displacement [mm]", ylabel="force [N]")
 ax.legend()
 plt.show()
@@ -102,9 +110,15 @@ plt.show()
 
 # %%
 for outlier in found.outliers:
-    print(f"line {outlier.line}: {lines[outlier.line - 1]}   ({outlier.score:+.1f} standard deviations)")
+    print(
+        f"line {outlier.line}: {lines[outlier.line - 1]}   ({outlier.score:+.1f} "
+        "standard deviations)"
+    )
 depth = 0.8e-3 - true["gap"]
-true_chord, true_slope = depth**1.5 / true["eps"] / 0.8e-3, 1.5 * depth**0.5 / true["eps"]
+true_chord, true_slope = (
+    depth**1.5 / true["eps"] / 0.8e-3,
+    1.5 * depth**0.5 / true["eps"],
+)
 
 # %% [markdown]
 # ## 3. Does it remember?
@@ -118,7 +132,10 @@ load = data.load.copy()
 load[data.rows("unloading")] *= 0.85
 lossy = sector_from_data(Measurements.from_arrays(data.displacement, load))
 print("as measured:", found.hysteresis)
-print(f"with 15 % less on the way back: apart by {100 * lossy.hysteresis.share:.0f} % of the largest load")
+print(
+    f"with 15 % less on the way back: apart by {100 * lossy.hysteresis.share:.0f} % "
+    "of the largest load"
+)
 loop = ([1e4], [1, 300, 2e4, 0])  # see section 4
 say(margin_from_data(lossy, loop, gain=0.005, vouched=True))
 
@@ -126,7 +143,7 @@ say(margin_from_data(lossy, loop, gain=0.005, vouched=True))
 # ## 4. A verdict for a loop
 #
 # A positioning stage holds the pad: $H(s) = 10^4/(s(s^2 + 300 s + 2\cdot10^4))$ from $\mu$ to $\sigma$,
-# $\mu = -\varphi(\sigma)$, and the force is fed back with the gain 0.005 per newton, $\varphi = 0.005 f$. The loop has
+# $\mu = -\phi(\sigma)$, and the force is fed back with the gain 0.005 per newton, $\phi = 0.005 f$. The loop has
 # a pole at 0 and tolerates no negative chord at all, so here we give our word that the pad never pulls
 # (`vouched=True`). The word is repeated in the answer.
 
@@ -167,22 +184,39 @@ plt.show()
 # *computed*, for the fit and for the eight corners of the box, and does depend on them.
 
 # %%
-corners = list(itertools.product(*(fit.parameters[name].joint for name in ("eps", "gap", "m"))))
+corners = list(
+    itertools.product(*(fit.parameters[name].joint for name in ("eps", "gap", "m")))
+)
 best = tuple(fit.parameters[name].value for name in ("eps", "gap", "m"))
 
 
 def nylon(eps, gap, m):
     """The rod against a pad with this nonlinearity."""
-    return Rod(youngs_modulus=3e9, density=1150, length=1, area=25e-6, damping=2, compliance=eps, gap=gap, exponent=m)
+    return Rod(
+        youngs_modulus=3e9,
+        density=1150,
+        length=1,
+        area=25e-6,
+        damping=2,
+        compliance=eps,
+        gap=gap,
+        exponent=m,
+    )
 
 
 say(conclusion(upwind(nylon(*best), 10), Scenario()))
 until = 6 * nylon(*best).travel_time
-motions = [exact_motion(nylon(*nonlinearity), Scenario.parse(velocity="1"), until) for nonlinearity in (best, *corners)]
+motions = [
+    exact_motion(nylon(*nonlinearity), Scenario.parse(velocity="1"), until)
+    for nonlinearity in (best, *corners)
+]
 peaks = [motion.impacts[0].peak_stress / 1e6 for motion in motions]
 depths = [motion.z(np.linspace(0, until, 2001)).max() * 1e3 for motion in motions]
 plateau = nylon(*best).density * nylon(*best).wave_speed / 1e6
-print(f"peak stress: {peaks[0]:.3f} MPa for the fit; corners {min(peaks[1:]):.3f} to {max(peaks[1:]):.3f} MPa")
+print(
+    f"peak stress: {peaks[0]:.3f} MPa for the fit; corners {min(peaks[1:]):.3f} to "
+    f"{max(peaks[1:]):.3f} MPa"
+)
 print(f"rho c v = {plateau:.3f} MPa; depths reached: up to {max(depths):.2f} mm")
 
 # %% [markdown]
@@ -207,21 +241,40 @@ nonlinearity = fit_compliance(data)
 sigma = np.linspace(0, 1.6e-3, 32001)[1:]
 limit = float(verdict.proved.largest.low) / 0.005  # N/m
 leaves = sigma[np.argmax(nonlinearity(sigma) / sigma > limit)]
-tooth = nonlinearity(sigma) + 60 * np.maximum(1 - np.abs(sigma - 0.4025e-3) / 2e-6, 0)
-at_readings = np.interp(data.displacement, sigma, tooth - nonlinearity(sigma), left=0)
+tooth = nonlinearity(sigma) + 60 * np.maximum(
+    1 - np.abs(sigma - 0.4025e-3) / 2e-6, 0
+)
+at_readings = np.interp(
+    data.displacement, sigma, tooth - nonlinearity(sigma), left=0
+)
 vouched, left = found.slope_upper.bound, 0.2e-3
 allowance = (found.upper.bound + vouched) * 5e-6 / (2 * left)
 
 _, ax = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
 ax.axvspan(0.8, 1.6, color=GREY, alpha=0.2, lw=0, label="not measured")
-ax.plot(1e3 * sigma, tooth / sigma / 1e3, color=VERMILLION, lw=1.0, label="agrees at every reading")
-ax.plot(1e3 * sigma, nonlinearity(sigma) / sigma / 1e3, color=BLUE, lw=1.6, label="fitted nonlinearity")
+ax.plot(
+    1e3 * sigma,
+    tooth / sigma / 1e3,
+    color=VERMILLION,
+    lw=1.0,
+    label="agrees at every reading",
+)
+ax.plot(
+    1e3 * sigma,
+    nonlinearity(sigma) / sigma / 1e3,
+    color=BLUE,
+    lw=1.6,
+    label="fitted nonlinearity",
+)
 ax.axhline(limit / 1e3, color=GREEN, ls="--", lw=1.3, label="proved up to here")
 ax.set(xlabel="σ [mm]", ylabel="chord f(σ)/σ [kN/m]", xlim=(0, 1.6), ylim=(0, 220))
 ax.legend(loc="lower right")
 plt.show()
 print(f"the fitted nonlinearity leaves the proved sector at {1e3 * leaves:.2f} mm")
-print(f"with your word for {vouched / 1e3:.0f} kN/m: at most {allowance / 1e3:.1f} kN/m more, beyond 0.2 mm")
+print(
+    f"with your word for {vouched / 1e3:.0f} kN/m: at most {allowance / 1e3:.1f} "
+    "kN/m more, beyond 0.2 mm"
+)
 
 # %% [markdown]
 # **One specimen, one speed, one day.** Temperature, rate, wear and the next pad from the box are not in the file
@@ -236,10 +289,22 @@ print(f"with your word for {vouched / 1e3:.0f} kN/m: at most {allowance / 1e3:.1
 random = np.random.default_rng(3)
 depth_um = np.linspace(0, 60, 90)
 force_mn = 0.4 * np.maximum(depth_um - 10, 0) + random.normal(scale=0.15, size=90)
-rows = [f"{u:.2f}\t{f:.3f}".replace(".", ",") for u, f in zip(depth_um, force_mn, strict=True)]
+rows = [
+    f"{u:.2f}\t{f:.3f}".replace(".", ",")
+    for u, f in zip(depth_um, force_mn, strict=True)
+]
 with tempfile.TemporaryDirectory() as folder:
     mine = Path(folder) / "mine.txt"
-    mine.write_text("\n".join(["# spring 7, room temperature", "% second try", "depth [µm]\tforce [mN]", *rows]))
+    mine.write_text(
+        "\n".join(
+            [
+                "# spring 7, room temperature",
+                "% second try",
+                "depth [µm]\tforce [mN]",
+                *rows,
+            ]
+        )
+    )
     own = report_from_data(mine, fit=True)
 own.sector
 
@@ -252,7 +317,11 @@ own.fit
 # %%
 assert len(data) == 241
 assert [outlier.line for outlier in found.outliers] == [63, 176]
-assert (found.hysteresis, found.confidence, str(found.evidence)) == (None, 0.95, "observed")
+assert (found.hysteresis, found.confidence, str(found.evidence)) == (
+    None,
+    0.95,
+    "observed",
+)
 assert round(found.upper.bound, -3) == 91e3
 assert round(found.slope_upper.bound, -3) == 292e3
 assert (round(true_chord, -2), round(true_slope, -3)) == (88.7e3, 156e3)
@@ -268,7 +337,8 @@ assert round(float(verdict.sector.upper)) == 455
 assert not margin_from_data(found, loop, gain=0.005).inside
 assert not margin_from_data(found, loop, gain=0.007, vouched=True).inside
 assert round(fit.correlation[0, 2], 3) == -0.999
-for name, value in (true | {"eps": true["eps"] * 25e-6}).items():  # per pascal, not per newton
+# per pascal, not per newton
+for name, value in (true | {"eps": true["eps"] * 25e-6}).items():
     low, high = fit.parameters[name].joint
     assert low < value < high
 assert fit.misfit > 0.05
@@ -283,6 +353,8 @@ assert max(tooth / sigma) > 1.5 * limit
 assert 0.8e-3 < leaves < 1.6e-3
 assert allowance < limit - found.upper.bound
 assert own.measurements.unit == "N"
-assert own.fit.parameters["gap"].joint[0] < 10e-6 < own.fit.parameters["gap"].joint[1]
+assert (
+    own.fit.parameters["gap"].joint[0] < 10e-6 < own.fit.parameters["gap"].joint[1]
+)
 assert own.fit.parameters["m"].joint[0] < 1 < own.fit.parameters["m"].joint[1]
 assert own.sector.lower.bound < 0 < own.sector.upper.bound < 500

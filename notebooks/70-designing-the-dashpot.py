@@ -39,7 +39,15 @@ from lure.analysis.rod.conclusion import conclusion
 from lure.analysis.rod.popov import rod_circle_criterion as circle_criterion
 from lure.analysis.rod.popov import rod_popov_criterion as popov_criterion
 from lure.analysis.rod.spectrum import rod_spectrum
-from lure.rod import Boundary, Rod, RodPlant, Scenario, builtin_system, exact_motion, upwind
+from lure.rod import (
+    Boundary,
+    Rod,
+    RodPlant,
+    Scenario,
+    builtin_system,
+    exact_motion,
+    upwind,
+)
 
 steel, paper = builtin_system("steel-rod").rod, builtin_system("paper-rod").rod
 EVERY = Sector(0, math.inf)
@@ -48,23 +56,34 @@ EVERY = Sector(0, math.inf)
 def designed(rod, ratio, **changes):
     """The rod with k = ratio Z, and other parameters if given."""
     exact = {name: Fraction(value) for name, value in changes.items()}
-    return Rod(**{**rod.exact, "damping": Fraction(ratio) * Fraction(rod.impedance), **exact})
+    return Rod(
+        **{
+            **rod.exact,
+            "damping": Fraction(ratio) * Fraction(rod.impedance),
+            **exact,
+        }
+    )
 
 
 def stiffness(rod):
     """beta = L/(E eps)."""
-    return float(rod.exact["length"] / (rod.exact["youngs_modulus"] * rod.exact["compliance"]))
+    return float(
+        rod.exact["length"] / (rod.exact["youngs_modulus"] * rod.exact["compliance"])
+    )
 
 
 def panels(count):
     """Axes side by side."""
-    return plt.subplots(1, count, figsize=(4.5 * count, 3.5), layout="constrained")[1]
+    return plt.subplots(1, count, figsize=(4.5 * count, 3.5), layout="constrained")[
+        1
+    ]
 
 
 for name, rod in (("steel", steel), ("paper", paper)):
     built, T = rod.damping / rod.impedance, rod.travel_time
     print(
-        f"{name}: Z = {rod.impedance:.4g} N s/m, T = {T:.3g} s; as built k = {built:.3g} Z, beta = {stiffness(rod):.3g}"
+        f"{name}: Z = {rod.impedance:.4g} N s/m, T = {T:.3g} s; as built k = "
+        f"{built:.3g} Z, beta = {stiffness(rod):.3g}"
     )
 
 # %% [markdown]
@@ -83,29 +102,58 @@ near = 10.0 ** -np.linspace(1, 12, 111)
 ratios = np.sort(np.concatenate([np.geomspace(0.02, 50, 240), 1 - near, 1 + near]))
 fine = [designed(steel, ratio) for ratio in ratios]
 T, dT = steel.travel_time, steel.mobility * steel.travel_time  # d T = L/E
-decay = {N: np.array([rod_spectrum(upwind(rod, N)).decay_scheme for rod in fine]) * T for N in (10, 50)}
+decay = {
+    N: np.array([rod_spectrum(upwind(rod, N)).decay_scheme for rod in fine]) * T
+    for N in (10, 50)
+}
 exact_decay = np.array([-RodPlant(rod).log_reflection / 2 for rod in fine])
 
 
 def rod_reach(ratio):
-    """Reach of the circle criterion for the rod, in units of E/L: closed below Z, a maximum over the phase above."""
+    """Largest slope of the circle criterion for the rod, in E/L: closed below Z,
+    a maximum over the phase above."""
     if ratio < 1:
         return ratio**2 / (1 - ratio**2)
     a, psi = (ratio - 1) / (ratio + 1), np.linspace(np.pi, 2 * np.pi, 20001)
-    return 1 / np.max(-4 * a * np.sin(psi) / (psi * (1 + a * a + 2 * a * np.cos(psi))))
+    return 1 / np.max(
+        -4 * a * np.sin(psi) / (psi * (1 + a * a + 2 * a * np.cos(psi)))
+    )
 
 
-chosen = [Fraction(1, 10), Fraction(1, 2), Fraction(9, 10), Fraction(1), Fraction(11, 10), Fraction(2), Fraction(10)]
+chosen = [
+    Fraction(1, 10),
+    Fraction(1, 2),
+    Fraction(9, 10),
+    Fraction(1),
+    Fraction(11, 10),
+    Fraction(2),
+    Fraction(10),
+]
 table = {}
 print("          decay x T      |  circle / (E/L)   |  least theta / T")
 print("  k/Z" + "      rod   N = 10 |" * 3)
 for ratio in chosen:
     rod = designed(steel, ratio)
-    blocks, spectrum = (RodPlant(rod), upwind(rod, 10)), rod_spectrum(upwind(rod, 10))
+    blocks, spectrum = (
+        (RodPlant(rod), upwind(rod, 10)),
+        rod_spectrum(upwind(rod, 10)),
+    )
     circle = [circle_criterion(block, EVERY).largest.low * dT for block in blocks]
-    theta = [popov_criterion(block, EVERY).smallest_theta.high / T for block in blocks]
-    table[ratio] = (spectrum.decay_rod * T, spectrum.decay_scheme * T, *circle, *theta)
-    print(f"{float(ratio):5.3g}" + " {:8.3g} {:8.3g} | {:8.3g} {:8.3g} | {:8.2g} {:8.2g} |".format(*table[ratio]))
+    theta = [
+        popov_criterion(block, EVERY).smallest_theta.high / T for block in blocks
+    ]
+    table[ratio] = (
+        spectrum.decay_rod * T,
+        spectrum.decay_scheme * T,
+        *circle,
+        *theta,
+    )
+    print(
+        f"{float(ratio):5.3g}"
+        + " {:8.3g} {:8.3g} | {:8.3g} {:8.3g} | {:8.2g} {:8.2g} |".format(
+            *table[ratio]
+        )
+    )
 
 # %% [markdown]
 # ## 2. Margins: what do the criteria ask for?
@@ -113,10 +161,10 @@ for ratio in chosen:
 # The last four columns are certified over all frequencies, for the block named. Below $Z$ both have closed forms
 # ([note 4](notes/0004-popov-for-the-rod.md)), the same for the rod and for every $N$:
 #
-# $$\text{circle reach} = \frac{E}{L}\,\frac{k^2}{Z^2 - k^2}, \qquad
+# $$k_{\text{circle}} = \frac{E}{L}\,\frac{k^2}{Z^2 - k^2}, \qquad
 #   \text{least } \theta = T\Big(\frac Zk - \frac kZ\Big).$$
 #
-# Above $Z$ the scheme flatters: at $k = 2Z$ ten cells promise a reach of 4.5, the block of the rod has 2.7. At
+# Above $Z$ the scheme flatters: at $k = 2Z$ ten cells promise 4.5, the block of the rod has 2.7. At
 # $k = Z$ the block is an integrator, $H = d/s$, for the rod and for every $N$: the circle criterion covers every finite
 # sector, and no multiplier is needed. **The dashpot with the largest circle margin is the matched one.** (The table
 # shows $10^{17}$ and a $\theta$ not quite 0, since $Z$ of steel is irrational and $k$ a double.) Popov's margin
@@ -130,14 +178,25 @@ for ratio in chosen:
 # %%
 left, right = panels(2)
 for N, colour in ((10, VERMILLION), (50, PURPLE)):
-    left.loglog(ratios, decay[N], color=colour, lw=2.4, alpha=0.7, label=f"scheme, N = {N}")
+    left.loglog(
+        ratios, decay[N], color=colour, lw=2.4, alpha=0.7, label=f"scheme, N = {N}"
+    )
 left.loglog(ratios, exact_decay, color=BLUE, lw=1.2, label="rod")
 left.set(xlabel="k/Z", ylabel="slowest decay in flight × T", ylim=(1e-2, 1e2))
 reach = np.array([rod_reach(ratio) for ratio in ratios])
 drawn = [ratio for ratio in chosen if ratio != 1]
 right.loglog(ratios, reach, color=BLUE, lw=1.8, label="rod")
-right.loglog(list(map(float, drawn)), [table[r][3] for r in drawn], "s", color=VERMILLION, ms=5, label="scheme, N = 10")
-right.set(xlabel="k/Z", ylabel="reach of the circle criterion / (E/L)", ylim=(1e-3, 1e4))
+right.loglog(
+    list(map(float, drawn)),
+    [table[r][3] for r in drawn],
+    "s",
+    color=VERMILLION,
+    ms=5,
+    label="scheme, N = 10",
+)
+right.set(
+    xlabel="k/Z", ylabel="largest slope, circle criterion / (E/L)", ylim=(1e-3, 1e4)
+)
 for ax in (left, right):
     ax.legend(fontsize="small")
 plt.show()
@@ -145,8 +204,8 @@ plt.show()
 # %% [markdown]
 # ## 3. What a stiff stop costs
 #
-# Turn the figure on the right round. The circle criterion accepts a stop of stiffness $\beta$ only if its reach is
-# larger: a window of $k$ around $Z$, from $k/Z = 1/\sqrt{1 + 1/\beta}$ on, which closes as the stop gets harder. For
+# Turn the figure on the right round. The circle criterion accepts a stop of stiffness $\beta$ only if its largest slope
+# is larger: a window of $k$ around $Z$, from $k/Z = 1/\sqrt{1 + 1/\beta}$ on, which closes as the stop gets harder. For
 # the steel bar ($\beta = 95$) it begins half a percent below $Z$, and $k = 0.197 Z$, as built, lies far outside.
 # Popov's criterion holds for every $k > 0$, and the energy theorem never asks for $\varepsilon$. **So stiffness costs
 # margin in the circle criterion, and nothing in the theorem**: what fails is a method, not a rod.
@@ -154,14 +213,38 @@ plt.show()
 # %%
 own = {}
 for name, rod in (("steel", steel), ("paper", paper)):
-    circle, popov = (test(RodPlant(rod), rod.nonlinearity.sector) for test in (circle_criterion, popov_criterion))
-    own[name] = [str(found.verdict) for found in (circle, popov, conclusion(upwind(rod, 10), Scenario()))]
-    print("{}: inequality of circle {}, Popov {}; energy theorem {}".format(name, *own[name]))
+    circle, popov = (
+        test(RodPlant(rod), rod.nonlinearity.sector)
+        for test in (circle_criterion, popov_criterion)
+    )
+    own[name] = [
+        str(found.verdict)
+        for found in (circle, popov, conclusion(upwind(rod, 10), Scenario()))
+    ]
+    print(
+        "{}: inequality of circle {}, Popov {}; energy theorem {}".format(
+            name, *own[name]
+        )
+    )
 
 ax = panels(1)
-ax.fill_betweenx(ratios, 1e-10, np.minimum(reach, 1e4), color=BLUE, alpha=0.18, lw=0, label="circle criterion holds")
+ax.fill_betweenx(
+    ratios,
+    1e-10,
+    np.minimum(reach, 1e4),
+    color=BLUE,
+    alpha=0.18,
+    lw=0,
+    label="circle criterion holds",
+)
 ax.plot(np.minimum(reach, 1e4), ratios, color=BLUE, lw=1.4)
-ax.plot(stiffness(steel), steel.damping / steel.impedance, "o", color=VERMILLION, label="steel bar as built")
+ax.plot(
+    stiffness(steel),
+    steel.damping / steel.impedance,
+    "o",
+    color=VERMILLION,
+    label="steel bar as built",
+)
 ax.plot(stiffness(steel), 1, "D", color=GREEN, label="steel bar, matched")
 ax.set(xscale="log", yscale="log", xlim=(1e-3, 1e3), ylim=(0.02, 50))
 ax.set(xlabel="stiffness of the stop, β = L/(E ε)", ylabel="k/Z")
@@ -184,31 +267,61 @@ plt.show()
 # The rest is exact motions ([notebook 45](45-the-rod-solved-exactly.py)), each about its own start and no other.
 
 # %%
-thrown, limit = Scenario.parse(velocity=1), steel.density * steel.wave_speed  # rho c v at 1 m/s [Pa]
-bars = {ratio: designed(steel, ratio, gap="1e-4") for ratio in (Fraction(1, 20), Fraction(1, 5), 1, 5, 20)}
+# rho c v at 1 m/s [Pa]
+thrown, limit = Scenario.parse(velocity=1), steel.density * steel.wave_speed
+bars = {
+    ratio: designed(steel, ratio, gap="1e-4")
+    for ratio in (Fraction(1, 20), Fraction(1, 5), 1, 5, 20)
+}
 struck = {ratio: exact_motion(bar, thrown, 40 * T) for ratio, bar in bars.items()}
-rigid = {ratio: exact_motion(bar, thrown, 40 * T, boundary=Boundary(rigid=True)) for ratio, bar in bars.items()}
+rigid = {
+    ratio: exact_motion(bar, thrown, 40 * T, boundary=Boundary(rigid=True))
+    for ratio, bar in bars.items()
+}
 trips = np.arange(21)
-shares = {ratio: motion.energies(2 * T * trips) / motion.energy(0) for ratio, motion in struck.items()}
-returned = {ratio: motion.energy(2 * T) / motion.energy(0) for ratio, motion in rigid.items()}
+shares = {
+    ratio: motion.energies(2 * T * trips) / motion.energy(0)
+    for ratio, motion in struck.items()
+}
+returned = {
+    ratio: motion.energy(2 * T) / motion.energy(0) for ratio, motion in rigid.items()
+}
 print("               stress   energy left after trips        rigid stop")
 print("  k/Z impacts /(rho c v)     1        3       10    a^2    after 1")
 for ratio, motion in struck.items():
     high = max(impact.peak_stress for impact in motion.impacts) / limit
-    rest = "".join(f"{share if share > 1e-30 else 0:9.2g}" for share in shares[ratio][[1, 3, 10]])
+    rest = "".join(
+        f"{share if share > 1e-30 else 0:9.2g}"
+        for share in shares[ratio][[1, 3, 10]]
+    )
     last = f"{bars[ratio].reflection ** 2:7.4f} {returned[ratio]:7.4f}"
     print(f"{float(ratio):5.3g} {len(motion.impacts):5d} {high:11.4f} {rest} {last}")
 
 left, right = panels(2)
 t = np.linspace(0, 12 * T, 3001)
 left.axhline(0, color=GREY, lw=0.8)
-styles = {Fraction(1, 20): (VERMILLION, 3.0), 1: (BLUE, 2.4), 20: (GREEN, 1.2)}  # the wider ones show behind
-styles = {ratio: {"color": c, "lw": w, "label": f"k/Z = {float(ratio):g}"} for ratio, (c, w) in styles.items()}
+# the wider ones show behind
+styles = {Fraction(1, 20): (VERMILLION, 3.0), 1: (BLUE, 2.4), 20: (GREEN, 1.2)}
+styles = {
+    ratio: {"color": c, "lw": w, "label": f"k/Z = {float(ratio):g}"}
+    for ratio, (c, w) in styles.items()
+}
 for ratio, style in styles.items():
     left.plot(t / T, struck[ratio].z(t) * 1e3, **style)
-    right.semilogy(trips, np.maximum(shares[ratio], 1e-99), "o-", ms=1.5 * style["lw"] + 1, **style)
+    right.semilogy(
+        trips,
+        np.maximum(shares[ratio], 1e-99),
+        "o-",
+        ms=1.5 * style["lw"] + 1,
+        **style,
+    )
 left.set(xlabel="t/T", ylabel="z [mm], stop at 0", xlim=(0, 12), ylim=(-0.62, 0.04))
-right.set(xlabel="round trips", ylabel="energy, as a share of the first", xlim=(-0.5, 20.5), ylim=(1e-3, 2))
+right.set(
+    xlabel="round trips",
+    ylabel="energy, as a share of the first",
+    xlim=(-0.5, 20.5),
+    ylim=(1e-3, 2),
+)
 right.set_xticks(range(0, 21, 4))
 for ax in (left, right):
     ax.legend(fontsize="small", loc="lower left" if ax is left else "upper right")
@@ -226,13 +339,20 @@ plt.show()
 softs, peaks = np.geomspace(1e-14, 1e-9, 26), {}
 for ratio in styles:
     against = [designed(steel, ratio, gap="1e-4", compliance=eps) for eps in softs]
-    peaks[ratio] = [exact_motion(bar, thrown, 8 * T).impacts[0].peak_stress / limit for bar in against]
+    peaks[ratio] = [
+        exact_motion(bar, thrown, 8 * T).impacts[0].peak_stress / limit
+        for bar in against
+    ]
 
 ax = panels(1)
 ax.axhline(1, color=GREY, lw=1.0, ls="--")
 for ratio, style in styles.items():
     ax.semilogx(softs, peaks[ratio], **style)
-ax.set(xlabel="compliance of the stop ε [m/Pa]", ylabel="first peak of stress / (ρ c v)", ylim=(0, 1.1))
+ax.set(
+    xlabel="compliance of the stop ε [m/Pa]",
+    ylabel="first peak of stress / (ρ c v)",
+    ylim=(0, 1.1),
+)
 ax.legend(fontsize="small")
 plt.show()
 
@@ -245,13 +365,26 @@ plt.show()
 
 # %%
 def dented(ratio, eps, stop=None):
-    """Largest stress over rho c v where the wave has a dent as long as the memory of the stop, log(2) eps/d."""
-    rod, start = designed(steel, ratio, compliance=eps), 0.75  # of the length of 1 m: it arrives after T/4
+    """Largest stress over rho c v where the wave has a dent as long as the memory
+    of the stop, log(2) eps/d."""
+    # of the length of 1 m: it arrives after T/4
+    rod, start = designed(steel, ratio, compliance=eps), 0.75
     dent = math.log(2) * eps / rod.mobility / T
     inside = f"x < {start} and x > {start - dent!r}"
-    shape = f"where(x >= {start}, 1 - x, where({inside}, {1 - start}, 1 - x - {dent!r}))"  # times v/c, v = 1 m/s
-    scenario = Scenario.parse(displacement=f"({shape})/{rod.wave_speed!r}", velocity=f"where({inside}, -1, 0)")
-    return max(impact.peak_stress for impact in exact_motion(rod, scenario, 4 * T, boundary=stop).impacts) / limit
+    # times v/c, v = 1 m/s
+    below = f"where({inside}, {1 - start}, 1 - x - {dent!r})"
+    shape = f"where(x >= {start}, 1 - x, {below})"
+    scenario = Scenario.parse(
+        displacement=f"({shape})/{rod.wave_speed!r}",
+        velocity=f"where({inside}, -1, 0)",
+    )
+    return (
+        max(
+            impact.peak_stress
+            for impact in exact_motion(rod, scenario, 4 * T, boundary=stop).impacts
+        )
+        / limit
+    )
 
 
 blows = [dented(10, eps) for eps in (1e-15, 1e-14, 1e-13)]
@@ -295,15 +428,26 @@ def right_of(line, ratio, beta):
     """Number of poles with Re y > line: the turns of `loop` along a box."""
     a, high = (ratio - 1) / (ratio + 1), 200 + 40 / beta
     across, up = np.linspace(line, 30, 4001), np.linspace(-high, high, 400001)
-    box = np.concatenate([across - 1j * high, 30 + 1j * up, across[::-1] + 1j * high, line + 1j * up[::-1]])
+    box = np.concatenate(
+        [
+            across - 1j * high,
+            30 + 1j * up,
+            across[::-1] + 1j * high,
+            line + 1j * up[::-1],
+        ]
+    )
     angle = np.unwrap(np.angle(loop(box, a, beta)[0]))
     return round((angle[-1] - angle[0]) / (2 * np.pi))
 
 
 def held_rate(ratio, beta):
-    """Decay of the slowest pole, times T: Newton's method from many starts, the rightmost that converged."""
+    """Decay of the slowest pole, times T: Newton's method from many starts, the
+    rightmost that converged."""
     a = (ratio - 1) / (ratio + 1)
-    y = (np.linspace(-3 * np.sqrt(1 + 1 / beta), 0.2, 31)[:, None] + 1j * np.linspace(0, 7 / beta, 29)).ravel()
+    y = (
+        np.linspace(-3 * np.sqrt(1 + 1 / beta), 0.2, 31)[:, None]
+        + 1j * np.linspace(0, 7 / beta, 29)
+    ).ravel()
     with np.errstate(all="ignore"):
         for _ in range(60):
             value, slope = loop(y, a, beta)
@@ -315,15 +459,35 @@ def held_rate(ratio, beta):
 left, right = panels(2)
 for beta, colour in ((0.01, VERMILLION), (0.1, PURPLE), (1, BLUE)):
     k = np.unique(np.append(np.geomspace(0.02, 50, 101), best_ratio(beta)))
-    left.loglog(k, [held_rate(ratio, beta) for ratio in k], color=colour, lw=1.4, label=f"held, β = {beta:g}")
-    left.plot(best_ratio(beta), math.sqrt(beta * (1 + beta)), "o", color=colour, ms=5)
+    left.loglog(
+        k,
+        [held_rate(ratio, beta) for ratio in k],
+        color=colour,
+        lw=1.4,
+        label=f"held, β = {beta:g}",
+    )
+    left.plot(
+        best_ratio(beta), math.sqrt(beta * (1 + beta)), "o", color=colour, ms=5
+    )
 left.loglog(ratios, exact_decay, color=GREY, lw=1.2, ls="--", label="flight")
 left.set(xlabel="k/Z", ylabel="slowest pole of the rod × T", ylim=(1e-4, 10))
 betas = np.geomspace(1e-10, 1e3, 261)
 right.loglog(betas, best_ratio(betas), color=BLUE, lw=1.6, label="best while held")
 right.axhline(1, color=GREY, lw=1.2, ls="--", label="best in flight")
-right.loglog(stiffness(paper), paper.damping / paper.impedance, "s", color=GREEN, label="the paper's rod")
-right.loglog(stiffness(steel), steel.damping / steel.impedance, "o", color=VERMILLION, label="steel bar as built")
+right.loglog(
+    stiffness(paper),
+    paper.damping / paper.impedance,
+    "s",
+    color=GREEN,
+    label="the paper's rod",
+)
+right.loglog(
+    stiffness(steel),
+    steel.damping / steel.impedance,
+    "o",
+    color=VERMILLION,
+    label="steel bar as built",
+)
 right.set(xlabel="stiffness of the stop, β = L/(E ε)", ylabel="k/Z", ylim=(1e-5, 10))
 for ax in (left, right):
     ax.legend(fontsize="small", loc="lower left" if ax is left else "lower right")
@@ -332,7 +496,12 @@ plt.show()
 poles = {}
 for beta in (0.01, 0.1, 0.3):
     eta, best = math.sqrt(1 + 1 / beta), best_ratio(beta)
-    asked = ((0.9 * best, eta), (best, 0.99 * eta), (best, 1.01 * eta), ((1 + best) / 2, eta))
+    asked = (
+        (0.9 * best, eta),
+        (best, 0.99 * eta),
+        (best, 1.01 * eta),
+        ((1 + best) / 2, eta),
+    )
     poles[beta] = [right_of(-depth, ratio, beta) for ratio, depth in asked]
 print("poles right of the line: 0.9 k_c; k_c, line moved right, left; halfway to Z")
 print(*(f"beta = {beta}: {found}" for beta, found in poles.items()), sep="\n")
@@ -346,16 +515,27 @@ print(*(f"beta = {beta}: {found}" for beta, found in poles.items()), sep="\n")
 # 1200 N. How far from its new rest is it still, between $30\,T$ and $40\,T$?
 
 # %%
-critical, creep = best_ratio(stiffness(paper)) * paper.impedance, paper.travel_time / stiffness(paper)
-print(f"paper: k = {paper.damping / critical:.2f} k_c; held with k = Z, its time constant is {creep / 3600:.1f} h")
+critical, creep = (
+    best_ratio(stiffness(paper)) * paper.impedance,
+    paper.travel_time / stiffness(paper),
+)
+print(
+    f"paper: k = {paper.damping / critical:.2f} k_c; held with k = Z, its time "
+    f"constant is {creep / 3600:.1f} h"
+)
 
 soft = T / 0.1 * steel.mobility  # eps for beta = 0.1
-pressed = Scenario.parse(force=1200, displacement=f"{1000 * soft / steel.area!r} + (1 - x)/21000")  # g/(A E) = 1/21000
+# g/(A E) = 1/21000
+pressed = Scenario.parse(
+    force=1200, displacement=f"{1000 * soft / steel.area!r} + (1 - x)/21000"
+)
 remains, least = {}, {}
 for ratio in (best_ratio(0.1) / 3, best_ratio(0.1), 1.0, 3.0):
     motion = exact_motion(designed(steel, ratio, compliance=soft), pressed, 40 * T)
     rest = soft * 1200 / steel.area
-    remains[ratio] = float(np.abs(motion.z(np.linspace(30, 40, 501) * T) / rest - 1).max())
+    remains[ratio] = float(
+        np.abs(motion.z(np.linspace(30, 40, 501) * T) / rest - 1).max()
+    )
     least[ratio] = motion.z(np.linspace(0, 40, 2001) * T).min()
     print(f"k/Z = {ratio:.3f}: {remains[ratio]:.1e} of z")
 
@@ -377,7 +557,10 @@ for ratio in (best_ratio(0.1) / 3, best_ratio(0.1), 1.0, 3.0):
 # ## What this notebook claims
 
 # %%
-assert (round(stiffness(steel)), round(steel.damping / steel.impedance, 3)) == (95, 0.197)
+assert (round(stiffness(steel)), round(steel.damping / steel.impedance, 3)) == (
+    95,
+    0.197,
+)
 for ratio, (flight, scheme, circle, circle_N, theta, theta_N) in table.items():
     r = float(ratio)
     if r < 1:  # closed forms, the same for rod and scheme
@@ -388,34 +571,66 @@ for ratio, (flight, scheme, circle, circle_N, theta, theta_N) in table.items():
         assert (circle_N > 1.6 * circle, theta_N < theta) == (True, True)
     a, turn = (1 - r) / (1 + r), math.cos(math.pi / 20) if r > 1 else 1
     assert abs(scheme / (10 * (1 - abs(a) ** (1 / 20) * turn)) - 1) < 1e-9
-    assert flight == math.inf if r == 1 else abs(flight / (-math.log(abs(a)) / 2) - 1) < 1e-9
+    assert (
+        flight == math.inf
+        if r == 1
+        else abs(flight / (-math.log(abs(a)) / 2) - 1) < 1e-9
+    )
 assert (round(table[2][3], 1), round(table[2][2], 1)) == (4.5, 2.7)
 assert min(table[1][2:4]) > 1e17
 assert rod_spectrum(upwind(designed(steel, 10**9), 10)).decay_scheme * T > 0.1
 assert RodPlant(designed(steel, 10**9)).log_reflection > -1e-8
-margins = {r: popov_criterion(RodPlant(designed(steel, r)), steel.nonlinearity.sector, theta=T).margin for r in chosen}
+margins = {
+    r: popov_criterion(
+        RodPlant(designed(steel, r)), steel.nonlinearity.sector, theta=T
+    ).margin
+    for r in chosen
+}
 most = steel.compliance + T * steel.mobility
 assert abs(margins[1].low / most - 1) < 1e-9
 assert all(margin.high < most for r, margin in margins.items() if r != 1)
-assert own == {"steel": ["INCONCLUSIVE", "PROVED", "PROVED"], "paper": ["PROVED"] * 3}
+assert own == {
+    "steel": ["INCONCLUSIVE", "PROVED", "PROVED"],
+    "paper": ["PROVED"] * 3,
+}
 edge = 1 / math.sqrt(1 + 1 / stiffness(steel))
 assert 0.994 < edge < 0.995
 beside = [
-    circle_criterion(RodPlant(designed(steel, r)), steel.nonlinearity.sector) for r in (edge - 1e-6, edge + 1e-6, 1)
+    circle_criterion(RodPlant(designed(steel, r)), steel.nonlinearity.sector)
+    for r in (edge - 1e-6, edge + 1e-6, 1)
 ]
-assert [str(found.verdict) for found in beside] == ["INCONCLUSIVE", "PROVED", "PROVED"]
+assert [str(found.verdict) for found in beside] == [
+    "INCONCLUSIVE",
+    "PROVED",
+    "PROVED",
+]
 
-assert all(abs(returned[ratio] - bar.reflection**2) < 1e-12 for ratio, bar in bars.items())
-assert all(abs(rigid[20].energy(2 * n * T) / rigid[20].energy(0) / (19 / 21) ** (2 * n) - 1) < 1e-9 for n in range(20))
+assert all(
+    abs(returned[ratio] - bar.reflection**2) < 1e-12 for ratio, bar in bars.items()
+)
+assert all(
+    abs(rigid[20].energy(2 * n * T) / rigid[20].energy(0) / (19 / 21) ** (2 * n) - 1)
+    < 1e-9
+    for n in range(20)
+)
 assert [len(motion.impacts) for motion in struck.values()] == [1, 1, 1, 1, 4]
-assert max(impact.peak_stress for motion in struck.values() for impact in motion.impacts) < limit * (1 + 1e-9)
+assert max(
+    impact.peak_stress for motion in struck.values() for impact in motion.impacts
+) < limit * (1 + 1e-9)
 assert (round(limit / 1e6, 1), round(T * 1e3, 2)) == (40.6, 0.19)
 for ratio in (0.25, 0.5, 1, 5, 100):  # with the stop far away
     flight = exact_motion(designed(steel, ratio, gap=1), thrown, 200 * T)
-    assert ratio > 1 or abs(flight.end_displacement(200 * T) / (T / ratio) - 1) < 1e-9
+    assert (
+        ratio > 1 or abs(flight.end_displacement(200 * T) / (T / ratio) - 1) < 1e-9
+    )
     assert abs(flight.end_displacement(T) / T - 1) < 1e-9
-assert np.allclose(peaks[1], 1 - np.exp(-(T - 1e-4) * steel.mobility / softs), rtol=1e-6)
-assert min(np.array(values)[softs < 1.1e-13].min() for values in peaks.values()) > 0.999999
+assert np.allclose(
+    peaks[1], 1 - np.exp(-(T - 1e-4) * steel.mobility / softs), rtol=1e-6
+)
+assert (
+    min(np.array(values)[softs < 1.1e-13].min() for values in peaks.values())
+    > 0.999999
+)
 assert max(map(max, peaks.values())) < 1 + 1e-9
 assert np.allclose(blows, 9 / 11 * (4 * math.exp(-0.5) - 1), rtol=1e-4)
 assert round(blows[0], 3) == 1.167
@@ -423,7 +638,10 @@ assert max(calm) < 1 + 1e-9
 
 assert all(found == [2, 0, 2, 1] for found in poles.values())
 for beta in (0.01, 0.1, 1):
-    rates = {factor: held_rate(factor * best_ratio(beta), beta) for factor in (0.9, 1.0, 1.1)}
+    rates = {
+        factor: held_rate(factor * best_ratio(beta), beta)
+        for factor in (0.9, 1.0, 1.1)
+    }
     assert abs(rates[1.0] / math.sqrt(beta * (1 + beta)) - 1) < 1e-3
     assert max(rates[0.9], rates[1.1]) < rates[1.0]
 assert abs(held_rate(1, 0.1) / 0.1 - 1) < 1e-12

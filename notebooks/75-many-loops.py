@@ -35,7 +35,10 @@ folder = Path(tempfile.mkdtemp())
 def answered(name, study):
     """Sweep a study into a store of the folder, say what came out, and open it."""
     found = sweep(study, folder / name)
-    print(f"{found.done} points: {found.proved} PROVED, {found.refuted} REFUTED, {found.inconclusive} INCONCLUSIVE")
+    print(
+        f"{found.done} points: {found.proved} PROVED, {found.refuted} REFUTED, "
+        f"{found.inconclusive} INCONCLUSIVE"
+    )
     return xarray.open_zarr(folder / name, chunks=None)
 
 
@@ -58,7 +61,10 @@ rods = answered(
         },
     },
 )
-print((rods["verdict"] == rods["scheme_verdict"]).all().item(), "- rod and scheme have the same verdict everywhere")
+print(
+    (rods["verdict"] == rods["scheme_verdict"]).all().item(),
+    "- rod and scheme have the same verdict everywhere",
+)
 
 # %% [markdown]
 # What does differ is how fast the waves decay: the scheme adds damping of its own, the more the fewer cells it has, and
@@ -67,12 +73,27 @@ print((rods["verdict"] == rods["scheme_verdict"]).all().item(), "- rod and schem
 # %%
 figure, axes = plt.subplots(figsize=(7, 4))
 at = {"rod.compliance": 1e-6}
-axes.plot(rods["rod.damping"], rods["slowest_decay"].sel(at).isel({"discretisation.cells": 0}), color=BLUE, label="rod")
+axes.plot(
+    rods["rod.damping"],
+    rods["slowest_decay"].sel(at).isel({"discretisation.cells": 0}),
+    color=BLUE,
+    label="rod",
+)
 for cells, style in ((5, ":"), (10, "--"), (40, "-.")):
     decay = rods["scheme_slowest_decay"].sel({**at, "discretisation.cells": cells})
-    axes.plot(rods["rod.damping"], decay, style, color=VERMILLION, label=f"scheme, N = {cells}")
+    axes.plot(
+        rods["rod.damping"],
+        decay,
+        style,
+        color=VERMILLION,
+        label=f"scheme, N = {cells}",
+    )
 axes.axhline(0, color="grey", lw=0.8)
-axes.set(xlabel="k [N s/m]", ylabel="decay of the slowest wave mode [1/s]", ylim=(-4000, 16000))
+axes.set(
+    xlabel="k [N s/m]",
+    ylabel="decay of the slowest wave mode [1/s]",
+    ylim=(-4000, 16000),
+)
 axes.legend(**LEGEND)
 finish_axes(axes)
 
@@ -84,7 +105,8 @@ finish_axes(axes)
 
 # %%
 (folder / "servo.toml").write_text(
-    '[plant]\ntransfer = "k/(s*(s + 1)*(s + a))"\n[plant.parameters]\nk = 1\na = 2\n[class]\nsector = [0, 4]\n'
+    '[plant]\ntransfer = "k/(s*(s + 1)*(s + a))"\n[plant.parameters]\nk = 1\na = '
+    "2\n[class]\nsector = [0, 4]\n"
 )
 servo = {"system": str(folder / "servo.toml"), "ask": "class", "refine": "boundary"}
 servo["over"] = {
@@ -92,7 +114,10 @@ servo["over"] = {
     "plant.parameters.k": {"from": 0.5, "to": 2, "count": 7},
 }
 points = answered("points.zarr", servo)
-refined = [xarray.open_zarr(folder / "points.zarr" / "boundary" / str(i), chunks=None) for i in (1, 2, 3, 4, 5)]
+refined = [
+    xarray.open_zarr(folder / "points.zarr" / "boundary" / str(i), chunks=None)
+    for i in (1, 2, 3, 4, 5)
+]
 
 # %% [markdown]
 # The sector $[0, 4]$ is proved on one side of a curve and refuted on the other; `refine` has put points on it, halving
@@ -114,11 +139,17 @@ cells = answered(
     {
         "system": servo["system"],
         "ask": "sector",
-        "boxes": {"plant.parameters.a": [1.0, 1.5, 2.0, 3.0], "plant.parameters.k": [0.5, 1.0, 2.0]},
+        "boxes": {
+            "plant.parameters.a": [1.0, 1.5, 2.0, 3.0],
+            "plant.parameters.k": [0.5, 1.0, 2.0],
+        },
     },
 )
 low, high = (cells[f"plant.parameters.{name} bounds"].values for name in "ak")
 worst = low[:, :1] * (low[:, :1] + 1) / high[:, 1]
-print("largest relative distance to Routh's bound:", f"{np.abs(cells['largest_low'] / worst - 1).max().item():.1e}")
+print(
+    "largest relative distance to Routh's bound:",
+    f"{np.abs(cells['largest_low'] / worst - 1).max().item():.1e}",
+)
 figure, axes = plt.subplots(figsize=(7, 4))
 values_drawn(next(planes(cells)), "largest_low", ax=axes)

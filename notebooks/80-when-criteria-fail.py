@@ -14,7 +14,7 @@
 # # When criteria fail
 #
 # Slope, oddness, time-invariance: the small print of every criterion. This notebook takes the words away one by one
-# and shows the loop that breaks. The sign is $\sigma = H\mu$, $\mu = -\varphi(\sigma)$ throughout, and each answer
+# and shows the loop that breaks. The sign is $\sigma = H\mu$, $\mu = -\phi(\sigma)$ throughout, and each answer
 # has two sides: *proved* up to here, *refuted* from there on by a named nonlinearity, and in between nothing was shown.
 #
 # Two kinds of statement appear. **Certified** ones come from exact arithmetic, and a checker that does not trust the
@@ -36,18 +36,32 @@ from lure.analysis import check, max_sector, max_slope, steady_response
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.describing import describing_hint
 from lure.analysis.plots import plot_nonlinearity, plot_reach
-from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, finish_axes
+from lure.analysis.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LEGEND,
+    PURPLE,
+    VERMILLION,
+    finish_axes,
+)
 from lure.files.builtin import builtin_loop
 
 
 def say(*answers):
     """Print sentences, broken into lines."""
-    print(*(textwrap.fill(str(one), 72, break_on_hyphens=False) for one in answers), sep="\n\n")
+    print(
+        *(textwrap.fill(str(one), 72, break_on_hyphens=False) for one in answers),
+        sep="\n\n",
+    )
 
 
 def companion(block):
-    """Matrices of ``x' = A x + b mu``, ``sigma = c x``, for a strictly proper block."""
-    low, high = ([float(x) for x in reversed(p)] for p in (block.denominator, block.numerator))
+    """Matrices of ``x' = A x + b mu``, ``sigma = c x``, for a strictly proper
+    block."""
+    low, high = (
+        [float(x) for x in reversed(p)] for p in (block.denominator, block.numerator)
+    )
     n = len(low) - 1
     A = np.eye(n, k=1)
     A[-1] = [-a / low[-1] for a in low[:n]]
@@ -55,11 +69,16 @@ def companion(block):
 
 
 def motion(block, nonlinearity, state, until):
-    """Times, ``sigma`` and the last state of the solution under a nonlinearity, in floating point."""
+    """Times, ``sigma`` and the last state of the solution under a nonlinearity, in
+    floating point."""
     A, b, c = companion(block)
     times = np.linspace(0, until, 4000)
-    run = solve_ivp(lambda t, x: A @ x - b * nonlinearity(c @ x), (0, until), state, "DOP853", times,
-                    rtol=1e-10, atol=1e-11, max_step=0.2)  # fmt: skip
+    steps = {"rtol": 1e-10, "atol": 1e-11, "max_step": 0.2}
+
+    def rate(_, x):
+        return A @ x - b * nonlinearity(c @ x)
+
+    run = solve_ivp(rate, (0, until), state, "DOP853", times, **steps)
     return times, c @ run.y, run.y[:, -1]
 
 
@@ -67,22 +86,36 @@ def nonlinearity_entry(witness):
     """The nonlinearity of a periodic orbit."""
     data = witness.data
     slopes = {side: Fraction(data[side]) for side in ("left_slope", "right_slope")}
-    return PiecewiseLinear(points=[tuple(map(Fraction, point)) for point in data["points"]], **slopes)
+    return PiecewiseLinear(
+        points=[tuple(map(Fraction, point)) for point in data["points"]], **slopes
+    )
 
 
 def law_and_orbit(found, block, gains, periods=8):
-    """The nonlinearity in its sector, and the orbit beside solutions of linear gains from the same state."""
+    """The nonlinearity in its sector, and the orbit beside solutions of linear
+    gains from the same state."""
     nonlinearity, data = nonlinearity_entry(found.witness), found.witness.data
-    _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.6), width_ratios=(1, 1.7), layout="constrained")
+    _, (left, right) = plt.subplots(
+        1, 2, figsize=(8.6, 3.6), width_ratios=(1, 1.7), layout="constrained"
+    )
     plot_nonlinearity(found.witness, ax=left)
     edge = np.array([0.0, max(left.get_xlim())])
     for sign in (1, -1):
         span = (sign * float(found.lower) * edge, sign * found.refuted_at * edge)
-        left.fill_between(sign * edge, *span, color=GREY, alpha=0.2, lw=0, label="sector" if sign > 0 else None)
+        left.fill_between(
+            sign * edge,
+            *span,
+            color=GREY,
+            alpha=0.2,
+            lw=0,
+            label="sector" if sign > 0 else None,
+        )
     left.legend(loc="upper left", **LEGEND)
     until = periods * data["period"]
     for gain, colour in gains:
-        times, sigma, _ = motion(block, lambda x, gain=gain: gain * x, data["state"], until)
+        times, sigma, _ = motion(
+            block, lambda x, gain=gain: gain * x, data["state"], until
+        )
         right.plot(times, sigma, color=colour, lw=0.9, label=f"φ = {gain:.4g} σ")
     times, sigma, _ = motion(block, nonlinearity, data["state"], until)
     right.plot(times, sigma, color=VERMILLION, lw=1.4, label="φ, on the left")
@@ -96,29 +129,38 @@ def law_and_orbit(found, block, gains, periods=8):
 
 
 def gap_after_a_period(found, block):
-    """How far the motion is from where it began, one period later, relative to the state."""
+    """How far the motion is from where it began, one period later, relative to the
+    state."""
     data = found.witness.data
-    *_, end = motion(block, nonlinearity_entry(found.witness), data["state"], data["period"])
+    *_, end = motion(
+        block, nonlinearity_entry(found.witness), data["state"], data["period"]
+    )
     return float(np.linalg.norm(end - data["state"]) / np.linalg.norm(data["state"]))
 
 
 # %% [markdown]
 # ## 1. Every linear gain is stable. Is the sector?
 #
-# In 1949 Aizerman guessed: if the loop is stable for every linear gain in $[a, b]$, then for every $\varphi$ with $a
-# \le \varphi(\sigma)/\sigma \le b$ too. It would spare us this whole subject. Take the plant of Leonov, Bragin and
+# In 1949 Aizerman guessed: if the loop is stable for every linear gain in $[a, b]$, then for every $\phi$ with $a
+# \le \phi(\sigma)/\sigma \le b$ too. It would spare us this whole subject. Take the plant of Leonov, Bragin and
 # Kuznetsov (2010), of order four, and let the sector begin at $1/100$:
 
 # %%
 aizerman = builtin_loop("leonov-bragin-kuznetsov").block
 sector = max_sector(aizerman, lower=Fraction(1, 100), search="full")
 print(f"H = {aizerman}")
-print(f"linear gains: stable from 1/100 up to {sector.hurwitz.low:.6g}, by exact root counts\n")
+print(
+    f"linear gains: stable from 1/100 up to {sector.hurwitz.low:.6g}, by exact root "
+    "counts\n"
+)
 say(sector)
 
 # %%
 law_and_orbit(sector, aizerman, [(0.1, GREEN), (sector.refuted_at, BLUE)])
-print(f"after one period the drawn motion is back to {gap_after_a_period(sector, aizerman):.0e} of its state: observed")
+print(
+    "after one period the drawn motion is back to "
+    f"{gap_after_a_period(sector, aizerman):.0e} of its state: observed"
+)
 again = check(sector.refutation.certificate)
 say(f"the checker, on the certificate: {type(again).__name__}, {again.claim}")
 
@@ -131,7 +173,7 @@ say(f"the checker, on the certificate: {type(again).__name__}, {again.claim}")
 #
 # ## 2. And if the slope is bounded as well?
 #
-# The saturation above is already worse than it looks: not only $\varphi(\sigma)/\sigma$, every slope of it lies in
+# The saturation above is already worse than it looks: not only $\phi(\sigma)/\sigma$, every slope of it lies in
 # the interval of stable gains. That slopes would suffice was Kalman's guess of 1957. Up to order three it is true
 # (Barabanov 1988). The first example of the usual test set for such nonlinearities, of order three, from both sides:
 
@@ -153,7 +195,10 @@ print(f"H = {kalman.block}")
 print("linear gains: stable up to", fitts.hurwitz.low, end="\n\n")
 say(fitts)
 law_and_orbit(fitts, kalman.block, [(0.75, GREEN), (fitts.refuted_at, BLUE)])
-print(f"after one period the drawn motion is back to {gap_after_a_period(fitts, kalman.block):.0e}: observed")
+print(
+    "after one period the drawn motion is back to "
+    f"{gap_after_a_period(fitts, kalman.block):.0e}: observed"
+)
 
 # %% [markdown]
 # A dead zone: nothing for $|\sigma| \le 1$, slope 1.4994 beyond. It is odd, monotone, and has a certified periodic
@@ -171,7 +216,9 @@ print(f"after one period the drawn motion is back to {gap_after_a_period(fitts, 
 sixth = builtin_loop("dt-6").block
 odd, monotone = max_slope(sixth, odd=True), max_slope(sixth)
 say(odd, monotone)
-_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.4), width_ratios=(1.5, 1), layout="constrained")
+_, (left, right) = plt.subplots(
+    1, 2, figsize=(8.6, 3.4), width_ratios=(1.5, 1), layout="constrained"
+)
 plot_reach([odd, monotone], ["odd φ", "monotone φ"], ax=left)
 left.set_xlabel("upper end k of the slope [unit of μ / unit of σ]")
 plot_nonlinearity(monotone.witness, ax=right)
@@ -218,7 +265,10 @@ print("mu:    ", *mu[1:])
 
 # %%
 spring = as_plant("1/(s^2 + s + 1)")
-still, varying = max_sector(spring), max_sector(spring, time_varying=True, search="full")
+still, varying = (
+    max_sector(spring),
+    max_sector(spring, time_varying=True, search="full"),
+)
 say(still, varying)
 pattern = varying.witness.data
 times = [float(Fraction(x)) for x in pattern["times"]]
@@ -226,7 +276,8 @@ A, b, c = companion(spring)
 
 
 def growth(k):
-    """Largest modulus of an eigenvalue over one period: gain 0 for ``times[0]``, then ``k`` for ``times[1]``."""
+    """Largest modulus of an eigenvalue over one period: gain 0 for ``times[0]``,
+    then ``k`` for ``times[1]``."""
     period = expm((A - k * np.outer(b, c)) * times[1]) @ expm(A * times[0])
     return float(np.abs(np.linalg.eigvals(period)).max())
 
@@ -255,9 +306,13 @@ def switched(k, rhythm, periods=10):
 
 
 _, ax = plt.subplots(figsize=(8.6, 3.4), layout="constrained")
-ax.plot(*switched(8.0, [0.0, sum(times)]), color=BLUE, lw=1.1, label="k = 8 all the time")
+ax.plot(
+    *switched(8.0, [0.0, sum(times)]), color=BLUE, lw=1.1, label="k = 8 all the time"
+)
 ax.plot(*switched(0.0, times), color=GREEN, lw=1.1, label="k = 0 all the time")
-ax.plot(*switched(8.0, times), color=VERMILLION, lw=1.4, label="k = 0 and k = 8 in turn")
+ax.plot(
+    *switched(8.0, times), color=VERMILLION, lw=1.4, label="k = 0 and k = 8 in turn"
+)
 ax.set_xlabel("t [s]")
 ax.set_ylabel("σ [unit of σ]")
 finish_axes(ax)
@@ -293,19 +348,32 @@ say(*missed)
 
 # %%
 alarm = as_plant("-(s + 1.6)/(s^2 + 0.39*s + 1)")
-stop = PiecewiseLinear(points=((-2, -1), (-1, 0), (1, 0), (2, 1)), left_slope=0, right_slope=0)
+stop = PiecewiseLinear(
+    points=((-2, -1), (-1, 0), (1, 0), (2, 1)), left_slope=0, right_slope=0
+)
 hint = describing_hint(alarm, stop)
 linear = max_sector(alarm)
 say(hint, linear)
 inner, outer = hint.balances
 t, spiral, rest = motion(alarm, stop, [-25.0, 0.0], 150.0)  # sigma(0) = 40
-seconds, response = signal.impulse(([-1, -1.6], [1, 0.39, 1]), T=np.linspace(0, 100, 20001))
-most = np.trapezoid(np.abs(response), seconds)  # what |mu| <= 1 can do to |sigma|, in the long run
+seconds, response = signal.impulse(
+    ([-1, -1.6], [1, 0.39, 1]), T=np.linspace(0, 100, 20001)
+)
+# what |mu| <= 1 can do to |sigma|, in the long run
+most = np.trapezoid(np.abs(response), seconds)
 
-_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.8), width_ratios=(1.25, 1), layout="constrained")
+_, (left, right) = plt.subplots(
+    1, 2, figsize=(8.6, 3.8), width_ratios=(1.25, 1), layout="constrained"
+)
 hint.plot(ax=left)
 right.plot(t, np.abs(spiral), color=VERMILLION, lw=1.2, label="|σ|, observed")
-right.axhline(outer.amplitude, color=PURPLE, lw=1, ls="--", label="amplitude of the predicted oscillation")
+right.axhline(
+    outer.amplitude,
+    color=PURPLE,
+    lw=1,
+    ls="--",
+    label="amplitude of the predicted oscillation",
+)
 right.set_xlabel("t [s]")
 right.set_ylabel("|σ| [unit of σ]")
 right.set_yscale("log")
@@ -321,7 +389,7 @@ plt.show()
 # and spirals straight through the predicted amplitude into the dead zone, where the loop is linear and decays. In the
 # plane that is the end of it: a closed orbit would go round 0, the only equilibrium, and the spiral would have to cross
 # it. (In floating point; so the solution is observed, and `lure` does not call this loop proved. It proves the sector
-# up to 0.39, and this nonlinearity reaches $\varphi(2)/2 = 0.5$.)
+# up to 0.39, and this nonlinearity reaches $\phi(2)/2 = 0.5$.)
 #
 # **Moral: a balance is a place to look, and its absence is none to rest.**
 #
@@ -333,9 +401,13 @@ plt.show()
 # %%
 spring = as_plant("1/(s^2 + s/10 + 1)")
 frequencies = [Fraction(w, 20) for w in (14, 18, 20, 22, 24, 26, 27, 30, 34)]
-jumps = steady_response(spring, Cubic(cubic=Fraction(1, 25)), {"amplitude": 1, "omega": frequencies})
+jumps = steady_response(
+    spring, Cubic(cubic=Fraction(1, 25)), {"amplitude": 1, "omega": frequencies}
+)
 calm = steady_response(
-    "1/(s^2 + s + 1)", Saturation(), {"amplitude": 3, "omega": [Fraction(w, 4) for w in range(1, 13)]}
+    "1/(s^2 + s + 1)",
+    Saturation(),
+    {"amplitude": 3, "omega": [Fraction(w, 4) for w in range(1, 13)]},
 )
 say(jumps, calm)
 
@@ -366,7 +438,10 @@ plt.show()
 # %%
 assert (jumps.verdict.name, calm.verdict.name) == ("REFUTED", "PROVED")
 pair = [row for row in jumps.response if row.omega == 1.3 and row.attracts]
-assert [f"{row.low:.4f} {row.high:.4f}" for row in pair] == ["1.5972 1.5972", "5.3193 5.3193"]
+assert [f"{row.low:.4f} {row.high:.4f}" for row in pair] == [
+    "1.5972 1.5972",
+    "5.3193 5.3193",
+]
 assert all(row.alone and row.high < (1 + 1e-3) * row.low for row in calm.response)
 LINEAR = 1000 / 101  # the stable gains of the first plant end here
 assert abs(sector.hurwitz.low - LINEAR) < 1e-8
@@ -379,11 +454,18 @@ assert gap_after_a_period(sector, aizerman) < 1e-8
 assert sector.witness.slope_restricted
 assert third.order == 3
 assert int(third_sector.largest.low * 10**4) == 17636
-assert int(third_slope.largest.low * 10**4) == int(third_slope.refuted_at * 10**4) == 45894
+assert (
+    int(third_slope.largest.low * 10**4)
+    == int(third_slope.refuted_at * 10**4)
+    == 45894
+)
 assert third_slope.closed
 assert (third_slope.criterion, third_slope.witness.kind) == ("park", "linear gain")
 assert fitts.hurwitz.low == np.inf
-assert (f"{fitts.refuted_at:.4f}", f"{fitts.witness.data['period']:.2f}") == ("1.4994", "10.77")
+assert (f"{fitts.refuted_at:.4f}", f"{fitts.witness.data['period']:.2f}") == (
+    "1.4994",
+    "10.77",
+)
 assert int(fitts.largest.low * 10**4) == 6738
 assert isinstance(check(fitts.refutation.certificate), Refuted)
 assert gap_after_a_period(fitts, kalman.block) < 1e-7
@@ -403,7 +485,11 @@ assert 1 < growth(varying.refuted_at) < 1 + 1e-6
 assert round(growth(8.0), 3) == 1.147
 assert isinstance(check(varying.refutation.certificate), Refuted)
 assert not any(one.balances for one in missed)
-assert (f"{outer.amplitude:.2f}", outer.stable_guess, f"{inner.gain:.2f}") == ("2.66", True, "0.39")
+assert (f"{outer.amplitude:.2f}", outer.stable_guess, f"{inner.gain:.2f}") == (
+    "2.66",
+    True,
+    "0.39",
+)
 assert 39.9 < spiral[0] < 40.1
 assert round(most, 2) == 6.06
 assert np.hypot(*rest) < 1e-4  # deep inside the dead zone

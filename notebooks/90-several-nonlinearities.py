@@ -14,7 +14,7 @@
 # # Several nonlinearities
 #
 # How far does a proof reach when a plant has three or four nonlinearities, and how much does each word about them add?
-# The plant is $\sigma = H\mu$, and $\mu_i = -\varphi_i(\sigma_i)$ closes its channels. We ask for the largest factor
+# The plant is $\sigma = H\mu$, and $\mu_i = -\phi_i(\sigma_i)$ closes its channels. We ask for the largest factor
 # $\alpha$ of the upper bounds: *proved* up to here, *refuted* from there on, and between the two nothing was shown.
 #
 # Both plants are published, with numbers from semidefinite programmes in floating point. Ours are certificates in
@@ -45,16 +45,37 @@ def rows(text):
 
 
 def bars(found, others, title):
-    """For each class what is proved, in blue, what is refuted, in red, and what others published, as a diamond."""
-    last = 1.12 * max([one.refuted_at or one.largest.low for one in found.values()] + [*others.values()])
-    _, ax = plt.subplots(figsize=(8.2, 0.8 + 0.42 * len(found)), layout="constrained")
+    """For each class what is proved, in blue, what is refuted, in red, and what
+    others published, as a diamond."""
+    last = 1.12 * max(
+        [one.refuted_at or one.largest.low for one in found.values()]
+        + [*others.values()]
+    )
+    _, ax = plt.subplots(
+        figsize=(8.2, 0.8 + 0.42 * len(found)), layout="constrained"
+    )
     for row, (name, one) in enumerate(found.items()):
-        ax.barh(row, one.largest.low, color=BLUE, height=0.62, label="proved" if not row else None)
+        ax.barh(
+            row,
+            one.largest.low,
+            color=BLUE,
+            height=0.62,
+            label="proved" if not row else None,
+        )
         if one.refuted_at is not None:
-            ax.barh(row, last - one.refuted_at, left=one.refuted_at, color=VERMILLION, hatch="///", height=0.62,
-                    edgecolor="white", label="refuted")  # fmt: skip
+            style = {"color": VERMILLION, "hatch": "///", "edgecolor": "white"}
+            start = one.refuted_at
+            ax.barh(row, last - start, 0.62, start, label="refuted", **style)
         if name in others:
-            ax.plot(others[name], row, "D", color="black", mfc="white", ms=6, label="published")
+            ax.plot(
+                others[name],
+                row,
+                "D",
+                color="black",
+                mfc="white",
+                ms=6,
+                label="published",
+            )
     ax.set_yticks(range(len(found)), found)
     ax.invert_yaxis()
     ax.set_xlim(0, last)
@@ -74,12 +95,18 @@ def bars(found, others, title):
 
 # %%
 KINDS = {
-    "sector, time-varying": (NonlinearityClass(sector=Sector(0, 1), time_varying=True), False),
+    "sector, time-varying": (
+        NonlinearityClass(sector=Sector(0, 1), time_varying=True),
+        False,
+    ),
     "sector": (NonlinearityClass(sector=Sector(0, 1)), False),
     "slopes": (NonlinearityClass.slope_restricted(0, 1), False),
     "slopes, odd": (NonlinearityClass.slope_restricted(0, 1, odd=True), False),
     "one with slopes": (NonlinearityClass.slope_restricted(0, 1), True),
-    "one, odd, with slopes": (NonlinearityClass.slope_restricted(0, 1, odd=True), True),
+    "one, odd, with slopes": (
+        NonlinearityClass.slope_restricted(0, 1, odd=True),
+        True,
+    ),
 }
 
 
@@ -96,10 +123,17 @@ def every_kind(plant):
 # ## 1. Three channels
 #
 # Veenman, Scherer and Köroğlu (2016) sweep this plant in IQClab's demonstration `Demo_006`. Theirs is positive feedback
-# $p = \varphi(q)$; here $B$ and $D$ have the other sign. $D$ is not zero: channel 3 sees the input of channel 2.
+# $p = \phi(q)$; here $B$ and $D$ have the other sign. $D$ is not zero: channel 3 sees the input of channel 2.
 
 # %%
-THREE = as_plant((rows("-.4 -1; 1 0"), rows(".2 1 .25; 0 0 0"), rows("1 0; 0 1; 0 0"), rows("0 0 0; 0 0 0; 0 -1 0")))
+THREE = as_plant(
+    (
+        rows("-.4 -1; 1 0"),
+        rows(".2 1 .25; 0 0 0"),
+        rows("1 0; 0 1; 0 0"),
+        rows("0 0 0; 0 0 0; 0 -1 0"),
+    )
+)
 three = every_kind(THREE)
 say(three["sector, time-varying"])
 
@@ -116,8 +150,13 @@ bars(three, SWEPT, "Veenman, Scherer, Köroğlu: three channels")
 # the full block was published with 0.798467 at the vertices of the gains, and its orthants show a little more.
 
 # %%
-diagonal = max_sector(THREE, [KINDS["sector, time-varying"][0]] * 3, criterion="diagonal-circle")
-print(f"diagonal {diagonal.largest.low:.6f}, full block {three['sector, time-varying'].largest.low:.6f}")
+diagonal = max_sector(
+    THREE, [KINDS["sector, time-varying"][0]] * 3, criterion="diagonal-circle"
+)
+print(
+    f"diagonal {diagonal.largest.low:.6f}, full block "
+    f"{three['sector, time-varying'].largest.low:.6f}"
+)
 
 # %% [markdown]
 # The red bar is gains that jump. Here they are, a fifth above that factor and a fifth below: once the first turns are
@@ -140,7 +179,11 @@ def switched(share, periods, steps=60):
     for _ in range(periods):
         for gains, length in zip(jumps["gains"], jumps["times"], strict=True):
             G = share * np.diag([number(g) for g in gains])
-            step = expm((A - B @ G @ np.linalg.solve(np.eye(3) + D @ G, C)) * number(length) / steps)
+            step = expm(
+                (A - B @ G @ np.linalg.solve(np.eye(3) + D @ G, C))
+                * number(length)
+                / steps
+            )
             for _ in range(steps):
                 x, t = step @ x, t + number(length) / steps
                 times.append(t)
@@ -152,10 +195,19 @@ _, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.6), layout="constrained")
 grown = {}
 for share, colour, width in ((1.2, VERMILLION, 1.2), (0.8, BLUE, 1.2)):
     times, states = switched(share, 12)
-    grown[share] = np.linalg.norm(states[-1]) / np.linalg.norm(states[len(states) // 2])  # over six periods
+    # over six periods
+    grown[share] = np.linalg.norm(states[-1]) / np.linalg.norm(
+        states[len(states) // 2]
+    )
     label = f"{share * three['sector, time-varying'].refuted_at:.3f}"
     left.plot(*states.T, color=colour, lw=width, label=f"α = {label}")
-    right.semilogy(times, np.linalg.norm(states, axis=1), color=colour, lw=width, ls="-" if share > 1 else "--")
+    right.semilogy(
+        times,
+        np.linalg.norm(states, axis=1),
+        color=colour,
+        lw=width,
+        ls="-" if share > 1 else "--",
+    )
 left.set_xlabel("$x_1$ [1]")
 left.set_ylabel("$x_2$ [1]")
 right.set_xlabel("t [s]")
@@ -173,11 +225,18 @@ plt.show()
 # then only equal gains are members; they are stable up to 0.698325.
 
 # %%
-STATE, OUT = rows("-4 -3 0; 2 0 0; -1 -1 -2"), rows("-.1 -.2 1; -1 -.3 .1; -.2 .1 1; .1 -.2 .2")
+STATE, OUT = (
+    rows("-4 -3 0; 2 0 0; -1 -1 -2"),
+    rows("-.1 -.2 1; -1 -.3 .1; -.2 .1 1; .1 -.2 .2"),
+)
 FOUR = as_plant((STATE, rows("0 -4 -1 -3; -2 0 -3 -1; -1 0 -3 -1"), OUT))
 OPPOSITE = as_plant((STATE, rows("0 4 1 3; 2 0 3 1; 1 0 3 1"), OUT))
 four, opposite = every_kind(FOUR), every_kind(OPPOSITE)
-bars(four, {name: 0.523596 for name in list(KINDS)[:3]}, "Fetzer, Scherer: the sign of the paper")
+bars(
+    four,
+    {name: 0.523596 for name in list(KINDS)[:3]},
+    "Fetzer, Scherer: the sign of the paper",
+)
 
 # %% [markdown]
 # With the opposite sign the criteria differ: 0.670053 with diagonal multipliers, 0.678574 with one for all channels,
@@ -225,13 +284,26 @@ assert all(three[name].largest.low > swept for name, swept in SWEPT.items())
 assert grown[1.2] > 1 > grown[0.8]
 for name in list(KINDS)[:4]:
     close([four[name].largest.low, four[name].refuted_at], 0.523596, atol=1e-6)
-close([four["one with slopes"].largest.low, four["one with slopes"].refuted_at], [0.681838, 0.698325], atol=1e-4)
+close(
+    [four["one with slopes"].largest.low, four["one with slopes"].refuted_at],
+    [0.681838, 0.698325],
+    atol=1e-4,
+)
 close(four["one, odd, with slopes"].largest.low, 0.698325, atol=1e-5)
 close(opposite["sector, time-varying"].largest.low, 0.678573, atol=1e-5)
-close([opposite["sector"].largest.low, opposite["sector"].refuted_at], 0.767662, atol=1e-6)
+close(
+    [opposite["sector"].largest.low, opposite["sector"].refuted_at],
+    0.767662,
+    atol=1e-6,
+)
 assert all(7.99 < a * b < 8 for a, b in ring.map.proved)
 assert all(8 < a * b < 8.01 for a, b in ring.map.refuted)
 everything = [one for found in (three, four, opposite) for one in found.values()]
-shown = [side for one in everything for side in (one.proof, one.refutation) if side is not None]
+shown = [
+    side
+    for one in everything
+    for side in (one.proof, one.refutation)
+    if side is not None
+]
 assert all(recheck(dict(side.certificate)).accepted for side in shown)
 print(f"{len(shown)} certificates accepted by both checkers")

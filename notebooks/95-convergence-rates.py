@@ -32,7 +32,14 @@ import numpy as np
 from lure import Sector, SlopeBounds, methods
 from lure.analysis import decay_rate
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.plots.style import BLUE, GREEN, LEGEND, PURPLE, VERMILLION, finish_axes
+from lure.analysis.plots.style import (
+    BLUE,
+    GREEN,
+    LEGEND,
+    PURPLE,
+    VERMILLION,
+    finish_axes,
+)
 
 
 def say(answer):
@@ -57,7 +64,13 @@ METHODS = {
     "heavy ball": (methods.heavy_ball, VERMILLION, "^"),
     "triple momentum": (methods.triple_momentum, PURPLE, "D"),
 }
-KAPPAS = [Fraction("1.5"), Fraction(10**0.5), Fraction(10), Fraction(25), Fraction(100)]
+KAPPAS = [
+    Fraction("1.5"),
+    Fraction(10**0.5),
+    Fraction(10),
+    Fraction(25),
+    Fraction(100),
+]
 found = {
     name: [decay_rate(method(1, kappa), SlopeBounds(1, kappa)) for kappa in KAPPAS]
     for name, (method, *_) in METHODS.items()
@@ -69,10 +82,24 @@ k = np.array([float(kappa) for kappa in KAPPAS])
 for name, (_, color, mark) in METHODS.items():
     high = np.array([one.rate.high for one in found[name]])
     ax.plot(
-        k, np.where(np.isfinite(high), high, np.nan), mark + "-", color=color, lw=1.2, ms=5, label=f"{name}, proved"
+        k,
+        np.where(np.isfinite(high), high, np.nan),
+        mark + "-",
+        color=color,
+        lw=1.2,
+        ms=5,
+        label=f"{name}, proved",
     )
     low = [one.rate.low for one in found[name]]
-    ax.plot(k, low, mark, color=color, mfc="white", ms=5, label=f"{name}, a member that slow")
+    ax.plot(
+        k,
+        low,
+        mark,
+        color=color,
+        mfc="white",
+        ms=5,
+        label=f"{name}, a member that slow",
+    )
 ax.set_xscale("log")
 ax.set_xlabel("κ = L/m [1]")
 ax.set_ylabel("factor per iteration [1]")
@@ -90,7 +117,10 @@ plt.show()
 # %%
 say(found["heavy ball"][-2])
 cycle = found["heavy ball"][-2].refutation.certificate["proof"]
-print("points of the gradient:", [tuple(float(Fraction(v)) for v in point) for point in cycle["points"]])
+print(
+    "points of the gradient:",
+    [tuple(float(Fraction(v)) for v in point) for point in cycle["points"]],
+)
 
 # %% [markdown]
 # ## What the slope is worth
@@ -102,7 +132,12 @@ print("points of the gradient:", [tuple(float(Fraction(v)) for v in point) for p
 for kappa in (5, 10, 15):
     plant = methods.nesterov(1, kappa)
     print(
-        f"kappa = {kappa}:", *(str(decay_rate(plant, kind(1, kappa)).rate) for kind in (SlopeBounds, Sector)), sep="   "
+        f"kappa = {kappa}:",
+        *(
+            str(decay_rate(plant, kind(1, kappa)).rate)
+            for kind in (SlopeBounds, Sector)
+        ),
+        sep="   ",
     )
 
 # %% [markdown]
@@ -113,7 +148,9 @@ for kappa in (5, 10, 15):
 
 # %%
 close = np.testing.assert_allclose
-high = {name: np.array([one.rate.high for one in row]) for name, row in found.items()}
+high = {
+    name: np.array([one.rate.high for one in row]) for name, row in found.items()
+}
 low = {name: np.array([one.rate.low for one in row]) for name, row in found.items()}
 close(high["gradient"], 1 - 1 / k, atol=1e-9)
 close(low["gradient"], 1 - 1 / k, atol=1e-9)
@@ -121,8 +158,18 @@ close(high["triple momentum"], 1 - 1 / np.sqrt(k), atol=3e-6)
 close(low["triple momentum"], 1 - 1 / np.sqrt(k), atol=3e-6)
 close(high["Nesterov"][[1, 2, 4]], [0.5201, 0.7518, 0.9280], atol=3e-4)
 assert (high["heavy ball"][:3] < [0.26, 0.5091, 0.8602]).all()
-assert [one.verdict.name for one in found["heavy ball"]] == ["PROVED"] * 3 + ["REFUTED"] * 2
-assert all(low[name][i] <= high[name][i] for name in found for i in range(len(KAPPAS)))
-shown = [side for row in found.values() for one in row for side in (one.proof, one.refutation) if side is not None]
+assert [one.verdict.name for one in found["heavy ball"]] == ["PROVED"] * 3 + [
+    "REFUTED"
+] * 2
+assert all(
+    low[name][i] <= high[name][i] for name in found for i in range(len(KAPPAS))
+)
+shown = [
+    side
+    for row in found.values()
+    for one in row
+    for side in (one.proof, one.refutation)
+    if side is not None
+]
 assert all(recheck(dict(side.certificate)).accepted for side in shown)
 print(f"{len(shown)} certificates accepted by both checkers")

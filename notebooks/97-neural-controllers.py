@@ -14,7 +14,7 @@
 # # Neural networks as controllers
 #
 # A network holds an inverted pendulum upright. From where does it? Each neuron is a channel
-# $\mu_i = -\varphi(\sigma_i)$ of a Lur'e loop; between $-c$ and $c$ it lies in the sector $[\tanh(c)/c, 1]$, and the
+# $\mu_i = -\phi(\sigma_i)$ of a Lur'e loop; between $-c$ and $c$ it lies in the sector $[\tanh(c)/c, 1]$, and the
 # intervals follow from one layer to the next. A quadratic form that falls on its own level set then proves a region of
 # attraction, and what is proved is decided in rational numbers.
 #
@@ -39,7 +39,12 @@ from lure.networks import Network, read_network
 
 def say(answer):
     """Print sentences, broken into lines."""
-    print("\n".join(textwrap.fill(line, 88, break_on_hyphens=False) for line in str(answer).splitlines()))
+    print(
+        "\n".join(
+            textwrap.fill(line, 88, break_on_hyphens=False)
+            for line in str(answer).splitlines()
+        )
+    )
 
 
 # %% [markdown]
@@ -64,11 +69,18 @@ say(proved)
 
 # %%
 certificate = dict(proved.proof.certificate)
-print(check(certificate).theorem, "| the second checker accepts it:", recheck(certificate).accepted)
+print(
+    check(certificate).theorem,
+    "| the second checker accepts it:",
+    recheck(certificate).accepted,
+)
 for number in (1, 2, 34):
     one = proved.sets[0].bounds[number - 1]
     low, high = (float(Fraction(v)) for v in one["sector"])
-    print(f"channel {number}: sector [{low:.4f}, {high:.4f}] for |sigma| <= {float(Fraction(one['interval'][1])):.4f}")
+    print(
+        f"channel {number}: sector [{low:.4f}, {high:.4f}] for |sigma| <= "
+        f"{float(Fraction(one['interval'][1])):.4f}"
+    )
 
 # %% [markdown]
 # ## A network that is trained here
@@ -85,12 +97,19 @@ K = -np.linalg.solve([[20.0]] + B.T @ X @ B, B.T @ X @ A)
 
 
 def trained(gain, *, neurons=6, steps=3000, rate=0.01, seed=1):
-    """Weights of a tanh network of two hidden layers that imitates ``sat(gain x)`` between -0.7 and 0.7."""
+    """Weights of a tanh network of two hidden layers that imitates ``sat(gain x)``
+    between -0.7 and 0.7."""
     rng = np.random.default_rng(seed)
     x = rng.uniform([-1, -3], [1, 3], size=(400, 2))
     wanted = np.clip(x @ gain.T, -0.7, 0.7)
-    W = [rng.normal(size=shape) / np.sqrt(4 * shape[1]) for shape in ((neurons, 2), (neurons, neurons), (1, neurons))]
-    mean, square = [np.zeros_like(one) for one in W], [np.zeros_like(one) for one in W]
+    W = [
+        rng.normal(size=shape) / np.sqrt(4 * shape[1])
+        for shape in ((neurons, 2), (neurons, neurons), (1, neurons))
+    ]
+    mean, square = (
+        [np.zeros_like(one) for one in W],
+        [np.zeros_like(one) for one in W],
+    )
     for step in range(1, steps + 1):
         one = np.tanh(x @ W[0].T)
         two = np.tanh(one @ W[1].T)
@@ -101,13 +120,21 @@ def trained(gain, *, neurons=6, steps=3000, rate=0.01, seed=1):
             slope = slope + 1e-3 * W[k]
             mean[k] = 0.9 * mean[k] + 0.1 * slope
             square[k] = 0.999 * square[k] + 0.001 * slope**2
-            W[k] -= rate * (mean[k] / (1 - 0.9**step)) / (np.sqrt(square[k] / (1 - 0.999**step)) + 1e-8)
-    return [np.round(one, 4) for one in W], float(np.sqrt(np.mean((two @ W[2].T - wanted) ** 2)))
+            W[k] -= (
+                rate
+                * (mean[k] / (1 - 0.9**step))
+                / (np.sqrt(square[k] / (1 - 0.999**step)) + 1e-8)
+            )
+    return [np.round(one, 4) for one in W], float(
+        np.sqrt(np.mean((two @ W[2].T - wanted) ** 2))
+    )
 
 
 weights, error = trained(K)
 own = Network.given(
-    [[[Fraction(f"{v:.4f}") for v in row] for row in one] for one in weights], activation="tanh", saturation="0.7"
+    [[[Fraction(f"{v:.4f}") for v in row] for row in one] for one in weights],
+    activation="tanh",
+    saturation="0.7",
 )
 print(own, f"| root mean square error {error:.4f}")
 
@@ -131,21 +158,37 @@ say(ours)
 
 # %%
 def attacked(found, network, *, count=50_000, steps=150):
-    """The largest value of ``V`` in each step of solutions that start on the boundary of a set."""
+    """The largest value of ``V`` in each step of solutions that start on the
+    boundary of a set."""
     P = np.array(found.sets[0].P, dtype=float)
     angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
-    x = np.linalg.solve(np.linalg.cholesky(P).T, np.stack([np.cos(angle), np.sin(angle)])).T
+    x = np.linalg.solve(
+        np.linalg.cholesky(P).T, np.stack([np.cos(angle), np.sin(angle)])
+    ).T
     highest = []
     for _ in range(steps):
         u = network(x)[:, 0]
-        x = np.stack([x[:, 0] + 0.02 * x[:, 1], 0.4 * np.sin(x[:, 0]) + 73 / 75 * x[:, 1] + 8 / 15 * u], axis=1)
+        x = np.stack(
+            [
+                x[:, 0] + 0.02 * x[:, 1],
+                0.4 * np.sin(x[:, 0]) + 73 / 75 * x[:, 1] + 8 / 15 * u,
+            ],
+            axis=1,
+        )
         highest.append(float(np.einsum("ki,ij,kj->k", x, P, x).max()))
     return highest
 
 
-theirs = read_network(files("lure.networks") / "pendulum.json", saturation=Fraction(7, 10))
+theirs = read_network(
+    files("lure.networks") / "pendulum.json", saturation=Fraction(7, 10)
+)
 runs = {"published": attacked(proved, theirs), "trained here": attacked(ours, own)}
-print({name: f"V at most {run[0]:.4f} after one step, {run[-1]:.1e} after 150" for name, run in runs.items()})
+print(
+    {
+        name: f"V at most {run[0]:.4f} after one step, {run[-1]:.1e} after 150"
+        for name, run in runs.items()
+    }
+)
 
 # %%
 _, axes = plt.subplots(1, 2, figsize=(9, 4.2), layout="constrained")
@@ -163,6 +206,8 @@ plt.show()
 assert proved.area[0] > 7.6 > 1.75
 assert ours.verdict.name == "PROVED"
 assert ours.area[0] > 10
-assert all(np.all(np.diff([1.0, *run]) < 1e-12) and run[-1] < 0.05 for run in runs.values())
+assert all(
+    np.all(np.diff([1.0, *run]) < 1e-12) and run[-1] < 0.05 for run in runs.values()
+)
 assert recheck(dict(ours.proof.certificate)).accepted
 print(f"areas {proved.area[0]:.4f} and {ours.area[0]:.4f}")

@@ -90,7 +90,8 @@ def number(text: Any) -> Fraction:
     """An exact number from the text ``p`` or ``p/q``."""
     tick()
     form(isinstance(text, str) and NUMBER.fullmatch(text) is not None, f"not a number of the form p/q: {text!r:.60}")
-    return Fraction(text)
+    p, _, q = text.partition("/")
+    return Fraction(int(p), int(q)) if q else Fraction(int(p))
 
 
 def numbers(data: Any, length: int | None = None) -> list[Fraction]:
@@ -187,8 +188,8 @@ S, X1, MINUS = Form({(NOW, 1): (ZERO, Fraction(1))}), real(1, 0, 1), real(-1)  #
 
 def ascending(d: Form) -> list[Fraction]:
     """Real coefficients of d(s), s = i omega."""
-    sizes = range(len(d.part()) + len(d.part(1)))
-    return [d.get((NOW, n), (ZERO, ZERO))[n % 2] * (1 if n % 4 < 2 else -1) for n in sizes]
+    found = [d.get((NOW, n), (ZERO, ZERO))[n % 2] for n in range(max((n for _, n in d), default=-1) + 1)]
+    return [c if n % 4 < 2 or not c else -c for n, c in enumerate(found)]
 
 
 def homogeneous(p: list[Fraction], up: Form, down: Form, degree: int) -> Form:
@@ -283,6 +284,8 @@ def positive(p: Any, low: Fraction = ZERO, high: Fraction | None = None) -> bool
         if found is not None:
             return found
     p = p[::2] if low == 0 and high is None and not any(p[1::2]) else p
+    if low > 0 and high is None:  # p(low + low x)
+        p, low = onwards(primitive(a * low**i for i, a in enumerate(p))), ZERO
     if low == 0 and high is None and len(p) > 4:  # Sturm's chains are long
         whole = primitive(p)
         near = positive_near(whole)

@@ -10,7 +10,9 @@ import operator
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from .arithmetic import ZERO, Form, need, positive, real, tick
+from .arithmetic import ZERO, Form, added, multiplied, need, onwards, positive, real, tick, value
+
+WORD, TERMS = 384, 32  # bits of the coefficients, and how many, of functions on a piece
 
 
 class Ball(NamedTuple):
@@ -151,17 +153,106 @@ def box(F: Form, a: Fraction, b: Fraction, order: int, critical: int = 0) -> boo
     return positive(left[skip:] if not any(left[:skip]) else left, ZERO, b - a)
 
 
+class Model(NamedTuple):
+    """A function of ``x`` in ``[-1, 1]``: a complex polynomial in units of 2^-WORD, off by at most ``off`` units."""
+
+    u: list[int]
+    v: list[int]
+    off: int
+
+    def __add__(self, other: Model) -> Model:  # type: ignore[override]  # no tuple of theirs
+        return Model(added(self.u, other.u), added(self.v, other.v), self.off + other.off)
+
+    def __mul__(self, other: Model) -> Model:  # type: ignore[override]
+        (a, b, e), (c, d, f), left, right = self, other, self.most(), other.most()
+        u = added(multiplied(a, c), [-x for x in multiplied(b, d)])
+        v = added(multiplied(a, d), multiplied(b, c))
+        off = left * f + e * (right + f) + sum(map(abs, u[TERMS:])) + sum(map(abs, v[TERMS:]))
+        u, v = ([x >> WORD for x in side[:TERMS]] for side in (u, v))
+        return Model(u, v, (off >> WORD) + 1 + 2 * TERMS).short()
+
+    def most(self) -> int:
+        """Bound on its modulus, less ``off``."""
+        return sum(map(abs, self.u)) + sum(map(abs, self.v))
+
+    def short(self) -> Model:
+        """The same without the last coefficients, where these are small."""
+        (u, v, off), small = self, 2**64
+        for side in (u, v):
+            while side and abs(side[-1]) < small:
+                off += abs(side.pop())
+        return Model(u, v, off)
+
+    def conjugate(self) -> Model:
+        """The complex conjugate."""
+        return Model(self.u, [-x for x in self.v], self.off)
+
+
+class Lift:
+    """What becomes of a :class:`Form` on ``[a, b]``, with ``omega = (a + b)/2 + x (b - a)/2``."""
+
+    def __init__(self, a: Fraction, b: Fraction) -> None:
+        self.middle, self.radius, self.turns = (a + b) / 2, (b - a) / 2, dict[Fraction, Model]()
+
+    def __call__(self, F: Form, halvings: int = 0) -> Model:
+        """Of ``F/2^halvings``."""
+        found, (unit, rows) = Model([], [], 0), F.whole()
+        q = math.lcm(self.middle.denominator, self.radius.denominator)
+        shift, word = [int(self.middle * q), int(self.radius * q)], max(WORD - halvings, 0)
+        for tau in {tau for (tau, _), _ in rows}:
+            terms = {n: z for (t, n), z in rows if t == tau}
+            top, sides = max(terms), [[0], [0]]
+            for k in range(top, -1, -1):  # times q^top unit
+                scale = q ** (top - k) << word
+                for i, c in enumerate(terms.get(k, (0, 0))):
+                    sides[i] = added(multiplied(sides[i], shift), [c * scale])
+            below = unit * q**top << max(halvings - WORD, 0)
+            u, v = ([x // below for x in side] for side in sides)
+            off = sum(map(abs, [*u[TERMS:], *v[TERMS:]])) + 2 * len(u)
+            one = Model(u[:TERMS], v[:TERMS], off).short()
+            found = found + (one * self.turn(tau) if tau else one)
+        return found
+
+    def turn(self, tau: Fraction) -> Model:
+        """``exp(-i tau omega)``: at the middle, times Taylor's polynomial, off by ``|tau radius|^TERMS/TERMS!``."""
+        if tau not in self.turns:
+            t, y = tau * self.middle, abs(tau * self.radius)
+            E = exponential([[ZERO, -t], [t, ZERO]], Fraction(1), WORD)  # [[cos, -sin], [sin, cos]]
+            still = Model([E.rows[0][0]], [-E.rows[1][0]], 2 * E.error)
+            u, v, term, turned = [0] * TERMS, [0] * TERMS, Fraction(2**WORD), [(0, 1), (1, -1), (0, -1), (1, 1)]
+            for k in range(TERMS):
+                side, sign = turned[k % 4]
+                (u, v)[side][k] = sign * int(term) * (1 if tau > 0 or k % 2 == 0 else -1)
+                term = term * y / (k + 1)
+            self.turns[tau] = still * Model(u, v, TERMS + 1 + int(term)).short()
+        return self.turns[tau]
+
+
+def above(p: Model) -> bool:
+    """Whether ``Re p > 0`` on ``[-1, 1]``."""
+    u = [*(p.u or [0])]
+    u[0] -= p.off
+    flipped = onwards([-c if i % 2 else c for i, c in enumerate(u)])  # p(-x - 1): from -2 to 0
+    return positive([-c if i % 2 else c for i, c in enumerate(flipped)], ZERO, Fraction(2))
+
+
 def tail(F: Form, start: Fraction, degree: int) -> bool:
     """Whether ``Re F > 0`` from ``start`` on, and at infinity over ``omega^degree``: the undelayed part prevails.
 
-    For any weights ``l > 0``, ``(sum |z_tau|)^2 <= sum l sum |z_tau|^2/l``; taken are the leading coefficients.
+    For any weights ``l > 0``, ``(sum |z_tau|)^2 <= sum l sum |z_tau|^2/l``; taken are the leading coefficients, or what
+    is largest of these and of the parts at the start.
     """
-    parts = {t: Form({(ZERO, n): z for (tau, n), z in F.items() if tau == t}) for t, _ in F if t}
+    A, parts = F.part(), {t: Form({(ZERO, n): z for (tau, n), z in F.items() if tau == t}) for t, _ in F if t}
     lead = {t: max(*map(abs, z.get((ZERO, degree), (ZERO, ZERO)))) for t, z in parts.items()}
-    least = sum(lead.values(), ZERO) / 10**6
-    weight = {t: max(l, least) or Fraction(1) for t, l in lead.items()}
-    A, square = F.part(), Form()
-    for t, z in parts.items():
-        square = square + z * z.conjugate() * real(-sum(weight.values(), ZERO) / weight[t])
-    left = (real(*A) * real(*A) + square).part()
-    return len(A) == degree + 1 and len(left) == 2 * degree + 1 and positive(A, start) and positive(left, start)
+    if len(A) != degree + 1 or not positive(A, start):
+        return False
+    near = {t: max(abs(value(z.part(which), start)) for which in (0, 1)) / start**degree for t, z in parts.items()}
+    for sizes in (lead, {t: max(lead[t], near[t]) for t in lead}):
+        least, square = sum(sizes.values(), ZERO) / 10**6, Form()
+        weight = {t: max(size, least) or Fraction(1) for t, size in sizes.items()}
+        for t, z in parts.items():
+            square = square + z * z.conjugate() * real(-sum(weight.values(), ZERO) / weight[t])
+        left = (real(*A) * real(*A) + square).part()
+        if len(left) == 2 * degree + 1 and positive(left, start):
+            return True
+    return False

@@ -182,7 +182,8 @@ def paced(system: Any, rate: Fraction) -> Any:
     """
     form(isinstance(system, dict), "the system is missing")
     kind, discrete = system.get("kind"), system.get("time") == "discrete"
-    need(kind in ("transfer", "state-space", "multivariable", "family"), "rates are shown of rational plants")
+    kinds = ("transfer", "state-space", "multivariable", "family", "channel-family")
+    need(kind in kinds, "rates are shown of rational plants")
     need(rate > 0 or not discrete, "in discrete time a rate is positive")
     found = dict(system)
     if kind == "family":  # n and d are sums, and this is linear in them
@@ -190,6 +191,16 @@ def paced(system: Any, rate: Fraction) -> Any:
         found["terms"] = [
             term | {n: v for n, v in paced(term | as_one, rate).items() if n in term} for term in system["terms"]
         ]
+        return found
+    if kind == "channel-family":  # A + a is (c A + a c)/c, c the common denominator
+        found["terms"] = [dict(term) for term in system["terms"]]
+        for term in found["terms"]:
+            share, more = (Fraction(1), rate * number(term["common"])) if not discrete else (1 / rate, ZERO)
+            for side, beside in (("A", more), ("B", ZERO)):
+                rows = [numbers(row) for row in term[side]]
+                term[side] = [
+                    [str(share * v + beside * (i == j)) for j, v in enumerate(row)] for i, row in enumerate(rows)
+                ]
         return found
     if kind == "transfer":
         for side in ("numerator", "denominator"):
@@ -216,6 +227,11 @@ def paced(system: Any, rate: Fraction) -> Any:
 def over_s(d: Form) -> Form:
     """``d/s``, for ``d(0) = 0``."""
     return Form({(tau, n - 1): (v, -u) for (tau, n), (u, v) in d.items() if n})
+
+
+def at_zero(F: Form, critical: bool) -> int:
+    """How often ``F`` vanishes at 0: twice with a pole there, once where ``1 + i alpha`` has turned its phase."""
+    return 2 - any(F.part()[1:2]) if critical else 0
 
 
 def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
@@ -264,9 +280,12 @@ def mirrored(B: Block) -> Block:
 
 def critical_end(B: Block, low: Any, high: Any) -> bool:
     """Whether the gain at an end of the class is a critical case: then its other equilibria refute nothing."""
-    for C, end in ((B, low), (mirrored(B), -high)):
+    d, n = (part.get((ZERO, 0), (ZERO, ZERO))[0] for part in (B.d, B.n))
+    for end, sign in ((low, 1), (high, -1)):
+        if abs(end) == INF or d + end * n != 0:
+            continue
         try:
-            if abs(end) != math.inf and shifted(C, end)[1]:
+            if shifted(B if sign == 1 else mirrored(B), sign * end)[1]:
                 return True
         except Rejected:
             continue

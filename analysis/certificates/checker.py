@@ -4,7 +4,7 @@
 
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
-Only this file makes a ``Proved`` or a ``Refuted``; what it imports beside it, twelve files, computes.
+Only this file makes a ``Proved`` or a ``Refuted``; what it imports beside it, thirteen files, computes.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from .blocks import (
     MINUS,
     STEPS,
     Block,
+    at_zero,
     block,
     critical_end,
     identity,
@@ -60,10 +61,8 @@ EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
-INEQUALITY = "the frequency inequality holds at every frequency, which alone proves nothing about the rod"
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
 PACED = ("circle", "zames-falb", "hurwitz")
-PACED_CHANNELS = ("diagonal-circle", "coupled-circle", "full-block-circle", "constant-gains")
 PACED_MEMBERS = (
     *("linear-gain", "crossing", "matrix-gain", "switched-gain"),
     *("linear-gains", "switched-gains", "ramped-gains"),
@@ -122,8 +121,9 @@ def inequality(
     posed(1 + w * D > 0 if w else D >= 0, "1 + g H(inf) vanishes for a gain g of the class")
     timed = name in ("circle", "zames-falb") or B.discrete == (name in (*STEPS, "order-cone"))
     need(timed, f"{name} is not for {'discrete' if B.discrete else 'continuous'} time")
-    need(not critical or name == "popov" or (name == "circle" and not B.delayed), f"{name} does not cover a pole at 0")
-    need(not B.delayed or name in ("circle", "popov"), f"{name} does not cover dead time")
+    drifts = not B.delayed if name == "circle" else name != "order-cone" and rate is None
+    need(not critical or drifts, f"{name} does not cover a pole at 0")
+    need(not B.delayed or name != "off-axis-circle", f"{name} does not cover dead time")
     need(name == "circle" or not family.varying, f"{name} is about nonlinearities that do not depend on time")
     need(name[:7] != "tsypkin" or (low >= l and (D >= 0 or high <= k)), "slopes >= l are needed, <= k if H(inf) < 0")
     need(name != "jury-lee" or (high <= k and (D <= 0 or low >= l)), "slopes <= k are needed, and >= l if H(inf) > 0")
@@ -161,16 +161,15 @@ def unbounded(name: str, data: Any, family: states.Family) -> bool:
 
 
 def polynomial_proof(F: Form, *, critical: bool, bounded: bool) -> dict[str, Any]:
-    """``F`` as it stands in a certificate: over ``omega^2`` in the critical case, without roots at 0 if unbounded."""
-    p, skip = F.part(), 2 if critical else 0
+    """``F`` as it stands in a certificate: without its roots at 0 in the critical case, and if unbounded."""
+    p, skip = F.part(), at_zero(F, critical)
     need(all(tau == 0 for tau, _ in F) and not any(p[:skip]), "with delays a cover is needed")
     p = p[skip:]
     while p and p[0] == 0 and not bounded:
         p = p[1:]
-    step = 2 if not any(p[1::2]) else 1
-    whole = [str(c) for c in exact.primitive(p[::step])]
-    variable, limits = "omega^2" if step == 2 else "omega", [str(p[0]), str(p[-1])] if p else ["0", "0"]
-    return {"method": "polynomial", "variable": variable, "coefficients": whole, "limits": limits}
+    x, step = ("omega", 1) if any(p[1::2]) else ("omega^2", 2)
+    ends, whole = [str(p[0]), str(p[-1])] if p else ["0", "0"], [str(c) for c in exact.primitive(p[::step])]
+    return {"method": "polynomial", "variable": x, "coefficients": whole, "limits": ends}
 
 
 def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any = None) -> dict[str, str]:
@@ -185,7 +184,7 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any = None
         need(tail(F, ends[-1][1], full), "F > 0 is not shown beyond the boxes")
         return {"inequality": f"F > 0 up to omega = {ends[-1][1]}, number of boxes: {len(ends)}, and beyond"}
     need(proof in (None, own := polynomial_proof(F, critical=critical, bounded=bounded)), "F is another polynomial")
-    p, skip = [int(c) for c in own["coefficients"]], 2 if critical else 0
+    p, skip = [int(c) for c in own["coefficients"]], at_zero(F, critical)
     degree = max(len(p) - 1, 0) * (2 if own["variable"] == "omega^2" else 1)
     need(not bounded or degree == full - skip, "F > 0 fails in the limit of high frequencies")
     need(exact.positive(p) or not (p or bounded), "F > 0 fails at some frequency")
@@ -234,7 +233,7 @@ def structure(name: str, data: Any, system: Any, family: states.Family) -> tuple
         reach = E / L * min(k * k, Z2) / abs(k * k - Z2) if k * k != Z2 else INF
         need(reach > K or (K == INF == reach and not family.endless[0]), f"the sector must end below {reach}")
         facts["inequality"] = f"K = {K} against (1 - |a|)^2/(4 |a| d T) = (E/L) min(k, Z)^2/|k^2 - Z^2| = {reach}"
-    return (CONVERGES if not family.varying else BOUNDED) if N else INEQUALITY, facts
+    return ((CONVERGES, BOUNDED) if N else (RESTS, QUIET))[family.varying], facts
 
 
 def counterexample(system: Any, family: states.Family, proof: Any, paced: bool) -> tuple[str, dict[str, str]]:
@@ -330,11 +329,11 @@ def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Ref
     verdict, system, given, phi = (certificate[key] for key in ("verdict", "system", "laws", "law"))
     name, data, proof = (certificate[key] for key in ("theorem", "multiplier", "proof"))
     discrete, refuted = system.get("time") == "discrete", verdict == "REFUTED"
-    several = isinstance(given, dict) and "channels" in given
+    many = isinstance(given, dict) and "channels" in given
     need(phi is None, "with a rate no nonlinearity is given")
-    method, names = proof.get("proof", proof)["method"], (PACED, PACED_CHANNELS)[several]
+    method, names = proof.get("proof", proof)["method"], (PACED, several.PACED)[many]
     need(method in PACED_MEMBERS if refuted else name in names, f"{name!r:.40} by {method!r:.40} has no rates")
-    if several:
+    if many:
         need(not any("operator" in one for one in given["channels"]), "an operator has another norm with a rate")
         need(not any("memory" in one for one in given["channels"]), "with play and stop 0 attracts nothing at a rate")
     else:
@@ -354,7 +353,7 @@ def judged(
 ) -> tuple[type[Proved] | type[Refuted], str, dict[str, str], str]:
     """The same of the loop with this system, which with a rate is that of the solutions times ``r^-t``."""
     if isinstance(given, dict) and "channels" in given:
-        kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof)
+        kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof, rate)
         ends = ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET, FINITE_ENERGY
         return (Proved if kind else Refuted), ends[end], found, assumed
     if isinstance(given, dict) and "graphs" in given:

@@ -170,10 +170,10 @@ CODES = (
     Code(
         reason=Reason.CRITICAL,
         title="critical case, and the theorem needs a stable block",
-        happened="The loop with the smallest gain of the class has a pole at 0 (z = 1), and the criteria for slope "
-        "bounds that remain need every pole strictly stable; of several nonlinearities, no weights make the residue "
+        happened="The loop with the smallest gain of the class has a pole at 0 (z = 1), and the criteria that remain, "
+        "such as order cones, need every pole strictly stable; of several nonlinearities, no weights make the residue "
         "symmetric and positive.",
-        means=_NOTHING + " Popov's and the circle criterion have a critical case; they were tried and fall short.",
+        means=_NOTHING + " The other criteria have a critical case; they were tried and fall short.",
         tries=(
             "Ask for nonlinearities that are at least a little steep: lure certify plant.toml --slope 0.01 1",
             "Ask Popov's criterion: lure certify plant.toml --criterion popov",

@@ -9,6 +9,8 @@ from fractions import Fraction
 from itertools import combinations
 from typing import Any, Protocol, TypeVar
 
+from flint import fmpq_poly, fmpz_poly
+
 from lure.analysis.certificates.arithmetic import Malformed, Rejected, parsed
 from lure.analysis.certificates.blocks import block, paced
 from lure.analysis.certificates.checker import (
@@ -24,6 +26,7 @@ from lure.analysis.certificates.checker import (
 from lure.analysis.certificates.codes import Code, code_for
 from lure.analysis.certificates.states import classes
 from lure.analysis.deadline import time_left
+from lure.analysis.numerics.polynomial import X, even_odd, from_descending, to_fmpq, to_fraction
 from lure.analysis.wording import same_in
 from lure.classes import OPERATORS
 from lure.errors import AssumptionError, InputError
@@ -113,6 +116,9 @@ def complete_and_check(draft: Mapping[str, Any]) -> Proved | Refuted:
         "hypotheses": {},
     }
     if certificate["proof"].get("method") == "polynomial" and certificate["theorem"] != "hurwitz":
+        quick = _popov_polynomial(certificate)
+        if quick is not None:
+            return check({**certificate, "proof": quick}, draft=True, seconds=_seconds())
         nonlinearities, name, data = classes(certificate["laws"]), certificate["theorem"], certificate["multiplier"]
         system, rate = certificate["system"], None
         if "rate" in certificate:
@@ -120,7 +126,39 @@ def complete_and_check(draft: Mapping[str, Any]) -> Proved | Refuted:
             system = paced(system, rate)
         F, _, critical, _ = inequality(name, data, block(system), nonlinearities, rate)
         certificate["proof"] = polynomial_proof(F, critical=critical, bounded=not unbounded(name, data, nonlinearities))
-    return check(certificate, draft=True, seconds=max(min(time_left(), LONGEST), 0.0))
+    return check(certificate, draft=True, seconds=_seconds())
+
+
+def _seconds() -> float:
+    return max(min(time_left(), LONGEST), 0.0)
+
+
+def _popov_polynomial(certificate: Mapping[str, Any]) -> dict[str, Any] | None:
+    """``w (Re n d* - theta omega Im n d*) + |d|^2`` over ``omega^2``, ``d`` shifted: the checker's own is the same.
+
+    None for another theorem than circle and Popov in continuous time, or for other classes than ``[l, k]``.
+    """
+    name, data, system = certificate["theorem"], certificate["multiplier"], certificate["system"]
+    own = {"circle": set[str](), "popov": {"theta"}}
+    if name not in own or set(data) != own[name] or "rate" in certificate or system.get("kind") != "transfer":
+        return None
+    ends = certificate["laws"]["sector"]
+    if system["time"] != "continuous" or {"-inf", "inf"} & set(ends):
+        return None
+    low, theta = Fraction(ends[0]), to_fmpq(Fraction(data.get("theta", "0")))
+    n, d = (from_descending([Fraction(c) for c in system[side]]) for side in ("numerator", "denominator"))
+    (ne, no), (de, do) = even_odd(n), even_odd(d + to_fmpq(low) * n)
+    F = ne * de + X * no * do + theta * X * (ne * do - no * de)
+    if ends[1] != "finite":
+        F = to_fmpq(Fraction(ends[1]) - low) * F + de * de + X * do * do
+    return None if F.degree() < 0 or F[0] == 0 else _over_the_square(F)
+
+
+def _over_the_square(F: fmpq_poly) -> dict[str, Any]:
+    whole = F.numer()
+    coefficients = [str(int(c)) for c in (whole // fmpz_poly([whole.content()])).coeffs()]
+    limits = [str(to_fraction(F[0])), str(to_fraction(F[F.degree()]))]
+    return {"method": "polynomial", "variable": "omega^2", "coefficients": coefficients, "limits": limits}
 
 
 def completed(draft: Mapping[str, Any]) -> dict[str, Any]:

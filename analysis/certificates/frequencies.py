@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
-from itertools import product
+from itertools import pairwise, product
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from .arithmetic import ZERO, eliminated, fields, form, integer, need, number, numbers, tick
-from .balls import box, dot, positive_definite, tail
+from .balls import Lift, above, box, dot, positive_definite, tail
 from .states import unit
 
 MOST_CHANNELS, MOST_KERNELS = 8, 400
@@ -72,7 +72,15 @@ def multiplier(name: str, data: Any, m: int) -> Multiplier:
     return Multiplier([numbers(row, m) for row in gamma], numbers(theta, m), found)
 
 
-def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]], gains: Any, operators: Any = ()) -> None:
+def dominant(
+    given: Multiplier,
+    odd: Any,
+    blocks: Iterable[Iterable[int]],
+    gains: Any,
+    operators: Any = (),
+    rate: Fraction = ZERO,
+    turns: Any = (),
+) -> None:
     """The conditions on ``M``: no kernel between different nonlinearities; doubly dominant; signs unless they are odd.
 
     With ``Phi_i' = a_i b_i'``, ``a_i(x) b_j(y) <= a_i(x) b_i(x) - Phi_i(x) + Phi_j(y)`` where ``i`` and ``j`` have one
@@ -82,6 +90,10 @@ def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]], gains
     gain ``g`` on its block ``b``, ``a_b^* M_bb b_b = (g - l)(u - g) sigma_b^* M_bb sigma_b``, and ``He M_bb > 0`` is
     enough.  For ``operators``, each its channels and whether it is one scalar ``delta`` in all of these:
     :func:`scaling`.
+
+    With a ``rate r`` the signals are weighed by ``e^(r t)``, and of a kernel ``a_i b_i - Phi_i`` pays ``c h^(r)``,
+    ``Phi_j`` pays ``c h^(-r)``; ``theta_i`` gives the first ``theta_i r/w_i``, one of ``turns``, and takes as much from
+    the second.  docs/theory/rates.md.
     """
     for channels, alike in operators:
         scaling(given, channels, alike)
@@ -89,13 +101,18 @@ def dominant(given: Multiplier, odd: Any, blocks: Iterable[Iterable[int]], gains
     m, block = len(given.gamma), {i: tuple(one) for one in blocks for i in one}
     free = {i for i in range(m) if gains[i] and hermitian_part(given, block[i])}
     rows, columns = [ZERO] * m, [ZERO] * m
-    beside = [(i, j, -v) for i, row in enumerate(given.gamma) for j, v in enumerate(row) if i != j and v]
-    for i, j, c in [*beside, *(kernel[:3] for kernel in given.kernels)]:
+    beside = [
+        Kernel(i, j, -v, ZERO, 0, 1) for i, row in enumerate(given.gamma) for j, v in enumerate(row) if i != j and v
+    ]
+    for i, j, c, a, n, side in [*beside, *given.kernels]:
         need(j in block[i], f"channels {i + 1} and {j + 1} have different nonlinearities, and M has an entry for both")
         need(i in joint or c >= 0 or odd[i], f"M has a kernel below 0 for channel {i + 1}, which need not be odd")
-        rows[i], columns[j] = rows[i] + abs(c), columns[j] + abs(c)
+        need(not n or a > abs(rate), "a kernel does not decay faster than the rate")
+        first, second = ((a / (a + side * r)) ** n if n else 1 for r in (rate, -rate))
+        rows[i], columns[j] = rows[i] + abs(c) * first, columns[j] + abs(c) * second
     for i in (i for i in range(m) if i not in free and i not in joint):
-        most, gain = max(rows[i], columns[i]), given.gamma[i][i]
+        turn = turns[i] if turns else ZERO
+        most, gain = max(rows[i] - turn, columns[i] + turn), given.gamma[i][i]
         beyond = f", and He M > 0 fails for the gain of channel {i + 1}" * bool(gains[i])
         need(
             gain >= most, f"gamma_{i + 1}{i + 1} = {gain} is less than the kernels of its row or column, {most}{beyond}"
@@ -362,9 +379,9 @@ class Member(NamedTuple):
 class Axis(NamedTuple):
     """``|d|^2``, ``N d^*`` and ``N`` on the axis, the loop being ``N/d`` after the shift, of order ``n``."""
 
-    own: exact.Form
-    seen: list[list[exact.Form]]
-    bare: list[list[exact.Form]]
+    own: Any  # a form, or what stands for it on an interval
+    seen: list[list[Any]]
+    bare: list[list[Any]]
     order: int
     members: list[Member]
     late: bool
@@ -391,7 +408,7 @@ def quotients(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.
     return on_axis(d), bare
 
 
-def minors(axis: Axis, piece: Any) -> list[exact.Form]:
+def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:
     r"""The leading minors of ``F`` with the multipliers ``(x, y)`` of one piece, times powers of ``|d|^2``.
 
     Row ``i`` of ``F``, plus its adjoint: ``lambda (1 + w H_i) + s theta H_i``, of a piece ``(x + i y)(1 + w H_i)``, and
@@ -401,8 +418,10 @@ def minors(axis: Axis, piece: Any) -> list[exact.Form]:
     ``dt <= ds/(1 - d)``, and ``y (h^2 |sigma'|^2 - |w|^2)``, both ``>= 0`` when integrated.
 
     Without a shift it is ``Re (e_i + l H_i)^* (x + lambda + i y) (e_i + u H_i)``, of a gain ``g`` ``(g - l)(u - g)``.
+
+    ``near`` says what forms become on an interval, as those of the axis have.
     """
-    Y, less = list[list[exact.Form]](), list[tuple[list[exact.Form], exact.Form]]()
+    Y, less = list[list[Any]](), list[tuple[list[Any], exact.Form]]()
     for i, (one, (x, y)) in enumerate(zip(axis.members, piece)):
         if one.kind == "delay":
             turn, direct = exact.Form({(one.bound / 2, 0): (y, ZERO)}) + exact.real(-x), exact.real(x / 2)
@@ -415,32 +434,37 @@ def minors(axis: Axis, piece: Any) -> list[exact.Form]:
             turn = turn + exact.S * exact.real(one.theta)
             if one.low:
                 less.append((axis.bare[i], exact.real(2 * (one.weight + x) * one.low * (one.width + one.low))))
-        Y.append([turn * f + (direct * axis.own if i == j else exact.Form()) for j, f in enumerate(axis.seen[i])])
+        Y.append([near(turn) * f for f in axis.seen[i]])
+        Y[i][i] = Y[i][i] + near(direct) * axis.own
     for i, row in enumerate(Y):  # half of it, as the adjoint is added
         for bare, weight in less:
-            Y[i] = row = [f + weight * exact.real(Fraction(1, 2)) * bare[i].conjugate() * g for f, g in zip(row, bare)]
-    return leading([[Y[i][j] + Y[j][i].conjugate() for j in range(len(Y))] for i in range(len(Y))])
+            half = near(weight * exact.real(Fraction(1, 2)))
+            Y[i] = row = [f + half * bare[i].conjugate() * g for f, g in zip(row, bare)]
+    return leading([[Y[i][j] + Y[j][i].conjugate() for j in range(len(Y))] for i in range(len(Y))], near)
 
 
-def leading(F: list[list[exact.Form]]) -> list[exact.Form]:
+def leading(F: list[list[Any]], near: Any = exact.Form) -> list[Any]:
     """The leading minors, as in :func:`determinant`."""
-    parts, found = {0: exact.real(1)}, list[exact.Form]()
+    parts, found, signs = {0: near(exact.real(1))}, list[Any](), [near(exact.real(1)), near(exact.real(-1))]
     for i, row in enumerate(F):
-        wider = dict[int, exact.Form]()
+        wider = dict[int, Any]()
         for columns, p in parts.items():
             for j in (j for j in range(len(F)) if not columns >> j & 1):
-                f = row[j] * exact.real(-1 if (columns >> j).bit_count() % 2 else 1)
-                wider[columns | 1 << j] = wider.get(columns | 1 << j, exact.Form()) + p * f
+                f = p * row[j] * signs[(columns >> j).bit_count() % 2]
+                wider[columns | 1 << j] = wider[columns | 1 << j] + f if columns | 1 << j in wider else f
         parts = wider
         found.append(parts[2 ** (i + 1) - 1])
     return found
 
 
-def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int = 0) -> str:
+def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int = 0, halvings: int = 0) -> str:
     """Why ``F > 0`` fails on ``[a, b]``, or undecided; empty if it holds.
 
     ``b`` None: up to infinity, without delays, or where what is without dead time prevails.  ``d`` has ``zeros`` at 0.
+    ``halvings``: how often the interval may be halved.
     """
+    if b is not None and not (zeros and a == 0):
+        return _between(axis, piece, a, b, halvings)
     for k, p in enumerate(minors(axis, piece), 1):
         if b is None and axis.late:
             if not tail(p, a, 2 * axis.order * k):
@@ -452,6 +476,23 @@ def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int
         elif not box(p, a, b, TAYLOR, zeros * k):
             return f"F > 0 fails between {float(a):.9g} and {float(b):.9g}"
     return ""
+
+
+def _between(axis: Axis, piece: Any, a: Fraction, b: Fraction, halvings: int) -> str:
+    """The same on an interval, with polynomials off by known errors in place of the forms; ``|d|^2`` is about 1."""
+    near, tops = Lift(a, b), [sum((c * w**n for n, c in enumerate(axis.own.part())), ZERO) for w in (a, (a + b) / 2, b)]
+    size = (max(tops).numerator.bit_length() - max(tops).denominator.bit_length()) // 2
+    close = axis._replace(
+        own=near(axis.own, 2 * size),
+        seen=[[near(f, 2 * size) for f in row] for row in axis.seen],
+        bare=[[near(f, size) for f in row] for row in axis.bare],
+    )
+    if all(map(above, minors(close, piece, near))):
+        return ""
+    if not halvings:
+        return f"F > 0 fails between {float(a):.9g} and {float(b):.9g}"
+    ends = pairwise((a, (a + b) / 2, b))
+    return next((failed for v, w in ends if (failed := _between(axis, piece, v, w, halvings - 1))), "")
 
 
 def on_line(p: Any) -> exact.Form:

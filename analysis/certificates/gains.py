@@ -10,7 +10,7 @@ from itertools import pairwise, product
 from typing import Any
 
 from . import arithmetic as exact
-from . import frequencies, states
+from . import frequencies, signals, states
 from .arithmetic import INF, ZERO, S, eliminated, fields, form, integer, need, number, numbers, real, tick
 from .balls import box, dot
 from .channels import (
@@ -48,7 +48,7 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     if method == "relu-ray":
         return 1, ray(H, asked, proof)
     if method == "signal":
-        return signal(H, asked, proof)
+        return signals.signal(H, asked, proof)
     need(not any(family.relu for family in asked.families), "no gain is a ReLU")
     if method == "switched-gains":
         return 1, switched(H, asked, proof)
@@ -64,6 +64,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
         return 1, oscillation(H, asked, proof)
     if method == "memory-orbit":
         return 1, hysteresis(H, asked, proof)
+    if method == "sampled-orbit":
+        return 1, sampled(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
     _, data, *growth = fields(proof, "method", "gains", *["growth"] * ("growth" in proof))
     gains = member(data, asked, bool(growth))
@@ -157,46 +159,6 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
     return 8, {"stable": f"with {words} the loop is asymptotically stable", "gain": f"|T w| > gamma |w| at {where}"}
 
 
-def signal(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
-    """A disturbance from rest, sample by sample, with ``phi_i = a sigma`` below 0 and ``b sigma`` above.
-
-    ``sum |z|^2`` over its samples is above ``gamma^2 sum |w|^2``, and so is that over all.
-    """
-    _, data, given = fields(proof, "method", "slopes", "inputs")
-    own, functions = list(asked.performance or ()), asked.functions
-    need(
-        H.discrete and bool(own) and len(functions) + len(own) == len(H.D),
-        "a signal goes through functions, in samples",
-    )
-    need(not any(H.D[i][j] for i in functions for j in functions), "sigma is no function of the state and w alone")
-    form(isinstance(data, list) and len(data) == len(functions), "two slopes are needed for each function")
-    form(isinstance(given, list) and 0 < len(given) <= MOST_STEPS, f"a signal has 1 to {MOST_STEPS} samples")
-    slopes = dict(zip(functions, (numbers(pair, 2) for pair in data)))
-    for i, (below, above) in slopes.items():
-        (low, high), family = asked.bounds(i), asked.families[i]
-        straight = family.odd or family.linear
-        need(low <= below <= high and low <= above <= high, f"the slopes of channel {i + 1} are outside its class")
-        need(below == above or not straight, f"channel {i + 1} has an odd nonlinearity")
-        need((below, above) == (low, high) or not family.relu, f"channel {i + 1} has another ReLU")
-    same = all(slopes[i] == slopes[block[0]] for block in asked.blocks if block[0] in slopes for i in block)
-    need(same, "one nonlinearity has the same slopes in all its channels")
-    x, through, size = [ZERO] * len(H.A), ZERO, ZERO
-    for row in given:
-        tick()
-        mu = [ZERO] * len(H.D)
-        for j, w in zip(own, numbers(row, len(own))):
-            mu[j] = w
-        size += dot(mu, mu)
-        sigma = {i: dot(H.C[i], x) + dot(H.D[i], mu) for i in functions}
-        for i, (below, above) in slopes.items():
-            mu[i] = -(above if sigma[i] > 0 else below) * sigma[i]
-        z = [dot(H.C[j], x) + dot(H.D[j], mu) for j in own]
-        through += dot(z, z)
-        x = [dot(a, x) + dot(b, mu) for a, b in zip(H.A, H.B)]
-    need(through > size / asked.bounds(own[0])[1] ** 2, "the gain of this loop is not shown to be larger")
-    return 8, {"gain": f"sum |z|^2 > gamma^2 sum |w|^2 over {len(given)} samples, from rest"}
-
-
 def delayed(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     """Constant gains, no delay but in one channel: for one ``tau`` of its class the loop has a root on the axis.
 
@@ -259,7 +221,8 @@ def ray(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     ``lambda*`` with ``M x* = lambda* x*`` within ``r`` of those given, the largest entry ``x_p`` being held: with the
     derivative ``J`` of ``M x - lambda x`` by the others and ``lambda``, ``d -> -J^-1 (M x - lambda x - d_lambda d_x)``
     maps ``|d| <= r`` into itself (Brouwer).  At every step each ``sigma`` of a ReLU has the sign of its gain, for all
-    ``x`` that near, and ``lambda* > 1``, in continuous time ``> 0``.
+    ``x`` that near, and ``lambda* > 1``, in continuous time ``> 0``.  Entries of ``x`` that are 0 stay so where ``M``
+    keeps them; a ``sigma`` of these alone is 0, and any gain is that of its ReLU.
     """
     _, data, state, eigenvalue, near = fields(proof, "method", "gains", "state", "value", "radius")
     form(isinstance(data, list) and 0 < len(data) <= (MOST_STEPS if H.discrete else 1), "gains are lists, a step each")
@@ -283,6 +246,11 @@ def ray(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
             if family.relu and step is not None:
                 seen.append((row[i] == asked.bounds(i)[1], [dot(step.C[i], column) for column in columns]))
         whole = [[dot(line, column) for column in columns] for line in (step or H).A]
+    kept = [j for j in range(n) if x[j]]
+    if all(not whole[i][j] for i in range(n) if not x[i] for j in kept):
+        whole, x, n = [[whole[i][j] for j in kept] for i in kept], [x[j] for j in kept], len(kept)
+        seen = [(above, [line[j] for j in kept]) for above, line in seen]
+    need(n > 0, "the state is 0")
     p = max(range(n), key=lambda i: abs(x[i]))
     J = [[*(v - value * (i == j) for j, v in enumerate(line) if j != p), -x[i]] for i, line in enumerate(whole)]
     off = [[dot(line, x) - value * x[i]] for i, line in enumerate(whole)]
@@ -293,7 +261,7 @@ def ray(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     need(value - r > H.discrete, "the solution does not grow")
     for above, line in seen:
         least = (1 if above else -1) * dot(line, x) - r * sum(abs(v) for j, v in enumerate(line) if j != p)
-        need(least > 0, "a ReLU has another gain there")
+        need(least > 0 or not any(line), "a ReLU has another gain there")
     steps = f" in {len(rows)} steps" * H.discrete
     return {"root": f"a solution that keeps its direction and grows{steps}, lambda within {r} of {value}"}
 
@@ -486,12 +454,7 @@ def oscillation(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     plain = not asked.operators and not any(family.memory for family in asked.families)
     need(plain and not H.discrete, "orbits of flows are for continuous time, and for functions of sigma")
     X0, times, half, Y, r = states.orbit_numbers(rest, pieces, len(H.A))
-    form(isinstance(given, list) and len(given) == len(asked.blocks), "one nonlinearity is needed for each block")
-    lines = list[Any]()
-    for block, one in zip(asked.blocks, given):
-        phi, family = states.piecewise(*fields(one, "points", "left", "right")), asked.families[block[0]]
-        need(phi.member(family._replace(odd=family.odd or half)), "a nonlinearity is not in its class, or not odd")
-        lines += [phi.lines] * len(block)
+    lines = [phi.lines for phi in graphs(given, asked, half)]
     form(all(isinstance(row, list) and len(row) == len(lines) for row in pieces), "a stay has a piece in each channel")
     path = [[integer(p, 0, len(own) - 1) for p, own in zip(row, lines)] for row in pieces]
     path += [[len(own) - 1 - p for p, own in zip(path[0], lines)] if half else path[0]]
@@ -509,6 +472,41 @@ def oscillation(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
         watched = [(row, side, k == i, k == last[0]) for k, (row, side) in enumerate(zip(sigma, sides))]
         stays.append(states.Stay(G, [*sigma[i][:-1], sigma[i][-1] - level / X0[-1]], watched))
     return states.periodic(stays, (X0, times), Y, r, -1 if half else 1)
+
+
+def graphs(given: Any, asked: Channels, half: bool) -> list[states.Graph]:
+    """The nonlinearity of each channel, one being given for each block; odd ones if half a period is."""
+    form(isinstance(given, list) and len(given) == len(asked.blocks), "one nonlinearity is needed for each block")
+    found = list[states.Graph]()
+    for block, one in zip(asked.blocks, given):
+        phi, family = states.piecewise(*fields(one, "points", "left", "right")), asked.families[block[0]]
+        need(phi.member(family._replace(odd=family.odd or half)), "a nonlinearity is not in its class, or not odd")
+        found += [phi] * len(block)
+    return found
+
+
+def sampled(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """A periodic solution in samples, exactly: ``x+ = A x - B phi``, ``phi_i`` that of ``sigma = C x - D phi``.
+
+    After the last sample the state is what it was, or with ``half`` its negative, all ``phi_i`` being odd.
+    """
+    _, given, listed, state, half = fields(proof, "method", "nonlinearities", "inputs", "state", "half")
+    plain = not asked.operators and not any(family.memory for family in asked.families)
+    need(plain and H.discrete, "sampled orbits are for discrete time, and for functions of sigma")
+    form(type(half) is bool, "half is true or false")
+    own, first = graphs(given, asked, half), numbers(state, len(H.A))
+    form(isinstance(listed, list) and 0 < len(listed) <= MOST_STEPS, f"an orbit has 1 to {MOST_STEPS} samples")
+    x, second = first, first
+    for t, row in enumerate(listed):
+        tick()
+        mu = [-v for v in numbers(row, len(own))]
+        sigma = [dot(c, x) + dot(d, mu) for c, d in zip(H.C, H.D)]
+        need(all(phi.at(s) == -v for phi, s, v in zip(own, sigma, mu)), f"sample {t} is not on the nonlinearities")
+        x = [dot(a, x) + dot(b, mu) for a, b in zip(H.A, H.B)]
+        second = second if t else x
+    need(x == [-v if half else v for v in first], "the state does not return")
+    need(second != first, "the orbit rests")
+    return {"orbit": f"a periodic solution of {len(listed) * (1 + half)} samples"}
 
 
 def hysteresis(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import pairwise, product
-from math import comb, prod
+from math import comb, lcm, prod
 from typing import Any, NamedTuple
 
 from . import states
@@ -205,19 +205,18 @@ def slopes(d: int, s: Fraction) -> list[Fraction]:
 
 def coefficients(values: dict[tuple[int, ...], Rows], degrees: list[int]) -> Iterator[Rows]:
     """Bernstein coefficients of a polynomial from its values where each variable is ``k/D``."""
-    backs = list[Rows]()
-    for D in degrees:
+    scale = lcm(*(v.denominator for X in values.values() for row in X for v in row))
+    whole = {node: [[v.numerator * (scale // v.denominator) for v in row] for row in X] for node, X in values.items()}
+    for axis, D in enumerate(degrees):
         back = eliminated([bernstein(D, Fraction(k, D)) for k in range(D + 1)], identity(D + 1))
         assert back is not None, "no polynomial but 0 vanishes at so many points"
-        backs.append(back)
-    for axis, back in enumerate(backs):
-        turned = dict[tuple[int, ...], Rows]()
-        for node, X in values.items():
+        unit = lcm(*(v.denominator for row in back for v in row))
+        shares = [[int(unit * v) for v in row] for row in back]
+        scale, turned = scale * unit, dict[tuple[int, ...], list[list[int]]]()
+        for node, X in whole.items():
             tick()
-            line = [values[(*node[:axis], k, *node[axis + 1 :])] for k in range(degrees[axis] + 1)]
-            share = [(c, Y) for c, Y in zip(back[node[axis]], line) if c]
-            turned[node] = [
-                [sum((c * Y[i][j] for c, Y in share), ZERO) for j in range(len(row))] for i, row in enumerate(X)
-            ]
-        values = turned
-    yield from values.values()
+            line = [whole[(*node[:axis], k, *node[axis + 1 :])] for k in range(D + 1)]
+            share = [(c, Y) for c, Y in zip(shares[node[axis]], line) if c]
+            turned[node] = [[sum(c * Y[i][j] for c, Y in share) for j in range(len(row))] for i, row in enumerate(X)]
+        whole = turned
+    yield from ([[Fraction(v, scale) for v in row] for row in X] for X in whole.values())

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache, partial
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any, Literal, cast
 
 from flint import arb, fmpq_poly
@@ -111,7 +111,7 @@ def _narrowed(curve: _Curve, a: Fraction, b: Fraction) -> Iterator[tuple[Fractio
 
 def _rational(block: RationalPlant) -> _Curve:
     plant = TransferPolynomials.of(block)
-    response = plant.response()
+    response = plant.response
 
     def at(p: fmpq_poly, x: arb) -> arb:
         """``p(x)``."""
@@ -427,7 +427,7 @@ def accepted_witness(plant: object, witness: Witness) -> Witness:
     """
     if witness.evidence is not Evidence.CERTIFIED or not isinstance(plant, RationalPlant | DelayPlant):
         return witness
-    for candidate in (witness, *_just_above(plant, witness)):
+    for candidate in chain((witness,), _just_above(plant, witness)):
         found = _accepted(plant, candidate)
         if found is not None:
             return _as_accepted(candidate, found)

@@ -215,6 +215,37 @@ def growth(P: Rows, H: Plant, factor: Fraction = ZERO) -> Rows:
     return added((1, half), (1, [list(row) for row in zip(*half)]), (-1, [[factor * v for v in row] for row in V]))
 
 
+def integrated(H: Plant, graphs: list[Graph], given: Any, P: Rows) -> tuple[Rows, list[Any], list[Any]]:
+    """The form below ``x'P x`` with integrals, what these add to ``V'``, and the strips where they are bounded."""
+    n, m = len(H.A), len(H.D)
+    below, products, strips = [list(row) for row in P], list[Any](), list[Any]()
+    for one in given:
+        where, *values = fields(one, "channel", "theta", "reach", "least")
+        i, (theta, reach, least) = integer(where, 1, m) - 1, map(number, values)
+        fits = not H.discrete and not any(H.D[i]) and graphs[i].reach == INF and reach > 0
+        need(fits, f"an integral does not fit channel {i + 1}")
+        bounded = graphs[i].bounded(least, reach, 1 if theta >= 0 else -1)
+        need(bounded, f"the integral of channel {i + 1} is not bounded")
+        below = [[v + theta * least * a * b for v, b in zip(row, H.C[i])] for row, a in zip(below, H.C[i])]
+        strips.append((H.C[i], reach))
+        phi = [Fraction(j == n + i) for j in range(n + m)]
+        products.append((2 * theta, phi, [dot(H.C[i], column) for column in zip(*moved(H))]))
+    return below, products, strips
+
+
+def disturbed(H: Plant, products: list[Any], given: Any, energy: Fraction) -> tuple[Plant, list[Any]]:
+    """``V' <= |w|^2/energy`` in place of ``V' < 0``, with ``w`` behind the inputs of the plant."""
+    n, size = len(H.A), len(H.A) + len(H.D)
+    into = [numbers(row) for row in given] if isinstance(given, list) else []
+    p = len(into[0]) if into else 0
+    form(len(into) == n and p > 0 and all(len(row) == p for row in into), "Bw has a row for each state")
+    need(energy > 0, "an energy is not positive")
+    units = [[Fraction(j == k) for j in range(size + p)] for k in range(size, size + p)]
+    wider = [(w, [*f, *[ZERO] * p], [*g, *[ZERO] * p]) for w, f, g in products]
+    H = H._replace(B=[[*b, *(-v for v in row)] for b, row in zip(H.B, into)])
+    return H, [*wider, *((-1 / energy, unit, unit) for unit in units)]
+
+
 def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool) -> dict[str, str]:
     """``V = x'P x`` falls on ``V <= 1``, where every term ``weight (u sigma - phi)(phi - v) >= 0``.
 
@@ -232,19 +263,7 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
     form(isinstance(terms, list) and len(terms) <= 400, "terms are a list")
     n, m = len(H.A), len(H.D)
     P, Z, Y = triangle(rows, n), [[ZERO] * n + [Fraction(i == j) for j in range(m)] for i in range(m)], seen(H)
-    products, asked = list[tuple[Any, Any, Any]](), list[tuple[Any, Any]]()
-    below = [list(row) for row in P]
-    for one in given[0] if level else ():
-        where, *values = fields(one, "channel", "theta", "reach", "least")
-        i, (theta, reach, least) = integer(where, 1, m) - 1, map(number, values)
-        fits = not H.discrete and not any(H.D[i]) and graphs[i].reach == INF and reach > 0
-        need(fits, f"an integral does not fit channel {i + 1}")
-        need(
-            graphs[i].bounded(least, reach, 1 if theta >= 0 else -1), f"the integral of channel {i + 1} is not bounded"
-        )
-        below = [[v + theta * least * a * b for v, b in zip(row, H.C[i])] for row, a in zip(below, H.C[i])]
-        asked.append((H.C[i], reach))
-        products.append((2 * theta, Z[i], [dot(H.C[i], column) for column in zip(*moved(H))]))
+    below, products, asked = integrated(H, graphs, given[0] if level else (), P)
     definite(below, "P > 0 fails, or is undecided")
     most: list[Any] = [INF] * m  # bounds of |phi| on the ellipsoid
     for i, one in enumerate(graphs):
@@ -281,16 +300,8 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
         definite(
             [*([*row, x] for row, x in zip(below, r)), [*r, c * c]], "the ellipsoid leaves a strip, or is undecided"
         )
-    if given and not level:  # V' <= |w|^2/energy, with w behind the inputs
-        into, energy = [numbers(row) for row in given[0]] if isinstance(given[0], list) else [], number(given[1])
-        p = len(into[0]) if into else 0
-        form(len(into) == n and p > 0 and all(len(row) == p for row in into), "Bw has a row for each state")
-        need(energy > 0, "an energy is not positive")
-        H = H._replace(B=[[*b, *(-v for v in row)] for b, row in zip(H.B, into)])
-        products = [(w, [*f, *[ZERO] * p], [*g, *[ZERO] * p]) for w, f, g in products]
-        for k in range(n + m, n + m + p):
-            unit = [Fraction(j == k) for j in range(n + m + p)]
-            products.append((-1 / energy, unit, unit))
+    if given and not level:
+        H, products = disturbed(H, products, given[0], number(given[1]))
     parts = [(-1, growth(P, H)), *([(-1, quadratic(*products))] if products else [])]
     definite(added(*parts), "that V falls fails, or is undecided")
     words = "V = x^T P x with integrals" if level else "V = x^T P x"

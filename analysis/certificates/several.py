@@ -43,6 +43,10 @@ from .channels import (
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
 MOST_VERTICES = 10
 PIECEWISE = ("piecewise-circle", "piecewise-popov")
+PACED = (  # with a rate; those of order cones hold for one sample of each time
+    *("constant-gains", "diagonal-circle", "coupled-circle", "full-block-circle"),
+    *("diagonal-popov", "coupled-popov", "full-block-popov", "matrix-zames-falb", "coupled-windows"),
+)
 THEOREMS = {  # the key of the multiplier, and whether with Popov's terms
     "diagonal-circle": ("lambda", False),
     "diagonal-popov": ("lambda", True),
@@ -55,7 +59,7 @@ THEOREMS = {  # the key of the multiplier, and whether with Popov's terms
 
 
 def examined(
-    verdict: str, name: str, data: Any, system: Any, given: Any, phi: Any, proof: Any
+    verdict: str, name: str, data: Any, system: Any, given: Any, phi: Any, proof: Any, rate: Fraction | None = None
 ) -> tuple[bool, int, dict[str, str], str]:
     """Whether it is a proof, and what follows; 0: 0 attracts, 1: one moves on, 2: other equilibria, 3: no loop.
 
@@ -77,7 +81,7 @@ def examined(
         energy = name == "rods-energy"
         return True, 6 if energy else 9, facts | (resting if energy else quiet)(system, asked), ""
     if verdict == "PROVED":
-        found, assumed = (over_boxes if family else proved)(name, data, system, asked, proof)
+        found, assumed = (over_boxes if family else proved)(name, data, system, asked, proof, rate)
         if any(one.memory for one in asked.families):
             need("residue" not in found, "with play and stop an eigenvalue 0 is not covered")
             return True, *((4, facts | found, assumed) if asked.performance is None else (7, facts | found, RESTED))
@@ -177,7 +181,9 @@ def well_posed(D: Rows, asked: Channels) -> tuple[str, str]:
     return "the inequality at x = 0 shows det(1 + D G) != 0 for the gains of the class", both
 
 
-def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+def proved(
+    name: str, data: Any, system: Any, asked: Channels, proof: Any, rate: Fraction | None = None
+) -> tuple[dict[str, str], str]:
     """The circle criterion, or Popov's, with diagonal or full-block multipliers: what was found, and what is assumed.
 
     ``V = x'Px + 2 sum theta_i int_0^sigma_i phi_i`` is positive definite, and ``V' + (sigma, phi)' Pi (sigma, phi)``
@@ -196,9 +202,9 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
         need(not asked.operators, "operators are not covered beside unknown gains")
         return parametric.proved(H, data, asked, proof) | {"well-posed": posed}, assumed
     if name in ("order-cones", "coupled-windows"):
-        return windows.lifted(name, H, data, asked, proof)
+        return windows.lifted(name, H, data, asked, proof, rate)
     if proof["method"] == "determinant":
-        return over_frequencies(name, data, H, asked, proof)
+        return over_frequencies(name, data, H, asked, proof, rate or ZERO)
     if name in PIECEWISE:
         return over_pieces(name, data, H, asked, proof)
     need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
@@ -227,6 +233,7 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
         for i, row in zip(places, part):
             for j, v in zip(places, row):
                 Pi[i][j] += v
+    weighed(Pi, theta, bounds, asked, rate or ZERO)
     falls, above = inequality(P, (R, Z, q, e), Pi, [ZERO] * m if stored else theta, bounds, H.discrete)
     rest = {}
     if stored:
@@ -261,7 +268,31 @@ def fitting(asked: Channels, theta: list[Fraction], D: Rows) -> None:
         need(not theta[i] or not any(D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
 
 
-def over_boxes(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+def weighed(Pi: Rows, theta: list[Fraction], bounds: Any, asked: Channels, rate: Fraction) -> None:
+    """Add to ``Pi`` what Popov's terms add to ``V'`` with a rate ``a``: ``2 theta a (2 int psi - psi sigma)`` at most.
+
+    ``V`` of the solutions times ``e^(a t)`` has ``2 theta e^(2 a t) int phi``, and ``psi = phi - l sigma`` is in
+    ``[0, w]``.  With slopes there, too, ``int psi`` is between ``psi^2/2w`` and ``psi sigma - psi^2/2w``, and this is
+    at most ``2 c (psi sigma - psi^2/w)``, ``c = |theta a|``; else, by ``0 <= int psi <= w sigma^2/2``, ``2 c psi
+    sigma``, or ``2 c (w sigma^2 - psi sigma)`` for ``theta a > 0``.
+    """
+    m = len(theta)
+    for i, (turn, (l, u)) in enumerate(zip(theta, bounds)):
+        (low, high), c = asked.families[i].slope, abs(turn * rate)
+        if not c:
+            continue
+        s, t, q = (ZERO, 1, -1 / (u - l)) if l <= low and high <= u else (u - l, -1, ZERO)
+        if turn * rate < 0 and not q:
+            s, t = ZERO, 1
+        Pi[i][i] += 2 * c * (s - t * l + q * l * l)
+        Pi[i][m + i] += c * (t - 2 * q * l)
+        Pi[m + i][i] += c * (t - 2 * q * l)
+        Pi[m + i][m + i] += 2 * c * q
+
+
+def over_boxes(
+    name: str, data: Any, system: Any, asked: Channels, proof: Any, rate: Fraction | None = None
+) -> tuple[dict[str, str], str]:
     """The same for all plants of a box, with a ``P`` and a diagonal multiplier for each of the boxes that cover it.
 
     ``P = P_0 + sum t_j P_j``, ``t_j`` from 0 to 1 over the box.  Times ``c^2``, ``c`` the common denominator, the
@@ -283,6 +314,7 @@ def over_boxes(name: str, data: Any, system: Any, asked: Channels, proof: Any) -
         uniform(weights, asked)
         need(prod(d + 1 for d in degrees) <= boxes.MOST_NODES, "the degrees in the parameters are too high")
         Pi, parts = diagonal(weights, bounds), [states.symmetric(one, [], n)[0] for one in half]
+        weighed(Pi, theta, bounds, asked, rate or ZERO)
         falls, above, common = dict[Any, Rows](), dict[Any, Rows](), dict[Any, Rows]()
         for node in product(*(range(d + 1) for d in degrees)):
             t = [Fraction(i, max(d, 1)) for i, d in zip(node, degrees)]
@@ -348,7 +380,9 @@ def solvable(H: Plant, asked: Channels, bounds: Any) -> str:
     return frequencies.solvable(H._replace(D=rows), inside, [bounds[i] for i in own])
 
 
-def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+def over_frequencies(
+    name: str, data: Any, H: Plant, asked: Channels, proof: Any, rate: Fraction
+) -> tuple[dict[str, str], str]:
     """The frequency inequality of the circle criterion, Popov's or Zames and Falb's: what was found, and is assumed.
 
     With ``F > 0`` and a stable loop at the lower bounds there is a ``P`` for :func:`proved` where ``M`` is diagonal and
@@ -361,10 +395,11 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
     constant_gains = [one.linear and not one.varying for one in asked.families]
     odd = [one.odd for one in asked.families]
     operators = [(block, asked.families[block[0]].operator == SCALAR) for block in asked.operators]
-    frequencies.dominant(given, odd, asked.blocks, constant_gains, operators)
     bounds = [one.slope if i in given.moved and not one.operator else asked.bounds(i) for i, one in each(asked)]
     for i, one in each(asked):
         need(INF not in map(abs, bounds[i]), f"channel {i + 1} has no finite bounds")
+        rising = bounds[i][0] <= one.slope[0] and one.slope[1] <= bounds[i][1]
+        need(not (rate and given.theta[i]) or rising, f"theta_{i + 1} with a rate needs slopes within the bounds")
         need(not one.rough, "locally Lipschitz nonlinearities are needed")
         constant = not given.theta[i] and i not in given.moved
         need(constant or not one.varying, f"channel {i + 1} needs a nonlinearity that does not depend on time")
@@ -372,9 +407,13 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
             not (given.theta[i] and (any(H.D[i]) or one.operator)),
             f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone",
         )
+    turns = [theta * rate / (u - l) if theta else ZERO for theta, (l, u) in zip(given.theta, bounds)]
+    frequencies.dominant(given, odd, asked.blocks, constant_gains, operators, rate, turns)
     outer = asked.performance or ()
     facts = frequencies.proved(on_axis(H, given, asked) if H.discrete else H, given, bounds, outer)
     need(not (H.discrete and "residue" in facts), "scalings do not cover an eigenvalue z = 1", exact.Critical)
+    still = not (rate and (given.moved or any(given.theta)))
+    need(still or "residue" not in facts, "with a rate multipliers that are not constant do not cover an eigenvalue 0")
     for i, one in each(asked) if "residue" in facts and given.moved else ():
         rising = i in outer or (bounds[i][0] <= one.slope[0] and one.slope[1] < INF and not one.varying)
         need(rising, f"beside kernels and an eigenvalue 0 channel {i + 1} has no slope bounds", exact.Critical)
@@ -382,6 +421,9 @@ def over_frequencies(name: str, data: Any, H: Plant, asked: Channels, proof: Any
     if not name.startswith("matrix") or ordered(H.D, asked):
         return facts | {"well-posed": posed}, assumed
     return facts | {"well-posed": solvable(H, asked, bounds)}, ""
+
+
+HALVINGS = 6  # of a piece
 
 
 def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
@@ -443,7 +485,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     need(stable or zeros > 0, "the loop at the lower bounds, and without delay, is not asymptotically stable")
     axis = frequencies.axis_of(H, low, members)
     for piece, (a, b) in zip(pieces, pairwise([ZERO, *ends, *[None] * (not H.discrete)])):
-        failure = frequencies.on_piece(axis, piece, a or ZERO, b, zeros)
+        failure = frequencies.on_piece(axis, piece, a or ZERO, b, zeros, HALVINGS)
         need(not failure, failure)
     found = f"F > 0 on {len(pieces)} pieces of the axis, by its leading minors"
     posed, assumed = well_posed(H.D, asked)

@@ -228,9 +228,9 @@ def text(value: Fraction | float) -> str:
     value : Fraction or float
         The number, not NaN.
     """
-    if value in (math.inf, -math.inf):
-        return "inf" if value > 0 else "-inf"
-    return str(Fraction(value))
+    if isinstance(value, float):
+        return str(Fraction(value)) if math.isfinite(value) else "inf" if value > 0 else "-inf"
+    return str(value)
 
 
 def texts(values: Iterable[Fraction | float]) -> list[str]:

@@ -34,9 +34,6 @@ class Theory(Protocol):
     def hurwitz(self) -> Bracket:
         """The supremum of the stable linear gains."""
 
-    def elsewhere(self, what: str) -> str:
-        """Where the verdict rests, in a sentence, if not on ``what``; else empty."""
-
     def drafts(self, answer: CriterionResult, upper: Upper | None) -> Iterator[tuple[Upper, Draft]]:
         """Proofs of what a criterion answered, each with the upper end of its class; the largest class first."""
 

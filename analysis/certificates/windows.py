@@ -33,14 +33,17 @@ class Window(NamedTuple):
     bounds: list[tuple[Any, Any]]
 
 
-def coupled(given: Any, asked: Channels, samples: int, summed: bool) -> tuple[list[Form], list[tuple[Any, Any]]]:
+def coupled(
+    given: Any, asked: Channels, samples: int, summed: bool, rate: Fraction = Fraction(1)
+) -> tuple[list[Form], list[tuple[Any, Any]]]:
     """Forms of so many samples of a few channels each, and the bounds ``(l, h)`` of ``u`` and ``v``.
 
     sector: ``sum q_k u_k v_k``, ``q_k >= 0``.  monotone, odd: ``2 u'Q v`` of channels with one nonlinearity whose
     slopes are in ``[l, h]``; ``u`` and ``v`` ascend with ``sigma``, so that ``sum_k u_k v_k >= sum_k u_k v_p(k)`` for
     every permutation ``p``, of some of the samples too: ``Q`` doubly hyperdominant, for odd ones (``|u|``, ``|v|``
     ascend with ``|sigma|``) doubly dominant.  relu: ``u >= 0 >= v`` and ``u_k v_k = 0`` of any ReLUs.  ``summed``: over
-    all time the sum of the form is nonnegative, by the same argument about all samples at once.
+    all time the sum of the form is nonnegative, by the same argument about all samples at once.  With a ``rate`` the
+    samples are those of ``phi`` times ``rate^-t``: :func:`dominant`.
     """
     m, found, used = len(asked.families), list[Form](), set[int]()
     bounds: list[tuple[Any, Any]] = [asked.bounds(i) for i in range(m)]
@@ -71,7 +74,7 @@ def coupled(given: Any, asked: Channels, samples: int, summed: bool) -> tuple[li
                 need(same, "a form couples channels with different nonlinearities")
                 need(not any(family.varying for family in families), "nonlinearities fixed in time are needed")
                 need(kind != "odd" or families[0].odd, "a form needs an odd nonlinearity")
-                dominant(Q, len(channels), summed, kind == "odd")
+                dominant(Q, len(channels), summed, kind == "odd", rate)
                 for i, family in zip(channels, families):
                     bounds[i] = family.slope
             across = [list(column) for column in zip(*Q)]
@@ -83,20 +86,24 @@ def coupled(given: Any, asked: Channels, samples: int, summed: bool) -> tuple[li
     return found, bounds
 
 
-def dominant(Q: Rows, count: int, summed: bool, odd: bool) -> None:
+def dominant(Q: Rows, count: int, summed: bool, odd: bool, rate: Fraction = Fraction(1)) -> None:
     """Each entry on the diagonal is at least what ``|q|`` of its row, and of its column, add up to beside it.
 
-    ``summed``: of the sums of the entries between two channels with one distance in time.
+    ``summed``: of the sums of the entries between two channels with one distance in time.  At a ``rate r`` these are
+    of ``r^-k u_k`` and ``r^-l v_l``: ``r^(-k-l) u_k v_l <= r^(l-k) r^-2l F_l + r^(k-l) r^-2k (u_k v_k - F_k)``, with
+    ``F = int u dv`` and ``0 <= F <= u v``, so that ``r^(k-l) |q|`` counts in the row, ``r^(l-k) |q|`` in the column;
+    where nothing is summed ``r^(-k-l) |q|`` in both.
     """
     total, rows, columns = (defaultdict[Any, Fraction](Fraction) for _ in range(3))
     for k, row in enumerate(Q):
         for l, v in enumerate(row):
-            total[(k % count, l % count, k // count - l // count) if summed else (k, l, 0)] += v
+            weight = 1 if summed else rate ** -(k // count + l // count)
+            total[(k % count, l % count, k // count - l // count) if summed else (k, l, 0)] += v * weight
     for (i, j, shift), v in total.items():
         beside = (i, shift) != (j, 0)
         need(odd or not beside or v <= 0, "an entry beside the diagonal is above 0, and the form is not for odd ones")
-        rows[i] += -abs(v) if beside else v
-        columns[j] += -abs(v) if beside else v
+        rows[i] += -abs(v) * rate**shift if beside else v
+        columns[j] += -abs(v) / rate**shift if beside else v
     need(min([*rows.values(), *columns.values()]) >= 0, "a form is not doubly dominant")
 
 
@@ -136,19 +143,21 @@ def of_orders(data: Any, asked: Channels) -> Window:
     return Window(samples, found, None, ends)
 
 
-def of_pairs(data: Any, asked: Channels) -> Window:
+def of_pairs(data: Any, asked: Channels, rate: Fraction) -> Window:
     """Forms of pairs of samples; with ``start`` those that bound ``V`` from below."""
     length, given, first = fields(data, "samples", "forms", "start")
     samples = integer(length, 2, LONGEST)
-    found, bounds = coupled(given, asked, samples, first is None)
+    found, bounds = coupled(given, asked, samples, first is None, rate)
     if first is None:
         return Window(samples, found, None, bounds)
-    start, others = coupled(first, asked, samples - 1, False)
+    start, others = coupled(first, asked, samples - 1, False, rate)
     need(others == bounds, "the forms at the start are about other bounds")
     return Window(samples, found, start, bounds)
 
 
-def lifted(name: str, H: Plant, data: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+def lifted(
+    name: str, H: Plant, data: Any, asked: Channels, proof: Any, rate: Fraction | None = None
+) -> tuple[dict[str, str], str]:
     """Forms of ``T`` samples in discrete time: what was found, and what is assumed.
 
     For ``xi = (x_1, phi_1, .., phi_(T-1))``, ``V = xi'P xi`` and the forms ``w_b' M_b w_b`` of samples of some channels
@@ -167,7 +176,8 @@ def lifted(name: str, H: Plant, data: Any, asked: Channels, proof: Any) -> tuple
         data = {key: value for key, value in data.items() if key != "lambda"}
         need(min(weights) >= 0 and not any(weights[i] for i in asked.functions), "lambda is of operators, and >= 0")
     uniform(weights, asked)
-    samples, forms, start, bounds = (of_orders if name == "order-cones" else of_pairs)(data, asked)
+    ordering = name == "order-cones"
+    samples, forms, start, bounds = of_orders(data, asked) if ordering else of_pairs(data, asked, rate or Fraction(1))
     lower = [ZERO if family.operator else l for family, (l, _) in zip(asked.families, bounds)]
     n, m = len(H.A), len(H.D)
     if start is None:
@@ -209,7 +219,7 @@ def lifted(name: str, H: Plant, data: Any, asked: Channels, proof: Any) -> tuple
         definite(padded[:order], views(start, samples - 1), "V > 0 fails, or is undecided")
         stable = f"V less the forms at the start is positive definite (order {order})"
     cones = f"the forms are positive on every order cone of {samples} samples of each channel and 0"
-    if name != "order-cones":
+    if not ordering:
         cones = f"the forms of {samples} samples are nonnegative: signs, and sums of rows and columns"
     facts = {
         "stable": stable,

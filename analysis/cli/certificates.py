@@ -36,6 +36,7 @@ from lure.analysis.cli.options import (
 )
 from lure.analysis.cli.progress import progress
 from lure.analysis.cli.texts import wrapped
+from lure.analysis.wording import plain
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -103,7 +104,7 @@ class Verified:
 
     def lines(self) -> list[str]:
         """The same in lines of 80 columns, exact numbers unbroken."""
-        said = wrapped(f"{self.result}: {self.reason}", indent=2)
+        said = wrapped(f"{self.result}: {self.reason if self.shown is None else plain(self.reason)}", indent=2)
         if self.shown is not None:
             said += accepted_lines(self.shown, [self.shown.assumed] if self.shown.assumed else [])
         if self.second:
@@ -121,8 +122,9 @@ def accepted_lines(shown: Proved | Refuted, assumed: Sequence[str]) -> list[str]
     assumed : sequence of str
         What nothing shows, in clauses.
     """
-    said = [("theorem", shown.theorem), *shown.facts.items(), *(("assumed", clause) for clause in assumed)]
-    return [line for name, text in said for line in wrapped(f"  {name}: {text}", indent=4)]
+    facts = [("nonlinearity" if name == "law" else name, text) for name, text in shown.facts.items()]
+    said = [("theorem", shown.theorem), *facts, *(("assumed", clause) for clause in assumed)]
+    return [line for name, text in said for line in wrapped(f"  {name}: {plain(text)}", indent=4)]
 
 
 def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
@@ -350,10 +352,11 @@ def _loop(system: str | None, parts: tuple[str | None, ...], settings: list[str]
 
 def _has_class(loop: object) -> bool:
     from lure.files.system import LoopSystem
-    from lure.rod.systems import RodSystem
 
     if isinstance(loop, LoopSystem):
         return not loop.open
+    from lure.rod.systems import RodSystem
+
     return isinstance(loop, RodSystem)
 
 
@@ -406,7 +409,7 @@ def _told(found: Certification, output: Path, *, as_json: bool, quiet: bool) -> 
     if as_json and not to_stdout:
         print_json(_outcome(found, output))
         return
-    said = wrapped(f"{found.verdict}: {found.detail}", indent=2)
+    said = wrapped(f"{found.verdict}: {found.detail if found.shown is None else plain(found.detail)}", indent=2)
     if found.shown is not None:
         said += accepted_lines(found.shown, found.assumed)
         if not to_stdout and not quiet:

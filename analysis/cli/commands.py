@@ -7,7 +7,6 @@ import platform
 import shlex
 import sys
 import textwrap
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -73,7 +72,7 @@ def findings() -> tuple[list[str], bool]:
         "Terminal",
         f"  {'stdout':<14}{_stream(terminal=sys.stdout.isatty())}, {sys.stdout.encoding}",
         f"  {'stderr':<14}{_stream(terminal=sys.stderr.isatty())}"
-        + ("; progress is shown there" if sys.stderr.isatty() else "; no progress is shown"),
+        + ("; progress is shown there" if sys.stderr.isatty() else "; progress is a line every half minute"),
         f"  {'colours':<14}{'off, NO_COLOR is set' if os.environ.get('NO_COLOR') else 'where the terminal has them'}",
     ]
     missing = [name for name, found in versions.items() if not found]
@@ -85,6 +84,8 @@ def findings() -> tuple[list[str], bool]:
 
 
 def _version(name: str) -> str | None:
+    from importlib.metadata import PackageNotFoundError, version
+
     try:
         return version(name)
     except PackageNotFoundError:
@@ -334,3 +335,25 @@ def doctor() -> int:
     lines, healthy = findings()
     print("\n".join(lines))
     return 0 if healthy else 2
+
+
+@app.command(help=texts.EXPLORE)
+def explore(
+    system: Annotated[
+        str | None,
+        typer.Argument(metavar="SYSTEM", help="The loop that the page opens with.", show_default=False),
+    ] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Where to write.")] = Path("lure-page"),
+    quiet: Quiet = False,
+) -> None:
+    """Write the page."""
+    from lure.analysis.explore import write_page
+    from lure.files import find_system
+    from lure.files.system import LoopSystem
+
+    chosen = None if system is None else find_system(system)
+    if chosen is not None and not isinstance(chosen, LoopSystem):
+        raise refused(f"{system} is not a loop with one block H; the page opens with such a one, or without a SYSTEM")
+    page = write_page(output, chosen)
+    if not quiet:
+        print(f"The page is {page}; open it in a browser, or put the folder on any web server")

@@ -24,7 +24,6 @@ for _commands in (
     "steady",
     "regions",
     "sweeps",
-    "explore",
     "certificates",
     "export",
     "sectors",

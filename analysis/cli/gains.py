@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -30,6 +30,7 @@ from lure.analysis.cli.options import (
 from lure.analysis.cli.progress import progress
 
 if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.questions.gain import GainBound
 
 
@@ -45,6 +46,9 @@ def gain(
     window: Annotated[int | None, option("--window", "N", "In discrete time: constraints over N samples.")] = None,
     incremental: Annotated[
         bool, typer.Option("--incremental", help="The gain of differences of two solutions.")
+    ] = False,
+    worst: Annotated[
+        bool, typer.Option("--worst", help="Look for disturbances with gains that jump too, of classes that may.")
     ] = False,
     energy: Annotated[
         bool, typer.Option("--energy", help="Also the energy of z after a push, and its peak for an energy of w.")
@@ -64,7 +68,7 @@ def gain(
     from lure.analysis.questions.gain import l2_gain
 
     with progress(quiet=quiet, verbose=verbose) as tell:
-        ways: dict[str, Any] = {"criterion": criterion, "window": window, "incremental": incremental}
+        ways: dict[str, Any] = {"criterion": criterion, "window": window, "incremental": incremental, "worst": worst}
         found = l2_gain(chosen, **ways, seconds=seconds, progress=tell)
         if energy:
             from lure.analysis.questions.energy import energy_bounds
@@ -74,19 +78,22 @@ def gain(
         print_json(found.to_dict() | ({"energy": beside.to_dict()} if energy else {}))
     else:
         print_wrapped([str(found), *([str(beside)] if energy else [])])
-    for path, shown in ((output, found.proof or found.refutation), (witness, found.refutation)):
-        if path is not None and shown is not None:
-            what = _side(found, upper=shown is found.proof)
-            write_certificate(path, shown, what, force=force, as_json=as_json, quiet=quiet)
+    shown, begin = found.proof or found.refutation, "The" if found.proof else "No bound is proved; the"
+    told = partial(write_certificate, force=force, as_json=as_json, quiet=quiet)
+    told(output, shown, _side(found, shown), begin=begin)
+    told(witness, found.refutation, _side(found, found.refutation))
     return exit_status(found.verdict)
 
 
-def _side(found: GainBound, *, upper: bool) -> str:
+def _side(found: GainBound, shown: Proved | Refuted | None) -> str:
     """Which side of the gain a certificate is of."""
     from lure.analysis.numerics.doubles import bound_above, bound_below
+    from lure.analysis.verdict import Verdict
 
-    if upper:
+    if shown is None:
+        return "of this side of the gain"
+    if shown is found.proof:
         return f"that the gain is at most {bound_above(found.gain.high)}"
-    if found.gain.low == math.inf:
+    if found.factors.verdict is Verdict.REFUTED:
         return "of the unstable member"
     return f"that a member has a gain above {bound_below(found.gain.low)}"

@@ -131,7 +131,7 @@ def _claim(found: StabilityBound) -> str:
     if found.verdict is Verdict.REFUTED:
         return f"Not stable for every {classes}, {found.refuted_ends.partition(' > ')[0]}."
     if low > found.lower:
-        reached = f"{found.criterion} reaches {bound_below(low)}, {found.evidence} only"
+        reached = f"{found.criterion} holds up to {bound_below(low)}, {found.evidence} only"
         return f"Nothing is proved for {classes}; {reached}."
     return f"Nothing is proved for {classes}."
 

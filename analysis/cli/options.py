@@ -223,18 +223,27 @@ def print_note(message: str, *, as_json: bool, quiet: bool) -> None:
 
 
 def write_certificate(
-    path: Path, shown: Proved | Refuted, what: str, *, force: bool, as_json: bool, quiet: bool
+    path: Path | None,
+    shown: Proved | Refuted | None,
+    what: str,
+    *,
+    begin: str = "The",
+    force: bool,
+    as_json: bool,
+    quiet: bool,
 ) -> None:
-    """Write a certificate, and say of what it is and how it is checked.
+    """Write a certificate, and say of what it is and how it is checked; or that none is written, since there is none.
 
     Parameters
     ----------
-    path : Path
-        The file.
-    shown : Proved or Refuted
-        What the checker accepted.
+    path : Path or None
+        The file; None where none is asked for.
+    shown : Proved, Refuted or None
+        What the checker accepted, if anything.
     what : str
-        Of what it is the certificate, such as ``of the rate``.
+        Of what it is the certificate, such as ``of the rate that is proved``.
+    begin : str
+        How the sentence begins, where the certificate is of something else than was asked for.
     force : bool
         Whether a file that exists may be replaced.
     as_json, quiet : bool
@@ -243,9 +252,14 @@ def write_certificate(
     from lure.analysis.output import write_new
     from lure.analysis.questions.certify import text_of
 
+    if path is None:
+        return
+    if shown is None:
+        print_note(f"There is no certificate {what}; {path} is not written", as_json=as_json, quiet=quiet)
+        return
     write_new(path, text_of(shown.certificate), force=force)
-    check = shlex.join(["lure", "verify", str(path)])
-    print_note(f"The certificate {what} is {path}; check it: {check}", as_json=as_json, quiet=quiet)
+    said = f"{begin} certificate {what} is {path}"
+    print_note(f"{said}; check it: {shlex.join(['lure', 'verify', str(path)])}", as_json=as_json, quiet=quiet)
 
 
 def exit_status(verdict: Verdict) -> int:

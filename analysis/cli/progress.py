@@ -1,4 +1,4 @@
-"""Progress on stderr, where somebody watches it, and the steps with their times, where somebody asks for them."""
+"""Progress on stderr: a bar on a terminal, a line now and then in a log, and every step with its time if asked for."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ if TYPE_CHECKING:
 
 Tell: TypeAlias = Callable[..., None]
 PATIENCE = 2.0  # [s] until a bar is shown
+SIGN = 30.0  # [s] between signs of life where no bar can be shown
 
 
 @contextmanager
 def progress(*, quiet: bool, verbose: bool = False) -> Iterator[Tell | None]:
-    """A function ``tell(stage, done=None)`` that shows a stage and the share done, or None where nobody watches.
+    """A function ``tell(stage, done=None)`` that shows a stage and the share done, or None with ``quiet``.
 
     A bar appears after two seconds if stderr is a terminal, and nothing remains of it on the screen; ``NO_COLOR`` is
-    honoured.  With ``verbose`` each stage is a line on stderr instead, with the time it took.  With ``quiet`` there is
-    neither.
+    honoured.  Elsewhere a line on stderr says every half minute what is going on.  With ``verbose`` each stage is a
+    line on stderr instead, with the time it took.
     """
-    if quiet or not (verbose or sys.stderr.isatty()):
+    if quiet:
         yield None
         return
-    shown = _Lines() if verbose else _Bar()
+    shown = _Lines() if verbose else _Bar() if sys.stderr.isatty() else _Signs()
     try:
         yield shown.tell
     finally:
@@ -51,6 +52,28 @@ class _Lines:
         if self.stage:
             print(f"{time.monotonic() - self.begun:9.3f} s  {self.stage}", file=sys.stderr, flush=True)
         self.stage = ""
+
+
+class _Signs:
+    """A line every half minute, for whoever reads a log."""
+
+    def __init__(self) -> None:
+        self.stage = "at work"
+        self.begun = time.monotonic()
+        self.over = threading.Event()
+        threading.Thread(target=self._say, daemon=True).start()
+
+    def tell(self, stage: str, done: float | None = None) -> None:
+        """The next stage."""
+        self.stage = stage
+
+    def close(self) -> None:
+        """Say no more."""
+        self.over.set()
+
+    def _say(self) -> None:
+        while not self.over.wait(SIGN):
+            print(f"lure: {self.stage}, after {time.monotonic() - self.begun:.0f} s", file=sys.stderr, flush=True)
 
 
 class _Bar:

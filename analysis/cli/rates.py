@@ -29,6 +29,7 @@ from lure.analysis.cli.options import (
 from lure.analysis.cli.progress import progress
 
 if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.questions.decay import RateBound
     from lure.analysis.questions.overshoot import Overshoot
     from lure.files.system import LoopSystem
@@ -70,11 +71,22 @@ def rate(
     else:
         none = ["No number c is given, since no decay is proved."] if constant and beside is None else []
         print_wrapped([str(found), *([str(beside)] if beside else none)])
-    shown = found.proof or found.refutation
-    if output is not None and shown is not None:
-        what = "of the rate that is proved" if shown is found.proof else "of the member that is no faster"
-        write_certificate(output, shown, what, force=force, as_json=as_json, quiet=quiet)
+    shown, what, begin = _shown(found)
+    write_certificate(output, shown, what, begin=begin, force=force, as_json=as_json, quiet=quiet)
     return exit_status(found.verdict)
+
+
+def _shown(found: RateBound) -> tuple[Proved | Refuted | None, str, str]:
+    """The certificate of the answer, of what it is, and how a sentence about it begins."""
+    from lure.analysis.verdict import Verdict
+
+    if found.proof and found.verdict is Verdict.PROVED:
+        return found.proof, "of the rate that is proved", "The"
+    other = found.verdict is Verdict.REFUTED or found.proof is None
+    shown, what = (
+        (found.refutation, "of the member that is no faster") if other else (found.proof, "of the bound of growth")
+    )
+    return shown, what if shown else "of a rate", "No decay is proved; the"
 
 
 def _constant(loop: LoopSystem, found: RateBound) -> Overshoot | None:

@@ -68,9 +68,9 @@ def region(
         print_json(found.to_dict())
     else:
         print_wrapped(found.lines())
-    if output is not None and found.sets:
-        what = "of the first set"
-        write_certificate(output, found.sets[0].proof, what, force=force, as_json=as_json, quiet=quiet)
+    proof = found.sets[0].proof if found.sets else None
+    what = "of the first set" if found.sets else "of a set"
+    write_certificate(output, proof, what, force=force, as_json=as_json, quiet=quiet)
     if plot is not None:
         write_figure(plot, found.plot, (5.2, 4.4), replace=force)
         print_note(f"Written: {plot}", as_json=as_json, quiet=quiet)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -34,6 +34,9 @@ from lure.analysis.cli.options import (
 )
 from lure.analysis.cli.progress import progress
 
+if TYPE_CHECKING:
+    from lure.analysis.questions.steady import SteadyResponse
+
 
 @app.command(help=texts.STEADY)
 def steady(
@@ -48,6 +51,7 @@ def steady(
         Path | None, option("-o --output --certificate", "FILE", "Write the certificate of the answer, if it has one.")
     ] = None,
     plot: Figure = None,
+    csv: Annotated[Path | None, option("--csv", "FILE", "Write the amplitudes as a table, a row a response.")] = None,
     force: Force = False,
     set_: Settings = None,
     seconds: Seconds = None,
@@ -63,8 +67,9 @@ def steady(
             f"{system} has no nonlinearity and no class of them; give one, such as [class] with slope = [0, 1]"
         )
     check_figure(plot, replace=force)
-    if output is not None:
-        check_target(output, force=force)
+    for path in (output, csv):
+        if path is not None:
+            check_target(path, force=force)
     from lure.analysis.questions.steady import steady_response
 
     given: dict[str, Any] = {} if chosen.forcing is None else chosen.forcing.stated
@@ -72,8 +77,9 @@ def steady(
         given["amplitude"] = _numbers(amplitude, "--amplitude")
     if omega is not None:
         given["omega"] = _frequencies(omega)
-    if plot is not None and not given:
-        raise refused("--plot needs an input to draw the response to; give [forcing], or --amplitude")
+    for name, path in (("--plot", plot), ("--csv", csv)):
+        if path is not None and not given:
+            raise refused(f"{name} needs an input to show the response to; give [forcing], or --amplitude")
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = steady_response(chosen, forcing=given or None, seconds=seconds, progress=tell)
     if as_json:
@@ -81,17 +87,32 @@ def steady(
     else:
         print_wrapped([str(found)])
     sides = {"PROVED": found.proof, "REFUTED": found.refutation}
-    if output is not None and (shown := sides.get(str(found.verdict))) is not None:
-        what = "of the rate of attraction" if shown is found.proof else "of the member whose differences do not decay"
-        write_certificate(output, shown, what, force=force, as_json=as_json, quiet=quiet)
-    elif output is not None:
-        said = f"No certificate stands behind the answer {found.verdict}; {output} is not written"
-        print_note(said, as_json=as_json, quiet=quiet)
+    shown, against = sides.get(str(found.verdict)), str(found.verdict) == "REFUTED"
+    what = "of the member whose differences do not decay" if against else "of the rate of attraction"
+    what = what if shown else "of the answer"
+    write_certificate(output, shown, what, force=force, as_json=as_json, quiet=quiet)
+    if csv is not None:
+        from lure.analysis.output import write_new
+
+        write_new(csv, _table(found, str(given.get("unit", ""))), force=force)
+        print_note(f"Written: {csv}", as_json=as_json, quiet=quiet)
     if plot is not None:
         from lure.analysis.plots.steady import plot_steady
 
         write_figure(plot, partial(plot_steady, found), (7.2, 4.4), replace=force)
     return exit_status(found.verdict)
+
+
+def _table(found: SteadyResponse, unit: str) -> str:
+    """The responses as comma-separated values; a bound that is not known is left empty."""
+    of = f" [{unit}]".replace(",", ";").replace('"', "") if unit else ""
+    lines = [f"omega [rad/s],at least{of},at most{of},computed{of},periods of the input,evidence,only bounded solution"]
+    for row in found.response:
+        known = row.evidence.name == "CERTIFIED"
+        ends = [repr(end) if known else "" for end in (row.low, row.high)]
+        cells = [repr(row.omega), *ends, repr(row.computed), str(row.periods), str(row.evidence)]
+        lines.append(",".join([*cells, "yes" if row.alone and known else ""]))
+    return "\n".join(lines) + "\n"
 
 
 def _numbers(text: str, name: str) -> list[Fraction]:

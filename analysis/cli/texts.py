@@ -196,7 +196,8 @@ Examples:
 In continuous time |x(t)| <= c exp(-rate t) |x(0)|: the first number is proved
 for the class, and no larger rate than the second is true.  In discrete time
 |x(t)| <= c rate^t |x(0)|: no smaller factor than the first number is true, and
-the second is proved.  c is one for the whole class.
+the second is proved.  c is one for the whole class.  Where a member does not
+decay -o writes the certificate of that, and says so.
 
 \b
 Exit status: 0 a rate is proved, 10 inconclusive, 11 a member does not decay,
@@ -239,7 +240,8 @@ they are left out, and a [class] or a [nonlinearity] for each channel:
   x' = A x + B mu + Bw w,  sigma = C x + D mu + Dsigmaw w,
   z = Cz x + Dzmu mu + Dzw w,  mu = -phi(sigma),  x(0) = 0.
 Printed is a number that the gain of no member of the class exceeds, and one
-that the gain of some member exceeds, each with a certificate.
+that the gain of some member exceeds, each with a certificate.  Where no bound
+is proved -o writes that of the member, and says so.
 
 \b
 Exit status: 0 a bound is proved, 10 none is, 11 a member is unstable,
@@ -252,6 +254,7 @@ STEADY = """Print whether one steady response attracts all others.
 Examples:
   lure steady plant.toml --amplitude 3 --omega 2
   lure steady plant.toml --amplitude 3 --omega 0.1:10:40 --plot curve.svg
+  lure steady plant.toml --amplitude 3 --omega 0.1:10:40 --csv curve.csv
   lure steady plant.toml --json                  forcing from the file
   lure steady plant.toml -o rate.json && lure verify rate.json --second
 
@@ -364,7 +367,7 @@ Examples:
 Prints ACCEPTED, the claim, the theorem and every hypothesis that was checked,
 or REJECTED and why.  Nothing in a file is believed: the checker recomputes
 all from the claim.  It needs Python's standard library only, and runs alone
-with the twelve files beside it: python checker.py certificate.json
+with the thirteen files beside it: python checker.py certificate.json
 --second asks another checker too, which shares no code with the first.
 
 \b

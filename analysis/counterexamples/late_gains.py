@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, np, optimize
 
-_GRID, _MOST_PATTERNS, _RANDOM, _REFINED, _HALVINGS = 900, 64, 16, 2, 60
+_GRID, _MOST_PATTERNS, _RANDOM, _REFINED, _STEPS = 900, 64, 16, 2, 60
 _WIDTHS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
-_LARGEST = 1e6
+_LARGEST, _EXACT = 1e6, 1e-15
 
 
 class Crossing(NamedTuple):
@@ -96,21 +96,24 @@ class LateGains:
         return best
 
     def _refined(self, G: NDArray[np.float64], low: float, high: float, start: complex) -> tuple[float, float] | None:
-        """The factor and the frequency of one crossing, by halving."""
+        """The factor and the frequency of one crossing, by secants between ends of two signs (the Illinois method)."""
 
         def value(omega: float, near: complex) -> complex:
             found = np.linalg.eigvals(-self.transfer(np.array([1j * omega]))[0] * G)
             return complex(found[np.abs(found - near).argmin()])
 
-        near = start
-        for _ in range(_HALVINGS):
-            middle = (low + high) / 2
-            new = value(middle, near)
+        omega, near, new = low, start, start
+        below, above, last = start.imag, value(high, start).imag, 0
+        for _ in range(_STEPS):
+            if below == above or abs(new.imag) <= _EXACT * abs(new) or high - low <= _EXACT * high:
+                break
+            omega = min(max((low * above - high * below) / (above - below), low), high)
+            new = value(omega, near)
             if new.imag * start.imag > 0:
-                low, near = middle, new
+                low, near, below, above, last = omega, new, new.imag, above / (2 if last < 0 else 1), -1
             else:
-                high = middle
-        return (1 / near.real, (low + high) / 2) if near.real > 1 / _LARGEST else None
+                high, above, below, last = omega, new.imag, below / (2 if last > 0 else 1), 1
+        return (1 / new.real, omega) if new.real > 1 / _LARGEST else None
 
     def best(self) -> Crossing | None:
         """The smallest factor found: at vertices, some random directions, and from the best of these on."""

@@ -24,7 +24,9 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channels import ChannelInequality
 from lure.arrays import Complexes, Reals, np
 
+_EDGE = 1e-12
 _VERTICES, _DRAWN, _REFINED, _GRID, _TURNS, _ZOOMS, _SEED = 6, 24, 3, 9, 12, 7, 20261122
+_POWERS, _SPINS = 16, 4
 _BITS, _NEAR, _FLAT = 40, 1e-9, 1e-5
 
 
@@ -90,7 +92,8 @@ class MemberSearch:
         if abs(np.linalg.det(whole)) < 1e-12:
             return False
         poles = np.linalg.eigvals(loop.A - loop.B @ G @ np.linalg.solve(whole, loop.C))
-        return bool((np.abs(poles).max() - 1 if self.discrete else poles.real.max()) < 0)
+        edge = np.abs(poles).max() - 1 if self.discrete else poles.real.max()
+        return bool(edge < -_EDGE * (1 + np.abs(poles).max()))  # nearer to the axis a response may not exist
 
     def _response(self, H: Complexes, Delta: Complexes) -> tuple[Complexes, Reals, Complexes, Complexes]:
         """``S``, and the largest singular value of its block with its vectors, at each frequency.
@@ -179,6 +182,75 @@ class MemberSearch:
                             reached, shape = found, tried
             best, at = (reached, shape) if reached > best else (best, at)
         return self._sharpened(at, widths, radii) if best else None
+
+    def closing(self, blocks: Sequence[Sequence[int]], radii: Reals) -> Found:
+        """Operators on all channels with about the largest modulus of an eigenvalue of ``H Delta``, which is ``-gain``.
+
+        With ``l^* H Delta r = lambda`` an operator of a block enlarges ``|lambda|`` fastest if it turns ``r`` onto
+        ``l^* H``: the power iteration for the structured singular value (Packard, Fan and Doyle 1988).
+
+        Parameters
+        ----------
+        blocks : sequence of sequence of int
+            The channels of each operator.
+        radii : ndarray
+            Their norms.
+        """
+        rng, m, best = np.random.default_rng(_SEED), len(self.D), 0.0
+        shape = (m, m)
+        kept, at = np.zeros(shape, dtype=complex), 0.0
+
+        def turned(H: Complexes, Delta: Complexes) -> tuple[Reals, Complexes]:
+            """The moduli, and what enlarges them; the last Delta is that of the moduli, times a phase."""
+            for last in (*[False] * _POWERS, True):
+                values, right = np.linalg.eig(H @ Delta)
+                k, each = np.abs(values).argmax(axis=1), np.arange(len(H))
+                value, r = values[each, k], right[each, :, k]
+                turn = value / np.maximum(np.abs(value), 1e-300)
+                if last:
+                    break
+                a = np.einsum("fi,fij->fj", np.linalg.pinv(right)[each, k], H)
+                Delta = np.zeros_like(Delta)
+                for block, radius in zip(blocks, radii, strict=True):
+                    where = np.ix_(range(len(H)), block, block)
+                    if block in self.scalar:
+                        one = (a[:, block] * r[:, block]).sum(axis=1).conj()[:, None, None] * np.eye(len(block))
+                        size = np.abs(one[:, 0, 0])
+                    else:
+                        one = a[:, block].conj()[:, :, None] * r[:, block].conj()[:, None, :]
+                        size = np.linalg.norm(a[:, block], axis=1) * np.linalg.norm(r[:, block], axis=1)
+                    Delta[where] = radius * one * (turn / np.maximum(size, 1e-300))[:, None, None]
+            return np.abs(value), -Delta * turn.conj()[:, None, None]
+
+        for _ in range(_SPINS):
+            checkpoint()
+            first = np.zeros((len(self.H), *shape), dtype=complex)
+            for block, radius in zip(blocks, radii, strict=True):
+                u, v = rng.normal(size=(2, len(block), 2)) @ np.array([1, 1j])
+                first[np.ix_(range(len(first)), block, block)] = (
+                    radius * u[0] / abs(u[0]) * np.eye(len(block))
+                    if block in self.scalar
+                    else radius * np.outer(u, v) / (np.linalg.norm(u) * np.linalg.norm(v))
+                )
+            omega, (size, Delta) = self.omega, turned(self.H, first)
+            for _ in range(_ZOOMS):
+                k = int(size.argmax())
+                if size[k] > best:
+                    best, kept, at = float(size[k]), Delta[k], float(omega[k])
+                low, high = (float(omega[max(min(j, len(omega) - 1), 0)]) for j in (k - 1, k + 1))
+                if not math.isfinite(high):
+                    break
+                omega = np.linspace(low, high, _GRID)
+                H = self.loop.response(omega)[1]
+                size, Delta = turned(H, np.repeat(Delta[None, k], _GRID, axis=0))
+        operators: list[tuple[Complexes, Complexes]] = []
+        for block in blocks:
+            if block in self.scalar:
+                operators.append((kept[block[0], [block[0]]], np.zeros(0, dtype=complex)))
+                continue
+            u, size, v = np.linalg.svd(kept[np.ix_(block, block)])
+            operators.append((size[0] * u[:, 0], v[0]))
+        return Found(best, np.zeros(0), np.zeros(m), operators, at, np.zeros(0, dtype=complex))
 
     def _spread(self, shape: Reals) -> Reals:
         found = np.zeros(len(self.D))

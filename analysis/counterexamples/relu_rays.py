@@ -16,7 +16,7 @@ from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np
 
 _ALL_PATTERNS, _DRAWN, _STARTS, _STEPS, _LONGEST, _SEED, _MEMBERS = 8, 256, 40, 300, 24, 20261122, 24
-_CLEAR, _GROWS = 1e-8, 1e-7  # of the largest entry: a sign; beyond the edge: growth
+_CLEAR, _GROWS, _ZERO = 1e-8, 1e-7, 1e-12  # of the largest entry: a sign; beyond the edge: growth; and no entry
 
 
 class Ray(NamedTuple):
@@ -102,8 +102,13 @@ class ReluRays:
             if abs(values[k].imag) > 0 or values[k].real <= self.discrete + _GROWS * size:
                 continue
             for x in (vectors[:, k].real, -vectors[:, k].real):
-                x = x / np.abs(x).max()
-                if all((sign * (lines @ x) > _CLEAR * np.abs(lines).max()).all() for sign, lines in seen):
+                x = np.where(np.abs(x) > _ZERO * np.abs(x).max(), x / np.abs(x).max(), 0.0)
+                still = x == 0
+                idle = [~lines[:, ~still].any(axis=1) & ~whole[still][:, ~still].any() for _, lines in seen]
+                if all(
+                    ((sign * (lines @ x) > _CLEAR * np.abs(lines).max()) | rests).all()
+                    for (sign, lines), rests in zip(seen, idle, strict=True)
+                ):
                     yield Ray(rows, x, float(values[k].real))
 
     def _cycles(self, others: Reals, own: list[int], rng: np.random.Generator) -> Iterator[Ray]:

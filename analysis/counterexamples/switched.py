@@ -330,7 +330,7 @@ def switched_witness(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> 
 
 def circle_reach(plant: TransferPolynomials, lower: Fraction) -> tuple[float, float]:
     """Where the circle criterion stops, in doubles, and at which frequency: nothing below it is worth a search."""
-    response = plant.shifted(lower).response()
+    response = plant.shifted(lower).response
     slope = response.U.derivative() * response.D - response.U * response.D.derivative()
     if positive_root_count(response.D) > 0:
         return float(lower), math.sqrt(float(next(x for x in real_roots(response.D) if x > 0)))

@@ -15,7 +15,8 @@ from typing import Any
 from urllib.parse import quote
 
 from lure import __version__
-from lure.analysis.explore.runtime import LOCK, asset, runtime
+from lure.analysis.explore.compiled import with_bytecode
+from lure.analysis.explore.runtime import LOCK, runtime
 from lure.analysis.explore.served import respond
 from lure.analysis.output import replaced
 from lure.classes import NonlinearityClass
@@ -59,11 +60,13 @@ def write_page(directory: Path, system: LoopSystem | None = None) -> Path:
     """
     page = page_text(opening(builtin_loop(_HELD) if system is None else system))
     kept = runtime()
+    scripts = with_bytecode(packages(), kept)
     with replaced(directory) as folder:
         (folder / "assets").mkdir()
         for file in sorted(kept.iterdir()):
             shutil.copyfile(file, folder / "assets" / file.name)
-        (folder / "assets" / "core.zip.js").write_text(asset("core.zip", packages()), encoding="ascii")
+        for name, text in scripts.items():
+            (folder / "assets" / name).write_text(text, encoding="ascii")
         (folder / "index.html").write_text(page, encoding="utf-8")
         marker = {"schema": _SCHEMA, "lure": __version__}
         (folder / MARKER).write_text(json.dumps(marker) + "\n", encoding="utf-8")
@@ -122,7 +125,8 @@ def page_text(state: dict[str, str]) -> str:
     """
     source = files("lure.analysis.explore") / "page"
     modules = {f"lure/{one.name}": one.read_text("utf-8") for one in source.iterdir() if one.name.endswith(".js")}
-    worker, panels = modules.pop("lure/worker.js"), list[str]()
+    first = {name: modules.pop(f"lure/{name}.js") for name in ("boot", "worker")}
+    panels = list[str]()
     more = [panel() for panel in extensions("explore panel")]
     for panel in more:
         modules[f"lure/{panel['name']}"] = panel["module"]
@@ -135,7 +139,7 @@ def page_text(state: dict[str, str]) -> str:
         "panels": "\n".join(panels),
         "start": _json({"state": state, "lock": LOCK, "panels": [panel["name"] for panel in more]}),
         "systems": _json(systems()),
-        "worker": worker,
+        **first,
         "modules": _json({"imports": imports}),
     }
     return re.sub("@(\\w+)@", lambda found: parts[found[1]], (source / "index.html").read_text("utf-8"))

@@ -64,6 +64,17 @@ def asset(name: str, data: bytes) -> str:
     return f'lureAsset({json.dumps(name)}, "{packed}");\n'
 
 
+def content(script: str) -> bytes:
+    """The bytes of a file from its script.
+
+    Parameters
+    ----------
+    script : str
+        What :func:`asset` has returned.
+    """
+    return gzip.decompress(base64.b64decode(script.rpartition(', "')[2].removesuffix('");\n')))
+
+
 def runtime() -> Path:
     """The folder of the user's cache with the scripts of Python and of its arithmetic; fetched where it is not there.
 

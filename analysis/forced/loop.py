@@ -27,7 +27,7 @@ class ForcedLoop:
     r"""The loop with an input, and gains ``g_i`` taken out of its nonlinearities.
 
     .. math:: \dot x = A x + B \nu + E w, \quad (\sigma, z) = C x + D \nu + F w, \quad
-        \nu_i = -\psi_i(\sigma_i), \quad \psi_i(\sigma) = \varphi_i(\sigma) - g_i \sigma,
+        \nu_i = -\psi_i(\sigma_i), \quad \psi_i(\sigma) = \phi_i(\sigma) - g_i \sigma,
 
     in discrete time with ``x+``.  If the slopes of ``phi_i`` lie in ``[l_i, k_i]`` and ``g_i`` in their middle, the
     differences of ``psi_i`` are at most ``kappa_i = (k_i - l_i)/2`` times those of ``sigma_i``.

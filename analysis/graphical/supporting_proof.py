@@ -259,8 +259,7 @@ def criterion_asked(
         return asked, "" if asked.verdict is Verdict.PROVED else asked.reason
     theory = theory_of(block)
     answer = theory.inequality(criterion, sector, None if theta is None else float(theta))
-    shown = "" if answer.verdict is Verdict.PROVED else answer.reason
-    return answer, theory.elsewhere("this drawing") or shown
+    return answer, "" if answer.verdict is Verdict.PROVED else answer.reason
 
 
 def with_figure(draw: Draw, table: str, *, alt: str) -> str:

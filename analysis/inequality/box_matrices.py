@@ -16,7 +16,7 @@ from math import comb, prod
 from typing import Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
+from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import Reals, linalg, np
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.parameters import Box
@@ -75,12 +75,18 @@ class BoxMatrices:
         The channels from ``w`` to ``z``.
     free : sequence of bool
         Which ``theta`` may differ from 0.
+    rate : float
+        In continuous time the plants are those of the solutions times ``e^(rate t)``; then ``theta >= 0``.
+    sloped : sequence of bool
+        With a rate: in which channels the slopes are in the bounds of the sector.
     """
 
     family: ChannelFamily
     blocks: Sequence[range]
     performance: range | None
     free: Sequence[bool]
+    rate: float = 0.0
+    sloped: Sequence[bool] = ()
 
     def __post_init__(self) -> None:
         self.terms = [
@@ -147,36 +153,29 @@ class BoxMatrices:
             below = np.zeros((total, n, n))
             below[:q] = -one[:q]
             blocks.append(Block(_MOST * np.eye(n), below))
-        rows, most = list[Reals](), list[float]()
-
-        def at_most(parts: dict[int, float], limit: float) -> None:
-            row = np.zeros(total)
-            row[list(parts)] = list(parts.values())
-            rows.append(row)
-            most.append(limit)
-
+        limits = Limits(total)
         for i, block in enumerate(functions):
             weight, turn, least = q + i, q + k + i, q + 2 * k + i
-            at_most({weight: -1.0}, 0.0)
-            at_most({weight: 1.0}, _MOST)
+            limits.at_most({weight: -1.0}, 0.0)
+            limits.at_most({weight: 1.0}, _MOST)
             for sign in (1.0, -1.0):
-                at_most({turn: sign}, _MOST if self.free[block[0]] else 0.0)
+                limits.at_most({turn: sign}, _MOST if self.free[block[0]] and (sign > 0 or not self.rate) else 0.0)
             for end in scaled[block[0]]:
-                at_most({least: 1.0, turn: -float(end)}, 0.0)
+                limits.at_most({least: 1.0, turn: -float(end)}, 0.0)
         cost, square = np.zeros(total), 1.0
         if own:
             square = float(units.seen[own[0]] / units.force[own[0]]) ** 2  # of the gain, for 1 in these units
         if own and gain is None:
             cost[-2] = -1.0
-            at_most({total - 1: 1.0}, _SLACK)
-            at_most({total - 1: -1.0}, -_SLACK)
+            limits.at_most({total - 1: 1.0}, _SLACK)
+            limits.at_most({total - 1: -1.0}, -_SLACK)
         else:
             cost[-1] = 1.0
-            at_most({total - 1: 1.0}, 1.0)
+            limits.at_most({total - 1: 1.0}, 1.0)
             level = 0.0 if gain is None else gain**2 / square
-            at_most({total - 2: 1.0}, level)
-            at_most({total - 2: -1.0}, -level)
-        found = proposed(cost, blocks, np.array(rows), np.array(most))
+            limits.at_most({total - 2: 1.0}, level)
+            limits.at_most({total - 2: -1.0}, -level)
+        found = proposed(cost, blocks, *limits.arrays())
         if found is None or (cost[-1] and not found[-1] > _SURE):
             return None
         return self._restored(found, units, (functions, state), square)
@@ -271,6 +270,14 @@ class BoxMatrices:
             found.append(whole.reshape(-1, *whole.shape[-3:]))
         return found[0], found[1]
 
+    def _growing(self, psi: Reals, sigma: Reals, j: int, width: float, units: _Units) -> Reals:
+        """Half of what a rate adds to ``V'`` for ``theta_j = 1``: ``a psi (sigma - psi/w)``, or of a sector."""
+        if not self.rate or not self.free[j]:
+            return np.zeros((len(psi), len(psi)))
+        a, rest = abs(self.rate) / units.time, sigma - psi / width
+        first = psi if self.sloped[j] or self.rate < 0 else width * sigma
+        return np.asarray(a * np.outer(first, rest if self.sloped[j] or self.rate > 0 else sigma))
+
     def _node(
         self, point: Sequence[float], units: _Units, ends: Reals, functions: Sequence[range], state: Reals
     ) -> tuple[Reals, Reals]:
@@ -295,7 +302,7 @@ class BoxMatrices:
             for j in block:
                 low, high = ends[j]
                 X -= np.outer(c * right[j] - low * S[j], high * S[j] - c * right[j])
-                Y -= np.outer(right[j], C[j] @ R)
+                Y -= np.outer(right[j], C[j] @ R) + self._growing(c * right[j] - low * S[j], S[j], j, high - low, units)
             weights.append(X + X.T)
             turns.append((Y + Y.T) * float(self.free[block[0]]))
             least.append(C[block[0]][:, None] * C[block[0]])

@@ -60,10 +60,10 @@ class Look:
         top, bottom = ([np.polyval([float(c) for c in term[i]], z) for term in self.family.terms] for i in (1, 2))
         return np.asarray(top, dtype=complex), np.asarray(bottom, dtype=complex)
 
-    def _at(self, node: tuple[float, ...], sides: Sides) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """``n`` and ``d + l n`` on the axis at a plant."""
-        weights = [math.prod(v**e for v, e in zip(node, powers, strict=True)) for powers, *_ in self.family.terms]
-        n, d = (np.asarray(np.tensordot(weights, side, axes=(0, 0)), dtype=complex) for side in sides)
+    def _at(self, nodes: Reals, sides: Sides) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """``n`` and ``d + l n`` on the axis at some plants: a row for each."""
+        weights = np.stack([np.prod(nodes ** np.array(powers), axis=-1) for powers, *_ in self.family.terms], axis=-1)
+        n, d = (np.asarray(weights @ side, dtype=complex) for side in sides)
         return n, np.asarray(d + float(self.gains[0]) * n)
 
     def passes(self, box: Box, data: Mapping[str, Any]) -> bool:
@@ -98,16 +98,14 @@ class Look:
         m, e, r = (_values(part, omega) for part in parts)
         width = 1.0 if k == math.inf else float(k - low_gain)
         rest = (m.real * (k < math.inf), width**2 * r.real * (k < math.inf))  # each finite bound adds a positive term
-        ends = [(float(low), float(high)) for low, high in box]
-        _, c = self._at(tuple((low + high) / 2 for low, high in ends), sides)
-        shape = [2 * d + 1 for d in self.family.degrees]
-        F, apart, size = np.empty((*shape, omega.size)), np.empty((*shape, omega.size)), np.abs(c) ** 2
-        for node in np.ndindex(*shape):
-            shares = zip(ends, node, shape, strict=True)
-            n, d = self._at(tuple(low + (high - low) * i / (most - 1) for (low, high), i, most in shares), sides)
-            cross = width * ((m + e) * n * d.conj()).real
-            F[node] = (cross + rest[0] * np.abs(d) ** 2 - rest[1] * np.abs(n) ** 2) / size
-            apart[node] = (c.conj() * d).real / size
+        ends = np.array([(float(low), float(high)) for low, high in box])
+        _, c = self._at(ends.mean(axis=1), sides)
+        shape, size = [2 * d + 1 for d in self.family.degrees], np.abs(c) ** 2
+        shares = np.moveaxis(np.indices(shape), 0, -1) / (np.array(shape) - 1)
+        n, d = self._at(ends[:, 0] + (ends[:, 1] - ends[:, 0]) * shares, sides)
+        cross = width * ((m + e) * n * d.conj()).real
+        F = (cross + rest[0] * np.abs(d) ** 2 - rest[1] * np.abs(n) ** 2) / size
+        apart = (c.conj() * d).real / size
         for j, back in enumerate(self.back):
             F, apart = (np.moveaxis(np.tensordot(back, one, axes=(1, j)), 0, j) for one in (F, apart))
         over = tuple(range(len(shape)))
@@ -122,13 +120,15 @@ class Look:
         box : tuple of (Fraction, Fraction)
             Where the parameters are.
         """
-        middle = tuple(float(low + high) / 2 for low, high in box)
+        middle = np.array([float(low + high) / 2 for low, high in box])
         k = float(self.gains[1] - self.gains[0]) if self.gains[1] != math.inf else 1.0
         n, d = self._at(middle, self.sides)
         size = np.abs(d) + k * np.abs(n)
         changes = list[float]()
         for j, ends in enumerate(box):
-            (n0, d0), (n1, d1) = (self._at((*middle[:j], float(end), *middle[j + 1 :]), self.sides) for end in ends)
+            pair = np.array([middle, middle])
+            pair[:, j] = [float(end) for end in ends]
+            (n0, n1), (d0, d1) = self._at(pair, self.sides)
             changes.append(float(np.max((np.abs(d1 - d0) + k * np.abs(n1 - n0)) / np.where(size > 0, size, 1.0))))
         return max(range(len(box)), key=changes.__getitem__)
 

@@ -198,15 +198,9 @@ def admitted_plant(
     plant = check_plant(block, lower=lower)
     if plant.case == "stable" or critical:
         return plant
-    if discrete:
-        raise AssumptionError(
-            f"{criterion} needs every pole inside the unit circle; with the lower slope {float(lower):g} the loop "
-            "has one at z = 1: give a larger lower slope, which shifts it inside",
-            code=Reason.CRITICAL,
-        )
     raise AssumptionError(
-        f"{criterion} needs a stable block, and this one has a pole at 0; give a positive lower slope bound, or ask "
-        "Popov's",
+        f"{criterion} needs every pole inside the unit circle; with the lower slope {float(lower):g} the loop "
+        "has one at z = 1: give a larger lower slope, which shifts it inside",
         code=Reason.CRITICAL,
     )
 

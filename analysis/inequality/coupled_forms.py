@@ -11,7 +11,8 @@ odd ones doubly dominant.  A sector: ``sum q_k u_k v_k``, ``q_k >= 0``.  An oper
 With ReLUs, and with one sample, ``V`` is bounded from below, by forms of ``T - 1`` samples; entries between later
 samples alone are of no use then, as moving them to earlier ones changes ``V`` by what these forms hold.  Without ReLUs
 ``P`` has either sign, and ``Q`` has to be dominant only summed over time: Zames and Falb's multipliers with ``T - 1``
-taps on each side.  Nothing here is believed: a checker decides.
+taps on each side.  With a ``rate`` the loop is that of the solutions times ``r^-t``, and sums and Popov's terms are
+weighed (docs/theory/rates.md).  Nothing here is believed: a checker decides.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
-from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
+from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, linalg, np
 
 Kind = Literal["relu", "monotone", "odd", "sector", "operator"]
@@ -53,10 +54,12 @@ class Cone(NamedTuple):
     """The entries of one form, and of which of them the signed sums have to be nonnegative."""
 
     entries: list[Entry]
-    sums: list[dict[int, float]]
+    sums: list[dict[int, Fraction]]
 
 
-def cone_of(kind: Kind, width: int, samples: int, *, summed: bool, first: bool) -> Cone:
+def cone_of(  # noqa: PLR0913  (a form, and how it is summed)
+    kind: Kind, width: int, samples: int, *, summed: bool, first: bool, rate: Fraction = Fraction(1)
+) -> Cone:
     """What a form of so many channels and samples may hold.
 
     Parameters
@@ -69,6 +72,8 @@ def cone_of(kind: Kind, width: int, samples: int, *, summed: bool, first: bool) 
         Whether the form has to be nonnegative over all time only.
     first : bool
         Whether entries without the first sample are left out, as they change nothing.
+    rate : Fraction
+        The samples are those at the time ``t`` times ``rate^-t``.
     """
     p = width * samples
     if kind == "operator":
@@ -83,13 +88,15 @@ def cone_of(kind: Kind, width: int, samples: int, *, summed: bool, first: bool) 
         return Cone([Entry(i, j, 1 if (i < p) == (j < p) else -1, i == j + p) for i, j in pairs], [])
     if kind == "sector":
         return Cone([Entry(p + k, k, 1) for k in range(p) if used(k)], [])
-    entries, rows, columns = list[Entry](), dict[int, dict[int, float]](), dict[int, dict[int, float]]()
+    entries, rows, columns = list[Entry](), dict[int, dict[int, Fraction]](), dict[int, dict[int, Fraction]]()
     fold = width if summed else p
     for k in range(p):
         for j in (j for j in range(p) if not summed or used(k, j)):
             for sign in (1,) if k == j else (-1, 1) if kind == "odd" else (-1,):
-                for sums, at in ((rows, k), (columns, j)):
-                    sums.setdefault(at % fold, {})[len(entries)] = 1.0 if k == j else -1.0
+                a, b = k // width, j // width
+                weights = (rate ** (a - b), rate ** (b - a)) if summed else (rate ** (-a - b),) * 2
+                for sums, at, weight in zip((rows, columns), (k, j), weights, strict=True):
+                    sums.setdefault(at % fold, {})[len(entries)] = weight if k == j else -weight
                 entries.append(Entry(p + j, k, sign))
     return Cone(entries, [*rows.values(), *columns.values()])
 
@@ -119,6 +126,10 @@ class CoupledForms(ChannelSearch):
         Whether a certificate states ``theta``.
     discrete : bool
         Whether in discrete time.
+    rate : Fraction or None
+        The loop is that of the solutions times ``rate^-t``, or ``e^(rate t)``.
+    sloped : sequence of bool
+        With a rate: in which channels the slopes are in the bounds of the sector.
     """
 
     groups: Sequence[Group]
@@ -126,18 +137,23 @@ class CoupledForms(ChannelSearch):
     free: Sequence[bool]
     popov: bool
     discrete: bool
+    rate: Fraction | None = None
+    sloped: Sequence[bool] = ()
     precision: ClassVar[float] = 1e-6
 
     def __post_init__(self) -> None:
         n, T = len(self.A), self.samples
         self.bounded = T == 1 or any(group.kind == "relu" for group in self.groups)
         summed, sizes = not self.bounded, [len(group.channels) for group in self.groups]
+        rate = self.rate if self.discrete and self.rate is not None else Fraction(1)
         self.cones = [
-            cone_of(group.kind, size, T, summed=summed, first=T > 1)
+            cone_of(group.kind, size, T, summed=summed, first=T > 1, rate=rate)
             for group, size in zip(self.groups, sizes, strict=True)
         ]
         self.starts = [
-            Cone([], []) if group.kind == "operator" else cone_of(group.kind, size, T - 1, summed=False, first=False)
+            Cone([], [])
+            if group.kind == "operator"
+            else cone_of(group.kind, size, T - 1, summed=False, first=False, rate=rate)
             for group, size in zip(self.groups, sizes, strict=True)
             if self.bounded and T > 1
         ]
@@ -204,6 +220,8 @@ class CoupledForms(ChannelSearch):
             falls = -(now.T @ basis @ states[0] + states[0].T @ basis @ now)
         turning = [-np.outer(phi[i], C[i] @ states[0]) * self.unit for i in range(m) if self.free[i]]
         turns = np.array([sign * (t + t.T) for t in turning for sign in (1, -1)]).reshape(-1, n + m * T, n + m * T)
+        if self.rate and len(turns):
+            turns -= self._growing(u, v, widths)
         parts = [falls, *(-self._products(g, c, u, v, T) for g, c in zip(self.groups, self.cones, strict=True)), turns]
         begun = [
             -self._products(g, c, u, v, T - 1)[:, :order, :order]
@@ -237,6 +255,19 @@ class CoupledForms(ChannelSearch):
         theta[[i for i in range(m) if self.free[i]]] = (turned[::2] - turned[1::2]) * self.unit
         return Solved(whole, each[1 : spare - 1], each[spare:-1][: len(self.starts)], theta)
 
+    def _growing(
+        self, u: NDArray[np.float64], v: NDArray[np.float64], widths: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """What a rate adds to ``V'`` at most for ``theta_i = 1`` and ``-1``, one after the other, in units of time."""
+        found = list[Reals]()
+        for i in (i for i, free in enumerate(self.free) if free):
+            for turn in (float(self.rate or 0), -float(self.rate or 0)):  # psi, w sigma, w sigma - psi: u, u + v, v
+                one = u[i] if self.sloped[i] or turn < 0 else u[i] + v[i]
+                other = u[i] + v[i] if turn < 0 and not self.sloped[i] else v[i]
+                product = np.outer(one, other) * abs(turn) * self.unit / widths[i]
+                found.append(product + product.T)
+        return np.array(found)
+
     def _products(
         self, group: Group, cone: Cone, u: NDArray[np.float64], v: NDArray[np.float64], samples: int
     ) -> NDArray[np.float64]:
@@ -256,29 +287,20 @@ class CoupledForms(ChannelSearch):
 
     def _limits(self, places: NDArray[np.intp], total: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Signs, sums and sizes of the unknowns, as rows and what these are at most."""
-        rows, most = list[Reals](), list[float]()
-
-        def add(bound: float, *terms: tuple[int, float]) -> None:
-            """Add the row: the sum of the terms is at most the bound."""
-            row = np.zeros(total)
-            for k, factor in terms:
-                row[k] = factor
-            rows.append(row)
-            most.append(bound)
-
+        limits = Limits(total)
         cones = [*zip(self.cones, places[1:], strict=False)]
         cones += [*zip(self.starts, places[2 + len(self.cones) :], strict=False)]
         for cone, at in cones:
             for k, entry in enumerate(cone.entries):
-                add(_LARGEST, (at + k, 1.0))
-                add(_LARGEST if entry.free else 0.0, (at + k, -1.0))
+                limits.at_most({at + k: 1.0}, _LARGEST)
+                limits.at_most({at + k: -1.0}, _LARGEST if entry.free else 0.0)
             for terms in cone.sums:
-                add(0.0, *((at + k, -factor) for k, factor in terms.items()))
+                limits.at_most({at + k: -float(factor) for k, factor in terms.items()}, 0.0)
         for k in range(places[1 + len(self.cones)], places[2 + len(self.cones)]):
-            add(_LARGEST_THETA, (k, 1.0))
-            add(0.0, (k, -1.0))
-        add(_LARGEST, (total - 1, 1.0))
-        return np.array(rows), np.array(most)
+            limits.at_most({k: 1.0}, _LARGEST_THETA)
+            limits.at_most({k: -1.0}, 0.0)
+        limits.at_most({total - 1: 1.0}, _LARGEST)
+        return limits.arrays()
 
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
         """The solution of the programme, rounded."""
@@ -315,7 +337,8 @@ class CoupledForms(ChannelSearch):
             M = [[Fraction(0)] * 2 * p for _ in range(2 * p)]
             for terms in cone.sums:
                 own = next(k for k, factor in terms.items() if factor > 0)
-                values[own] += max(Fraction(0), -sum(values[k] * int(factor) for k, factor in terms.items()))
+                lacking = -sum(values[k] * factor for k, factor in terms.items()) / terms[own]
+                values[own] += max(Fraction(0), lacking)
             for value, one in zip(values, cone.entries, strict=True):
                 M[one.row][one.column] += one.sign * value
             rows = [row[: i + 1] for i, row in enumerate(M)]

@@ -11,7 +11,7 @@ from flint import acb, arb, arb_series, fmpq_poly
 
 from lure.analysis.inequality.protocol import Best, Grounds
 from lure.analysis.numerics.doubles import text_above
-from lure.analysis.numerics.minimum import Minimum, at, minimum
+from lure.analysis.numerics.minimum import Minimum, at, minimum, sinc
 from lure.analysis.numerics.polynomial import X, even_odd, from_descending, root_counts, root_sizes
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Bracket
@@ -112,7 +112,7 @@ class DelayResponse:
             angle = omega * ball(term.delay)
             c, s = angle.cos(), angle.sin()
             if self.critical:
-                real += b * c - (a * ball(term.delay) * _sinc(angle) if term.delay else 0 * a)
+                real += b * c - (a * ball(term.delay) * sinc(angle) if term.delay else 0 * a)
                 slope += a * c + omega * b * s
             else:
                 real += a * c + omega * b * s
@@ -147,10 +147,6 @@ def _reversed_at(p: fmpq_poly, degree: int, v: arb) -> acb:
     for power in range(degree + 1):
         total = total * turn + (acb(arb(p[power])) if power <= p.degree() else acb(0))
     return total
-
-
-def _sinc(x: Number) -> Number:
-    return x.sinc() if isinstance(x, arb) else x.sin() / x
 
 
 # The infimum of the Popov expression of a block with dead time: branch and bound, and a tail.

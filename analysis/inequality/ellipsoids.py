@@ -192,18 +192,8 @@ def _solved(
     s, k = len(basis), len(basis) + len(free) * n
     count = k + m + (len(basis) + n if points is None else 1)
 
-    def spread(parts: Sequence[tuple[int, Matrix]], order: int) -> Block:
-        """A block without a constant from the slopes at the variables from each place on."""
-        slopes = np.zeros((count, order, order))
-        for place, matrices in parts:
-            slopes[place : place + len(matrices)] += matrices
-        return Block(np.zeros((order, order)), slopes)
-
-    Y = np.zeros((len(free) * n, m, n))
-    for a, i in enumerate(free):
-        Y[np.arange(a * n, (a + 1) * n), i, np.arange(n)] = 1.0
-    S = np.zeros((m, m, m))
-    S[np.arange(m), np.arange(m), np.arange(m)] = 1.0
+    Y = np.einsum("ai,cd->acid", np.eye(m)[free], np.eye(n)).reshape(-1, m, n)
+    S = np.einsum("ij,jk->ijk", np.eye(m), np.eye(m))
     last = 2 * (1 - margin) * S - w * (D @ S) - np.swapaxes(w * (D @ S), 1, 2)
     last_x, p = (2 * n if discrete else n) + m, w_of.shape[1]
     order = last_x + p
@@ -219,11 +209,11 @@ def _solved(
         moved = A @ basis
         ofW[:, one, one] = -(moved + np.swapaxes(moved, 1, 2)) - margin * decay * basis
         ofS[:, two, one] = -np.swapaxes(B @ S, 1, 2)
-    lower = [(0, ofW), (s, ofY), (k, ofS)]
+    main = Block(np.zeros((order, order)), np.zeros((count, order, order)))
     below, beside = np.tril_indices(order, -1)
-    for _, part in lower:
+    for place, part in ((0, ofW), (s, ofY), (k, ofS)):
         part[:, beside, below] = part[:, below, beside]
-    main = spread(lower, order)
+        main.slopes[place : place + len(part)] = part
     if p:  # V' - |w|^2/energy: the last variable is 1/energy
         main.slopes[-1, four, four] = (1 - margin) * np.eye(p)
         at = three if discrete else one
@@ -238,26 +228,33 @@ def _solved(
         cost[k + m + s :] = 1.0
     else:
         cost[-1] = -1.0
-        for point in () if isinstance(points, Disturbance) else points:
-            slopes, constant = np.zeros((count, n + 1, n + 1)), np.zeros((n + 1, n + 1))
-            slopes[:s, :n, :n] = basis
-            slopes[-1, n, n] = 1.0
-            constant[n, :n] = constant[:n, n] = point
-            blocks.append(Block(constant, slopes))
+        blocks += [] if isinstance(points, Disturbance) else [_holding(point, count, basis) for point in points]
     found = proposed(cost, blocks, np.zeros((0, count)), np.zeros(0), logarithms=logarithms)
     if found is None:
         return None
     W = np.tensordot(found[:s], basis, 1)
     least = np.linalg.eigvalsh(W)
-    if least[0] <= 1e-14 * least[-1] or min(found[k : k + m]) <= 0:
+    if least[0] <= 1e-14 * least[-1] or min(found[k : k + m]) <= 0 or not _held(blocks, found):
         return None
-    for block in blocks:
-        matrix = block.constant + np.tensordot(found, block.slopes, 1)
-        if np.linalg.eigvalsh(matrix)[0] < -1e-6 * np.abs(matrix).max():
-            return None  # a ray of a programme without a solution
     P = np.linalg.inv(W)
     h = np.tensordot(found[s:k], Y, 1) @ P if free else np.zeros((m, n))
     return Ellipsoid((P + P.T) / 2, 1 / found[k : k + m], h, 1 / max(float(found[-1]), 1e-300) if p else 0.0)
+
+
+def _held(blocks: Sequence[Block], found: Matrix) -> bool:
+    """Whether all blocks are positive semidefinite, nearly: not so on a ray of a programme without a solution."""
+    held = [block.constant + np.tensordot(found, block.slopes, 1) for block in blocks]
+    return all(np.linalg.eigvalsh(one)[0] >= -1e-6 * np.abs(one).max() for one in held)
+
+
+def _holding(point: Matrix, count: int, basis: Matrix) -> Block:
+    """``z' W^-1 z <= t`` for a point ``z``, with ``t`` the last variable."""
+    n = len(point)
+    slopes, constant = np.zeros((count, n + 1, n + 1)), np.zeros((n + 1, n + 1))
+    slopes[: len(basis), :n, :n] = basis
+    slopes[-1, n, n] = 1.0
+    constant[n, :n] = constant[:n, n] = point
+    return Block(constant, slopes)
 
 
 def _limited(own: Local, count: int, basis: Matrix, free: tuple[int, Matrix], row: Matrix) -> Block:

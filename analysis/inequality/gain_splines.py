@@ -19,7 +19,7 @@ from typing import ClassVar, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
-from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
+from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, linalg, np
 
 SPLINES = {1: ((1, 1), (2, 4), (3, 16)), 2: ((1, 1), (2, 1), (2, 2)), 3: ((1, 1), (2, 1))}
@@ -135,28 +135,20 @@ class GainSplines(ChannelSearch):
             whole[starts[3] : starts[4]] = np.einsum("ki,kj->kij", own, own)
             whole[-1] = -np.eye(n)
             blocks += [Block(np.zeros((n, n)), whole), Block(np.eye(n), below)]
-        rows, most = list[Reals](), list[float]()
-
-        def at_most(parts: dict[int, float], limit: float) -> None:
-            """Add the row: the sum of the parts is at most the limit."""
-            row = np.zeros(total)
-            row[list(parts)] = list(parts.values())
-            rows.append(row)
-            most.append(limit)
-
-        at_most({total - 1: 1.0}, 1.0)
+        limits = Limits(total)
+        limits.at_most({total - 1: 1.0}, 1.0)
         for i in range(starts[1], starts[2]):
-            at_most({i: -1.0}, 0.0)
-            at_most({i: 1.0}, _MOST)
+            limits.at_most({i: -1.0}, 0.0)
+            limits.at_most({i: 1.0}, _MOST)
         for i, channel in enumerate(self.others):
             turn, least = int(starts[2]) + i, int(starts[3]) + i
             for sign in (1.0, -1.0):
-                at_most({turn: sign}, _MOST if self.free[channel] else 0.0)
+                limits.at_most({turn: sign}, _MOST if self.free[channel] else 0.0)
             for end in plant.ends[channel]:
-                at_most({least: 1.0, turn: -float(end)}, 0.0)
+                limits.at_most({least: 1.0, turn: -float(end)}, 0.0)
         cost = np.zeros(total)
         cost[-1] = 1.0
-        found = proposed(cost, blocks, np.array(rows), np.array(most))
+        found = proposed(cost, blocks, *limits.arrays())
         if found is None or found[-1] <= _SURE:
             return None
         P = np.einsum("kq,qij->kij", found[: starts[1]].reshape(-1, q), state)

@@ -43,7 +43,9 @@ _GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED = 1e-3, 1e-7, 1e-9, 1e-9
 _WATCHED, _REAL, _LARGEST_MASS = 80, 1e-7, 1e3
 _LARGEST_THETA = 1e4
 _RESTING = 0.02  # the share in the margin of channels whose width stays
+_SETTLED = 1e-4  # of the factor, about: what a programme would still gain
 _LEAST = 1e-6  # of the sum: a weight, where none may be 0
+_BEYOND_RATE = 1.01  # kernels decay so much faster at least
 _LOWEST, _CLOSE, _EASED, _BEYOND = 1e-6, 1e-11, 1e-3, 1.001
 
 
@@ -112,6 +114,8 @@ class KernelCone:
         any.
     scaled : sequence of int
         The channels whose width grows with the factor, those of a gain; none: all.
+    rate : float
+        The loop is that of the solutions times ``e^(rate t)``: what kernels and ``theta`` take is weighed.
     theta_signs : sequence of int
         1 where ``theta`` may not be negative, -1 where not positive; none: any.
     """
@@ -127,6 +131,7 @@ class KernelCone:
     turning: Sequence[tuple[int, Sequence[Fraction]]] | None = None
     theta_signs: Sequence[int] = ()
     scaled: Sequence[int] = ()
+    rate: float = 0.0
 
     def __post_init__(self) -> None:
         size, plant = np.abs(np.linalg.eigvals(self.plant.A)), self.plant
@@ -143,7 +148,8 @@ class KernelCone:
         if self.pairs or self.fixed:
             low, high = size.min() / _BESIDE, 4 * _BESIDE * size.max()
             count = 1 + math.ceil(math.log(high / low, _SPACING))
-            self.rates = [Fraction(f"{low * _SPACING**i:.3g}") for i in range(count)]
+            rates = [Fraction(f"{low * _SPACING**i:.3g}") for i in range(count)]
+            self.rates = [one for one in rates if one > _BEYOND_RATE * abs(self.rate)]
         self.watched = np.zeros(0)
         if self.gains or self.wide:
             ends = float(self.rates[0]) / 4, 4 * float(self.rates[-1])
@@ -222,7 +228,8 @@ class KernelCone:
             if self.scaled and best.factor:
                 self.growing = np.array([1 if i in self.scaled else _RESTING for i in range(len(self.odd))])
             nothing_more = not (self.pairs or self.fixed) and factor <= before and solved.margin < _EXACTLY
-            if best.factor >= most or flat >= _FLAT * (1 if self.pairs else 2) or nothing_more:
+            enough = 1 if self.pairs and solved.margin < _SETTLED else 2  # the margin says that more is to be had
+            if best.factor >= most or flat >= _FLAT * enough or nothing_more:
                 break
             least = self._least(self._parts(last), widths(factor))
             weight = np.trace(solved.weights, axis1=1, axis2=2).real
@@ -392,31 +399,19 @@ class KernelCone:
                 continue
             if kernel.row in wide:
                 continue
+            first, second = kernel.masses(self.rate)
             if not even or kernel.sign > 0:
-                sides[kernel.row, 2 * m + k] += 1
+                sides[kernel.row, 2 * m + k] += first
             if not even:
-                sides[m + kernel.column, 2 * m + k] += 1
+                sides[m + kernel.column, 2 * m + k] += second
             elif kernel.sign < 0:
                 total[2 * m + k] = 1 / widths[kernel.row]
+        turning = np.diag(self.rate * unit * np.array(self.plant.free, dtype=float))
+        sides[: 2 * m, m : 2 * m] = np.vstack([-turning, turning])
         sides[2 * m : 4 * m, m : 2 * m] = np.vstack([np.eye(m), -np.eye(m)])
         sides[4 * m :, 2 * m : -1] = -np.eye(count)
         joined = [block for block in self.plant.operators if block not in self.wide]
-        same = [(block[0], i) for block in joined for i in block[1:]]
-        equal = np.zeros((1 + len(self.ratios) + len(same), size))
-        equal[0] = total
-        for i, (first, ratio) in enumerate(self.ratios):
-            equal[1 + i, first] -= ratio
-            equal[1 + i, i] += 1
-            for k, kernel in enumerate(kernels):  # of M(0)
-                equal[1 + i, 2 * m + k] -= kernel.sign * ((kernel.row == i) - ratio * (kernel.row == first))
-        for k, (first, i) in enumerate(same, 1 + len(self.ratios)):
-            equal[k, [first, i]] = 1, -1
-        if self.turning is not None:
-            tied = np.zeros((m, size))
-            tied[:, m : 2 * m] = np.eye(m)
-            for first, row in self.turning:
-                tied[:, m + first] -= [float(v) for v in row]
-            equal = np.vstack([equal, np.delete(tied, [first for first, _ in self.turning], axis=0)])
+        equal = self._equal(total, kernels, [(block[0], i) for block in joined for i in block[1:]])
         low = -_LEAST * widths if self.ratios else np.zeros(m)
         bounded = np.zeros((count if self.gains or self.wide else 0, size))
         bounded[:, 2 * m : -1] = np.eye(len(bounded), count)
@@ -446,6 +441,28 @@ class KernelCone:
             prices[4 * m + count + len(bounded) :].reshape(len(self.gains), len(self.watched)),
             [hermitian_duals(part, len(block)) for part, block in zip(parts, self.wide, strict=True)],
         )
+
+    def _equal(
+        self, total: NDArray[np.float64], kernels: Sequence[Kernel], same: Sequence[tuple[int, int]]
+    ) -> NDArray[np.float64]:
+        """The rows of the equations: the sum, the ratios of residues, what operators share, and ``theta`` of a turn."""
+        m, size = len(self.H[0]), len(total)
+        equal = np.zeros((1 + len(self.ratios) + len(same), size))
+        equal[0] = total
+        for i, (first, ratio) in enumerate(self.ratios):
+            equal[1 + i, first] -= ratio
+            equal[1 + i, i] += 1
+            for k, kernel in enumerate(kernels):  # of M(0)
+                equal[1 + i, 2 * m + k] -= kernel.sign * ((kernel.row == i) - ratio * (kernel.row == first))
+        for k, (first, i) in enumerate(same, 1 + len(self.ratios)):
+            equal[k, [first, i]] = 1, -1
+        if self.turning is None:
+            return equal
+        tied = np.zeros((m, size))
+        tied[:, m : 2 * m] = np.eye(m)
+        for first, row in self.turning:
+            tied[:, m + first] -= [float(v) for v in row]
+        return np.vstack([equal, np.delete(tied, [first for first, _ in self.turning], axis=0)])
 
     def _columns(
         self, at: NDArray[np.int64], widths: NDArray[np.float64], kernels: Sequence[Kernel], last: Found
@@ -530,6 +547,7 @@ class KernelCone:
                     )
                     if worth[k] > _LEAST_PRICE and kernel not in have:
                         found.append((float(worth[k]), kernel))
+        taken = np.array([shape.masses(self.rate) for shape in self.shapes]).T
         for i, j in self.pairs:
             gain = -(values @ GZ[:, j, i]).real
             if self.residue is not None:
@@ -542,7 +560,7 @@ class KernelCone:
                 gain = gain - (whole @ part[:, block.index(j), block.index(i)]).real
             free = i in self.gains or i in parts
             for sign in self.signs(i):
-                worth = sign * gain - (0 if free else solved.prices[0, i] + solved.prices[1, j])
+                worth = sign * gain - (0 if free else solved.prices[0, i] * taken[0] + solved.prices[1, j] * taken[1])
                 for k in np.argsort(-worth)[:2]:
                     kernel = self.shapes[k]._replace(row=i, column=j, sign=sign)
                     if worth[k] > _LEAST_PRICE and kernel not in have:

@@ -13,12 +13,13 @@ _DIGITS = 15
 _STRICT = Fraction(1, 10**9)  # of the kernels: what M(0) has more than they take
 
 
-def multiplier(
+def multiplier(  # noqa: PLR0913  (a multiplier, and what is known of its channels)
     found: Found,
     widths: Sequence[Fraction],
     gains: Sequence[int] = (),
     ratios: Sequence[tuple[int, Fraction]] = (),
     wide: Sequence[Sequence[int]] = (),
+    rate: Fraction = Fraction(0),
 ) -> dict[str, Any]:
     """The multiplier of a certificate: rational, and doubly dominant exactly.
 
@@ -34,6 +35,8 @@ def multiplier(
         For each channel: ``M(0)`` is exactly the ratio times that of the channel, counted from 0; none: any.
     wide : sequence of sequence of int
         Blocks of channels on which ``gamma`` makes ``He M > 0``.
+    rate : Fraction
+        The rate by which rows and columns are weighed.
     """
     m = len(widths)
 
@@ -43,18 +46,20 @@ def multiplier(
 
     gamma, rows, columns = [[Fraction(0)] * m for _ in range(m)], [Fraction(0)] * m, [Fraction(0)] * m
     kernels, where = list[dict[str, Any]](), dict[str, Any]()
-    for mass, (i, j, sign, rate, order, side, also, mirrored) in zip(found.masses, found.kernels, strict=True):
+    theta = [Fraction(f"{value:.{_DIGITS}g}") for value in found.theta]
+    for mass, (i, j, sign, decay, order, side, also, mirrored) in zip(found.masses, found.kernels, strict=True):
         c = near(float(mass), j)
-        if rate and not side:  # of an operator: the mean of both sides
+        if decay and not side:  # of an operator: the mean of both sides
             for k in (i, *also):
-                where = {"channels": [k + 1, k + 1], "coefficient": str(sign * c / 2), "rate": str(rate)}
+                where = {"channels": [k + 1, k + 1], "coefficient": str(sign * c / 2), "rate": str(decay)}
                 kernels += [{**where, "order": order, "side": word} for word in ("causal", "anticausal")]
                 rows[k] += c if sign > 0 else 0
             continue
-        rows[i], columns[j] = rows[i] + c, columns[j] + c
+        lag = side * rate / decay if decay else Fraction(0)
+        rows[i], columns[j] = rows[i] + c / (1 + lag) ** order, columns[j] + c / (1 - lag) ** order
         for a, b, turn in [(i, j, side), *[(j, i, -side)] * mirrored]:
-            if rate:
-                where = {"channels": [a + 1, b + 1], "coefficient": str(sign * c), "rate": str(rate)}
+            if decay:
+                where = {"channels": [a + 1, b + 1], "coefficient": str(sign * c), "rate": str(decay)}
                 kernels.append({**where, "order": order, "side": "causal" if turn > 0 else "anticausal"})
             else:
                 gamma[a][b] -= sign * c
@@ -70,7 +75,8 @@ def multiplier(
             gamma[i][i] = near(float(found.gamma[i]) + 2 * lacking, i)
     own_way = {i for block in blocks for i in block}
     for i in (i for i in range(m) if i not in own_way):
-        gamma[i][i] = max(near(float(found.gamma[i]), i), rows[i], columns[i])
+        paid = theta[i] * rate / widths[i]
+        gamma[i][i] = max(near(float(found.gamma[i]), i), rows[i] - paid, columns[i] + paid)
     still = [Fraction(0)] * m  # what the kernels take from gamma at 0
     for one in kernels if ratios else ():
         still[one["channels"][0] - 1] += Fraction(one["coefficient"])
@@ -79,5 +85,4 @@ def multiplier(
             gamma[i][i] = max(gamma[i][i], rows[i] * (1 + _STRICT))
         else:
             gamma[i][i] = ratio * widths[first] * (gamma[first][first] - still[first]) / widths[i] + still[i]
-    theta = [Fraction(f"{value:.{_DIGITS}g}") for value in found.theta]
     return {"gamma": [[*map(str, row)] for row in gamma], "theta": [*map(str, theta)], "kernels": kernels}

@@ -39,6 +39,17 @@ class Kernel(NamedTuple):
         found = np.where(finite, (1 + 1j * lag) ** -float(self.order), 0)
         return np.asarray(found if self.side else found.real + 0j)
 
+    def masses(self, rate: float) -> tuple[float, float]:
+        """What it takes in its row and in its column at a rate: ``h(rate)`` and ``h(-rate)``.
+
+        Parameters
+        ----------
+        rate : float
+            The rate [1/s], less than that of the kernel.
+        """
+        lag = self.side * rate / float(self.rate) if self.rate else 0.0
+        return (1 + lag) ** -self.order, (1 - lag) ** -self.order
+
     def integrated(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         """``(h - 1)/(i omega)``, likewise: ``h`` of a kernel with a side, less its value at 0, after an integrator."""
         rate = self.side * float(self.rate) if self.rate else np.inf

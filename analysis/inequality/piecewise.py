@@ -366,32 +366,27 @@ class Piecewise:
     ) -> tuple[list[Fraction], list[list[list[str] | None]]] | float:
         """Ends and functions of pieces that all pass; or a frequency where none did."""
         far = Fraction(f"{self.points[-1 if self.late else -2]:.6g}") if not self.discrete else HALF_TURN
-        ends, rows, stack = list[Fraction](), list[list[list[str] | None]](), list[tuple[Fraction, Fraction]]()
+        ends, rows = list[Fraction](), list[list[list[str] | None]]()
         low = far / 2**6
         stack = [(low * 2**k, low * 2 ** (k + 1)) for k in reversed(range(6))] + [(Fraction(0), low)]
-        while stack:
-            checkpoint()
-            a, b = stack.pop()
-            row = self._constant(numbers, axis, a, b)
-            if row is not None:
-                ends.append(b)
-                rows.append(row)
-                continue
-            middle = (a + b) / 2
-            if b - a < far / 2 ** (_DEEPEST if axis else _DEEP):
-                return self._worst(numbers, float(middle))
-            stack += [(middle, b), (a, middle)]
-        for _ in range(0 if self.discrete else _DOUBLINGS if self.late else 1):
-            row = self._constant(numbers, axis, far, None)
+        for doubling in range(_DOUBLINGS if self.late else 1):
+            while stack:
+                checkpoint()
+                a, b = stack.pop()
+                row = self._constant(numbers, axis, a, b)
+                if row is not None:
+                    ends.append(b)
+                    rows.append(row)
+                    continue
+                middle = (a + b) / 2
+                if b - a < far / 2 ** (_DEEPEST if axis else _DEEP):
+                    return self._worst(numbers, float(middle))
+                stack += [(middle, b), (a, middle)]
+            row = None if self.discrete else self._constant(numbers, axis, far * 2**doubling, None)
             if row is not None:
                 rows.append(row)
                 break
-            between = self._constant(numbers, axis, far, 2 * far) if self.late else None
-            if between is None:
-                return 2 * float(far)
-            rows.append(between)
-            far *= 2
-            ends.append(far)
+            stack = [(far * 2**doubling, far * 2 ** (doubling + 1))]
         if len(rows) == len(ends) and not self.discrete:
             return 2 * float(far)
         return ends, rows

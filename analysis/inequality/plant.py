@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Literal
 
 from flint import fmpq, fmpq_poly
@@ -41,7 +41,7 @@ class Response:
     W: fmpq_poly
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class TransferPolynomials:
     r"""``H = n/d`` in continuous time, exact; a discrete-time block is mapped by ``z = (1 + s)/(1 - s)``.
 
@@ -68,11 +68,8 @@ class TransferPolynomials:
 
     @classmethod
     def of(cls, block: RationalPlant) -> TransferPolynomials:
-        """The plant of a block."""
-        n, d = from_descending(block.numerator), from_descending(block.denominator)
-        if block.dt is not None:
-            n, d = bilinear(n, block.order), bilinear(d, block.order)
-        return cls(block, n, d, n.gcd(d) if n.degree() >= 0 else d, block.order)
+        """The plant of a block; those of the blocks asked about last are at hand."""
+        return _of(block)
 
     @property
     def visible(self) -> TransferPolynomials:
@@ -87,12 +84,12 @@ class TransferPolynomials:
         """Whether the block is in discrete time."""
         return self.block.dt is not None
 
-    @property
+    @cached_property
     def poles(self) -> RootCounts:
         """Poles left of, on and right of the axis (inside, on, outside the circle), hidden modes included."""
         return closed_loop_poles(self, Fraction(0))
 
-    @property
+    @cached_property
     def case(self) -> Case:
         """``stable``; ``critical``: one simple pole at 0 (``z = 1``), the others stable; ``unstable``: any other."""
         poles = self.poles
@@ -108,9 +105,12 @@ class TransferPolynomials:
 
     def shifted(self, k: Fraction) -> TransferPolynomials:
         """The block ``n / (d + k n)`` of the same loop for ``phi - k sigma``: ``[k, K]`` turns into ``[0, K - k]``."""
+        if k == 0:
+            return self
         d = self.d + to_fmpq(k) * self.n
         return TransferPolynomials(self.block, self.n, d, self.n.gcd(d) if self.n.degree() >= 0 else d, self.degree)
 
+    @cached_property
     def response(self) -> Response:
         """The response on the axis as polynomials in ``x = w^2``."""
         ne, no = even_odd(self.n)
@@ -125,6 +125,14 @@ class TransferPolynomials:
     def frequency(self, omega: float) -> float:
         """Frequency of the block [rad/s; rad per sample] at ``omega`` of the mapped one."""
         return 2 * math.atan(omega) if self.discrete else omega
+
+
+@lru_cache(maxsize=16)
+def _of(block: RationalPlant) -> TransferPolynomials:
+    n, d = from_descending(block.numerator), from_descending(block.denominator)
+    if block.dt is not None:
+        n, d = bilinear(n, block.order), bilinear(d, block.order)
+    return TransferPolynomials(block, n, d, n.gcd(d) if n.degree() >= 0 else d, block.order)
 
 
 @lru_cache(maxsize=4096)

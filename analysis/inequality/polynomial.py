@@ -21,6 +21,7 @@ from lure.analysis.numerics.minimum import infimum, largest_below, nonnegative_f
 from lure.analysis.numerics.polynomial import (
     exact_midpoint,
     positive_from_zero,
+    positive_root_count,
     real_roots,
     to_fmpq,
     to_fraction,
@@ -72,7 +73,7 @@ class RationalInequality:
             As ``admitted_plant`` of ``lure.analysis.inequality.checks``.
         """
         plant = admitted_plant(block, lower, criterion, discrete=discrete, critical=critical)
-        response = plant.visible.response()
+        response = plant.visible.response
         return cls(plant=plant, lower=lower, family=PolynomialFamily(response.D, response.U, response.W))
 
     @property
@@ -289,7 +290,10 @@ CLOSE = fmpq(1, 2**90)
 
 @dataclass(frozen=True, slots=True)
 class PolynomialFamily:
-    """``(U + theta W)/D`` on ``[0, inf]``, ``D > 0`` on ``[0, inf)``, no degree above that of ``D``."""
+    """``(U + theta W)/D`` on ``[0, inf]``, ``D > 0`` on ``(0, inf)``, no degree above that of ``D``.
+
+    ``D(0) > 0``, or ``U(0) = D(0) = 0 < W(0)``: then a ``theta > 0`` sends it to infinity there, and no level counts.
+    """
 
     D: fmpq_poly
     U: fmpq_poly
@@ -297,7 +301,7 @@ class PolynomialFamily:
 
     def exact(self, x: fmpq) -> Cut:
         """The cut of a point, exactly."""
-        bottom = self.D(x)
+        bottom = self.D(x) or fmpq(1)
         return Cut(self.U(x) / bottom, self.W(x) / bottom, x)
 
     def cut(self, x: fmpq) -> Cut:
@@ -468,7 +472,8 @@ def _shortened(value: fmpq) -> fmpq:
 
 def _positive_roots(p: fmpq_poly) -> list[fmpq]:
     """Points near the positive roots of a polynomial, in ascending order; as many as there are."""
-    return [to_fmpq(exact_midpoint(root)) for root in real_roots(p) if root > 0] if p.degree() > 0 else []
+    found = real_roots(p) if p.degree() > 0 and positive_root_count(p) else []
+    return [to_fmpq(exact_midpoint(root)) for root in found if root > 0]
 
 
 def short_between(low: fmpq, high: fmpq) -> fmpq:

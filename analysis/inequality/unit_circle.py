@@ -13,6 +13,7 @@ from lure.analysis.inequality.checks import admitted_plant
 from lure.analysis.numerics.polynomial import from_descending, to_fmpq, to_fraction
 from lure.analysis.numerics.trigonometric import Laurent
 from lure.arrays import NDArray, np
+from lure.exact import nearest_double
 from lure.plants.rational import RationalPlant
 
 STEPS_BACK = (1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
@@ -21,7 +22,7 @@ LEAST_INVERSE = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class DiscretePlant:
-    r"""The stable block ``H = n/d`` behind ``psi(sigma) = phi(sigma) - lower sigma``, in powers of ``z``.
+    r"""The block ``H = n/d`` behind ``psi(sigma) = phi(sigma) - lower sigma``, in powers of ``z``.
 
     With ``mu = -phi(sigma)`` and the given ``H_0 = n/d_0`` it is ``H = H_0/(1 + lower H_0)``, ``d = d_0 + lower n``.
 
@@ -38,7 +39,7 @@ class DiscretePlant:
     lower: Fraction
 
     @classmethod
-    def of(cls, block: RationalPlant, lower: Fraction, criterion: str) -> DiscretePlant:
+    def of(cls, block: RationalPlant, lower: Fraction, criterion: str, *, critical: bool = False) -> DiscretePlant:
         """The block after the shift by ``lower``.
 
         Parameters
@@ -49,6 +50,8 @@ class DiscretePlant:
             Lower slope of the class.
         criterion : str
             Who asks, for the messages.
+        critical : bool
+            Whether a simple pole at ``z = 1`` is covered.
 
         Raises
         ------
@@ -57,7 +60,7 @@ class DiscretePlant:
         AssumptionError
             A pole of the shifted block, hidden modes included, does not lie inside the unit circle.
         """
-        admitted_plant(block, lower, criterion, discrete=True)
+        admitted_plant(block, lower, criterion, discrete=True, critical=critical)
         n = from_descending(block.numerator)
         return cls(Laurent(n), Laurent(from_descending(block.denominator) + to_fmpq(lower) * n), lower)
 
@@ -66,6 +69,11 @@ class DiscretePlant:
         """``H(infinity)``."""
         degree = self.d.p.degree()
         return to_fraction(self.n.p[degree] / self.d.p[degree])
+
+    @property
+    def critical(self) -> bool:
+        """Whether ``d`` has its root ``z = 1``."""
+        return bool(self.d.p(fmpq(1)) == 0)
 
     @property
     def cross(self) -> Laurent:
@@ -113,14 +121,6 @@ def largest_certified(discrete: DiscretePlant, inverse: float, certified: Callab
         if math.isfinite(k) and Fraction(k) > discrete.lower and certified(Fraction(k) - discrete.lower):
             return k
     return math.nan
-
-
-def nearest_double(value: Fraction) -> float:
-    """The nearest double; an infinite one beyond their range."""
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf if value > 0 else -math.inf
 
 
 def _floats(values: list[fmpq]) -> NDArray[np.float64]:

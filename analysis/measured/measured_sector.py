@@ -378,15 +378,14 @@ class MeasuredMargin(Record):
                 f"Nothing follows for the loop: the measured sector {_shown(self.sector)} is not inside the proved one "
                 f"{proved}; that does not show that the loop is unstable."
             )
-        word = " It is the user's word that the nonlinearity never has the wrong sign." if self.vouched else ""
+        word = " That the nonlinearity never has the wrong sign is assumed." if self.vouched else ""
         where = f"for sigma in [{low:.4g}, {high:.4g}] {self.measured.measurements.displacement_unit}"
         share = "any amount" if self.margin == math.inf else f"{100 * self.margin:.3g} %"
         return (
             f"The measured sector {_shown(self.sector)} lies inside the proved one {proved}: its upper bound could "
             f"grow by {share}. The loop is therefore stable in the sense of the theorem if the nonlinearity stays in "
-            f"the "
-            f"measured sector: observed {self.measured.how_sure} {where}, under the assumptions of the measurement; "
-            f"outside that range it is assumed.{word}"
+            f"the measured sector: observed {self.measured.how_sure} {where}, under the assumptions of the "
+            f"measurement; outside that range it is assumed.{word}"
         )
 
     @property
@@ -400,7 +399,7 @@ class MeasuredMargin(Record):
         return (
             said + (f" ({reason}). " if reason else ". ") + "The measured lower bound is below 0, and noise alone can "
             "do that. If you know that load and displacement never have opposite signs, sigma phi(sigma) >= 0, give "
-            "vouched=True: the sector then begins at 0, on your word."
+            "vouched=True: the sector then begins at 0, by your assumption."
         )
 
     def _page(self) -> Page:

@@ -28,6 +28,7 @@ from lure.analysis.measured.table import (
     unit_within,
 )
 from lure.errors import InputError
+from lure.files.values import shown
 from lure.record import Column, Page, Record, quantity
 
 if TYPE_CHECKING:
@@ -256,7 +257,7 @@ def _turning_points(u: Array) -> list[int]:
 
 
 _LARGEST = 200 * 2**20
-_SHOWN = 8
+_SHOWN, _OFFERED = 8, 12
 _WORDS: dict[str, tuple[str, ...]] = {
     "displacement": (
         *("displacement", "indentation", "penetration", "depth", "deflection", "extension", "separation", "stroke"),
@@ -435,7 +436,7 @@ def _two(table: Table, names: tuple[str | None, str | None], some: set[int]) -> 
             found[role] = _guessed(table, role, some - {column for column, _ in found.values()}, taken=bool(found))
     (u, why), (p, reason) = found["displacement"], found["force"]
     if u == p:
-        raise InputError(f"displacement and force are both {_shown(table, p)!r}; give two columns")
+        raise InputError(f"displacement and force are both {_shown(table, p)!r:.60}; give two columns")
     return (u, p), (why, reason)
 
 
@@ -454,7 +455,8 @@ def _named(table: Table, role: str, name: str) -> int:
 def _offer(table: Table) -> str:
     if not any(table.headings):
         return f"the file names no columns, give a number from 1 to {len(table.headings)}"
-    return "choose by name or number from " + ", ".join(f"{i}: {name}" for i, name in enumerate(table.headings, 1))
+    names = [f"{i}: {shown(name)[1:-1]}" for i, name in enumerate(table.headings[:_OFFERED], 1)]
+    return "choose by name or number from " + ", ".join(names) + (", ..." if len(table.headings) > _OFFERED else "")
 
 
 def _guessed(table: Table, role: str, among: set[int], *, taken: bool) -> tuple[int, str]:
@@ -483,7 +485,7 @@ def _guessed(table: Table, role: str, among: set[int], *, taken: bool) -> tuple[
 
 def _unit(table: Table, column: int, role: str, given: str | None, notes: list[str]) -> Unit:
     """The unit of a column: as given, as in its heading, or SI with a note."""
-    where = f"column {_shown(table, column)!r}"
+    where = f"column {_shown(table, column)!r:.60}"
     text = given if given is not None else split_heading(table.headings[column])[1]
     if not text:
         if like := unit_within(table.headings[column]):

@@ -206,7 +206,7 @@ def unit_within(heading: str) -> str:
     return ""
 
 
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
 _WITH_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?|[+-]?[0-9]+(?:[eE][+-]?[0-9]+)?")
 _BEGINS = re.compile(r"\s*[+-]?[.,]?[0-9]")  # as a number does, and no heading
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")
@@ -310,7 +310,7 @@ class Table:
             The cell is absent or holds no number.
         """
         line, cells = self.rows[row]
-        where = f"line {line}, column {self.headings[column] or column + 1!r}"
+        where = f"line {line}, column {self.headings[column] or column + 1!r:.60}"
         if column >= len(cells):
             raise InputError(f"{where}: the line has {len(cells)} columns only; give every column or the word nan")
         if any(extra.strip() for extra in cells[len(self.headings) :]):

@@ -11,6 +11,7 @@ from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError
+from lure.exact import nearest_double
 from lure.record import Column, Page, Record, quantity
 from lure.record.values import exact_text
 
@@ -73,10 +74,7 @@ class Extreme(Record):
             return 0.0
         if math.inf in (abs(self.inner), abs(self.outer)):
             return math.inf
-        try:
-            return abs(float(Fraction(self.outer) - Fraction(self.inner)))
-        except OverflowError:
-            return math.inf
+        return abs(nearest_double(Fraction(self.outer) - Fraction(self.inner)))
 
     @property
     def where(self) -> str:
@@ -172,8 +170,8 @@ class NonlinearityBounds(Record):
         """The four bounds along ``bound``: nearest doubles, and where they are reached."""
         sides = [getattr(self, name) for name in _SIDES]
         unit, of = "unit of phi / unit of sigma", ("bound",)
-        inner = [math.nan if side is None else as_double(side.inner) for side in sides]
-        outer = [math.nan if side is None else as_double(side.outer) for side in sides]
+        inner = [math.nan if side is None else nearest_double(side.inner) for side in sides]
+        outer = [math.nan if side is None else nearest_double(side.outer) for side in sides]
         attained = [side is not None and side.attained for side in sides]
         at = ["" if side is None else side.where for side in sides]
         reached = "what is reached or approached, nearest double; nan where nothing was shown"
@@ -283,14 +281,6 @@ def _double(value: Bound, towards: float, *, exact: bool) -> Bound:
     beyond = nearest > value if towards > 0 else nearest < value
     found = nearest if beyond else math.nextafter(nearest, towards)
     return Fraction(found) if math.isfinite(found) else found
-
-
-def as_double(value: Bound) -> float:
-    """The nearest double, an infinity beyond their range."""
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf if value > 0 else -math.inf
 
 
 def stated(found: Extreme, side: int, *, certified: bool) -> str:

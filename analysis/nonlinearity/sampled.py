@@ -145,7 +145,7 @@ def vouched(
         evidence=Evidence.CERTIFIED,
         on=on,
         assumptions=(
-            f"|phi(x) - phi(y)| <= {exact_text(lipschitz)} |x - y|, which the user vouches for",
+            f"|phi(x) - phi(y)| <= {exact_text(lipschitz)} |x - y|, which is assumed",
             "the function returns phi exactly" if not zero else "phi(0) = 0 exactly",
         ),
         notes=("the inner bounds are those of a sample",),

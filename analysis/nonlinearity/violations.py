@@ -9,12 +9,13 @@ from fractions import Fraction
 from lure.analysis.nonlinearity.bounds import nonlinearity_bounds
 from lure.analysis.nonlinearity.pieces import Value, domain, known_nonlinearity
 from lure.analysis.nonlinearity.rational import BITS, End
-from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, Quantity, as_double
+from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, Quantity
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
+from lure.exact import nearest_double
 from lure.nonlinearities import Quantiser
 from lure.record import Page, Record
 from lure.record import quantity as declared
@@ -24,7 +25,7 @@ _HALVINGS = 200
 
 
 def _exact(value: Fraction) -> dict[str, object]:
-    return {"exact": str(value), "double": as_double(value)}
+    return {"exact": str(value), "double": nearest_double(value)}
 
 
 class Violation(Record):

@@ -12,7 +12,7 @@ from typing import Protocol, TypeVar, overload
 
 from flint import arb, arb_series, fmpq_poly
 
-from lure.analysis.numerics.polynomial import positive_from_zero, positive_root_count, real_roots, to_fmpq
+from lure.analysis.numerics.polynomial import X, positive_from_zero, positive_root_count, real_roots, to_fmpq
 from lure.analysis.numerics.precision import working_precision
 
 # The least value of a smooth function on an interval, with a rigorous bracket.
@@ -195,16 +195,21 @@ def infimum(U: fmpq_poly, D: fmpq_poly) -> Infimum:
     Parameters
     ----------
     U, D : fmpq_poly
-        ``D`` positive on ``[0, inf)`` and of at least the degree of ``U``.
+        ``D`` positive on ``(0, inf)`` and of at least the degree of ``U``; factors ``x`` of both are left out.
 
     Raises
     ------
     ValueError
-        ``D(0)`` is not positive or ``U/D`` is not bounded at infinity.
+        ``D`` is zero, ``D(0) < 0``, or ``U/D`` is not bounded at infinity.
     """
-    if not (D.degree() >= 0 and D[0] > 0 and U.degree() <= D.degree()):
-        raise ValueError("infimum needs D(0) > 0 and U of at most the degree of D")
-    ends = [(U[0] / D[0], 0.0), (U[D.degree()] / D[D.degree()], math.inf)]
+    while D.degree() > 0 and D[0] == 0 and U[0] == 0:
+        U, D = U // X, D // X
+    if not (D.degree() >= 0 and D[0] >= 0 and U.degree() <= D.degree()):
+        raise ValueError("infimum needs D(0) >= 0 and U of at most the degree of D")
+    if D[0] == 0 and U[0] < 0:
+        return Infimum(low=arb("-inf"), high=arb("-inf"), where=0.0)
+    ends = [(U[D.degree()] / D[D.degree()], math.inf)]
+    ends = [(U[0] / D[0], 0.0), *ends] if D[0] > 0 else ends
     stationary = U.derivative() * D - U * D.derivative()
     touching = stationary.gcd(U) if stationary.degree() > 0 else fmpq_poly([1])
     rest = stationary // touching
@@ -269,3 +274,8 @@ def at(p: fmpq_poly, x: Number) -> Number:
     for coefficient in reversed(p.coeffs()):
         total = total * x + arb(coefficient)
     return total
+
+
+def sinc(x: Number) -> Number:
+    """``sin(x)/x`` of a ball or a power series; a series needs a constant term that is not 0."""
+    return x.sinc() if isinstance(x, arb) else x.sin() / x

@@ -15,6 +15,7 @@ from lure.analysis.numerics.precision import working_precision
 
 X = fmpq_poly([0, 1])
 SHORT = 30  # up to this degree Routh's array is quicker than the roots
+STURM = 8  # up to this degree Sturm's chain is
 
 
 def from_descending(coefficients: Sequence[Fraction]) -> fmpq_poly:
@@ -34,14 +35,15 @@ def to_fraction(value: fmpq) -> Fraction:
 
 def to_fmpq(value: Fraction | int | float) -> fmpq:
     """The same number as an ``fmpq``; a float means the double it is."""
-    exact = Fraction(value)
+    exact = value if isinstance(value, Fraction) else Fraction(value)
     return fmpq(exact.numerator, exact.denominator)
 
 
 def exact_midpoint(value: arb) -> Fraction:
     """The midpoint of a ball, exactly."""
     mantissa, exponent = value.mid().man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    shift = int(exponent)
+    return Fraction(int(mantissa) << shift) if shift >= 0 else Fraction(int(mantissa), 1 << -shift)
 
 
 def even_odd(p: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
@@ -82,7 +84,23 @@ def positive_root_count(p: fmpq_poly) -> int:
     """Number of distinct roots of ``p``, not the zero polynomial, in ``(0, inf)``."""
     if _one_sign(p):
         return 0
+    if p.degree() <= STURM:
+        return _by_sturm(p)
     return sum(bool(root > 0) for root in real_roots(p))
+
+
+def _by_sturm(p: fmpq_poly) -> int:
+    """The same by the changes of sign in Sturm's chain, at 0 less those at infinity."""
+    while p[0] == 0:
+        p = p // X
+    a, b = p, p.derivative()
+    starts, ends = [a[0] > 0], [a[a.degree()] > 0]
+    while b.degree() >= 0:
+        if b[0] != 0:
+            starts.append(b[0] > 0)
+        ends.append(b[b.degree()] > 0)
+        a, b = b, -(a % b)
+    return sum(one != other for one, other in pairwise(starts)) - sum(one != other for one, other in pairwise(ends))
 
 
 def positive_from_zero(p: fmpq_poly) -> bool:

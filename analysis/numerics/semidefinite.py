@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from lure.arrays import NDArray, np
+from lure.arrays import NDArray, Reals, np
 
 _FEW, _MANY = 1e-4, 1e-8  # tolerances
 
@@ -16,6 +16,38 @@ class Block(NamedTuple):
 
     constant: NDArray[np.float64]
     slopes: NDArray[np.float64]
+
+
+class Limits:
+    """Rows of a programme, ``sum_j parts_j x_j <= limit``, of which few entries are not 0.
+
+    Parameters
+    ----------
+    total : int
+        The number of unknowns.
+    """
+
+    def __init__(self, total: int) -> None:
+        self.total, self._rows, self._most = total, list[Reals](), list[float]()
+
+    def at_most(self, parts: Mapping[int, float], limit: float) -> None:
+        """Add a row.
+
+        Parameters
+        ----------
+        parts : mapping
+            The factors of the unknowns in it.
+        limit : float
+            What their sum is at most.
+        """
+        row = np.zeros(self.total)
+        row[list(parts)] = list(parts.values())
+        self._rows.append(row)
+        self._most.append(limit)
+
+    def arrays(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """All rows, (r, total), and their limits, (r,)."""
+        return np.array(self._rows).reshape(-1, self.total), np.array(self._most)
 
 
 def symmetric_basis(p: int) -> NDArray[np.float64]:

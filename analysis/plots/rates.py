@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -81,7 +82,7 @@ def _rate(axes: Axes, rate: float, look: dict[str, Any], *, discrete: bool) -> N
         axes.axvline(-rate, lw=1.8, **look)
 
 
-def _eigenvalues(certificate: Any) -> Reals:  # noqa: ANN401  (JSON)
+def _eigenvalues(certificate: Mapping[str, Any]) -> Reals:
     """The eigenvalues with gains of the class: one gain from end to end, several at random."""
     system, classes = certificate["system"], certificate["laws"]
     if system["kind"] == "family":  # the plant in the middle of the box

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.nonlinearity.pieces import kinks, parsed
-from lure.analysis.nonlinearity.result import as_double
 from lure.analysis.plots.style import BLUE, GREY, INK, LEGEND, VERMILLION, axes_or_new, finish_axes, note, padded
 from lure.analysis.plots.style import number as number_sectors
 from lure.analysis.testing.result import heights, values_where_defined
 from lure.analysis.verdict import Evidence
+from lure.exact import nearest_double
 from lure.record.values import exact_text
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def plot_nonlinearity_sector(nonlinearity: object, found: NonlinearityBounds, *,
     for part in pair:
         point = _point(part)
         if point is not None and point != 0.0 and x[0] <= point <= x[-1] and part.attained:
-            axes.plot(point, as_double(part.inner) * point, "o", color=VERMILLION, ms=5, zorder=4)
+            axes.plot(point, nearest_double(part.inner) * point, "o", color=VERMILLION, ms=5, zorder=4)
     _finish(axes, found, "sector", (x, low, high))
     axes.set_ylabel("φ(σ)")
     return axes
@@ -152,7 +152,7 @@ def plot_nonlinearity_slope(nonlinearity: object, found: NonlinearityBounds, *, 
     for part in pair:
         point = _point(part)
         if part is not None and point is not None and x[0] <= point <= x[-1] and part.attained:
-            axes.plot(point, as_double(part.inner), "o", color=VERMILLION, ms=5, zorder=4)
+            axes.plot(point, nearest_double(part.inner), "o", color=VERMILLION, ms=5, zorder=4)
     _finish(axes, found, "slope", (x, low, high))
     axes.set_ylabel("slope of φ")
     return axes
@@ -161,7 +161,7 @@ def plot_nonlinearity_slope(nonlinearity: object, found: NonlinearityBounds, *, 
 def _bound(part: Extreme, found: NonlinearityBounds) -> float:
     """What is drawn: the value reached, and infinite where a certified bound is not known."""
     unknown = found.evidence is Evidence.CERTIFIED and isinstance(part.outer, float)
-    return as_double(part.outer if unknown else part.inner)
+    return nearest_double(part.outer if unknown else part.inner)
 
 
 def _finish(axes: Axes, found: NonlinearityBounds, quantity: Quantity, frame: tuple[Array, float, float]) -> None:
@@ -174,7 +174,7 @@ def _finish(axes: Axes, found: NonlinearityBounds, quantity: Quantity, frame: tu
     finish_axes(axes)
     axes.legend(loc="upper left", **LEGEND)
     approached = [
-        f"{side} {'' if '->' in str(part.at) else number_sectors(as_double(part.inner)) + ', '}{part.where}"
+        f"{side} {'' if '->' in str(part.at) else number_sectors(nearest_double(part.inner)) + ', '}{part.where}"
         for side, part in zip(("lower", "upper"), found.extremes(quantity), strict=True)
         if part is not None and not part.attained
     ]
@@ -199,9 +199,8 @@ def _point(part: Extreme | None) -> float | None:
     """Where an extreme is taken, if that is a point."""
     if part is None or isinstance(part.at, str):
         return None
-    return (
-        as_double(part.at) if isinstance(part.at, Fraction) else 0.5 * (as_double(part.at[0]) + as_double(part.at[1]))
-    )
+    at = (part.at, part.at) if isinstance(part.at, Fraction) else part.at
+    return 0.5 * (nearest_double(at[0]) + nearest_double(at[1]))
 
 
 def _values(nonlinearity: object, x: Array) -> Array:

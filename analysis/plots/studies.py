@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 LOOKS = (("PROVED", BLUE, "o"), ("INCONCLUSIVE", "#c8c8c8", "s"), ("REFUTED", VERMILLION, "x"))
 _CRITERIA = (BLUE, VERMILLION, GREEN, PURPLE, GREY, "#e69f00", "#56b4e9", "#111111")
 FILLED = 2000  # from so many points on a map has cells in place of marks
+_FEW = 400  # up to so many points have large marks
+_ENDLESS = "#c8c8c8"
 _LEVELS = 4
 
 
@@ -130,7 +133,9 @@ def criteria_drawn(plane: Plane, *, ax: Axes | None = None) -> Axes:
 
 
 def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
-    """One variable: along two dimensions as colours with contours, along one as a curve.
+    """One variable: along two dimensions as colours, of many points or boxes with contours, along one as points.
+
+    Values that are infinite, such as the largest sector where every finite one is proved, are marked as such.
 
     Parameters
     ----------
@@ -145,17 +150,21 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
     values = np.asarray(plane.data[name].values, dtype=float)
     label = f"{name} [{plane.data[name].attrs.get('units', '1')}]"
     x, y = _coordinates(plane)
-    finite = np.isfinite(values.ravel())
+    finite, endless = np.isfinite(values.ravel()), np.isposinf(values.ravel())
     if len(plane.along) == 2 and len(_boxed(plane)) == 1:
         known = values.ravel()[finite]
         bars = _bars(axes, plane, finite, array=known, cmap="cividis", norm=_scale(known))
+        if endless.any():
+            _bars(axes, plane, endless, colors=_fixed(_ENDLESS), label="inf")
         _colour_bar(axes, bars, label)
-    elif len(plane.along) == 2:
+    elif _is_map(plane):
+        if endless.any():
+            _cells(axes, plane, [("inf", _ENDLESS, np.isposinf(values))])
         shown = np.ma.masked_invalid(values.T)
         scale = _scale(values[np.isfinite(values)])
         edges = [_edges_of(plane, each) for each in plane.along]
         found = axes.pcolormesh(*edges, shown, cmap="cividis", norm=scale, rasterized=True)
-        if min(shown.shape) > 2:
+        if values.size >= FILLED and min(shown.shape) > 2:
             lines = axes.contour(
                 *(_numbers(plane.data[each].values) for each in plane.along),
                 shown,
@@ -165,16 +174,25 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
             )
             axes.clabel(lines, fontsize=7, fmt="%.3g")
         _colour_bar(axes, found, label)
-    elif drawn_keys(plane.data):
+    elif len(plane.along) == 2 or drawn_keys(plane.data):
         known = values.ravel()[finite]
-        marks = axes.scatter(x[finite], y[finite], c=known, s=9, cmap="cividis", norm=_scale(known), rasterized=True)
+        size = 9 if values.size > _FEW else 30
+        marks = axes.scatter(x[finite], y[finite], c=known, s=size, cmap="cividis", norm=_scale(known), rasterized=True)
+        if endless.any():
+            axes.plot(x[endless], y[endless], "o", mfc="none", color=GREY, ms=math.sqrt(size), label="inf")
         _colour_bar(axes, marks, label)
     else:
-        axes.plot(x, values.ravel(), ".", color=BLUE, ms=3)
+        axes.plot(x, values.ravel(), ".", color=BLUE, ms=3 if values.size > _FEW else 6)
+        if _is_log(values.ravel()[finite]):
+            axes.set_yscale("log")
+        top, above = np.ones(int(endless.sum())), axes.get_xaxis_transform()
+        axes.plot(x[endless], top, "^", color=GREY, ms=4, label="inf", transform=above, clip_on=False)
         y = np.array([])
     _labelled(axes, plane, x, y)
     if len(_names(plane)) == 1:
         axes.set_ylabel(label)
+    if endless.any():
+        _legend(axes)
     return axes
 
 

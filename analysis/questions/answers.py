@@ -78,8 +78,8 @@ def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaul
 ) -> StabilityBound:
     r"""The largest ``k`` such that the loop is stable for every ``phi`` in the sector ``[lower, k]``.
 
-    .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad
-        \mathrm{lower}\, \sigma^2 \le \sigma\, \varphi(\sigma) \le k\, \sigma^2.
+    .. math:: \sigma = H \mu, \qquad \mu = -\phi(\sigma), \qquad
+        \mathrm{lower}\, \sigma^2 \le \sigma\, \phi(\sigma) \le k\, \sigma^2.
 
     Where the loop with the gain ``lower`` has a pole at 0, only convergence to the set of equilibria is claimed
     (boundedness if ``phi`` depends on time); see ``meaning`` and ``proviso`` of the answer.
@@ -181,8 +181,8 @@ def max_slope(  # noqa: PLR0913  (a block, classes and six settings with default
 ) -> StabilityBound:
     r"""The largest ``k`` such that the loop is stable for every time-invariant ``phi`` with slope in ``[lower, k]``.
 
-    .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad \varphi(0) = 0, \\
-        \mathrm{lower} \le \frac{\varphi(x) - \varphi(y)}{x - y} \le k \quad (x \ne y).
+    .. math:: \sigma = H \mu, \qquad \mu = -\phi(\sigma), \qquad \phi(0) = 0, \\
+        \mathrm{lower} \le \frac{\phi(x) - \phi(y)}{x - y} \le k \quad (x \ne y).
 
     Merely monotone and odd nonlinearities are kept apart: a bound for odd ones can be false for the others.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -107,10 +107,13 @@ class BoxSearch:
         The question.
     theorem : str
         ``diagonal-circle`` or ``diagonal-popov``.
+    rate : Fraction or None
+        The plants are those of the solutions times ``r^-t``, or ``e^(a t)``.
     """
 
     asked: Problem
     theorem: str
+    rate: Fraction | None = None
 
     @cached_property
     def matrices(self) -> BoxMatrices:
@@ -119,7 +122,9 @@ class BoxSearch:
         together = classes.operators
         blocks = [*together, *(range(i, i + 1) for i in range(len(classes.classes)) if not _in(i, together))]
         own = [one and popov for one in free(self.asked)]
-        return BoxMatrices(family_of(self.asked), blocks, classes.performance, own)
+        a = 0.0 if self.rate is None or family_of(self.asked).dt is not None else float(self.rate)
+        within = [(one.slope.lower, one.slope.upper) == one.gains if one.slope else False for one in classes.classes]
+        return BoxMatrices(family_of(self.asked), blocks, classes.performance, own, a, within)
 
     def _ends(self, alpha: Fraction) -> Reals:
         classes = self.asked.classes.scaled(alpha)
@@ -166,7 +171,17 @@ class BoxSearch:
 
         return again(start or families.Leaf(family_of(self.asked).box))
 
-    def accepted(self, alpha: Fraction, tree: families.Tree) -> Proved | None:
+    def serves(self, box: Box) -> bool:
+        """Whether the programme finds something for the classes as they are on a box, or at one plant.
+
+        Parameters
+        ----------
+        box : tuple of (Fraction, Fraction)
+            Where the parameters are.
+        """
+        return self.matrices.solved(box, self._ends(Fraction(1))) is not None
+
+    def accepted(self, alpha: Fraction, tree: families.Tree, system: Mapping[str, Any] | None = None) -> Proved | None:
         """What the checker accepts for the classes of a factor.
 
         Parameters
@@ -175,15 +190,17 @@ class BoxSearch:
             The factor.
         tree : Leaf or Cut
             The boxes.
+        system : Mapping, optional
+            With a rate: the plants as they are.
         """
         draft = {
             "verdict": "PROVED",
-            "system": system_of(family_of(self.asked)),
+            "system": system or system_of(family_of(self.asked)),
             "laws": self.asked.scaled(alpha).class_entry,
             "theorem": self.theorem,
             "multiplier": {},
             "proof": {"method": "boxes", "boxes": families.written(tree)},
-        }
+        } | ({} if self.rate is None else {"rate": str(self.rate)})
         found = guarded(self.theorem, lambda: complete_and_check(draft), passing=(TimeoutError,))
         return found if isinstance(found, Proved) else None
 

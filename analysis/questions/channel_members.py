@@ -13,10 +13,13 @@ from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_orbits import near_fold, proofs
+from lure.analysis.counterexamples.channel_samples import SampledOrbits
 from lure.analysis.counterexamples.delayed_members import DelayedMembers
-from lure.analysis.counterexamples.gain_signals import best_signals
+from lure.analysis.counterexamples.flow_signals import Cut, followed
+from lure.analysis.counterexamples.gain_signals import Loop, best_signals
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
 from lure.analysis.counterexamples.memory_orbits import MemoryLoop, memory_proofs
+from lure.analysis.counterexamples.moving_signals import MOST_CHANNELS, moving
 from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
@@ -33,7 +36,7 @@ from lure.plants.delay_matrix import DelayMatrix
 _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _SHAPES, _CORNERS, _LARGEST = 3, 4, 1e6
 _TRIED, _RADII = 20, (Fraction(1, 10**10), Fraction(1, 10**7))
-_NEAR = 1e-4
+_NEAR, _SAMPLES, _LONG = 1e-4, 200, 1200
 _INSIDE = 128  # the share of a class by which gains are above its lower end
 _MOST_STATES, _MOST_CHANNELS, _STARTS, _KEPT, _BEYOND = 20, 6, 40, 2, 30.0  # of the search for periodic solutions
 _HALVES, _WHOLE = (1, 3, 5, 7), (0, 1, 2, 3, 4)
@@ -59,7 +62,9 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
         return _by_signal(asked, most)
     if asked.classes.performance is not None:
         members = [_unstable(asked) or _largest_gain(asked, most), _largest_delayed(asked, most)]
-        return min((one for one in members if one is not None), key=lambda one: one[0], default=None)
+        best = min((one for one in members if one is not None), key=lambda one: one[0], default=None)
+        moved = _by_moving(asked, most if best is None else float(best[0])) if asked.worst else None
+        return moved or best
     others = _by_delays if delays_of(asked) else _by_operators
     found = [one for one in (_by_gains(asked, most), others(asked, most)) if one is not None]
     return min(found, key=lambda one: one[0], default=None)
@@ -96,21 +101,67 @@ def _by_rays(asked: Problem) -> tuple[Fraction, Refuted] | None:
 
 
 def _by_signal(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
-    """The inverse of the gain that a disturbance of some samples shows; of ReLUs no linear gain is a member."""
+    """The inverse of the gain that a disturbance of some steps shows; of ReLUs no linear gain is a member."""
     own, H = list(asked.classes.performance or ()), channel_plant(asked.plant)
     functions = [i for i in range(len(H.D)) if i not in own]
-    direct = any(H.D[i][j] for i in functions for j in functions)
-    if H.dt is None or direct or not all(asked.classes.classes[i].rectifier for i in functions):
+    later = any(H.D[i][j] for i in functions for j in functions if j >= i)
+    if later or not all(asked.classes.classes[i].rectifier for i in functions):
         return None
-    ends = [[asked.classes.lower[i], asked.classes.upper[i]] for i in functions]
-    slopes = np.array([[float(v) for v in pair] for pair in ends])
-    for gain, inputs in best_signals(H.doubles(), slopes, own):
-        proof = {"method": "signal", "slopes": [texts(pair) for pair in ends], "inputs": [texts(row) for row in inputs]}
+    ends = [(asked.classes.lower[i], asked.classes.upper[i]) for i in functions]
+    found = list[tuple[float, dict[str, Any]]]()
+    if H.dt is None:
+        one = followed(H, ends, own)
+        found = [(one.gain, one.proof)] if one is not None else []
+    else:
+        slopes = np.array([[float(v) for v in pair] for pair in ends]).reshape(-1, 2)
+        for gain, inputs in best_signals(Loop(H.doubles(), own), slopes):
+            found.append((gain, {"inputs": [texts(row) for row in inputs]}))
+    for gain, steps in found:
+        proof = {"method": "signal", "slopes": [texts(pair) for pair in ends], **steps}
         for step in _STEPS if gain > 0 else ():
             alpha = Fraction(double_above(1 / (Fraction(gain * (1 - step)) * asked.classes.upper[own[0]])))
             shown = refutation(asked, alpha, proof) if alpha < most else None
             if shown is not None:
                 return alpha, shown
+    return None
+
+
+def _by_moving(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """The inverse of the gain that a disturbance shows whose gains jump with it, where those of the classes may.
+
+    In samples those of a sector may too: ``phi`` may have any value in it where ``sigma`` comes once.
+    """
+    own, H = list(asked.classes.performance or ()), channel_plant(asked.plant)
+    functions = [i for i in range(len(H.D)) if i not in own]
+    kinds = [asked.classes.classes[i] for i in functions]
+    free = all((one.time_varying and one.rate is None) or (H.dt is not None and one.slope is None) for one in kinds)
+    plain = (
+        not any(one.operator or one.memory or one.linear for one in kinds)
+        and asked.classes.lower != asked.classes.upper
+    )
+    later = any(H.D[i][j] for i in functions for j in functions if j >= i)
+    alone = len(functions) + 1 == len(asked.classes.blocks)
+    if later or not (free and plain and alone and 0 < len(functions) <= MOST_CHANNELS) or not most > 0:
+        return None
+    loop, ends = Loop(H.doubles(), own), [(asked.classes.lower[i], asked.classes.upper[i]) for i in functions]
+    count, step_of, rest = _SAMPLES, Fraction(0), dict[str, Any]()
+    if H.dt is None:
+        cut = Cut.of(loop, np.array([[float(v) for v in pair] for pair in ends]), most=_LONG)
+        if cut is None:
+            return None
+        count, step_of = cut.steps, cut.step
+        rest = {"times": [str(cut.step)] * cut.steps, "sides": [[0] * len(functions)] * cut.steps}
+        rest |= {"scale": str(cut.scale), "bits": cut.digits + 128}
+    found = moving(loop, ends, count, step_of or None)
+    if found is None or not found.gain * float(asked.classes.upper[own[0]]) * most > 1 + _STEPS[-1]:
+        return None
+    chosen = [[texts([pair[row[k]]] * 2) for row in found.ends] for k, pair in enumerate(ends)]
+    proof = {"method": "signal", "slopes": chosen, "inputs": [texts(row) for row in found.inputs], **rest}
+    for step in _STEPS[1::3]:
+        alpha = Fraction(double_above(1 / (Fraction(found.gain * (1 - step)) * asked.classes.upper[own[0]])))
+        shown = refutation(asked, alpha, proof)
+        if shown is not None:
+            return alpha, shown
     return None
 
 
@@ -253,6 +304,8 @@ def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
     out = asked.classes.operators[0]
     search, operators = _members(asked, out)
     upper, top = np.array([float(v) for v in asked.classes.upper]), min(most, _LARGEST)
+    if not search.functions and (closing := _by_eigenvalue(asked, search, top)) is not None:
+        return closing
 
     def excess(logarithm: float, shape: Reals | None) -> float:
         """The logarithm of what the gain of the loop is times the operator; large for an unstable loop."""
@@ -309,6 +362,44 @@ def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
     return None
 
 
+def _by_samples(asked: Problem, known: Fraction, most: float, *, whole: bool) -> tuple[Fraction, Refuted] | None:
+    """The same in discrete time, by exact periodic solutions of functions of ``sigma``."""
+    classes, H = asked.classes, channel_plant(asked.plant)
+    each = [classes.classes[block[0]] for block in classes.blocks]
+    if any(one.memory or one.rectifier for one in each):
+        return None
+    kept = [
+        "" if one.linear or one.time_varying else "sector" if one.slope is None else "odd" if one.odd else "monotone"
+        for one in each
+    ]
+    top = most if math.isfinite(most) else _BEYOND * max(float(known), float(classes.least), 1e-3)
+    A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
+    plant = Plant(A, B, C, D, discrete=True)
+    odd = [one.odd for one in each]
+    search = SampledOrbits(plant, classes.lower, classes.upper, classes.blocks, kept, odd)
+    for alpha, proof in search.found(known, top):
+        factor = Fraction(1) if whole else Fraction(double_above(alpha))
+        shown = refutation(asked, factor, proof) if known < factor and alpha <= top else None
+        if shown is not None:
+            return factor, shown
+    return None
+
+
+def _by_eigenvalue(asked: Problem, search: MemberSearch, top: float) -> tuple[Fraction, Refuted] | None:
+    """The same of operators alone: with the largest eigenvalue of ``H Delta`` in modulus."""
+    blocks, upper = asked.classes.operators, asked.classes.upper
+    found = search.closing(blocks, np.array([float(upper[block[0]]) for block in blocks]))
+    for step in _STEPS if found.gain * top > 1 else ():
+        checkpoint()
+        alpha = Fraction(double_above(Fraction((1 + step) / found.gain)))
+        scaled = asked.scaled(alpha)
+        listed = list(search.realised(found, [scaled.classes.upper[block[0]] for block in blocks]))
+        shown = refutation(asked, alpha, _proof(scaled, search, found, listed))
+        if shown is not None:
+            return alpha, shown
+    return None
+
+
 def _by_memory(asked: Problem, known: Fraction, most: float, *, whole: bool) -> tuple[Fraction, Refuted] | None:
     """The same with one play or stop, the other channels at their lower bounds."""
     classes, (H, _) = asked.classes, stated(asked)
@@ -352,8 +443,10 @@ def orbits_refuting(
         return None
     classes, H = asked.classes, channel_plant(asked.plant)
     each = [classes.classes[block[0]] for block in classes.blocks]
-    if H.dt is not None or classes.operators or H.order > _MOST_STATES:
+    if classes.operators or H.order > _MOST_STATES:
         return None
+    if H.dt is not None:
+        return _by_samples(asked, known, most, whole=whole)
     if any(one.memory for one in each):
         return _by_memory(asked, known, most, whole=whole)
     if classes.rectified or len(each) > _MOST_CHANNELS or all(one.linear or one.time_varying for one in each):

@@ -43,8 +43,7 @@ def channel_plant(source: object) -> MultivariablePlant:
         found = MultivariablePlant.of_one_channel(found)
     if isinstance(found, PlantFamily | ChannelFamily):
         raise InputError(
-            "steady responses, regions and rates of several nonlinearities are not asked for plants with parameters "
-            "yet; give each parameter one number"
+            "steady responses and regions are not asked for plants with parameters yet; give each parameter one number"
         )
     if isinstance(found, DelayMatrix):
         raise InputError(

@@ -105,7 +105,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     rows = [row for row in (TABLE if cheap else reversed(TABLE)) if row.channels and time_of(asked.plant) in row.times]
     if not all(one.linear and one.rate is None for one in asked.classes.classes):
         rows = [row for row in rows if not row.linear]
-    if not all(map(bool.__or__, _sloped(asked), (bool(one.operator) for one in asked.classes.classes))):
+    if not all(map(bool.__or__, sloped_channels(asked), (bool(one.operator) for one in asked.classes.classes))):
         rows = [row for row in rows if row.stage != LAST]
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
     scaled = channel_plant(asked.plant).dt is not None and bool(_fixed(asked) or _constant(asked))
@@ -116,10 +116,10 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     left_out = {PARAMETRIC} if not _parametric(asked) else set()
     found = [x for x in found if x.kind not in left_out | ({STORED} if not stored else set())]
     if wanted == BEST:  # one channel needs no full block
-        constant, functions = not any(_free(asked)), [one for one in asked.classes.classes if not one.operator]
+        constant, functions = not any(free_channels(asked)), [one for one in asked.classes.classes if not one.operator]
         left = {_COUPLED} if not asked.classes.rectified else {_FULL, _ORDERS}
         left |= {_FULL} if len(functions) <= 1 else set()
-        sloped = any(_sloped(asked))
+        sloped = any(sloped_channels(asked))
         found = [
             x
             for x in found
@@ -150,7 +150,7 @@ def _late_criteria(asked: Problem, wanted: str) -> list[Criterion]:
     """The criteria for a plant with dead times; Popov's where a channel has such terms, and then alone."""
     rows = [row for row in reversed(TABLE) if row.channels and "continuous" in row.times]
     named = [Criterion(name, row) for row in rows for name in row.channels if name.startswith(KINDS[_PIECES][0])]
-    found = [x for x in named if x.row.time_varying or any(_free(asked))]
+    found = [x for x in named if x.row.time_varying or any(free_channels(asked))]
     found = [x for x in found if wanted in (x.row.name, x.name)] if wanted != BEST else found[:1]
     if not found:
         names = ", ".join(name for one in named for name in (one.row.name, one.name))
@@ -161,8 +161,14 @@ def _late_criteria(asked: Problem, wanted: str) -> list[Criterion]:
     return found
 
 
-def _free(asked: Problem) -> list[bool]:
-    """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time."""
+def free_channels(asked: Problem) -> list[bool]:
+    """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
     plant = loop_plant(asked.plant)
     static = [not any(line) for line in (plant.base if isinstance(plant, DelayMatrix) else plant).D]
     functions = [not (one.time_varying or one.operator) for one in asked.classes.classes]
@@ -224,8 +230,14 @@ def _fixed(asked: Problem) -> list[range]:
     return [block for block in asked.classes.operators if not asked.classes.classes[block[0]].time_varying]
 
 
-def _sloped(asked: Problem) -> list[bool]:
-    """In which channels kernels are possible: the slope is bounded on both sides, and nothing depends on time."""
+def sloped_channels(asked: Problem) -> list[bool]:
+    """In which channels kernels are possible: the slope is bounded on both sides, and nothing depends on time.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
     return [
         one.slope is not None and not one.time_varying and math.inf not in (-one.slope.lower, one.slope.upper)
         for one in asked.classes.classes
@@ -246,7 +258,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     H, popov = channel_plant(asked.plant), not criterion.row.time_varying
     if criterion.row.linear or criterion.kind not in (0, STORED):
         _require_no_zero(asked)
-    free, lower = [one and popov for one in _free(asked)], np.array([float(v) for v in asked.classes.lower])
+    free, lower = [one and popov for one in free_channels(asked)], np.array([float(v) for v in asked.classes.lower])
     if criterion.row.linear:
         yield GainBox(*H.doubles(), lower, asked.classes.blocks, H.dt is not None)
         return
@@ -255,7 +267,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         gains = [block for block in classes.blocks if classes.classes[block[0]].linear]
         rates = [float(classes.classes[block[0]].rate or 0) for block in gains]
         for degree, pieces in SPLINES[len(gains)]:
-            loop = (*H.doubles(), lower, gains, rates, _free(asked), H.dt is not None)
+            loop = (*H.doubles(), lower, gains, rates, free_channels(asked), H.dt is not None)
             yield GainSplines(*loop, degree=degree, pieces=pieces)
         return
     operators = asked.classes.operators
@@ -267,7 +279,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         windows = (asked.window,) if asked.window else _SAMPLES
         for samples in windows if criterion.kind == _WINDOWS else (1,):
             theta = free if criterion.kind == _COUPLED else [False] * len(free)
-            coupled = CoupledForms(*H.doubles(), lower, _groups(asked), samples, theta, popov, H.dt is not None)
+            coupled = CoupledForms(*H.doubles(), lower, groups_of(asked), samples, theta, popov, H.dt is not None)
             if coupled.possible:
                 yield coupled
         return
@@ -323,9 +335,15 @@ def _by_storage(asked: Problem, moved: Problem) -> StorageInequality | MovedBySt
     return StorageInequality(*loop, signs=signs, still=shown)
 
 
-def _groups(asked: Problem) -> list[Group]:
-    """The channels that one form is about: the ReLUs; those of one nonlinearity with slope bounds; each other one."""
-    classes, sloped, found = asked.classes.classes, _sloped(asked), list[Group]()
+def groups_of(asked: Problem) -> list[Group]:
+    """The channels that one form is about: the ReLUs; those of one nonlinearity with slope bounds; each other one.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    classes, sloped, found = asked.classes.classes, sloped_channels(asked), list[Group]()
     rectifiers = tuple(i for i, one in enumerate(classes) if one.rectifier)
     if rectifiers:
         found.append(Group("relu", rectifiers))
@@ -391,7 +409,7 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
     if not _rising(asked):
         _require_no_zero(asked)
     modes, asked = _modes(asked), without_delays(asked)
-    H, sloped, classes = channel_plant(asked.plant), _sloped(asked), asked.classes
+    H, sloped, classes = channel_plant(asked.plant), sloped_channels(asked), asked.classes
     A, B, C, D = H.doubles()
     if H.dt is not None:  # functions of the frequency alone, in terms of s = (z - 1)/(z + 1)
         sloped = [any(i in block for block in _constant(asked)) for i in range(len(D))]
@@ -405,7 +423,7 @@ def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], lis
         if sloped[i] and one.slope is not None:
             ends[i] = Fraction(one.slope.lower), Fraction(one.slope.upper)
     lower = np.array([float(low) for low, _ in ends])
-    free = [one and H.dt is None for one in _free(asked)]
+    free = [one and H.dt is None for one in free_channels(asked)]
     plant = ChannelInequality(A, B, C, D, lower, free, True, False, classes.operators, modes)  # noqa: FBT003
     blocks, scaled = [block for block in classes.blocks if sloped[block[0]]], classes.performance or range(len(ends))
     odd = [one.odd for one in classes.classes]
@@ -525,7 +543,7 @@ def _gains_as_functions(asked: Problem) -> Problem:
 
 
 def _by_pieces(asked: Problem, criterion: Criterion) -> PiecewiseProofs:
-    return PiecewiseProofs(asked, None if criterion.row.time_varying else _free(asked))
+    return PiecewiseProofs(asked, None if criterion.row.time_varying else free_channels(asked))
 
 
 def _farthest_delayed(

@@ -49,7 +49,7 @@ from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
 
 Tell = Callable[[str, float], None]
-MOVING, ORBITS = ("switched-gains", RAMPS), ("flow-orbit", "memory-orbit")
+MOVING, ORBITS = ("switched-gains", RAMPS), ("flow-orbit", "memory-orbit", "sampled-orbit")
 _NO_MULTIPLIER = "no multiplier was found"
 _MOST_ROUTH = 40  # states; beyond them exact arrays take a minute, and come after the criteria
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
@@ -141,8 +141,9 @@ def _witness(shown: Refuted, factor: float) -> Witness:
         proof, at = proof["proof"], {"parameters": {name: value for (name, *_), value in named}}
     jumps, bends = (m := proof["method"]) in MOVING, m in ORBITS
     kinds: dict[str, Kind] = {RAMPS: "varying gain", "flow-orbit": "periodic orbit", "signal": "disturbance"}
-    kinds |= {"delayed-gains": "delay", "memory-orbit": "periodic orbit"}
+    kinds |= {"delayed-gains": "delay", "memory-orbit": "periodic orbit", "sampled-orbit": "periodic orbit"}
     parts = {"flow-orbit": ("nonlinearities", "state", "durations"), "memory-orbit": ("gains", "state", "durations")}
+    parts["sampled-orbit"] = ("nonlinearities", "state", "inputs")
     names = parts.get(m, ("slopes", "inputs") if m == "signal" else ("gains",))
     return Witness(
         kind=kinds.get(m, "switched gain" if jumps else "linear gains"),

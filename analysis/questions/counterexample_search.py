@@ -36,8 +36,16 @@ if TYPE_CHECKING:
 
 
 @lru_cache(maxsize=64)
-def _worst(family: PlantFamily, lower: Fraction) -> tuple[Point, float]:
-    """About where in a box the stable linear gains end first, and where they end there."""
+def worst(family: PlantFamily, lower: Fraction) -> tuple[Point, float]:
+    """About where in a box the stable linear gains end first, and where they end there.
+
+    Parameters
+    ----------
+    family : PlantFamily
+        The plants.
+    lower : Fraction
+        The gain to begin with.
+    """
     return families.least(family, lambda plant: hurwitz(Problem.largest(plant, "sector", lower=lower)).high)
 
 
@@ -45,7 +53,7 @@ def _at_worst(asked: Problem) -> tuple[Problem, Point]:
     """The question about the plant of a box at which the stable linear gains end first."""
     family, lower = asked.plant, asked.lower
     assert isinstance(family, PlantFamily)
-    point, _ = _worst(family, lower)
+    point, _ = worst(family, lower)
     return replace(asked, plant=family.at(point)), point
 
 
@@ -57,7 +65,7 @@ def hurwitz(asked: Problem) -> Bracket:
             return outward(ball(lower), ball(lower))
         return hurwitz_limit(plant, lower)
     if isinstance(plant, PlantFamily):
-        _, high = _worst(plant, lower)
+        _, high = worst(plant, lower)
         return Bracket(min(double_below(lower), high), high)
     if isinstance(plant, StateSpace):
         witness = _smallest_gain(plant, lower)

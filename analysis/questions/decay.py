@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import guarded
@@ -21,7 +21,7 @@ from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
 from lure.analysis.questions.decay_channels import SeveralChannels, accepted, jumps
-from lure.analysis.questions.decay_families import BoxOfPlants, end_of
+from lure.analysis.questions.decay_families import BoxOfChannels, BoxOfPlants, end_of
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
 from lure.analysis.questions.two_sided import TwoSided
@@ -34,6 +34,7 @@ from lure.analysis.wording import counterexample as counterexample_in_words
 from lure.arrays import Reals, np
 from lure.classes import Diagonal
 from lure.errors import InputError
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import rational_if_moderate
 from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
@@ -223,7 +224,8 @@ def decay_rate(
         problem = channel_problem(loop, nonlinearity)
         if problem.kind != "class":
             raise InputError("no class of nonlinearities is given; give one for each channel, in order")
-        return _answered(SeveralChannels(problem), seconds, progress)
+        several = BoxOfChannels if isinstance(problem.plant, ChannelFamily) else SeveralChannels
+        return _answered(several(problem), seconds, progress)
     given = class_given(nonlinearity)
     asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
     of_one = BoxOfPlants if isinstance(asked.plant, PlantFamily) else _OneChannel
@@ -322,8 +324,15 @@ class _OneChannel:
         return found if isinstance(found, Refuted) else None
 
     def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
-        """What Zames-Falb multipliers prove, better than what is known; beyond ``end`` nothing is true."""
+        """What Zames-Falb multipliers prove, better than what is known; beyond ``end`` nothing is true.
+
+        Of a sector alone it is Popov's terms, of a loop with one channel among several.
+        """
         search, discrete = self.multipliers, self.discrete
+        own, D = self.asked.nonlinearity_class, self.plant.feedthrough
+        if search is None and not (discrete or own.time_varying or own.linear or D):
+            several = channel_problem(MultivariablePlant.of_one_channel(self.plant), [own])
+            yield from SeveralChannels(several).by_multipliers(end, known)
         if search is None or (end is None and not discrete):
             return
         best, one = float(end or 0), 1.0 if discrete else 0.0
@@ -391,8 +400,11 @@ class _OneChannel:
         return found if isinstance(found, Refuted) else None
 
 
+_Loop: TypeAlias = _OneChannel | BoxOfPlants | BoxOfChannels | SeveralChannels
+
+
 def _answered(
-    loop: _OneChannel | BoxOfPlants | SeveralChannels,
+    loop: _Loop,
     seconds: float | None,
     progress: Callable[[str, float], None] | None,
     *,
@@ -409,7 +421,7 @@ def _answered(
             refuted = _refuted(loop)
             tell("the circle criterion", 0.2)
             end = None if refuted is None else refuted[0]
-            for better in _proofs(loop, end):
+            for better in loop.proofs(end) if isinstance(loop, BoxOfChannels) else _proofs(loop, end):
                 proof = better
             if proof is None or end is None or abs(proof[0] - end) > 2 * loop.close * abs(proof[0]):
                 tell("Zames-Falb multipliers", 0.4)
@@ -477,17 +489,17 @@ def difference_rate(
     return _answered(SeveralChannels(channel_problem(plant, classes)), seconds, progress, jumping=False)
 
 
-def _decays(loop: _OneChannel | BoxOfPlants | SeveralChannels, proof: tuple[Fraction, Proved] | None) -> bool:
+def _decays(loop: _Loop, proof: tuple[Fraction, Proved] | None) -> bool:
     """Whether what is proved is a decay, and not a bound of a growth."""
     return proof is not None and not _lasting(loop, proof[0])
 
 
-def _lasting(loop: _OneChannel | BoxOfPlants | SeveralChannels, rate: Fraction) -> bool:
+def _lasting(loop: _Loop, rate: Fraction) -> bool:
     """Whether a member of that rate has a solution that does not decay."""
     return rate >= 1 if loop.discrete else rate <= 0
 
 
-def _refuted(loop: _OneChannel | BoxOfPlants | SeveralChannels) -> tuple[Fraction, Refuted] | None:
+def _refuted(loop: _Loop) -> tuple[Fraction, Refuted] | None:
     """The slowest constant gain with the best rate that the checker accepts of it."""
     slowest, _ = loop.slowest
     if not math.isfinite(slowest):
@@ -508,9 +520,7 @@ def _refuted(loop: _OneChannel | BoxOfPlants | SeveralChannels) -> tuple[Fractio
     return None
 
 
-def _slower(
-    loop: _OneChannel | BoxOfPlants | SeveralChannels, known: tuple[Fraction, Refuted] | None
-) -> tuple[Fraction, Refuted] | None:
+def _slower(loop: _Loop, known: tuple[Fraction, Refuted] | None) -> tuple[Fraction, Refuted] | None:
     """Gains that jump, where they may and are slower than the constant ones known."""
     for rate, proof in loop.patterns:
         if known is not None and (rate <= known[0] if loop.discrete else rate >= known[0]):

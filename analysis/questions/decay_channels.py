@@ -11,13 +11,14 @@ from typing import Any
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.blocks import paced
-from lure.analysis.certificates.checker import PACED_CHANNELS, Proved, Refuted
+from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import checked, guarded
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_switching import MOST_STATES, GainsAround, Pattern, SwitchedGains
 from lure.analysis.deadline import checkpoint
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import criteria_for, proved_whole
+from lure.analysis.questions.channel_rates import weighed_searches
 from lure.analysis.questions.problem import Problem
 from lure.analysis.wording import class_words
 from lure.arrays import NDArray, Reals, np
@@ -26,6 +27,7 @@ from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
 
 CLOSE = Fraction(1, 10**4)
+FORMS = ("diagonal-circle", "coupled-circle", "full-block-circle", "constant-gains")  # of one sample: not weighed
 _VERTICES, _DRAWN, _KEPT, _ROUNDS, _SEED = 10, 400, 6, 14, 20261122
 _BACK = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # from what a pattern seems to reach
 _BITS = (256, 1024)
@@ -106,7 +108,7 @@ class SeveralChannels:
         A, B, C, D = (tuple(tuple(map(Fraction, row)) for row in system[side]) for side in "ABCD")
         scaled = replace(self.asked, plant=MultivariablePlant(A, B, C, D, self.plant.dt), kind="class")
         for criterion in criteria_for(scaled):
-            if criterion.name in PACED_CHANNELS:
+            if criterion.name in FORMS:
                 work = partial(proved_whole, scaled, criterion)  # eigenvalues on the axis are not for all of them
                 shown = guarded(criterion.name, work, passing=(TimeoutError,))
                 found = self._of_rate(shown, rate) if isinstance(shown, Proved) else None
@@ -201,9 +203,18 @@ class SeveralChannels:
             rows = [texts([gains[end][i] for i, end in enumerate(row)]) for row in ends]
             yield rate, {"method": "switched-gains", "gains": rows} | proof
 
-    def by_multipliers(self, _end: Fraction | None, _known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
-        """Nothing: multipliers of several samples are not weighed for several channels."""
-        yield from ()
+    def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+        """What multipliers of several samples, kernels and Popov's terms prove, each better than what is known."""
+        hard = self.fastest if end is None else float(end)
+        hard = max(hard, self.fastest) if self.discrete else min(hard, self.fastest)
+        for search in weighed_searches(self.asked):
+            easy = float(known) if known is not None else float(self.discrete)
+            for rate, proposal in search.farthest(easy, hard):
+                shown = accepted({"verdict": "PROVED", **self.base, **proposal, "rate": str(rate)})
+                if isinstance(shown, Proved):
+                    known = rate
+                    yield rate, shown
+                    break
 
     def lasting(self) -> Refuted | None:
         """Nothing but gains is looked at."""

@@ -1,21 +1,24 @@
-"""Rates of decay for every plant of a box of parameters: the circle criterion on boxes, and one slower plant."""
+"""Rates of decay for every plant of a box of parameters: circle and Popov's criterion on boxes, one slower plant."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from itertools import islice
+from itertools import islice, product
 from typing import Any
 
 from lure.analysis.certificates.blocks import paced
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.systems import class_entry, system_of
+from lure.analysis.certificates.systems import class_entry, system_of, texts
+from lure.analysis.counterexamples.channel_switching import GainsAround
 from lure.analysis.inequality.box_polynomials import poles
-from lure.analysis.questions import families
-from lure.analysis.questions.decay_channels import accepted
+from lure.analysis.inequality.gains import simplest_between
+from lure.analysis.questions import channel_families, families
+from lure.analysis.questions.channel_problem import channel_problem
+from lure.analysis.questions.decay_channels import SeveralChannels, accepted
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import row_of
 from lure.analysis.theorems.weighted import WeightedCircle
@@ -23,10 +26,15 @@ from lure.analysis.wording import class_words, plants_words
 from lure.arrays import np, optimize
 from lure.classes import Diagonal
 from lure.errors import AssumptionError, InputError
+from lure.plants.channel_family import ChannelFamily
+from lure.plants.channel_family import Term as ChannelTerm
 from lure.plants.family import PlantFamily, Point, Term
+from lure.plants.multivariable import MultivariablePlant
+from lure.plants.parameters import Box
 from lure.plants.rational import RationalPlant
 
-_GAINS, _CORNERS = 9, 16
+_GAINS, _CORNERS, _VERTICES = 9, 16, 64
+_BACK, _STEPS = 1e-4, (1e-4, 1e-3, 1e-2, 0.1, 0.5)  # relative: from what is refuted, and from where a theorem ends
 
 
 @dataclass
@@ -145,8 +153,170 @@ class BoxOfPlants:
         """Gains that jump are not looked at."""
         return iter(())
 
+    def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+        """What Popov's terms prove of the plants as ones of several channels, better than what is known."""
+        own = self.asked.nonlinearity_class
+        if end is None or self.discrete or own.time_varying or own.linear:
+            return
+        several = BoxOfChannels(channel_problem(self.plants.channels, [own]))
+        for rate, shown in several.proofs(end):
+            if known is None or rate > known:
+                yield rate, shown
+
+    def lasting(self) -> None:
+        """Members that do not decay, but for constant gains, are not looked at."""
+
+
+@dataclass
+class BoxOfChannels:
+    """The searches for several nonlinearities and plants with parameters, at a rate.
+
+    Attributes
+    ----------
+    asked : Problem
+        The question, about a ``ChannelFamily``.
+    """
+
+    asked: Problem
+    close = Fraction(1, 10**4)
+
+    def __post_init__(self) -> None:
+        if self.asked.classes.operators:
+            raise InputError(
+                "decay rates are not shown of operators, and a class here is one, such as a delay; lure certify and "
+                "lure max-sector decide whether the loop is stable"
+            )
+        self.theorem = channel_families.criteria(self.asked)[0]
+
+    @property
+    def plants(self) -> ChannelFamily:
+        """The plants."""
+        return channel_families.family_of(self.asked)
+
+    @property
+    def discrete(self) -> bool:
+        """Whether in discrete time."""
+        return self.plants.dt is not None
+
+    @cached_property
+    def base(self) -> dict[str, Any]:
+        """What all drafts have in common."""
+        return {"system": system_of(self.plants), "laws": dict(self.asked.class_entry)}
+
+    @property
+    def classes(self) -> Diagonal:
+        """The classes."""
+        return self.asked.classes
+
+    @property
+    def words(self) -> str:
+        """The classes and the box in words."""
+        return class_words(self.base["laws"]) + plants_words(self.base["system"])
+
+    def _search(self, rate: float | Fraction) -> channel_families.BoxSearch:
+        """That for the plants of the solutions times ``e^(a t)``, or ``r^-t``."""
+        exact, terms = Fraction(rate), list[ChannelTerm]()
+        for one in paced(self.base["system"], exact)["terms"]:
+            A, B, C, D = (tuple(tuple(map(Fraction, row)) for row in one[side]) for side in "ABCD")
+            terms.append(ChannelTerm(tuple(one["powers"]), Fraction(one["common"]), A, B, C, D))
+        bounds, step = dict(zip(self.plants.names, self.plants.box, strict=True)), self.plants.dt
+        family = ChannelFamily(bounds, terms, True if self.plants.any_period else step)
+        return channel_families.BoxSearch(replace(self.asked, plant=family), self.theorem, exact)
+
+    def proofs(self, end: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+        """A rate that is proved, near to where the theorem ends at the worst of some plants; better ones last.
+
+        Parameters
+        ----------
+        end : Fraction or None
+            A rate that is refuted.
+        """
+        neutral, best = Fraction(int(self.discrete)), self.fastest if end is None else float(end)
+        outward = max(abs(best), 1e-3) * (1 if self.discrete else -1)
+        easier = [float(neutral) + part * outward for part in (0, 1, 16, 256)]
+        points = [self._slowest[0], self.plants.middle, *islice(self.plants.corners, 2 * _CORNERS)]
+        best += (_BACK if best < neutral or not self.discrete else 0.0) * outward
+        for point in dict.fromkeys(points):
+            at = tuple((v, v) for v in point)
+
+            def serves(rate: float, at: Box = at) -> bool:
+                return (rate > 0 or not self.discrete) and self._search(rate).serves(at)
+
+            if serves(best):
+                continue
+            easy = next((rate for rate in easier if abs(rate - best) > 0 and serves(rate)), None)
+            if easy is None:
+                return
+            while abs(easy - best) > float(self.close) / 4 * max(abs(easy), abs(best)):
+                middle = (easy + best) / 2
+                easy, best = (middle, best) if serves(middle) else (easy, middle)
+            best = easy
+        for step in _STEPS:
+            rate = simplest_between(
+                *sorted(Fraction(best + part * step * abs(outward) * (1 if self.discrete else -1)) for part in (1, 2))
+            )
+            search = self._search(rate)
+            try:
+                shown = search.accepted(Fraction(1), search.tree(Fraction(1)), self.base["system"])
+            except AssumptionError:
+                continue
+            if shown is not None:
+                yield rate, shown
+                return
+
+    @cached_property
+    def _slowest(self) -> tuple[Point, Sequence[Fraction], float]:
+        """A plant and constant gains with the slowest mode found, and its rate in floating point."""
+        lower, upper = (np.array([float(v) for v in side]) for side in (self.classes.lower, self.classes.upper))
+        blocks = self.classes.blocks
+        shares = np.array(
+            [*islice(product((0.0, 1.0), repeat=len(blocks)), _VERTICES), *np.full((1, len(blocks)), 0.5)]
+        )
+        gains = np.repeat(lower[None], len(shares), axis=0)
+        for j, block in enumerate(blocks):
+            gains[:, [*block]] += shares[:, [j]] * (upper - lower)[[*block]]
+
+        def slowness(plant: MultivariablePlant) -> float:
+            values = np.linalg.eigvals(GainsAround(*plant.doubles()).closed_by(gains))
+            return -float((np.abs(values) if self.discrete else values.real).max())
+
+        point, _ = families.least(self.plants, slowness)
+        rate, found = SeveralChannels(replace(self.asked, plant=self.plants.at(point))).slowest
+        return point, found, rate
+
+    @property
+    def slowest(self) -> tuple[float, Sequence[Fraction]]:
+        """The rate of the slowest constant gains, in floating point, and the gains."""
+        _, gains, rate = self._slowest
+        return rate, gains
+
+    @property
+    def fastest(self) -> float:
+        """A rate that no proof exceeds."""
+        return 0.0
+
+    def refute(self, rate: Fraction) -> Refuted | None:
+        """What is accepted against a rate.
+
+        Parameters
+        ----------
+        rate : Fraction
+            The rate.
+        """
+        point, gains, _ = self._slowest
+        inner = {"proof": {"method": "linear-gains", "gains": texts(gains)}}
+        draft = {**families.member_draft(self.plants, point, inner), **self.base}
+        draft |= {"verdict": "REFUTED", "theorem": "counterexample", "multiplier": {}}
+        found = accepted({**draft, "rate": str(rate)}) if rate else accepted(draft) or accepted({**draft, "rate": "0"})
+        return found if isinstance(found, Refuted) else None
+
+    @property
+    def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
+        """Gains that jump are not looked at."""
+        return iter(())
+
     def by_multipliers(self, _end: Fraction | None, _known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
-        """Zames-Falb multipliers are not looked at."""
+        """Kernels are not looked at."""
         return iter(())
 
     def lasting(self) -> None:

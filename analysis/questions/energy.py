@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any, cast
+from typing import cast
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
@@ -21,7 +21,7 @@ from lure.analysis.questions.gain import gain_problem, l2_gain
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.region_sets import positive
 from lure.arrays import Reals, linalg, np
-from lure.classes import OPERATORS, Diagonal, NonlinearityClass
+from lure.classes import OPERATORS, Diagonal, NonlinearityClass, Sector
 from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
 from lure.record import Page, Record, plain, quantity
@@ -102,7 +102,7 @@ def energy_bounds(plant: object, classes: object = None, performance: object = N
                 f"energy and peak are bounded for sectors, slopes and norm-bounded operators; this is {one}"
             )
     varying = tuple(
-        one if one.operator else NonlinearityClass(sector=_sector(one), time_varying=True)
+        one if one.operator else NonlinearityClass(sector=Sector(*one.gains), time_varying=True)
         for one in problem.classes.classes
     )
     loose = replace(problem, classes=Diagonal(varying, repeated=problem.classes.repeated))
@@ -127,10 +127,6 @@ def energy_bounds(plant: object, classes: object = None, performance: object = N
         else:
             reason = "no quadratic function was found"
     return EnergyBounds(initial=values[0], peak=values[1], reason=reason, proofs=tuple(proofs))
-
-
-def _sector(one: NonlinearityClass) -> Any:  # noqa: ANN401  (a Sector)
-    return type(one.sector)(*one.gains)
 
 
 def _sizes(problem: Problem) -> tuple[int, ...]:

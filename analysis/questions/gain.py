@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast
 
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.questions.answers import answer
 from lure.analysis.questions.channel_problem import channel_plants, channel_problem
@@ -29,7 +29,6 @@ from lure.record import Page, derived, plain, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked, Proved, Refuted
-    from lure.analysis.drawing import Axes
 
 Whole = MultivariablePlant | ChannelFamily
 _FREQUENCIES = 200
@@ -162,16 +161,7 @@ class GainBound(TwoSided):
             return f"{said} ({self.criterion}, {self.evidence}){above}. {self.factors.unfinished}".rstrip()
         return f"No bound of the {self._name} is proved for {self._about} ({self.reason}){above}."
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """The gain of linear members over the frequencies, and the bound for all members.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
+    plot = drawn("The gain of linear members over the frequencies, and the bound for all members.")
 
     def _page(self) -> Page:
         rows = [
@@ -194,13 +184,14 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     criterion: str = BEST,
     window: int | None = None,
     incremental: bool = False,
+    worst: bool = False,
     seconds: float | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> GainBound:
     r"""The L2 gain from ``w`` to ``z`` over all members of the classes, from both sides.
 
     .. math:: \dot x = A x + B \mu + B_w w, \quad \sigma = C x + D \mu + D_{\sigma w} w, \quad
-        z = C_z x + D_{z\mu} \mu + D_{zw} w, \quad \mu_i = -\varphi_i(\sigma_i), \quad x(0) = 0,
+        z = C_z x + D_{z\mu} \mu + D_{zw} w, \quad \mu_i = -\phi_i(\sigma_i), \quad x(0) = 0,
 
     in discrete time with ``x+`` and sums.
 
@@ -224,6 +215,9 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
         loop that begin together.  Then each class needs slope bounds, and only their time-varying gains are used:
         Popov's terms, kernels and forms of several samples hold for solutions, not for differences (Kulkarni, Safonov
         2002).
+    worst : bool
+        Whether disturbances are looked for too beside which the gains jump, by power iteration, for a larger
+        ``low``: of classes that depend on time, in discrete time of sectors too.  That takes some seconds.
     seconds : float or None
         Time allowed; when it is over the best bounds so far are returned.
     progress : callable, optional
@@ -232,8 +226,8 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     Returns
     -------
     GainBound
-        ``gain.high`` is certified for every member; ``gain.low`` by a linear member at a frequency, of ReLUs in
-        discrete time by a disturbance of some samples.
+        ``gain.high`` is certified for every member; ``gain.low`` by a linear member at a frequency, of ReLUs and
+        with ``worst`` by a disturbance of some steps.
 
     Raises
     ------
@@ -255,7 +249,7 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     PROVED 1.0 1.0
     """
     problem, stated, asked = gain_problem(plant, classes, performance, criterion=criterion, incremental=incremental)
-    problem = replace(problem, window=_window(window, problem))
+    problem = replace(problem, window=_window(window, problem), worst=bool(worst))
     found = cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
     unit, H = Fraction(problem.classes.classes[-1].sector.upper), cast("Whole", problem.plant)
     low = math.inf if found.refuted_at == 0 and _unbounded(found, H, len(problem.classes.blocks[-1])) else 0.0
@@ -302,7 +296,7 @@ def gain_problem(
         source, stated = _last_channels(plant, len(classes.classes if isinstance(classes, Diagonal) else classes))
     if stated is None:
         raise InputError("the L2 gain is asked of w and z, which are not given; give [performance] with Bw and Cz")
-    found = Performance.given(stated)
+    found = Performance.given(stated, formulas=isinstance(plant, PlantFamily | ChannelFamily))
     if isinstance(plant, LoopSystem) and isinstance(classes, list) and source is plant:
         source = plant.block
     listed = classes.classes if isinstance(classes, Diagonal) else classes if isinstance(classes, list | tuple) else ()

@@ -165,7 +165,7 @@ class StabilityBound(Record):
         "What follows from what the checker accepted of the proof or, for REFUTED, of the witness", key=""
     )
     subject: str = quantity(
-        "What moves, where it is an approximation of something else: ``the scheme with 20 cells``; else empty",
+        "What moves, where it has a name: ``the rod``, ``the scheme with 20 cells``; else empty",
         default="",
     )
     classes: Diagonal | None = quantity(

@@ -15,7 +15,7 @@ from lure.analysis.drawing import drawn
 from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions import families
 from lure.analysis.questions.conclusion import Certification
-from lure.analysis.questions.counterexample_search import hurwitz, linear_refutation
+from lure.analysis.questions.counterexample_search import hurwitz, linear_refutation, worst
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, class_given, loop_given, posed
 from lure.analysis.questions.two_sided import TwoSided
@@ -26,6 +26,7 @@ from lure.errors import InputError
 from lure.plants.family import Box, PlantFamily
 from lure.record import Page, Record, derived, quantity
 
+_ROUNDS = 4
 MOST, CLOSE, LATE, PARTS = Fraction(32), Fraction(1, 100), 1, 48
 """How wide boxes get, in widths of the one given; how closely; the last stage of the criteria; into how many parts."""
 
@@ -186,6 +187,7 @@ class _Growth:
     """The boxes that grow."""
 
     asked: Problem
+    found: tuple[Box, Theorem, families.Tree] | None = None  # what was found last in floating point
 
     @property
     def family(self) -> PlantFamily:
@@ -216,9 +218,11 @@ class _Growth:
         """What is accepted of the class for all plants of a box."""
         laws, plants = dict(self.asked.class_entry), self.family.within(box)
         for row, lower, upper in self._bounds():
-            found = guarded(
-                row.name, partial(families.Search(plants, row, self.asked.odd, PARTS).proved, laws, lower, upper)
-            )
+            start = self.found[2] if self.found is not None and self.found[:2] == (box, row) else None
+            if start is None and self.found is not None and self.found[0] == box:
+                continue  # of another criterion
+            search = families.Search(plants, row, self.asked.odd, PARTS)
+            found = guarded(row.name, partial(search.proved, laws, lower, upper, start))
             if isinstance(found, Proved):
                 return found
         return None
@@ -232,6 +236,7 @@ class _Growth:
                 row.name, partial(families.Search(plants, row, self.asked.odd, PARTS).tree, laws, lower, upper)
             )
             if not isinstance(found, Failure):
+                self.found = box, row, found
                 return True
         return False
 
@@ -245,6 +250,19 @@ class _Growth:
         """Whether a constant gain of the class is seen to be unstable with a plant of a box."""
         checkpoint()
         return bool(hurwitz(self.at(box)).high <= self.asked.nonlinearity_class.gains[1])
+
+    def _worst_place(self, own: Sequence[int], s: Fraction) -> list[Fraction]:
+        """Where in the box of a width the linear gains end first, from -1 to 1 in each parameter."""
+        box = self.box(own, s)
+        point, _ = worst(self.family.within(box), self.asked.lower)
+        return [(2 * v - low - high) / (high - low) for v, (low, high) in zip(point, box, strict=True)]
+
+    def _moves(self, own: Sequence[int], place: Sequence[Fraction], s: Fraction) -> bool:
+        """Whether a gain of the class is seen to be unstable with the plant at a place of the box of a width."""
+        checkpoint()
+        ends = zip(self.box(own, s), place, strict=True)
+        plant = self.family.at([(low + high + (high - low) * t) / 2 for (low, high), t in ends])
+        return bool(hurwitz(replace(self.asked, plant=plant)).high <= self.asked.nonlinearity_class.gains[1])
 
     def refuted(self, box: Box) -> Refuted | None:
         """What is accepted against the class, of a plant of a box."""
@@ -273,10 +291,16 @@ class _Growth:
             high *= 2
             if high > MOST:
                 return None
-        low = high / 2 if high > 1 else Fraction(0)
-        while high - low > CLOSE / 2 * high:
-            middle = (low + high) / 2
-            low, high = (low, middle) if self.unstable(self.box(own, middle)) else (middle, high)
+        first = high / 2 if high > 1 else Fraction(0)
+        for _ in range(_ROUNDS):
+            place = self._worst_place(own, high)
+            low = first
+            while high - low > CLOSE / 4 * high:  # of the plant at the same place of its box
+                middle = (low + high) / 2
+                low, high = (low, middle) if self._moves(own, place, middle) else (middle, high)
+            if not self.unstable(self.box(own, high * (1 - CLOSE / 2))):
+                break
+            high *= 1 - CLOSE / 2
         for width in (high, high * (1 + CLOSE), 2 * high):
             shown = self.refuted(self.box(own, width))
             if shown is not None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from flint import fmpq_mat
 
 from lure.analysis.certificates.blocks import paced
-from lure.analysis.certificates.checker import PACED_CHANNELS, Proved
+from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import guarded
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above
@@ -18,6 +18,7 @@ from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channel_proofs import criteria_for, searches
 from lure.analysis.questions.decay_channels import SeveralChannels, accepted
+from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Evidence
 from lure.analysis.wording import class_words
 from lure.arrays import np
@@ -31,6 +32,7 @@ from lure.record import Record, quantity
 if TYPE_CHECKING:
     from lure.analysis.questions.channel_proofs import Criterion
 
+_QUADRATIC = ("diagonal-circle", "coupled-circle", "full-block-circle")  # V is x^T P x, and nothing beside it
 _ROOM = (1e-9, 1e-6, 1e-3)  # beside eigenvalues in floating point
 
 
@@ -95,7 +97,7 @@ def overshoot(loop: object, classes: object = None, rate: float | Fraction = 0) 
     scaled = replace(asked, plant=MultivariablePlant(A, B, C, D, several.plant.dt))
     best: tuple[Fraction, Proved] | None = None
     for criterion in criteria_for(scaled):
-        if criterion.name in PACED_CHANNELS and not criterion.row.linear:
+        if criterion.name in _QUADRATIC:
             work = partial(_proofs, scaled, criterion, several.base | {"rate": str(exact)})
             tried = guarded(criterion.name, work, passing=(TimeoutError,))
             for shown in tried if isinstance(tried, list) else ():
@@ -109,7 +111,7 @@ def overshoot(loop: object, classes: object = None, rate: float | Fraction = 0) 
     return Overshoot(rate=exact, discrete=several.discrete, constant=_root_above(square), proof=best[1])
 
 
-def _proofs(scaled: Any, criterion: Criterion, base: dict[str, Any]) -> list[Proved]:  # noqa: ANN401  (a problem)
+def _proofs(scaled: Problem, criterion: Criterion, base: dict[str, Any]) -> list[Proved]:
     """What is accepted of the proposals that have a matrix."""
     classes, shown = scaled.classes, list[Proved]()
     widths = [high - low for high, low in zip(classes.upper, classes.lower, strict=True)]

@@ -73,8 +73,8 @@ class Problem:
         Whether an infinite upper end means every nonlinearity with some finite bound.
     known : tuple of Nonlinearity
         With several channels, the nonlinearity of each if they are known; they belong to the classes.
-    window : int
-        Samples of the forms of several channels in discrete time; 0 for two to four.
+    window, worst : int, bool
+        Samples of forms in discrete time, 0 for two to four; of a gain, whether gains that jump are looked for.
     name, title, source : str
         How the loop is called, what it is, where it comes from; no part of the question.
 
@@ -97,6 +97,7 @@ class Problem:
     finite: bool = False
     known: tuple[Nonlinearity, ...] = ()
     window: int = 0
+    worst: bool = False
     name: str = "loop"
     title: str = ""
     source: str = ""
@@ -220,12 +221,13 @@ class Problem:
         """What bounds the class: a sector alone, or the slope too; with several channels of all."""
         return "sector" if any(one.slope is None for one in self.classes.classes) else "slope"
 
-    @property
+    @cached_property
     def lower(self) -> Fraction:
         """The lower end of the class, where it is finite; with several channels the factor 0."""
         if self.several:
             return Fraction(0)
-        return Fraction((self.nonlinearity_class.slope or self.nonlinearity_class.sector).lower)
+        low = (self.nonlinearity_class.slope or self.nonlinearity_class.sector).lower
+        return low if isinstance(low, Fraction) else Fraction(low)
 
     @property
     def endless_below(self) -> bool:
@@ -291,9 +293,8 @@ class Problem:
 
     @property
     def subject(self) -> str:
-        """What moves, where it is an approximation of something else; else empty."""
-        plant = self.plant
-        return plant.name if isinstance(plant, StructuredPlant) and plant.approximation else ""
+        """What moves, where the plant has a name: a rod, or its scheme, which is not the rod; else empty."""
+        return self.plant.name if isinstance(self.plant, StructuredPlant) else ""
 
     @property
     def spelled(self) -> Mapping[Fraction, str]:
@@ -524,7 +525,7 @@ def posed(
     Parameters
     ----------
     loop : LoopSystem, LoopModel, Loop, or anything :func:`lure.plants.as_plant` takes
-        The loop.  A model such as a rod means itself, for a named criterion or a proof by matrices its approximation.
+        The loop.  A model such as a rod means itself, for a proof by matrices its approximation.
     nonlinearity_class : NonlinearityClass or None
         The class; None for the class of the loop, or the smallest its nonlinearity is known to belong to.  A class
         given here leaves the nonlinearity of the loop out.
@@ -540,7 +541,7 @@ def posed(
     InputError
         The loop is none, there is no class, or no such criterion.
     """
-    block, nonlinearity, own = _parts(loop, discretised=criterion != BEST or method == "matrix")
+    block, nonlinearity, own = _parts(loop, discretised=method == "matrix")
     gains = (nonlinearity_class or own or _EVERY).linear and isinstance(block, RationalPlant)
     criterion = "hurwitz" if gains and criterion == BEST else criterion
     named = [row for row in TABLE if row.name == criterion]

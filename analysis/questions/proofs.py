@@ -129,7 +129,7 @@ def proved_answer(asked: Problem, answer: CriterionResult) -> CriterionResult:
     tried = f"{largest.low:g}".replace("e+", "e")
     reason = f"{tried} is the largest k for which a certificate was tried" if limited else answer.reason
     shown = replace(answer, largest=largest, shown=found.proved, search_limited=limited, reason=reason)
-    return _by_a_matrix(shown) if computed else shown
+    return _as_certified(shown) if computed else shown
 
 
 def _of_this_kind(asked: Problem, answer: CriterionResult) -> CriterionResult:
@@ -145,15 +145,17 @@ def _of_this_kind(asked: Problem, answer: CriterionResult) -> CriterionResult:
     return replace(answer, nonlinearity_class=wide, shown=found)
 
 
-def _by_a_matrix(answer: CriterionResult) -> CriterionResult:
+def _as_certified(answer: CriterionResult) -> CriterionResult:
     """What was computed, as it was proved: class, multiplier and hypotheses are those of the certificate."""
     proof = cast("Proved", answer.shown)
     lower, theta = answer.nonlinearity_class.sector.lower, proof.certificate["multiplier"].get("theta")
+    slope = None if answer.nonlinearity_class.slope is None else SlopeBounds(lower, answer.largest.low)
+    own = replace(answer.nonlinearity_class, sector=Sector(lower, answer.largest.low), slope=slope)
     return replace(
         answer,
-        nonlinearity_class=replace(answer.nonlinearity_class, sector=Sector(lower, answer.largest.low)),
+        nonlinearity_class=own,
         theta=0.0 if theta is None else float(Fraction(theta)),
-        parameters=MappingProxyType({} if theta is None else {"theta": theta}),
+        parameters=MappingProxyType(dict(proof.certificate["multiplier"])),
         verdict=Verdict.PROVED,
         evidence=Evidence.CERTIFIED,
         hypotheses=tuple(f"{name}: {fact}" for name, fact in proof.facts.items()),
@@ -330,8 +332,8 @@ def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Pr
         theory = theory_of(plant)
         if asked.criterion == BEST and method in ("best", "structure"):
             return [(theory.argument, lambda: check_for_class(asked, {**theory.proof(), "numbers": numbers}))], []
-        if plant.order is None:
-            return [], []  # no criterion proves anything of infinitely many states
+        if plant.order is None and method not in ("best", "structure"):
+            return [], []  # with infinitely many states there is no polynomial and no matrix
     if isinstance(plant, PlantFamily):
         asking = theorems_for(plant, asked.question, asked.criterion, odd=asked.odd, time_varying=asked.time_varying)
         return [
@@ -402,7 +404,8 @@ def _proof(asked: Problem, candidate: Candidate, numbers: Numbers) -> Proved | R
 
     name, upper, answer = candidate.name, candidate.upper, candidate.ask()
     row, plant = row_of(answer.criterion, asked.plant), asked.block
-    if not _proves(answer) and not (row.linear and _all_gains(answer, upper)):
+    computed = answer.evidence is Evidence.COMPUTED and _all_gains(answer, upper)  # which the checker is to prove
+    if not (_proves(answer) or computed) and not (row.linear and _all_gains(answer, upper)):
         return Failure(search=name, code=codes.NO_MULTIPLIER, detail=answer.reason or "it does not reach the class")
     if row.composed and not _solvable(asked):
         detail = f"{row.name} proves the class only for phi with which sigma + H(inf) phi(sigma) is increasing"

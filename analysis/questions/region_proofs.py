@@ -31,6 +31,7 @@ from lure.plants.multivariable import MultivariablePlant
 
 MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
 _BITS = 40
+_THIN, _FLAT = Fraction(1, 1024), 1e14
 _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no state exceeds what reaches it
 
 
@@ -126,9 +127,10 @@ def _local(
         if bounds is None or reach <= through:
             return None
         low, high = Fraction(bounds[0]), Fraction(bounds[1])
+        if high == low:  # a line, of which a sector with some width is searched for
+            low, high = low - _THIN * abs(low), high + _THIN * abs(high)
         sectors[i], reaches[i], most[i] = (low, high), reach, _above(max(abs(low), abs(high)) * reach)
-        wide = float(high) + 1e-12 * float(abs(high) + abs(low)) * (high == low)
-        found[i] = Local(float(low), wide, None, float(reach - through))
+        found[i] = Local(float(low), float(high) + 1e-12 * (high == low), None, float(reach - through))
     return _Used([found[i] for i in range(m)], sectors, reaches)
 
 
@@ -298,6 +300,8 @@ def _draft(
     local, sectors, reaches = used
     found = _found(plant.doubles(), used, points, discrete=plant.dt is not None, margin=margin)
     if found is None or not all(np.isfinite(part).all() for part in found):
+        return None
+    if np.linalg.cond(found.P) > _FLAT:  # longer and longer sets are invariant
         return None
     grown = _grown(plant, local, found)
     P = _rounded(found.P * grown)

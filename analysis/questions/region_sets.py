@@ -147,7 +147,7 @@ def shape_given(entry: Mapping[str, Any]) -> Shape:
     return Shape(nonlinearity=None, cuts=tuple(Fraction(cut) for cut in entry["cuts"]), pieces=pieces)
 
 
-def shape_of(nonlinearity: Any) -> Shape:  # noqa: ANN401  (whatever is taken as a nonlinearity)
+def shape_of(nonlinearity: object) -> Shape:
     """What is known of a nonlinearity exactly.
 
     Parameters
@@ -415,7 +415,7 @@ def equilibria(plant: MultivariablePlant, shapes: Sequence[Shape]) -> tuple[tupl
 def rests_at_0(plant: MultivariablePlant, shapes: Sequence[Shape]) -> bool:
     r"""Whether 0 is shown to be the only equilibrium, exactly.
 
-    At one :math:`A x = B \varphi` (in discrete time ``A - I`` for ``A``), so that :math:`N B \varphi = 0` for the rows
+    At one :math:`A x = B \phi` (in discrete time ``A - I`` for ``A``), so that :math:`N B \phi = 0` for the rows
     ``N`` with ``N A = 0``.  Where ``N B`` has as many independent columns as there are channels, every ``phi_i`` is 0;
     with it ``sigma_i`` where ``phi_i`` has no other zero, and then ``A x = 0`` and ``C x = 0``.
 
@@ -515,7 +515,7 @@ def _volume(P: Sequence[Sequence[Fraction]]) -> float:
     return float(float(root) * math.pi ** (n / 2) / math.gamma(n / 2 + 1))
 
 
-def matrix_of(certificate: Any, name: str = "P") -> tuple[tuple[Fraction, ...], ...]:  # noqa: ANN401  (JSON data)
+def matrix_of(certificate: Mapping[str, Any], name: str = "P") -> tuple[tuple[Fraction, ...], ...]:
     """The matrix of a certificate.
 
     Parameters
@@ -530,7 +530,7 @@ def matrix_of(certificate: Any, name: str = "P") -> tuple[tuple[Fraction, ...], 
     return tuple(tuple(Fraction(rows[max(i, j)][min(i, j)]) for j in range(n)) for i in range(n))
 
 
-def strips(certificate: Any) -> Iterator[dict[str, Any]]:  # noqa: ANN401  (JSON data)
+def strips(certificate: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """On what interval each local bound was used, one entry a channel.
 
     Parameters

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from lure.analysis.certificates.checker import ATTRACTS, CONVERGES, Proved, Refuted
 from lure.analysis.deadline import check_seconds, time_left, time_limit
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions.certify import ProofOptions, certify
@@ -45,7 +45,7 @@ from lure.analysis.questions.region_sets import (
 )
 from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.verdict import Evidence, Verdict
-from lure.arrays import np
+from lure.arrays import Reals, np
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.plants.multivariable import MultivariablePlant
@@ -53,8 +53,8 @@ from lure.record import Record, derived, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
-    from lure.analysis.drawing import Axes
 
+Exactly = tuple[tuple[Fraction, ...], ...]
 Ends = tuple[Fraction | float, Fraction | float]
 _GLOBAL = 5.0  # [s] for a proof that the region is everything
 _SHOWN = 6  # states, up to which a matrix is written out
@@ -130,7 +130,7 @@ class AttractedSet(Record):
             value += 2 * Fraction(entry["theta"]) * shape.exact_primitive(sigma)
         return value <= 1
 
-    def values(self, points: Any) -> Any:  # noqa: ANN401  (arrays)
+    def values(self, points: Reals) -> Reals:
         """``V`` at points, (k, n), in floating point; at most 1 on the set, ``inf`` where an interval is left.
 
         Of a closed curve it is the factor by which it would have to grow to reach a point.
@@ -147,9 +147,9 @@ class AttractedSet(Record):
             sigma = points @ np.array([float(c) for c in row])
             found = found + 2 * float(Fraction(entry["theta"])) * shape.primitive(sigma)
             found = np.where(np.abs(sigma) <= float(Fraction(entry["reach"])), found, np.inf)
-        return found
+        return np.asarray(found)
 
-    def least(self) -> Any:  # noqa: ANN401  (an array)
+    def least(self) -> Reals:
         """A matrix whose form is not above ``V`` on the set."""
         found = np.array(self.P, dtype=float)
         for row, entry, _ in self._parts():
@@ -255,16 +255,7 @@ class RegionOfAttraction(TwoSided):
     def _sides(self) -> tuple[Checked | None, Checked | None]:
         return self.proof, self.refutation
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """The sets in the plane of the first two states.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
+    plot = drawn("The sets in the plane of the first two states.")
 
     def __str__(self) -> str:
         return "\n".join(self.lines())
@@ -419,7 +410,7 @@ def region(
 def _answered(
     found: MultivariablePlant,
     shapes: Sequence[Shape],
-    points: Any,  # noqa: ANN401  (an array)
+    points: Reals | None,
     seconds: float | None,
 ) -> RegionOfAttraction:
     began = time.monotonic()
@@ -507,7 +498,7 @@ def _set_of(proof: Proved, shapes: Sequence[Shape]) -> AttractedSet:
     return one
 
 
-def _plus(P: Sequence[Sequence[Fraction]], factor: Fraction, row: Sequence[Fraction]) -> Any:  # noqa: ANN401  (rows)
+def _plus(P: Sequence[Sequence[Fraction]], factor: Fraction, row: Sequence[Fraction]) -> Exactly:
     return tuple(
         tuple(v + factor * a * b for v, b in zip(line, row, strict=True)) for line, a in zip(P, row, strict=True)
     )
@@ -546,7 +537,7 @@ def _grown(shown: Refuted) -> OutsideSet:
     return OutsideSet(kind="ellipsoid", Q=matrix_of(shown.certificate, "Q"), proof=shown)
 
 
-def _reach(one: AttractedSet, points: Any) -> float:  # noqa: ANN401  (an array)
+def _reach(one: AttractedSet, points: Reals) -> float:
     """The largest factor, rounded down: by halving, decided exactly."""
     exact = [[Fraction(v) for v in point] for point in points.tolist()]
     low, high = Fraction(0), Fraction(1)

@@ -291,7 +291,7 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
     r"""Whether a loop has exactly one bounded solution, which attracts all others, and how large it is.
 
     .. math:: \dot x = A x + B \mu + B_w w, \quad \sigma = C x + D \mu + D_{\sigma w} w, \quad
-        z = C_z x + D_{z\mu} \mu + D_{zw} w, \quad \mu_i = -\varphi_i(\sigma_i), \quad w = w_0 + a \sin(\omega t).
+        z = C_z x + D_{z\mu} \mu + D_{zw} w, \quad \mu_i = -\phi_i(\sigma_i), \quad w = w_0 + a \sin(\omega t).
 
     Parameters
     ----------

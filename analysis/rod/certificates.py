@@ -15,6 +15,7 @@ from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.rod.discretisation import UpwindScheme
+from lure.rod.family import RodFamily
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodPlant
 
@@ -33,7 +34,8 @@ def energy_theorem_draft(block: UpwindScheme | RodPlant) -> dict[str, Any]:
     block : UpwindScheme or RodPlant
         The scheme, or the rod itself.
     """
-    draft = _draft(block, "rod-energy", {}, class_entry(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=True))
+    nonlinearities = class_entry(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=True)
+    draft = draft_of(block, "rod-energy", {}, nonlinearities)
     rod = block.rod.exact
     if rod["exponent"] == 1:
         kink = {"points": [["0", "0"]], "left": "0", "right": text(1 / rod["compliance"])}
@@ -49,13 +51,13 @@ def inequality_draft(block: UpwindScheme | RodPlant, result: CriterionResult) ->
     Parameters
     ----------
     block : UpwindScheme or RodPlant
-        The scheme, or the rod itself, about which the inequality alone proves nothing.
+        The scheme, or the rod itself.
     result : CriterionResult
         A result for ``k > 0``.
     """
     nonlinearity_class = NonlinearityClass(sector=result.sector, time_varying=result.criterion == "circle")
     multiplier = _multiplier(block, popov=result.criterion == "popov")
-    return _draft(block, f"rod-{result.criterion}", multiplier, class_entry(nonlinearity_class, unbounded=True))
+    return draft_of(block, f"rod-{result.criterion}", multiplier, class_entry(nonlinearity_class, unbounded=True))
 
 
 def criterion_drafts(
@@ -79,7 +81,7 @@ def criterion_drafts(
     for end in ends:
         nonlinearities = class_entry(answer.nonlinearity_class, unbounded=False)
         nonlinearities["sector"][1] = end if isinstance(end, str) else text(end)
-        yield end, _draft(block, f"rod-{answer.criterion}", _multiplier(block, popov=popov), nonlinearities)
+        yield end, draft_of(block, f"rod-{answer.criterion}", _multiplier(block, popov=popov), nonlinearities)
 
 
 def negative_damping_draft(block: UpwindScheme | RodPlant, sector: Sector) -> dict[str, Any]:
@@ -93,7 +95,7 @@ def negative_damping_draft(block: UpwindScheme | RodPlant, sector: Sector) -> di
         The sector.
     """
     nonlinearities = class_entry(NonlinearityClass(sector=sector), unbounded=True)
-    return {**_draft(block, "counterexample", {}, nonlinearities), "verdict": "REFUTED"}
+    return {**draft_of(block, "counterexample", {}, nonlinearities), "verdict": "REFUTED"}
 
 
 def popov_theta(rod: Rod) -> Fraction:
@@ -142,9 +144,25 @@ def _multiplier(block: UpwindScheme | RodPlant, *, popov: bool) -> dict[str, str
     return {"theta": text(popov_theta(block.rod))} if popov else {}
 
 
-def _draft(
-    block: UpwindScheme | RodPlant, theorem: str, multiplier: dict[str, str], nonlinearities: dict[str, Any]
+def draft_of(
+    block: UpwindScheme | RodPlant | RodFamily,
+    theorem: str,
+    multiplier: dict[str, str],
+    nonlinearities: dict[str, Any],
 ) -> dict[str, Any]:
+    """The draft of a certificate that rests on the structure of a rod, of rods or of a scheme.
+
+    Parameters
+    ----------
+    block : UpwindScheme, RodPlant or RodFamily
+        What it is about.
+    theorem : str
+        Its theorem.
+    multiplier : dict
+        The numbers of the theorem.
+    nonlinearities : dict
+        The class, as certificates have it.
+    """
     return {
         "verdict": "PROVED",
         "numbers": "decimals as written",

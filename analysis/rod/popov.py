@@ -373,7 +373,7 @@ def _result(
 
 def _advice(name: str, smallest: Bracket | None, largest: Bracket) -> str:
     if name == "circle":
-        return f"the circle criterion reaches the sector [0, {largest.low:.6g}]: ask Popov's for more"
+        return f"the circle criterion holds in the sector [0, {largest.low:.6g}]: ask Popov's for more"
     return f"take theta above {smallest.high:.6g} s" if smallest else "take a larger theta"
 
 

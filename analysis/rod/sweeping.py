@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from lure.analysis.numerics.doubles import double_below
 from lure.analysis.rod.certificates import circle_bound, popov_theta
 from lure.analysis.rod.conclusion import concluded, offered
 from lure.analysis.rod.spectrum import slowest_decays
 from lure.analysis.sweeps.rows import Answered, Certificate, Row
 from lure.analysis.verdict import Verdict
 from lure.rod.discretisation import UpwindScheme, upwind
+from lure.rod.family import RodFamily
+from lure.rod.parameters import Rod
 from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
@@ -21,30 +25,47 @@ if TYPE_CHECKING:
 def rod_row(system: RodSystem, _seconds: float | None = None, *, plain: bool = False) -> Answered:
     """The rod and its scheme with the rod's own pressure law: the energy theorem decides both, for every sector.
 
+    With intervals it is about all rods of the box: PROVED of each, REFUTED where one of them is, ``circle`` is the
+    least.  Decay and multiplier, which are those of one rod, are left out.
+
     Parameters
     ----------
     system : RodSystem
-        The rod with its scheme; nothing is simulated.
+        The rod with its scheme, or rods with theirs; nothing is simulated.
     plain : bool
         Whether what follows from the certificate is concluded anew, in words, for this very rod.
     """
-    scheme = upwind(system.single.rod, system.cells, form=system.form)
+    if system.intervals:
+        return _of_all(system)
+    scheme = upwind(system.rod, system.cells, form=system.form)
     conclude = _followed if plain else _follows
     of_rod, of_scheme = (conclude(block, offered(block)) for block in (RodPlant(system.rod), scheme))
-    damped = system.rod.exact["damping"] > 0
-    bound = circle_bound(system.rod) if damped else None
     decays = slowest_decays(scheme)
+    theta = float(popov_theta(system.rod)) if system.rod.exact["damping"] > 0 else math.nan
+    more = {"slowest_decay": decays.rod, "scheme_slowest_decay": decays.scheme, "theta": theta}
+    return _answered(of_rod, of_scheme, [system.rod], more)
+
+
+def _of_all(system: RodSystem) -> Answered:
+    """The same of all rods with parameters in intervals, and of their schemes."""
+    families = [system.family(discretised=discretised) for discretised in (False, True)]
+    of_rods, of_schemes = (_followed(block, offered(block)) for block in families)
+    return _answered(of_rods, of_schemes, families[0].hardest, {})
+
+
+def _answered(of_rod: _Found, of_scheme: _Found, hardest: Sequence[Rod], more: Row) -> Answered:
+    """The row of what was found, with the rods at which the circle criterion is hardest."""
+    damped = all(rod.exact["damping"] > 0 for rod in hardest)
+    bounds = [bound for rod in hardest if damped and (bound := circle_bound(rod)) is not None]
     row: Row = {
         **_sector(of_rod),
         "refuted_at": 0.0 if of_rod.verdict is Verdict.REFUTED else math.nan,
         "criterion": of_rod.theorem,
-        "slowest_decay": decays.rod,
-        "theta": float(popov_theta(system.rod)) if damped else math.nan,
         "code": of_rod.code,
         "scheme_verdict": str(of_scheme.verdict),
         "scheme_largest_low": _sector(of_scheme)["largest_low"],
-        "scheme_slowest_decay": decays.scheme,
-        "circle": math.inf if damped and bound is None else math.nan if bound is None else float(bound),
+        "circle": math.nan if not damped else double_below(min(bounds)) if bounds else math.inf,
+        **more,
     }
     return Answered(row, tuple(one.certificate for one in (of_rod, of_scheme) if one.certificate is not None))
 
@@ -77,7 +98,7 @@ def _follows(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> _
     return found if found.certificate is None else found._replace(certificate=shown.certificate)
 
 
-def _followed(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> _Found:
+def _followed(block: RodPlant | UpwindScheme | RodFamily, shown: Proved | Refuted | str) -> _Found:
     """What follows for a block with the rod's own pressure law."""
     found = concluded(block, shown)
     code = "" if found.code is None else found.code.identifier

@@ -53,9 +53,9 @@ class RodTheory:
     def largest(self, criterion: str) -> CriterionResult:
         """The largest sector ``[0, k]`` of Popov's or the circle criterion for the rod or its scheme.
 
-        For the rod itself the answer is INCONCLUSIVE whatever the inequality reaches: the verdict about the partial
-        differential equation rests on the energy theorem, see :func:`lure.analysis.rod.conclusion.conclusion`.  That
-        the inequality would suffice too is proved in note 11, and not used here.
+        For the rod itself, a partial differential equation, the inequality proves that every motion of finite energy
+        comes to rest, its end at a zero of a time-invariant ``phi`` (note 11); of the scheme, that every motion
+        converges to the set of equilibria.  Neither says which equilibrium, nor how fast.
 
         Parameters
         ----------
@@ -74,8 +74,7 @@ class RodTheory:
         if 0 < largest.low < math.inf:  # asked of a sector strictly inside the largest one
             largest = Bracket(math.nextafter(largest.low, 0), largest.high)
             found = self.inequality(criterion, Sector(0, largest.low))
-        elsewhere = self.elsewhere("this inequality")
-        proved = not elsewhere and largest.low > 0 and found.verdict is Verdict.PROVED
+        proved = largest.low > 0 and found.verdict is Verdict.PROVED
         return replace(
             found,
             model="",
@@ -85,18 +84,12 @@ class RodTheory:
             needs=("time-invariant",),
             margin=None,
             smallest_theta=None,
-            reason=elsewhere or found.reason,
+            reason=found.reason,
         )
 
     def hurwitz(self) -> Bracket:
         """Every gain is stable if the dashpot damps, since Popov's criterion covers them."""
         return INFINITE if self.plant.rod.exact["damping"] > 0 else Bracket(0.0, math.inf)
-
-    def elsewhere(self, what: str) -> str:
-        """The verdict on the rod itself rests on its energy theorem."""
-        if isinstance(self.plant, UpwindScheme):
-            return ""
-        return f"the verdict about the rod itself rests on its energy theorem, not on {what}: lure report"
 
     def drafts(self, answer: CriterionResult, upper: Upper | None) -> Iterator[tuple[Upper, Draft]]:
         """Proofs of what a criterion answered."""

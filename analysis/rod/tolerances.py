@@ -13,7 +13,7 @@ from lure.analysis.certificates.drafts import complete_and_check, guarded
 from lure.analysis.certificates.riccati import Rounded
 from lure.analysis.certificates.systems import class_entry, system_of, text
 from lure.analysis.certificates.theory import Draft
-from lure.analysis.rod.certificates import SLACK, STRUCTURE, circle_bound
+from lure.analysis.rod.certificates import SLACK, STRUCTURE, circle_bound, draft_of
 from lure.analysis.theorems.table import Upper
 from lure.analysis.verdict import INFINITE, Bracket, CriterionResult
 from lure.classes import NonlinearityClass, Sector
@@ -52,10 +52,6 @@ class FamilyTheory:
     def hurwitz(self) -> Bracket:
         """Every gain is stable if all dashpots damp, by the energy theorem."""
         return INFINITE if self.plant.bounds("damping")[0] > 0 else Bracket(0.0, math.inf)
-
-    def elsewhere(self, what: str) -> str:
-        """The verdict rests on the energy theorem."""
-        return f"the verdict about all rods rests on their energy theorem, not on {what}: lure report"
 
     def drafts(self, answer: CriterionResult, upper: Upper | None) -> Iterator[tuple[Upper, Draft]]:
         """None: no criterion answers."""
@@ -98,7 +94,7 @@ def energy_draft(family: RodFamily) -> Draft:
             f"{'' if low == high else f' to {float(high):g}'}, and with k <= 0 the energy does not fall",
             code=Reason.UNDAMPED,
         )
-    draft = _draft(family, "rod-energy", {}, class_entry(_EVERY, unbounded=True))
+    draft = draft_of(family, "rod-energy", {}, class_entry(_EVERY, unbounded=True))
     exact = family.rod.exact
     if exact["exponent"] == 1 and "compliance" not in family.intervals:
         kink = {"points": [["0", "0"]], "left": "0", "right": text(1 / exact["compliance"])}
@@ -122,7 +118,7 @@ def negative_draft(family: RodFamily) -> Draft | None:
     point = [E, rho, L, A, max(k, low)]
     proof = {"method": "member", "at": [str(v) for v in point], "proof": STRUCTURE}
     return {
-        **_draft(family, "counterexample", {}, class_entry(_EVERY, unbounded=True)),
+        **draft_of(family, "counterexample", {}, class_entry(_EVERY, unbounded=True)),
         "verdict": "REFUTED",
         "proof": proof,
     }
@@ -144,7 +140,7 @@ def stiffest_contact(family: RodFamily) -> Proved | None:
     if not finite:
         return None
     own = NonlinearityClass(sector=Sector(0, (1 - SLACK) * min(finite)), time_varying=True)
-    draft = _draft(family, "rod-circle", {}, class_entry(own, unbounded=False))
+    draft = draft_of(family, "rod-circle", {}, class_entry(own, unbounded=False))
     found = guarded("rod-circle", lambda: complete_and_check(draft))
     return found if isinstance(found, Proved) else None
 
@@ -191,15 +187,3 @@ def _below(value: Fraction) -> str:
 def _pairs(family: RodFamily) -> list[list[str]]:
     found: Any = system_of(family)["parameters"]
     return [list(map(str, one)) for one in found]
-
-
-def _draft(family: RodFamily, theorem: str, multiplier: dict[str, str], nonlinearities: dict[str, Any]) -> Draft:
-    return {
-        "verdict": "PROVED",
-        "numbers": "decimals as written",
-        "system": system_of(family),
-        "laws": nonlinearities,
-        "theorem": theorem,
-        "multiplier": multiplier,
-        "proof": STRUCTURE,
-    }

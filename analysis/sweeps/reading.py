@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import tomllib
 from collections.abc import Mapping
 from decimal import Decimal
 from itertools import pairwise
@@ -13,17 +12,19 @@ from typing import Any
 
 import numpy as np
 
+from lure.analysis.sweeps.rows import refusal
 from lure.analysis.sweeps.study import QUESTIONS, Axis, Distribution, Draw, Study
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.extensions import extension
-from lure.files.values import exact_decimal, shown, shown_path
+from lure.files.reading import MAX_BYTES, tables_of
+from lure.files.values import shown, shown_path
 
 MOST_POINTS = 100_000_000
 BOUNDARY, HALVINGS = "boundary", 5
 _SPACINGS = ("linear", "log")
 _KEYS = ("system", "ask", "over", "boxes", "draw", "refine", "chunk")
-_MOST_AXES = 8
+_MOST_AXES, _LONGEST_KEY = 8, 200
 
 
 def read_study(path: Path) -> Study:
@@ -41,7 +42,9 @@ def read_study(path: Path) -> Study:
     """
     label = shown_path(str(path))
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=exact_decimal)
+        if path.exists() and not path.is_dir() and not (path.is_file() and path.stat().st_size <= MAX_BYTES):
+            raise InputError(f"{label} is no file of at most {MAX_BYTES // 1024} KiB; a study is a page of text")
+        tables = tables_of(path.read_text(encoding="utf-8"), label)
     except FileNotFoundError:
         raise InputError(f"{label} does not exist; give the TOML file of a study, see lure sweep --help") from None
     except IsADirectoryError:
@@ -49,9 +52,8 @@ def read_study(path: Path) -> Study:
             f"{label} is a folder; give the TOML file of a study, or --report for the page of a store"
         ) from None
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{label} cannot be read as UTF-8 text ({error}); give a TOML file") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{label} does not parse as TOML: {error}") from None
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"{label} cannot be read as UTF-8 text ({reason}); give a TOML file") from None
     return study_of(tables, folder=path.parent)
 
 
@@ -92,6 +94,8 @@ def study_of(tables: Mapping[str, Any], *, folder: Path = Path()) -> Study:
         found = "empty" if over == {} else _said(over)
         raise InputError(f"over is {found}; give a table [over] with what is varied, such as rod.damping")
     flat, cut = dict(_flat(over)), dict(_flat(boxes))
+    if not (flat or cut):
+        raise InputError("the tables in over are empty; give what is varied, such as rod.damping")
     if twice := set(flat) & set(cut):
         raise InputError(f"{min(twice)} is in [over] and in [boxes]; give it once")
     if len(flat) + len(cut) > _MOST_AXES:
@@ -143,11 +147,29 @@ def _demand_served(study: Study) -> None:
     if wrong:
         fit = "'rod'" if own else f"one of {', '.join(each for each in QUESTIONS if each != 'rod')}"
         raise InputError(f"ask is {wrong[0]!r}, and {study.system} is a {kind}; ask {fit}")
-    if own and study.boxes:
-        raise InputError(f"[boxes] is given, and {study.system} is a {kind}; give its values in [over]")
+    if study.boxes:
+        _demand_boxes(study)
     loop: Any = study.source.changed()
     if "region" in study.ask and not (loop.local or loop.nonlinearities or loop.nonlinearity):
         raise InputError(f"ask is 'region', and {study.system} has no [nonlinearity]; give it one, or ask 'class'")
+    _demand_answers(study)
+
+
+def _demand_boxes(study: Study) -> None:
+    """Refuse cells of what takes a pair, such as a sector, in place of a number: that is no interval of values."""
+    for axis in study.axes:
+        low, high = axis.edges[:2] or (0.0, 0.0)
+        if axis.edges and not _taken(study, f"{axis.key}={low + (high - low) / 2!r}"):
+            raise InputError(f"boxes.{axis.key} is no number of {study.system}; give values for it in [over]")
+
+
+def _demand_answers(study: Study) -> None:
+    """Refuse a question that the first, the middle and the last point cannot be asked, all for one reason."""
+    ends = [tuple(int(part * (size - 1)) for size in study.shape) for part in (0, 0.5, 1)]
+    for question in study.ask:
+        said = {refusal(study.source, study.settings(place), question) for place in dict.fromkeys(ends)}
+        if len(said) == 1 and (why := said.pop()):
+            raise InputError(f"ask is {question!r}, and no point can be asked that: {why}")
 
 
 def _demand_numbers(study: Study, axis: Axis) -> None:
@@ -187,6 +209,8 @@ def _flat(over: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
     found: list[tuple[str, Any]] = []
     for key, value in over.items():
         name = f"{before}{key}"
+        if not name.isprintable() or len(name) > _LONGEST_KEY:
+            raise InputError(f"the study varies {shown(name)}, which is no key; give one such as rod.damping")
         inner = isinstance(value, Mapping) and not set(value) & {"from", "between", "mean"}
         found += _flat(value, f"{name}.") if inner else [(name, value)]
     return found

@@ -14,6 +14,7 @@ from lure.analysis.questions.answers import answer, largest_plant, max_sector, m
 from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.regions import region
+from lure.classes import NonlinearityClass
 from lure.errors import AssumptionError, InputError, Reason
 from lure.extensions import extension
 from lure.files.reading import SystemSource
@@ -69,6 +70,7 @@ _USED = {
     "rate": "verdict evidence low high criterion code error seconds",
     "region": "verdict evidence low high criterion code error seconds",
 }
+_MOMENT = 0.01  # [s]
 APART = ("seconds",)  # what differs between two runs of the same study
 
 
@@ -123,6 +125,27 @@ def answered(
     return found
 
 
+def refusal(source: SystemSource, settings: list[str], question: str) -> str:
+    """Why a point that is read cannot be asked this question, as far as a moment shows; else empty.
+
+    Parameters
+    ----------
+    source, settings, question
+        As for :func:`answered`.
+    """
+    try:
+        system = source.changed(settings)
+    except InputError:  # that point fails, whatever it is asked
+        return ""
+    try:
+        _ASKED[question](system, _MOMENT, plain=False)
+    except (InputError, AssumptionError) as error:
+        return str(error)
+    except (ArithmeticError, RuntimeError, MemoryError):
+        return ""
+    return ""
+
+
 class Ask(Protocol):
     """A question."""
 
@@ -173,7 +196,7 @@ def _largest(question: Literal["sector", "slope"]) -> Ask:
     return found
 
 
-def _said(question: str, given: Any) -> dict[str, Any]:  # noqa: ANN401  (a class of one nonlinearity)
+def _said(question: str, given: NonlinearityClass) -> dict[str, Any]:
     return {"time_varying": given.time_varying} if question == "sector" else {"odd": given.odd}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import multiprocessing
 import os
 import signal
@@ -37,6 +38,7 @@ IN_FLIGHT = 4  # chunks for each process
 ONE_IN = 1000  # rows that are computed again
 MOST_AGAIN = 1000
 _LOST = 3  # deaths of a process in turn, without a chunk done between them, after which the run ends
+_READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 _WATCH = 1.0  # [s] between two looks for a parent that has died
 
 
@@ -56,6 +58,7 @@ class SweepSummary(Record):
     first_error: str = quantity("What the first one that failed says", default="")
     lost: int = quantity("Times that a process died and what it was at was computed again", default=0)
     repeated: int = quantity("Chunks begun again in all runs, one at most for each process that was stopped", default=0)
+    removed: int = quantity("Stores half made by runs that were killed, removed", default=0)
     refined: int = quantity("Points put where the verdict changes, beside those of the grid", default=0)
     checked_again: int = quantity("Rows computed again by the plain question and by both checkers", default=0)
     seconds: float = quantity("Time of this run", "s")
@@ -70,6 +73,7 @@ class SweepSummary(Record):
             + (f" The first that failed: {self.first_error.rstrip('.')}." if self.first_error else "")
             + (f" Processes died {self.lost} times." if self.lost else "")
             + (f" Chunks begun again after an interruption: {self.repeated}." if self.repeated else "")
+            + (" What a run that was killed had left half made was removed." if self.removed else "")
             + (f" {rest} are open; the same command goes on." if rest else "")
             + (f" {self.refined} points more stand where the verdict changes." if self.refined else "")
             + (" A sample, computed again and rechecked, agrees." if self.checked_again else "")
@@ -341,8 +345,9 @@ def _writing(path: Path) -> Iterator[None]:
         yield
     except (OSError, MemoryError) as error:
         said = "too little memory" if isinstance(error, MemoryError) else error.strerror or str(error)
+        remedy = "make it writable" if getattr(error, "errno", None) in _READ_ONLY else "make room"
         raise InputError(
-            f"{path} cannot be written ({said}); what is done is kept: make room and give the same command again"
+            f"{path} cannot be written ({said}); what is done is kept: {remedy} and give the same command again"
         ) from None
 
 
@@ -499,5 +504,6 @@ def _summary(store: Store) -> SweepSummary:
         inconclusive=counts["INCONCLUSIVE"],
         computed_now=0,
         repeated=store.repeated(),
+        removed=store.removed,
         seconds=0.0,
     )

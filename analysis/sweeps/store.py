@@ -10,11 +10,13 @@ import gzip
 import hashlib
 import json
 import os
+import platform
+import re
 import secrets
 import shutil
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from itertools import pairwise
@@ -31,7 +33,7 @@ from lure.errors import InputError
 from lure.files.values import shown_path
 
 _DONE, _STUDY, _CERTIFICATES = ".lure/done", ".lure/study.json", ".lure/certificates"
-_WHOLE, _WIDER, _BEGUN = ".lure/whole.json", ".lure/wider", ".lure/begun"
+_WHOLE, _WIDER, _BEGUN, _HALF_WIDER = ".lure/whole.json", ".lure/wider", ".lure/begun", "wider"
 MOST_FILES = 10_000
 WIDE = 200_000  # values of a chunk of a store that was put together in the end
 QUESTION, FAILED = "question", "failed"
@@ -62,6 +64,7 @@ class Store:
     def __init__(self, path: Path, study: Study) -> None:
         self.path, self.study = path, study
         self.variables = variables(study.ask)
+        self.removed = 0  # what runs that were killed had left half made
 
     @property
     def dimensions(self) -> tuple[str, ...]:
@@ -79,6 +82,8 @@ class Store:
         label, known = shown_path(str(self.path)), self.path / _STUDY
         wanted = {"study": self.study.digest, "code": code_version()}
         try:
+            for folder in (self.path.parent, self.path / ".lure"):
+                self.removed += _without_leftovers(folder, {self.path.name, _HALF_WIDER})
             if known.is_file():
                 there = json.loads(known.read_text(encoding="utf-8"))
                 if there.get("study") != wanted["study"]:
@@ -99,7 +104,7 @@ class Store:
 
     def _make(self, wanted: Mapping[str, str]) -> None:
         """The whole store aside, without any answer, and then moved into place."""
-        aside = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}")
+        aside = _aside(self.path.parent, self.path.name)
         try:
             with _quiet():
                 self._group(aside, self.study.chunk)
@@ -257,6 +262,8 @@ class Store:
             Its value.
         """
         with _quiet():
+            if zarr.open_group(self.path, mode="r").attrs.get(name) == value:  # a store that is done may be read-only
+                return
             zarr.open_group(self.path, mode="r+").attrs[name] = value
             zarr.consolidate_metadata(self.path)
 
@@ -274,7 +281,7 @@ class Store:
         """
         if self.study.chunks * len(self.variables) <= most or (self.path / _WHOLE).is_file():
             return False
-        aside = self.path / ".lure" / f".wider.{secrets.token_hex(4)}"
+        aside = _aside(self.path / ".lure", _HALF_WIDER)
         chunk = self.study.chunks_of(WIDE)
         try:
             with _quiet():
@@ -305,6 +312,39 @@ class Store:
             (wider / "whole.json").replace(self.path / _WHOLE)
         shutil.rmtree(self.path / _DONE, ignore_errors=True)
         shutil.rmtree(wider)
+
+
+def _aside(folder: Path, name: str) -> Path:
+    """A new name for what is moved into place when it is whole; it says which process makes it."""
+    return folder / f".{name}.{_host()}-{os.getpid()}-{secrets.token_hex(4)}"
+
+
+@cache
+def _host() -> str:
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def _without_leftovers(folder: Path, names: Collection[str]) -> int:
+    """Remove what processes of this machine that are gone had begun to make; how many there were."""
+    made = re.compile(rf"\.({'|'.join(map(re.escape, names))})\.{_host()}-(\d+)-[0-9a-f]{{8}}")
+    found = [(entry, made.fullmatch(entry.name)) for entry in folder.iterdir()] if folder.is_dir() else []
+    gone = [entry for entry, match in found if match is not None and not _runs(int(match[2]))]
+    for entry in gone:
+        shutil.rmtree(entry, ignore_errors=True)
+    return len(gone)
+
+
+def _runs(process: int) -> bool:
+    """Whether there is such a process on this machine, as far as can be told."""
+    if os.name == "nt":  # where signal 0 interrupts
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:  # it is somebody else's
+        return True
+    return True
 
 
 def _marker(counts: Counter[str], error: str) -> str:

@@ -13,7 +13,7 @@ from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.inequality.polynomial import RationalInequality
 from lure.analysis.inequality.protocol import Multiplier
 from lure.analysis.numerics.doubles import double_below
-from lure.analysis.numerics.minimum import positive_with_limits
+from lure.analysis.numerics.minimum import nonnegative_from_zero, positive_with_limits
 from lure.analysis.theorems.criterion import Criterion, sector_class
 from lure.analysis.verdict import Bracket, CriterionResult, Verdict
 from lure.analysis.wording import constant_gains
@@ -37,8 +37,8 @@ CONCLUSIONS = (
     "only if the shifted phi vanishes at 0 alone); for time-varying phi boundedness only",
 )
 ADVICE = (
-    "for nonlinearities that do not change with time, Popov's may reach further",
-    "for nonlinearities that do not change with time and have bounded slope, max_slope may reach further",
+    "for nonlinearities that do not change with time, Popov's may prove more",
+    "for nonlinearities that do not change with time and have bounded slope, max_slope may prove more",
 )
 
 
@@ -82,6 +82,29 @@ def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Cr
     """
     inequality = _inequality(block, Fraction(lower))
     return _with_geometry(block, _criterion(inequality).answer(inequality))
+
+
+def circle_may_reach(block: RationalPlant, upper: float, *, lower: Fraction) -> bool:
+    """Whether the inequality of :func:`circle_largest` holds for ``k = upper``, exactly, and so for smaller ``k``.
+
+    Parameters
+    ----------
+    block : RationalPlant
+        As there.
+    upper : float
+        Upper end of the sector; ``inf`` asks whether ``Re P >= 0``, so that it holds for every finite ``k``.
+    lower : Fraction
+        Lower end.
+
+    Raises
+    ------
+    InputError, AssumptionError
+        As there.
+    """
+    inequality = _inequality(block, lower)
+    if upper == math.inf:
+        return nonnegative_from_zero(inequality.family.U)
+    return inequality.decide({inequality.weight: Fraction(0)}, Fraction(upper))
 
 
 def circle_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:

@@ -24,6 +24,10 @@ STATIONARY = (
     "every solution is bounded and converges to a point of the stationary set, 0 being asymptotically stable only if "
     "phi vanishes at 0 alone"
 )
+LATE_CONCLUSIONS = (  # with dead time
+    "0 is globally attractive for inputs to the block and initial functions of finite energy",
+    "every solution converges to the stationary set",
+)
 INVERTIBLE = "sigma + D phi(sigma) invertible with a locally Lipschitz inverse (H has a direct term D): assumed"
 SLOPE = "phi time-invariant with slope within the bounds, phi(0) = 0: assumed of the class; it need not be odd"
 SLOPE_ODD = "phi time-invariant and odd with slope within the bounds: assumed of the class"

@@ -34,7 +34,7 @@ def _weighted(
     difference: Callable[[fmpq_poly, fmpq_poly], fmpq_poly],
 ) -> RationalInequality:
     """``1/k + Re[(1 + q Z) H] > 0`` on the circle, given ``D (1 + x) Re[Z H]/2`` from ``U`` and ``W``."""
-    found = RationalInequality.of(block, lower, criterion, discrete=True)
+    found = RationalInequality.of(block, lower, criterion, discrete=True, critical=True)
     D, U, W = found.family.D, found.family.U, found.family.W
     family = PolynomialFamily(STRETCH * D, STRETCH * U, 2 * difference(U, W))
     return replace(found, family=family, weight="q", nonnegative=True)
@@ -89,7 +89,8 @@ def tsypkin_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> C
     InputError
         The block is in continuous time.
     AssumptionError
-        The block is not stable with the gain ``lower``.
+        The block is not stable with the gain ``lower``, but for a simple pole at ``z = 1``: with that, every solution
+        converges to a point of the stationary set.
 
     Notes
     -----
@@ -148,7 +149,8 @@ def tsypkin_odd_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) 
     InputError
         The block is in continuous time.
     AssumptionError
-        The block is not stable with the gain ``lower``.
+        The block is not stable with the gain ``lower``, but for a simple pole at ``z = 1``: with that, every solution
+        converges to a point of the stationary set.
 
     Notes
     -----
@@ -171,7 +173,8 @@ def _ahead(block: RationalPlant, lower: Fraction) -> LossyInequality:
     """``1/k + Re[(1 + q (z - 1)) H] - (q k/2) |(z - 1) H|^2 > 0`` on the circle."""
     base = _weighted(block, lower, criterion=JURY_LEE.title, difference=lambda U, W: W - X * U)
     even, odd = even_odd(base.plant.visible.n)
-    return LossyInequality(base=base, loss=2 * X * (even * even + X * odd * odd))
+    loss = 2 * (even * even + X * odd * odd)  # times x, which D has been divided by where it has its root z = 1
+    return LossyInequality(base=base, loss=loss if base.grounds.critical else X * loss)
 
 
 def _not_too_steep(lower: Bound, upper: Bound, direct: Fraction) -> NonlinearityClass:
@@ -222,7 +225,8 @@ def jury_lee_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> 
     InputError
         The block is in continuous time.
     AssumptionError
-        The block is not stable with the gain ``lower``.
+        The block is not stable with the gain ``lower``, but for a simple pole at ``z = 1``: with that, every solution
+        converges to a point of the stationary set.
 
     Notes
     -----

@@ -57,11 +57,15 @@ class Multiplier:
 
 
 def inequality(discrete: DiscretePlant, multiplier: Multiplier, width: Fraction | None) -> fmpq_poly:
-    """``|d|^2 Re[M (H + 1/width)]`` on the circle as a polynomial in ``cos w``; without ``1/width`` if it is None."""
+    """``|d|^2 Re[M (H + 1/width)]`` on the circle as a polynomial in ``cos w``; without ``1/width`` if it is None.
+
+    With a simple pole at ``z = 1`` it is divided by ``1 - cos w``.
+    """
     sum_ = discrete.cross
     if width is not None:
         sum_ = sum_ + (discrete.d * discrete.d.conjugate()).scaled(1 / width)
-    return (multiplier.laurent * sum_).real_part()
+    found = (multiplier.laurent * sum_).real_part()
+    return found // fmpq_poly([1, -1]) if discrete.critical else found
 
 
 def certifies(discrete: DiscretePlant, multiplier: Multiplier, width: Fraction, *, odd: bool) -> bool:
@@ -70,7 +74,7 @@ def certifies(discrete: DiscretePlant, multiplier: Multiplier, width: Fraction, 
     Parameters
     ----------
     discrete : DiscretePlant
-        The stable block.
+        The block.
     multiplier : Multiplier
         Any taps.
     width : Fraction
@@ -119,13 +123,13 @@ class SampledResponse:
     omega: Reals
 
     @classmethod
-    def of(cls, numerator: Reals, denominator: Reals) -> SampledResponse:
-        """The response of ``numerator / denominator``."""
+    def of(cls, numerator: Reals, denominator: Reals, *, least: float = 0.0) -> SampledResponse:
+        """The response of ``numerator / denominator`` from the frequency ``least`` on."""
         parts = [np.linspace(0, np.pi, FINE)]
         spread = np.concatenate([-np.logspace(-3, 2, 60)[::-1], [0.0], np.logspace(-3, 2, 60)])
         for pole in np.roots(denominator):
             parts.append(abs(np.angle(pole)) + max(abs(1 - abs(pole)), 1e-12) * spread)
-        return cls(numerator, denominator, np.unique(np.clip(np.concatenate(parts), 0, np.pi)))
+        return cls(numerator, denominator, np.unique(np.clip(np.concatenate(parts), least, np.pi)))
 
     def at(self, omega: Reals) -> NDArray[np.complex128]:
         """``H`` at these frequencies; not finite where a pole is too near for doubles."""

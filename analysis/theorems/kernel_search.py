@@ -43,7 +43,7 @@ def around(roots: NDArray[np.complex128], count: int) -> Reals:
         frequency, damping = float(root.imag), abs(float(root.real))
         if frequency > 2 * damping > 0:
             away = damping * np.geomspace(1e-2, frequency / damping, count)
-            found += [frequency + away, frequency - away, np.array([frequency])]
+            found += [frequency + away, frequency - away[:-1], np.array([frequency])]
     return np.concatenate(found)
 
 
@@ -74,8 +74,8 @@ class Scaled:
     def of(cls, plant: TransferPolynomials) -> Scaled:
         """The plant with the geometric mean of its poles and the peak of ``|H|`` near 1."""
         n, d = to_descending(plant.n), to_descending(plant.d)
-        order = len(d) - 1
-        unit = _power_of_two(_log2(abs(d[-1] / d[0])) / order)
+        order, drifts = len(d) - 1, d[-1] == 0
+        unit = _power_of_two(_log2(abs(d[-1 - drifts] / d[0])) / max(order - drifts, 1))
         top = [c * unit**i for c, i in zip(n, range(len(n) - 1, -1, -1), strict=True)]
         bottom = [c * unit**i for c, i in zip(d, range(order, -1, -1), strict=True)]
         lead = _power_of_two(max(_log2(abs(c)) for c in bottom if c))
@@ -83,7 +83,7 @@ class Scaled:
         numerator = np.array([float(c / size) for c in top])
         denominator = np.array([float(c / lead) for c in bottom])
         probe = Search(numerator, denominator, odd=False, family="none")
-        peak = _power_of_two(math.log2(float(np.max(np.abs(probe.response(probe.rows))))))
+        peak = _power_of_two(math.log2(float(np.max(probe.size(probe.rows, probe.response(probe.rows))))))
         return cls(numerator / float(peak), denominator, unit, peak * size / lead)
 
     def search(self, family: Family, *, odd: bool = False, full: bool = False) -> Search:
@@ -111,7 +111,7 @@ def seeds(block: RationalPlant, lower: Fraction) -> Iterator[tuple[Fraction | No
     Parameters
     ----------
     block : RationalPlant
-        In continuous time, strictly stable with the gain ``lower``.
+        In continuous time, stable with the gain ``lower`` but for a simple pole at 0.
     lower : Fraction
         Lower slope.
     """
@@ -175,6 +175,7 @@ COEFFICIENT_BITS = 40
 HORIZON = 40.0
 NEW_COLUMNS = 10
 PRICE = 1e-8
+_NEAR_ZERO = 1e-5  # of the slowest pole, in place of 0 where there is a pole at 0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -216,25 +217,32 @@ class Search:
     unit: float = field(init=False)
     low: float = field(init=False)
     far: float = field(init=False)
+    drift: float = field(init=False)
     rows: Reals = field(init=False)
     columns: list[Column] = field(init=False)
     lags: Reals = field(init=False)
 
     def __post_init__(self) -> None:
-        self.poles = np.roots(self.denominator).astype(complex)
-        sizes = np.abs(self.poles)
+        poles = np.roots(self.denominator).astype(complex)
+        self.poles = poles[poles != 0]
+        sizes = np.abs(self.poles) if self.poles.size else np.ones(1)
         zeros = np.abs(np.roots(self.numerator))
         self.unit = float(np.exp(np.mean(np.log(sizes))))
         self.low, high = float(sizes.min()), float(max([*sizes, *zeros[zeros < 1e3 * sizes.max()]]))
         self.far = 10 * high
+        self.drift = self.low if self.denominator[-1] == 0 else 0.0
         self.rows = increasing(
-            [0.0],
+            [self.drift * _NEAR_ZERO],
             np.geomspace(self.low / 100, high * 100, 80),
-            np.linspace(0, 3 * high, 60),
+            np.linspace(0, 3 * high, 60)[1:],
             around(self.poles, 10),
         )
         self.lags = np.concatenate([np.geomspace(1e-2, 1, 200), np.linspace(1, HORIZON, 3000)[1:]]) / self.unit
         self.columns = self._first_columns()
+
+    def size(self, omega: Reals, values: NDArray[np.complex128]) -> Reals:
+        """What the left-hand side is compared with: ``|H + 1/k|``, without its growth at a pole at 0."""
+        return np.asarray(np.abs(values) * (omega / (omega + self.drift) if self.drift else 1.0))
 
     def response(self, omega: Reals) -> NDArray[np.complex128]:
         """``H(i w)``."""
@@ -303,8 +311,9 @@ class Search:
 
     def _fine(self, k: float) -> Reals:
         return increasing(
+            [self.drift * _NEAR_ZERO],
             np.geomspace(self.low / 1e3, self.far * 1e3, 3000),
-            np.linspace(0, self.far / 2, 4000),
+            np.linspace(0, self.far / 2, 4000)[1:],
             around(self.poles, 100),
             around(self._closed_loop(k), 100),
         )
@@ -317,7 +326,7 @@ class Search:
         checkpoint()
         H = self.response(rows)
         F = H + 1 / k
-        scale = np.abs(F)
+        scale = self.size(rows, F)
         near = rows <= self.far
         left = np.empty((rows.size, len(self.columns)))
         for j, (sign, kernel) in enumerate(self.columns):
@@ -326,11 +335,11 @@ class Search:
                 left[~near, j] = scale[~near]
         popov = (1j * rows * H).real * self._theta_unit
         A = np.column_stack([left / scale[:, None], -popov / scale, np.ones(rows.size)])
-        mass = np.append(np.ones(len(self.columns)), [0.0, 0.0])
+        ends, mass = np.atleast_2d(self._at_infinity(k)), np.append(np.ones(len(self.columns)), [0.0, 0.0])
         result = linprog(
             np.append(np.zeros(len(self.columns) + 1), -1.0),
-            A_ub=np.vstack([A, self._at_infinity(k), mass]),
-            b_ub=np.append(F.real / scale, [1.0, 1.0]),
+            A_ub=np.vstack([A, ends, mass]),
+            b_ub=np.append(F.real / scale, np.ones(len(ends) + 1)),
             bounds=[(0, None)] * len(self.columns) + [(None, None), (None, 1)],
             method="highs",
         )
@@ -339,7 +348,7 @@ class Search:
         duals = -np.asarray(result.ineqlin.marginals)
         weights = np.where(near, duals[: rows.size] / scale, 0)
         held = weights > 0
-        far = float(duals[: rows.size][~near].sum() + duals[-2] + duals[-1])
+        far = float(duals[: rows.size][~near].sum() + duals[rows.size :].sum())
         return float(result.x[-1]), self._rounded(result.x), (rows[held], weights[held] * F[held], far)
 
     @property
@@ -397,7 +406,7 @@ class Search:
     def _dips(self, multiplier: Multiplier, k: float, fine: Reals, t: float) -> tuple[Proposal, Reals]:
         H = self.response(fine)
         fixed, gain = self._split(multiplier, fine, H)
-        values = (fixed + gain / k) / np.abs(H + 1 / k)
+        values = (fixed + gain / k) / self.size(fine, H + 1 / k)
         i = int(np.argmin(values))
         low = np.flatnonzero(
             (values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:]) & (values[1:-1] < t - 1e-3 * abs(t) - TOLERANCE)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeVar, cast
 
-from flint import acb, acb_poly, arb, arb_series, fmpq_poly
+from flint import acb, acb_poly, arb, arb_series, fmpq, fmpq_poly
 
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.numerics.minimum import at, minimum, nonnegative_from_zero
+from lure.analysis.numerics.minimum import at, minimum, nonnegative_from_zero, sinc
 from lure.analysis.numerics.polynomial import (
     X,
     even_odd,
@@ -216,10 +216,11 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class Inequality:
-    r"""The inequality times ``k |d|^2 E > 0`` on the axis, in exact polynomials.
+    r"""The inequality times ``k |d|^2 E > 0`` on the axis, in exact polynomials; over ``w^2`` in the critical case.
 
     ``T(w) = A(w^2) - Re[q(w) Psi(i w)]`` with ``q = sum c_j exp(-i w tau_j)`` over the delays and
-    ``Psi(s) = E(s) (k n + d)(s) d(-s)``; ``E`` clears the denominators of the gamma kernels, which are in ``A``.
+    ``Psi(s) = E(s) (k n + d)(s) d(-s)``; ``E`` clears the denominators of the gamma kernels, which are in ``A``.  With
+    a simple root of ``d`` at 0 ``A`` and ``even`` are divided by ``x``, and the sines of the delays by ``w``.
 
     Attributes
     ----------
@@ -231,6 +232,8 @@ class Inequality:
         Coefficients ``c_j`` and delays ``tau_j`` [s].
     full : int
         Degree of ``k |d|^2 E`` in ``x``: ``T`` divided by it stays away from 0 at infinity only if ``A`` has it too.
+    critical : bool
+        Whether ``d`` has the root 0.
     """
 
     A: fmpq_poly
@@ -238,10 +241,11 @@ class Inequality:
     odd: fmpq_poly
     delays: tuple[tuple[Fraction, Fraction], ...]
     full: int
+    critical: bool = False
 
     @classmethod
     def of(cls, plant: TransferPolynomials, k: Fraction, multiplier: Multiplier, floor: Fraction) -> Inequality:
-        """The inequality ``... >= floor`` for ``H = n/d`` with ``d`` Hurwitz and slopes in ``[0, k]``."""
+        """The inequality ``... >= floor`` for ``H = n/d`` with ``d`` Hurwitz, or critical, and slopes in ``[0, k]``."""
         gain, n, d = to_fmpq(k), plant.n, plant.d
         gammas = [(c, g) for c, g in multiplier.terms if isinstance(g, Gamma)]
         orders: dict[Fraction, int] = {}
@@ -259,17 +263,26 @@ class Inequality:
         psi = (gain * n + d) * mirrored
         total = rational * psi + (to_fmpq(multiplier.theta) * X * n - to_fmpq(floor) * d) * gain * E * mirrored
         delays = tuple((c, g.delay) for c, g in multiplier.terms if isinstance(g, Delay) and c != 0)
-        return cls(even_odd(total)[0], *even_odd(E * psi), delays, d.degree() + E.degree() // 2)
+        (A, _), (even, odd), critical = even_odd(total), even_odd(E * psi), d[0] == 0
+        if critical:
+            A, even = A // X, even // X
+        return cls(A, even, odd, delays, d.degree() + E.degree() // 2 - critical, critical)
 
     def at(self, omega: Number) -> Number:
         """``T`` at a frequency: on a ball, or on a power series."""
         x = omega * omega
-        real, turned = at(self.even, x), omega * at(self.odd, x)
+        real, turned = at(self.even, x), at(self.odd, x)
         total = at(self.A, x)
         for c, tau in self.delays:
             angle = omega * ball(tau)
-            total -= ball(c) * (angle.cos() * real + angle.sin() * turned)
+            sine = ball(tau) * sinc(angle) if self.critical else omega * angle.sin()
+            total -= ball(c) * (angle.cos() * real + sine * turned)
         return total
+
+    def apart(self, mass: fmpq) -> fmpq_poly:
+        """``A^2 - mass^2 |Psi|^2``; in the critical case, where ``|Psi|^2/x^2`` has a pole at 0, times ``x``."""
+        own, other = (X, fmpq_poly([1])) if self.critical else (fmpq_poly([1]), X)
+        return own * self.A**2 - mass**2 * (own * self.even**2 + other * self.odd**2)
 
 
 def positive_on(inequality: Inequality, intervals: list[tuple[arb, arb]]) -> Check:
@@ -310,7 +323,7 @@ def check(
     Parameters
     ----------
     plant : TransferPolynomials
-        ``H = n/d`` in continuous time, ``d`` Hurwitz (not checked here).
+        ``H = n/d`` in continuous time, ``d`` Hurwitz or with a simple root at 0 besides (not checked here).
     k : Fraction
         Upper slope, positive [unit of mu / unit of sigma].
     multiplier : Multiplier
@@ -325,8 +338,8 @@ def check(
     if not inequality.delays:
         return Check(holds=True) if positive_from_zero(A) else Check(holds=False, where=_first_failure(A))
     mass = to_fmpq(sum((abs(c) for c, _ in inequality.delays), Fraction(0)))
-    bound = A * A - mass**2 * (inequality.even**2 + X * inequality.odd**2)
-    if bound.degree() < 2 * inequality.full or not bound[bound.degree()] > 0:
+    bound = inequality.apart(mass)
+    if bound.degree() < 2 * inequality.full + inequality.critical or not bound[bound.degree()] > 0:
         return Check(holds=False, where=math.inf)
     return positive_on(inequality, _open_intervals(A, bound))
 
@@ -338,7 +351,7 @@ def check_every(plant: TransferPolynomials, multiplier: Multiplier) -> bool:
     if some ``c_j < 0``, for ``|h_j^(iw)| < 1`` unless ``w = 0``.  If ``sum c_j = 1``, all positive, ``Re M`` vanishes
     at ``w = 0`` alone.  Multiplying all ``c_j`` by ``1 - delta`` adds ``delta Re[sum c_j h_j^ (H + 1/k)]``,
     near ``H(0) + 1/k`` around ``w = 0`` and small elsewhere, so that for each finite ``k`` a small enough ``delta > 0``
-    leaves the sum bounded away from 0 provided that ``H(0) >= 0``.
+    leaves the sum bounded away from 0 provided that ``H(0) >= 0``; with a pole at 0 ``sum |c_j| < 1`` is asked for.
 
     Parameters
     ----------
@@ -350,7 +363,7 @@ def check_every(plant: TransferPolynomials, multiplier: Multiplier) -> bool:
     if any(isinstance(kernel, Delay) for _, kernel in multiplier.terms):
         return False
     signs_differ = any(c < 0 for c, _ in multiplier.terms)
-    if not (multiplier.mass < 1 or signs_differ or plant.n[0] * plant.d[0] >= 0):
+    if not (multiplier.mass < 1 or signs_differ or (plant.d[0] != 0 and plant.n[0] * plant.d[0] >= 0)):
         return False
     one, two = (Inequality.of(plant, k, multiplier, Fraction(0)).A for k in (Fraction(1), Fraction(2)))
     return nonnegative_from_zero(two - one)

@@ -45,7 +45,8 @@ def off_axis_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> 
     Raises
     ------
     AssumptionError
-        The block is in discrete time (no constant phase is available there), or the shifted block is not stable.
+        The block is in discrete time (no constant phase is available there), or the shifted block is not stable but
+        for a simple pole at 0, with which ``alpha > 0`` and every solution converges to a point of the stationary set.
     InputError
         ``1 + lower H(inf) = 0``.
 
@@ -97,11 +98,12 @@ def off_axis_criterion(block: RationalPlant, bounds: SlopeBounds, *, alpha: Frac
 
 def _inequality(block: RationalPlant, lower: Fraction) -> RationalInequality:
     """The inequality with ``-Im H`` in the place of ``-omega Im H`` and ``omega`` in that of ``x``."""
-    found = RationalInequality.of(block, lower, NAME)
-    D, U, W = found.family.D, found.family.U, found.family.W
-    square = X * X
-    family = PolynomialFamily(D(square), U(square), X * (W // X)(square))
-    return replace(found, family=family, weight="alpha", squared=False)
+    found = RationalInequality.of(block, lower, NAME, critical=True)
+    D, U, W = (p(X * X) for p in (found.family.D, found.family.U, found.family.W))
+    if found.grounds.critical:  # over omega, since -Im H grows like the residue over omega
+        family = PolynomialFamily(X * D, X * U, W)
+        return replace(found, family=family, weight="alpha", squared=False, nonnegative=True)
+    return replace(found, family=PolynomialFamily(D, U, W // X), weight="alpha", squared=False)
 
 
 OFF_AXIS = Criterion(

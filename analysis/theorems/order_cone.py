@@ -153,6 +153,7 @@ class WindowInequality(TapsInequality):
 
     windows: tuple[int, ...] = ()
     title: ClassVar[str] = TITLE
+    critical: ClassVar[bool] = False
 
     def best(self, enough: Fraction | None = None) -> Best:
         """The farthest form that the cutting planes find; above it nothing is ruled out but what linear gains do."""

@@ -13,7 +13,7 @@ from lure.analysis.inequality.delay import Delayed, DelayInequality
 from lure.analysis.inequality.protocol import Bounding, ScalarPlant
 from lure.analysis.inequality.samples import SampledInequality
 from lure.analysis.inequality.state_space import StatesInequality
-from lure.analysis.theorems.criterion import CONCLUSION, STATIONARY, Criterion, sector_class
+from lure.analysis.theorems.criterion import CONCLUSION, LATE_CONCLUSIONS, STATIONARY, Criterion, sector_class
 from lure.analysis.verdict import CriterionResult, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
@@ -63,10 +63,7 @@ _CRITERIA: dict[type[ScalarPlant], dict[str, Criterion]] = {
         DelayInequality.of,
         f"circle criterion for a convolution kernel in L1 ({_BOOK}, ch. V)",
         f"Popov's criterion for a convolution kernel in L1, or an integrator besides ({_BOOK}, ch. VI)",
-        (
-            "0 is globally attractive for inputs to the block and initial functions of finite energy",
-            "every solution converges to the stationary set",
-        ),
+        LATE_CONCLUSIONS,
     ),
     StateSpace: _pair(StatesInequality, f"the circle criterion, {_MATRIX}", f"Popov's criterion, {_MATRIX}"),
     FrequencyData: _pair(

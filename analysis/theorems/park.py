@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from flint import fmpq
+from flint import fmpq, fmpq_poly
 
 from lure.analysis.inequality.multiplier_search import Cut, SearchResult, search
 from lure.analysis.inequality.polynomial import PolynomialFamily, RationalInequality, short_between
@@ -66,8 +66,8 @@ class ParkInequality:
 
     @classmethod
     def of(cls, block: RationalPlant, lower: Fraction) -> ParkInequality:
-        """The inequality of a stable plant."""
-        return cls(base=RationalInequality.of(block, lower, NAME))
+        """The inequality of a plant that is stable, or in the critical case."""
+        return cls(base=RationalInequality.of(block, lower, NAME, critical=True))
 
     @property
     def time_scale(self) -> fmpq:
@@ -89,11 +89,19 @@ class ParkInequality:
         popov, family = self.base.best(), self.base.family
         if popov.multiplier is not None and popov.largest.low == math.inf:
             return Best(multiplier={**popov.multiplier, "tau": Fraction(0)}, largest=INFINITE)
-        if family.U[0] >= 0:  # U + r W/x >= 0: theta = r tau serves every finite k for tau large enough
-            ratio = PolynomialFamily(family.D, family.U, family.W // X).everywhere([])
+        if family.U[0] >= 0 or self.grounds.critical:  # x U + r W >= 0: theta = r tau serves every k for tau large
+            ratio = PolynomialFamily(*self._over_tau).everywhere([])
             if ratio is not None:
                 return Best(multiplier={"theta/tau": to_fraction(ratio), "tau": math.inf}, largest=INFINITE)
         return _Search(self.base, list(family.first_cuts())).run(self.time_scale**2)
+
+    @property
+    def _over_tau(self) -> tuple[fmpq_poly, fmpq_poly, fmpq_poly]:
+        """``D, U, W/x``; in the critical case, where ``W(0)`` is the residue, times ``x``, and ``D`` any other."""
+        family = self.base.family
+        if self.grounds.critical:
+            return family.D * (X + 1), X * family.U, family.W
+        return family.D, family.U, family.W // X
 
     def serving(self, best: Best, proves: Proves) -> Multiplier:
         """The best multiplier or one beside it that proves a class; where none does, a finite one all the same."""
@@ -282,7 +290,8 @@ def park_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Crit
     Raises
     ------
     AssumptionError
-        The block is in discrete time, or the shifted block is not stable (the critical case needs ``lower > 0``).
+        The block is in discrete time, or the shifted block is not stable but for a simple pole at 0; with that, every
+        solution converges to a point of the stationary set, and 0 attracts them only if ``phi`` vanishes at 0 alone.
     InputError
         ``1 + lower H(inf) = 0``.
 

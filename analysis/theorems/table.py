@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from importlib import import_module
 from operator import attrgetter
 from typing import Any, Literal
@@ -19,6 +20,7 @@ from lure.analysis.inequality.protocol import ScalarPlant
 from lure.analysis.verdict import CriterionResult
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
+from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
 
@@ -45,6 +47,8 @@ class Theorem:
         ``module:function`` of the search for the largest ``k``.
     decision : str
         ``module:function`` of the decision about one class.
+    within : str
+        ``module:function`` of a quick exact test whether the largest ``k`` may be a given one or more; empty for none.
     multipliers : callable
         The ``multiplier`` of a certificate worth trying, the likeliest first, from an answer and an upper end.
     times : tuple of {"continuous", "discrete"}
@@ -79,6 +83,8 @@ class Theorem:
         about one.
     family : bool
         Whether it is decided for all plants of a box of parameters.
+    late : str
+        The function for plants with dead time, of a criterion about slopes; empty where there is none.
     """
 
     name: str
@@ -91,6 +97,7 @@ class Theorem:
     free: Literal["", "above", "below"] = ""
     odd: bool = False
     only_odd: bool = False
+    within: str = ""
     time_varying: bool = False
     linear: bool = False
     endless: bool = False
@@ -101,10 +108,13 @@ class Theorem:
     aliases: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
     family: bool = True
+    late: str = ""
 
     def answer(self, block: ScalarPlant, *, lower: Fraction, odd: bool) -> CriterionResult:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves, computes or observes."""
         if not isinstance(block, RationalPlant):
+            if self.late:
+                return _called(self.late, block, lower=lower, odd=odd)
             return _called("theorems.other_plants:largest", block, self.name, lower=lower)
         if not self.odd:
             return _called(self.largest, block, lower=lower)
@@ -115,6 +125,13 @@ class Theorem:
             self.largest, block, lower=lower, odd=False
         )  # odd nonlinearities are monotone nonlinearities
         return monotone if monotone.largest.low > found.largest.low else found
+
+    def may_reach(self, block: object, upper: float, *, lower: Fraction) -> bool:
+        """Whether it may prove a class up to ``upper`` from ``lower`` on, as far as a quick test can tell."""
+        if not self.within or not isinstance(block, RationalPlant) or not lower < upper:
+            return True
+        found: bool = _function(self.within)(block, upper, lower=lower)
+        return found
 
     def decide(
         self, block: RationalPlant, bounds: Sector | SlopeBounds, *, odd: bool = False, thorough: bool = False
@@ -133,9 +150,15 @@ class Theorem:
         return [tight, slope] if self.free and tight != slope else [slope]
 
 
+@cache
+def _function(place: str) -> Callable[..., Any]:
+    module, _, function = place.partition(":")
+    found: Callable[..., Any] = attrgetter(function)(import_module(f"lure.analysis.{module}"))
+    return found
+
+
 def _called(place: str, *given: object, **options: object) -> CriterionResult:
-    module, function = place.split(":")
-    answer: CriterionResult = attrgetter(function)(import_module(f"lure.analysis.{module}"))(*given, **options)
+    answer: CriterionResult = _function(place)(*given, **options)
     return answer
 
 
@@ -226,6 +249,7 @@ TABLE = (  # in each stage the cheapest first
         ),
         largest="theorems.circle:circle_largest",
         decision="theorems.circle:circle_criterion",
+        within="theorems.circle:circle_may_reach",
         multipliers=_mirrored,
     ),
     Theorem(
@@ -246,6 +270,7 @@ TABLE = (  # in each stage the cheapest first
         aliases=("yakubovich",),
         times=_FLOW,
         slope=True,
+        late="theorems.dead_time:first_order_largest",
         stage=1,
         largest="theorems.park:park_largest",
         decision="theorems.park:park_criterion",
@@ -305,6 +330,7 @@ TABLE = (  # in each stage the cheapest first
         odd=True,
         channels=("matrix-zames-falb",),
         thorough=True,
+        late="theorems.dead_time:kernels_largest",
         stage=2,
         largest="theorems.zames_falb:zames_falb_largest",
         decision="theorems.zames_falb:zames_falb_criterion",
@@ -400,7 +426,8 @@ def theorems_for(
         hint = f"did you mean {near[0]!r}? " if near else ""
         raise InputError(f"there is no criterion {criterion!r}; {hint}choose from {BEST}, {', '.join(CRITERIA)}")
     exact = isinstance(block, RationalPlant | PlantFamily)  # for other blocks there are only the criteria for sectors
-    found = [row for row in TABLE if time in row.times and (exact or not row.slope)]
+    late = isinstance(block, DelayPlant)
+    found = [row for row in TABLE if time in row.times and (exact or not row.slope or (late and row.late))]
     if wanted == BEST:
         return [
             row

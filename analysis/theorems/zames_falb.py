@@ -47,7 +47,7 @@ class Task:
     Attributes
     ----------
     plant : TransferPolynomials
-        ``H / (1 + lower H)``, strictly stable, in continuous time.
+        ``H / (1 + lower H)``, strictly stable but for a simple pole at 0, in continuous time.
     lower : Fraction
         Lower slope.
     limit : float
@@ -267,14 +267,14 @@ class KernelInequality:
 
     @classmethod
     def of(cls, block: RationalPlant, lower: Fraction, *, odd: bool, full: bool = False) -> KernelInequality:
-        """The inequality of a stable plant.
+        """The inequality of a plant that is stable, or in the critical case.
 
         Raises
         ------
         AssumptionError, InputError
             As :func:`lure.analysis.inequality.checks.admitted_plant`.
         """
-        base = RationalInequality.of(block, lower, TITLE).unweighted
+        base = RationalInequality.of(block, lower, TITLE, critical=True).unweighted
         limit = hurwitz_limit(block, lower).low
         return cls(base=base, task=Task(plant=base.plant, lower=lower, limit=limit, odd=odd, full=full))
 
@@ -324,8 +324,16 @@ class KernelInequality:
         return margin_near(task.plant, width, used, Fraction(worst)), worst
 
 
-def _criterion(*, odd: bool, effort: Effort) -> Criterion:
-    """The criterion for monotone nonlinearities, or for odd ones."""
+def kernel_criterion(*, odd: bool, effort: Effort) -> Criterion:
+    """The criterion for monotone nonlinearities, or for odd ones.
+
+    Parameters
+    ----------
+    odd : bool
+        Which of the two.
+    effort : {"quick", "full"}
+        How long to search.
+    """
     return slope_criterion(
         odd=odd,
         name="zames-falb",
@@ -401,7 +409,7 @@ def zames_falb_largest(
     >>> f"{zames_falb_largest(block, odd=False).largest.low:.5f}"
     '4.58945'
     """
-    return _criterion(odd=odd, effort=effort).largest(block, lower=exact_number(lower, "lower"))
+    return kernel_criterion(odd=odd, effort=effort).largest(block, lower=exact_number(lower, "lower"))
 
 
 def zames_falb_criterion(
@@ -435,7 +443,7 @@ def zames_falb_criterion(
     AssumptionError
         The block is in discrete time, a bound is infinite, or the block is not strictly stable with the lower gain.
     """
-    return _criterion(odd=odd, effort=effort).decide(block, bounds)
+    return kernel_criterion(odd=odd, effort=effort).decide(block, bounds)
 
 
 def recheck(block: RationalPlant, parameters: Mapping[str, object]) -> bool:

@@ -46,6 +46,7 @@ LENGTHS = (2, 5, 10, 20, 40)
 PERIODS = range(2, 21)
 CLOSED = 5e-9
 NEGLIGIBLE = 1e-12
+NEAR_ONE = 1e-4  # rad per sample, in place of a pole at z = 1
 DENOMINATORS = tuple(10**digits for digits in (2, 3, 4, 6, 8, 10, 12, 15))
 
 
@@ -157,6 +158,7 @@ class TapsInequality:
     odd: bool
     taps: int | None = None
     title: ClassVar[str] = TITLE
+    critical: ClassVar[bool] = True
 
     @classmethod
     def of(cls, block: RationalPlant, lower: Fraction, *, odd: bool, **more: Any) -> Self:  # noqa: ANN401  (fields)
@@ -178,8 +180,9 @@ class TapsInequality:
         AssumptionError, InputError
             As :func:`lure.analysis.inequality.checks.admitted_plant`.
         """
-        base = RationalInequality.of(block, lower, cls.title, discrete=True).unweighted
-        return cls(base=base, discrete=DiscretePlant.of(block, lower, cls.title), odd=odd, **more)
+        base = RationalInequality.of(block, lower, cls.title, discrete=True, critical=cls.critical).unweighted
+        discrete = DiscretePlant.of(block, lower, cls.title, critical=cls.critical)
+        return cls(base=base, discrete=discrete, odd=odd, **more)
 
     @property
     def grounds(self) -> Grounds:
@@ -208,7 +211,9 @@ class TapsInequality:
     def least(self, multiplier: Weights, upper: Fraction | float) -> tuple[Bracket, float]:
         """The infimum over frequency of the left-hand side, and where it is attained [rad per sample]."""
         width = None if upper == math.inf else Fraction(upper) - self.base.lower
-        margin, c = least_on_circle(self.polynomial(multiplier, width), self.discrete.square)
+        square = self.discrete.square
+        square = square // fmpq_poly([1, -1]) if self.discrete.critical else square
+        margin, c = least_on_circle(self.polynomial(multiplier, width), square)
         return margin, math.acos(min(max(c, -1.0), 1.0))
 
     def polynomial(self, multiplier: Weights, width: Fraction | None) -> fmpq_poly:
@@ -270,7 +275,7 @@ def _certified_taps(
     target = 0.0
     if ceiling < math.inf:
         target = float((1 + Fraction(CLOSED)) / ((Fraction(ceiling) - discrete.lower) * discrete.gain))
-    response = SampledResponse.of(*discrete.coefficients())
+    response = SampledResponse.of(*discrete.coefficients(), least=NEAR_ONE if discrete.critical else 0.0)
     lengths = LENGTHS if taps is None else (*(n for n in LENGTHS if n < taps), taps)
     best = _search(response, lengths, target, odd=odd)
     if odd and best.inverse > target:  # odd nonlinearities are monotone too: never less than for those

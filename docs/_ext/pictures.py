@@ -1,6 +1,7 @@
 """Pictures of the pages: before Sphinx reads, the code of a page that shows pictures is run, in `docs/pictures/PAGE/`.
 
-So a picture is what the code beside it draws.  The tests run the same pages with the same runner,
+So a picture is what the code beside it draws; those of the theory pages are drawn by `figures`.  The tests run the
+same pages with the same runner,
 `tests/support/documents.py`.  A page is run again when its text changed or the packages did.
 """
 
@@ -54,6 +55,19 @@ def draw(docs: Path) -> None:
                 kept = folder / file.relative_to(place)
                 kept.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(file, kept)
+        stamp.write_text(now, encoding="utf-8")
+    draw_theory(docs)
+
+
+def draw_theory(docs: Path) -> None:
+    """Draw the figures of the theory pages, if their script or a module has changed."""
+    script, folder = Path(__file__).with_name("figures.py"), docs / "pictures" / "theory"
+    runs = docs / "how-to" / "long-runs.md"
+    stamp, now = folder / "state.txt", state(script) + state(runs)
+    if not stamp.exists() or stamp.read_text(encoding="utf-8") != now:
+        import figures
+
+        figures.draw(folder)
         stamp.write_text(now, encoding="utf-8")
 
 

@@ -42,7 +42,7 @@ _PLANTS: dict[str, Entry] = {
     ),
     "dt-5": ("discrete example 5", "(-0.5*z + 0.1)/(z^3 - 0.9*z^2 + 0.79*z + 0.089)", _ZAMES_FALB),
     "dt-6": (
-        "discrete example 6: odd nonlinearities reach further than monotone ones",
+        "discrete example 6: more is proved of odd nonlinearities than of monotone ones",
         "(2*z + 0.92)/(z^2 - 0.5*z)",
         _ZAMES_FALB,
     ),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -91,7 +92,7 @@ class FileKind:
         """The table that every file of the kind has."""
         return next(iter(self.tables))
 
-    @property
+    @cached_property
     def keys(self) -> list[str]:
         """Every key there is, ``rod.length`` and ``name``."""
         return [*self.single, *(f"{table}.{key}" for table, model in self.tables.items() for key in model.model_fields)]

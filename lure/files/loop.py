@@ -15,11 +15,10 @@ from lure.classes import DELAYS, OPERATORS, SCALAR, Diagonal, NonlinearityClass,
 from lure.errors import InputError
 from lure.expressions.tree import decimal
 from lure.files.builtin import builtin_loop, loop_names
+from lure.files.controller import with_network
 from lure.files.kinds import FileKind
-from lure.files.schema import LAW_TEXTS, PLANT_TABLES, ClassTable, ControllerTable, PlantTable, PlantTables
+from lure.files.schema import LAW_TEXTS, PLANT_TABLES, ClassTable, PlantTable, PlantTables
 from lure.files.system import Block, LoopSystem, channel_system, loop_system
-from lure.networks.network import Network
-from lure.networks.reading import read_network
 from lure.nonlinearities.local import LocalSector
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
@@ -74,8 +73,8 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
         raise InputError(
             f"performance.{states[0]} is about the states, and the plant is given without; give it by A, B and C"
         )
-    performance = Performance.given(stated)
     block = system.block
+    performance = Performance.given(stated, formulas=isinstance(block, PlantFamily | ChannelFamily))
     if isinstance(block, PlantFamily | ChannelFamily):
         performance.beside(block.channels if isinstance(block, PlantFamily) else block)
         return replace(system, performance=performance)
@@ -88,7 +87,12 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
 def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -> LoopSystem:
     """The block of a file and what closes the loop."""
     if tables.controller is not None:
-        return _with_network(identity, tables, tables.controller, folder)
+        if tables.nonlinearity_class:
+            raise InputError(
+                "class: it is given beside [controller]; give [[nonlinearity]], or the loop without a network"
+            )
+        known = _known(tables, folder)
+        return with_network(identity, tables.plant, tables.controller, folder, known=known, block_of=_block)
     block = _block(tables.plant)
     if any(table.on is not None for table in tables.nonlinearity_class):
         return _on_intervals(identity, _only_channel(block, tables), tables)
@@ -203,65 +207,6 @@ def _known(tables: PlantTables, folder: Path) -> list[dict[str, object]]:
     return known
 
 
-def _with_network(
-    identity: tuple[str, str, str], tables: PlantTables, controller: ControllerTable, folder: Path
-) -> LoopSystem:
-    """The loop of a plant that a network closes: one channel for each neuron behind those of the plant."""
-    if tables.nonlinearity_class:
-        raise InputError("class: it is given beside [controller]; give [[nonlinearity]], or the loop without a network")
-    told = {name: getattr(controller, name) for name in ("activation", "negative_slope", "saturation")}
-    try:
-        network = read_network(folder / controller.network, **told)
-        plant = network.closed(_opened(tables.plant, controller, network))
-    except InputError as error:
-        raise InputError(f"controller: {error}") from None
-    return channel_system(identity, plant, nonlinearity_tables=[*_known(tables, folder), *network.tables])
-
-
-def _opened(table: PlantTable, controller: ControllerTable, network: Network) -> MultivariablePlant:
-    """The plant with ``u`` as last inputs and ``y`` as last outputs, behind its own channels."""
-    if controller.Bu is None:
-        if controller.Cy is not None:
-            raise InputError("Cy is given without Bu; give how u moves the state too")
-        if table.A is not None and table.B is None and table.C is None:
-            raise InputError("Bu is missing; give how u moves the state, a row for each state")
-        plant = _block(table)
-        if isinstance(plant, RationalPlant):
-            plant = MultivariablePlant.of_one_channel(plant)
-        if not isinstance(plant, MultivariablePlant):
-            raise InputError("the plant of a network has exact rational entries; leave the dead time out")
-        return plant
-    if table.A is None or table.num is not None or table.transfer is not None:
-        raise InputError("Bu is about the states, and the plant is given without; give it by A, and B and C")
-    n, own = len(table.A), table.B is not None or table.C is not None
-    Cy = controller.Cy if controller.Cy is not None else [[int(i == j) for j in range(n)] for i in range(n)]
-    for name, side, high, wide in (("Bu", controller.Bu, n, network.outputs), ("Cy", Cy, network.inputs, n)):
-        rows = side if isinstance(side[0], list) else [[v] for v in side] if name == "Bu" else [side]
-        if len(rows) != high or any(len(row) != wide for row in rows):
-            sizes = [(len(rows), "row"), (len(rows[0]), "number"), (n, "state"), (network.inputs, "input")]
-            sizes += [(network.outputs, "output"), (high, "row"), (wide, "number")]
-            has, of, states, taken, put, right, each = (counted(*size) for size in sizes)
-            raise InputError(
-                f"{name} has {has} of {of}; with {states} and a network of {taken} and {put} give {right} of {each}"
-            )
-    free = as_plant((table.A, controller.Bu, Cy, 0), dt=table.dt)
-    found = MultivariablePlant.of_one_channel(free) if isinstance(free, RationalPlant) else free
-    assert isinstance(found, MultivariablePlant), "matrices make no other plant"
-    if not own:
-        return found
-    block = _block(table)
-    rest = MultivariablePlant.of_one_channel(block) if isinstance(block, RationalPlant) else block
-    assert isinstance(rest, MultivariablePlant), "nor do these"
-    m, p, zero = network.outputs, network.inputs, Fraction(0)
-    return replace(
-        rest,
-        B=tuple((*a, *b) for a, b in zip(rest.B, found.B, strict=True)),
-        C=(*rest.C, *found.C),
-        D=(*((*row, *[zero] * m) for row in rest.D), *(((zero,) * (rest.inputs + m),) * p)),
-        names=(),
-    )
-
-
 @contextmanager
 def _numbered(word: str, number: int, of: int) -> Iterator[None]:
     """Errors say which table of several it is."""
@@ -324,11 +269,11 @@ def _with_parameters(plant: PlantTable, given: set[str]) -> Block:
         if _has_channels(plant):
             return ChannelFamily.of_matrices(plant.A, plant.B, plant.C, plant.D, bounds, dt=plant.dt)
         return PlantFamily.of_matrices(plant.A or (), plant.B or (), plant.C or (), direct, bounds, dt=plant.dt)
+    if given == {"transfer"} and isinstance(plant.transfer, list):
+        return ChannelFamily.of_transfers(plant.transfer, bounds, plant.dt)
     if given == {"transfer"} and isinstance(plant.transfer, str):
         return PlantFamily.of_formula(plant.transfer, bounds, plant.dt)
-    raise InputError(
-        f"with parameters the block is given by {_FORMS}, a formula; got {', '.join(sorted(given)) or 'none'}"
-    )
+    raise InputError(f"with parameters the block is given by {_FORMS}; got {', '.join(sorted(given)) or 'none'}")
 
 
 def _operates(table: ClassTable) -> bool:

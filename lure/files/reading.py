@@ -42,6 +42,8 @@ def kind_of(tables: Tables) -> FileKind:
     InputError
         The file is of two kinds.
     """
+    if PLANT_FILE.first in tables and tables.keys() <= {*PLANT_FILE.tables, *PLANT_FILE.single}:
+        return PLANT_FILE  # of no other kind, which need not be imported
     known = kinds()
     told = [kind for kind in known if kind.first in tables]
     told = [kind for kind in told if not any(kind.first in other.beside for other in told)]
@@ -163,20 +165,25 @@ def system_source(reference: str) -> SystemSource:
     InputError
         There is no such system, or it cannot be read.
     """
-    names = {name: kind for kind in kinds() for name in kind.names()}
+    file = reference.endswith(".toml")
+    names = {} if file else {name: kind for kind in kinds() for name in kind.names()}
     if reference in names:
         kind = names[reference]
         system = kind.builtin(reference)
         name, title, tables = system.name, system.title, kind.written(system)
         return SystemSource(kind=kind, tables=tables, name=name, title=title, source=system.source, builtin=system)
     path = Path(reference)
-    if reference.endswith(".toml") or path.exists():
+    try:
+        there = path.exists()
+    except OSError:  # no name of a file
+        there = False
+    if file or there:
         return _source_of(_text(path), name=path.stem, source=path.name, folder=path.parent)
     near = difflib.get_close_matches(reference, names, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]!r}? " if near else ""
     raise InputError(
-        f"there is no built-in system {reference!r}; {hint}choose from those that lure systems lists, or give the path "
-        "of a TOML file"
+        f"there is no built-in system {shown(reference)}; {hint}choose from those that lure systems lists, or give the "
+        "path of a TOML file"
     )
 
 
@@ -231,13 +238,26 @@ def parse_system(
     return _source_of(text, name=name, source=source, folder=folder).changed(settings)
 
 
-def _source_of(text: str, *, name: str, source: str, folder: Path) -> SystemSource:
-    label = shown_path(source)
+def tables_of(text: str, label: str) -> Tables:
+    """The tables of a TOML file, every decimal exact.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+    label : str
+        What messages call the file.
+
+    Raises
+    ------
+    InputError
+        It does not parse.
+    """
     # the time and memory tomllib needs grow with the square of the parts of a dotted key
     if max(line.count(".") for line in text.split("\n")) > _MAX_DOTS:
         raise InputError(f"{label} has a line with more than {_MAX_DOTS} points; no key is nested like that")
     try:
-        tables = tomllib.loads(text, parse_float=exact_decimal)
+        return tomllib.loads(text, parse_float=exact_decimal)
     except tomllib.TOMLDecodeError as error:
         both = [
             word for word in ("class", "nonlinearity") if _stands(f"[{word}]", text) and _stands(f"[[{word}]]", text)
@@ -252,6 +272,11 @@ def _source_of(text: str, *, name: str, source: str, folder: Path) -> SystemSour
         raise InputError(f"{label} does not parse as TOML: brackets are nested too deeply") from None
     except ValueError:  # int() of more than 4300 digits
         raise InputError(f"{label} does not parse as TOML: a whole number has more than 4300 digits") from None
+
+
+def _source_of(text: str, *, name: str, source: str, folder: Path) -> SystemSource:
+    label = shown_path(source)
+    tables = tables_of(text, label)
     kind = kind_of(tables)
     called = shown(name)[1:-1] or kind.word
     title = f"the {kind.word} of {label}"

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
 from typing import Annotated, Any, TypeAlias
@@ -40,15 +41,16 @@ def _parameters(value: object, info: ValidationInfo) -> dict[str, Fraction | tup
         raise InputError(f"{name} is {shown(value)}; give a table of parameters such as a = [2.5, 3.5]")
     found = dict[str, Fraction | tuple[Fraction, Fraction]]()
     for key, entry in value.items():
+        called = f"{name}.{shown(key)[1:-1]}"
         if not isinstance(entry, list):
-            found[key] = _exact(entry, f"{name}.{key}")
+            found[key] = _exact(entry, called)
         elif len(entry) == 2:
-            low, high = (_exact(end, f"{name}.{key}[{i}]") for i, end in enumerate(entry))
+            low, high = (_exact(end, f"{called}[{i}]") for i, end in enumerate(entry))
             if low > high:
-                raise InputError(f"{name}.{key} is [{float(low):g}, {float(high):g}]; the first must not be the larger")
+                raise InputError(f"{called} is [{float(low):g}, {float(high):g}]; the first must not be the larger")
             found[key] = low if low == high else (low, high)
         else:
-            raise InputError(f"{name}.{key} has {len(entry)} entries; give two numbers such as [2.5, 3.5], or one")
+            raise InputError(f"{called} has {len(entry)} entries; give two numbers such as [2.5, 3.5], or one")
     return found
 
 
@@ -69,20 +71,28 @@ def _list(value: object, info: ValidationInfo) -> tuple[Fraction | str, ...]:
 
 
 def _matrix(value: object, info: ValidationInfo) -> list[Any]:
-    return _rows(value, field_key(info), depth=2, formulas=_formulas(info))
+    key = field_key(info)
+    return _rows(value, key, 2, _either if key.startswith("performance.") else _entry if _formulas(info) else _exact)
 
 
-def _rows(value: object, name: str, depth: int, *, formulas: bool = False) -> list[Any]:
+def _either(value: object, name: str) -> str | Fraction:
+    """A number, or a text that may be a formula in parameters: the plant tells."""
+    try:
+        return _exact(value, name)
+    except InputError:
+        if isinstance(value, str):
+            return value
+        raise
+
+
+def _rows(value: object, name: str, depth: int, exact: Callable[[object, str], str | Fraction]) -> list[Any]:
     """Nested lists of exact numbers, or formulas; their shapes are checked with the others'."""
     if not isinstance(value, list):
         raise InputError(f"{name} is {shown(value)}; give a list of rows such as [[0, 1], [-2, -3]]")
     if depth == 0:
         raise InputError(f"{name} is nested too deeply; give a list of rows")
-    exact = _entry if formulas else _exact
     return [
-        _rows(entry, f"{name}[{i}]", depth - 1, formulas=formulas)
-        if isinstance(entry, list)
-        else exact(entry, f"{name}[{i}]")
+        _rows(entry, f"{name}[{i}]", depth - 1, exact) if isinstance(entry, list) else exact(entry, f"{name}[{i}]")
         for i, entry in enumerate(value)
     ]
 
@@ -102,7 +112,7 @@ def _direct(value: object, info: ValidationInfo) -> Fraction | str | list[Any]:
     while isinstance(value, list) and len(value) == 1:
         value = value[0]
     if isinstance(value, list):
-        return _rows(value, name, depth=2, formulas=formulas)
+        return _rows(value, name, 2, _entry if formulas else _exact)
     return _entry(value, name) if formulas else _exact(value, name)
 
 
@@ -356,6 +366,7 @@ class ControllerTable(BaseModel):
     saturation: Bound = Field(default=None, description="limit of every output")
     Bu: Matrix = Field(default=None, description="how u moves the state, a row for each state")
     Cy: Matrix = Field(default=None, description="what it measures, a row for each of its inputs; the states without")
+    origin: Line = Field(default=None, description="'equilibrium': x is counted from that of a network with biases")
 
 
 class ReportTable(BaseModel):

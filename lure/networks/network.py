@@ -1,10 +1,12 @@
 r"""A feedforward network as a controller: its neurons become the channels of a Lur'e loop.
 
-A network without biases computes ``u = N(y)`` by
+A network computes ``u = N(y)`` by
 
-.. math:: v_1 = W_1 y, \quad v_{k+1} = W_{k+1}\, \varphi(v_k), \quad u = \mathrm{sat}(v_{K}),
+.. math:: v_1 = W_1 y + b_1, \quad v_{k+1} = W_{k+1}\, \phi(v_k) + b_{k+1}, \quad u = \mathrm{sat}(v_{K}),
 
-the saturation only where one is given.  With one channel for each neuron, ``sigma = v`` and ``mu = -phi(sigma)``, its
+the saturation only where one is given.  Biases move the equilibrium, see :mod:`lure.networks.biased`.
+
+With one channel for each neuron, ``sigma = v`` and ``mu = -phi(sigma)``, its
 layers are the blocks ``-W_{k+1}`` of the feedthrough ``D`` below the diagonal, so that ``sigma`` is given channel after
 channel and the loop is well posed whatever the weights are (Yin, Seiler, Arcak 2022; Kim, Patron, Braatz 2018).
 """
@@ -23,6 +25,7 @@ from lure.exact import exact_number
 from lure.nonlinearities.base import Nonlinearity, positive
 from lure.nonlinearities.reading import nonlinearity_from_table
 from lure.plants.multivariable import MOST_CHANNELS, MultivariablePlant, counted
+from lure.plants.rational import RationalPlant
 from lure.record import Record, quantity
 
 Rows = tuple[tuple[Fraction, ...], ...]
@@ -31,12 +34,12 @@ ACTIVATIONS = ("tanh", "relu", "leaky relu", "saturation")
 
 
 class Network(Record):
-    """A network ``u = N(y)`` without biases, all neurons of its hidden layers alike.
+    """A network ``u = N(y)``, all neurons of its hidden layers alike.
 
     Raises
     ------
     InputError
-        There is no hidden layer, the sizes of two layers do not fit, a bias is not 0, the activation is unknown, or a
+        There is no hidden layer, the sizes of two layers or a bias do not fit, the activation is unknown, or a
         number is none.
 
     Examples
@@ -54,6 +57,7 @@ class Network(Record):
     activation: str = quantity("of the hidden layers")
     negative_slope: Fraction | None = quantity("of a leaky ReLU", default=None)
     saturation: Fraction | None = quantity("limit of every output, None if there is none", default=None)
+    biases: Rows = quantity("``b_1`` to ``b_K``, exactly; empty if all are 0", label="", default=())
     _kind, _said = "network", "text"
 
     def __post_init__(self) -> None:
@@ -71,6 +75,16 @@ class Network(Record):
                     f"layer {k + 1} of the network has {counted(len(after[0]), 'input')}, and layer {k} "
                     f"{counted(len(before), 'output')}; give a row for each neuron and a column for each before it"
                 )
+        for k, (rows, bias) in enumerate(zip(self.weights, self.biases, strict=False), 1):
+            if len(bias) != len(rows):
+                raise InputError(
+                    f"layer {k} of the network has {counted(len(rows), 'output')} and biases of length {len(bias)}; "
+                    "give one for each"
+                )
+        if self.biases and len(self.biases) != len(self.weights):
+            raise InputError(
+                f"biases are given of {counted(len(self.biases), 'layer')} of {len(self.weights)}; give all, or none"
+            )
 
     @classmethod
     def given(
@@ -89,7 +103,7 @@ class Network(Record):
         weights : sequence of matrices
             ``W_1`` to ``W_K``, each with a row for each of its outputs.
         biases : sequence of vectors
-            Of the layers, all 0; empty if there are none.
+            Of the layers, one for each output; empty if there are none.
         activation : str
             ``tanh``, ``relu``, ``leaky relu`` or ``saturation``, which is ``max(-1, min(1, v))``.
         negative_slope : number or None
@@ -103,18 +117,16 @@ class Network(Record):
             As for the class.
         """
         layers = tuple(_matrix(rows, f"layer {k} of the network") for k, rows in enumerate(weights, 1))
+        shifts = list[tuple[Fraction, ...]]()
         for k, bias in enumerate(biases, 1):
             entries = bias.tolist() if hasattr(bias, "tolist") else bias
-            if any(exact_number(v, f"the bias of layer {k}") for v in entries):
-                raise InputError(
-                    f"layer {k} of the network has biases that are not 0; then 0 need not be an equilibrium, and the "
-                    "neurons differ in what they do around the one there is, so train it without biases"
-                )
+            shifts.append(tuple(exact_number(v, f"the bias of layer {k}") for v in entries))
         slope = None if negative_slope is None else exact_number(negative_slope, "negative_slope")
         limit = None if saturation is None else positive(saturation, "saturation")
         word = " ".join(str(activation).lower().replace("_", " ").replace("-", " ").split())
         word = {"leakyrelu": "leaky relu", "sat": "saturation"}.get(word, word)
-        return cls(weights=layers, activation=word, negative_slope=slope, saturation=limit)
+        moved = tuple(shifts) if any(map(any, shifts)) else ()
+        return cls(weights=layers, activation=word, negative_slope=slope, saturation=limit, biases=moved)
 
     @property
     def inputs(self) -> int:
@@ -154,12 +166,31 @@ class Network(Record):
             found += [nonlinearity_from_table(table["kind"], rest)] * table.get("repeated", 1)
         return found
 
-    def closed(self, plant: MultivariablePlant) -> MultivariablePlant:
-        """The linear part of the loop ``u = N(y)`` around a plant, its neurons behind the plant's own channels.
+    def offsets(self, plant: MultivariablePlant | RationalPlant) -> tuple[list[Fraction], list[Fraction]]:
+        """What the biases add to ``x'``, or ``x+``, and to each ``sigma_i`` of the loop :meth:`closed`.
 
         Parameters
         ----------
-        plant : MultivariablePlant
+        plant : MultivariablePlant or RationalPlant
+            As there.
+        """
+        plant = _channels(plant)
+        own, zero = plant.inputs - self.outputs, Fraction(0)
+        *hidden, last = self.biases or [(zero,) * len(rows) for rows in self.weights]
+        layers = [v for bias in hidden for v in bias]
+        if self.saturation is not None:
+            return [zero] * plant.order, [*[zero] * own, *layers, *last]
+        sides = [[_dot(row[own:], last) for row in side] for side in (plant.B, plant.D[:own])]
+        return sides[0], [*sides[1], *layers]
+
+    def closed(self, plant: MultivariablePlant | RationalPlant) -> MultivariablePlant:
+        """The linear part of the loop ``u = N(y)`` around a plant, its neurons behind the plant's own channels.
+
+        Biases are no part of it: see :func:`lure.networks.equilibrium`.
+
+        Parameters
+        ----------
+        plant : MultivariablePlant or RationalPlant
             With ``u`` as its last inputs and ``y`` as its last outputs; what is before them are channels ``mu_i =
             -phi_i(sigma_i)`` of its own.
 
@@ -169,6 +200,7 @@ class Network(Record):
             It has fewer inputs or outputs than the network, ``y`` depends on ``u`` at once, or there are too many
             channels.
         """
+        plant = _channels(plant)
         own, m = plant.inputs - self.outputs, self.neurons + (self.outputs if self.saturation is not None else 0)
         if own < 0 or plant.outputs - self.inputs != own:
             raise InputError(
@@ -212,15 +244,21 @@ class Network(Record):
     def __call__(self, y: ArrayLike) -> NDArray[np.float64]:
         """``N(y)`` in floating point; the last axis of ``y`` has its entries."""
         values, phi = np.asarray(y, dtype=float), self.nonlinearities()
-        for rows in self.weights[:-1]:
-            values = phi[0](values @ np.array(rows, dtype=float).T)
-        values = values @ np.array(self.weights[-1], dtype=float).T
+        biases = [np.array(bias, dtype=float) for bias in self.biases] or [np.zeros(1)] * len(self.weights)
+        for rows, bias in zip(self.weights[:-1], biases, strict=False):
+            values = phi[0](values @ np.array(rows, dtype=float).T + bias)
+        values = values @ np.array(self.weights[-1], dtype=float).T + biases[-1]
         return np.asarray(values if self.saturation is None else phi[-1](values))
 
     def __str__(self) -> str:
         said = f"{counted(self.inputs, 'input')}, {counted(self.neurons, 'neuron')} ({self.activation}) in "
         said += f"{counted(len(self.weights) - 1, 'layer')}, {counted(self.outputs, 'output')}"
         return said if self.saturation is None else f"{said}, saturated at {float(self.saturation):g}"
+
+
+def _channels(plant: MultivariablePlant | RationalPlant) -> MultivariablePlant:
+    """The plant, one of one channel in the form of several."""
+    return MultivariablePlant.of_one_channel(plant) if isinstance(plant, RationalPlant) else plant
 
 
 def _dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:

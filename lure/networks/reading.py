@@ -76,7 +76,7 @@ def read_network(path: str | Path, **told: object) -> Network:
 def _json(path: Path) -> dict[str, Any]:
     try:
         found = json.loads(path.read_text("utf-8"), parse_float=Decimal)
-    except (OSError, ValueError, RecursionError):
+    except (OSError, ValueError, RecursionError, ArithmeticError):  # the last of exponents beyond those of decimals
         raise InputError(f"{path.name} is no JSON; give an object with weights, a list of matrices") from None
     if not isinstance(found, dict) or not isinstance(found.get("weights"), list):
         raise InputError(f"{path.name} has no list of weights; give an object with weights, a list of matrices")
@@ -105,8 +105,11 @@ def _of_arrays(path: Path, arrays: Mapping[str, Any]) -> dict[str, Any]:
     wrong = next((name for name in names if np.ndim(arrays[name]) not in (1, 2)), None)
     if wrong is not None or len({tuple(place(name)) for name in names if np.ndim(arrays[name]) == 2}) < 2:
         raise InputError(f"{path.name} has no matrices of two layers or more; name them W1, W2, and the biases b1, b2")
-    weights = [arrays[name] for name in names if np.ndim(arrays[name]) == 2]
-    return {"weights": weights, "biases": [arrays[name] for name in names if np.ndim(arrays[name]) == 1]}
+    weights = {tuple(place(name)): arrays[name] for name in names if np.ndim(arrays[name]) == 2}
+    given = {tuple(place(name)): arrays[name] for name in names if np.ndim(arrays[name]) == 1}
+    if not given.keys() <= weights.keys():
+        raise InputError(f"{path.name} has biases of layers without a matrix; number both alike, as W1 and b1")
+    return {"weights": [*weights.values()], "biases": [given.get(k, np.zeros(len(W))) for k, W in weights.items()]}
 
 
 def _torch(path: Path) -> dict[str, Any]:
@@ -165,7 +168,7 @@ def _of_nodes(path: Path, nodes: Any, arrays: dict[str, Any]) -> dict[str, Any]:
             turned = bool("transB" in settings and settings["transB"].i)
             left = node.op_type == "MatMul" and node.input[0] == given[0]
             weights.append(W if turned or left else W.T)
-            biases.append(arrays[given[1]] if len(given) > 1 else [0.0])
+            biases.append(np.ravel(arrays[given[1]]) if len(given) > 1 else np.zeros(len(weights[-1])))
         elif node.op_type == "Add" and not turn and len(given) == 1:
             biases[-1] = np.ravel(arrays[given[0]])
         elif node.op_type in _ACTIVATIONS and not turn:

@@ -69,7 +69,12 @@ class Graph:
         integrals = self._integrals()
         columns = [(self.knots[a], self.values[a], integrals[a], s) for a, s in zip(anchors, self.slopes, strict=True)]
         rows = (self.knots, *zip(*columns, strict=True))
-        object.__setattr__(self, "rows", tuple(tuple(map(float, row)) for row in rows))
+        try:
+            object.__setattr__(self, "rows", tuple(tuple(map(float, row)) for row in rows))
+        except OverflowError:
+            raise InputError(
+                "a point of the graph, or the area below it, is beyond the largest double, 1.8e308; rescale the units"
+            ) from None
 
     @cached_property
     def table(self) -> tuple[NDArray[np.float64], ...]:

@@ -41,11 +41,6 @@ class StructuredPlant(ABC):
     def order(self) -> int | None:
         """Number of states; None for infinitely many."""
 
-    @property
-    @abstractmethod
-    def approximation(self) -> bool:
-        """Whether it stands for something else: what is said of it must name it."""
-
     @abstractmethod
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H(s)`` at complex ``s`` [1/s], elementwise."""

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple, cast
 from lure.errors import InputError
 from lure.exact import Exact
 from lure.plants.multivariable import MOST_CHANNELS, MultivariablePlant, Rows, counted
-from lure.plants.parameters import Bounds, Box, InBox, Ring, checked_box, entries, over_common, sum_text
+from lure.plants.parameters import Bounds, Box, InBox, Ring, checked_box, entries, in_s, over_common, parsed, sum_text
 from lure.plants.rational import sampling_period, time_text
 from lure.plants.text import Element, step_of_formula
 from lure.record import Record, quantity
@@ -34,6 +34,14 @@ class Term(NamedTuple):
     def sides(self) -> Sides:
         """The four matrices."""
         return self.A, self.B, self.C, self.D
+
+
+class _Chain(NamedTuple):
+    """States in companion form, moved by one input: the denominator, and by what outputs see them."""
+
+    column: int
+    bottom: list[Element]
+    outputs: list[tuple[int, list[tuple[Element, Element]]]]
 
 
 class ChannelFamily(InBox, Record):
@@ -127,6 +135,68 @@ class ChannelFamily(InBox, Record):
         found, common = over_common(read, ring)
         sides = found[:n], found[n : 2 * n], found[2 * n : 2 * n + p], found[2 * n + p :]
         return cls.of_elements(common, sides, ring, step_of_formula("", dt, "plant"))
+
+    @classmethod
+    def of_transfers(
+        cls, rows: Sequence[Sequence[object]], parameters: Bounds, dt: object = None
+    ) -> ChannelFamily | MultivariablePlant:
+        """The plants of a matrix of transfer functions, formulas in ``s`` or ``z`` and the parameters.
+
+        Entries of one column with the same denominator share their states; no others do.
+
+        Parameters
+        ----------
+        rows : sequence of sequences
+            (p, m) formulas, or numbers.
+        parameters, dt
+            As for :meth:`of_matrices`.
+
+        Raises
+        ------
+        InputError
+            As there; or an entry is improper, or holds a dead time.
+        """
+        ring, variables, m = Ring(parameters), set[str](), len(rows[0])
+        zero, one = (ring.number(Fraction(v)) for v in (0, 1))
+        through: list[list[tuple[Element, Element]]] = [[(zero, one)] * m for _ in rows]
+        chains = list[_Chain]()
+        for j in range(m):
+            shared = list[_Chain]()
+            for i, row in enumerate(rows):
+                where, text = f"transfer[{i}][{j}]", row[j] if isinstance(row[j], str) else str(row[j])
+                found, variable = parsed(str(text), ring, where)
+                variables |= {variable} - {""}
+                top, bottom = in_s(found.top, ring), in_s(found.bottom, ring)
+                if len(top) > len(bottom):
+                    raise InputError(f"{where} is {text!r:.60}, which is improper; give a denominator of its degree")
+                top, first = [zero] * (len(bottom) - len(top)) + top, bottom[0]
+                through[i][j] = top[0], first
+                seen = [(first * b - top[0] * a, first * first) for a, b in zip(bottom, top, strict=True)][1:]
+                if any(v for v, _ in seen):
+                    if not any(one.bottom == bottom for one in shared):
+                        shared.append(_Chain(j, bottom, []))
+                    next(one for one in shared if one.bottom == bottom).outputs.append((i, seen))
+            chains += shared
+        n, p = sum(len(one.bottom) - 1 for one in chains), len(rows)
+        A, B, C = ([[(zero, one)] * width for _ in range(height)] for height, width in ((n, n), (n, m), (p, n)))
+        at = 0
+        for j, bottom, outputs in chains:  # in companion form
+            last = at + len(bottom) - 2
+            for k in range(at, last):
+                A[k][k + 1] = one, one
+            for k, a in enumerate(reversed(bottom[1:])):
+                A[last][at + k] = -a, bottom[0]
+            B[last][j] = one, one
+            for i, seen in outputs:
+                C[i][at : last + 1] = seen[::-1]
+            at = last + 1
+        if not n:
+            raise InputError("plant: the transfer functions have no poles; give a plant with at least one state")
+        if len(variables) > 1:
+            raise InputError("plant: transfer holds s and z; give one of them")
+        whole, common = over_common([line for side in (A, B, C, through) for line in side], ring)
+        sides = whole[:n], whole[n : 2 * n], whole[2 * n : 2 * n + p], whole[2 * n + p :]
+        return cls.of_elements(common, sides, ring, step_of_formula("".join(variables), dt, "transfer"))
 
     @classmethod
     def of_elements(

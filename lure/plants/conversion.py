@@ -18,7 +18,7 @@ from lure.plants.delay import DelayPlant
 from lure.plants.delay_matrix import DelayMatrix, plant_of_delays
 from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.matrices import MAX_EXACT_STATES, float_block, rational_block
+from lure.plants.matrices import MAX_EXACT_STATES, ONE_PAIR, float_block, rational_block
 from lure.plants.multivariable import MultivariablePlant, plant_of_matrices, plant_of_transfers
 from lure.plants.rational import RationalPlant
 from lure.plants.realisation import Names, names_of
@@ -82,7 +82,6 @@ _WANTED = (
     "give coefficients (num, den), matrices (A, B, C), a text such as '1/(s*(s+1))', a system of python-control or "
     "scipy.signal, or a RationalPlant"
 )
-_PAIR = "a block has one input and one output; choose a pair, e.g. sys[0, 0]"
 
 
 def one_channel(source: object, *, dt: object = None) -> AnyBlock:
@@ -103,7 +102,10 @@ def one_channel(source: object, *, dt: object = None) -> AnyBlock:
         sides = (
             f"{n} {side}{'s' if n > 1 else ''}" for n, side in ((found.inputs, "input"), (found.outputs, "output"))
         )
-        raise InputError(f"the system has {' and '.join(sides)}: {_PAIR}")
+        raise InputError(
+            f"the system has {' and '.join(sides)}: a block has one input and one output; give classes, one for each "
+            f"channel, such as [SlopeBounds(0, 1)] * {found.inputs}, or choose a pair, e.g. sys[0, 0] in python-control"
+        )
     return found
 
 
@@ -279,7 +281,7 @@ def _from_control(control: ModuleType, source: object, dt: object) -> AnyBlock |
     several = (source.ninputs, source.noutputs) != (1, 1)
     if isinstance(source, control.FrequencyResponseData):
         if several:
-            raise InputError(f"the data have {source.ninputs} inputs and {source.noutputs} outputs: {_PAIR}")
+            raise InputError(f"the data have {source.ninputs} inputs and {source.noutputs} outputs: {ONE_PAIR}")
         step, order = sampling_time(dt, source.dt, name="the data"), source.omega.argsort()
         return FrequencyData(source.omega[order], source.frdata[0, 0, order], None if step is None else Fraction(step))
     if isinstance(source, control.TransferFunction):

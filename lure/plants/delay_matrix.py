@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from lure.arrays import ArrayLike, NDArray, np
@@ -101,12 +102,16 @@ class DelayMatrix(Record, kw_only=False):
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H`` at complex ``s`` in floating point: the shape of ``s``, then (p, m)."""
         points = np.asarray(s, dtype=complex)
-        A, B, C, D = self.base.doubles()
+        (A, B, C, D), late = self._doubles
         states = np.linalg.solve(points[..., None, None] * np.eye(self.order) - A, B.astype(complex))
         total = C @ states + D
-        for delay, rows in self.late:
-            total = total + np.exp(-float(delay) * points)[..., None, None] * (np.array(rows, dtype=float) @ states)
+        for delay, rows in late:
+            total = total + np.exp(-delay * points)[..., None, None] * (rows @ states)
         return np.asarray(total)
+
+    @cached_property
+    def _doubles(self) -> tuple[tuple[NDArray[np.float64], ...], list[tuple[float, NDArray[np.float64]]]]:
+        return self.base.doubles(), [(float(delay), np.array(rows, dtype=float)) for delay, rows in self.late]
 
     def formulas(self) -> list[list[str]]:
         """``H`` as rows of formulas in ``s``, without the modes that an entry does not have.

@@ -12,6 +12,7 @@ from lure.exact import Exact
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.parameters import (
     Bounds,
+    Constants,
     InBox,
     Pair,
     Ring,
@@ -27,10 +28,11 @@ from lure.plants.parameters import (
 from lure.plants.parameters import Box as Box
 from lure.plants.parameters import Point as Point
 from lure.plants.rational import RationalPlant, sampling_period, time_text
-from lure.plants.text import Element, step_of_formula
+from lure.plants.text import Element, descending, parsed_quotient, step_of_formula
 from lure.record import Record, quantity
 
 MOST_ORDER = 40
+_IMPROPER = "plant: it is improper; give a denominator of at least the degree of the numerator"
 Term = tuple[tuple[int, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
 
 
@@ -138,6 +140,12 @@ class PlantFamily(InBox, Record):
         InputError
             As there.
         """
+        if not any(isinstance(ends, tuple | list) for ends in parameters.values()):
+            whole, variable = parsed_quotient(text, Constants(parameters), "transfer")
+            if whole.top.degree() > whole.bottom.degree():
+                raise InputError(_IMPROPER)
+            step = step_of_formula(variable, dt, "transfer")
+            return RationalPlant(descending(whole.top), descending(whole.bottom), step)
         ring = Ring(parameters)
         found, variable = parsed(text, ring, "transfer")
         sides = (in_s(found.top, ring), in_s(found.bottom, ring))
@@ -171,7 +179,8 @@ class PlantFamily(InBox, Record):
         """
         ring, b, c = Ring(parameters), flat(B), flat(C)
         n = len(A)
-        if not n or any(len(row) != n for row in A) or len(b) != n or len(c) != n:
+        square = all(isinstance(row, list | tuple) and len(row) == n for row in A)
+        if not n or not square or len(b) != n or len(c) != n:
             raise InputError(
                 f"plant: with parameters A is square, B and C have one entry for each state; got A of {n} rows, B of "
                 f"{len(b)} and C of {len(c)} entries"
@@ -340,7 +349,7 @@ def _family(
     while len(top) > 1 and not top[0]:
         top = top[1:]
     if len(top) > len(bottom):
-        raise InputError("plant: it is improper; give a denominator of at least the degree of the numerator")
+        raise InputError(_IMPROPER)
     zero = ring.number(Fraction(0))
     top = [zero] * (len(bottom) - len(top)) + list(top)
     shared = zero

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from flint import fmpz_mat
 
 MAX_EXACT_STATES = 60
-_ONE_PAIR = "a block has one input and one output; choose a pair, e.g. sys[0, 0]"
+ONE_PAIR = "a block has one input and one output; choose a pair, e.g. sys[0, 0]"
 
 
 def rational_block(
@@ -137,7 +137,7 @@ def _entries(D: object) -> list[Fraction]:
 def _direct(D: object) -> Fraction:
     entries = _entries(D)
     if len(entries) > 1:
-        raise InputError(f"D has {len(entries)} entries: {_ONE_PAIR}")
+        raise InputError(f"D has {len(entries)} entries: {ONE_PAIR}")
     return entries[0] if entries else Fraction(0)
 
 
@@ -189,7 +189,7 @@ def _vector(values: object, name: str, n: int) -> Row:
     if len(widths) == 1 and n > 0 and len(flat) > n and n in (len(rows), *widths):
         count = len(flat) // n
         which = "inputs" if name == "B" else "outputs"
-        raise InputError(f"{name} has {count} {which}: {_ONE_PAIR}")
+        raise InputError(f"{name} has {count} {which}: {ONE_PAIR}")
     shape = f"{len(rows)} x {'/'.join(map(str, sorted(widths)))}"
     raise InputError(f"{name} is {shape} and A is {n} x {n}; give {n} entries")
 

@@ -96,23 +96,34 @@ def interval(name: str, ends: tuple[Exact, Exact]) -> tuple[Fraction, Fraction]:
     return low, high
 
 
-class Ring(OneVariable):
+class Constants(OneVariable):
+    """Polynomials in ``s``, or ``z``; parameters that are no intervals stand for their numbers."""
+
+    def __init__(self, parameters: Bounds) -> None:
+        for name in parameters:
+            if not NAME.fullmatch(name) or name in RESERVED:
+                raise InputError(f"parameters.{name!r:.40} is no name here; give letters, digits and _, and not s or z")
+        self.names = ("s", "z", *parameters)
+        self.constants = {
+            name: exact_coefficient(value, f"parameters.{name}")
+            for name, value in parameters.items()
+            if not isinstance(value, tuple | list)
+        }
+
+    def variable(self, name: str) -> Element:
+        """``s``, ``z`` or a number."""
+        return self.number(self.constants[name]) if name in self.constants else super().variable(name)
+
+
+class Ring(Constants):
     """Polynomials in ``s``, or ``z``, and the parameters; constants stand for their numbers."""
 
     def __init__(self, parameters: Bounds) -> None:
         from flint import Ordering, fmpq_mpoly_ctx
 
-        for name in parameters:
-            if not NAME.fullmatch(name) or name in RESERVED:
-                raise InputError(f"parameters.{name!r:.40} is no name here; give letters, digits and _, and not s or z")
+        super().__init__(parameters)
         pairs = {name: ends for name, ends in parameters.items() if isinstance(ends, tuple | list)}
-        self.constants = {
-            name: exact_coefficient(value, f"parameters.{name}")
-            for name, value in parameters.items()
-            if name not in pairs
-        }
         self.parameters = {name: (ends[0], ends[1]) for name, ends in pairs.items()}
-        self.names = ("s", "z", *parameters)
         self.context = fmpq_mpoly_ctx.get(["s", *(f"p_{i}" for i in range(len(pairs)))], Ordering.lex)
         self.generators = dict(zip(self.parameters, self.context.gens()[1:], strict=True))
         self.divisors = list[Element]()
@@ -156,6 +167,10 @@ Pair = tuple[Element, Element]
 
 def parsed(text: str, ring: Ring, field: str) -> tuple[Quotient, str]:
     """A formula as a quotient; nothing that it divides by, at any depth, vanishes for parameters in the box."""
+    if "exp" in text and "exp" not in ring.names:
+        raise InputError(
+            f"{field} is {text!r:.50}, with a dead time, which is not read beside parameters; give each one number"
+        )
     ring.divisors.clear()
     found, variable = parsed_quotient(text, ring, field)
     for divisor in ring.divisors:

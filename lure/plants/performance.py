@@ -20,10 +20,12 @@ class Performance(Record):
     r"""Where a disturbance ``w`` enters a loop and which output ``z`` is looked at.
 
     .. math:: \dot x = A x + B \mu + B_w w, \quad \sigma = C x + D \mu + D_{\sigma w} w, \quad
-        z = C_z x + D_{z\mu} \mu + D_{zw} w, \qquad \mu_i = -\varphi_i(\sigma_i).
+        z = C_z x + D_{z\mu} \mu + D_{zw} w, \qquad \mu_i = -\phi_i(\sigma_i).
 
     A matrix that is left out is 0.  As ``mu = -phi(sigma)``, what is written ``z = ... + M phi(sigma)`` has ``Dzmu =
     -M``.
+
+    Beside plants with parameters an entry may be a formula in these.
 
     Raises
     ------
@@ -48,13 +50,15 @@ class Performance(Record):
             raise InputError("performance has no w or no z; give Bw (or Dzw, Dsigmaw) and Cz (or Dzw, Dzmu)")
 
     @classmethod
-    def given(cls, stated: object) -> Performance:
+    def given(cls, stated: object, *, formulas: bool = False) -> Performance:
         """The performance that a mapping of matrices means, or one as it is.
 
         Parameters
         ----------
         stated : Performance or mapping
             ``Bw``, ``Cz``, ``Dzw``, ``Dzmu``, ``Dsigmaw``: each a list of rows or an array; a number for 1 x 1.
+        formulas : bool
+            Whether entries may be formulas, which are read together with plants.
 
         Raises
         ------
@@ -70,7 +74,7 @@ class Performance(Record):
         unknown = next((name for name in stated if name not in _NAMES), None)
         if unknown is not None:
             raise InputError(f"performance has {unknown!r:.40}; choose from {', '.join(_NAMES)}")
-        return cls(**{str(name): _matrix(str(name), value) for name, value in stated.items()})
+        return cls(**{str(name): _matrix(str(name), value, formulas=formulas) for name, value in stated.items()})
 
     @property
     def inputs(self) -> int:
@@ -99,12 +103,12 @@ class Performance(Record):
         Parameters
         ----------
         H : MultivariablePlant or ChannelFamily
-            The plant, or those with parameters: the matrices are the same for all of them.
+            The plant, or those with parameters: the matrices are the same for all of them, but for formulas.
 
         Raises
         ------
         InputError
-            A matrix does not fit.
+            A matrix does not fit, or has a formula in what is no parameter.
         """
         n, m, p, q = H.order, H.inputs, self.inputs, self.outputs
         shapes = {"Bw": (n, p), "Cz": (q, n), "Dzw": (q, p), "Dzmu": (q, m), "Dsigmaw": (m, p)}
@@ -120,6 +124,19 @@ class Performance(Record):
         into, seen = _filled(self.Bw, n, size), _filled(self.Cz, size, n)
         right, below = _filled(self.Dsigmaw, m, size), _filled(self.Dzmu, size, m)
         last = _filled(self.Dzw, size, size)
+        formulas = [v for side in (into, seen, right, below, last) for row in side for v in row if isinstance(v, str)]
+        if formulas and isinstance(H, ChannelFamily):
+            own, bounds = H.sides, dict(zip(H.names, H.box, strict=True))
+            wide = [[*a, *b] for a, b in zip([*own["B"], *own["D"]], [*into, *right], strict=True)]
+            whole = own["A"], wide[:n], [*own["C"], *seen], [*wide[n:], *_joined(below, last)]
+            try:
+                found = ChannelFamily.of_matrices(*whole, bounds, True if H.any_period else H.dt)
+            except InputError as error:
+                raise InputError(f"performance: beside the plant, {error}") from None
+            assert isinstance(found, ChannelFamily), "there are parameters"
+            return found
+        if formulas:
+            raise InputError(f"performance holds {formulas[0]!r:.40}, and the plant has no parameters; give numbers")
         if isinstance(H, ChannelFamily):
             return H.beside(into, seen, (*_joined(_filled((), m, m), right), *_joined(below, last)))
         D = (*_joined(H.D, right), *_joined(below, last))
@@ -160,7 +177,7 @@ def _plainly(value: object) -> str:
     return repr(value) if isinstance(value, str) else str(value)
 
 
-def _matrix(name: str, value: object) -> Rows:
+def _matrix(name: str, value: object, *, formulas: bool) -> Rows:
     rows = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(rows, int | float | Fraction) and not isinstance(rows, bool):
         rows = [[rows]]
@@ -169,7 +186,13 @@ def _matrix(name: str, value: object) -> Rows:
         raise InputError(
             f"performance.{name} is {_plainly(rows):.60}; give rows of numbers of equal length, such as [[1, 0]]"
         )
+
+    def read(entry: object, where: str) -> Fraction:
+        if formulas and isinstance(entry, str):
+            return cast("Fraction", entry)  # which beside() reads with the plants
+        return exact_number(entry, where)
+
     return tuple(
-        tuple(exact_number(entry, f"performance.{name}[{i}][{j}]") for j, entry in enumerate(row))
+        tuple(read(entry, f"performance.{name}[{i}][{j}]") for j, entry in enumerate(row))
         for i, row in enumerate(cast("Sequence[Sequence[object]]", rows))
     )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError, Reason
-from lure.exact import Exact, exact_number
+from lure.exact import Exact, exact_number, nearest_double
 from lure.plants.realisation import Realisation, companion
 from lure.record import Record, derived, quantity
 from lure.record.values import decimal_text
@@ -136,7 +136,7 @@ class RationalPlant(Record):
             with np.errstate(over="ignore", invalid="ignore"):
                 values.append(np.polyval([float(c / (sizes[-1] or 1)) for c in scaled], points / float(q)))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            return np.asarray(values[0] / values[1] * _float(sizes[0] / sizes[1]))
+            return np.asarray(values[0] / values[1] * nearest_double(sizes[0] / sizes[1]))
 
     def to_control(self) -> control.TransferFunction | control.StateSpace:
         """The block for python-control: its matrices with their names if it was given by matrices, else coefficients.
@@ -245,13 +245,6 @@ def _power_of_two(points: NDArray[np.complex128]) -> Fraction:
     sizes = np.abs(points)
     sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
     return Fraction(2) ** round(float(np.median(np.log2(sizes)))) if sizes.size else Fraction(1)
-
-
-def _float(value: Fraction) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return float("inf")
 
 
 def _coefficients(values: Sequence[Exact], name: str) -> list[Fraction]:

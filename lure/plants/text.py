@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sized
 from dataclasses import dataclass
 from dataclasses import field as dataclasses_field
 from fractions import Fraction
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from lure.errors import InputError
@@ -296,7 +297,7 @@ def parse_transfer(text: str, *, dt: object = None, field: str = "transfer") -> 
     """
     found, variable = parsed_quotient(text, OneVariable(), field)
     step = step_of_formula(variable, dt, field)
-    return RationalPlant(_descending(found.top), _descending(found.bottom), step)
+    return RationalPlant(descending(found.top), descending(found.bottom), step)
 
 
 def step_of_formula(variable: str, dt: object, field: str) -> Fraction | Literal[True] | None:
@@ -331,6 +332,11 @@ class OneVariable:
     """The polynomials of a formula: in ``s`` or in ``z``, which stand for each other."""
 
     names: tuple[str, ...] = ("s", "z")
+
+    @cached_property
+    def one(self) -> Element:
+        """The constant 1."""
+        return self.number(Fraction(1))
 
     def number(self, value: Fraction) -> Element:
         """A constant."""
@@ -464,7 +470,7 @@ def _power(reader: _Formula) -> Quotient:
 
 
 def _atom(reader: _Formula) -> Quotient:
-    token, one = reader.token, reader.ring.number(Fraction(1))
+    token, one = reader.token, reader.ring.one
     if token.kind == "number":
         reader.position += 1
         value = exact_coefficient(token.text, f"{reader.field}: the number at column {token.column}")
@@ -503,10 +509,12 @@ def _checked(reader: _Formula, at: Token, top: Element, bottom: Element) -> Quot
     return Quotient(top, bottom)
 
 
-def _descending(p: fmpq_poly) -> list[Fraction]:
+def descending(p: fmpq_poly) -> list[Fraction]:
+    """The coefficients, highest power first."""
     return [Fraction(int(c.p), int(c.q)) for c in reversed(p.coeffs())]
 
 
+@lru_cache(maxsize=64)  # a formula is read for many values of its parameters
 def _tokens(text: str, field: str) -> list[Token]:
     if len(text) > MAX_LENGTH:
         raise InputError(f"{field}: the text has {len(text)} characters; at most {MAX_LENGTH} are allowed")

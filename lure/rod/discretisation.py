@@ -198,11 +198,6 @@ class UpwindScheme(Record, StructuredPlant, kw_only=False):
         """Number of states, ``2N + 1``."""
         return 2 * self.cells + 1
 
-    @property
-    def approximation(self) -> bool:
-        """Yes: of the rod."""
-        return True
-
     def certificate_system(self) -> dict[str, str | int]:
         """The kind ``rod-scheme``, the parameters of the rod and the number of cells.
 

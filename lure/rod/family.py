@@ -81,11 +81,6 @@ class RodFamily(StructuredPlant):
         return None if self.cells is None else 2 * self.cells + 1
 
     @property
-    def approximation(self) -> bool:
-        """Whether it is about schemes."""
-        return self.cells is not None
-
-    @property
     def ranges(self) -> str:
         """The intervals in words."""
         pairs = ((name, ends) for name, ends in self.intervals.items())

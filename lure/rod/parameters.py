@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import cast
 
 from lure.errors import InputError
-from lure.exact import Exact, exact_number, square_root
+from lure.exact import Exact, exact_number, nearest_double, square_root
 from lure.nonlinearities.base import NormalCompliance
 
 PARAMETERS = ("youngs_modulus", "density", "length", "area", "damping", "compliance", "exponent", "gap")
@@ -197,8 +197,8 @@ class Rod:
     @property
     def _matched(self) -> bool:
         k = self.exact["damping"]
-        nearest_double = k == Fraction(self.damping) and self.damping == self.impedance
-        return k > 0 and (self._squared_ratio == 1 or nearest_double)
+        as_doubles = k == Fraction(self.damping) and self.damping == self.impedance
+        return k > 0 and (self._squared_ratio == 1 or as_doubles)
 
     @cached_property
     def _squared_ratio(self) -> Fraction:
@@ -218,8 +218,8 @@ class Rod:
             ("the travel time L/c", self.travel_time, "s"),
             ("the mobility 1/sqrt(rho E)", self.mobility, "m/(Pa s)"),
             ("the input gain 1/(k + Z)", self.input_gain, "m/(N s)"),
-            ("the contact stiffness 1/eps", _quotient(Fraction(1), self.exact["compliance"]), "Pa/m^m"),
-            ("the residue A/k", _quotient(self.exact["area"], self.exact["damping"] or Fraction(1)), "m/(Pa s)"),
+            ("the contact stiffness 1/eps", nearest_double(1 / self.exact["compliance"]), "Pa/m^m"),
+            ("the residue A/k", nearest_double(self.exact["area"] / (self.exact["damping"] or 1)), "m/(Pa s)"),
         )
 
     @cached_property
@@ -272,13 +272,6 @@ def _parameter(value: object, name: str) -> Fraction:
 
         return exact_coefficient(value, name)
     return exact_number(value, name)
-
-
-def _quotient(top: Fraction, bottom: Fraction) -> float:
-    try:
-        return float(top / bottom)
-    except OverflowError:
-        return math.inf
 
 
 def _rebuilt(exact: dict[str, Fraction]) -> Rod:

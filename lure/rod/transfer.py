@@ -88,11 +88,6 @@ class RodPlant(Record, StructuredPlant, kw_only=False):
         """None: a wave has infinitely many modes."""
         return None
 
-    @property
-    def approximation(self) -> bool:
-        """No."""
-        return False
-
     def certificate_system(self) -> dict[str, str | int]:
         """The kind ``rod`` and the exact parameters that the loop depends on."""
         return {"kind": "rod", **certificate_parameters(self.rod)}

@@ -72,7 +72,7 @@ def test_both_accept_a_box_with_a_denominator_and_say_for_which_plants(proof):
         (("multiplier",), {"lambda": ["1"]}),
         (("theorem",), "full-block-circle"),
         (("theorem",), "diagonal-popov"),
-        (("rate",), "1/10"),
+        (("rate",), "9/10"),  # a = 1, m = 6/5 has 5/6
         (("system", "kind"), "family"),
         (("system", "kind"), "multivariable"),
         (("system", "parameters", 0, 1), "-1"),  # an unstable plant

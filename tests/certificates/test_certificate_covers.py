@@ -1,16 +1,19 @@
 """Certificates where no polynomial decides: covers for dead time, structure and energy for the rod."""
 
+import cmath
 import itertools
 import math
+import random
 from fractions import Fraction
 
 import pytest
+from depth import sampled
 from hypothesis import given
 from hypothesis import strategies as st
 from sharpness import CLOSE, assert_sharp
 
 from lure.analysis.certificates.arithmetic import Form, Rejected
-from lure.analysis.certificates.balls import box
+from lure.analysis.certificates.balls import WORD, Lift, Model, above, box, tail
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
 from lure.analysis.certificates.drafts import completed
@@ -23,6 +26,59 @@ from lure.plants.delay import DelayPlant
 from lure.rod.discretisation import upwind
 from lure.rod.systems import builtin_system
 from lure.rod.transfer import RodPlant
+
+
+def test_what_stands_for_a_function_on_an_interval_is_off_by_no_more_than_it_says():
+    rng = random.Random(20261123)
+
+    def drawn(most):
+        return Form(
+            {
+                (Fraction(rng.randint(-9, 9), 4), rng.randint(0, most)): (
+                    Fraction(rng.randint(-99, 99), 7),
+                    Fraction(k),
+                )
+                for k in range(-2, 3)
+            }
+        )
+
+    def value(F, w):
+        return sum(complex(*z) * w**n * cmath.exp(-1j * float(tau) * w) for (tau, n), z in F.items())
+
+    for _ in range(sampled(8, of=400)):
+        F, G, start, halvings = drawn(9), drawn(4), Fraction(rng.randint(0, 50), 8), rng.randint(-5, 20)
+        end = start + Fraction(rng.randint(1, 64), rng.choice((1, 16)))
+        near = Lift(start, end)
+        found = near(F, halvings) * near(G).conjugate() + near(F, halvings)
+        for x in (Fraction(-1), Fraction(3, 10), Fraction(1)):
+            w = float((start + end) / 2 + x * (end - start) / 2)
+            true = value(F, w) / 2**halvings * (value(G, w).conjugate() + 1)
+            sides = [float(sum(c * x**k for k, c in enumerate(side)) / 2**WORD) for side in (found.u, found.v)]
+            assert abs(complex(*sides) - true) <= found.off / 2**WORD + 1e-10 * (1 + abs(true))
+
+    # Taylor's formula is cut off: 8^32/32! = 3e-7
+    turn = Lift(Fraction(0), Fraction(16)).turn(Fraction(1))
+    sides = [float(sum(side)) / 2**WORD for side in (turn.u, turn.v)]
+    assert abs(complex(*sides) - cmath.exp(-16j)) <= turn.off / 2**WORD + 1e-12
+
+
+@pytest.mark.parametrize("tau", [1, -2])
+def test_a_sign_is_shown_as_far_as_it_goes_and_no_farther(tau):
+    # 1/2 + cos(tau omega) > 0 for |tau| omega < 2 pi/3 = 2.0944
+    F = Form({(Fraction(tau), 0): (Fraction(1), Fraction(0)), (Fraction(0), 0): (Fraction(1, 2), Fraction(0))})
+    inside, outside = (Fraction(v, 10**4 * abs(tau)) for v in (20943, 20944))
+    assert above(Lift(Fraction(0), inside)(F))
+    assert not above(Lift(Fraction(0), outside)(F))
+    assert above(Model([11], [], 10))
+    assert not above(Model([10], [], 10))
+
+
+def test_far_out_lower_powers_of_late_parts_count_by_their_size_at_the_start():
+    # omega^2 > 5 omega cos(omega) from 5 on; by leading coefficients alone no start below 5000 would do
+    F = Form({(Fraction(0), 2): (Fraction(1), Fraction(0)), (Fraction(1), 1): (Fraction(5), Fraction(0))})
+    F[Fraction(2), 2] = (Fraction(1, 10), Fraction(0))
+    assert tail(F, Fraction(6), 2)
+    assert not tail(F, Fraction(4), 2)
 
 
 # exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.

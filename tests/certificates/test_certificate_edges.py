@@ -91,7 +91,9 @@ CONCLUSIONS = [
     ("popov, dead time", {}, "inputs to the block and initial functions of finite energy"),
     ("rod-circle", {}, "every motion is bounded"),
     ("rod-circle", {"laws.time_varying": False}, "converges to the set of equilibria"),
-    ("rod-popov", {"system": ROD}, "which alone proves nothing about the rod"),
+    ("rod-popov", {"system": ROD}, "of finite energy comes to rest, its end at a zero of the law"),
+    ("rod-circle", {"system": ROD}, "of finite energy comes to rest, and the pressure of every contact is square"),
+    ("rod-circle", {"system": ROD, "laws.time_varying": False}, "comes to rest, its end at a zero of the law"),
 ]
 
 

@@ -11,10 +11,12 @@ from plants import CONTINUOUS, DISCRETE
 from plants import block as exact
 from sharpness import CLOSE, ZAMES_FALB, assert_sharp, raised
 
+from lure.analysis.certificates import blocks
 from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.checker import Proved, check
-from lure.analysis.certificates.drafts import completed
+from lure.analysis.certificates.checker import Proved, check, inequality, polynomial_proof
+from lure.analysis.certificates.drafts import _popov_polynomial, completed
 from lure.analysis.certificates.proposals import certified, drafts
+from lure.analysis.certificates.states import classes
 from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.inequality.gains import hurwitz_largest
 from lure.analysis.theorems.circle import circle_criterion, circle_largest
@@ -319,3 +321,21 @@ def test_infinite_ends_of_a_class_say_which_kind_they_are():
     assert class_entry(endless, unbounded=False)["slope"] == ["0", "finite"]
     assert class_entry(endless, unbounded=True)["sector"] == ["0", "inf"]
     assert class_entry(endless, unbounded=True, linear=True)["linear"] is True
+
+
+COEFFICIENTS = st.lists(st.fractions(min_value=-3, max_value=3, max_denominator=7), min_size=1, max_size=4)
+
+
+@given(COEFFICIENTS, COEFFICIENTS, st.sampled_from(["0", "-1/2", "2/3"]), st.sampled_from(["4", "finite"]))
+def test_the_polynomial_of_a_draft_is_that_of_the_checker(top, bottom, lower, upper):
+    laws = {"sector": [lower, upper], "slope": None, "odd": False, "time_varying": False, "linear": False}
+    system = system_of(RationalPlant(top, [1, *bottom])) if len(top) <= len(bottom) + 1 else None
+    for theorem, multiplier in (("circle", {}), ("popov", {"theta": "3/5"})) if system is not None else ():
+        draft = {"theorem": theorem, "multiplier": multiplier, "system": system, "laws": laws}
+        quick = _popov_polynomial(draft)
+        try:
+            F, _, critical, _ = inequality(theorem, multiplier, blocks.block(system), classes(laws))
+            own = polynomial_proof(F, critical=critical, bounded=upper != "finite")
+        except Rejected:
+            continue
+        assert quick == own or quick is None or critical

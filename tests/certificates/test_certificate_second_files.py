@@ -114,12 +114,17 @@ def test_hypotheses_that_nothing_else_would_catch():
     popov = proved(THIRD, nonlinearities(0, 5), "popov", {"theta": "1"}, polynomial(third))
     assert accepted(popov)
     assert not accepted({**popov, "laws": nonlinearities(0, 5, time_varying=True)})
-    # Park's criterion does not cover the pole at 0, Popov's does: (1 + x)/1 - 1 + 2
+    # both cover the pole at 0, the conclusion is weaker: (1 + x)/1 - 1 + 2; with alpha = 2 the phase of the pole turns,
+    # omega (1 + omega^2) - omega + 2
     integral, two = transfer([1], [1, 1, 0]), polynomial([2, 1])
-    assert accepted(proved(integral, nonlinearities(0, 1, slope=True), "popov", {"theta": "2"}, two, EQUILIBRIA))
-    assert not accepted(
-        proved(integral, nonlinearities(0, 1, slope=True), "park", {"theta": "2", "tau": "0"}, two, EQUILIBRIA)
-    )
+    for name, given in (("popov", {"theta": "2"}), ("park", {"theta": "2", "tau": "0"})):
+        assert accepted(proved(integral, nonlinearities(0, 1, slope=True), name, given, two, EQUILIBRIA))
+        assert not accepted(proved(integral, nonlinearities(0, 1, slope=True), name, given, two))
+    turned = {"method": "polynomial", "variable": "omega", "coefficients": ["2", "0", "0", "1"], "limits": ["2", "1"]}
+    for alpha, good in ((2, True), (-2, False)):
+        given = {"alpha": str(alpha)}
+        laws = nonlinearities(0, 1, slope=True)
+        assert accepted(proved(integral, laws, "off-axis-circle", given, turned, EQUILIBRIA)) is good
     # (s + 1)/(s^2 + 3 s + 3) is strictly positive real, but the mode -2 is hidden: (3 + 2 x)(4 + x)
     hidden, written = transfer([1, 3, 2], [1, 5, 9, 6]), polynomial([12, 11, 2])
     assert accepted(proved(hidden, nonlinearities(0, "finite"), "circle", {}, written))

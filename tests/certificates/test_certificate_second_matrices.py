@@ -91,6 +91,7 @@ def test_the_scheme_of_the_rod_by_a_matrix(w, good):
 
 
 STRUCTURE = {"method": "structure"}
+RESTING = "every motion of finite energy comes to rest, and the pressure of every contact is square integrable"
 
 
 # L |k^2 - Z^2|/(k A E) = (36/25 - 1/25000000)/(36/25) = 35999999/36000000 s.
@@ -100,7 +101,8 @@ def test_popov_for_the_scheme(theta, good):
     assert accepted(certificate) is good
     assert accepted({**certificate, "laws": nonlinearities(0, 1)}) is good
     assert not accepted({**certificate, "laws": nonlinearities(0, "inf")})
-    assert not accepted({**certificate, "system": rod(cells=None)})
+    assert not accepted({**certificate, "system": rod(cells=None)})  # of the rod another sentence follows
+    assert accepted({**certificate, "system": rod(cells=None), "conclusion": AT_REST}) is good
     assert not accepted({**certificate, "laws": nonlinearities(-1, 1)})
     assert accepted({**certificate, "laws": nonlinearities(0, "inf"), "multiplier": {"theta": "1"}})
 
@@ -113,6 +115,9 @@ def test_the_circle_criterion_for_the_scheme(k, good):
     varying = {**certificate, "laws": nonlinearities(0, k, time_varying=True)}
     assert not accepted(varying)
     assert accepted({**varying, "conclusion": BOUNDED}) is good
+    itself = {**varying, "system": rod(cells=None), "conclusion": RESTING}
+    assert accepted(itself) is good  # of the rod; the end may stop where a time-varying phi is not 0
+    assert not accepted({**itself, "conclusion": AT_REST})
     matched = {
         **certificate,
         "system": rod("6/5"),

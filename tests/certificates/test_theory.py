@@ -15,7 +15,7 @@ SCHEME = upwind(ROD, 4)
 class Unknown(StructuredPlant):
     """A plant of which no room says anything."""
 
-    name, order, approximation = "a plate", None, False
+    name, order = "a plate", None
 
     def transfer(self, s):
         return 1 / s
@@ -38,8 +38,8 @@ def test_of_a_plant_without_a_theory_nothing_is_said():
 
 def test_a_plant_says_what_it_is_and_what_it_stands_for():
     rod = RodPlant(ROD)
-    assert (rod.name, rod.order, rod.approximation) == ("the rod", None, False)
-    assert (SCHEME.name, SCHEME.order, SCHEME.approximation) == ("the scheme with 4 cells", 9, True)
+    assert (rod.name, rod.order) == ("the rod", None)
+    assert (SCHEME.name, SCHEME.order) == ("the scheme with 4 cells", 9)
     # rho = 8, E = 288e6, L = 1, A = 1/40000, k = 1/5000 of the paper
     parameters = {"E": "288000000", "rho": "8", "L": "1", "A": "1/40000", "k": "1/5000"}
     assert rod.certificate_system() == {"kind": "rod", **parameters}

@@ -15,6 +15,7 @@ import pytest
 from commands import names
 
 from lure import __version__
+from lure.analysis.cli import progress as progress_module
 from lure.analysis.cli.commands import NEEDED, OPTIONAL
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
@@ -259,11 +260,10 @@ sys.modules["lure.analysis.rod.report.output"].write_report = slow
         pytest.param(False, signal.SIGINT, 130, marks=pytest.mark.thorough),
     ],
 )
-def test_an_interrupted_run_leaves_the_old_report_or_none(here, kill, status, old):
+@pytest.mark.usefixtures("stub")
+def test_an_interrupted_run_leaves_the_old_report_or_none(here, lure, kill, status, old):
     if old:
-        with process("report", "--set", "name=old") as run:
-            run.communicate()
-        assert run.returncode == 0
+        assert lure("report", "--set", "name=old")[0] == 0
     with process("report", "--set", "name=new", patch=SLOW) as run:
         assert run.stderr.readline() == "written\n"
         run.send_signal(kill)
@@ -274,8 +274,7 @@ def test_an_interrupted_run_leaves_the_old_report_or_none(here, kill, status, ol
     if old:
         assert (here / "lure-report" / "report.html").read_text() == "old"
         assert json.loads((here / "lure-report" / "report.json").read_text())["name"] == "old"
-    with process("report", "--set", "name=next") as run:
-        run.communicate()
+    lure("report", "--set", "name=next")
     assert os.listdir(here) == ["lure-report"]
     assert (here / "lure-report" / "report.html").read_text() == "next"
 
@@ -350,6 +349,17 @@ def test_no_color_is_honoured(here):
     assert not re.search(r"\x1b\[[0-9;]*[349][0-9][0-9;]*m", seen)
 
 
+def test_a_log_gets_a_line_now_and_then(monkeypatch, capsys):
+    monkeypatch.setattr(progress_module, "SIGN", 0.001)
+    said = ""
+    with progress_module.progress(quiet=False) as tell:
+        tell("a stage", 0.5)
+        while not re.search(r"^lure: a stage, after \d+ s$", said, re.MULTILINE):
+            said += capsys.readouterr().err
+    with progress_module.progress(quiet=True) as tell:
+        assert tell is None
+
+
 def test_a_bar_waits_until_the_work_takes_long(here):
     assert watched("report", patch=PAUSE.replace("0.1", "1000").replace("60", "0.4"))[0] == ""
 
@@ -405,7 +415,7 @@ def test_doctor_names_every_package_lure_needs(lure):
     assert out.startswith(f"lure {__version__}, Python {sys.version.split()[0]}")
     assert all(re.search(rf"^  {name} +\d", out, re.MULTILINE) for name in NEEDED)
     assert re.search(r"^  BLAS +\S+ \d", out, re.MULTILINE)
-    assert re.search(r"^  stderr +not a terminal; no progress is shown$", out, re.MULTILINE)
+    assert re.search(r"^  stderr +not a terminal; progress is a line every half minute$", out, re.MULTILINE)
 
 
 def test_doctor_looks_for_what_the_extras_install():

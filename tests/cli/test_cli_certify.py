@@ -8,6 +8,7 @@ import pytest
 from commands import SECTOR, THIRD, names, written
 
 from lure.analysis.certificates import codes
+from lure.analysis.wording import plain
 
 SCHEMA = jsonschema.Draft202012Validator(
     json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
@@ -62,7 +63,7 @@ def test_the_command_of_the_issue_writes_a_certificate_that_verifies(lure, tmp_p
     # 1/(s(s+1)(s+2)): Popov with theta = 3/2 reaches 6, and 5.9 is 59/10 exactly
     status, out, err = lure("certify", *THIRD, "--sector", "0", "5.9", "-o", "cert.json")
     assert (status, err) == (0, "")
-    assert out.startswith("PROVED: every motion converges to the set of equilibria")
+    assert out.startswith("PROVED: every solution converges to the set of equilibria")
     assert out.endswith("\n\nThe certificate is cert.json; check it: lure verify cert.json\n")
     assert names(tmp_path) == ["cert.json"]
     data = written(tmp_path, "cert.json")
@@ -77,11 +78,11 @@ def test_the_command_of_the_issue_writes_a_certificate_that_verifies(lure, tmp_p
     assert (data["verdict"], data["theorem"], data["numbers"]) == ("PROVED", "popov", "decimals as written")
     status, out, err = lure("verify", "cert.json")
     assert (status, err) == (0, "")
-    assert out.startswith("ACCEPTED: every motion converges to the set of equilibria")
+    assert out.startswith("ACCEPTED: every solution converges to the set of equilibria")
     flat = " ".join(out.split())
     assert "theorem: popov" in flat
     for name, fact in data["hypotheses"].items():
-        assert f"{name}: {fact}" in flat
+        assert f"{name}: {plain(fact)}" in flat
 
 
 @pytest.mark.parametrize("k", ["6.1", "7"])
@@ -89,7 +90,7 @@ def test_beyond_the_limit_the_certificate_is_a_refutation(lure, tmp_path, k):
     # Routh: 1/(s(s+1)(s+2)) is unstable for gains above 6
     status, out, err = lure("certify", *THIRD, "--sector", "0", k)
     assert (status, err) == (11, "")
-    assert out.startswith("REFUTED: a loop of the class has a motion that does not converge")
+    assert out.startswith("REFUTED: a loop of the class has a solution that does not converge")
     assert written(tmp_path)["verdict"] == "REFUTED"
     assert lure("verify", "certificate.json")[0] == 0
 
@@ -164,7 +165,10 @@ def test_every_kind_of_certificate_is_written_accepted_and_keeps_the_schema(
     ("arguments", "code"),
     [
         (("third-order", "--sector", "0", "2", "--time-varying"), codes.NO_MULTIPLIER),
-        (("third-order", "--slope", "0", "5", "--criterion", "park"), codes.CRITICAL),
+        (
+            ("--num", "1", "--den", "1 -1 0.5 -0.5", "--dt", "1", "--slope", "0", "0.85", "--criterion", "order-cone"),
+            codes.CRITICAL,
+        ),
         (("third-order", "--sector", "0", "1", "--criterion", "park"), codes.NOT_APPLICABLE),
         (("third-order", "--sector", "0", "1", "--method", "structure"), codes.NOT_APPLICABLE),
         (("biproper", "--sector", "0", "0.9", "--criterion", "popov"), codes.SEVERAL_SOLUTIONS),

@@ -233,11 +233,11 @@ def contradicts(block, nonlinearity, said):
 
 
 def test_a_sample_of_false_loops_is_found(proof):
-    assert judged_false(list(false_loops())[5 :: sampled(48, of=24)], proof) <= SLOW_ONES
+    assert judged_false(list(false_loops())[5 :: sampled(72, of=24)], proof) <= SLOW_ONES
 
 
 def test_a_sample_of_true_loops_is_not_accused():
-    assert accused(list(true_loops())[7 :: sampled(60, of=30)]) == []
+    assert accused(list(true_loops())[7 :: sampled(90, of=30)]) == []
 
 
 @pytest.mark.thorough

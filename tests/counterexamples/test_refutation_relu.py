@@ -7,6 +7,7 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from tampering import assert_both_reject, edited
 
 from lure import NonlinearityClass, SlopeBounds, as_plant, certify
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
@@ -110,3 +111,23 @@ def test_the_refuted_loops_do_grow():
             x = (closed if dt else expm(closed * pace)) @ x
         assert x == pytest.approx((value if dt else np.exp(value)) * start, rel=1e-5, abs=1e-6)
     assert refuted > 1
+
+
+# x1' = -x1 - max(x1, 0), x2' = -x2 + 2 max(x2, 0): the second grows as e^t beside a first that rests at 0
+@pytest.mark.parametrize("dt", [None, 1])
+def test_a_channel_that_rests_has_any_gain(dt):
+    A = [["-1", "0"], ["0", "-1"]] if dt is None else [["1/2", "0"], ["0", "1/2"]]
+    found = loop(A, [["1", "0"], ["0", "-2"]], [NonlinearityClass.relu()] * 2, dt)
+    assert found.verdict.name == "REFUTED"
+    shown = dict(found.shown.certificate)
+    assert shown["proof"]["state"][0] == "0"
+    assert recheck(shown).accepted
+    # where the second state moves the first, sigma_1 has a sign; and 0 has to be 0
+    for path, value in (
+        (("system", "A", 0, 1), "1"),
+        (("proof", "state", 0), "1/1000000"),
+        (("proof", "state"), ["0", "0"]),
+        (("system", "C", 0, 1), "1"),
+        (("system", "A", 1, 1), "-3"),
+    ):
+        assert_both_reject(edited(shown, *path, value=value))

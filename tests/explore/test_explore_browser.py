@@ -1,10 +1,12 @@
 """The page in Chromium, without a network: it says what the command says, and nothing goes wrong on the way."""
 
+import io
 import json
 import shutil
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ from explored import LOOPS
 from lure.analysis import max_sector
 from lure.analysis.certificates.checker import check
 from lure.analysis.explore import write_page
+from lure.analysis.explore.runtime import content
 from lure.errors import InputError
 
 pytestmark = pytest.mark.browser
@@ -171,6 +174,19 @@ def test_a_refusal_leaves_no_statement_about_the_older_question(page):
     assert page.get_attribute("#theta", "aria-invalid") == "true"
 
 
+def test_a_refusal_leaves_nothing_to_keep(page):
+    told(page, "#num=1&den=1,3,2,0&k=7")
+    kept = ["get-certificate", "get-refutation", "get-report", "get-toml", "get-popov", "get-nyquist"]
+    shown = lambda: [one for one in kept if page.is_visible(f"#{one}")]
+    assert shown() == kept
+    for wrong in ("#num=1&den=1,3,x&k=7", "#num=1&den=1,3,2,0&k=-1"):
+        told(page, wrong)
+        assert shown() in ([], ["get-refutation"])  # that of the largest sector does not depend on k
+    told(page, "#system=dt-6&k=0.5")
+    assert page.is_visible("#get-nyquist")
+    assert not page.is_visible("#get-popov")  # in discrete time there is no Popov plot
+
+
 def test_what_is_typed_is_asked_and_the_old_verdict_marked_before_the_field_is_left(page):
     told(page, "#num=1&den=1,3,2,0&k=5&theta=1.5")
     page.fill("#den", "1 4 2 1")  # an input event and no change event
@@ -248,6 +264,29 @@ def test_a_static_server_is_enough(browser, folder):
     finally:
         server.terminate()
         server.communicate()
+
+
+def test_a_link_shares_a_rod(browser, folder):
+    page, said = opened(browser, f"{folder.as_uri()}/index.html#num=1&den=1,2,1&k=3&damping=Z/3&cells=7")
+    page.wait_for_selector("#scheme-verdict[data-verdict=PROVED]", timeout=60_000)
+    assert (page.input_value("#damping"), page.input_value("#cells"), page.input_value("#den")) == ("Z/3", "7", "1,2,1")
+    page.fill("#cells", "8")
+    assert page.evaluate("location.hash").endswith("&damping=Z/3&cells=8")
+    page.fill("#k", "2")  # a change of the loop leaves the rod in the address
+    assert page.evaluate("location.hash").startswith("#num=1&den=1,2,1&k=2&")
+    assert page.evaluate("location.hash").endswith("&damping=Z/3&cells=8")
+    page.evaluate("location.hash = '#num=1&den=1,2,1&k=3'")
+    page.wait_for_selector("#rod:not([open])")
+    assert said == []
+    page.context.close()
+
+
+def test_the_package_comes_as_bytecode_where_node_can_make_it(folder):
+    if shutil.which("node") is None:
+        pytest.skip("there is no node on the path")
+    for name, module in (("core", "lure/analysis/certificates/checker.pyc"), ("python_stdlib", "fractions.pyc")):
+        packed = content((folder / f"assets/{name}.zip.js").read_text("ascii"))
+        assert module in zipfile.ZipFile(io.BytesIO(packed)).namelist()
 
 
 def test_the_rod_and_its_scheme_have_their_verdicts(page):

@@ -7,7 +7,8 @@ import pytest
 
 from lure.analysis.explore import runtime as runtimes
 from lure.analysis.explore.build import packages, page_text
-from lure.analysis.explore.runtime import asset
+from lure.analysis.explore.compiled import with_bytecode
+from lure.analysis.explore.runtime import asset, content
 
 
 @pytest.fixture
@@ -17,6 +18,8 @@ def fetched(monkeypatch, tmp_path):
     kept.mkdir()
     (kept / "pyodide.mjs.js").write_text(asset("pyodide.mjs", b"export {}"), encoding="ascii")
     monkeypatch.setattr("lure.analysis.explore.build.runtime", lambda: kept)
+    monkeypatch.setattr("lure.analysis.explore.compiled._node", lambda: None)
+    return kept
 
 
 def test_the_page_is_a_folder_that_opens_with_the_loop(lure, here, fetched):
@@ -57,6 +60,14 @@ def test_the_archive_holds_the_checkers_and_no_drawings():
     names = set(re.findall(rb"lure/[\w/]+\.pyi?", packages()))
     assert {b"lure/analysis/certificates/checker.py", b"lure/analysis/certificates/second/__init__.py"} <= names
     assert not [name for name in names if b"/plots/" in name or b"/cli/" in name]
+
+
+@pytest.mark.parametrize("node", [None, ["false"], ["no-such-command"]])
+def test_without_node_the_package_is_handed_over_as_sources(fetched, monkeypatch, node):
+    monkeypatch.setattr("lure.analysis.explore.compiled._node", lambda: node)
+    handed = with_bytecode(b"sources", fetched)
+    assert [(name, content(text)) for name, text in handed.items()] == [("core.zip.js", b"sources")]
+    assert [path.name for path in fetched.parent.iterdir()] == ["kept"]  # nothing unfinished is kept
 
 
 def test_a_folder_with_something_else_is_left_alone(lure, here, fetched):

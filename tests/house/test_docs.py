@@ -11,7 +11,7 @@ from documents import Page, blocks, run_page, same
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-COLLECTED = {"notebooks", "notes", "project", "pictures", "_ext", "_static"}
+COLLECTED = {"notebooks", "notes", "project", "pictures", "_ext", "_static", "_templates"}
 PAGES = sorted(path for path in DOCS.rglob("*.md") if path.relative_to(DOCS).parts[0] not in COLLECTED)
 SLOW = {"gallery", "tutorial", "report-a-rod", "simulate-the-rod"}
 
@@ -54,6 +54,15 @@ def test_every_block_is_run_or_read(path):
             assert block.language in {"python", "console"}, f"{path.name}:{block.line}"
         if block.file is None and block.language == "python":
             assert ">>>" in block.text, f"{path.name}:{block.line}: no prompt"
+
+
+def test_every_figure_of_the_theory_has_its_page_and_its_words():
+    drawn = set(re.findall(r"^@figure\ndef (\w+)", (DOCS / "_ext/figures.py").read_text("utf-8"), re.MULTILINE))
+    shown = re.compile(
+        r"^```\{figure\} \.\./pictures/theory/([\w-]+)\.svg\n:alt: \S.*\n:figclass: plot\n\n\S", re.MULTILINE
+    )
+    pages = {path.stem: shown.findall(path.read_text("utf-8")) for path in (DOCS / "theory").glob("*.md")}
+    assert {name: [name] for name in (one.replace("_", "-") for one in drawn)} == {k: v for k, v in pages.items() if v}
 
 
 def test_a_page_that_is_wrong_is_found_out(tmp_path):

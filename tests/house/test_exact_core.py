@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,7 @@ EXACT = (  # and of these, those that compute with nothing else: no array at all
     *("analysis/certificates/channels.py", "analysis/certificates/several.py"),
     *(
         "analysis/certificates/gains.py",
+        "analysis/certificates/signals.py",
         "analysis/certificates/windows.py",
         "analysis/certificates/parametric.py",
         "analysis/certificates/boxes.py",
@@ -59,6 +61,7 @@ def at_import(nodes):
             yield from at_import(ast.iter_child_nodes(node))
 
 
+@cache
 def needed(module):
     return set(at_import(ast.parse((ROOT / module).read_text(encoding="utf-8")).body))
 

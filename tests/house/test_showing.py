@@ -78,7 +78,7 @@ SAYS = {
     "certification undecided": ("INCONCLUSIVE", "nothing about the loop"),
     "rod report": ("PROVED", "paper-rod", "scheme", "rod", "Not shown"),
     "rod spectrum": ("A mode of the scheme is not one of the rod",),
-    "rod criterion": ("PROVED", "certified", "for the rod itself", "rests on its energy theorem"),
+    "rod criterion": ("PROVED", "certified", "for the rod itself", "about the partial differential equation"),
     "scheme criterion": ("PROVED", "certified", "for the N-cell scheme", "not about the rod"),
     "popov plot": ("OBSERVED", "proves nothing", "certified"),
     "nyquist plot": ("OBSERVED", "proves nothing", "certified"),

@@ -35,6 +35,11 @@ def test_a_script_becomes_the_notebook_that_jupytext_makes_of_it(path):
     assert len({cell.id for cell in made.cells}) == len(made.cells) > 5
 
 
+def test_code_of_the_notebooks_fits_the_boxes_of_their_pages():
+    code = [(path.stem, line) for path in NOTEBOOKS for line in path.read_text("utf-8").splitlines() if line[:1] != "#"]
+    assert [(name, line) for name, line in code if len(line) > 85] == []
+
+
 def test_two_lines_are_marked_for_change():
     (marked,) = MARKED.findall(notebook_script())
     assert re.findall(r"^(\w+) = ", marked, re.MULTILINE) == ["PLANT", "LAW"]

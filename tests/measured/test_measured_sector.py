@@ -228,7 +228,7 @@ def test_from_measurement_to_verdict():
     inside = margin_from_data(found, plant, gain=3e-5, vouched=True)
     assert inside.inside
     assert inside.margin == pytest.approx(6 / (3e-5 * found.upper.bound) - 1, rel=1e-4)
-    assert "user's word" in inside.conclusion
+    assert "wrong sign is assumed" in inside.conclusion
     assert inside.evidence is Evidence.OBSERVED
     beyond = margin_from_data(found, plant, gain=7e-5, vouched=True)
     assert not beyond.inside

@@ -26,7 +26,7 @@ from lure.analysis.questions.region_sets import matrix_of, shape_of, volume_belo
 from lure.analysis.questions.regions import AttractedSet, RegionOfAttraction
 from lure.analysis.verdict import Verdict
 from lure.files import loop_to_toml, parse_system, read_system
-from lure.networks import Network, read_network
+from lure.networks import Network, equilibrium, read_network
 from lure.plants.multivariable import MultivariablePlant
 
 
@@ -290,7 +290,8 @@ def test_bad_controllers_are_refused_in_a_sentence(folder, capsys, old, new, wor
         ({"weights": [[[1]], [[1, 2]]]}, "layer 2 of the network has 2 inputs"),
         ({"weights": [[[1], [1, 2]], [[1]]]}, "rows of numbers of equal length"),
         ({"weights": [[["x"]], [[1]]]}, "layer 1 of the network, row 1, column 1 is 'x'; give a number"),
-        ({"weights": [[[1]], [[1]]], "biases": [[1], [0]]}, "biases that are not 0"),
+        ({"weights": [[[1]], [[1]]], "biases": [[1]]}, "biases are given of 1 layer of 2; give all, or none"),
+        ({"weights": [[[1]], [[1]]], "biases": [[1, 2], [0]]}, "layer 1 .* 1 output and biases of length 2; give one"),
         ({"weights": 3}, "no list of weights"),
         ([], "no list of weights"),
     ],
@@ -333,3 +334,79 @@ def test_a_state_dict_is_read_in_the_order_of_its_layers(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "torch", None)
     with pytest.raises(InputError, match=r"net\.pt needs PyTorch, which is not installed"):
         read_network(tmp_path / "net.pt", activation="tanh")
+
+
+# x' = -x + u, u = 1 - max(x + 1/2, 0): x = 1 - x - 1/2 at x = 1/4, where the neuron sees 3/4 and turns at x = -1/2.
+# Around there x' = -2 x while x > -3/4, and x' = -x + 3/4 below: every solution tends to 1/4.
+BIASED = {"weights": [[[1]], [[-1]]], "biases": [["1/2"], [1]], "activation": "relu"}
+BIASED_FILE = """
+[plant]
+A = [[-1]]
+[controller]
+network = "biased.json"
+origin = "equilibrium"
+Bu = [[1]]
+"""
+
+
+def test_a_network_with_biases_is_taken_around_its_equilibrium(tmp_path, capsys):
+    (tmp_path / "biased.json").write_text(json.dumps(BIASED | {"biases": [[0.5], [1]]}))
+    (tmp_path / "loop.toml").write_text(BIASED_FILE)
+    system = read_system(tmp_path / "loop.toml")
+    assert "x counted from (0.25)" in system.title
+    assert "through (-0.75, -0.75), (0, 0)" in str(system.nonlinearities[0])
+    assert "wherever it starts" in str(region(system))
+    assert certify(system).verdict is Verdict.PROVED
+    (tmp_path / "loop.toml").write_text(BIASED_FILE.replace('origin = "equilibrium"\n', ""))
+    assert main(["certify", str(tmp_path / "loop.toml")]) == 2
+    assert "rests at x = (0.25); write origin = 'equilibrium'" in " ".join(capsys.readouterr().err.split())
+
+
+# Around the equilibrium the loop of closed() moves as the plant and the network do, whatever the layers, in both times.
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10**6), activation=st.sampled_from(["relu", "leaky relu", "saturation"]))
+def test_the_loop_around_an_equilibrium_moves_as_the_network_does(seed, activation):
+    rng = np.random.default_rng(seed)
+    sizes = [2, *rng.integers(1, 5, size=rng.integers(1, 3)), 1]
+    network = Network.given(
+        [np.round(rng.normal(size=(after, before)) / 2, 2) for before, after in pairwise(sizes)],
+        [np.round(rng.normal(size=after), 2) for after in sizes[1:]],
+        activation=activation,
+        negative_slope=0.1 if activation == "leaky relu" else None,
+        saturation=None if seed % 2 else 0.5,
+    )
+    discrete = bool(seed % 3)
+    A, B = np.round(rng.normal(size=(2, 2)), 1) + (0 if discrete else -3) * np.eye(2), np.array([[0.5], [1.0]])
+    A = A / 4 if discrete else A
+    plant = as_plant((A.tolist(), B.tolist(), [[1, 0], [0, 1]], 0), dt=1 if discrete else None)
+    try:
+        found = equilibrium(network, plant)
+    except InputError as error:  # there may be none
+        assert "no equilibrium" in str(error)  # noqa: PT017  (which it is, is what is tested)
+        return
+    rest, x = np.array([float(v) for v in found.x]), rng.normal(size=2)
+    assert np.allclose(A @ rest + B @ network(rest), rest if discrete else 0, atol=1e-9)
+    moved = found.plant.doubles()[0] @ x - found.plant.doubles()[1] @ phi_of(found.plant, found.nonlinearities, x)
+    there = A @ (x + rest) + B @ network(x + rest)
+    assert np.allclose(moved, there - rest if discrete else there, atol=1e-9)
+
+
+# x'' = x + u, u = 1 - max(4 x + 2 x' + 1, 0): around 0 the neuron is active, x'' = -3 x - 2 x'.  No sector
+# from 0 on, which is all that a ReLU at its kink has, would do: with u = 0 the plant is unstable.
+def test_a_region_uses_that_a_neuron_is_active_around_the_equilibrium():
+    network = Network.given([[[4, 2]], [[-1]]], [[1], [1]], activation="relu")
+    loop = equilibrium(network, as_plant(([[0, 1], [1, 0]], [[0], [1]], [[1, 0], [0, 1]], 0)))
+    assert loop.x == (0, 0)
+    found = region(loop.plant, loop.nonlinearities)
+    assert found.area[0] > 1
+    assert recheck(json.dumps(dict(found.sets[0].proof.certificate))).accepted
+
+
+def test_what_has_no_rational_equilibrium_is_refused():
+    plant = as_plant(([[-1, 0], [0, -2]], [[1], [1]], [[1, 0]], 0))
+    with pytest.raises(InputError, match="no rational equilibrium"):
+        equilibrium(Network.given([[[1]], [[1]]], [[1], [0]], activation="tanh"), plant)
+    # x1' = -x1 + |x1| + 1: none for x1 < 0, as -2 x1 + 1 > 0, nor for x1 > 0, where it is 1
+    both = Network.given([[[1], [-1]], [[1, 1]]], [[0, 0], [1]], activation="relu")
+    with pytest.raises(InputError, match="no equilibrium of the loop"):
+        equilibrium(both, plant)

@@ -42,7 +42,7 @@ def test_a_function_of_one_number_will_do():
 def test_a_vouched_constant_bounds_everything_and_says_so():
     found = nonlinearity_bounds(np.sin, lipschitz=1)
     assert found.evidence is Evidence.CERTIFIED
-    assert "which the user vouches for" in found.assumptions[0]
+    assert "which is assumed" in found.assumptions[0]
     assert (found.sector_lower.outer, found.sector_upper.outer) == (-1, 1)
     assert (found.slope_lower.outer, found.slope_upper.outer) == (-1, 1)
     assert found.within(Sector(-1, 1)) is Verdict.PROVED

@@ -7,6 +7,7 @@ from flint import fmpq_poly
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lure.analysis.numerics import polynomial
 from lure.analysis.numerics.polynomial import (
     RootCounts,
     from_descending,
@@ -79,3 +80,13 @@ def test_coefficients_survive_the_way_there_and_back():
 def test_the_zero_polynomial_has_no_count():
     with pytest.raises(ValueError, match="zero polynomial"):
         root_counts(fmpq_poly([]))
+
+
+def test_positive_roots_are_counted_by_either_means(monkeypatch):
+    # (x^2 - 2)^2 (x^2 - x - 1) x has the positive roots sqrt(2) and the golden ratio; its reversed polynomial the same
+    p = fmpq_poly([-2, 0, 1]) ** 2 * fmpq_poly([-1, -1, 1]) * fmpq_poly([0, 1])
+    for q in (p, fmpq_poly(p.coeffs()[::-1]), -3 * p):
+        assert positive_root_count(q) == 2
+        with monkeypatch.context() as patch:
+            patch.setattr(polynomial, "STURM", 0)
+            assert positive_root_count(q) == 2

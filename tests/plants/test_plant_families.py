@@ -3,6 +3,7 @@
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,8 +13,10 @@ from lure.errors import InputError
 from lure.files import find_system, loop_to_toml
 from lure.files.reading import parse_system
 from lure.plants import parameters
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
+from lure.plants.text import parse_transfer
 
 BOX = {"m": (1, 2), "c": (Fraction(1, 2), 1), "k": (1, 3)}
 numbers = st.fractions(min_value=-3, max_value=5, max_denominator=50)
@@ -77,7 +80,14 @@ def test_a_file_reads_back_as_it_was_written():
         ('transfer = "1/(1+(s^2+s+1)/(a*s+b))"', "a = [0, 1]\nb = [0, 1]", "may vanish in the box"),  # at a = b = 0
         ('num = [1]\nden = [1, "a"]', "s = [1, 2]\na = 1", "is no name here"),
         ('transfer = "s^2/(s+a)"', "a = [1, 2]", "improper"),
-        ('transfer = "exp(-s)/(s+a)"', "a = [1, 2]", "unknown name 'exp'"),
+        ('transfer = "exp(-s)/(s+a)"', "a = [1, 2]", "with a dead time, which is not read beside parameters"),
+        (
+            'transfer = [["1/(s+a)", "s^2/(s+a)"]]',
+            "a = [1, 2]",
+            r"transfer\[0\]\[1\] is 's.2/\(s\+a\)', which is improper",
+        ),
+        ('transfer = [["1/(s+a)", "1/(z+a)"]]', "a = [1, 2]", "holds s and z"),
+        ('transfer = [["a", "1"], ["2", "a"]]', "a = [1, 2]", "no poles"),
         ('num = [1]\nden = [1, "a"]', "a = [1, 2, 3]", "give two numbers"),
         ("A = [[0, 1]]\nB = [1]\nC = [1]", "a = [1, 2]", "A is square"),
     ],
@@ -96,3 +106,25 @@ def test_a_denominator_that_is_nearly_0_at_an_end_does_not_vanish(least: str) ->
     parameters.require_apart(ring.variable("m"), ring)
     with pytest.raises(InputError, match="may vanish in the box"):
         parameters.require_apart(ring.variable("m") - ring.number(Fraction(1, 2)), ring)
+
+
+# parameters that are all constants: the numbers in their places, hidden modes kept
+@pytest.mark.parametrize("text", ["k/(s*(s+a))", "k*(s+a)/((s+a)*(s^2+k))", "1/s + k/(s*(s+a))", "-(a)^2/(k*s+1)"])
+def test_a_formula_of_constants_is_that_with_the_numbers_in_it(text):
+    found = PlantFamily.of_formula(text, {"k": Fraction(3, 7), "a": Fraction(-5, 2)})
+    assert found == parse_transfer(text.replace("k", "(3/7)").replace("a", "(-5/2)"))
+    with pytest.raises(InputError, match="plant: it is improper"):
+        PlantFamily.of_formula("s^2/(s+a)", {"a": Fraction(1)})
+
+
+# entries of one column with the same denominator share their states: 2 + 1 + 1 here
+def test_a_matrix_of_formulas_has_the_transfer_functions_of_its_entries():
+    rows = [["k/(s+1)^2", "1/(s+a)"], ["(s+2)/(s+1)^2", "(k*s+b)/(a*s+1)"]]
+    family = ChannelFamily.of_transfers(rows, {"k": (1, 2), "a": (1, 3), "b": (2, Fraction(5, 2))})
+    assert (family.order, family.names) == (4, ("k", "a", "b"))
+    k, a, b = point = Fraction(3, 2), Fraction(2), Fraction(9, 4)
+    A, B, C, D = family.at(point).doubles()
+    s = 0.3 + 0.8j
+    found = C @ np.linalg.solve(s * np.eye(4) - A, B) + D
+    wanted = [[k / (s + 1) ** 2, 1 / (s + a)], [(s + 2) / (s + 1) ** 2, (k * s + b) / (a * s + 1)]]
+    assert np.allclose(found, np.array(wanted, dtype=complex))

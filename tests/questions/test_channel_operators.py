@@ -29,6 +29,22 @@ def test_one_operator_alone_reaches_the_inverse_of_the_norm_from_both_sides(one,
     assert found.largest.low * largest_singular_value(plant, points) == pytest.approx(1, abs=1e-6)
 
 
+# three operators: scalings for each frequency leave nothing open (Packard and Doyle 1993), so both sides meet
+@pytest.mark.parametrize(
+    "seed", [2, pytest.param(1, marks=pytest.mark.thorough), pytest.param(6, marks=pytest.mark.thorough)]
+)
+@pytest.mark.parametrize("dt", [None, pytest.param(1, marks=pytest.mark.thorough)])
+def test_several_operators_are_refuted_where_the_proof_ends(seed, dt):
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(6, 6))
+    poles = np.linalg.eigvals(A)
+    A = np.round(8 * A - 8 * (poles.real.max() + 0.3) * np.eye(6)) / 8 if dt is None else A * 0.8 / np.abs(poles).max()
+    B, C = (np.round(8 * rng.normal(size=shape)) / 8 for shape in ((6, 3), (3, 6)))
+    found = max_sector(as_plant((np.round(64 * A) / 64, B, C, np.zeros((3, 3))), dt=dt), [INVARIANT] * 3)
+    assert found.largest.low > found.refuted_at * (1 - 1e-3)
+    assert recheck(dict(found.refutation.certificate)).accepted
+
+
 def test_time_invariant_operators_have_scalings_that_others_have_not():
     # H = [[0, a], [b, 0]] with |a| = 1/|1 + s|, |b| = |s|/|1 + s|: det(1 + H Delta) = 1 - a b Delta_1 Delta_2, so the
     # truth is 1/r^2 = max |a b| = 1/2 for linear ones; with constant scalings max(|a| d, |b|/d) >= 1

@@ -126,7 +126,7 @@ def test_a_file_of_several_channels_is_analysed_for_all_plants(tmp_path, capsys)
         (("Bw = [[0], [1]]", "Bw = [[1]]"), "performance.Bw has"),
         (("[class]\nsector = [0, 0.2]", "[class]\ndelay = 1"), "parameters"),
         (('B = [0, "1/m"]', 'B = [0, "1/(m - 1)"]'), "a denominator in the parameters may vanish"),
-        (("Bw = [[0], [1]]", 'Bw = [["k"], [1]]'), "Bw"),
+        (("Bw = [[0], [1]]", 'Bw = [["q"], [1]]'), "performance: "),
     ],
 )
 def test_what_does_not_fit_is_refused_in_one_sentence(change, said, tmp_path, capsys):
@@ -175,3 +175,43 @@ def _gain(plant, g):
     closed, one = A - g * np.outer(B[:, 0], C[0]), np.ones(len(A))
     s = np.exp(1j * np.linspace(0, np.pi, 200)) if plant.dt is not None else 1j * np.geomspace(1e-2, 1e2, 200)
     return max(abs(one @ np.linalg.solve(v * np.eye(len(A)) - closed, one)) for v in s)
+
+
+# x' = -a x - phi + a w, z = x/a: a/a^2 with phi = 0, largest at a = 2; Bw and Cz are formulas
+PERFORMANCE = """
+[plant]
+A = [["-a"]]
+B = [[1]]
+C = [[1]]
+[plant.parameters]
+a = [2, 3]
+[class]
+sector = [0, 1]
+[performance]
+Bw = [["a"]]
+Cz = [["1/a"]]
+"""
+
+
+def test_the_matrices_of_performance_may_be_formulas_in_the_parameters():
+    system = parse_system(PERFORMANCE, name="loop", source="a test")
+    found = l2_gain(system)
+    assert 0.4999 < found.gain.low < 0.5 <= found.gain.high < 0.5 * 1.003
+    assert "a = 2" in str(found)
+    for shown in found.certificates.values():
+        assert recheck(shown).accepted
+    assert parse_system(loop_to_toml(system), name="loop", source="a test").performance == system.performance
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "said"),
+    [
+        ('["a"]]', '["q"]]', "unknown name 'q'"),
+        ('["a"]]', '["1/(a-2)"]]', "may vanish in the box"),
+        ("a = [2, 3]", "a = 2", "give a number"),
+        ('Bw = [["a"]]', 'Bw = [["a"], ["a"]]', "performance.Bw has 2 rows"),
+    ],
+)
+def test_a_formula_of_performance_that_does_not_fit_is_refused(was, now, said):
+    with pytest.raises(InputError, match=said):
+        parse_system(PERFORMANCE.replace(was, now), name="loop", source="a test")

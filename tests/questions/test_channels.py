@@ -6,7 +6,18 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from lure import Diagonal, InputError, NonlinearityClass, Sector, SlopeBounds, as_plant, certify, max_sector, max_slope
+from lure import (
+    Diagonal,
+    InputError,
+    NonlinearityClass,
+    Sector,
+    SlopeBounds,
+    as_plant,
+    builtin_loop,
+    certify,
+    max_sector,
+    max_slope,
+)
 from lure.analysis import Verdict, analyse
 from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.second.opinion import recheck
@@ -208,7 +219,10 @@ def test_a_search_that_fails_proves_nothing(monkeypatch):
     [
         (lambda: max_sector(FETZER, [ONE] * 3), "3 classes are given for 4 channels; give one for each, in order"),
         (lambda: max_sector(as_plant((STATE, rows("1 0; 0 1; 0 0"), [1, 0, 0])), [ONE]), "need as many of both"),
-        (lambda: max_sector(FETZER), "4 inputs and 4 outputs: .* choose a pair"),
+        (
+            lambda: max_sector(FETZER),
+            r"4 inputs and 4 outputs: .* such as \[SlopeBounds\(0, 1\)\] \* 4, or choose a pair",
+        ),
         (lambda: max_sector(FETZER, [Sector(0, float("inf"))] * 4), "give finite ones, such as"),
         (lambda: max_sector(FETZER, [ONE, 3.5, ONE, ONE]), "number 2 of what closes the channels: 3.5 has no sector"),
         (lambda: max_slope(FETZER, [ONE] * 4), "the class of channel 1 has no slope bounds"),
@@ -292,3 +306,10 @@ def test_a_factor_of_rectifiers_is_proved_alone():
     assert (shown.conclusion.verdict, shown.map, shown.hints) == (Verdict.PROVED, None, ())
     assert "phi_1 = 3 max(sigma, 0); phi_2 = 3 max(sigma, 0)" in shown.conclusion.headline
     assert not contains(found.proof.certificate["laws"], shown.problem.class_entry)
+
+
+# orders of sums led to 4.3366, 4.3376 and 4.3381; the search goes on while its programmes say that more is to be had
+@pytest.mark.thorough
+def test_the_slope_of_three_channels_does_not_depend_on_the_order_of_sums():
+    found = max_slope(builtin_loop("veenman-scherer-koroglu"), [NonlinearityClass.slope_restricted(0, 1)] * 3)
+    assert found.largest.low > 4.3377

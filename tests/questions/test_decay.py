@@ -87,11 +87,12 @@ def test_constant_gains_have_the_rate_of_the_slowest():
 
 
 def test_the_sector_of_a_mass_with_friction(friction):
-    # H(s - a), s^2 + s + 1 after the shift by 1, width 1: Re 1/(s^2 + (1 - 2a) s + 1 - a + a^2) > -1 on the axis is
-    # (1 - 2a)^2 x + (p - x)^2 + p - x > 0, p = 1 - a + a^2, x = omega^2; the discriminant vanishes where
-    # (1 + 2 p - q)^2 = 4 p (p + 1), q = (1 - 2a)^2 = 4 p - 3: (4 - 2 p)^2 = 4 p^2 + 4 p, p = 4/5
-    a = (1 - math.sqrt(1 - 4 / 5)) / 2
-    assert found_low(friction) == pytest.approx(a, abs=2e-6)
+    # H(s - a), s^2 + s + 1 after the shift by 1, width 1: 1 + Re (1 + t (s - a)) G - t a |G|^2 > 0 on the axis is
+    # (p - x)^2 + q x + p - x + t (1 - a) x - t a (p + 1) > 0, p = 1 - a + a^2, q = (1 - 2a)^2, x = omega^2; for
+    # a = 1/3 the discriminant is 4 (t - 1)^2/9: it vanishes at t = 1, and a is the last
+    a = 1 / 3
+    assert friction.criterion == "coupled-popov"
+    assert found_low(friction) == pytest.approx(a, abs=2e-5)
     assert found_low(friction) <= a
     assert friction.rate.high == 0.5  # s^2 + s + 1
 

@@ -1,8 +1,11 @@
 """The order of the work: cheap steps first, dear ones only in a gap, and what is found before the time is over."""
 
+import contextlib
+import importlib
 import json
 import math
 import signal
+import sys
 import threading
 from contextlib import suppress
 from fractions import Fraction
@@ -10,6 +13,7 @@ from fractions import Fraction
 import pytest
 
 from lure import InputError, NonlinearityClass, RationalPlant, as_plant
+from lure.analysis import deadline
 from lure.analysis.certificates import codes
 from lure.analysis.counterexamples.oscillation import _smallest
 from lure.analysis.deadline import checkpoint, time_left, time_limit
@@ -209,6 +213,43 @@ def test_an_inner_limit_never_prolongs_the_outer_one_and_gives_its_alarm_back():
         with time_limit(None):
             assert time_left() <= 1000
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
+
+
+# A package with compiled parts that is imported by half cannot be imported again: the campaign of attacks
+# (benchmarks/attacks.py) lost scipy.optimize to an alarm, and each question that needed it from then on.
+def test_the_alarm_waits_for_an_import(tmp_path, monkeypatch):
+    text = "import signal\nsignal.raise_signal(signal.SIGALRM)\nwhole = True\n"
+    (tmp_path / "interrupted_import.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    with time_limit(1000):
+        assert importlib.import_module("interrupted_import").whole
+        with pytest.raises(TimeoutError):
+            signal.raise_signal(signal.SIGALRM)
+
+
+# The same campaign met alarms that were left on: one between the end of a search and the line that turns them off was
+# raised there, and the repeated one from then on wherever the program was.
+def test_no_line_on_the_way_in_or_out_of_a_limit_is_broken_off():
+    before = signal.getsignal(signal.SIGALRM)
+    places = (deadline.__file__, contextlib.__file__)
+    lines = set()
+
+    def alarming(frame, event, _):
+        if event == "line" and frame.f_code.co_filename in places and callable(signal.getsignal(signal.SIGALRM)):
+            lines.add(frame.f_lineno)
+            signal.raise_signal(signal.SIGALRM)
+        return alarming
+
+    tracing = sys.gettrace()
+    sys.settrace(alarming)
+    try:
+        with time_limit(1000):
+            pass
+    finally:
+        sys.settrace(tracing)
+    assert len(lines) > 8
+    assert signal.getsignal(signal.SIGALRM) is before
+    assert (signal.getitimer(signal.ITIMER_REAL)[0], time_left()) == (0, math.inf)
 
 
 def test_a_checkpoint_raises_once_the_time_is_over():

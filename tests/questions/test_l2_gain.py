@@ -119,7 +119,8 @@ def test_no_gain_is_finite_where_a_member_is_unstable():
 def test_no_linear_gain_is_taken_for_a_relu():
     # x' = -x - max(x, 0) + w: with w < 0 the gain 1 of x' = -x + w is attained, but by no linear member
     found = l2_gain(LAG, [NonlinearityClass.relu()], SEEN)
-    assert found.gain.low == 0
+    assert found.certificates["low"]["proof"]["method"] == "signal"
+    assert 0.98 < found.gain.low < 1
     assert found.gain.high == pytest.approx(1, rel=1e-6)
 
 
@@ -381,6 +382,25 @@ def test_certificates_are_named_with_their_side_and_replaced_if_asked(lure, tmp_
     assert "The certificate of the rate that is proved is rate.json; check it: lure verify rate.json" in said
 
 
+# x1' = x1, which w does not move and z does not see: an unstable loop, whose gain may be finite all the same
+def test_a_certificate_of_something_else_says_so_and_none_is_said_too(lure, tmp_path):
+    (tmp_path / "loop.toml").write_text(
+        "[plant]\nA = [[1, 0], [0, -1]]\nB = [[0], [1]]\nC = [[0, 1]]\n[class]\nsector = [0, 1]\n"
+        "[performance]\nBw = [[0], [1]]\nCz = [[0, 1]]\n"
+    )
+    status, out, _ = lure("gain", "loop.toml", "-o", "upper.json", "--witness", "lower.json")
+    assert (status, out.count("certificate of the unstable member is")) == (10, 2)
+    assert "No bound is proved; the certificate of the unstable member is upper.json" in out
+    status, out, _ = lure("rate", "loop.toml", "-o", "rate.json")
+    assert status == 11
+    assert "No decay is proved; the certificate of the member that is no faster is rate.json" in out
+    assert json.loads((tmp_path / "rate.json").read_text())["verdict"] == "REFUTED"
+    again = ("--set", "plant.A=[[-1, 0], [0, -1]]", "--seconds", "1e-9")
+    status, out, _ = lure("gain", "loop.toml", *again, "--witness", "none.json")
+    assert "There is no certificate of this side of the gain; none.json is not written" in out
+    assert not (tmp_path / "none.json").exists()
+
+
 def test_states_that_nobody_named_have_no_inputs(lure, tmp_path):
     (tmp_path / "loop.toml").write_text(
         "[plant]\nnum = [1]\nden = [1, 1]\n[class]\nsector = [0, 1]\n[performance]\nBw = [[1]]\nCz = [[1]]\n"
@@ -448,3 +468,15 @@ def test_a_gain_is_named_as_what_a_play_or_a_stop_comes_near_to(kind, width):
     plant = ([[-1, 1], [0, -2]], [[0], [1]], [[1, 0]], [[0]])
     found = l2_gain(plant, [NonlinearityClass.hysteretic(kind, 1)], {"Bw": [[0], [0.5]], "Cz": [[1, 0]]})
     assert str(found).endswith(f"a member has a gain above 0.2499999999, near phi = 0 (a {kind} of {width} width).")
+
+
+def test_a_loop_on_the_edge_of_stability_is_no_failure_of_the_search():
+    # with the gains (1, 1) the eigenvalues are about 1e-16 and -2/5, which was once taken for a stable loop
+    plant = ([[F(-6, 5), F(1, 5)], [F(9, 10), F("-0.7999999999999999")]], [[F(1, 5), F(-6, 5)], [F(-3, 10), F(-1, 5)]])
+    varying = [NonlinearityClass(sector=Sector(0, 1), time_varying=True)] * 2
+    found = l2_gain(
+        (*plant, [[-1, F(1, 5)], [F(6, 5), F(-1, 2)]], 0),
+        varying,
+        {"Bw": [[2], [F(-1, 2)]], "Cz": [[F(-6, 5), F(1, 5)]]},
+    )
+    assert found.gain.low <= found.gain.high

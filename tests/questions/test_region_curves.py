@@ -1,10 +1,11 @@
 """Curves in the plane on both sides of a periodic solution that repels: sharp, checked twice, and attacked."""
 
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from depth import sampled
 from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 from tampering import assert_both_reject, edited
@@ -243,9 +244,9 @@ def test_a_region_between_saddles_is_larger_than_its_ellipsoid():
     assert not first.contains([1, 0])
     # the nonlinearity is odd: the curve through the opposite points is another one, accepted by itself
     assert recheck(opposite.proof.certificate).accepted
-    rng = np.random.default_rng(3)
-    x = rng.uniform(-1.2, 1.2, (4000, 2))
-    inside = [tuple(map(Fraction, place)) for place in x.tolist()]
+    count = sampled(24, of=64)
+    middles = [Fraction(2 * i + 1 - count, count) * Fraction(6, 5) for i in range(count)]
+    inside = [*product(middles, middles)]
     own, other = ([within(one.points, place) for place in inside] for one in (first, opposite))
     assert other == [within(first.points, (-a, -b)) for a, b in inside]
     hit = np.mean([a or b or second.contains(c) for a, b, c in zip(own, other, inside, strict=True)]) * 2.4**2

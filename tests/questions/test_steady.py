@@ -150,13 +150,19 @@ def test_bad_input_is_one_sentence(given, forcing, message):
 def test_the_command_tells_the_same_as_json(tmp_path, capsys):
     (tmp_path / "a.toml").write_text(FILE)
     certificate, figure = tmp_path / "rate.json", tmp_path / "a.svg"
-    status = main(["steady", str(tmp_path / "a.toml"), "--json", "-q", "-o", str(certificate), "--plot", str(figure)])
+    files = ["-o", str(certificate), "--plot", str(figure), "--csv", str(tmp_path / "curve.csv")]
+    status = main(["steady", str(tmp_path / "a.toml"), "--json", "-q", *files])
     data = json.loads(capsys.readouterr().out)
     assert status == 0  # the class says nothing of slopes, the nonlinearity does
     assert data["verdict"] == "PROVED"
     low, high = data["response"][0]["amplitude"]
     assert 2.68 < low < 2.69 < high < 2.7
     assert recheck(json.loads(certificate.read_text())).accepted
+    head, *rows = (line.split(",") for line in (tmp_path / "curve.csv").read_text().splitlines())
+    assert head[:3] == ["omega [rad/s]", "at least [mm]", "at most [mm]"]
+    assert [list(map(float, row[:3])) for row in rows] == [
+        [one["omega"], *one["amplitude"]] for one in data["response"]
+    ]
     assert "[mm]" in figure.read_text()
     assert main(["steady", str(tmp_path / "a.toml"), "--omega", "0:1"]) == 2
     assert "--omega is '0:1'" in capsys.readouterr().err
@@ -188,7 +194,7 @@ def test_the_certificate_is_of_the_answer_and_of_no_growth_bound(tmp_path, capsy
     assert recheck(written).accepted
     file.write_text("[plant]\nnum = [1]\nden = [1, 0.2, 1]\n[class]\nslope = [0, 10]\n")  # a growth bound is known
     assert main(["steady", str(file), "-o", str(tmp_path / "none.json")]) == 10
-    assert "No certificate stands behind the answer INCONCLUSIVE" in " ".join(capsys.readouterr().out.split())
+    assert "There is no certificate of the answer" in " ".join(capsys.readouterr().out.split())
     assert not (tmp_path / "none.json").exists()
 
 

@@ -49,13 +49,14 @@ def test_it_says_what_the_certificates_say_of_their_class():
         complete_and_check(energy_theorem_draft(block)).certificate for block in (RodPlant(scheme.rod), scheme)
     )
     assert rod["conclusion"] == discrete["conclusion"]
-    assert result.headline == f"Without load, {rod['conclusion']}."
+    named = rod["conclusion"].replace("motion", "motion of the rod", 1)
+    assert result.headline == f"Without load, {named}."
     assert rod["laws"]["sector"] == ["0", "inf"]
     assert result.found.nonlinearity_class == "phi, time-invariant, in the sector [0, inf]"
     assert [(proof.model, proof.sector, proof.evidence) for proof in result.proofs] == [
         (model, "[0, inf]", Evidence.CERTIFIED) for model in ("rod", "scheme")
     ]
-    assert result.proofs[0].meaning.lower() == rod["conclusion"]
+    assert result.proofs[0].meaning.lower() == named
     assert all(said in result.statement for said in ("[0, inf]", "rod-energy (certified)", "the scheme with 10 cells"))
     assert result.found.membership == "checked"
 

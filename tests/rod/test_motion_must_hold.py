@@ -6,7 +6,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from depth import sampled
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from motions import imbalance, other_rod, unit_rod
 
@@ -229,6 +230,7 @@ def test_motions_of_any_size_keep_the_balance_and_miss_nothing(case):
     assert np.isfinite(motion.z(motion.until))
 
 
+@settings(max_examples=sampled(5, of=1000))
 @given(case=motions(power=True))
 def test_power_laws_of_any_size_keep_the_balance_or_are_refused(case):
     try:

@@ -133,7 +133,7 @@ def test_fields_kept_for_a_picture_only_are_not_in_the_file(lure):
         (("paper-rod", "--plot", "run.bmp"), "plot is 'run.bmp'; give a name that ends in .svg or .png"),
         (("paper-rod", "--animation", "run.avi"), "animation is 'run.avi'; give a name that ends in .gif or .mp4"),
         (("paper-rod", "--plot", "a.png", "--space-time", "a.png"), "'a.png' is given for two results"),
-        (("paper-rod", "--span", "0", "1e-3"), "span is the stretch of time to draw; give plot,"),
+        (("paper-rod", "--span", "0", "1e-3"), "span is the interval of time to draw; give plot,"),
         (
             ("paper-rod", "--plot", "a.png", "--span", "0", "1"),
             "span is 0 to 1 s; give two instants in order in [0, 0.00",

@@ -73,6 +73,7 @@ def matrix(block, upper, **more):
 
 
 THIRD = transfer("1", "1 3 2 0")  # popov: below 6, circle: below 4/3; linear gains: below 6
+SERVO = transfer("1", "1 2 27 8 0")  # linear gains: below 92, by Routh's array; popov: below 15.4
 OSCILLATOR = transfer("1", "1 1 1")  # circle: below 3; every linear gain >= 0 is stable
 LAG = transfer("1", "1 3 3 1")  # linear gains: below 8
 DISCRETE = transfer("1", "1 -1/2 0", "discrete")
@@ -146,6 +147,22 @@ DRAFTS = {
     "popov, dead time": lambda: draft(DEAD, nonlinearities(0, "1"), "popov", {"theta": "1/8"}, THREE_BOXES),
     "off-axis": lambda: draft(OSCILLATOR, nonlinearities(0, "4", slope=True), "off-axis-circle", {"alpha": "1/2"}),
     "park": lambda: draft(OSCILLATOR, nonlinearities(0, "4", slope=True), "park", {"theta": "1/2", "tau": "1/4"}),
+    "off-axis, critical": lambda: draft(
+        THIRD, nonlinearities(0, "11/2", slope=True), "off-axis-circle", {"alpha": "2"}
+    ),
+    "park, critical": lambda: draft(SERVO, nonlinearities(0, "80", slope=True), "park", {"theta": "913", "tau": "100"}),
+    "zames-falb, critical": lambda: draft(
+        SERVO,
+        nonlinearities(0, "90", slope=True),
+        "zames-falb",
+        {"theta": "-1/350", "kernels": [{"coefficient": "1", "rate": "20", "order": 3, "side": "causal"}]},
+    ),
+    "zames-falb, discrete critical": lambda: draft(
+        transfer("1", "1 -1 1/2 -1/2", "discrete"),
+        nonlinearities(0, "17/20", slope=True),
+        "zames-falb",
+        {"taps": [[2, "1/2"], [-2, "2/5"]]},
+    ),
     "zames-falb": lambda: draft(
         OSCILLATOR, nonlinearities(0, "4", slope=True), "zames-falb", {"theta": "1/2", "kernels": [HALF_KERNEL]}
     ),

@@ -5,16 +5,18 @@ import pytest
 import xarray
 from matplotlib.figure import Figure
 
-from lure.analysis.plots.studies import Plane, covered, verdicts_drawn
+from lure.analysis.plots.studies import Plane, covered, values_drawn, verdicts_drawn
 from lure.analysis.sweeps import sweep
 from lure.analysis.sweeps.boundary import stores
 from lure.analysis.sweeps.page import page_of
 from lure.analysis.sweeps.reading import study_of
+from lure.analysis.sweeps.rows import answered
 from lure.analysis.sweeps.run import opened
 from lure.errors import InputError
 
 # k/(s (s + 1)(s + a)): by Routh the largest linear gain is a (a + 1)/k, and Popov's criterion proves all below it.
 SERVO = '[plant]\ntransfer = "k/(s*(s + 1)*(s + a))"\n[plant.parameters]\nk = 1.0\na = 2.0\n[class]\nsector = [0, 4]\n'
+ROD = {"system": "paper-rod", "ask": "rod", "over": {"rod.damping": [1e-4]}}
 A, K = "plant.parameters.a", "plant.parameters.k"
 
 
@@ -97,6 +99,22 @@ def test_colours_cover_what_was_asked_and_no_more():
     assert covered(plane) == "Each colour is the answer at one point: nothing is said of what lies between."
 
 
+def test_values_of_few_points_are_marks_and_infinite_ones_are_told_apart():
+    values, along = [[1.0, 2.0, np.inf], [3.0, np.nan, np.inf], [4.0, 5.0, 6.0]], ("k", "a")
+    few = xarray.Dataset({"largest_low": (along, values)}, {"k": [1.0, 2.0, 3.0], "a": [1.0, 2.0, 3.0]})
+    few["verdict"] = few["largest_low"].isnull()
+    axes = Figure().add_subplot()
+    values_drawn(Plane(few, along, ""), "largest_low", ax=axes)
+    (marks,) = axes.collections  # no cells, and no contours, between the points
+    assert sorted(marks.get_array()) == [1, 2, 3, 4, 5, 6]
+    (endless,) = axes.lines
+    assert (endless.get_label(), endless.get_xydata().tolist()) == ("inf", [[1, 3], [2, 3]])
+    axes = Figure().add_subplot()
+    values_drawn(Plane(few.isel(k=0), ("a",), ""), "largest_low", ax=axes)
+    assert [line.get_label() for line in axes.lines if line.get_label() == "inf"] == ["inf"]
+    assert axes.lines[-1].get_xdata().tolist() == [3]
+
+
 def test_where_every_point_failed_the_summary_and_the_page_say_so(servo, tmp_path):
     found = sweep(servo(over={"plant.transfer": ["1/(", "2/("]}), tmp_path / "failed.zarr")
     assert (found.failed, found.checked_again) == (2, 0)
@@ -126,7 +144,9 @@ def test_where_every_point_failed_the_summary_and_the_page_say_so(servo, tmp_pat
         ({"over": {A: [1, "x"]}}, "over.plant.parameters.a has 'x'; give a finite number"),
         ({"over": {A: [float("nan"), 1]}}, "over.plant.parameters.a has 'nan'; give a finite number"),
         ({"over": {A: [1]}, "ask": "region"}, "servo.toml has no [nonlinearity]"),
-        ({"system": "paper-rod", "ask": "rod", "boxes": {"rod.damping": [1, 2]}}, "[boxes] is given, and paper-rod is"),
+        ({"system": "paper-rod", "ask": "rod", "boxes": {"rod.gap": [1, 2]}}, "[boxes] takes what may be an interval"),
+        ({"boxes": {"class.sector": [1, 2]}}, "boxes.class.sector is no number of servo.toml; give values"),
+        ({"over": {A: [1, 2]}, "ask": ["class", "gain"]}, "ask is 'gain', and no point can be asked that: the L2 gain"),
         ({"over": {A: [1]}, "system": None}, "system is missing; give"),
         ({"over": {A: {"from": 1, "to": 2}}}, "over.plant.parameters.a.count is missing; give"),
         ({"over": {A: [1, 2]}, "refine": 3}, "refine is 3; give 'boundary'"),
@@ -137,3 +157,16 @@ def test_what_cannot_be_cut_or_refined_is_refused(servo, tables, sentence):
     with pytest.raises(InputError) as error:
         servo(**tables)
     assert sentence in str(error.value)
+
+
+def test_each_box_of_rods_is_proved_for_all_rods_in_it(tmp_path):
+    # k > 0 is proved, k < 0 refuted, and at k = 0 nothing is known
+    boxes = {"rod.damping": [-2e-4, -1e-4, 0, 2e-4, 1e-3], "rod.compliance": [1, 10]}
+    found = sweep({"system": "paper-rod", "ask": "rod", "boxes": boxes}, tmp_path / "rods.zarr")
+    assert (found.proved, found.refuted, found.inconclusive, found.failed) == (1, 2, 1, 0)
+    data = opened(tmp_path / "rods.zarr").isel({"rod.compliance": 0})
+    assert data["verdict"].values.tolist() == ["REFUTED", "REFUTED", "INCONCLUSIVE", "PROVED"]
+    # (E/L) min(k, Z)^2/|k^2 - Z^2| of the paper's rod, Z = 1.2, is least at an end of the box: at k = 2e-4
+    least, _ = (answered(study_of(ROD).source, [f"rod.damping={k}"], "rod").row["circle"] for k in ("2e-4", "1e-3"))
+    assert data["circle"].values[-1] == least
+    assert np.isnan(data["slowest_decay"].values).all()

@@ -8,9 +8,11 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import psutil
 import pytest
@@ -45,14 +47,14 @@ def same(folder, one, other):
 
 
 def test_killed_whole_it_goes_on_and_repeats_one_chunk(written, tmp_path):
-    study, command = written(count=300, chunk=20)
+    study, command = written(count=160, chunk=20)
     done = tmp_path / "study.zarr" / ".lure" / "done"
     with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as process:
         while len(list(done.glob("[0-9]*"))) < 2:
             assert process.poll() is None
             time.sleep(0.005)
         os.kill(process.pid, signal.SIGKILL)
-    left = 15 - len(list(done.glob("[0-9]*")))
+    left = 8 - len(list(done.glob("[0-9]*")))
     found = sweep(study, tmp_path / "study.zarr")
     assert found.computed_now == 20 * left
     assert found.repeated <= 1
@@ -60,32 +62,85 @@ def test_killed_whole_it_goes_on_and_repeats_one_chunk(written, tmp_path):
     assert same(tmp_path, "study", "plain")
 
 
+def test_what_a_killed_run_had_half_made_is_removed_and_said(written, tmp_path, monkeypatch):
+    study, _ = written(count=20, chunk=20)
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+
+    class Killed(BaseException):
+        pass
+
+    def killed(*_given, **_more):
+        raise Killed
+
+    for process in (gone.pid, os.getpid()):
+        with monkeypatch.context() as patch:
+            patch.setattr(stores.os, "getpid", lambda process=process: process)
+            patch.setattr(stores.shutil, "rmtree", lambda *_given, **_more: None)
+            patch.setattr(stores.zarr, "consolidate_metadata", killed)
+            with pytest.raises(Killed):
+                Store(tmp_path / "study.zarr", read_study(study)).open()
+    (tmp_path / ".study.zarr.mine").mkdir()
+    found = sweep(study, tmp_path / "study.zarr")
+    assert (found.removed, found.done) == (1, 20)
+    assert "What a run that was killed had left half made was removed." in str(found)
+    left = {each.name for each in tmp_path.glob(".study.zarr.*")}
+    assert ".study.zarr.mine" in left  # no name of ours
+    assert [str(os.getpid()) in name for name in left - {".study.zarr.mine"}] == [True]  # of a process that runs
+
+
+# runs of one study, each in a process of its own that begins in a moment, as all that it imports is there
+RUNS = """
+import multiprocessing, os, sys
+from pathlib import Path
+from types import SimpleNamespace
+from lure.analysis.sweeps import run
+fork = multiprocessing.get_context("fork")
+run.multiprocessing, run._WATCH = SimpleNamespace(get_context=lambda _: fork), 0.05
+for _ in sys.stdin:
+    one = os.fork()
+    if not one:
+        found = run.sweep(sys.argv[1], "study.zarr", workers=2)
+        Path("result.json").write_text(found.to_json())
+        os._exit(0)
+    print(one, flush=True)
+    os.waitpid(one, 0)
+    print("over", flush=True)
+"""
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(3))
 def test_killed_twenty_times_at_random_nothing_is_lost(written, tmp_path, seed):
-    study, command = written(count=2000, chunk=20)
-    done = tmp_path / "study.zarr" / ".lure" / "done"
-    chance, kills, seen, runs, output = random.Random(seed), 0, 0, 0, ""
-    while not output:
-        runs += 1
-        assert runs < 30
-        with subprocess.Popen([*command, "--workers", "2"], stdout=subprocess.PIPE, text=True) as process:
-            while process.poll() is None and kills < 20:
-                time.sleep(chance.uniform(0.01, 0.1))
-                if len(list(done.glob("[0-9]*"))) <= seen:
+    study, _ = written(count=1000, chunk=4)
+    result, done = tmp_path / "result.json", tmp_path / "study.zarr" / ".lure" / "done"
+    chance, kills, seen, runs = random.Random(seed), 0, 0, 0
+    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "cwd": tmp_path}
+    with subprocess.Popen([sys.executable, "-c", RUNS, str(study)], **options) as driver:
+        while not result.exists():
+            runs += 1
+            assert runs < 30
+            print("on", file=driver.stdin, flush=True)
+            process = psutil.Process(int(driver.stdout.readline()))
+            workers = set()
+            while kills < 20 and process.is_running() and process.status() != psutil.STATUS_ZOMBIE:
+                time.sleep(chance.uniform(0.005, 0.05))
+                if not done.is_dir() or len(list(done.glob("[0-9]*"))) <= seen:
                     continue
-                everyone = [process, *psutil.Process(process.pid).children(recursive=True)]
-                for one in chance.choice([everyone[:1], everyone[-1:], everyone]):
-                    with suppress(ProcessLookupError):
-                        os.kill(one.pid, signal.SIGKILL)
+                with suppress(psutil.NoSuchProcess):
+                    everyone = [process, *process.children(recursive=True)]
+                    workers.update(everyone[1:])
+                    for one in chance.choice([everyone[:1], everyone[-1:], everyone]):
+                        one.kill()
                 kills, seen = kills + 1, len(list(done.glob("[0-9]*"))) + 1
-            output = process.communicate()[0] or ""
-        time.sleep(1.5)  # workers of a client that was killed end within a second
-    found = json.loads(output)
+            assert driver.stdout.readline() == "over\n"
+            psutil.wait_procs(workers, timeout=10)  # those of a client that was killed end in a moment
+        driver.stdin.close()
+    found = json.loads(result.read_text())
     assert kills == 20
-    assert found["done"] == found["proved"] == 2000
+    assert found["done"] == found["proved"] == 1000
     assert found["repeated"] <= 2 * kills  # two workers die with all
-    sweep(study, tmp_path / "plain.zarr")
+    sweep(written(count=1000, chunk=1000)[0], tmp_path / "plain.zarr")
     assert same(tmp_path, "study", "plain")
 
 
@@ -110,6 +165,55 @@ def test_what_cannot_be_written_is_said_and_nothing_half_written_counts(written,
     monkeypatch.undo()
     found = sweep(study, tmp_path / "study.zarr")
     assert (found.done, found.computed_now, found.repeated) == (40, 20, 1)
+
+
+@pytest.fixture
+def readable():
+    """A folder whose files may be read and not written by who asks from then on, also where the tests run as root."""
+    own, nobody = os.geteuid(), 65534
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder)
+
+        def close():
+            for each in [path, *path.rglob("*")]:
+                each.chmod(0o555 if each.is_dir() else 0o444)
+            if own == 0:
+                os.seteuid(nobody)
+            return path
+
+        path.chmod(0o755)
+        try:
+            yield path, close
+        finally:
+            os.seteuid(own)
+            for each in [path, *(one for one in path.rglob("*") if one.is_dir())]:
+                each.chmod(0o755)
+
+
+def test_a_store_that_may_not_be_written_is_said(readable):
+    folder, close = readable
+    study = study_of({"system": "paper-rod", "ask": "rod", "chunk": 1, "over": {"rod.damping": [1e-4, 2e-4]}})
+    for name in ("done", "open"):
+        sweep(study, folder / f"{name}.zarr")
+    (folder / "open.zarr" / ".lure" / "done" / "1").unlink()
+    close()
+    assert (sweep(study, folder / "done.zarr").computed_now, Store(folder / "open.zarr", study).open()) == (0, 1)
+    with pytest.raises(InputError, match=r"open.zarr cannot be written \(Permission denied\); .* make it writable and"):
+        sweep(study, folder / "open.zarr")
+    with pytest.raises(InputError, match=r"new.zarr cannot be written \(Permission denied\); give another -o"):
+        sweep(study, folder / "new.zarr")
+
+
+def test_a_file_where_a_folder_should_be_is_said(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    study = study_of({"system": "paper-rod", "ask": "rod", "over": {"rod.damping": [1e-4]}})
+    with pytest.raises(InputError, match=r"file exists and is no sweep of lure; give another -o"):
+        sweep(study, tmp_path / "file")
+    with pytest.raises(
+        InputError, match=r"study.zarr cannot be written \((File exists|Not a directory)\); give another -o"
+    ):
+        sweep(study, tmp_path / "file" / "study.zarr")
+    assert (tmp_path / "file").read_text() == "mine"
 
 
 @pytest.mark.thorough
@@ -215,7 +319,7 @@ def test_a_cluster_of_processes_gives_the_same_store(written, tmp_path, cluster)
 
 @pytest.mark.thorough
 def test_a_scheduler_that_goes_away_ends_the_run_with_a_sentence(written, tmp_path, cluster):
-    study, _ = written(count=4000, chunk=20)
+    study, _ = written(count=1000, chunk=5)
     done = tmp_path / "study.zarr" / ".lure" / "done"
 
     def kill():
@@ -230,5 +334,5 @@ def test_a_scheduler_that_goes_away_ends_the_run_with_a_sentence(written, tmp_pa
     killer.join()
     time.sleep(2)
     found = sweep(study, tmp_path / "study.zarr", workers=2)
-    assert 5 <= 200 - found.computed_now // 20 < 200
-    assert found.done == 4000
+    assert 5 <= 200 - found.computed_now // 5 < 200
+    assert found.done == 1000

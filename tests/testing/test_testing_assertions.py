@@ -101,7 +101,7 @@ def test_tanh_lies_in_0_1_and_in_nothing_smaller(nonlinearity):
 
 def test_the_two_sides_of_a_jump_are_found_to_the_last_digit():
     # rounding to the nearest integer: phi/sigma = 1/sigma just above 1/2, at most 2 and as near to 2 as doubles allow
-    nearest = lambda sigma: np.sign(sigma) * np.floor(np.abs(sigma) + 0.5)  # noqa: E731  (a nonlinearity is one line)
+    nearest = lambda sigma: np.sign(sigma) * np.floor(np.abs(sigma) + 0.5)
     assert_in_sector(nearest, Sector(0, 2))
     found = violation_of(assert_in_sector, nearest, Sector(0, 2 - 1e-9))
     assert abs(found.sigma[0]) == pytest.approx(0.5, abs=1e-9)
@@ -112,7 +112,7 @@ def test_the_two_sides_of_a_jump_are_found_to_the_last_digit():
 def test_a_bump_between_the_points_is_climbed():
     # width 1e-4 around 0.3333: the nearest of 50 points is 20 widths away on a linear grid of 1/12, but the bump's
     # algebraic tails lean towards it; the top is 1/2 + 1/2
-    nonlinearity = lambda s: s * (0.5 + 0.5 / (1 + ((np.abs(s) - 0.3333) / 1e-4) ** 2))  # noqa: E731  (a nonlinearity is one line)
+    nonlinearity = lambda s: s * (0.5 + 0.5 / (1 + ((np.abs(s) - 0.3333) / 1e-4) ** 2))
     found = violation_of(assert_in_sector, nonlinearity, Sector(0, 0.999), on=(-1, 1))
     assert abs(found.sigma[0]) == pytest.approx(0.3333, abs=1e-5)
     assert_in_sector(nonlinearity, Sector(0, 1), on=(-1, 1))
@@ -122,21 +122,21 @@ def test_a_bump_between_the_points_is_climbed():
 
 def test_a_steep_stretch_between_the_points_is_found():
     # slope 1 + 2/(1 + ((s - 0.3333)/1e-4)^2): 3 at one point; over a step of 2e-3 around it the mean is about 1.3
-    nonlinearity = lambda s: s + 2e-4 * (np.arctan((s - 0.3333) / 1e-4) + np.arctan(0.3333 / 1e-4))  # noqa: E731  (a nonlinearity is one line)
+    nonlinearity = lambda s: s + 2e-4 * (np.arctan((s - 0.3333) / 1e-4) + np.arctan(0.3333 / 1e-4))
     assert_slope_restricted(nonlinearity, SlopeBounds(0, 3), on=(-1, 1))
     low, high = violation_of(assert_slope_restricted, nonlinearity, SlopeBounds(0, 2.99), on=(-1, 1)).sigma
     assert 0.3332 < low < high < 0.3334
 
 
 def test_a_spike_is_found_where_the_user_says_to_look():
-    spike = lambda s: np.where(np.abs(s - 0.0213) < 1e-9, 2 * s, s)  # noqa: E731  (a nonlinearity is one line)
+    spike = lambda s: np.where(np.abs(s - 0.0213) < 1e-9, 2 * s, s)
     assert_in_sector(spike, Sector(0, 1))  # observed: it slips through
     assert violation_of(assert_in_sector, spike, Sector(0, 1), breakpoints=[0.0213]).found == 2
 
 
 def test_breakpoints_of_a_contact_law_at_the_scale_of_its_user():
     # gap 0.02, compliance 1e-3: the slope is 1000 from the gap on, the chord below 1000 for every sigma
-    contact = lambda x: max(x - 0.02, 0) / 1e-3  # noqa: E731  (a nonlinearity is one line)
+    contact = lambda x: max(x - 0.02, 0) / 1e-3
     assert_in_sector(contact, Sector(0, 1000))
     assert_slope_restricted(contact, SlopeBounds(0, 1000))
     assert violation_of(assert_slope_restricted, contact, SlopeBounds(0, 999.999))
@@ -145,7 +145,7 @@ def test_breakpoints_of_a_contact_law_at_the_scale_of_its_user():
 
 
 def test_the_interval_is_kept():
-    cubic = lambda s: s**3  # noqa: E731  (a nonlinearity is one line)
+    cubic = lambda s: s**3
     assert_in_sector(cubic, Sector(0, 9), on=(-3, 3))
     assert all(abs(x) <= 3 for x in violation_of(assert_in_sector, cubic, Sector(0, 8.9), on=(-3, 3)).sigma)
     assert all(
@@ -156,7 +156,7 @@ def test_the_interval_is_kept():
 
 
 def test_a_tolerance_is_a_tolerance():
-    nonlinearity = lambda s: 1.01 * s  # noqa: E731  (a nonlinearity is one line)
+    nonlinearity = lambda s: 1.01 * s
     assert_in_sector(nonlinearity, Sector(0, 1), tolerance=0.0101)
     assert violation_of(assert_in_sector, nonlinearity, Sector(0, 1), tolerance=0.0099)
     assert_in_sector("1.01*sigma", Sector(0, 1), tolerance=0.0101)
@@ -171,7 +171,7 @@ def test_rounding_is_not_held_against_a_function():
 
 def test_single_precision_is_judged_as_such():
     # the tanh of a neural network: phi/sigma exceeds 1 by up to 1e-7 near 0, and neighbouring slopes by far more
-    single = lambda s: np.tanh(np.asarray(s, dtype=np.float32))  # noqa: E731  (a nonlinearity is one line)
+    single = lambda s: np.tanh(np.asarray(s, dtype=np.float32))
     sigma = np.logspace(-8, -4, 5000)
     assert (single(sigma).astype(float) / sigma).max() > 1 + 1e-9
     for nonlinearity in (single, lambda s: np.float32(single(float(s)))):
@@ -340,7 +340,7 @@ def test_the_violating_point_is_a_simple_number(nonlinearity, sector, simple):
 
 
 def test_simple_numbers_are_those_of_the_interval():
-    contact = lambda x: max(x - 2e-7, 0) / 1e-3  # noqa: E731  (a nonlinearity is one line)
+    contact = lambda x: max(x - 2e-7, 0) / 1e-3
     assert violation_of(assert_in_sector, contact, Sector(0, 100), on=(-1e-6, 1e-6)).sigma == (1e-6,)
     assert violation_of(assert_slope_restricted, contact, SlopeBounds(0, 100), on=(-1e-6, 1e-6)).sigma == (0.0, 1e-6)
 
@@ -350,7 +350,7 @@ def test_simple_numbers_are_those_of_the_interval():
     st.sampled_from([1e-9, 1e-3, 1.0, 1e6]),
 )
 def test_every_message_fits_a_terminal(nonlinearity, scale):
-    scaled = lambda s: scale * nonlinearity(s / scale)  # noqa: E731  (a nonlinearity is one line)
+    scaled = lambda s: scale * nonlinearity(s / scale)
     for assertion, arguments in (
         (assert_in_sector, (Sector(0.1, 0.5),)),
         (assert_slope_restricted, (SlopeBounds(0.1, 0.5),)),

@@ -136,7 +136,7 @@ def test_both_bounds_of_the_slope_are_reached():
 
 
 def test_the_simplest_laws():
-    anything = lambda nonlinearity: True  # noqa: E731  (a callable without a name)
+    anything = lambda nonlinearity: True
     assert str(find(sector_members(0, 2), anything, settings=SETTINGS)) == "2*sigma"
     assert str(find(monotone_members(F(1, 2)), anything, settings=SETTINGS)) == "1/2*sigma"
     assert str(find(lurie_blocks(), anything, settings=SETTINGS)) == "1 / (s + 1)"

@@ -14,7 +14,7 @@ from lure.analysis.inequality.checks import encirclements, region
 from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.minimum import infimum, largest_below, nonnegative_from_zero
-from lure.analysis.theorems.circle import circle_criterion, circle_largest
+from lure.analysis.theorems.circle import circle_criterion, circle_largest, circle_may_reach
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
@@ -388,8 +388,24 @@ def test_an_answer_has_no_truth_value():
 def test_the_advice_after_a_failure_suits_the_time():
     """Circle reaches 4/3 and, for the motor sampled, 0.9505; Popov's criterion has no such form in discrete time."""
     ours = circle_criterion(RationalPlant([1], [1, 3, 2, 0]), Sector(0, 2)).reason
-    assert ours.endswith("for nonlinearities that do not change with time, Popov's may reach further")
+    assert ours.endswith("for nonlinearities that do not change with time, Popov's may prove more")
     sampled = RationalPlant(exact("0.0048", "0.0047"), exact("1", "-1.905", "0.905"), exact("0.1")[0])
     theirs = circle_criterion(sampled, Sector(0, 5)).reason
     assert "opov" not in theirs
-    assert theirs.endswith("max_slope may reach further")
+    assert theirs.endswith("max_slope may prove more")
+
+
+# inf Re H of the oscillator is -1/3; of 1/(s + 1) it is 0, and of (s + 2)/(s + 1)^2 Re H >= 0 holds too
+@pytest.mark.parametrize(
+    ("block", "k", "may"),
+    [
+        (OSCILLATOR, math.nextafter(3, 0), True),
+        (OSCILLATOR, 3.0, False),
+        (OSCILLATOR, math.inf, False),
+        (RationalPlant([1], [1, 1]), math.inf, True),
+        (RationalPlant([1, 2], [1, 2, 1]), math.inf, True),
+        (RationalPlant([1, 3], [1, 2, 1]), math.inf, False),
+    ],
+)
+def test_a_quick_test_says_how_far_the_circle_may_go(block, k, may):
+    assert circle_may_reach(block, k, lower=F(0)) == may == (circle_largest(block).largest.low >= k)

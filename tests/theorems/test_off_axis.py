@@ -71,7 +71,7 @@ def test_where_every_finite_k_is_in_reach_each_is_proved():
 @pytest.mark.parametrize(
     ("plant", "match"),
     [
-        (block([1], [1, 1, 0]), "positive lower slope"),
+        (block([-1], [1, 1, 0]), "residue"),
         (block([1], [1, 0], 1), "continuous time"),
         (block([1], [1, -1]), "right"),
     ],

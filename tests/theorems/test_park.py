@@ -114,7 +114,7 @@ def test_half_a_multiplier_and_a_negative_tau_are_refused(pair):
 @pytest.mark.parametrize(
     ("plant", "match"),
     [
-        (block([1], [1, 1, 0]), "positive lower slope"),
+        (block([-1], [1, 1, 0]), "residue"),
         (block([1], [1, 0], 1), "continuous time"),
         (block([1], [1, -1]), "right"),
     ],

@@ -282,13 +282,14 @@ def test_best_asks_every_criterion_about_nonlinear_laws_the_cheap_ones_first():
         assert [row.stage for row in rows] == sorted(row.stage for row in rows)
 
 
-def test_dead_time_leaves_the_criteria_about_sectors():
+def test_dead_time_leaves_the_criteria_that_have_a_function_for_it():
     block = DelayPlant.parse("exp(-s)/(s + 1)")
-    assert [row.name for row in theorems_for(block, "slope", BEST)] == ["circle", "popov"]
+    assert [row.name for row in theorems_for(block, "sector", BEST)] == ["circle", "popov"]
+    assert theorems_for(block, "slope", BEST) == [row for row in TABLE if row.late or row.name in ("circle", "popov")]
     with pytest.raises(
-        AssumptionError, match=r"the criterion park is evaluated for rational blocks.*ask circle or popov"
+        AssumptionError, match=r"the criterion off-axis-circle is evaluated for rational blocks.*ask circle or popov"
     ):
-        theorems_for(block, "slope", "park")
+        theorems_for(block, "slope", "off-axis")
 
 
 # The name of a criterion about slopes stands in its row, its own module, the two checkers and the export to Coq, which

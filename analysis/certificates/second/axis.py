@@ -210,7 +210,11 @@ def off_axis(block: Shifted, alpha: Fraction, inverse_gain: Fraction) -> tuple[f
     square = (d * d.conjugate()).e
     cross = Axis.of(block.n[0][1]) * d.conjugate()
     even = cross.e + to_fmpq(inverse_gain) * square
-    return even(X * X) - to_fmpq(alpha) * X * cross.o(X * X), 2 * square.degree()
+    found, full = even(X * X) - to_fmpq(alpha) * X * cross.o(X * X), 2 * square.degree()
+    if block.case == "critical":  # Re[(1 + i alpha) rho/(i omega)] = alpha rho/omega
+        power = 1 if alpha else 2
+        return found // X**power, full - power
+    return found, full
 
 
 def kernels(theta: Fraction, terms: Iterable[tuple[Fraction, Fraction | tuple[Fraction, int, int]]]) -> Multiplier:

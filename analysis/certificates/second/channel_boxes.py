@@ -6,6 +6,7 @@ parameters, the matrix of ``-V'`` less the forms of the classes is, times ``c^2`
 .. math:: -c\, \mathrm{Sym}(J'P R) - \sum_i \lambda_i\, \mathrm{Sym}((c E_i - l_i S_i)'(u_i S_i - c E_i))
     - \sum_i \theta_i\, \mathrm{Sym}(E_i'\, (c C_i) R),
 
+less, with a rate, what Popov's terms add to ``V'`` then (:mod:`lure.analysis.certificates.second.pace`).
 ``J = (1, 0)``, ``Sym X = X + X'``; for an operator of norm ``u`` the same, with ``l = -u``.  In discrete time the first
 term is ``c^2 J'PJ - R'PR``.  On a box ``p_j = low_j + w_j t_j``, ``P = P_0 + sum t_j P_j``, it is multiplied out in
 ``t``, ``0 <= t_j <= 1``, and is a mean of its Bernstein coefficients.
@@ -32,6 +33,7 @@ from lure.analysis.certificates.second.boxes import (
 from lure.analysis.certificates.second.channels import Asked, read_classes, require_uniform
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
 from lure.analysis.certificates.second.numerics import to_fmpq, working_precision
+from lure.analysis.certificates.second.pace import popov_terms
 from lure.analysis.certificates.second.reading import (
     Document,
     NotShown,
@@ -201,7 +203,12 @@ def require_proved(document: Document) -> bool:
         c, *sides = plants.within(box)
         signs = [v[0, 0] for v in bernstein(c, _degrees(c))]
         require(all(v > 0 for v in signs) or all(v < 0 for v in signs), "the plant may divide by 0")
-        for form in _forms(P, (weights, theta), bounds, (c, *sides), discrete=plants.discrete):
+        rate = document.rate or Fraction(0)
+        more = [
+            popov_terms(turn * rate, high - low, sloped=one.slopes_within(low, high)) if turn else None
+            for one, turn, (low, high) in zip(classes, theta, bounds, strict=True)
+        ]
+        for form in _forms(P, (weights, theta, more), bounds, (c, *sides), discrete=plants.discrete):
             for M in bernstein(form, _degrees(form)):
                 _require_definite(M)
     return bool(asked.performance)
@@ -209,7 +216,7 @@ def require_proved(document: Document) -> bool:
 
 def _forms(
     P: Polynomial,
-    multiplier: tuple[Sequence[Fraction], Sequence[Fraction]],
+    multiplier: tuple[Sequence[Fraction], Sequence[Fraction], Sequence[tuple[Fraction, ...] | None]],
     bounds: Sequence[tuple[Fraction, Fraction]],
     sides: tuple[Polynomial, ...],
     *,
@@ -218,7 +225,7 @@ def _forms(
     """What has to be positive definite, times ``c^2``: for ``V``, and for its fall."""
     c, A, B, C, D = sides
     zero = (0,) * len(next(iter(P)))
-    n, m, (weights, theta) = P[zero].nrows(), len(bounds), multiplier
+    n, m, (weights, theta, more) = P[zero].nrows(), len(bounds), multiplier
     left, right = _eye(n, n + m, 0), _eye(m, n + m, n)
     R = _total(_turned(A, last=left), _turned(B, last=-1 * right))
     S = _total(_turned(C, last=left), _turned(D, last=-1 * right))
@@ -229,7 +236,7 @@ def _forms(
         falls = _total(square, _negative(_times(_transposed(R), _times(P, R))))
     else:
         falls = _negative(_symmetric(_times(_turned(_times(_scaled(c, _eye(n, n, 0)), P), first=left.transpose()), R)))
-    for i, ((low, high), weight, turn) in enumerate(zip(bounds, weights, theta, strict=True)):
+    for i, ((low, high), weight, turn, grown) in enumerate(zip(bounds, weights, theta, more, strict=True)):
         row = {zero: _eye(1, m, i)}
         sigma, phi = _times(row, S), _times(row, spread)
         above = _total(phi, {k: to_fmpq(-low) * M for k, M in sigma.items()})
@@ -240,6 +247,11 @@ def _forms(
             rate = _times(_turned(seen, first=to_fmpq(turn) * _eye(1, 1, 0)), R)
             own = {zero: (_eye(1, m, i) * right).transpose()}
             falls = _total(falls, _negative(_symmetric(_times(own, rate))))
+            if grown is not None:  # p sigma^2 + 2 q psi sigma + r psi^2
+                both = _times(_transposed(above), sigma)
+                falls = _total(falls, _negative(_times(_transposed(sigma), sigma), grown[0]))
+                falls = _total(falls, _negative(_symmetric(both), grown[1]))
+                falls = _total(falls, _negative(_times(_transposed(above), above), grown[2]))
             end = to_fmpq(min(turn * low, turn * high))
             least = _total(least, {k: end * M for k, M in _times(_transposed(seen), seen).items()})
     return least, falls

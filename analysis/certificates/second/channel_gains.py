@@ -138,6 +138,9 @@ def refuted(document: Document, asked: Asked) -> str:
     if document.proof.get("method") == "memory-orbit":
         _require_hysteresis(document, asked)
         return claims.NO_REST
+    if document.proof.get("method") == "sampled-orbit":
+        _require_repetition(document, asked)
+        return claims.NO_REST
     grows = "growth" in document.proof
     proof = record(document.proof, "method", "gains", *(["growth"] if grows else []))
     require(proof["method"] == "linear-gains", "the method is unknown for several nonlinearities")
@@ -209,6 +212,47 @@ def _require_growth(document: Document, asked: Asked) -> None:
     raise NotShown("no eigenvalue outside the unit disc is shown")
 
 
+def _members(given: object, asked: Asked, *, half: bool) -> list[claims.Graph]:
+    """The piecewise-linear nonlinearity of each channel; where half a period is given they are odd."""
+    firsts, rows = sorted(set(asked.repeated)), listed(given)
+    require(len(rows) == len(firsts), "there is not one nonlinearity for each block")
+    graphs = dict[int, claims.Graph]()
+    for first, one in zip(firsts, rows, strict=True):
+        graphs[first] = claims.graph(*(record(one, "points", "left", "right")[k] for k in ("points", "left", "right")))
+        member_of = asked.nonlinearities[first].has(graphs[first]) and (graphs[first].odd or not half)
+        require(member_of, "a nonlinearity of the solution is not in the class, or half a period needs an odd one")
+    return [graphs[first] for first in asked.repeated]
+
+
+def _require_repetition(document: Document, asked: Asked) -> None:
+    """Check a periodic solution in discrete time: all samples solve the equations of the loop, as one linear system.
+
+    With ``X = (x_0, .., x_N-1)`` and ``U`` of the inputs each column satisfies ``S X = A X - B U``, ``S`` the shift.
+    """
+    found = record(document.proof, "method", "nonlinearities", "inputs", "state", "half")
+    plain = not asked.operators and not any(one.memory for one in asked.nonlinearities)
+    require(asked.discrete and plain, "samples are for discrete time, and for functions")
+    half, m, n = found["half"], len(asked.repeated), asked.A.nrows()
+    require(half in (True, False) and isinstance(half, bool), "half is neither true nor false")
+    own = _members(found["nonlinearities"], asked, half=half is True)
+    rows = [numbers(row) for row in listed(found["inputs"])]
+    start = numbers(found["state"])
+    require(0 < len(rows) <= LONGEST and all(len(row) == m for row in rows), "an orbit has inputs at each sample")
+    require(len(start) == n, "the state does not fit")
+    U = fmpq_mat([[to_fmpq(row[i]) for row in rows] for i in range(m)])
+    columns = [[to_fmpq(v) for v in start]]
+    for t in range(len(rows)):
+        tick()
+        moved = asked.A * fmpq_mat([[v] for v in columns[-1]]) - asked.B * fmpq_mat([[U[i, t]] for i in range(m)])
+        columns.append([moved[i, 0] for i in range(n)])
+    require(columns[-1] == [-v if half else v for v in columns[0]], "the orbit does not close")
+    require(columns[1] != columns[0], "the solution is at rest")
+    states = fmpq_mat([[column[i] for column in columns[:-1]] for i in range(n)])
+    seen = asked.C * states - asked.D * U
+    fits = all(own[i].at(to_fraction(seen[i, t])) == rows[t][i] for i in range(m) for t in range(len(rows)))
+    require(fits, "a sample is not on its nonlinearity")
+
+
 def _require_oscillation(document: Document, asked: Asked) -> None:
     """Check a periodic solution with a piecewise-linear nonlinearity of the class in each channel.
 
@@ -219,14 +263,7 @@ def _require_oscillation(document: Document, asked: Asked) -> None:
     found = record(document.proof, *names)
     require(not asked.discrete and not asked.operators, "flows are for continuous time, and for functions")
     state, durations, half = orbit_numbers(found)
-    firsts, given = sorted(set(asked.repeated)), listed(found["nonlinearities"])
-    require(len(given) == len(firsts), "there is not one nonlinearity for each block")
-    graphs = dict[int, claims.Graph]()
-    for first, one in zip(firsts, given, strict=True):
-        graphs[first] = claims.graph(*(record(one, "points", "left", "right")[k] for k in ("points", "left", "right")))
-        member_of = asked.nonlinearities[first].has(graphs[first]) and (graphs[first].odd or not half)
-        require(member_of, "a nonlinearity of the solution is not in the class, or half a period needs an odd one")
-    own = [graphs[first] for first in asked.repeated]
+    own = _members(found["nonlinearities"], asked, half=half)
     path = [[count(piece) for piece in listed(row)] for row in listed(found["pieces"])]
     require(len(state) == asked.A.nrows() and len(durations) == len(path) > 1, "the orbit has gaps")
     fits = all(len(row) == len(own) and all(p <= len(g.kinks) for p, g in zip(row, own, strict=True)) for row in path)

@@ -26,7 +26,6 @@ PRESSURELESS = "every motion of finite energy comes to rest, and the pressure of
 GAINS = "every constant gain of the class makes the loop asymptotically stable"
 NO_REST = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHER_EQUILIBRIA = "a loop of the class has equilibria other than 0"
-INEQUALITY = "the frequency inequality holds at every frequency, which alone proves nothing about the rod"
 GAIN = "the L2 gain from w to z is at most gamma in every loop of the class"
 EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
 NO_SOLUTION = "a loop of the class is not well posed: 1 + g H(inf) = 0"

@@ -12,8 +12,8 @@ has no eigenvalue ``i omega``, ``F`` is nowhere singular and positive definite a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 from math import comb
@@ -21,6 +21,7 @@ from math import comb
 from flint import fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.numerics import half_plane_counts, positive_from_zero, to_fmpq
+from lure.analysis.certificates.second.pace import kernel_masses
 from lure.analysis.certificates.second.reading import (
     NotShown,
     count,
@@ -55,6 +56,7 @@ class Multiplier:
     theta: list[Fraction]
     chains: list[Chain]
     moved: frozenset[int]
+    owed: Mapping[int, tuple[Fraction, Fraction]] = field(default_factory=dict)  # by row and column, less gamma_ii
 
 
 def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each channel)
@@ -64,8 +66,11 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
     same: Sequence[int],
     gains: Sequence[bool],
     operators: Sequence[tuple[Sequence[int], bool]] = (),
+    rate: Fraction | None = None,
 ) -> Multiplier:
     """The multiplier of a certificate, doubly dominant: else it is no multiplier for these classes.
+
+    With a rate that is said by ``owed``, once the widths are known.
 
     Parameters
     ----------
@@ -82,6 +87,8 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
     operators : sequence of tuple
         The channels of each operator, on which ``M`` is Hermitian and positive; and whether it is one scalar operator
         in each of them: else ``M`` is a multiple of the identity.
+    rate : Fraction or None
+        The rate of a certificate with one.
 
     Raises
     ------
@@ -97,43 +104,49 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
         require(
             len(weights) == m == len(turn) and min(weights) >= 0, "the multipliers are not one for each channel, >= 0"
         )
-        return Multiplier([[v * (i == j) for j in range(m)] for i, v in enumerate(weights)], turn, [], frozenset())
+        gamma = [[v * (i == j) for j in range(m)] for i, v in enumerate(weights)]
+        owed = {i: (-v, -v) for i, v in enumerate(weights) if not gains[i]}
+        return Multiplier(gamma, turn, [], frozenset(), owed)
     given = record(mapping(value), "gamma", "theta", "kernels")
     gamma, theta = [numbers(row) for row in listed(given["gamma"])], numbers(given["theta"])
     require(len(gamma) == len(theta) == m and all(len(row) == m for row in gamma), "gamma or theta does not fit")
     partner = {(i, j) for i in range(m) for j in range(m) if same[i] == same[j]}
     joint = {i: alike for block, alike in operators for i in block}
     chains, moved = dict[tuple[int, Fraction, bool], Chain](), set[int]()
-    share = [[Fraction(0)] * m for _ in range(m)]  # absolute masses
+    into, out = [Fraction(0)] * m, [Fraction(0)] * m  # absolute masses in a row and in a column
     inside = [list[tuple[int, int, Fraction, Fraction, int, bool]]() for _ in range(m)]  # kernels of an operator
     for i, j in ((i, j) for i in range(m) for j in range(m) if i != j and gamma[i][j] != 0):
         require((i, j) in partner and joint.get(i, True), "gamma couples different nonlinearities")
         require(odd[i] or i in joint or gamma[i][j] < 0, "gamma has a positive entry beside the diagonal")
-        share[i][j] += abs(gamma[i][j])
+        into[i], out[j] = into[i] + abs(gamma[i][j]), out[j] + abs(gamma[i][j])
         moved |= {i, j}
     for one in listed(given["kernels"]):
         tick()
         kernel = record(mapping(one), "channels", "coefficient", "rate", "order", "side")
         where = [count(x, least=1) - 1 for x in listed(kernel["channels"])]
         require(len(where) == 2 and max(where) < m, "a kernel has no such channels")
-        c, rate, order = number(kernel["coefficient"]), number(kernel["rate"]), count(kernel["order"], least=1)
-        require(kernel["side"] in ("causal", "anticausal") and rate > 0 and order <= 20, "a kernel is unknown")
+        c, decay, order = number(kernel["coefficient"]), number(kernel["rate"]), count(kernel["order"], least=1)
+        require(kernel["side"] in ("causal", "anticausal") and decay > 0 and order <= 20, "a kernel is unknown")
         i, j = where
         require((i, j) in partner, "a kernel couples different nonlinearities")
         causal = kernel["side"] == "causal"
         if i in joint:
             require(i == j or joint[i], "a kernel couples the channels of an operator")
-            inside[same[i]].append((i, j, c, rate, order, causal))
+            inside[same[i]].append((i, j, c, decay, order, causal))
         else:
             require(odd[i] or c >= 0, "a kernel is negative")
-            share[i][j] += abs(c)
+            taken = kernel_masses(c, decay, order, causal=causal, rate=rate or Fraction(0))
+            into[i], out[j] = into[i] + taken[0], out[j] + taken[1]
         moved |= {i, j}
-        chain = chains.setdefault((j, rate, causal), Chain(j, rate, causal, {}))
+        chain = chains.setdefault((j, decay, causal), Chain(j, decay, causal, {}))
         chain.rows.setdefault(order, []).append((i, c))
-    made = Multiplier(gamma, theta, list(chains.values()), frozenset(moved))
+    made, owed = (
+        Multiplier(gamma, theta, list(chains.values()), frozenset(moved)),
+        dict[int, tuple[Fraction, Fraction]](),
+    )
     for block, alike in operators:
         listed_here = inside[block[0]]
-        adjoint = sorted((j, i, c, rate, order, not causal) for i, j, c, rate, order, causal in listed_here)
+        adjoint = sorted((j, i, c, decay, order, not causal) for i, j, c, decay, order, causal in listed_here)
         plain = all(gamma[i][j] == gamma[j][i] for i in block for j in block)
         require(plain and sorted(listed_here) == adjoint, "the multiplier of an operator is not Hermitian")
         each = {(gamma[i][i], tuple(sorted(one[2:] for one in listed_here if one[0] == i))) for i in block}
@@ -142,9 +155,29 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
     for i in set(range(m)) - set(joint):
         if gains[i] and _is_positive(made, [j for j in range(m) if same[j] == same[i]]):
             continue
-        enough = gamma[i][i] >= sum(share[i]) and gamma[i][i] >= sum(row[i] for row in share)
-        require(enough, "the kernels of a row or a column outweigh gamma")
-    return made
+        owed[i] = into[i] - gamma[i][i], out[i] - gamma[i][i]
+        require(rate is not None or max(owed[i]) <= 0, "the kernels of a row or a column outweigh gamma")
+    return replace(made, owed=owed)
+
+
+def require_weights(given: Multiplier, widths: Sequence[Fraction], rate: Fraction) -> None:
+    """Check the sums of rows and columns at a rate ``a``.
+
+    ``theta int a_i sigma' = (theta/w) int a_i b_i'``, up to ends, is ``a theta/w`` times the integral of ``a_i b_i -
+    Phi_i``, less that of ``Phi_i``: Popov's term gives to a row what it takes from a column.
+
+    Parameters
+    ----------
+    given : Multiplier
+        The multiplier.
+    widths : sequence of Fraction
+        Of the bounds.
+    rate : Fraction
+        The rate.
+    """
+    for i, (row, column) in given.owed.items():
+        given_by = given.theta[i] * rate / widths[i]
+        require(row <= given_by and column <= -given_by, "the weighted kernels of a row or a column outweigh gamma")
 
 
 def _is_positive(given: Multiplier, channels: Sequence[int]) -> bool:

@@ -19,7 +19,6 @@ from lure.analysis.certificates.second.numerics import half_plane_counts, to_fmp
 from lure.analysis.certificates.second.reading import Document, listed, number, numbers, record, require
 
 Pairs = list[tuple[Fraction, Fraction | None]]
-LONGEST_SIGNAL = 1000
 
 
 def refuted_by_members(document: Document, asked: Asked) -> str:
@@ -67,50 +66,6 @@ def refuted_by_members(document: Document, asked: Asked) -> str:
     r = asked.nonlinearities[asked.performance[0]].ends[1]
     least = to_fmpq(sum(v * v for pair in w for v in pair)) / to_fmpq(r or Fraction(0)) ** 2
     require(bool(sum((v * v for v in z), fmpq(0)) > least), "the gain is not shown to be above gamma")
-    return claims.EXCEEDED
-
-
-def refuted_by_signal(document: Document, asked: Asked) -> str:
-    """What comes through of a disturbance, from rest and with lines that have a kink at 0.
-
-    Raises
-    ------
-    NotShown
-        The lines are not of the class, or no more comes through than ``gamma`` says.
-    """
-    proof, own = record(document.proof, "method", "slopes", "inputs"), asked.performance
-    kinds = {i: one for i, one in enumerate(asked.nonlinearities) if i not in own}
-    require(asked.discrete and bool(own), "a disturbance is given by its samples, and a performance channel is needed")
-    require(not any(one.operator or one.memory for one in kinds.values()), "a channel has no function of sigma")
-    require(all(asked.D[i, j] == 0 for i in kinds for j in kinds), "one function of sigma sees another at once")
-    lines = [numbers(pair) for pair in listed(proof["slopes"])]
-    require(len(lines) == len(kinds) and all(len(line) == 2 for line in lines), "there are not two slopes a function")
-    phi = dict(zip(kinds, lines, strict=True))
-    for i, one in kinds.items():
-        low, high = asked.bounds[i]
-        require(all(low <= slope <= high for slope in phi[i]), "a slope is outside its class")
-        require(not (one.odd or one.linear) or phi[i][0] == phi[i][1], "a line with a kink is not odd")
-        require(not one.relu or phi[i] == [low, high], "another ReLU is asked about")
-        require(phi[i] == phi[asked.repeated[i]], "one nonlinearity has one line")
-    samples = [numbers(row) for row in listed(proof["inputs"])]
-    require(
-        0 < len(samples) <= LONGEST_SIGNAL and all(len(row) == len(own) for row in samples), "the signal is no such"
-    )
-    x, balance = fmpq_mat(asked.A.nrows(), 1), fmpq(0)
-    gain = 1 / to_fmpq(asked.bounds[own[0]][1]) ** 2
-    for row in samples:
-        w = dict(zip(own, map(to_fmpq, row), strict=True))
-        free = asked.C * x + asked.D * fmpq_mat([[w.get(i, fmpq(0))] for i in range(asked.D.nrows())])
-        inputs = fmpq_mat(
-            [
-                [w[i] if i in w else -to_fmpq(phi[i][1 if free[i, 0] > 0 else 0]) * free[i, 0]]
-                for i in range(asked.D.nrows())
-            ]
-        )
-        z = asked.C * x + asked.D * inputs
-        balance += sum((z[i, 0] ** 2 - gain * w[i] ** 2 for i in own), fmpq(0))
-        x = asked.A * x + asked.B * inputs
-    require(bool(balance > 0), "no more comes through than gamma says")
     return claims.EXCEEDED
 
 

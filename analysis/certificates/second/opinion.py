@@ -63,6 +63,8 @@ def recheck(certificate: Mapping[str, object] | str | bytes, *, seconds: float =
             return SecondOpinion(accepted=True, reason=_shown(certificate))
     except NotShown as refusal:
         return SecondOpinion(accepted=False, reason=str(refusal))
+    except ZeroDivisionError:
+        return SecondOpinion(accepted=False, reason="a matrix or a divisor that has to be invertible is singular")
     except Exception as error:  # whatever goes wrong shows nothing
         return SecondOpinion(accepted=False, reason=f"{type(error).__name__}: {error}"[:500])
 
@@ -82,7 +84,7 @@ def _follows(document: Document) -> str:
     """The sentence that is shown of the system of the document."""
     if "channels" in document.nonlinearities:
         return (structure.rods if document.system.get("kind") == "rods" else several.shown)(document)
-    if document.system.get("kind") in structure.FAMILIES:
+    if document.system.get("kind") in [*structure.FAMILIES]:  # which may be a list
         said = {_follows(one) for one in structure.within_bounds(document)}
         require(len(said) == 1, "another sentence follows for other rods")
         return said.pop()

@@ -15,10 +15,14 @@ from flint import fmpq_poly
 
 from lure.analysis.certificates.second.classes import NO_SOLUTION
 from lure.analysis.certificates.second.numerics import from_descending, to_fmpq, to_fraction
-from lure.analysis.certificates.second.reading import Document, NotShown, listed, mapping, numbers, require
+from lure.analysis.certificates.second.reading import Document, NotShown, listed, mapping, number, numbers, require
 
 THEOREMS = ("circle", "zames-falb", "hurwitz")
-OF_CHANNELS = ("diagonal-circle", "coupled-circle", "full-block-circle", "constant-gains")
+OF_CHANNELS = (
+    "constant-gains",
+    *(f"{kind}-{theorem}" for kind in ("diagonal", "coupled", "full-block") for theorem in ("circle", "popov")),
+    *("matrix-zames-falb", "coupled-windows"),
+)
 LINEAR = ("linear-gain", "crossing", "matrix-gain", "switched-gain", "linear-gains", "switched-gains", "ramped-gains")
 
 
@@ -86,6 +90,8 @@ def _system(system: Mapping[str, object], rate: Fraction) -> Mapping[str, object
         inner = fmpq_poly([0, to_fmpq(rate)]) if discrete else fmpq_poly([-to_fmpq(rate), 1])
         both = {name: from_descending(numbers(system[name])) for name in ("numerator", "denominator")}
         return {**system, **{name: _descending(p(inner)) for name, p in both.items()}}
+    if kind == "channel-family":  # A over a common denominator, of which each term has a share
+        return {**system, "terms": [_part(mapping(term), rate, discrete=discrete) for term in listed(system["terms"])]}
     if kind not in ("state-space", "multivariable"):
         raise NotShown("a rate is one of a rational plant")
     rows = [numbers(row) for row in listed(system["A"])]
@@ -96,6 +102,21 @@ def _system(system: Mapping[str, object], rate: Fraction) -> Mapping[str, object
     given = [numbers(system["b"])] if inputs == "b" else [numbers(row) for row in listed(system["B"])]
     slower, driven = (_texts([[v / rate for v in row] for row in side]) for side in (rows, given))
     return {**system, "A": slower, inputs: driven[0] if inputs == "b" else driven}
+
+
+def _part(term: Mapping[str, object], rate: Fraction, *, discrete: bool) -> Mapping[str, object]:
+    """A term of plants with parameters, of the weighted loop."""
+    A, B = ([numbers(row) for row in listed(term[side])] for side in "AB")
+    if discrete:
+        return {
+            **term,
+            "A": _texts([[v / rate for v in row] for row in A]),
+            "B": _texts([[v / rate for v in row] for row in B]),
+        }
+    moved, shift = [list(row) for row in A], rate * number(term["common"])
+    for i, row in enumerate(moved):
+        row[i] += shift
+    return {**term, "A": _texts(moved)}
 
 
 def _same_length(term: Mapping[str, object], turned: Mapping[str, object]) -> dict[str, object]:
@@ -140,3 +161,36 @@ def kernel_weights(theta: Fraction, kernels: Sequence[tuple[Fraction, object]], 
         require(decay > abs(rate), "a kernel does not decay faster than the rate")
         found = [v + abs(c) * (decay / (decay + side * s)) ** order for v, s in zip(found, (rate, -rate), strict=True)]
     return found
+
+
+def popov_terms(turn: Fraction, width: Fraction, *, sloped: bool) -> tuple[Fraction, Fraction, Fraction]:
+    """Numbers ``p, q, r`` for which ``2 turn (2 int psi - psi sigma) <= p sigma^2 + 2 q psi sigma + r psi^2``.
+
+    ``V = 2 theta int_0^sigma psi`` of the loop, times ``e^(2 a t)``, grows by the left side beside ``2 theta psi
+    sigma'`` of the weighted signals; ``turn = theta a``, ``psi`` in ``[0, w]``.  With slopes in ``[0, w]`` the area on
+    either side of the graph within the rectangle is at least a triangle: ``|2 int psi - psi sigma| <= psi (sigma -
+    psi/w)``.
+
+    Parameters
+    ----------
+    turn, width : Fraction
+        ``theta a`` and ``w``.
+    sloped : bool
+        Whether the slopes are in ``[0, w]``, too.
+    """
+    if sloped:
+        return Fraction(0), abs(turn), -2 * abs(turn) / width
+    return (Fraction(0), -turn, Fraction(0)) if turn <= 0 else (2 * turn * width, -turn, Fraction(0))
+
+
+def kernel_masses(c: Fraction, decay: Fraction, order: int, *, causal: bool, rate: Fraction) -> list[Fraction]:
+    """What a kernel of mass ``c`` takes of ``a b - Phi`` in its row and of ``Phi`` in its column, at a rate.
+
+    Raises
+    ------
+    NotShown
+        It does not decay faster than the rate.
+    """
+    require(decay > abs(rate), "a kernel does not decay faster than the rate")
+    later = rate if causal else -rate
+    return [abs(c) / (1 + s / decay) ** order for s in (later, -later)]

@@ -1,7 +1,7 @@
 """Solutions that grow along a ray, of loops with ReLUs, checked again: eigenvectors by the interval Newton method.
 
 As long as no ``sigma`` of a ReLU changes its sign the loop is linear.  ``x`` and ``lambda`` with ``M x = lambda x`` are
-enclosed in balls, in which every sign is what the gains say.
+enclosed in balls, in which every sign is what the gains say; or ``sigma`` is 0 on an invariant subspace with ``x``.
 """
 
 from __future__ import annotations
@@ -51,11 +51,18 @@ def refuted_by_ray(document: Document, asked: Asked) -> str:
             if one.relu:
                 signs.append((row[i] == one.upper, fmpq_mat([[seen[i, j] for j in range(n)]])))
         whole = (asked.A - asked.B * G * sigma) * whole
-    held = max(range(n), key=lambda i: abs(x[i]))
+    moving = [i for i in range(n) if x[i] != 0]
+    if all(whole[i, j] == 0 for j in moving for i in set(range(n)) - set(moving)):  # an invariant subspace
+        whole = fmpq_mat([[whole[i, j] for j in moving] for i in moving])
+        signs = [(above, fmpq_mat([[line[0, j] for j in moving]])) for above, line in signs]
+        x = [x[j] for j in moving]
+    held = max(range(len(x)), key=lambda i: abs(x[i]))
     with working_precision(BITS):
         state, rate = _eigenvector(whole, x, value, radius, held)
         require(bool(rate > (1 if asked.discrete else 0)), "the solution does not grow")
         for above, line in signs:
+            if line == 0 * line:  # sigma is 0 all the time
+                continue
             sigma_there = (arb_mat(line) * state)[0, 0]
             require(bool(sigma_there > 0) if above else bool(sigma_there < 0), "a ReLU has another gain there")
     return claims.NO_REST

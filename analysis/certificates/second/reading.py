@@ -89,7 +89,14 @@ def read(certificate: Mapping[str, object] | str | bytes) -> Document:
     """
     if isinstance(certificate, str | bytes):
         require(len(certificate) <= LARGEST_FILE, "the file is too large")
-        certificate = json.loads(certificate, object_pairs_hook=_once, parse_float=_no_float, parse_constant=_no_float)
+        try:
+            certificate = json.loads(
+                certificate, object_pairs_hook=_once, parse_float=_no_float, parse_constant=_no_float
+            )
+        except NotShown:
+            raise
+        except (ValueError, RecursionError) as error:  # also of whole numbers of more than 4300 digits
+            raise NotShown(f"it is no JSON, or none that is read: {error}"[:200]) from None
     paced = ["rate"] if "rate" in mapping(certificate) else []
     found = record(certificate, *FIELDS, *paced)
     require(found["format"] == FORMAT, f"the format is not {FORMAT}")

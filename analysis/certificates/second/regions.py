@@ -173,6 +173,29 @@ def _integral_bounded(graph: Graph, least: Fraction, reach: Fraction, *, above: 
     return True
 
 
+def _with_integrals(
+    loop: Loop, P: fmpq_mat, given: Sequence[object]
+) -> tuple[fmpq_mat, fmpq_mat, list[tuple[fmpq_mat, Fraction]]]:
+    """A form below ``V`` with its integrals, what they take from ``-V'``, and the strips where they are bounded."""
+    (n, m), strips = loop.sizes, list[tuple[fmpq_mat, Fraction]]()
+    least, taken = P + 0 * P, fmpq_mat(n + m, n + m)
+    for entry in given:
+        one = record(entry, "channel", "theta", "reach", "least")
+        i, theta = count(one["channel"], least=1) - 1, number(one["theta"])
+        reach, bound = number(one["reach"]), number(one["least"])
+        require(i < m and reach > 0 and not loop.discrete, "an integral does not fit")
+        require(all(loop.D[i, j] == 0 for j in range(m)), "sigma of a channel with an integral depends on phi")
+        graph = loop.graphs[i]
+        require(graph.reach is None, "an integral is one of a known nonlinearity")
+        require(_integral_bounded(graph, bound, reach, above=theta >= 0), "an integral is not bounded")
+        row = fmpq_mat([loop.Y.tolist()[i][:n]])
+        least += to_fmpq(theta * bound) * (row.transpose() * row)
+        strips.append((row, reach))
+        half = fmpq_mat([[int(j == n + i) for j in range(n + m)]]).transpose() * (row * loop.F)
+        taken += to_fmpq(theta) * (half + half.transpose())
+    return least, taken, strips
+
+
 def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
     """Check that ``V`` falls on ``V <= 1``, and that the terms used for it count there; ``P``."""
     level, spiral = document.theorem == "local-popov", document.theorem == "planar"
@@ -183,22 +206,8 @@ def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
     require(found["method"] == method, "the method does not fit the theorem")
     n, m = loop.sizes
     P = symmetric(found["P"], n)
-    M, strips = -loop.form(P), list[tuple[fmpq_mat, Fraction]]()
-    least = P + 0 * P  # below V on the set
-    for entry in listed(found["integrals"]) if level else ():
-        given = record(entry, "channel", "theta", "reach", "least")
-        i, theta = count(given["channel"], least=1) - 1, number(given["theta"])
-        reach, bound = number(given["reach"]), number(given["least"])
-        require(i < m and reach > 0 and not loop.discrete, "an integral does not fit")
-        require(all(loop.D[i, j] == 0 for j in range(m)), "sigma of a channel with an integral depends on phi")
-        graph = loop.graphs[i]
-        require(graph.reach is None, "an integral is one of a known nonlinearity")
-        require(_integral_bounded(graph, bound, reach, above=theta >= 0), "an integral is not bounded")
-        row = fmpq_mat([loop.Y.tolist()[i][:n]])
-        least += to_fmpq(theta * bound) * (row.transpose() * row)
-        strips.append((row, reach))
-        half = fmpq_mat([[int(j == n + i) for j in range(n + m)]]).transpose() * (row * loop.F)
-        M -= to_fmpq(theta) * (half + half.transpose())
+    least, taken, strips = _with_integrals(loop, P, listed(found["integrals"]) if level else ())
+    M = -loop.form(P) - taken
     _require_definite(least, "V is not shown to be positive definite")
     inverse = least.inv()
     reaches: dict[int, Fraction] = {}

@@ -46,12 +46,14 @@ from lure.analysis.certificates.second.frequencies import (
     read_multiplier,
     require_frequencies,
     require_vertices,
+    require_weights,
     still,
 )
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
-from lure.analysis.certificates.second.members import refuted_by_members, refuted_by_signal
+from lure.analysis.certificates.second.members import refuted_by_members
 from lure.analysis.certificates.second.memory import increments, remembering, require_storage
 from lure.analysis.certificates.second.numerics import working_precision
+from lure.analysis.certificates.second.pace import popov_terms
 from lure.analysis.certificates.second.parametric import require_parametric
 from lure.analysis.certificates.second.pieces import require_pieces
 from lure.analysis.certificates.second.rays import refuted_by_ray
@@ -65,6 +67,7 @@ from lure.analysis.certificates.second.reading import (
     record,
     require,
 )
+from lure.analysis.certificates.second.signals import refuted_by_signal
 from lure.analysis.certificates.second.windows import require_windows, static_form
 from lure.analysis.certificates.second.zero import integrators_apart, require_equilibria, shifted_by, without
 
@@ -175,6 +178,8 @@ def _proved(document: Document, asked: Asked) -> bool:
         part, needed = _full_block(given, [asked.bounds[i] for i in rest])
         place = fmpq_mat([[int(i == j) for i in (*rest, *(m + i for i in rest))] for j in range(2 * m)])
         Pi += place * part * place.transpose()
+    if document.rate is not None:
+        Pi += _with_rate(theta, document.rate, bounds, asked)
     shifted = shifted_by(asked, bounds)
     rows, left_out = triangle(proof["P"], asked.A.nrows()), list[int]()
     if zero:
@@ -192,6 +197,19 @@ def _diagonal_multiplier(weights: Sequence[Fraction], asked: Asked) -> fmpq_mat:
     """``2 sum lambda_i psi_i (w_i sigma_i - psi_i)``."""
     side = diagonal([v * (high - low) for v, (low, high) in zip(weights, asked.bounds, strict=True)])
     return joined(side * 0, side, diagonal([-2 * v for v in weights]))
+
+
+def _with_rate(
+    theta: Sequence[Fraction], rate: Fraction, bounds: Sequence[tuple[Fraction, Fraction]], asked: Asked
+) -> fmpq_mat:
+    """A form in ``(sigma, psi)`` above what Popov's terms add with a rate."""
+    nothing = Fraction(0)
+    each = [
+        popov_terms(turn * rate, high - low, sloped=one.slopes_within(low, high)) if turn else (nothing,) * 3
+        for one, turn, (low, high) in zip(asked.nonlinearities, theta, bounds, strict=True)
+    ]
+    square, cross, last = (diagonal(list(side)) for side in zip(*each, strict=True))
+    return joined(square, cross, last)
 
 
 def _full_block(
@@ -229,7 +247,7 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
     odd = [one.odd for one in asked.nonlinearities]
     gains = [one.linear and not one.time_varying for one in asked.nonlinearities]
     operators = [(block, block in asked.scalar) for block in asked.operators]
-    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated, gains, operators)
+    given = read_multiplier(document.theorem, document.multiplier, odd, asked.repeated, gains, operators, document.rate)
     require_uniform([given.gamma[i][i] for i in range(m)], asked)
     bounds = list[tuple[Fraction, Fraction]]()
     for i, one in enumerate(asked.nonlinearities):
@@ -249,10 +267,16 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
         require(given.theta[i] == 0 or fits, "Popov's term does not fit its channel")
     if scaled:
         _require_scalings(given, asked)
+    if document.rate is not None:
+        for one, turn, ends in zip(asked.nonlinearities, given.theta, bounds, strict=True):
+            require(turn == 0 or one.slopes_within(*ends), "Popov's term with a rate needs slopes within the bounds")
+        require_weights(given, [high - low for low, high in bounds], document.rate)
     own = on_axis(asked) if scaled else asked
     shifted, widths = shifted_by(own, bounds), [high - low for low, high in bounds]
     critical, jump = bool(shifted[0].det() == 0), asked.D * 0
     if critical:
+        constant = not given.moved and not any(given.theta)
+        require(document.rate is None or constant, "an eigenvalue 0, a rate, and a multiplier that is not constant")
         require(not scaled, "scalings do not cover an eigenvalue 0")
         at_zero = still(given)
         shifted, jump = integrators_apart(shifted, at_zero * diagonal(widths))

@@ -66,7 +66,7 @@ class Forms:
     bounds: list[Bounds]
 
 
-def read_forms(value: object, asked: Asked, samples: int, *, over_time: bool) -> Forms:
+def read_forms(value: object, asked: Asked, samples: int, *, over_time: bool, rate: Fraction = Fraction(1)) -> Forms:
     """The forms of a certificate.
 
     Parameters
@@ -79,6 +79,8 @@ def read_forms(value: object, asked: Asked, samples: int, *, over_time: bool) ->
         Of each channel.
     over_time : bool
         Whether the sum of each form over all time has to be nonnegative, else the form itself.
+    rate : Fraction
+        The samples are those at the time ``t`` times ``rate^-t``.
 
     Raises
     ------
@@ -116,7 +118,8 @@ def read_forms(value: object, asked: Asked, samples: int, *, over_time: bool) ->
                 if not (isinstance(low, Fraction) and isinstance(high, Fraction)):
                     raise NotShown("a channel has no finite slope bounds")
                 sloped |= dict.fromkeys(channels, (low, high))
-                _require_dominant(rows, len(channels), over_time=over_time, odd=given["kind"] == "odd")
+                turned = _slowed(rows, len(channels), rate)
+                _require_dominant(turned, len(channels), over_time=over_time, odd=given["kind"] == "odd", rate=rate)
             Q = fmpq_mat([[to_fmpq(v) for v in row] for row in rows])
             M = joined(0 * Q, Q, 0 * Q)
         found.append(Form(channels, M))
@@ -133,19 +136,33 @@ def _require_rectified(M: fmpq_mat, size: int) -> None:
             require(abs(i - j) == size or sign * M[i, j] >= 0, "an entry of a form for ReLUs has the wrong sign")
 
 
-def _require_dominant(rows: Sequence[Sequence[Fraction]], width: int, *, over_time: bool, odd: bool) -> None:
+def _slowed(rows: Sequence[Sequence[Fraction]], width: int, rate: Fraction) -> list[list[Fraction]]:
+    """The same forms in samples that are not weighed, up to a power of the rate at the first of them."""
+    powers = [rate ** -(k // width) for k in range(len(rows))]
+    return [[p * v * q for v, q in zip(row, powers, strict=True)] for row, p in zip(rows, powers, strict=True)]
+
+
+def _require_dominant(
+    rows: Sequence[Sequence[Fraction]], width: int, *, over_time: bool, odd: bool, rate: Fraction
+) -> None:
+    """Rows and columns of ``Q`` in samples that are not weighed.
+
+    Over all time ``sum_t r^-2t`` of the forms from ``t`` on: an entry of the times ``i`` and ``j`` stands with the
+    weight of the row at ``r^2i``, of the column at ``r^2j``.
+    """
     size, samples = len(rows), len(rows) // width
     folded = rows
     if over_time:  # the later of two samples moved to the middle of a window of 2 T - 1
-        wide = [[Fraction(0)] * (width * (2 * samples - 1)) for _ in range(width)]
+        wide, ends = ([[Fraction(0)] * (width * (2 * samples - 1)) for _ in range(width)] for _ in range(2))
         for i in range(size):
             for j in range(size):
-                apart = j // width - i // width + samples - 1
-                wide[i % width][apart * width + j % width] += rows[i][j]
+                at = (j // width - i // width + samples - 1) * width + j % width
+                wide[i % width][at] += rows[i][j] * rate ** (2 * (i // width))
+                ends[i % width][at] += rows[i][j] * rate ** (2 * (j // width))
         middle = (samples - 1) * width
         out = [2 * row[middle + i] - sum(map(abs, row)) for i, row in enumerate(wide)]
-        into = [2 * wide[j][middle + j] for j in range(width)]
-        for row in wide:
+        into = [2 * ends[j][middle + j] for j in range(width)]
+        for row in ends:
             for at, value in enumerate(row):
                 into[at % width] -= abs(value)
         beside = [v for i, row in enumerate(wide) for at, v in enumerate(row) if at != middle + i]
@@ -238,9 +255,10 @@ def require_windows(document: Document, asked: Asked) -> None:
         given = record(stated, "samples", "forms", "start")
         T = count(given["samples"], least=2)
         require(T <= MOST_SAMPLES, "there are too many samples")
-        forms = read_forms(given["forms"], asked, T, over_time=given["start"] is None)
+        rate = document.rate or Fraction(1)
+        forms = read_forms(given["forms"], asked, T, over_time=given["start"] is None, rate=rate)
         if given["start"] is not None:
-            start = read_forms(given["start"], asked, T - 1, over_time=False)
+            start = read_forms(given["start"], asked, T - 1, over_time=False, rate=rate)
             require(start.bounds == forms.bounds, "the forms at the start are about other bounds")
     if start is None:
         rest = [

@@ -4,9 +4,24 @@
 
 export const FIELDS = ["num", "den", "dt", "transfer", "system", "class", "lower", "k", "theta"];
 
+/** What further parts of the page keep in the address. @type {Map<string, string>} */
+export const more = new Map();
+
+const FURTHER = () => [...more].map(([name, value]) => `${name}=${encodeURIComponent(value).replace(/%(2F|2A)/g, decodeURIComponent)}`);
+
+/** Keep the fields of a further part of the page. @param {Record<string, string>} fields */
+export function remember(fields) {
+  more.clear();
+  for (const [name, value] of Object.entries(fields)) more.set(name, value);
+  const loop = location.hash.replace(/^#/, "").split("&").filter((part) => FIELDS.includes(part.split("=")[0]));
+  history.replaceState(null, "", `#${[...loop, ...FURTHER()].join("&")}`);
+}
+
 /** The state of an address; null where it names no block. @param {string} hash @returns {State | null} */
 export function stateOf(hash) {
   const given = new URLSearchParams(hash.replace(/^#/, "").replace(/\+/g, "%2B"));
+  more.clear();
+  for (const [name, value] of given) if (value !== "" && !FIELDS.includes(name)) more.set(name, value);
   const form = ["system", "transfer", "num"].find((name) => given.has(name));
   if (!form && !given.has("den")) return null;
   const state = /** @type {State} */ (Object.fromEntries(FIELDS.map((name) => [name, given.get(name) ?? ""])));
@@ -20,5 +35,6 @@ export function addressOf(state) {
   const parts = fields.filter((name) => state[name] !== "" && !(name === "lower" && state[name] === "0"));
   const written = (text) => encodeURIComponent(text.trim().replace(/[\s,]+/g, ",")).replace(/%2C/g, ",").replace(/%2F/g, "/");
   const plain = (text) => encodeURIComponent(text).replace(/%(2F|28|29|2A)/g, decodeURIComponent);
-  return "#" + parts.map((name) => `${name}=${["num", "den"].includes(name) ? written(state[name]) : plain(state[name])}`).join("&");
+  const loop = parts.map((name) => `${name}=${["num", "den"].includes(name) ? written(state[name]) : plain(state[name])}`);
+  return `#${[...loop, ...FURTHER()].join("&")}`;
 }

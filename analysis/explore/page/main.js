@@ -47,10 +47,18 @@ const theta = () => (varying() || !hasLine() ? 0 : parsed(state.theta || (known.
 /** Sentences of refusal stand beside their fields, and the drawings, of an older question then, fade. @param {string} [field] @param {string} [sentence] */
 function refuse(field = "", sentence = "") {
   document.body.classList.toggle("refused", sentence !== "");
+  offerDrawings();
   for (const name of [...FIELDS, "plant"]) {
     $(`${name}-error`).textContent = name === field ? sentence : "";
     $(name)?.setAttribute("aria-invalid", String(name === field));
   }
+}
+
+/** The drawings may be kept as long as they are of the loop in the fields. */
+function offerDrawings() {
+  const none = known.curve === null || document.body.classList.contains("refused");
+  $("get-nyquist").hidden = none;
+  $("get-popov").hidden = none || !hasLine();
 }
 
 /** The fields show the state. */
@@ -140,6 +148,7 @@ function showPlant(plant) {
   known.curve = sampled(plant);
   known.shifted = lower() === 0 ? known.curve : sampled(shifted(plant, lower()));
   $("popov-figure").hidden = $("theta-row").hidden = plant.discrete;
+  offerDrawings();
   $("formula").textContent = plant.formula ? `H = ${plant.formula}` : "";
   if (known.largest === null) {
     const sizes = [...known.shifted.re].map(Math.abs).sort((a, b) => a - b);
@@ -253,6 +262,7 @@ async function ask(kind, of) {
   if (!answer.error) return { ...answer, asked: of };
   refuse(answer.field, answer.error);
   silent();
+  for (const id of ["get-certificate", "get-report", "get-toml"]) offer(id, "");
   $("note").textContent = "";
   $("checkers").textContent = "–";
   if (kind === "plant" || kind === "largest") forget("–");
@@ -273,10 +283,10 @@ function outdated(what) {
   asked++;
   document.body.dataset.state = "checking";
   $("verdict").classList.add("old");
+  if (what === "plant") [known.current, known.curve] = [false, null];
   refuse();
   for (const id of ["get-certificate", "get-report", "get-toml"]) $(id).removeAttribute("href");
   if (what !== "line") forget("…");
-  if (what === "plant") [known.current, known.curve] = [false, null];
   history.replaceState(null, "", addressOf(state));
   command();
   redraw();
@@ -369,7 +379,10 @@ for (const radio of document.querySelectorAll("input[name=form]")) {
 $("controls").addEventListener("submit", (event) => event.preventDefault());
 window.addEventListener("hashchange", () => {
   const given = stateOf(location.hash);
-  if (!given) return;
+  if (!given) {  // the address stays that of the loop
+    history.replaceState(null, "", addressOf(state));
+    return;
+  }
   state = given;
   write();
   changed("plant");
@@ -390,8 +403,7 @@ const quick = { num: state.num.split(/[\s,]+/).map(parsed), den: state.den.split
   period: parsed(state.dt || "0") };
 if (at && state.form === "system") showPlant(at.plant);
 else if (state.form === "num" && [...quick.num, ...quick.den].every(Number.isFinite)) showPlant(quick);
-const began = performance.now();
-asking.ready.then(() => { $("loaded").textContent = `Loaded in ${((performance.now() - began) / 1000).toFixed(1)} s.`; document.body.dataset.ready = ""; }, () => {});
+asking.ready.then(() => { $("loaded").textContent = `Loaded in ${(performance.now() / 1000).toFixed(1)} s.`; document.body.dataset.ready = ""; }, () => {});
 known.current = false;
 changed(known.curve ? "class" : "plant");
 for (const panel of start.panels) import(`lure/${panel}`).then((module) => module.open(asking), console.error);

@@ -1,5 +1,6 @@
 /** The rod on the page: closed forms drawn at once, verdicts from the checkers a moment later. */
 
+import { more, remember } from "lure/address.js";
 import { around, Axes, element, number } from "lure/axes.js";
 import { offer } from "lure/keeping.js";
 
@@ -96,6 +97,8 @@ export function open(asking) {
   async function changed() {
     const of = ++newest;
     redraw();
+    remember(Object.fromEntries(FIELDS.filter((name) => name === "damping" || $(name).value !== $(name).defaultValue)
+      .map((name) => [name, $(name).value])));
     const answer = await asking.ask({ ask: "rod", ...Object.fromEntries(FIELDS.map((name) => [name, $(name).value])) });
     if (of !== newest) return;
     for (const name of FIELDS) {
@@ -118,6 +121,17 @@ export function open(asking) {
     redraw();
   }
 
+  /** The rod of the address, if it names one. */
+  function take() {
+    const given = FIELDS.some((name) => more.has(name));
+    if (given) {
+      for (const name of FIELDS) $(name).value = more.get(name) ?? $(name).defaultValue;
+      changed();
+      $("rod").scrollIntoView();
+    }
+    $("rod").open = given;
+  }
+
   for (const name of FIELDS) $(name).addEventListener("input", changed);
   $("damping-slider").addEventListener("input", () => {
     const { Z } = constants(impedance);
@@ -125,4 +139,6 @@ export function open(asking) {
     changed();
   });
   $("rod").addEventListener("toggle", () => { if ($("rod").open && !newest) changed(); });
+  window.addEventListener("hashchange", take);
+  take();
 }

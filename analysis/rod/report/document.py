@@ -170,7 +170,7 @@ def _rests(found: Confirmation) -> str:
 # The report in a dozen lines of plain text, for the terminal.
 
 _WIDTH = 80
-_HEAD = ("criterion", "model", "verdict", "evidence", "theta", "margin", "reach")
+_HEAD = ("criterion", "model", "verdict", "evidence", "theta", "margin", "largest k")
 
 
 def summary(report: StabilityReport) -> str:
@@ -187,7 +187,7 @@ def summary(report: StabilityReport) -> str:
     blocks = [
         f"{report.verdict}  {report.system.name}",
         _filled(report.conclusion.statement),
-        _filled(f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, reach in Pa/m")
+        _filled(f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, k in Pa/m")
         + "\n"
         + _table([_HEAD, *(_row(result) for result in report.criteria)]),
         *(_filled(f"{reason}.") for reason in reasons),

@@ -266,7 +266,7 @@ def check_drawings(
             _check_film(path, suffix)
     if span is not None:
         if not set(targets) - {"output"}:
-            raise InputError("span is the stretch of time to draw; give plot, space-time or animation with it")
+            raise InputError("span is the interval of time to draw; give plot, space-time or animation with it")
         check_span(span, request.until, transit if whole else None)
     if whole and request.method != "exact":
         check_samples_seen(request.samples, request.until, transit)

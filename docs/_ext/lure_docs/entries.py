@@ -1,4 +1,8 @@
-"""The directive ``api``: a summary table of the names it lists, then each of them in full."""
+"""The directive ``api``: a summary table of the names it lists, and each of them in full.
+
+Up to :data:`MOST` names stand in full below the table; where there are more, each has a page of its own, which is
+written into ``docs/reference/api`` before Sphinx reads, and which git ignores.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +18,9 @@ from sphinx.util.docutils import SphinxDirective
 
 from lure_docs.listing import groups, home, kind, listed, resolved
 
+MOST = 4  # names in full on one page
+_API = re.compile(r"^\.\. api::\n((?:\n| {3}.*\n)+)", re.MULTILINE)
+
 
 class Api(SphinxDirective):
     """One list of names for the table at the top and for the entries below it."""
@@ -25,11 +32,45 @@ class Api(SphinxDirective):
         try:
             listed = groups(self.content)
             lines = [line for title, names in listed for line in _table(title, names)]
-            lines += [line for title, names in listed for line in _entries(title, names)]
+            if not _apart(listed):
+                lines += [line for title, names in listed for line in _entries(title, names)]
         except (LookupError, ValueError) as error:
             raise self.error(str(error)) from error
         source = self.get_source_info()[0]
         return self.parse_text_to_nodes(StringList(lines, source=source), allow_section_headings=True)
+
+
+def _apart(listed: list[tuple[str, list[str]]]) -> bool:
+    return sum(len(names) for _, names in listed) > MOST
+
+
+def write_pages(app: Sphinx) -> None:
+    """Write the pages of single names; one that has not changed keeps its date, one that is not listed goes."""
+    folder = Path(app.srcdir) / "reference" / "api"
+    folder.mkdir(exist_ok=True)
+    written = set[Path]()
+    for page in sorted(folder.parent.glob("*.rst")):
+        text = page.read_text(encoding="utf-8")
+        for found in _API.findall(text + "\n"):
+            listed = groups(line.removeprefix("   ") for line in found.splitlines())
+            for name in (name for _, names in listed if _apart(listed) for name in names):
+                short = name.rpartition(".")[2]
+                lines = [
+                    ":orphan:",
+                    "",
+                    short,
+                    "=" * len(short),
+                    "",
+                    f"One of :doc:`../{page.stem}`.",
+                    "",
+                    *_entry(name),
+                ]
+                file, text = folder / f"{name}.rst", "\n".join(lines)
+                written.add(file)
+                if not file.exists() or file.read_text(encoding="utf-8") != text:
+                    file.write_text(text, encoding="utf-8")
+    for file in set(folder.glob("*.rst")) - written:
+        file.unlink()
 
 
 def _table(title: str, names: list[str]) -> list[str]:
@@ -38,17 +79,17 @@ def _table(title: str, names: list[str]) -> list[str]:
 
 
 def _entries(title: str, names: list[str]) -> list[str]:
-    lines = ["", title, "-" * len(title), ""]
-    for name in names:
-        found = resolved(name)
-        what = kind(found)
-        lines.append(f".. auto{what}:: {name}")
-        if inspect.isclass(found):
-            lines += _options(found)
-        if isinstance(found, Path):
-            lines.append("   :no-value:")
-        lines.append("")
-    return lines
+    return ["", title, "-" * len(title), "", *(line for name in names for line in _entry(name))]
+
+
+def _entry(name: str) -> list[str]:
+    found = resolved(name)
+    lines = [f".. auto{kind(found)}:: {name}"]
+    if inspect.isclass(found):
+        lines += _options(found)
+    if isinstance(found, Path):
+        lines.append("   :no-value:")
+    return [*lines, ""]
 
 
 def _options(found: type) -> list[str]:
@@ -125,6 +166,7 @@ class Attributes:
 def setup(app: Sphinx) -> None:
     """Register the directive, and what is done to docstrings."""
     app.add_directive("api", Api)
+    app.connect("builder-inited", write_pages)
     attributes = Attributes()
     app.connect("autodoc-process-docstring", attributes.keep, priority=400)  # napoleon's is 500
     app.connect("autodoc-process-docstring", attributes.put, priority=600)

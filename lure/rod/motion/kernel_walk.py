@@ -304,6 +304,69 @@ def returned(f: Array, q: Counts, g: Array, o: Counts) -> float:
     return scale
 
 
+@kernel
+def waves_begun(f: Array, q: Counts, g: Array, o: Counts, C: int) -> int:
+    """Fill the first state of the waves under the force; what :func:`flight_begun` says of one without contact."""
+    P, size, rate = q[COUNT], q[DEGREE] + 1, f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE]
+    if rate == 0.0:
+        return flight_begun(f, q, g, o, C)
+    eliminated(g, o, P, size, rate)
+    n = int(g[WAVE_DEGREE])
+    for p in range(P):
+        for k in range(n + 1):
+            c = g[o[BACK] + size * p + k]
+            for i in range(C):
+                c += g[o[LOADS] + size * (P * i + p) + k] * g[o[LOADED] + i]
+            g[o[WAVES] + (n + 1) * p + k] = c
+    return 0
+
+
+@kernel
+def levels_after(
+    g: Array, begins: int, clear: float, level: tuple[float, float], impulse: float
+) -> tuple[float, float, float]:
+    """The value, what is left of it, and the impulse after so many round trips of a block that begins there."""
+    value, rest = level
+    small, weight = 0.0, 1.0
+    for j in range(1, TERMS + 1):
+        weight *= (clear - (j - 1.0)) / j
+        small += weight * g[begins + 2 * j]
+        impulse += weight * g[begins + 2 * j + 1]
+    small += rest
+    whole = value + small
+    return whole, (value - (whole - (whole - value))) + (small - (whole - value)), impulse
+
+
+@kernel
+def block_begun(g: Array, o: Counts, rate: float, C: int, place: tuple[int, int, int]) -> None:
+    """Fill the first state of the next block: of the waves, the force, and in flight the shares."""
+    waves, many, clear = place
+    at_trip(g, waves, many, float(clear), waves + many * (TERMS + 1))
+    at_trip(g, o[LOADED], C, float(clear), o[MOVED])
+    for c in range(C):
+        g[o[LOADED] + c] = g[o[MOVED] + c]
+    if rate == 0.0:
+        at_trip(g, o[SHARES], C + 2, float(clear), o[WAYS] + C + 3)
+        for c in range(C + 2):
+            g[o[SHARES] + c] = g[o[WAYS] + C + 3 + c]
+
+
+@kernel
+def contact_kept(f: Array, q: Counts, g: Array, o: Counts, over: tuple[int, int, float]) -> None:
+    """Enter what a contact is about after so many blocks and round trips: until when, its impulse and its peak."""
+    (b, total, impulse), law, transit = over, q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[TRANSIT]
+    rate, top = f[law + RATE], -math.inf
+    for i in range(b):
+        top = max(top, g[o[TOPS] + i])
+    for i in range(b):
+        if rate != 0.0:
+            top = highest(f, q, g, o, (i, top))
+    if q[OPEN] == 0:
+        q[OPEN], f[SINCE], f[PEAK] = 1, transit * 2.0 * q[TRIP], -math.inf
+    f[UNTIL], f[IMPULSE] = transit * 2.0 * (q[TRIP] + total), impulse
+    f[PEAK] = max(f[PEAK], f[law + STRESS] + rate * top)
+
+
 def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, most: int) -> int:
     """Pass over round trips in which nothing happens, from the next one on.
 
@@ -339,19 +402,10 @@ def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, m
     n, last = trip_degrees(f, q, g, o, degree)
     if n < 0:
         return 0
-    g[WAVE_DEGREE], g[ZETA_DEGREE], r = n, last, 0
+    g[WAVE_DEGREE], g[ZETA_DEGREE] = n, last
     for c in range(C):
         g[o[LOADED] + c] = force[int(force[AT_FIRST]) + c]
-    if rate == 0.0:
-        r = flight_begun(f, q, g, o, C)
-    else:
-        eliminated(g, o, P, size, rate)
-        for p in range(P):
-            for k in range(n + 1):
-                c = g[o[BACK] + size * p + k]
-                for i in range(C):
-                    c += g[o[LOADS] + size * (P * i + p) + k] * g[o[LOADED] + i]
-                g[o[WAVES] + (n + 1) * p + k] = c
+    r = waves_begun(f, q, g, o, C)
     value, rest, impulse = f[VALUE], f[REST], f[IMPULSE] if q[OPEN] else 0.0
     total, b, missed, largest, reach, square, residual, closed = 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, False
     while total < most and not closed and b < BLOCKS:
@@ -384,38 +438,15 @@ def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, m
         waves, zetas = o[WAVES] + many * rows * b, o[ZETAS] + each * rows * b
         at_trip(g, waves, many, clear - 1.0, o[LAST_WAVE])
         at_trip(g, zetas, each, clear - 1.0, o[LAST_ZETA])
-        small, weight, impulse = 0.0, 1.0, g[begins + 1]
-        for j in range(1, rows):
-            weight *= (clear - (j - 1.0)) / j
-            small += weight * g[begins + 2 * j]
-            impulse += weight * g[begins + 2 * j + 1]
-        small += rest
-        whole = value + small
-        value, rest = whole, (value - (whole - (whole - value))) + (small - (whole - value))
+        value, rest, impulse = levels_after(g, begins, float(clear), (value, rest), g[begins + 1])
         b += 1
         if b < BLOCKS:
-            at_trip(g, waves, many, float(clear), waves + many * rows)
-            at_trip(g, o[LOADED], C, float(clear), o[MOVED])
-            for c in range(C):
-                g[o[LOADED] + c] = g[o[MOVED] + c]
-            if rate == 0.0:
-                at_trip(g, o[SHARES], C + 2, float(clear), o[WAYS] + C + 3)
-                for c in range(C + 2):
-                    g[o[SHARES] + c] = g[o[WAYS] + C + 3 + c]
+            block_begun(g, o, rate, C, (waves, many, clear))
     if total < LEAST:
         return 0
-    push = f[law + STRESS]
-    balanced(f, q, (value, rest), (square, total * residual * (abs(push) + rate * reach)))
+    balanced(f, q, (value, rest), (square, total * residual * (abs(f[law + STRESS]) + rate * reach)))
     if f[law + TOUCHING] > 0.0:
-        top = -math.inf
-        for i in range(b):
-            top = max(top, g[o[TOPS] + i])
-        for i in range(b):
-            if rate != 0.0:
-                top = highest(f, q, g, o, (i, top))
-        if q[OPEN] == 0:
-            q[OPEN], f[SINCE], f[PEAK] = 1, transit * 2.0 * q[TRIP], -math.inf
-        f[UNTIL], f[IMPULSE], f[PEAK] = transit * 2.0 * (q[TRIP] + total), impulse, max(f[PEAK], push + rate * top)
+        contact_kept(f, q, g, o, (b, total, impulse))
     scale = returned(f, q, g, o)
     q[TRIP] += total
     f[VALUE], f[REST] = value, rest

@@ -9,8 +9,8 @@ Weights of large means are computed on the window outside which they are below r
 Written out, their exponent is a small difference of numbers of size ``tau log tau``; Stirling's formula takes that
 difference analytically,
 
-.. math:: \ln w_n = -\tau\,\varphi\!\left(\tfrac{n - \tau}{\tau}\right) - \tfrac12 \ln 2\pi n - \delta_n, \qquad
-    \varphi(e) = (1 + e)\ln(1 + e) - e,
+.. math:: \ln w_n = -\tau\,\phi\!\left(\tfrac{n - \tau}{\tau}\right) - \tfrac12 \ln 2\pi n - \delta_n, \qquad
+    \phi(e) = (1 + e)\ln(1 + e) - e,
 
 with ``delta_n = 1/(12 n) - ..`` the remainder of Stirling's formula.
 """

@@ -1,0 +1,218 @@
+"""What a disturbance gets through a loop from rest, in exact samples or in balls; part of the checker.
+
+Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import comb
+from typing import Any
+
+from .arithmetic import INF, ZERO, fields, form, integer, need, number, numbers, tick
+from .balls import Ball, ball, dot, exponential, norm, product, size
+from .channels import Channels, Plant, Rows
+
+MOST_STEPS, TERMS, SHORT = 2000, 20, 96  # terms of a series, and the bits that its squares are given
+Line = tuple[Fraction, Fraction]
+
+
+def signal(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """A disturbance from rest, ``phi_i = a sigma`` below 0 and ``b sigma`` above: more than ``gamma`` comes through.
+
+    ``sum |z|^2`` over its samples is above ``gamma^2 sum |w|^2``, and so is that over all; or integrals of these.  The
+    slopes may be others in each step where the class depends on time.  So they may in samples where it is a sector and
+    no more: ``phi`` may have any value in it wherever ``sigma`` comes but once.
+    """
+    _, data, given, *rest = fields(
+        proof, "method", "slopes", "inputs", *([] if H.discrete else ["times", "sides", "scale", "bits"])
+    )
+    own, functions = list(asked.performance or ()), asked.functions
+    need(bool(own) and len(functions) + len(own) == len(H.D), "a signal goes through functions alone, from w to z")
+    before = not any(H.D[i][j] for i in functions for j in functions if j >= i)
+    need(before, "one function acts on another before it, or on itself, at once")
+    form(isinstance(given, list) and 0 < len(given) <= MOST_STEPS, f"a signal has 1 to {MOST_STEPS} samples")
+    form(isinstance(data, list) and len(data) == len(functions), "slopes are needed for each function")
+    lines = {i: slopes(one, len(given), i, asked) for i, one in zip(functions, data)}
+    same = all(lines[i] == lines[block[0]] for block in asked.blocks if block[0] in lines for i in block)
+    need(same, "one nonlinearity has the same slopes in all its channels")
+    inputs = [numbers(row, len(own)) for row in given]
+    if H.discrete:
+        through, all_of = samples(H, asked, lines, inputs)
+    else:
+        (times, sides, scale), bits = (
+            (numbers(rest[0], len(given)), rest[1], number(rest[2])),
+            integer(rest[3], 128, 8192),
+        )
+        form(isinstance(sides, list) and len(sides) == len(given), "the sides of 0 are missing")
+        form(all(isinstance(at, list) and len(at) == len(functions) for at in sides), "each function has a side of 0")
+        need(min(times) > 0 and scale > 0, "a step takes no time")
+        for i, steps in lines.items():
+            free = asked.families[i].varying or len(set(steps)) == 1
+            need(free, f"the nonlinearity of channel {i + 1} does not depend on time")
+        through, all_of = Flow(H, asked, lines, scale, bits).through(sides, inputs, times)
+    need(through > all_of / asked.bounds(own[0])[1] ** 2, "the gain of this loop is not shown to be larger")
+    words = "sum" if H.discrete else "int"
+    return 8, {"gain": f"{words} |z|^2 > gamma^2 {words} |w|^2 over {len(given)} steps, from rest"}
+
+
+def slopes(data: Any, count: int, i: int, asked: Channels) -> list[Line]:
+    """The line of one channel in each step."""
+    form(isinstance(data, list) and bool(data), "slopes are a pair, or a list of pairs")
+    steps = isinstance(data[0], list)
+    form(not steps or len(data) == count, "slopes of steps are as many as these")
+    found = [(pair[0], pair[1]) for pair in (numbers(one, 2) for one in (data if steps else [data]))]
+    (low, high), family = asked.bounds(i), asked.families[i]
+    inside = all(low <= slope <= high for line in found for slope in line)
+    need(inside, f"the slopes of channel {i + 1} are outside its class")
+    straight = family.odd or family.linear
+    need(not straight or all(a == b for a, b in found), f"channel {i + 1} has an odd nonlinearity")
+    need(not family.linear or len(set(found)) == 1, f"channel {i + 1} is linear")
+    need(not family.relu or set(found) == {(low, high)}, f"channel {i + 1} has another ReLU")
+    need(family.rate is None or len(set(found)) == 1, f"the gain of channel {i + 1} does not vary so fast")
+    return found if steps else found * count
+
+
+def samples(H: Plant, asked: Channels, lines: dict[int, list[Line]], inputs: Rows) -> tuple[Fraction, Fraction]:
+    """``sum |z|^2`` and ``sum |w|^2`` over the samples, exactly."""
+    own, x, through, all_of = list(asked.performance or ()), [ZERO] * len(H.A), ZERO, ZERO
+    known: dict[int, dict[Fraction, Fraction]] = {block[0]: {} for block in asked.blocks}
+    jumps = {block[0] for block in asked.blocks if block[0] in lines and len(set(lines[block[0]])) > 1}
+    for i in jumps:
+        family = asked.families[i]
+        whole = family.slope == (-INF, INF) or family.varying
+        need(whole, f"channel {i + 1} has a slope, and does not depend on time")
+    for t, row in enumerate(inputs):
+        tick()
+        mu = [ZERO] * len(H.D)
+        for j, w in zip(own, row):
+            mu[j] = w
+        all_of += dot(mu, mu)
+        for block in asked.blocks:
+            for i in block if block[0] in lines else ():
+                sigma = dot(H.C[i], x) + dot(H.D[i], mu)
+                mu[i] = -lines[i][t][sigma > 0] * sigma
+                if block[0] in jumps and not asked.families[i].varying:
+                    sign = -1 if asked.families[i].odd and sigma < 0 else 1
+                    met = known[block[0]].setdefault(sign * sigma, sign * mu[i])
+                    need(met == sign * mu[i], f"phi of channel {i + 1} has two values at one sigma")
+        z = [dot(H.C[j], x) + dot(H.D[j], mu) for j in own]
+        through += dot(z, z)
+        x = [dot(a, x) + dot(b, mu) for a, b in zip(H.A, H.B)]
+    return through, all_of
+
+
+class Flow:
+    """A loop of lines, with a constant ``w`` on each step: ``X = (x, c w)`` goes as ``X' = G X`` on each side of 0.
+
+    Let ``y`` go so from where ``x`` is, each ``sigma_i`` on the wrong side by ``delta_i`` at most.  In the maximum norm
+    ``|mu_i - mu_i(y)| <= lambda_i |x - y| + nu_i``, ``nu_i = |b - a| delta_i + L sum |D_ij| nu_j``, ``L`` the largest
+    slope, ``lambda_i = L (|C_i| + sum |D_ij| lambda_j)``: ``|x - y| <= h e^(M h) max_r sum |B_ri| nu_i`` within a step
+    ``h``, ``M = max_r (|A_r| + sum |B_ri| lambda_i)``, of which ``M h <= 1/2`` is asked.
+    """
+
+    def __init__(self, H: Plant, asked: Channels, lines: dict[int, list[Line]], scale: Fraction, bits: int) -> None:
+        self.H, self.own, self.lines, self.scale, self.bits = H, list(asked.performance or ()), lines, scale, bits
+        self.steep = {i: max(abs(v) for line in steps for v in line) for i, steps in lines.items()}
+        self.near = dict[int, Fraction]()
+        for i, most in self.steep.items():
+            self.near[i] = most * (size([H.C[i]]) + self.sized(H.D[i], self.near))
+        self.fast = max(size([a]) + self.sized(b, self.near) for a, b in zip(H.A, H.B))
+        self.known = dict[Any, tuple[Ball, dict[int, tuple[Ball, Ball, int]]]]()
+
+    @staticmethod
+    def sized(row: list[Fraction], parts: dict[int, Fraction]) -> Fraction:
+        """``sum |row_i| part_i``."""
+        return sum((abs(row[i]) * part for i, part in parts.items()), ZERO)
+
+    def through(self, sides: Any, inputs: Rows, times: list[Fraction]) -> tuple[Fraction, Fraction]:
+        """``int |z|^2``, at least, and ``int |w|^2``."""
+        n, all_of, total = len(self.H.A), ZERO, ZERO
+        X = Ball([[0] for _ in range(n + len(self.own))], 0, self.bits)
+        for t, (w, h, at) in enumerate(zip(inputs, times, sides)):
+            tick()
+            need(self.fast * h <= Fraction(1, 2), "a step is too long for this loop")
+            all_of += h * dot(w, w)
+            X = X._replace(rows=X.rows[:n] + [[round(self.scale * v * 2**self.bits)] for v in w], error=X.error + 1)
+            pairs = {i: steps[t] for i, steps in self.lines.items()}
+            E, series = self.series(tuple(pair[integer(k, 0, 1)] for pair, k in zip(pairs.values(), at)), h)
+            after, off = product(E, X), dict[int, Fraction]()
+            for (i, (a, b)), k in zip(pairs.items(), at):
+                wrong = astray(series[i], X, after, 1 if k else -1) if a != b else 0
+                off[i] = abs(b - a) * wrong + self.steep[i] * self.sized(self.H.D[i], off)
+            apart = 2 * h * max(self.sized(row, off) for row in self.H.B)
+            for j in self.own:
+                row, into = self.H.D[j], size([self.H.C[j]]) + self.sized(self.H.D[j], self.near)
+                total += h * squared(series[j], X, int(into * apart + self.sized(row, off)) + 1)
+            X = after._replace(error=after.error + int(apart) + 1)
+        return total, all_of
+
+    def series(self, gains: tuple[Fraction, ...], h: Fraction) -> tuple[Ball, dict[int, tuple[Ball, Ball, int]]]:
+        """``exp(G h)``, and of each ``sigma_i`` and ``z_j`` its ``row`` of ``X``, those of the series, and their rest.
+
+        As ``|G h| <= 1``, the rows ``row (G h)^j/j!`` from ``j = TERMS`` on add up to at most twice the first of them.
+        """
+        if (gains, h) in self.known:
+            return self.known[gains, h]
+        H, n, rows, mu = self.H, len(self.H.A), dict[int, list[Fraction]](), dict[int, list[Fraction]]()
+
+        def seen(x: list[Fraction], inputs: list[Fraction]) -> list[Fraction]:
+            """From ``X``, where this is from the state and ``mu``."""
+            columns = zip(*mu.values()) if mu else [()] * (n + len(self.own))
+            return [
+                v + dot([inputs[i] for i in mu], column)
+                for v, column in zip([*x, *(inputs[j] / self.scale for j in self.own)], columns)
+            ]
+
+        for i, g in zip(self.lines, gains):
+            rows[i] = seen(H.C[i], H.D[i])
+            mu[i] = [-g * v for v in rows[i]]
+        rows |= {j: seen(H.C[j], H.D[j]) for j in self.own}
+        step = [[h * v for v in seen(a, b)] for a, b in zip(H.A, H.B)]
+        step += [[ZERO] * len(step[0]) for _ in self.own]
+        need(size(step) <= 1, "a step is too long for this loop")
+        turn, found = ball(step, self.bits), dict[int, tuple[Ball, Ball, int]]()
+        for i, row in rows.items():
+            terms = [ball([row], self.bits)]
+            for k in range(1, TERMS + 1):
+                last = product(terms[-1], turn)
+                terms.append(Ball([[v // k for v in last.rows[0]]], last.error // k + 1 + len(row), self.bits))
+            kept = Ball([term.rows[0] for term in terms[:-1]], max(term.error for term in terms), self.bits)
+            found[i] = terms[0], kept, 2 * norm(terms[-1])
+        self.known[gains, h] = exponential(step, Fraction(1), self.bits), found
+        return self.known[gains, h]
+
+
+def least(c: list[int]) -> int:
+    """What ``sum c_j q^j`` is on ``[0, 1]`` at least, by its Bernstein coefficients."""
+    n = len(c) - 1
+    return min(sum(comb(k, j) * c[j] // comb(n, j) for j in range(k + 1)) for k in range(n + 1))
+
+
+def astray(series: tuple[Ball, Ball, int], X: Ball, after: Ball, sign: int) -> int:
+    """By how much ``sign sigma`` is below 0 in a step, at most, in units: it is no less than that at the end it leaves.
+
+    The rest of the series is at most ``rest``, and that of the derivative ``TERMS rest``.
+    """
+    row, kept, tail = series
+    P, end = product(kept, X), product(row, after)
+    c, rest = [sign * v for (v,) in P.rows], TERMS * P.error + (tail * norm(X) >> X.bits) + TERMS + 1
+    low, slopes_of = least(c) - rest, [j * v for j, v in enumerate(c)][1:]
+    if least(slopes_of) - TERMS * rest > 0:
+        low = max(low, c[0] - P.error)
+    if least([-v for v in slopes_of]) - TERMS * rest > 0:
+        low = max(low, sign * end.rows[0][0] - end.error)
+    return max(0, -low)
+
+
+def squared(series: tuple[Ball, Ball, int], X: Ball, apart: int) -> Fraction:
+    """``int_0^1 z^2 dq``, at least, for every ``z`` that is ``apart`` units from the series."""
+    _, kept, tail = series
+    P, less = product(kept, X), X.bits - SHORT
+    c = [v >> less for (v,) in P.rows]
+    off = (TERMS * P.error + (tail * norm(X) >> X.bits) + apart + 1 >> less) + TERMS + 1
+    powers = [
+        sum(c[j] * c[m - j] for j in range(max(0, m - TERMS + 1), min(m + 1, TERMS))) for m in range(2 * TERMS - 1)
+    ]
+    whole = sum(p // (m + 1) for m, p in enumerate(powers)) - 2 * TERMS - 2 * off * sum(map(abs, c))
+    return Fraction(max(0, whole), 4**SHORT)

@@ -1,0 +1,281 @@
+r"""Periodic solutions of several channels in discrete time: found in floating point, then made exact.
+
+With gains ``G`` beforehand, ``phi = G sigma + w``, ``sigma = -R w`` over one period.  On some channels ``w_i`` and
+``k_i sigma_i - w_i`` are ordered alike, zero included, ``k_i`` being the width of the class; on the others ``w = 0``.
+For one order of the samples ``w = V d``, ``d >= 0`` are the steps between neighbours, and the condition reads ``K A d
+>= d`` with ``A = -V^-1 R V``: a matrix game, as for one channel in :mod:`.periodic_discrete`.  Orders come from
+sinusoids near a frequency where the linear loop oscillates, and from exchanges of neighbours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+from typing import Any, NamedTuple
+
+from flint import fmpq, fmpq_mat
+
+from lure.analysis.certificates.channels import Plant, closed_loop
+from lure.analysis.counterexamples.matrix_game import (
+    Family,
+    all_patterns,
+    basis,
+    neighbours,
+    pattern_count,
+    solve_games,
+)
+from lure.analysis.counterexamples.orbit import PiecewiseLinear
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.zero_modes import exact
+from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
+from lure.arrays import Complexes, Reals, np
+from lure.errors import InputError
+
+_LONGEST, _MOST_SAMPLES, _ALL = 12, 36, 400
+_SUBSETS, _WAVES, _RISES, _CLIMBS = 7, 3, 30, 12
+_GAIN, _TINY = 1e-9, 1e-12
+_GIVEN = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
+
+
+class _Room(NamedTuple):
+    """Where orbits are looked for: the blocks whose ``w`` is not 0, their samples, ``w[t + q] = twist w[t]``."""
+
+    gains: list[Fraction]
+    own: list[int]  # blocks
+    response: Reals  # R, block after block, in each channel after channel
+    H: Complexes
+    q: int
+    twist: int
+
+
+class _Best(NamedTuple):
+    """The least factor of one pattern: values of each block, and the steps."""
+
+    alpha: float
+    room: _Room
+    values: list[Reals]
+
+
+@dataclass(frozen=True)
+class SampledOrbits:
+    """The search for one loop.
+
+    Parameters
+    ----------
+    plant : Plant
+        In discrete time, exactly.
+    lower, upper : sequence of Fraction
+        Bounds of the classes; the upper ones are multiplied by the factor.
+    blocks : sequence of sequence of int
+        The channels of each nonlinearity.
+    families : sequence of {"monotone", "odd", "sector", ""}
+        Of each block, what a periodic solution has to keep; ``""``: a gain, which stays as it is.
+    odd : sequence of bool
+        Whether the nonlinearity of a block has to be odd.
+    """
+
+    plant: Plant
+    lower: Sequence[Fraction]
+    upper: Sequence[Fraction]
+    blocks: Sequence[Sequence[int]]
+    families: Sequence[Family | str]
+    odd: Sequence[bool]
+
+    def found(self, known: Fraction, most: float) -> Iterator[tuple[Fraction, dict[str, Any]]]:
+        """Factors between two, the least first, and the proofs that they are refuted.
+
+        Parameters
+        ----------
+        known : Fraction
+            Smaller ones are of no interest.
+        most : float
+            Nor are larger ones.
+        """
+        best = list[_Best]()
+        for room in self._rooms(known):
+            checkpoint()
+            one = self._least(room, best[-1].alpha if best else most)
+            best += [] if one is None else [one]
+        for one in best[::-1]:
+            yield from self._exactly(one)
+
+    def _width(self, room: _Room, alpha: float) -> Reals:
+        """``k`` of each sample."""
+        each = [float(self.upper[b[0]]) * alpha - float(self.lower[b[0]]) for b in self._own(room)]
+        return np.repeat(each, [len(b) * room.q for b in self._own(room)])
+
+    def _own(self, room: _Room) -> list[Sequence[int]]:
+        return [self.blocks[k] for k in room.own]
+
+    def _family(self, room: _Room, k: int) -> Family:
+        kept: Family = "sector" if self.families[k] == "sector" else "odd"
+        return kept if room.twist == -1 or self.families[k] != "monotone" else "monotone"
+
+    def _rooms(self, known: Fraction) -> Iterator[_Room]:
+        """The kinds of orbit, those of few blocks before those of more."""
+        able = [k for k, family in enumerate(self.families) if family]
+        subsets = [own for size in range(1, len(able) + 1) for own in combinations(able, size)][:_SUBSETS]
+        for own in subsets:
+            inside = [i for k in own for i in self.blocks[k]]
+            ends = [list(self.lower)]
+            if len(inside) < len(self.lower) and known > 0:
+                ends.append(
+                    [low if i in inside else max(known * self.upper[i], low) for i, low in enumerate(self.lower)]
+                )
+            for gains in ends:
+                closed = closed_loop(
+                    self.plant, [[g * (i == j) for j in range(len(gains))] for i, g in enumerate(gains)]
+                )
+                if closed is None:
+                    continue
+                A, B, C, D = (np.array([[float(v) for v in row] for row in side]) for side in closed[:4])
+                for q in range(1, min(_LONGEST, _MOST_SAMPLES // len(inside)) + 1):
+                    for twist in (1, -1):
+                        roots = np.exp(1j * np.pi * (2 * np.arange(q) + (twist < 0)) / q)
+                        try:
+                            states = np.linalg.solve(roots[:, None, None] * np.eye(len(A)) - A, B[None].astype(complex))
+                        except np.linalg.LinAlgError:
+                            continue
+                        H = (C @ states + D)[:, inside][:, :, inside]
+                        if np.abs(H).max(initial=0) > 1e9:
+                            continue
+                        wave = roots[None, :] ** np.arange(q)[:, None]
+                        R = np.einsum("tk,kij,sk->itjs", wave, H, wave.conj()).real / q
+                        size = len(inside) * q
+                        yield _Room(gains, list(own), R.reshape(size, size), H, q, twist)
+
+    def _patterns(self, room: _Room) -> list[list[Reals]]:
+        """Orders of the samples of each block."""
+        k, q = room.own[0], room.q
+        sizes = [len(b) * q for b in self._own(room)]
+        if len(sizes) == 1 and pattern_count(sizes[0], self._family(room, k)) <= _ALL:
+            return [[row] for row in all_patterns(sizes[0], self._family(room, k))]
+        scale = np.array([float(self.upper[i]) for b in self._own(room) for i in b])
+        tops: list[tuple[float, int, Complexes]] = []
+        for at in range(q // 2 + 1 if room.twist > 0 else (q + 1) // 2):
+            values, vectors = np.linalg.eig(-room.H[at] * scale)
+            tops += [(abs(np.angle(value)), at, vectors[:, j]) for j, value in enumerate(values)]
+        found: list[list[Reals]] = []
+        t = np.arange(q)
+        for _, at, shape in sorted(tops, key=lambda one: one[0])[:_WAVES]:
+            turn = np.exp(1j * np.pi * (2 * at + (room.twist < 0)) / q * t)
+            for phase in np.exp(1j * np.pi * (2 * np.arange(4) + 1) / (4 * q)):
+                wave = (phase * shape[:, None] * turn).real.ravel() + 1e-9 * np.cos(7.0 * np.arange(len(shape) * q) + 1)
+                parts = [np.asarray(part, dtype=float) for part in np.split(wave, np.cumsum(sizes)[:-1])]
+                found.append(parts)
+                if "monotone" in [self._family(room, own) for own in room.own]:
+                    for share in (0.25, 0.5, 0.75):
+                        ranks = [np.argsort(np.argsort(v)).astype(np.float64) for v in parts]
+                        found.append([v + 0.5 - round(share * len(v)) for v in ranks])
+        return found
+
+    def _steps(self, room: _Room, values: list[Reals]) -> Reals:
+        """``V``, the blocks after one another."""
+        V = np.zeros((len(room.response),) * 2)
+        start = 0
+        for k, part in zip(room.own, values, strict=True):
+            end = start + len(part)
+            V[start:end, start:end] = basis(part[None], self._family(room, k))[0]
+            start = end
+        return V
+
+    def _least(self, room: _Room, most: float) -> _Best | None:
+        """The least factor below ``most`` of the patterns, and of what exchanges of neighbours reach."""
+        best, tried = None, self._patterns(room)
+        for _ in range(_CLIMBS):
+            one = self._of(room, tried, most * (1 - _GAIN)) if tried else None
+            if one is None:
+                break
+            best, most = one, one.alpha
+            tried = [
+                [*one.values[:j], row, *one.values[j + 1 :]]
+                for j, k in enumerate(room.own)
+                for row in neighbours(one.values[j], self._family(room, k))
+            ]
+        return best
+
+    def _of(self, room: _Room, tried: list[list[Reals]], alpha: float) -> _Best | None:
+        """The least factor of some patterns, if one is below ``alpha``."""
+        V = np.array([self._steps(room, values) for values in tried])
+        A, places, best = np.linalg.solve(V, -room.response @ V), np.arange(len(tried)), None
+        top = np.repeat([float(self.upper[b[0]]) for b in self._own(room)], [len(b) * room.q for b in self._own(room)])
+        for _ in range(_RISES):
+            wide = self._width(room, alpha)
+            if wide.min() <= 0:
+                break
+            games = wide[:, None] * A[places] - np.eye(len(wide))
+            solved = solve_games(games)
+            keep = solved.value > _TINY * np.abs(games).max()
+            places, mixtures = places[keep], solved.mixture[keep]
+            if not len(places):
+                break
+            image = np.einsum("bij,bj->bi", A[places], mixtures)
+            needed = np.where(mixtures > 0, mixtures / np.where(image > 0, image, 1e-300), 0.0)
+            factor = ((needed - wide + alpha * top) / top).max(axis=1)
+            at = int(factor.argmin())
+            if not factor[at] < alpha:
+                break
+            best = _Best(float(factor[at]), room, tried[places[at]])
+            alpha = best.alpha * (1 - _GAIN)
+        return best
+
+    def _exactly(self, one: _Best) -> Iterator[tuple[Fraction, dict[str, Any]]]:
+        """Certificates of one orbit, a little above its factor."""
+        room, V = one.room, self._steps(one.room, one.values)
+        A = np.linalg.solve(V, -room.response @ V)
+        for give in _GIVEN:
+            alpha = one.alpha * (1 + give)
+            solved = solve_games((self._width(room, alpha)[:, None] * A - np.eye(len(A)))[None])
+            if not solved.value[0] > 0:
+                continue
+            d = [Fraction(round(v * 2**50), 2**50) for v in solved.mixture[0]]
+            w = [sum(int(v) * x for v, x in zip(row, d, strict=True)) for row in V]
+            proof = self._proof(room, [Fraction(v) for v in w])
+            if proof is not None:
+                yield Fraction(alpha), proof
+
+    def _proof(self, room: _Room, w: list[Fraction]) -> dict[str, Any] | None:
+        """The certificate of ``w``, whose ``x`` is the periodic one; None if points contradict one another."""
+        gains, half, m = room.gains, room.twist == -1, len(self.lower)
+        closed = closed_loop(self.plant, [[g * (i == j) for j in range(m)] for i, g in enumerate(gains)])
+        inside = [i for b in self._own(room) for i in b]
+        assert closed is not None, "it was"
+        A, B, C, D = (exact(side) for side in closed[:4])
+        n, zero = A.nrows(), fmpq(0)
+        steps = []
+        for t in range(room.q):
+            row = [zero] * m
+            for j, i in enumerate(inside):
+                row[i] = to_fmpq(-w[j * room.q + t])
+            steps.append(fmpq_mat([[v] for v in row]))
+        total, power = fmpq_mat(n, 1), fmpq_mat([[fmpq(int(i == j)) for j in range(n)] for i in range(n)])
+        whole = power
+        for u in steps:
+            total, whole = A * total + B * u, A * whole
+        try:
+            x = (power * fmpq(room.twist) - whole).solve(total)
+        except ZeroDivisionError:
+            return None
+        state, points, inputs = x, [list[tuple[Fraction, Fraction]]() for _ in self.blocks], list[list[str]]()
+        for u in steps:
+            sigma, values = C * x + D * u, list[str]()
+            for i in range(m):
+                at = to_fraction(sigma[i, 0])
+                phi = gains[i] * at - to_fraction(u[i, 0])
+                values.append(str(phi))
+                points[next(k for k, b in enumerate(self.blocks) if i in b)].append((at, phi))
+            inputs.append(values)
+            x = A * x + B * u
+        given = []
+        for k, (block, own) in enumerate(zip(self.blocks, points, strict=True)):
+            gain = str(gains[block[0]])
+            try:
+                graph = PiecewiseLinear.through(own if k in room.own else [], gains[block[0]], odd=half or self.odd[k])
+            except InputError:
+                return None
+            listed = [[str(s), str(v)] for s, v in graph.points]
+            given.append({"points": listed, "left": gain, "right": gain})
+        proof = {"method": "sampled-orbit", "nonlinearities": given, "inputs": inputs, "half": half}
+        return proof | {"state": [str(to_fraction(state[i, 0])) for i in range(n)]}
