@@ -150,10 +150,12 @@ class Theorem:
         return [tight, slope] if self.free and tight != slope else [slope]
 
 
-@cache
+_module = cache(import_module)  # what stands in the module is asked each time: tests put faults there
+
+
 def _function(place: str) -> Callable[..., Any]:
     module, _, function = place.partition(":")
-    found: Callable[..., Any] = attrgetter(function)(import_module(f"lure.analysis.{module}"))
+    found: Callable[..., Any] = attrgetter(function)(_module(f"lure.analysis.{module}"))
     return found
 
 
