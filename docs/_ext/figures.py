@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lure import Saturation, SlopeBounds, max_sector, methods
+from lure import Saturation, Sector, SlopeBounds, as_plant, max_sector, methods
 from lure.analysis import decay_rate, region, steady_response
 from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION
@@ -28,6 +28,7 @@ from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.theorems.zames_falb_discrete import zames_falb_discrete_largest
 from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
+from lure.rod import Rod, Scenario, exact_motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -268,6 +269,158 @@ def critical_case(ax: Axes) -> None:
     ax.legend(fontsize=9)
 
 
+@figure
+def evidence(ax: Axes) -> None:
+    """A resonance between the points of a grid: ``1/(s^2 + 1e-5 s + 1)``, which it misses."""
+    block = RationalPlant([1], [1, Fraction(1, 10**5), 1])
+    grid = np.logspace(-3, 3, 10_001)
+    near = np.concatenate([-np.logspace(-2.5, -7, 400), np.logspace(-7, -2.5, 400)])
+    dense = 1 + np.sort(np.concatenate([near, np.linspace(-3e-5, 3e-5, 400)]))
+    ax.plot(dense, values(block, dense).real, color=BLUE, label="Re H(iω)")
+    shown = grid[np.abs(grid - 1) < 4e-3]
+    ax.plot(shown, values(block, shown).real, "o", color=VERMILLION, ms=5, label="the grid")
+    ax.axhline(0, color=GREY, lw=0.6)
+    least, missed = values(block, grid).real.min(), -1 / max_sector(block, criterion="circle").largest.low
+    for level, name in ((least, "least on the grid"), (missed, "least of all")):
+        ax.axhline(level, color=GREY, lw=0.8, ls=":")
+        ax.annotate(f"{name}: {level:,.0f}", (0.9971, level), (0, 4), textcoords="offset points", fontsize=9)
+    ax.set(xlabel="ω [rad/s]", ylabel="Re H", xlim=(0.997, 1.003), yscale="symlog", ylim=(-3e5, 3e5))
+    ax.set_xticks([0.998, 1, 1.002], ["0.998", "1", "1.002"])
+    ax.set_yticks([-1e4, -1e2, 0, 1e2, 1e4])
+    ax.legend(loc="upper right", fontsize=9)
+
+
+@figure
+def dead_time(ax: Axes) -> None:
+    """Popov's curve of ``exp(-s)/(s + 1)``, and the lines of Popov's and the circle criterion."""
+    omega = np.linspace(0, 30, 6000)
+    curve = np.exp(-1j * omega) / (1 + 1j * omega)
+    ax.plot(curve.real, omega * curve.imag, color=BLUE, label="H, 0 ≤ ω ≤ 30 rad/s")
+    popov, circle = (max_sector("exp(-s)/(s+1)", criterion=name) for name in ("popov", "circle"))
+    ax.set(xlabel="Re H", ylabel="ω Im H [1/s]", xlim=(-0.75, 1.05), ylim=(-1.6, 1.2))
+    ax.axvline(-1 / circle.largest.low, color=GREY, lw=1.4, label=f"circle: k = {circle.largest.low:.5g}")
+    k, y = popov.largest.low, np.array([-1.6, 1.2])
+    line = f"Popov: k = {k:.5g}, θ = {popov.theta:.3g} s"
+    ax.plot(popov.theta * y - 1 / k, y, color=VERMILLION, ls="--", label=line)
+    ax.axhline(0, color=GREY, lw=0.6)
+    ax.axvline(0, color=GREY, lw=0.6)
+    ax.legend(loc="lower right", fontsize=9)
+
+
+@figure
+def order_cones(ax: Axes) -> None:
+    """The six orders of two samples and 0."""
+    for row, (corners, order) in enumerate(
+        (
+            (((1, 0), (1, 1)), "0 < σ₂ < σ₁"),
+            (((0, 1), (1, 1)), "0 < σ₁ < σ₂"),
+            (((0, 1), (-1, 1), (-1, 0)), "σ₁ < 0 < σ₂"),
+            (((-1, 0), (-1, -1)), "σ₁ < σ₂ < 0"),
+            (((0, -1), (-1, -1)), "σ₂ < σ₁ < 0"),
+            (((0, -1), (1, -1), (1, 0)), "σ₂ < 0 < σ₁"),
+        )
+    ):
+        shape = np.array([(0, 0), *corners])
+        ax.fill(*shape.T, color=(BLUE, GREEN, VERMILLION)[row % 3], alpha=0.3, lw=0)
+        at = shape[1:].mean(axis=0) * 0.75
+        ax.annotate(order, at, ha="center", va="center", fontsize=10)
+    ax.plot([-1, 1], [-1, 1], color="black", lw=1)
+    ax.axhline(0, color="black", lw=1)
+    ax.axvline(0, color="black", lw=1)
+    ax.set(xlim=(-1, 1), ylim=(-1, 1), xlabel="σ₁ = σ(t)", ylabel="σ₂ = σ(t + 1)", xticks=[0], yticks=[0], aspect=0.6)
+
+
+@figure
+def several_nonlinearities(ax: Axes) -> None:
+    """Pairs of sectors of a loop with two channels: proved, and refuted by constant gains."""
+    plant = as_plant([["1/(s+1)^3", "1/(s+2)"], ["-1/(s+3)", "2/(s+1)^3"]])
+    for ratio in (
+        Fraction(1, 8),
+        Fraction(1, 4),
+        Fraction(1, 2),
+        Fraction(3, 4),
+        Fraction(1),
+        Fraction(2),
+        Fraction(4),
+    ):
+        found = max_sector(plant, [Sector(0, 1), Sector(0, ratio)])
+        proved, share = found.largest.low, float(ratio)
+        ax.fill_between([0, proved], 0, share * proved, color="#bfe6da", lw=0)
+        ax.plot(proved, share * proved, "o", color=GREEN, ms=6)
+        ax.plot(found.refuted_at, share * found.refuted_at, "x", color=VERMILLION, ms=9, mew=1.6)
+    ax.plot([], [], "o", color=GREEN, label="proved, with all below and left of it")
+    ax.plot([], [], "x", color=VERMILLION, mew=1.6, label="refuted by constant gains")
+    ax.set(xlabel="k₁", ylabel="k₂", xlim=(0, 9.5), ylim=(0, 6.2))
+    ax.legend(loc="upper right", fontsize=9)
+
+
+@figure
+def rod(ax: Axes) -> None:
+    """The rod between its dashpot and its obstacle."""
+    from matplotlib.patches import Rectangle
+
+    for left, hatch in ((-0.6, "////"), (6.6, "////")):
+        ax.add_patch(Rectangle((left, -0.9), 0.3, 1.8, fill=False, hatch=hatch, lw=0, edgecolor=GREY))
+    ax.plot([-0.3, -0.3], [-0.9, 0.9], color="black")
+    ax.plot([6.6, 6.6], [-0.9, 0.9], color="black")
+    ax.plot([-0.3, 0.2], [0, 0], color="black")  # the dashpot: a piston in a cylinder
+    ax.plot([0.2, 0.2], [-0.2, 0.2], color="black", lw=2)
+    ax.plot([0, 0.55, 0.55, 0], [0.3, 0.3, -0.3, -0.3], color="black")
+    ax.plot([0.55, 1], [0, 0], color="black")
+    ax.add_patch(Rectangle((1, -0.35), 5, 0.7, facecolor=BLUE, alpha=0.35, edgecolor="black"))
+    arrow = {"arrowstyle": "->", "color": VERMILLION, "lw": 1.4}
+    ax.annotate("", (4.4, 0.15), (2.6, 0.15), arrowprops=arrow)
+    ax.annotate("", (2.6, -0.15), (4.4, -0.15), arrowprops=arrow)
+    for x, y, text in (
+        (2.3, 0.15, "r₁"), (4.7, -0.15, "r₂"), (1, -0.62, "x = 0"), (6, -0.62, "x = L"),
+        (0.28, 0.52, "dashpot k"), (3.5, 0.55, "E, ρ, A"), (6.3, 0.55, "gap"),
+    ):  # fmt: skip
+        ax.annotate(text, (x, y), ha="center", va="center", fontsize=11)
+    ax.annotate(
+        "", (6.6, 0.4), (6, 0.4), arrowprops={"arrowstyle": "<->", "color": "black", "shrinkA": 0, "shrinkB": 0}
+    )
+    ax.annotate(
+        "u", (3.1, -0.75), (4.1, -0.75), arrowprops=arrow | {"arrowstyle": "<-", "shrinkA": 6}, fontsize=11, va="center"
+    )
+    ax.set(xlim=(-0.7, 7), ylim=(-1, 1), aspect="equal")
+    ax.set_axis_off()
+
+
+@figure
+def popov_for_the_rod(ax: Axes) -> None:
+    """Popov's curve of the rod with ``k = 3 Z``, in units ``d = T = 1``: it returns to the same heights for ever."""
+    a, omega = 0.5, np.linspace(0.02, 60, 20_000)
+    curve = (1 - a * np.exp(-2j * omega)) / (1 + a * np.exp(-2j * omega)) / (1j * omega)
+    ax.plot(curve.real, omega * curve.imag, color=BLUE, lw=0.9, label="rod, 0 < ω ≤ 60 rad/T")
+    theta, y = 4 * a / (1 - a * a), np.array([-3.3, 1.7])
+    ax.plot(theta * y, y, color=VERMILLION, ls="--", label=f"K = ∞, θ = 4|a|T/(1 − a²) = {theta:.3g} T")
+    ax.axhline(0, color=GREY, lw=0.6)
+    ax.axvline(0, color=GREY, lw=0.6)
+    ax.set(xlabel="Re H / (d T)", ylabel="ω Im H / d", xlim=(-1.6, 1.2), ylim=(-3.3, 1.7))
+    ax.legend(loc="upper right", fontsize=9)
+
+
+@figure
+def energy_theorem(ax: Axes) -> None:
+    """Energy of a rod that strikes the obstacle: it falls only while a wave passes the dashpot."""
+    struck = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.2, compliance=0.5, gap=0.5)
+    motion = exact_motion(struck, Scenario.parse(velocity=1), until=12)
+    t = np.linspace(0, 12, 2401)
+    ax.plot(t, motion.energies(t), color=BLUE, label="energy")
+    ax.plot(t, struck.nonlinearity.primitive(motion.z(t)), color=VERMILLION, ls="--", label="of it in the obstacle")
+    ax.fill_between(
+        t,
+        0,
+        struck.damping * motion.dashpot_velocity(t) ** 2,
+        color=GREY,
+        alpha=0.4,
+        lw=0,
+        label="power of the dashpot",
+    )
+    ax.set(xlabel="t / T", ylabel="energy, and power × T", xlim=(0, 12), ylim=(0, None))
+    ax.legend(fontsize=9)
+
+
 def commands(page: Path) -> list[list[str]]:
     """The commands in the shell blocks of a page, in words."""
     blocks = re.findall(r"^```sh\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
@@ -286,4 +439,4 @@ def draw(folder: Path) -> None:
     for name, drawing in FIGURES.items():
         page = Figure(figsize=(5.6, 3.6), layout="constrained")
         drawing(page.add_subplot())
-        page.savefig(folder / f"{name}.svg")
+        page.savefig(folder / f"{name}.svg", bbox_inches="tight")
