@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 import time
@@ -58,14 +59,14 @@ class _Signs:
     """A line every half minute, for whoever reads a log."""
 
     def __init__(self) -> None:
-        self.stage = "at work"
+        self.stage, self.share = "at work", ""
         self.begun = time.monotonic()
         self.over = threading.Event()
         threading.Thread(target=self._say, daemon=True).start()
 
     def tell(self, stage: str, done: float | None = None) -> None:
-        """The next stage."""
-        self.stage = stage
+        """The next stage, or how much of it is done."""
+        self.stage, self.share = stage, "" if done is None else f"{math.floor(100 * done)} % done, "
 
     def close(self) -> None:
         """Say no more."""
@@ -73,7 +74,7 @@ class _Signs:
 
     def _say(self) -> None:
         while not self.over.wait(SIGN):
-            print(f"lure: {self.stage}, after {time.monotonic() - self.begun:.0f} s", file=sys.stderr, flush=True)
+            print(f"lure: {self.stage}, {self.share}after {time.monotonic() - self.begun:.0f} s", file=sys.stderr, flush=True)
 
 
 class _Bar:

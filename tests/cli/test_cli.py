@@ -354,7 +354,7 @@ def test_a_log_gets_a_line_now_and_then(monkeypatch, capsys):
     said = ""
     with progress_module.progress(quiet=False) as tell:
         tell("a stage", 0.5)
-        while not re.search(r"^lure: a stage, after \d+ s$", said, re.MULTILINE):
+        while not re.search(r"^lure: a stage, 50 % done, after \d+ s$", said, re.MULTILINE):
             said += capsys.readouterr().err
     with progress_module.progress(quiet=True) as tell:
         assert tell is None
