@@ -74,7 +74,11 @@ class _Signs:
 
     def _say(self) -> None:
         while not self.over.wait(SIGN):
-            print(f"lure: {self.stage}, {self.share}after {time.monotonic() - self.begun:.0f} s", file=sys.stderr, flush=True)
+            print(
+                f"lure: {self.stage}, {self.share}after {time.monotonic() - self.begun:.0f} s",
+                file=sys.stderr,
+                flush=True,
+            )
 
 
 class _Bar:
