@@ -4,6 +4,7 @@ import json
 from fractions import Fraction as F
 
 import pytest
+from certificate_family import certificate
 from handwritten import (
     ATTRACTS,
     EQUILIBRIA,
@@ -129,3 +130,21 @@ def test_hypotheses_that_nothing_else_would_catch():
     hidden, written = transfer([1, 3, 2], [1, 5, 9, 6]), polynomial([12, 11, 2])
     assert accepted(proved(hidden, nonlinearities(0, "finite"), "circle", {}, written))
     assert not accepted(proved(hidden, nonlinearities(0, "inf"), "circle", {}, written))
+
+
+def test_numbers_on_which_nothing_rests_are_read():
+    proof = GOOD["proof"]
+    first, last = proof["limits"]
+    assert accepted({**GOOD, "proof": {**proof, "limits": [str(F(first) / 7), str(F(last) / 7)]}})  # F before reduction
+    wrong = ([], [first], [first, last, last], [first, str(2 * F(last))], [f"-{first}", f"-{last}"], [first, "x"])
+    for limits in wrong:
+        assert not accepted({**GOOD, "proof": {**proof, "limits": limits}})
+    assert not accepted({**GOOD, "system": {**OSCILLATOR, "numerator": []}})
+    late = {"kind": "delay", "terms": [["1", []]], "denominator": ["1", "1"]}
+    assert "numerator" in recheck({**GOOD, "system": late}).reason
+
+
+def test_the_inverse_of_an_orbit_is_square():
+    orbit = certificate("flow-orbit, half")
+    for inverse in (orbit["proof"]["inverse"][1:], [row[1:] for row in orbit["proof"]["inverse"]]):
+        assert "square" in recheck({**orbit, "proof": {**orbit["proof"], "inverse": inverse}}).reason

@@ -44,7 +44,8 @@ def whole(coefficients):
 
 
 def polynomial(coefficients, variable="omega^2"):
-    return {"method": "polynomial", "variable": variable, "coefficients": whole(coefficients), "limits": ["1", "1"]}
+    written = whole(coefficients)
+    return {"method": "polynomial", "variable": variable, "coefficients": written, "limits": [written[0], written[-1]]}
 
 
 def proved(system, class_, theorem, multiplier, proof, conclusion=ATTRACTS, **more):

@@ -124,8 +124,8 @@ def orbit_numbers(found: Mapping[str, object]) -> tuple[list[Fraction], list[Fra
     """
     count(found["bits"], least=1)
     number(found["radius"])
-    for row in listed(found["inverse"]):
-        numbers(row)
+    inverse = [numbers(row) for row in listed(found["inverse"])]
+    require(all(len(row) == len(inverse) for row in inverse), "the inverse is not square")
     state, durations = numbers(found["state"]), numbers(found["durations"])
     require(all(duration > 0 for duration in durations), "a duration is not positive")
     return state, durations, flag(found["half"])

@@ -19,9 +19,9 @@ from lure.analysis.certificates.second.reading import (
     listed,
     mapping,
     number,
+    numbers,
     record,
     require,
-    text,
     whole,
 )
 from lure.analysis.certificates.second.systems import Delayed, Rational, Shifted
@@ -146,12 +146,14 @@ def require_written(asked: Question, own: fmpq_poly, block: Shifted, factors: tu
     if variable == "omega" and found["variable"] == "omega^2" and not any(own.coeffs()[1::2]):  # an even polynomial
         variable, own = "omega^2", fmpq_poly(own.coeffs()[::2])
     require(found["variable"] == variable, f"the variable is not {variable}")
-    for limit in listed(found["limits"]):
-        text(limit)
+    coefficients, limits = [whole(c) for c in listed(found["coefficients"])], numbers(found["limits"])
+    first, last = (int(coefficients[i]) if coefficients else 0 for i in (0, -1))
+    scale = limits[0] / first if first else Fraction(1)
+    require(scale > 0 and limits == [scale * first, scale * last], "the limits are not those of the coefficients")
     positive = list(factors)
     if block.plant is not None:
         even, odd = even_odd(block.plant.hidden)
         positive.append(even * even + X * odd * odd)
     if variable == "omega":
         positive = [factor(X * X) for factor in positive]
-    require_same(fmpq_poly([whole(c) for c in listed(found["coefficients"])]), own, positive)
+    require_same(fmpq_poly(coefficients), own, positive)

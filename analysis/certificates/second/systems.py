@@ -248,6 +248,7 @@ def read_system(value: Mapping[str, object]) -> System:
     if kind == "transfer":
         found = record(value, "kind", "time", "numerator", "denominator")
         n, d = (numbers(found[side]) for side in ("numerator", "denominator"))
+        require(len(n) > 0, "the numerator is empty")
         require(d[:1] not in ([], [0]), "the denominator does not begin with its leading coefficient")
         return _rational(from_descending(n), from_descending(d), discrete=_discrete(found["time"]))
     if kind == "state-space":
@@ -296,7 +297,9 @@ def _delayed(found: Mapping[str, object]) -> Delayed:
     for entry in listed(found["terms"]):
         pair = listed(entry)
         require(len(pair) == 2, "a term with dead time is not a pair")
-        delay, n = number(pair[0]), from_descending(numbers(pair[1]))
+        delay, written = number(pair[0]), numbers(pair[1])
+        require(len(written) > 0, "a numerator is empty")
+        n = from_descending(written)
         require(delay >= 0 and delay not in terms, "a dead time is negative or given twice")
         require(n.degree() < d.degree(), "a term with dead time is not strictly proper")
         terms[delay] = n
