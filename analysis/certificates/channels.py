@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from . import arithmetic as exact
 from . import frequencies, states
 from .arithmetic import ZERO, S, eliminated, fields, form, integer, need, number, numbers, real, tick
-from .balls import box, dot, positive_definite
+from .balls import box, dot, exponential, positive_definite, size
 
 EXISTS = "every initial state has a solution with the operators at rest"
 RESTED = "play and stop have phi = 0 at first"
@@ -271,26 +271,16 @@ def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]
     different signs for ``t = 0`` and ``1``, and ``Im p``, as all ``D_k`` have, at both ends of ``omega``: inside is a
     root (Poincare, Miranda), of ``det(1 + H G)`` where ``d`` has none, and ``sigma = e^(i omega t) v``.
 
-    Else ``det(1 + H(0) G) <= 0``, which tends to a positive number as ``s`` grows, in one half-plane with no pole.
+    Else :func:`still`.
     """
     need(not any(family.relu or family.memory for family in asked.families), "no gain is such a member")
     known = not any(family.operator in (*DELAYS, "performance") for family in asked.families)
     need(known, "beside dead times neither unknown delays nor gains from w to z are covered")
     m, (d, N) = len(H.D), frequencies.quotients(H, [ZERO] * len(H.D))
     need(m <= frequencies.MOST_CHANNELS, "there are too many channels for determinants")
-    one = [[d if i == j else exact.Form() for j in range(m)] for i in range(m)]
     if proof["method"] == "late-gains":
-        gains = member(fields(proof, "method", "gains")[1], asked)
-        need(within(H.A, False), "the plant is not asymptotically stable")
-        still = [[sum((u for (_, n), (u, _) in f.items() if not n), ZERO) / d.part()[0] for f in row] for row in N]
-        far, near = (
-            frequencies.determinant(
-                [[[(i == j) + v * gains[j]] for j, v in enumerate(row)] for i, row in enumerate(X)]
-            )[0]
-            for X in (H.D, still)
-        )
-        need(far > 0 >= near, "no root s >= 0 is shown with these gains")
-        return 1 if near else 2, {"root": f"det(1 + H(0) G) = {near}, and det(1 + H(inf) G) = {far}"}
+        return still(H, asked, proof)
+    one = [[d if i == j else exact.Form() for j in range(m)] for i in range(m)]
     _, given, where, turn = fields(proof, "method", "gains", "frequencies", "turn")
     form(isinstance(given, list) and len(given) == 2, "there are gains at two ends")
     ends, (a, b), (x, y) = [member(row, asked) for row in given], numbers(where, 2), numbers(turn, 2)
@@ -313,6 +303,35 @@ def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]
     need(box(d * d.conjugate(), a, b, 24), "d vanishes between the frequencies")
     need(bool(apart) and all(map(apart_in_sign, faces)), "no root i omega is shown for gains between the two")
     return 1, {"root": f"det(1 + H G) = 0 for one omega between {a} and {b} and gains between the two"}
+
+
+def still(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """Constant gains with ``det(1 + H(a) G) <= 0``, ``a >= 0``: a real root ``s >= a``, as ``H`` has no pole beyond.
+
+    The determinant tends to ``det(1 + D G) > 0``.  With ``a > 0`` exponentials are off by ``e``, so that rows are by
+    up to ``e r``; by Hadamard's inequality, row after row, the determinant is by up to ``m e r (R + e r)^(m - 1)``.
+    """
+    _, data, *where = fields(proof, "method", "gains", *["at"] * ("at" in proof))
+    gains, m, (a,) = member(data, asked), len(H.D), numbers(where, 1) if where else [ZERO]
+    need(a >= 0, "the root is not shown to be one s >= 0")
+    away = [[a * (i == j) - v for j, v in enumerate(row)] for i, row in enumerate(H.A)]
+    need(
+        within([[-v for v in row] for row in away], False), "the plant has a pole in Re s >= a, which is 0 if not said"
+    )
+    columns = [*zip(*(eliminated(away, [list(row) for row in H.B]) or []))]
+    value, spread = [list(row) for row in H.D], ZERO
+    for tau, C in [(ZERO, H.C), *H.late]:
+        E = exponential([[-tau]], a, 256)
+        part, wait = [[dot(row, column) for column in columns] for row in C], Fraction(E.rows[0][0], 2**256)
+        spread += size(part) * (Fraction(E.error, 2**256) if tau and a else ZERO)
+        value = [[u + wait * v for u, v in zip(*rows)] for rows in zip(value, part)]
+    far, near = (
+        [[(i == j) + v * gains[j] for j, v in enumerate(row)] for i, row in enumerate(X)] for X in (H.D, value)
+    )
+    left, above = (frequencies.determinant([[[v] for v in row] for row in X])[0] for X in (near, far))
+    off = spread * max(map(abs, gains))
+    need(above > 0 >= left + m * off * (size(near) + off) ** (m - 1), "no root s >= 0 is shown with these gains")
+    return 1 if a or left else 2, {"root": f"det(1 + H({a}) G) <= 0 < det(1 + H(inf) G) = {above}"}
 
 
 def delayed_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:

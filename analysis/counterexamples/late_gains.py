@@ -1,7 +1,8 @@
 """Constant gains that destabilise a plant with several channels and known dead times, in floating point.
 
 With gains ``alpha G`` the loop has a root ``i omega`` where ``1/alpha`` is an eigenvalue of ``-H G``: real eigenvalues
-are looked for along the frequency, and directions ``G`` with a large one.  Nothing here is believed: a rectangle of
+are looked for along the frequency, and directions ``G`` with a large one; beside poles at 0 those of ``-lim s H G``,
+near which there are roots ``s > 0`` for every ``alpha``.  Nothing here is believed: a rectangle of
 gains and frequencies is proposed, and checked.
 """
 
@@ -19,15 +20,16 @@ from lure.arrays import NDArray, np, optimize
 
 _GRID, _MOST_PATTERNS, _RANDOM, _REFINED, _STEPS = 900, 64, 16, 2, 60
 _WIDTHS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
-_LARGEST, _EXACT = 1e6, 1e-15
+_LARGEST, _EXACT, _CLOSE, _REAL = 1e6, 1e-15, 1e-6, 1e-4
 
 
 class Crossing(NamedTuple):
-    """The factor, the gains in units of the upper bounds, and the frequency [rad/s], 0 for a real root."""
+    """The factor, the gains in units of the upper bounds, and the frequency [rad/s], 0 for a root ``s >= at``."""
 
     factor: float
     shares: NDArray[np.float64]
     omega: float
+    at: float = 0.0  # [1/s]
 
 
 @dataclass
@@ -60,7 +62,10 @@ class LateGains:
     def __post_init__(self) -> None:
         end = 10 * max(np.abs(self.poles).max(), 2 * math.pi / self.delay)
         self.omega = np.union1d(np.geomspace(end * 1e-6, end, _GRID // 3), np.linspace(end / _GRID, end, _GRID))
-        self.H = self.transfer(1j * np.append(0.0 if np.abs(self.poles).min() > 0 else self.omega[0], self.omega))
+        self.critical = np.abs(self.poles).min() == 0
+        self.H = self.transfer(1j * np.append(self.omega[0] if self.critical else 0.0, self.omega))
+        near = self.omega[0] * _CLOSE
+        self.residue = near * self.transfer(np.array([near + 0j]))[0].real
 
     def _gains(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
         found = np.zeros(len(self.upper))
@@ -79,7 +84,13 @@ class LateGains:
         G = self._gains(shares)
         values = np.linalg.eigvals(-self.H * G)
         still = values[0][np.abs(values[0].imag) < 1e-9 * (np.abs(values[0]) + 1e-300)].real
-        still = still if np.abs(self.poles).min() > 0 else still[:0]
+        if self.critical:
+            still = still[:0]
+            rates = np.sort(np.linalg.eigvals(-self.residue * G).real)[::-1]
+            if (
+                rates[0] > _REAL * np.abs(self.residue).max() * np.abs(G).max()
+            ):  # poles at 0 move to the right with any such gains
+                return Crossing(1 / _LARGEST, shares, 0.0, (rates[0] + max([*rates[1:2], 0.0])) / 2 / _LARGEST)
         best = Crossing(1 / still.max(), shares, 0.0) if len(still) and still.max() > 1 / _LARGEST else None
         phase = np.where(values[1:].real > 0, values[1:].imag, np.nan)
         # a path is continued by the nearest value: with few channels all pairs are looked at
@@ -155,7 +166,8 @@ class LateGains:
             ends = [[Fraction(v) for v in (G * one.factor * (1 + step)).tolist()] for step in (-width, width)]
             factor = one.factor * (1 + 2 * width)
             if one.omega == 0:
-                yield factor, {"method": "late-gains", "gains": [*map(str, ends[1])]}
+                beyond = {"at": str(Fraction(f"{one.at:.6g}"))} if one.at else {}
+                yield factor, {"method": "late-gains", "gains": [*map(str, ends[1])]} | beyond
                 continue
             eye, step = np.eye(len(G)), 1e-6 * one.omega
             at = self.transfer(1j * np.array([one.omega - step, one.omega, one.omega + step])) * G

@@ -66,8 +66,29 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
         moved = _by_moving(asked, most if best is None else float(best[0])) if asked.worst else None
         return moved or best
     others = _by_delays if delays_of(asked) else _by_operators
+    moving = _from_rest(asked, most)
+    if moving is not None:
+        return moving
     found = [one for one in (_by_gains(asked, most), others(asked, most)) if one is not None]
     return min(found, key=lambda one: one[0], default=None)
+
+
+def _from_rest(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """Operators that are constant gains, small ones of either sign: an eigenvalue 0 (z = 1) moves out with one."""
+    blocks = asked.classes.operators
+    if delays_of(asked) or len(blocks) > _CORNERS or not is_critical(asked):
+        return None
+    alpha = Fraction(most) if math.isfinite(most) else Fraction(1 / _LARGEST)
+    scaled = asked.scaled(alpha).classes
+    for signs in product((-1, 1), repeat=len(blocks)):
+        whole = list(scaled.lower)
+        for sign, block in zip(signs, blocks, strict=True):
+            for i in block:
+                whole[i] = sign * scaled.upper[i]
+        shown = refutation(asked, alpha, constant_gains(whole))
+        if shown is not None:
+            return alpha, shown
+    return None
 
 
 def _by_delays(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:

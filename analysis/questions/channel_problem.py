@@ -19,7 +19,8 @@ from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import rational_if_moderate
-from lure.plants.delay_matrix import DelayMatrix
+from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix, plant_of_delays
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -45,9 +46,9 @@ def channel_plant(source: object) -> MultivariablePlant:
         raise InputError(
             "steady responses and regions are not asked for plants with parameters yet; give each parameter one number"
         )
-    if isinstance(found, DelayMatrix):
+    if isinstance(found, DelayMatrix | DelayPlant):
         raise InputError(
-            f"the plant has {found}; with dead time several nonlinearities are asked for their largest classes and for "
+            f"the plant has {'dead time' if isinstance(found, DelayPlant) else found}; with dead time several nonlinearities are asked for their largest classes and for "
             "one class (max_sector, max_slope, certify, analyse), nothing else yet"
         )
     if not isinstance(found, MultivariablePlant):
@@ -89,8 +90,16 @@ def loop_plant(source: object) -> MultivariablePlant | DelayMatrix:
     InputError
         It is neither.
     """
+    found = _late_plant(source)
+    return channel_plant(source) if found is None else found
+
+
+def _late_plant(source: object) -> DelayMatrix | None:
+    """The plant with dead times that a source means, one with a single channel too; None if it has none."""
     found = source.block if isinstance(source, LoopSystem) else as_plant(source)
-    return found if isinstance(found, DelayMatrix) else channel_plant(source)
+    if isinstance(found, DelayPlant):
+        found = plant_of_delays([[found]])
+    return found if isinstance(found, DelayMatrix) else None
 
 
 def channel_problem(
@@ -119,8 +128,8 @@ def channel_problem(
     InputError
         The plant is not rational, what is given is neither, or not for each channel, or a declaration is false.
     """
-    late = late and isinstance(source.block if isinstance(source, LoopSystem) else as_plant(source), DelayMatrix)
-    plant = loop_plant(source) if late else channel_plants(source)
+    plant: MultivariablePlant | ChannelFamily | DelayMatrix | None = _late_plant(source) if late else None
+    plant = channel_plants(source) if plant is None else plant
     named: dict[str, Any] = {}
     if isinstance(source, LoopSystem):
         source = source.everywhere()

@@ -79,7 +79,7 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
 
 
 def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
-    """The same of a plant with dead times: gains with a root on the imaginary axis, those at the lower bounds being 0.
+    """The same of a plant with dead times: gains with a root on the imaginary axis, or a real one.
 
     Parameters
     ----------
@@ -93,15 +93,18 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
     poles = np.linalg.eigvals(plant.base.doubles()[0]).astype(complex)
     if classes.rectified or poles[poles != 0].real.max(initial=-1) >= 0:
         return None
-    upper = np.array([float(v) for v in classes.upper])
+    lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
     signed = [bool(classes.classes[block[0]].operator) for block in classes.blocks]
-    search = LateGains(plant.transfer, upper, classes.blocks, signed, poles, float(plant.late[-1][0]))
-    found = search.best()
-    for factor, proof in search.proofs(found) if found is not None else ():
-        alpha = Fraction(double_above(Fraction(factor))) if math.isinf(most) else Fraction(most)
-        shown = refutation(asked, alpha, proof) if factor <= alpha else None
-        if shown is not None:
-            return alpha, shown
+    for ends, signs in ((np.minimum(lower, 0.0), [False] * len(signed)), (upper, signed)):
+        search = LateGains(plant.transfer, ends, classes.blocks, signs, poles, float(plant.late[-1][0]))
+        found, always = search.best() if ends.any() else None, ends is not upper  # below 0: in the classes of all
+        for factor, proof in search.proofs(found) if found is not None else ():
+            alpha = Fraction(double_above(Fraction(factor))) if math.isinf(most) else Fraction(most)
+            if factor > (1 if always else alpha):
+                continue
+            shown = refutation(asked, Fraction(1) if always else alpha, proof)
+            if shown is not None:
+                return Fraction(0) if always else alpha, shown
     return None
 
 

@@ -34,6 +34,7 @@ def late(A, B, C, D, *parts):
     return {"kind": "multivariable delay", "time": "continuous", **sides}
 
 
+CLASS = ("laws", "channels", 0)
 ONE, NO = [["1"]], [["0"]]
 LAG = late([["-1"]], ONE, NO, NO, ("1", ONE))  # exp(-s)/(s + 1)
 UNIT = [["1", "0"], ["0", "1"]]
@@ -85,9 +86,22 @@ REST = draft(
 )
 # 1 - 11/10 H(0) < 0
 STILL = draft(LAG, [sector("-11/10", "0")], "counterexample", {"method": "late-gains", "gains": ["-11/10"]})
-ALL = {"circle": CIRCLE, "popov": POPOV, "both": BOTH, "rest": REST, "crossing": CROSSING, "still": STILL}
+# s = .01 exp(-s) has the root .0099, between .009 and infinity
+GROWS = edited(
+    edited(edited(STILL, "system", "A", value=NO), "proof", value={**STILL["proof"], "gains": ["-1/100"]}),
+    *("proof", "at"),
+    value="9/1000",
+)
+ALL = {
+    "grows": GROWS,
+    "circle": CIRCLE,
+    "popov": POPOV,
+    "both": BOTH,
+    "rest": REST,
+    "crossing": CROSSING,
+    "still": STILL,
+}
 ATTRACTS = "0 attracts every motion with inputs to the block and initial functions of finite energy"
-CLASS = ("laws", "channels", 0)
 
 
 @cache
@@ -176,6 +190,13 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("still", "system", "late", [["1", [["4/5"]]]]),
         ("still", "system", "A", [["1"]]),
         ("still", "system", "D", [["2"]]),
+        ("grows", "proof", "at", "1/100"),  # exp(-.01) < 1
+        ("grows", "proof", "at", "0"),  # there H has its pole
+        ("grows", "proof", "at", "-1/100"),
+        ("grows", "proof", "gains", ["1/100"]),
+        ("grows", "system", "A", [["1/100"]]),  # the pole is beyond .009
+        ("grows", "system", "late", [["12", ONE]]),  # exp(-.108) < .9
+        ("grows", "system", "D", [["101"]]),
     ],
     ids=lambda change: "-".join(map(str, change[:-1])),
 )

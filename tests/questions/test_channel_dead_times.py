@@ -7,6 +7,7 @@ import pytest
 
 from lure import AssumptionError, Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, lft, max_sector
 from lure.analysis import analyse, decay_rate, l2_gain, region, steady_response
+from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channel_refutations import constant_gains, refutation
@@ -48,6 +49,33 @@ def test_sectors_around_0_and_constant_gains():
     gains = [NonlinearityClass.constant_gain(-0.1, 1), NonlinearityClass(sector=Sector(0, 1))]
     found = max_sector(single, gains)
     assert 2.2618 * 0.999 < found.largest.low < 2.26183
+
+
+def test_a_gain_of_the_wrong_sign_moves_an_integrator_whatever_its_size():
+    # s = r exp(-s) has a root s > 0 for every r > 0
+    late, norm = [["exp(-s)/s", "0"], ["0", "1/(s+1)"]], NonlinearityClass.norm_bounded(0.5)
+    found = max_sector(as_plant(late), [norm, Sector(0, 1)])
+    assert (found.largest.low, found.verdict.name) == (0, "INCONCLUSIVE")
+    assert found.refuted_at < 1e-5
+    for rows, classes in (
+        (late, [Sector(-1, 1), Sector(0, 1)]),
+        ([["-1/s", "0"], ["0", "exp(-s)/(s+1)"]], UNIT),
+        ([["1/s", "0"], ["0", "1/(s+1)"]], [norm, Sector(0, 1)]),
+        ([["1/(z-1)"]], [norm]),
+    ):
+        shown = certify(as_plant(rows), classes)
+        assert shown.verdict.name == "REFUTED"
+        assert recheck(shown.certificate).accepted
+
+
+def test_one_channel_with_dead_time_is_a_matrix_like_others():
+    # |exp(-s)/(s+1)| <= 1 with 1 at 0
+    found = max_sector("exp(-s)/(s+1)", [NonlinearityClass.norm_bounded(0.5)])
+    assert 1.999 < found.largest.low < 2 < found.refuted_at < 2.0001
+    assert "the gains about -1, within 2.000000004 times, destabilise" in str(found)
+    assert certify("exp(-s)/s", [NonlinearityClass.norm_bounded(0.5)]).verdict.name == "REFUTED"
+    with pytest.raises(InputError, match="the plant has dead time; with dead time several"):
+        decay_rate("exp(-s)/(s+1)", [Sector(0, 1)])
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.thorough) for k in range(1, 6))])
@@ -118,7 +146,6 @@ def test_channels_of_a_larger_plant():
     [
         (LAGS, [Sector(0.1, 1)] * 2),
         (as_plant([["1/(s-1)", "0"], ["0", "exp(-s)/(s+2)"]]), UNIT),
-        (as_plant([["-1/s", "0"], ["0", "exp(-s)/(s+2)"]]), UNIT),
         (as_plant([["1/s", "0"], ["0", "exp(-s)/s**2"]]), UNIT),
         (
             as_plant([["1/s", "0"], ["0", "exp(-s)/(s+2)"]]),

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from flint import acb, acb_series, arb, fmpq_poly
+from flint import acb, acb_series, arb, arb_mat, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channels import Asked, diagonal, member
-from lure.analysis.certificates.second.numerics import ball, half_plane_counts, working_precision
+from lure.analysis.certificates.second.numerics import X, ball, half_plane_counts, to_fmpq, working_precision
 from lure.analysis.certificates.second.pieces import numerators, require_pieces
-from lure.analysis.certificates.second.reading import Document, listed, numbers, record, require, tick
+from lure.analysis.certificates.second.reading import Document, listed, number, numbers, record, require, tick
 
 _BITS, _MOST_CHANNELS = 256, 8
 
@@ -52,17 +52,24 @@ def shown_late(document: Document, asked: Asked) -> str:
 
 
 def _still(document: Document, asked: Asked) -> str:
-    """Constant gains with ``det(1 + H(0) G) <= 0 < det(1 + D G)``: a root ``s >= 0``."""
-    proof = record(document.proof, "method", "gains")
-    gains, n = member(proof["gains"], asked), asked.A.nrows()
-    require(half_plane_counts(asked.A.charpoly()).left == n, "the plant is not stable")
-    G, outputs = diagonal(gains), asked.C
-    one = diagonal([Fraction(1)] * len(gains))
-    for _, late in asked.late:
-        outputs += late
-    near, far = (one + (asked.D - outputs * asked.A.inv() * asked.B) * G).det(), (one + asked.D * G).det()
-    require(bool(far > 0) and bool(near <= 0), "no root s >= 0 is shown")
-    return claims.NO_REST if near != 0 else claims.OTHER_EQUILIBRIA
+    """Constant gains with ``det(1 + H(a) G) <= 0 < det(1 + D G)``, no pole having ``Re s >= a``: a root ``s >= a``."""
+    proof = record(document.proof, "method", "gains", *["at"] * ("at" in document.proof))
+    gains, n, a = member(proof["gains"], asked), asked.A.nrows(), number(proof.get("at", "0"))
+    require(a >= 0 and half_plane_counts(asked.A.charpoly()(X + to_fmpq(a))).left == n, "a pole is not below a >= 0")
+    G, one = diagonal(gains), diagonal([Fraction(1)] * len(gains))
+    states = (diagonal([a] * n) - asked.A).inv() * asked.B
+    require(bool((one + asked.D * G).det() > 0), "det(1 + D G) > 0 fails")
+    if a == 0:
+        outputs = sum((late for _, late in asked.late), asked.C)
+        near = (one + (asked.D + outputs * states) * G).det()
+        require(bool(near <= 0), "no root s >= 0 is shown")
+        return claims.NO_REST if near != 0 else claims.OTHER_EQUILIBRIA
+    with working_precision(_BITS):
+        H = arb_mat(asked.D + asked.C * states)
+        for tau, late in asked.late:
+            H += arb_mat(late * states) * (-ball(tau * a)).exp()
+        require(bool((arb_mat(one) + H * arb_mat(G)).det() < 0), "no root s > 0 is shown")
+    return claims.NO_REST
 
 
 def _crossing(document: Document, asked: Asked) -> str:
