@@ -48,8 +48,9 @@ def channel_plant(source: object) -> MultivariablePlant:
         )
     if isinstance(found, DelayMatrix | DelayPlant):
         raise InputError(
-            f"the plant has {'dead time' if isinstance(found, DelayPlant) else found}; with dead time several nonlinearities are asked for their largest classes and for "
-            "one class (max_sector, max_slope, certify, analyse), nothing else yet"
+            f"the plant has {found if isinstance(found, DelayMatrix) else 'dead time'}; with dead time several "
+            "nonlinearities are asked for their largest classes and for one class (max_sector, max_slope, certify, "
+            "analyse), nothing else yet"
         )
     if not isinstance(found, MultivariablePlant):
         raise InputError(
