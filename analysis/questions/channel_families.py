@@ -34,6 +34,7 @@ from lure.plants.parameters import Box, Point
 
 CIRCLE, POPOV = "diagonal-circle", "diagonal-popov"
 _MOST, _MEET, _CORNERS = 250, 2e-3, 8
+_SHAPES, _SEED = 16, 20261123  # of constant gains at which plants are compared
 _STEPS = (1e-4, 1e-3, 1e-2, 0.1)
 _FACTORS = (1e-4, 1e-3, 1e-2, 0.1, 0.5)
 _LARGE = (1.0, 1e-2, 1e-3, 1e-4, 3e-5, 1e-5, 3e-6)  # of the largest factor
@@ -386,11 +387,10 @@ def _slack(asked: Problem, plant: MultivariablePlant) -> float:
         return -_norm(A, B, C, D, plant.dt is not None)
     inner = A, B[:, rest], C[rest], D[np.ix_(rest, rest)]
     search = GainSearch(*inner, lower[rest], upper[rest], places, plant.dt is not None)
-    shapes = search.shapes()[:16]
     if not own:
-        return float(search.first(shapes, search.scales(), zooms=2).min())
+        return float(search.first(_spread(search.shapes()), search.scales(), zooms=2).min())
     worst = 0.0
-    for shape in shapes:
+    for shape in _spread(np.vstack([np.zeros((1, len(rest))), search.shapes()])):
         gains = np.zeros(len(D))
         gains[rest] = lower[rest] + shape * (upper[rest] - lower[rest])
         whole = np.linalg.inv(np.eye(len(D)) + D @ np.diag(gains))
@@ -399,6 +399,13 @@ def _slack(asked: Problem, plant: MultivariablePlant) -> float:
         sides = A - B @ np.diag(gains) @ closed, inward[:, own], closed[own], (whole @ D)[np.ix_(own, own)]
         worst = max(worst, _norm(*sides, plant.dt is not None))
     return -worst
+
+
+def _spread(shapes: Reals) -> Reals:
+    """Some of these: vertices first, of many of them some on all sides."""
+    order = np.random.default_rng(_SEED).permutation(len(shapes))
+    inside = np.asarray(((shapes > 0) & (shapes < 1)).any(axis=1))
+    return np.asarray(shapes[order[np.argsort(inside[order], kind="stable")]][:_SHAPES])
 
 
 def _norm(A: Reals, B: Reals, C: Reals, D: Reals, discrete: bool) -> float:  # noqa: FBT001

@@ -43,6 +43,15 @@ def test_the_gain_of_an_unknown_delta_in_discrete_time():
     assert 9.99 < found.gain.low < 10 <= found.gain.high < 10.03
 
 
+# x' = -3 p x + 2 phi1 - q phi2 + w, z = p^2 x, p = 2 - a: p/3 with the gains 0, least at the least p, but
+# p^2/(3 p - 2) with 1, 0, which is largest there, 0.64/0.4 = 1.6 at p = 4/5
+def test_the_member_of_a_box_has_the_worst_gains_of_all_channels():
+    sides = [["-3*(2 - a)"]], [[-2, "q"]], [[1], [1]]
+    family = ChannelFamily.of_matrices(*sides, None, {"a": (Fraction(4, 5), Fraction(6, 5)), "q": (1, 2)})
+    found = l2_gain(family, [Sector(0, 1)] * 2, {"Bw": [[1]], "Cz": [["(2 - a)^2"]]}, criterion="diagonal-circle")
+    assert 1.599 < found.gain.low < 1.6 <= found.gain.high < 1.61
+
+
 def test_no_gain_is_finite_where_one_plant_is_unstable():
     family = ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (Fraction(-1, 2), 1)})
     found = l2_gain(family, [Sector(0, Fraction(1, 4))], {"Bw": [[1]], "Cz": [[1]]})
