@@ -1,7 +1,8 @@
 """Plants whose coefficients are polynomials in parameters, constant but unknown in a box: part of the checker.
 
-Standard library only.  ``H = n/d``, ``n = sum p^e n_e(s)``, ``d = sum p^e d_e(s)``; of several channels ``A = sum p^e
-A_e/sum p^e c_e`` and so on.  Every function raises ``Rejected`` unless what it is asked to show is shown.
+Standard library only.  ``H = n/d``, ``n = sum p^e n_e(s)``, ``d = sum p^e d_e(s)``, or ``exp(-T s) n/d`` with ``T``
+affine in ``p``; of several channels ``A = sum p^e A_e/sum p^e c_e`` and so on.  Every function raises ``Rejected``
+unless what it is asked to show is shown.
 """
 
 from __future__ import annotations
@@ -16,11 +17,14 @@ from operator import mul
 from typing import Any, NamedTuple
 
 from .arithmetic import INF, MINUS, ZERO, Form, S, fields, form, homogeneous, integer, need, number, numbers, real, tick
+from .balls import box as covered
+from .balls import tail
 from .blocks import Block, over_s
 from .channels import MOST_CHANNELS, MOST_STATES, Plant, Rows
 from .parametric import coefficients
 
 MOST_PARAMETERS, MOST_DEGREE, MOST_NODES, MOST_BOXES, DEEPEST = 6, 12, 2000, 20_000, 400
+TERMS, LATE = 10, "delay-family"
 NAME = re.compile(r"[A-Za-z][A-Za-z_0-9]{0,40}")
 Box = list[tuple[Fraction, Fraction]]
 Shows = Callable[[Any, Block], tuple[Form, int, bool, dict[str, str]]]
@@ -36,6 +40,13 @@ class Plants(NamedTuple):
     box: Box
     terms: list[tuple[list[int], list[Fraction], list[Fraction]]]
     forms: list[tuple[Form, Form]]
+    delay: list[Fraction]  # T = c_0 + sum c_j p_j; empty for none
+
+    def waits(self, box: Box) -> tuple[Fraction, Fraction]:
+        """The least and the largest dead time."""
+        shares = [sorted((c * low, c * high)) for c, (low, high) in zip(self.delay[1:], box)]
+        least, most = (sum((ends[i] for ends in shares), sum(self.delay[:1], ZERO)) for i in (0, 1))
+        return least, most
 
     @property
     def degrees(self) -> list[int]:
@@ -46,15 +57,21 @@ class Plants(NamedTuple):
         """One of them, as the system of a certificate."""
         weights, size = weighed(self.terms, point), range(len(self.terms[0][1]))
         sides = [[str(sum(w * term[i][k] for w, term in zip(weights, self.terms))) for k in size] for i in (1, 2)]
+        if self.delay:
+            need(Fraction(sides[0][0]) == 0, "beside dead time H(inf) = 0 is needed")
+            wait = self.waits([(v, v) for v in point])[0]
+            return {"kind": "delay", "terms": [[str(wait), sides[0][1:]]], "denominator": sides[1]}
         return {"kind": "transfer", "time": self.time, "numerator": sides[0], "denominator": sides[1]}
 
-    def block(self, point: list[Fraction]) -> Block:
-        """The same as a block, ``H(inf)`` being 0."""
+    def block(self, point: list[Fraction], wait: Fraction) -> Block:
+        """The same as a block, ``H(inf)`` being 0, with this dead time in place of its own."""
         weights, n, d = weighed(self.terms, point), Form(), Form()
         need(sum(w * term[2][0] for w, term in zip(weights, self.terms)) != 0, "the order is less for some parameters")
         for w, (top, bottom) in zip(weights, self.forms):
             n, d = n + real(w) * top, d + real(w) * bottom
-        return Block(n, d, len(self.terms[0][2]) - 1, ZERO, self.time == "discrete", False)
+        if self.delay:
+            n = n * Form({(wait, 0): (Fraction(1), ZERO)})
+        return Block(n, d, len(self.terms[0][2]) - 1, ZERO, self.time == "discrete", bool(self.delay))
 
 
 class Matrices(NamedTuple):
@@ -161,8 +178,9 @@ def words(names: list[str], box: Box) -> str:
 
 def plants(system: Any) -> Plants:
     """The plants of a system with parameters, of one channel."""
-    form(system.get("kind") == "family", "the system is of no kind with parameters")
-    time, names, box, terms = stated(system)
+    late = system.get("kind") == LATE
+    form(late or system.get("kind") == "family", "the system is of no kind with parameters")
+    time, names, box, terms = stated(system, *["delay"] * late)
     found = list[tuple[list[int], list[Fraction], list[Fraction]]]()
     for term in terms:
         powers, top, bottom = fields(term, "powers", "numerator", "denominator")
@@ -173,12 +191,15 @@ def plants(system: Any) -> Plants:
     form(len({tuple(powers) for powers, *_ in found}) == len(found), "powers are there twice")
     up, down = (real(1) + S, real(1) + MINUS * S) if time == "discrete" else (S, real(1))
     forms = [(homogeneous(n, up, down, len(n) - 1), homogeneous(d, up, down, len(d) - 1)) for _, n, d in found]
-    return Plants(time, names, box, found, forms)
+    H = Plants(time, names, box, found, forms, numbers(system["delay"], len(names) + 1) if late else [])
+    least, most = H.waits(box)
+    form(not late or (time == "continuous" and least >= 0 < most), "a dead time is in continuous time, and >= 0")
+    return H
 
 
-def stated(system: Any) -> tuple[str, list[str], Box, Any]:
+def stated(system: Any, *more: str) -> tuple[str, list[str], Box, Any]:
     """The time, the names and bounds of the parameters, and the terms of a system with parameters."""
-    _, time, given, terms = fields(system, "kind", "time", "parameters", "terms")
+    _, time, given, terms = fields(system, "kind", "time", "parameters", "terms", *more)[:4]
     form(time in ("continuous", "discrete") and isinstance(given, list), "time is one of two, parameters are a list")
     form(0 < len(given) <= MOST_PARAMETERS and all(isinstance(x, list) and len(x) == 3 for x in given), "no parameters")
     names, box = [x[0] for x in given], [(number(x[1]), number(x[2])) for x in given]
@@ -232,14 +253,15 @@ def leaves(tree: Any, box: Box) -> Iterator[tuple[Box, Any]]:
 
 def proved(
     system: Any, proof: Any, name: str, gains: Any, shows: Shows, decides: Decides
-) -> tuple[bool, Fraction, bool, dict[str, str]]:
-    """Whether critical, ``H(inf)``, whether in discrete time, and the hypotheses: of every plant of a box."""
+) -> tuple[bool, bool, bool, dict[str, str]]:
+    """Whether critical, late, and in discrete time, and the hypotheses: of every plant of a box; ``H(inf)`` is 0."""
     H, (method, tree) = plants(system), fields(proof, "method", "boxes")
     degrees = [2 * d for d in H.degrees]
-    form(method == "boxes" and min(degrees) > 0, "the method is boxes, and each parameter counts")
+    counts = all(d or any(H.delay[j : j + 1]) for j, d in enumerate(degrees, 1))
+    form(method == "boxes" and counts, "the method is boxes, and each parameter counts")
     need(prod(d + 1 for d in degrees) <= MOST_NODES, "the degrees in the parameters are too high")
     need(not any(n[0] for _, n, _ in H.terms), "with parameters H(inf) = 0 is needed")
-    need(-INF not in gains, "the lower bound is infinite")
+    need(-INF not in gains and not (H.delay and INF in gains), "a bound is infinite")
     cases = list[tuple[bool, str]]()
     for box, data in leaves(tree, H.box):
         need(not (isinstance(data, dict) and "mirrored" in data), "with parameters the lower bound is a stable gain")
@@ -250,9 +272,9 @@ def proved(
         "stable": f"in the middle of the first box {cases[0][1]}; elsewhere no root crosses the axis: Re(c* d) > 0",
         "well-posed": "H(inf) = 0 for all of the parameters",
         "inequality": f"F > 0: its Bernstein coefficients, of degrees {degrees}, are, at every frequency, on each of "
-        f"the boxes that cover these parameters, {len(cases)} of them",
+        f"the boxes that cover these parameters, {len(cases)} of them" + ", whatever the dead time" * bool(H.delay),
     }
-    return cases[0][0], ZERO, H.time == "discrete", facts
+    return cases[0][0], bool(H.delay), H.time == "discrete", facts
 
 
 def on_box(
@@ -263,28 +285,58 @@ def on_box(
     The multiplier does not depend on ``p``, so that ``F`` is a form in ``n`` and ``d``: of degree ``2 deg`` in each
     parameter, its value a mean of its Bernstein coefficients on the box, which its values at ``2 deg + 1`` points give.
     So it is with ``Re(c* d)``, ``c`` the ``d`` of the middle: where it is positive ``d`` has no root on the axis, its
-    degree is that of ``c``, and by continuity as many of its roots are inside.
+    degree is that of ``c``, and by continuity as many of its roots are inside.  With dead time ``F`` is affine in
+    ``exp(-i omega T)``, and has two such polynomials, of the terms with this factor and of those without.
     """
-    degrees, (l, k) = [2 * d for d in H.degrees], gains
-    middle = H.block([(low + high) / 2 for low, high in box])
+    degrees, (l, k), ends = [2 * d for d in H.degrees], gains, H.waits(box)
+    wait = (ends[0] + ends[1]) / 2
+    middle = H.block([(low + high) / 2 for low, high in box], wait)
     _, _, critical, facts = shows(middle)
     c = lowest(middle, l)
-    F, apart, residue, full = Values(), Values(), Values(), 0
+    F, apart, residue, late, full = Values(), Values(), Values(), Values(), 0
     for node in product(*(range(d + 1) for d in degrees)):
         tick()
-        B = H.block([low + (high - low) * Fraction(i, d) for (low, high), i, d in zip(box, node, degrees)])
+        B = H.block([low + (high - low) * Fraction(i, d or 1) for (low, high), i, d in zip(box, node, degrees)], wait)
         found, full, same, _ = shows(B)
         need(same == critical, "the loop has a pole at 0 for some of the parameters only")
+        if H.delay:
+            need(all(tau in (0, wait) for tau, _ in found), "kernels that are delays are not used with parameters")
+            sides = found.part(), found.part(0, wait), found.part(1, wait)
+            late[node] = [[*side, *[ZERO] * (full + 1 - len(side))] for side in sides]
         F[node], apart[node] = [found.part()], [(c.conjugate() * lowest(B, l)).part()]
-        residue[node] = [[B.n.get((ZERO, 0), (ZERO, ZERO))[0]]]
-    for p in bernstein(F, degrees):
+        residue[node] = [[sum((u for (_, n), (u, _) in B.n.items() if n == 0), ZERO)]]
+    for p in bernstein(F, degrees) if not H.delay else ():
         decides(real(*p), full, critical, k != INF)
+    for bare, u, v in coefficients(late, degrees) if H.delay else ():
+        waiting(real(*bare), Form({(wait, n): z for n, z in enumerate(zip(u, v))}), ends, full, critical)
     for p in bernstein(apart, degrees):
         decides(real(*p), 2 * (len(H.terms[0][2]) - 1), critical, True)
     turn = over_s(c)[ZERO, 0][0] if critical else ZERO
     positive = (turn * v > 0 for (v,) in bernstein(residue, degrees))
     need(not critical or all(positive), "the residue at 0 is not positive for all parameters")
     return critical, facts["stable"]
+
+
+def waiting(bare: Form, late: Form, ends: tuple[Fraction, Fraction], full: int, critical: bool) -> None:
+    """``F = bare + late`` is positive, and away from 0 over ``omega^full``, with every dead time between the ends.
+
+    ``late`` has the mean ``m`` of the two.  For ``x = omega r <= 1``, ``r`` half of their distance, what is left of the
+    turn, ``exp(-i x t)``, ``|t| <= 1``, lies in the triangle of ``exp(i x)``, ``exp(-i x)`` and any number from ``1/cos
+    x`` on, such as ``1/(1 - b^2 r^2/2)`` for ``omega <= b``; and ``Re F`` is affine in it.
+    """
+    (low, high), m, r = ends, (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
+    beyond = 1 / m
+    while not tail(bare + late, beyond, full):
+        beyond = beyond * 9 / 8
+        need(beyond * m < 2**14 and beyond * r <= 1, "the part without dead time does not prevail early enough")
+    corners = [bare + Form({(T, n): z for (_, n), z in late.items()}) for T in {low, high}]
+    parts = [(ZERO, beyond)]
+    while parts:
+        a, b = parts.pop()
+        wide = real(1 / (1 - b * b * r * r / 2))
+        if not all(covered(G, a, b, TERMS, critical) for G in (*corners, *[bare + wide * late] * bool(r))):
+            need((b - a) * 2**20 > beyond, f"F > 0 is not shown between omega = {a} and {b}")
+            parts += [((a + b) / 2, b), (a, (a + b) / 2)]
 
 
 def lowest(B: Block, l: Fraction) -> Form:
@@ -303,7 +355,7 @@ def member(system: Any, proof: Any) -> tuple[Any, Any, dict[str, str]]:
     """The plant of a box at which a refutation is, its proof, and where that is."""
     kind = str(system.get("kind"))
     H: Plants | Matrices | Rods = (
-        plants(system) if kind == "family" else matrices(system) if "channel" in kind else rods(system)
+        plants(system) if kind in ("family", LATE) else matrices(system) if "channel" in kind else rods(system)
     )
     _, at, inner = fields(proof, "method", "at", "proof")
     point = numbers(at, len(H.names))

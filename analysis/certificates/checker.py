@@ -389,8 +389,8 @@ def judged(
         direct, discrete, delayed = *realised(system, ZERO)[3:], False
     elif proof["method"] == "boxes":
         need(fields(data) == [] and not family.endless[name in SLOPED], "each box has its multiplier, the class an end")
-        gains, shows, delayed = family[name in SLOPED], partial(inequality, name, family=family, rate=rate), False
-        critical, direct, discrete, found = boxes.proved(system, proof, name, gains, shows, on_axis)
+        gains, shows, direct = family[name in SLOPED], partial(inequality, name, family=family, rate=rate), ZERO
+        critical, delayed, discrete, found = boxes.proved(system, proof, name, gains, shows, on_axis)
     else:
         B = block(system)
         F, full, critical, found = inequality(name, data, B, family, rate)

@@ -208,6 +208,8 @@ def coefficients(values: dict[tuple[int, ...], Rows], degrees: list[int]) -> Ite
     scale = lcm(*(v.denominator for X in values.values() for row in X for v in row))
     whole = {node: [[v.numerator * (scale // v.denominator) for v in row] for row in X] for node, X in values.items()}
     for axis, D in enumerate(degrees):
+        if not D:  # it does not matter
+            continue
         back = eliminated([bernstein(D, Fraction(k, D)) for k in range(D + 1)], identity(D + 1))
         assert back is not None, "no polynomial but 0 vanishes at so many points"
         unit = lcm(*(v.denominator for row in back for v in row))

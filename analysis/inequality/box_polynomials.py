@@ -33,9 +33,16 @@ class Look:
 
     def __init__(self, family: PlantFamily, name: str, gains: tuple[Any, Any]) -> None:
         self.family, self.name, self.gains = family, name, gains
-        near_axis = (poles(family.at(p), gain) for p in self._points() for gain in gains if gain != math.inf)
+        self.omega = np.unique(self._frequencies())
+        self.sides = self._sides(self.omega)
+        self.back = [_backwards(2 * d) for d in family.degrees]
+
+    def _frequencies(self) -> Reals:
+        """Those of the poles of some plants, and of some far away."""
+        points = self._points()
+        near_axis = (poles(self.family.undelayed(p), gain) for p in points for gain in self.gains if gain != math.inf)
         at = np.concatenate([*near_axis])
-        if family.dt is None:
+        if self.family.dt is None:
             size = np.abs(at[np.abs(at) > 0])
             size = size if size.size else np.ones(1)
             far = np.geomspace(min(size) / 300, max(size) * 300, 160)
@@ -45,9 +52,7 @@ class Look:
             angle = np.angle(at)[:, None] + (1 - np.abs(at))[:, None] * np.linspace(-2, 2, 9)
             near = np.tan(np.clip(angle.ravel() / 2, -1.57, 1.57))
         near = near[(near > 1e-9) & (near < 1e9)]
-        self.omega = np.unique(np.concatenate([far, near]))
-        self.sides = self._sides(self.omega)
-        self.back = [_backwards(2 * d) for d in family.degrees]
+        return np.concatenate([far, near])
 
     def _points(self) -> Iterator[Point]:
         yield self.family.middle
@@ -76,7 +81,8 @@ class Look:
         data : Mapping
             The multiplier as it stands in a certificate.
         """
-        one = Block(real(1), real(1), 0, Fraction(0), discrete=self.family.dt is not None, delayed=False)
+        discrete, delayed = self.family.dt is not None, bool(self.family.delay)
+        one = Block(real(1), real(1), 0, Fraction(0), discrete=discrete, delayed=delayed)
         try:
             first, _, third, fourth, _ = multiplier(self.name, dict(data), one, self.gains[1] == math.inf)
         except Rejected:
@@ -101,16 +107,24 @@ class Look:
         ends = np.array([(float(low), float(high)) for low, high in box])
         _, c = self._at(ends.mean(axis=1), sides)
         shape, size = [2 * d + 1 for d in self.family.degrees], np.abs(c) ** 2
-        shares = np.moveaxis(np.indices(shape), 0, -1) / (np.array(shape) - 1)
+        shares = np.moveaxis(np.indices(shape), 0, -1) / np.maximum(np.array(shape) - 1, 1)
         n, d = self._at(ends[:, 0] + (ends[:, 1] - ends[:, 0]) * shares, sides)
-        cross = width * ((m + e) * n * d.conj()).real
-        F = (cross + rest[0] * np.abs(d) ** 2 - rest[1] * np.abs(n) ** 2) / size
-        apart = (c.conj() * d).real / size
+        cross = width * (m + e) * n * d.conj() / size
+        least = self._forms(box, cross, (rest[0] * np.abs(d) ** 2 - rest[1] * np.abs(n) ** 2) / size, omega)
+        apart = self._coefficients((c.conj() * d).real / size)
+        floor = least + (1e-12 if k == math.inf else 0.0)
+        return np.asarray(np.minimum(floor, apart.min(axis=tuple(range(len(shape))))))
+
+    def _forms(self, _box: Box, cross: NDArray[np.complex128], square: Reals, _omega: Reals) -> Reals:
+        """The least coefficient of ``F``, the real part of a multiple of ``n d*`` and what does not depend on that."""
+        F = self._coefficients(cross.real + square)
+        return np.asarray(F.min(axis=tuple(range(F.ndim - 1))))
+
+    def _coefficients(self, values: Reals) -> Reals:
+        """Bernstein coefficients from the values at the nodes."""
         for j, back in enumerate(self.back):
-            F, apart = (np.moveaxis(np.tensordot(back, one, axes=(1, j)), 0, j) for one in (F, apart))
-        over = tuple(range(len(shape)))
-        floor = F.min(axis=over) + (1e-12 if k == math.inf else 0.0)
-        return np.asarray(np.minimum(floor, apart.min(axis=over)))
+            values = np.moveaxis(np.tensordot(back, values, axes=(1, j)), 0, j)
+        return values
 
     def widest(self, box: Box) -> int:
         """The parameter that changes the plants most over a box.
@@ -120,6 +134,11 @@ class Look:
         box : tuple of (Fraction, Fraction)
             Where the parameters are.
         """
+        changes = self._changes(box)
+        return max(range(len(box)), key=changes.__getitem__)
+
+    def _changes(self, box: Box) -> list[float]:
+        """How much each parameter changes the plants over a box."""
         middle = np.array([float(low + high) / 2 for low, high in box])
         k = float(self.gains[1] - self.gains[0]) if self.gains[1] != math.inf else 1.0
         n, d = self._at(middle, self.sides)
@@ -130,7 +149,7 @@ class Look:
             pair[:, j] = [float(end) for end in ends]
             (n0, n1), (d0, d1) = self._at(pair, self.sides)
             changes.append(float(np.max((np.abs(d1 - d0) + k * np.abs(n1 - n0)) / np.where(size > 0, size, 1.0))))
-        return max(range(len(box)), key=changes.__getitem__)
+        return changes
 
 
 def poles(plant: RationalPlant, gain: Fraction) -> NDArray[np.complex128]:
@@ -157,6 +176,6 @@ def _values(part: Form, omega: Reals) -> NDArray[np.complex128]:
 
 def _backwards(degree: int) -> Reals:
     """From the values of a polynomial at ``k/degree`` to its Bernstein coefficients."""
-    t = np.arange(degree + 1) / degree
+    t = np.arange(degree + 1) / max(degree, 1)
     basis = [[math.comb(degree, i) * x**i * (1 - x) ** (degree - i) for i in range(degree + 1)] for x in t]
     return np.asarray(np.linalg.inv(np.array(basis)))

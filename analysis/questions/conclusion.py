@@ -336,7 +336,7 @@ def _critical_end(asked: Problem, shown: Refuted) -> bool:
     from lure.analysis.certificates.boxes import plants
 
     system = asked.system
-    if system["kind"] == "family":  # of the plant at which it is refuted
+    if system["kind"] in ("family", "delay-family"):  # of the plant at which it is refuted
         system = plants(dict(system)).at([Fraction(v) for v in shown.certificate["proof"]["at"]])
     if system["kind"] not in ("transfer", "delay"):
         return True
@@ -439,7 +439,7 @@ def _rests_at_zero_only(given: Sequence[Nonlinearity], shown: Proved) -> bool:
     if certificate["conclusion"] != "every motion converges to the set of equilibria":
         return False
     kind, laws = certificate["system"]["kind"], certificate["laws"]
-    if kind not in ("transfer", "state-space", "delay", "multivariable", "family"):
+    if kind not in ("transfer", "state-space", "delay", "multivariable", "family", "delay-family"):
         return False
     if kind == "multivariable":
         gains = [max(Fraction(end[0]) for end in (one["sector"], one["slope"]) if end) for one in laws["channels"]]

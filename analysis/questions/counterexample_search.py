@@ -107,7 +107,8 @@ def linear_witnesses(asked: Problem, limit: Bracket) -> list[Witness]:
 
     if isinstance(asked.plant, PlantFamily):
         one, point = _at_worst(asked)
-        return [families.refuted_at(asked.plant, point, witness) for witness in linear_witnesses(one, limit)]
+        own = hurwitz(one) if isinstance(one.plant, DelayPlant) else limit
+        return [families.refuted_at(asked.plant, point, witness) for witness in linear_witnesses(one, own)]
     found = _smallest_gain(asked.plant, asked.lower, limit)
     return [] if found is None else [accepted_witness(asked.plant, found)]
 

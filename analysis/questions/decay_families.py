@@ -58,6 +58,8 @@ class BoxOfPlants:
             )
         if self.asked.refusals or self.asked.untested or self.asked.rough:
             raise InputError("with parameters rates are shown of classes of locally Lipschitz nonlinearities")
+        if self.plants.delay:
+            raise InputError("no rate is shown of plants with a dead time; leave it out, or ask lure max-sector")
 
     @property
     def plants(self) -> PlantFamily:
@@ -101,7 +103,9 @@ class BoxOfPlants:
         """Where the circle criterion seems to end, between two rates, for the worst of some plants."""
         low, high = (Fraction(end) for end in self.asked.nonlinearity_class.gains)
         points = (self.plants.middle, *islice(self.plants.corners, _CORNERS))
-        ends = [end_of(WeightedCircle(plant=self.plants.at(p), lower=low, upper=high), easy, hard) for p in points]
+        ends = [
+            end_of(WeightedCircle(plant=self.plants.undelayed(p), lower=low, upper=high), easy, hard) for p in points
+        ]
         return max(ends) if self.discrete else min(ends)
 
     def _weighted(self, rate: Fraction) -> PlantFamily:

@@ -24,12 +24,14 @@ from lure.analysis.certificates.states import classes
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.box_polynomials import MOST_CORNERS, Look
+from lure.analysis.inequality.late_boxes import LateLook, best_theta, likeliest
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.theorems.table import TABLE, Theorem, Upper
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.plants.channel_family import ChannelFamily
+from lure.plants.delay import DelayPlant
 from lure.plants.family import Box, PlantFamily, Point
 from lure.plants.rational import RationalPlant
 
@@ -251,8 +253,18 @@ class Search:
         ------
         Short
             The criterion does not prove the class there.
+        AssumptionError
+            With dead time it is not about such a class.
         """
         plant, end = self.family.at(point), math.inf if isinstance(upper, str) else upper
+        if not isinstance(plant, RationalPlant):
+            if lower or isinstance(upper, str):
+                raise AssumptionError(
+                    "with dead time the classes begin at 0 and have a finite upper end", code=Reason.DEAD_TIME
+                )
+            if (late := likeliest(plant, self.row.name, upper)) is None:
+                raise Short(point, self.family.words(point))
+            return late
         bounds = SlopeBounds(lower, end) if self.row.slope else Sector(lower, end)
         answer = self.row.decide(plant, bounds, odd=self.odd)
         given = next(iter(multipliers(plant, answer, upper)), None)
@@ -276,10 +288,13 @@ class Search:
             own = self.decided(tuple((low + high) / 2 for low, high in box), *ends)
         except AssumptionError:
             return False
+        return self._look(laws).passes(box, own)
+
+    def _look(self, laws: Mapping[str, Any]) -> Look:
+        """The test of boxes in floating point."""
         given = classes(dict(laws))
-        return Look(self.family, self.row.name, given.slope if self.row.name in SLOPED else given.sector).passes(
-            box, own
-        )
+        ends = given.slope if self.row.name in SLOPED else given.sector
+        return (LateLook if self.family.delay else Look)(self.family, self.row.name, ends)
 
     def tree(self, laws: Mapping[str, Any], lower: Fraction, upper: Upper, start: Tree | None = None) -> Tree:
         """Boxes that cover the box with a multiplier each, on which the inequality holds as far as floats can tell.
@@ -308,7 +323,7 @@ class Search:
             )
         given = classes(dict(laws))
         ends = given.slope if self.row.name in SLOPED else given.sector
-        look, count = Look(self.family, self.row.name, ends), [0]
+        look, count = self._look(laws), [0]
 
         def holds(box: Box, multiplier: Mapping[str, Any]) -> bool:
             """Whether the test is passed on a box: by floats, in doubt or where these erred by the checker's own."""
@@ -444,8 +459,10 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
     if row.name in UNUSED:
         raise AssumptionError(f"the criterion {row.name} is not shown of plants with parameters; try best")
 
-    def reach(plant: RationalPlant) -> float:
+    def reach(plant: RationalPlant | DelayPlant) -> float:
         """How far it goes for one plant."""
+        if isinstance(plant, DelayPlant):
+            return best_theta(plant, turned=row.name == "popov")[1]
         answer = row.answer(plant, lower=lower, odd=odd)
         return answer.largest.low if answer.verdict is Verdict.PROVED else -math.inf
 

@@ -177,6 +177,10 @@ def tolerances(
     asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
     if not isinstance(asked.plant, PlantFamily):
         raise InputError("tolerances are those of a plant with parameters; give their intervals in [plant.parameters]")
+    if asked.plant.delay:
+        raise InputError(
+            "tolerances are not asked of plants with a dead time yet; widen the intervals, and certify those"
+        )
     if asked.nonlinearity_class.gains[0] == -math.inf:
         raise InputError(f"the class {asked.nonlinearity_class} has no lower bound; give one")
     return _Growth(asked).answered(seconds, progress)

@@ -90,6 +90,8 @@ def _loop(problem: Problem) -> dict[str, Any]:
     elif isinstance(plant, PlantFamily | ChannelFamily):
         if isinstance(plant, PlantFamily):
             data["numerator"], data["denominator"] = plant.sides
+            if plant.delay:
+                data["delay"] = plant.wait_text
         else:
             data["matrices"] = plant.sides
         pairs = zip(plant.names, plant.box, strict=True)

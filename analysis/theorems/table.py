@@ -427,7 +427,7 @@ def theorems_for(
         near = difflib.get_close_matches(wanted, CRITERIA, n=1)
         hint = f"did you mean {near[0]!r}? " if near else ""
         raise InputError(f"there is no criterion {criterion!r}; {hint}choose from {BEST}, {', '.join(CRITERIA)}")
-    exact = isinstance(block, RationalPlant | PlantFamily)  # for other blocks there are only the criteria for sectors
+    exact = isinstance(block, RationalPlant) or (isinstance(block, PlantFamily) and not block.delay)  # else for sectors
     late = isinstance(block, DelayPlant)
     found = [row for row in TABLE if time in row.times and (exact or not row.slope or (late and row.late))]
     if wanted == BEST:

@@ -465,6 +465,8 @@ def _plant(system: LoopSystem) -> dict[str, object]:
         step = {} if block.dt is None else {"dt": block.dt}
         if isinstance(block, ChannelFamily):
             return {**block.sides, **step, "parameters": bounds}
+        if isinstance(block, PlantFamily) and block.delay:
+            return {"transfer": block.formula, "parameters": bounds}
         return {"num": block.sides[0], "den": block.sides[1], **step, "parameters": bounds}
     if isinstance(block, DelayMatrix):
         return {"transfer": block.formulas()}

@@ -10,6 +10,7 @@ from typing import Literal
 from lure.errors import InputError
 from lure.exact import Exact
 from lure.plants.channel_family import ChannelFamily
+from lure.plants.delay import DelayPlant
 from lure.plants.parameters import (
     Bounds,
     Constants,
@@ -17,11 +18,11 @@ from lure.plants.parameters import (
     Pair,
     Ring,
     checked_box,
+    dead_times_apart,
     entries,
     flat,
     in_s,
     over_common,
-    parsed,
     require_apart,
     sum_text,
 )
@@ -37,7 +38,7 @@ Term = tuple[tuple[int, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
 
 
 class PlantFamily(InBox, Record):
-    r"""All plants ``H(s) = sum_e p^e n_e(s) / sum_e p^e d_e(s)`` with the parameters ``p`` in a box.
+    r"""All plants ``H(s) = exp(-T s) sum_e p^e n_e(s) / sum_e p^e d_e(s)`` with the parameters ``p`` in a box.
 
     The parameters are real and constant; nothing is known of them but their bounds.  What is said of the family is said
     of every plant of it.
@@ -52,11 +53,15 @@ class PlantFamily(InBox, Record):
         Sampling time [s]; None for continuous time.
     states : ChannelFamily or None
         The matrices that the plants were given by, for whoever needs their states.
+    delay : sequence of Fraction
+        ``T = c_0 + sum c_j p_j`` [s], a dead time of all the plant: ``c_0``, then a number for each parameter; empty
+        for none.
 
     Raises
     ------
     InputError
-        There is no parameter, one has no interval or does not matter, or the plants are no proper ones of order 1 on.
+        There is no parameter, one has no interval or does not matter, the plants are no proper ones of order 1 on, or
+        the dead time may be negative.
 
     Examples
     --------
@@ -71,6 +76,7 @@ class PlantFamily(InBox, Record):
     dt: Fraction | None = quantity("Sampling time", "s", label="time", form=lambda dt: time_text(dt))
     any_period: bool = quantity("", hidden=True)
     states: ChannelFamily | None = quantity("", hidden=True)
+    delay: tuple[Fraction, ...] = quantity("", hidden=True)
     _kind, _said = "plants with parameters", "text"
     _notes = ("From mu to sigma; in a loop mu = -phi(sigma). Parameters are constant.",)
 
@@ -80,9 +86,11 @@ class PlantFamily(InBox, Record):
         terms: Sequence[Term],
         dt: int | float | Fraction | None = None,
         states: ChannelFamily | None = None,
+        delay: Sequence[Fraction] = (),
     ) -> None:
-        kept = tuple((e, n, d) for e, n, d in sorted(terms) if any(n) or any(d))
-        names, box = tuple(parameters), checked_box(parameters, [e for e, *_ in kept])
+        kept, late = tuple((e, n, d) for e, n, d in sorted(terms) if any(n) or any(d)), tuple(delay) * any(delay)
+        once = [tuple(int(c != 0) for c in late[1:])] * bool(late)
+        names, box = tuple(parameters), checked_box(parameters, [e for e, *_ in kept] + once)
         order = len(kept[0][2]) - 1
         if not 0 < order <= MOST_ORDER:
             raise InputError(f"the plants with parameters have order {order}; give ones of order 1 to {MOST_ORDER}")
@@ -94,6 +102,13 @@ class PlantFamily(InBox, Record):
         object.__setattr__(self, "dt", sampling_period(dt, "dt"))
         object.__setattr__(self, "any_period", dt is True)
         object.__setattr__(self, "states", states)
+        object.__setattr__(self, "delay", late)
+        least, _ = self.waits(box)
+        if late and (least < 0 or dt is not None):
+            raise InputError(
+                "the dead time of the plants is in continuous time, and not negative for any of the parameters; it is "
+                + (f"{float(least):g} s for some" if least < 0 else "beside a sampling time: write z^-n there")
+            )
 
     @classmethod
     def of_coefficients(
@@ -125,8 +140,10 @@ class PlantFamily(InBox, Record):
         return _family(_cleared(sides, ring), ring, step_of_formula("", dt, "plant"))
 
     @classmethod
-    def of_formula(cls, text: str, parameters: Bounds, dt: object = None) -> PlantFamily | RationalPlant:
+    def of_formula(cls, text: str, parameters: Bounds, dt: object = None) -> PlantFamily | RationalPlant | DelayPlant:
         """The plants of a transfer function that is a formula in ``s`` or ``z`` and the parameters.
+
+        A factor ``exp(-T*s)`` of all of it is a dead time, ``T`` a number or a parameter, or a sum of such.
 
         Parameters
         ----------
@@ -141,15 +158,19 @@ class PlantFamily(InBox, Record):
             As there.
         """
         if not any(isinstance(ends, tuple | list) for ends in parameters.values()):
+            if "exp" in text and "exp" not in parameters:
+                _ = step_of_formula("s", dt, "transfer")
+                late_one = DelayPlant.parse(Constants(parameters).put_in(text).replace("^", "**"))
+                return late_one.delayless or late_one
             whole, variable = parsed_quotient(text, Constants(parameters), "transfer")
             if whole.top.degree() > whole.bottom.degree():
                 raise InputError(_IMPROPER)
             step = step_of_formula(variable, dt, "transfer")
             return RationalPlant(descending(whole.top), descending(whole.bottom), step)
         ring = Ring(parameters)
-        found, variable = parsed(text, ring, "transfer")
+        found, variable, late = dead_times_apart(text, ring, parameters, "transfer")
         sides = (in_s(found.top, ring), in_s(found.bottom, ring))
-        return _family(sides, ring, step_of_formula(variable, dt, "transfer"))
+        return _family(sides, ring, step_of_formula(variable, dt, "transfer"), late)
 
     @classmethod
     def of_matrices(  # noqa: PLR0913  (four matrices, the bounds and the time)
@@ -213,7 +234,18 @@ class PlantFamily(InBox, Record):
 
     @property
     def channels(self) -> ChannelFamily:
-        """State equations: the matrices that the plants were given by, else the companion form of the coefficients."""
+        """State equations: the matrices that the plants were given by, else the companion form of the coefficients.
+
+        Raises
+        ------
+        InputError
+            There is a dead time: then the states are infinitely many.
+        """
+        if self.delay:
+            raise InputError(
+                "the plants have a dead time beside their parameters, of which the largest class and one class are "
+                "asked (lure max-sector, max-slope, certify, analyse) and nothing else; leave it out, or the parameters"
+            )
         if self.states is not None:
             return self.states
         zero, n = Fraction(0), self.order
@@ -258,18 +290,50 @@ class PlantFamily(InBox, Record):
         }
         return values not in ({1}, {-1})
 
+    def waits(self, box: Box) -> tuple[Fraction, Fraction]:
+        """The least and the largest dead time [s].
+
+        Parameters
+        ----------
+        box : tuple of (Fraction, Fraction)
+            The bounds of the parameters.
+        """
+        if not self.delay:
+            return Fraction(0), Fraction(0)
+        shares = [sorted((c * low, c * high)) for c, (low, high) in zip(self.delay[1:], box, strict=True)]
+        return self.delay[0] + sum(low for low, _ in shares), self.delay[0] + sum(high for _, high in shares)
+
     @property
     def variable(self) -> str:
         """``s`` in continuous time, ``z`` in discrete time."""
         return "s" if self.dt is None else "z"
 
     @property
-    def central(self) -> RationalPlant:
+    def central(self) -> RationalPlant | DelayPlant:
         """The plant with the parameters in the middle of the box, for what can be drawn of one plant only."""
         return self.at(self.middle)
 
-    def at(self, point: Sequence[Fraction]) -> RationalPlant:
+    def at(self, point: Sequence[Fraction]) -> RationalPlant | DelayPlant:
         """The plant with these parameters.
+
+        Parameters
+        ----------
+        point : sequence of Fraction
+            A value for each, in order; outside the box too.
+
+        Raises
+        ------
+        InputError
+            The denominator vanishes there, or the dead time is negative.
+        """
+        plant = self.undelayed(point)
+        if not self.delay:
+            return plant
+        wait = self.delay[0] + sum(c * v for c, v in zip(self.delay[1:], point, strict=True))
+        return DelayPlant({wait: plant.numerator}, plant.denominator)
+
+    def undelayed(self, point: Sequence[Fraction]) -> RationalPlant:
+        """The plant with these parameters, without its dead time.
 
         Parameters
         ----------
@@ -303,7 +367,7 @@ class PlantFamily(InBox, Record):
         """
         states = None if self.states is None else self.states.within(box)
         bounds = dict(zip(self.names, box, strict=True))
-        return PlantFamily(bounds, self.terms, True if self.any_period else self.dt, states)
+        return PlantFamily(bounds, self.terms, True if self.any_period else self.dt, states, self.delay)
 
     @property
     def sides(self) -> tuple[list[str], list[str]]:
@@ -316,7 +380,24 @@ class PlantFamily(InBox, Record):
 
     def __str__(self) -> str:
         top, bottom = (_polynomial_text(side, self.variable) for side in self.sides)
-        return f"({top}) / ({bottom}), {self.ranges}"
+        return f"{f'exp(-({self.wait_text}) s) ' if self.delay else ''}({top}) / ({bottom}), {self.ranges}"
+
+    @property
+    def formula(self) -> str:
+        """The transfer function as a formula that is read again."""
+        powers = range(self.order, -1, -1)
+        top, bottom = (
+            " + ".join(f"({c})*{self.variable}^{k}" for c, k in zip(side, powers, strict=True) if c != "0")
+            for side in self.sides
+        )
+        return f"{f'exp(-({self.wait_text})*s)*' if self.delay else ''}({top or 0})/({bottom})"
+
+    @property
+    def wait_text(self) -> str:
+        """The dead time as a formula in the parameters."""
+        zero = (0,) * len(self.names)
+        powers = [zero, *((*zero[:j], 1, *zero[j + 1 :]) for j in range(len(zero)))]
+        return sum_text(list(zip(powers, self.delay, strict=True)), self.names)
 
 
 def _cleared(sides: tuple[list[Pair], list[Pair]], ring: Ring) -> tuple[list[Element], list[Element]]:
@@ -340,7 +421,10 @@ def _characteristic(A: list[list[Element]], ring: Ring) -> list[Element]:
 
 
 def _family(
-    sides: tuple[list[Element], list[Element]], ring: Ring, dt: Fraction | Literal[True] | None
+    sides: tuple[list[Element], list[Element]],
+    ring: Ring,
+    dt: Fraction | Literal[True] | None,
+    late: Sequence[Fraction] = (),
 ) -> PlantFamily | RationalPlant:
     """The plants of numerator and denominator, without what all coefficients have in common."""
     top, bottom = sides
@@ -367,7 +451,7 @@ def _family(
     if not ring.parameters:
         n, d = table[()]
         return RationalPlant(n, d, dt)
-    return PlantFamily(ring.parameters, [(e, tuple(n), tuple(d)) for e, (n, d) in table.items()], dt)
+    return PlantFamily(ring.parameters, [(e, tuple(n), tuple(d)) for e, (n, d) in table.items()], dt, delay=late)
 
 
 def _polynomial_text(side: Sequence[str], variable: str) -> str:

@@ -20,6 +20,7 @@ VANISHES = "a denominator in the parameters may vanish in the box; multiply it o
 MOST_PARAMETERS, MOST_POWER = 6, 12
 NAME = re.compile(r"[A-Za-z][A-Za-z_0-9]{0,40}")
 RESERVED = ("s", "z", "exp", "inf", "nan")
+_WORD, _EXPONENTIAL = re.compile(r"(?<![\w.])[A-Za-z]\w*"), re.compile(r"(?<!\w)exp\s*\(")
 Box = tuple[tuple[Fraction, Fraction], ...]
 Point = tuple[Fraction, ...]
 Bounds = Mapping[str, Exact | tuple[Exact, Exact]]
@@ -110,6 +111,10 @@ class Constants(OneVariable):
             if not isinstance(value, tuple | list)
         }
 
+    def put_in(self, text: str) -> str:
+        """A formula with the numbers of the constants in place of their names."""
+        return _WORD.sub(lambda word: f"({self.constants[word[0]]})" if word[0] in self.constants else word[0], text)
+
     def variable(self, name: str) -> Element:
         """``s``, ``z`` or a number."""
         return self.number(self.constants[name]) if name in self.constants else super().variable(name)
@@ -167,9 +172,10 @@ Pair = tuple[Element, Element]
 
 def parsed(text: str, ring: Ring, field: str) -> tuple[Quotient, str]:
     """A formula as a quotient; nothing that it divides by, at any depth, vanishes for parameters in the box."""
-    if "exp" in text and "exp" not in ring.names:
+    if _EXPONENTIAL.search(text) and "exp" not in ring.names:
         raise InputError(
-            f"{field} is {text!r:.50}, with a dead time, which is not read beside parameters; give each one number"
+            f"{field} is {text!r:.50}, with a dead time, which beside parameters is read in one channel alone, as a "
+            "factor of transfer such as exp(-T*s)*k/(s + 1); write it so, or give each parameter one number"
         )
     ring.divisors.clear()
     found, variable = parsed_quotient(text, ring, field)
@@ -180,6 +186,65 @@ def parsed(text: str, ring: Ring, field: str) -> tuple[Quotient, str]:
             if not kept and not any(_apart(p, ring) for p in coefficients):
                 raise InputError(VANISHES)
     return found, variable
+
+
+def dead_times_apart(
+    text: str, ring: Ring, parameters: Bounds, field: str
+) -> tuple[Quotient, str, tuple[Fraction, ...]]:
+    """The same of a formula with factors ``exp(-T*s)``, and ``T = c_0 + sum c_j p_j`` of all; ``T`` empty for none.
+
+    Each stands as one more letter in the formula, between 1/2 and 1, of which the same power has to be in all terms.
+
+    Raises
+    ------
+    InputError
+        It is none, or has dead times in a part only.
+    """
+    if "exp" in ring.names or not _EXPONENTIAL.search(text):
+        return (*parsed(text, ring, field), ())
+    letters, waits, rest = list[str](), list[list[Fraction]](), text
+    while at := _EXPONENTIAL.search(rest):
+        letter, depth, end = f"late{'_' * (1 + max(map(len, ring.names)))}{len(letters)}", 1, at.end()
+        while depth and end < len(rest):
+            depth += {"(": 1, ")": -1}.get(rest[end], 0)
+            end += 1
+        if depth:
+            raise InputError(f"{field} is {text!r:.50}; close the bracket of exp")
+        waits.append(_dead_time(rest[at.end() : end - 1], ring, field))
+        letters.append(letter)
+        rest = f"{rest[: at.start()]} {letter} {rest[end:]}"
+    wider = Ring({**parameters, **dict.fromkeys(letters, (Fraction(1, 2), Fraction(1)))})
+    found, variable = parsed(rest, wider, field)
+    if variable == "z":
+        raise InputError(f"{field}: exp(-T*s) is a dead time in continuous time; write z^-n in discrete time")
+    m, sides, powers = 1 + len(ring.parameters), list[Element](), list[tuple[int, ...]]()
+    for side in (found.top, found.bottom):
+        terms = {tuple(int(e) for e in key): c for key, c in side.to_dict().items()}
+        if len({key[m:] for key in terms}) != 1:
+            raise InputError(
+                f"{field} is {text!r:.50}; beside parameters a dead time is a factor of the whole numerator, "
+                "exp(-T*s)*(..)/(..): write it so, or give each parameter one number"
+            )
+        powers.append(next(iter(terms))[m:])
+        sides.append(ring.context.from_dict({key[:m]: c for key, c in terms.items()}))
+    counts = [up - down for up, down in zip(*powers, strict=True)]
+    late = [sum((n * wait[j] for n, wait in zip(counts, waits, strict=True)), Fraction(0)) for j in range(m)]
+    return Quotient(*sides), "s", tuple(late)
+
+
+def _dead_time(argument: str, ring: Ring, field: str) -> list[Fraction]:
+    """``T`` of an argument ``-T s``: its constant part and the share of each parameter."""
+    found, variable = parsed(argument, ring, field)
+    terms = {tuple(int(e) for e in key): c for key, c in found.top.to_dict().items()}
+    if variable not in ("", "s") or ring.degree(found.bottom) > 0 or any(k[0] != 1 or sum(k) > 2 for k in terms):
+        raise InputError(
+            f"{field}: exp has the argument {argument!r:.40}; beside parameters give exp(-T*s) with a number or a "
+            "parameter T, or a sum of such"
+        )
+    below, wait = found.bottom.leading_coefficient(), [Fraction(0)] * (1 + len(ring.parameters))
+    for key, c in terms.items():
+        wait[key.index(1, 1) if sum(key) > 1 else 0] = -Fraction(int((c / below).p), int((c / below).q))
+    return wait
 
 
 def entries(values: Iterable[object], ring: Ring, name: str) -> list[Pair]:

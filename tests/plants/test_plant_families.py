@@ -14,6 +14,7 @@ from lure.files import find_system, loop_to_toml
 from lure.files.reading import parse_system
 from lure.plants import parameters
 from lure.plants.channel_family import ChannelFamily
+from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
 from lure.plants.text import parse_transfer
@@ -56,6 +57,19 @@ def test_constants_are_no_parameters_and_constants_alone_make_one_plant():
     assert PlantFamily.of_coefficients(["g"], [1, "g"], {"g": 2}) == RationalPlant([2], [1, 2])
 
 
+# exp(-T s) exp(-(a + 1) s/2)/exp(-s/4) = exp(-(1/4 + T + a/2) s)
+def test_a_dead_time_is_a_number_a_parameter_or_a_sum_of_such():
+    text = "exp(-T*s)*a*(s + 2)*exp(-(a + 1)*s/2)/(exp(-s/4)*(s^2 + s + a))"
+    family = PlantFamily.of_formula(text, {"T": (0, 1), "a": (1, 2)})
+    assert family.delay == (Fraction(1, 4), 1, Fraction(1, 2))
+    assert family.waits(family.box) == (Fraction(3, 4), Fraction(9, 4))
+    assert family.at((Fraction(1), Fraction(2))) == DelayPlant.parse("(2*s + 4)*exp(-9*s/4)/(s**2 + s + 2)")
+    assert PlantFamily.of_formula("exp(-T*s)/(s+g)", {"T": 0.5, "g": 2}) == DelayPlant.parse("exp(-s/2)/(s+2)")
+    plant = f'[plant]\ntransfer = "{text}"\n[plant.parameters]\nT = [0, 1]\na = [1, 2]\n'
+    system = parse_system(plant, name="own", source="here")
+    assert parse_system(loop_to_toml(system), name="own", source="here").block == system.block == family
+
+
 def test_a_file_reads_back_as_it_was_written():
     plant = '[plant]\nnum = ["b"]\nden = [1, "2*zeta*w", "w^2/3"]\n'
     text = plant + "[plant.parameters]\nw = [1, 2]\nzeta = [0.1, 0.3]\nb = [1, 2]\n"
@@ -80,7 +94,14 @@ def test_a_file_reads_back_as_it_was_written():
         ('transfer = "1/(1+(s^2+s+1)/(a*s+b))"', "a = [0, 1]\nb = [0, 1]", "may vanish in the box"),  # at a = b = 0
         ('num = [1]\nden = [1, "a"]', "s = [1, 2]\na = 1", "is no name here"),
         ('transfer = "s^2/(s+a)"', "a = [1, 2]", "improper"),
-        ('transfer = "exp(-s)/(s+a)"', "a = [1, 2]", "with a dead time, which is not read beside parameters"),
+        ('transfer = "1/(s+exp(-s)+a)"', "a = [1, 2]", "a dead time is a factor of the whole numerator"),
+        ('transfer = "exp(-s)/(s+a) + 1/(s+1)"', "a = [1, 2]", "a dead time is a factor of the whole numerator"),
+        ('transfer = "exp(-a*s)/(s+1)"', "a = [-1, 2]", "it is -1 s for some"),
+        ('transfer = "exp(-a*s)/(z+1)"', "a = [1, 2]", "both s and z occur|write z.-n in discrete time"),
+        ('transfer = "exp(-s/a)/(s+1)"', "a = [1, 2]", "exp has the argument '-s/a'"),
+        ('transfer = "exp(-a*s/(s+1)"', "a = [1, 2]", "close the bracket of exp"),
+        ('num = ["exp(-a*s)"]\nden = [1, 1]', "a = [1, 2]", "in one channel alone, as a factor of transfer"),
+        ('transfer = [["exp(-a*s)/(s+1)", "0"], ["0", "1/(s+a)"]]', "a = [1, 2]", "in one channel alone"),
         (
             'transfer = [["1/(s+a)", "s^2/(s+a)"]]',
             "a = [1, 2]",

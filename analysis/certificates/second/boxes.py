@@ -2,7 +2,8 @@
 
 On a box ``p_j = low_j + w_j t_j`` the polynomials ``n`` and ``d`` are multiplied out in ``t``, ``0 <= t_j <= 1``; the
 inequality, which is linear in ``n d*`` and ``|d|^2``, then is a polynomial in ``t`` whose coefficients are polynomials
-in the frequency.  A polynomial in ``t`` is a mean of its Bernstein coefficients, which follow from its own.
+in the frequency.  A polynomial in ``t`` is a mean of its Bernstein coefficients, which follow from its own.  With a
+dead time, affine in the parameters, it has two such parts, and holds for every value that this takes on the box.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from flint import fmpq, fmpq_poly
 from lure.analysis.certificates.second import theorems
 from lure.analysis.certificates.second.axis import Axis, holds_from_zero, holds_on_circle
 from lure.analysis.certificates.second.classes import Nonlinearities
+from lure.analysis.certificates.second.cover import require_whatever_delay
 from lure.analysis.certificates.second.numerics import (
     Laurent,
     X,
@@ -42,7 +44,7 @@ from lure.analysis.certificates.second.reading import (
     text,
     tick,
 )
-from lure.analysis.certificates.second.systems import Rational, read_system, shifted
+from lure.analysis.certificates.second.systems import Delayed, Rational, read_system, shifted
 
 MOST_BOXES, MOST_POWER = 100_000, 40
 Powers = tuple[int, ...]
@@ -60,6 +62,16 @@ class Plants:
     box: Box
     degrees: tuple[int, ...]
     terms: tuple[tuple[Powers, list[Fraction], list[Fraction]], ...]
+    delay: tuple[Fraction, ...] = ()
+
+    def waits(self, box: Box) -> tuple[Fraction, Fraction]:
+        """The least and the largest dead time, which is affine: at two corners."""
+        first, *rest = self.delay or (Fraction(0),)
+        ends = [
+            first + sum((c * pair[up == (c > 0)] for c, pair in zip(rest, box, strict=bool(self.delay))), Fraction(0))
+            for up in (False, True)
+        ]
+        return ends[0], ends[1]
 
     def at(self, point: list[Fraction]) -> dict[str, object]:
         """One plant, as in a file."""
@@ -72,6 +84,9 @@ class Plants:
         while len(sides[0]) > 1 and sides[0][0] == 0:
             sides[0] = sides[0][1:]
         top, bottom = ([str(v) for v in side] for side in sides)
+        if self.delay:
+            wait, _ = self.waits(tuple((v, v) for v in point))
+            return {"kind": "delay", "terms": [[str(wait), top]], "denominator": bottom}
         time = "discrete" if self.discrete else "continuous"
         return {"kind": "transfer", "time": time, "numerator": top, "denominator": bottom}
 
@@ -98,8 +113,9 @@ def read_plants(system: Mapping[str, object]) -> Plants:
     NotShown
         It is none.
     """
-    found = record(system, "kind", "time", "parameters", "terms")
-    require(found["kind"] == "family", "the kind of system is unknown")
+    late = system.get("kind") == "delay-family"
+    found = record(system, "kind", "time", "parameters", "terms", *(("delay",) if late else ()))
+    require(late or found["kind"] == "family", "the kind of system is unknown")
     require(found["time"] in ("continuous", "discrete"), "time is neither continuous nor discrete")
     box = read_parameters(found["parameters"])
     terms = list[tuple[Powers, list[Fraction], list[Fraction]]]()
@@ -112,7 +128,12 @@ def read_plants(system: Mapping[str, object]) -> Plants:
     sizes = {len(side) for _, *both in terms for side in both}
     require(len(sizes) == 1 and 0 not in sizes, "the terms have coefficients of different number")
     degrees = tuple(max(powers[j] for powers, *_ in terms) for j in range(len(box)))
-    return Plants(discrete=found["time"] == "discrete", box=box, degrees=degrees, terms=tuple(terms))
+    delay = tuple(numbers(found["delay"])) if late else ()
+    plants = Plants(discrete=found["time"] == "discrete", box=box, degrees=degrees, terms=tuple(terms), delay=delay)
+    if late:
+        require(len(delay) == 1 + len(box) and not plants.discrete, "the dead time does not fit the plants")
+        require(plants.waits(box)[0] >= 0 and any(delay), "the dead time is negative, or none")
+    return plants
 
 
 def read_parameters(value: object) -> Box:
@@ -182,6 +203,7 @@ def proved(document: Document, nonlinearities: Nonlinearities) -> str:
     record(document.multiplier)
     require(not nonlinearities.relu and nonlinearities.upper != "inf", "a class has no upper bound, or is a ReLU")
     require(all(top[0] == 0 for _, top, _ in plants.terms), "with parameters there is no direct term")
+    require(not plants.delay or document.theorem in ("circle", "popov"), "the theorem is not for dead times in a box")
     said = {
         _on_box(plants, box, replace(document, multiplier=multiplier), nonlinearities)
         for box, multiplier in leaves(mapping(found["boxes"]), plants.box)
@@ -220,9 +242,10 @@ def leaves(tree: Mapping[str, object], box: Box) -> Iterator[tuple[Box, Mapping[
 def _on_box(plants: Plants, box: Box, document: Document, nonlinearities: Nonlinearities) -> str:
     """What follows for all plants of a box by one multiplier."""
     system = read_system(plants.at([(low + high) / 2 for low, high in box]))
-    if not isinstance(system, Rational):
-        raise NotShown("parameters are those of rational plants")
-    require(system.plant.degree == len(plants.terms[0][2]) - 1, "the order is less in the middle of a box")
+    if not isinstance(system, Rational | Delayed):
+        raise NotShown("parameters are those of rational plants and of plants with dead time")
+    order = system.plant.degree if isinstance(system, Rational) else system.d.degree()
+    require(order == len(plants.terms[0][2]) - 1, "the order is less in the middle of a box")
     if document.theorem == "circle":
         record(document.multiplier)
     asked = theorems.posed(document, system, nonlinearities)
@@ -238,7 +261,9 @@ def _on_box(plants: Plants, box: Box, document: Document, nonlinearities: Nonlin
         slope = middle.d.derivative()(end)
         rest = {powers: to_fraction(p(end) * slope) for powers, p in n.items()}
         require(all(v > 0 for v in bernstein(rest, plants.degrees)), "the residue at the pole 0 is not positive")
-    if plants.discrete:
+    if plants.delay:
+        _on_late_line(asked, (n, loop, middle.d), (plants.degrees, twice), plants.waits(box), critical=critical)
+    elif plants.discrete:
         _on_circle(asked, (n, loop, middle.d), (plants.degrees, twice), critical=critical)
     else:
         _on_line(asked, (n, loop, middle.d), (plants.degrees, twice), critical=critical)
@@ -250,14 +275,8 @@ Sides = tuple[Polynomials, Polynomials, fmpq_poly]
 
 def _on_line(asked: Question, sides: Sides, degrees: tuple[Powers, Powers], *, critical: bool) -> None:
     """Check the poles and the inequality in continuous time."""
-    n, d = ({powers: Axis.of(p) for powers, p in side.items()} for side in sides[:2])
-    middle = Axis.of(sides[2]).conjugate()
+    cross, square = _products(sides, degrees[0], critical=critical)
     order = sides[2].degree()
-    for p in bernstein({powers: (own * middle).e for powers, own in d.items()}, degrees[0]):
-        kept = p // X if critical else p
-        require(positive_from_zero(kept) and kept.degree() == order - critical, "a pole may reach the axis in a box")
-    back = {powers: own.conjugate() for powers, own in d.items()}
-    cross, square = _product(n, back, _add_axis), _product(d, back, _add_axis)
     ease = to_fmpq(asked.claim.inverse_gain)
     if asked.theorem == "off-axis-circle":
         alpha = to_fmpq(number(record(asked.document.multiplier, "alpha")["alpha"]))
@@ -277,6 +296,43 @@ def _on_line(asked: Question, sides: Sides, degrees: tuple[Powers, Powers], *, c
     full = order + multiplier.below.degree() + multiplier.growth - critical
     for p in bernstein(forms, degrees[1]):
         require(holds_from_zero(p // X if critical else p, full, asked.claim.need), "the inequality may fail in a box")
+
+
+def _products(sides: Sides, degrees: Powers, *, critical: bool) -> tuple[dict[Powers, Axis], dict[Powers, Axis]]:
+    """``n d*`` and ``|d|^2`` on the line, of plants whose poles are checked."""
+    n, d = ({powers: Axis.of(p) for powers, p in side.items()} for side in sides[:2])
+    middle = Axis.of(sides[2]).conjugate()
+    for p in bernstein({powers: (own * middle).e for powers, own in d.items()}, degrees):
+        kept = p // X if critical else p
+        full = sides[2].degree() - critical
+        require(positive_from_zero(kept) and kept.degree() == full, "a pole may reach the axis in a box")
+    back = {powers: own.conjugate() for powers, own in d.items()}
+    return _product(n, back, _add_axis), _product(d, back, _add_axis)
+
+
+def _on_late_line(
+    asked: Question,
+    sides: Sides,
+    degrees: tuple[Powers, Powers],
+    waits: tuple[Fraction, Fraction],
+    *,
+    critical: bool,
+) -> None:
+    """The same with dead times between two.
+
+    ``Re[(1 + i omega theta) n d* exp(-i omega T)] + |d|^2/w``: of the Bernstein coefficients of ``E + i omega O`` in
+    front of the exponential, and of ``|d|^2/w``.
+    """
+    cross, square = _products(sides, degrees[0], critical=critical)
+    theta, ease = theorems.multiplier_of(asked).theta, to_fmpq(asked.claim.inverse_gain)
+    require(theta >= 0 and ease > 0, "with dead time theta >= 0 and an upper bound are needed")
+    turned = {p: Axis(own.e - to_fmpq(theta) * X * own.o, own.o + to_fmpq(theta) * own.e) for p, own in cross.items()}
+    parts = [{p: own.e for p, own in turned.items()}, {p: own.o for p, own in turned.items()}]
+    plain = {p: ease * own.e for p, own in square.items()}
+    powers = {*turned, *plain}
+    listed = [[*bernstein({p: part.get(p, fmpq_poly([])) for p in powers}, degrees[1])] for part in (plain, *parts)]
+    for plain_part, even, odd in zip(*listed, strict=True):
+        require_whatever_delay((plain_part, even, odd), waits, sides[2].degree(), critical=critical)
 
 
 def _on_circle(asked: Question, sides: Sides, degrees: tuple[Powers, Powers], *, critical: bool) -> None:

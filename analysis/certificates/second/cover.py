@@ -52,6 +52,72 @@ def require_cover(curve: Curve, proof: object, need: Need) -> None:
         require(_positive(curve, boxes), "the inequality is not shown on the boxes")
 
 
+Parts = tuple[fmpq_poly, fmpq_poly, fmpq_poly]
+
+
+def require_whatever_delay(parts: Parts, waits: tuple[Fraction, Fraction], full: int, *, critical: bool) -> None:
+    r"""Check ``F = A + E cos(omega T) + omega O sin(omega T) > 0`` for all ``T`` between two, away from 0 at infinity.
+
+    As a function of ``T`` it goes up and down as a cosine of ``omega T`` does.  While ``omega`` times the range of
+    ``T`` is below ``pi``, it is least at an end, unless it falls at the first and rises at the last; and it is positive
+    where it is so at an end and ``A^2 > E^2 + omega^2 O^2``.
+
+    Parameters
+    ----------
+    parts : tuple of fmpq_poly
+        ``A``, ``E`` and ``O`` in ``x = omega^2``.
+    waits : tuple of Fraction
+        The least and the largest ``T``.
+    full : int
+        The degree of ``A`` that keeps ``F`` away from 0.
+    critical : bool
+        Whether ``F`` vanishes at 0 as ``x`` does.
+
+    Raises
+    ------
+    NotShown
+        It is not shown.
+    """
+    (plain, even, odd), (first, last) = parts, waits
+    curves = [_with_delay(parts, T, full, critical=critical) for T in dict.fromkeys((last, first))]
+    end = 1 / last
+    for _ in range(DOUBLINGS):
+        if _tail(curves[0], end, "positive"):
+            break
+        end *= 2
+    else:
+        raise NotShown("the part without delay does not outweigh the others at high frequencies")
+    with working_precision(BITS):
+        for curve in curves:
+            require(_positive(curve, [(Fraction(0), end)]), "the inequality is not shown at an end of the dead time")
+        room = plain * plain - even * even - X * odd * odd
+        apart, e, o = ([arb(c) for c in p.coeffs()] for p in (room, even, odd))
+        stack, narrowest = [(Fraction(0), end)] * (first < last), end / 2**NARROWEST
+        while stack:
+            tick()
+            low, high = stack.pop()
+            omega = ball(low).union(ball(high))
+            one_way = _slope(e, o, omega, first) > 0 or _slope(e, o, omega, last) < 0
+            if (one_way and high * (last - first) < 3) or _ball_at(apart, omega * omega) > 0:
+                continue
+            require(high - low > narrowest, "the inequality is not shown between the ends of the dead time")
+            stack += [(low, (low + high) / 2), ((low + high) / 2, high)]
+
+
+def _slope(even: list[arb], odd: list[arb], omega: arb, T: Fraction) -> arb:
+    """How fast ``F`` changes with ``T``, over ``omega^2``."""
+    x, angle, wait = omega * omega, omega * ball(T), ball(T)
+    return _ball_at(odd, x) * angle.cos() - _ball_at(even, x) * wait * angle.sinc()
+
+
+def _with_delay(parts: Parts, T: Fraction, full: int, *, critical: bool) -> Curve:
+    """``F`` for one ``T``."""
+    plain, even = (p // X if critical else p for p in parts[:2])
+    none = fmpq_poly([])
+    terms = {Fraction(0): (plain, none), T: (even, parts[2])} if T else {T: (plain + even, none)}
+    return Curve(terms=terms, full=full - critical, divided=critical)
+
+
 def read_boxes(proof: object) -> list[tuple[Fraction, Fraction]]:
     """The boxes of a cover, neighbours from 0 on.
 

@@ -94,7 +94,7 @@ def _follows(document: Document) -> str:
     require(not nonlinearities.relu, "a ReLU is asked about as one of several channels")
     if document.nonlinearity is not None:
         require_member(document.nonlinearity, nonlinearities)
-    if document.system.get("kind") == "family":
+    if document.system.get("kind") in ("family", "delay-family"):
         if document.verdict == "PROVED":
             return boxes.proved(document, nonlinearities)
         document = boxes.member(document)
