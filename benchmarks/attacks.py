@@ -66,7 +66,7 @@ def guarded(kind: str, i: int) -> tuple[Counter[str], list[str]]:
 
 
 def done(path: Path | None) -> tuple[Counter[str], dict[str, Counter[str]], list[str]]:
-    """How far each kind has come in a file, its counts, and all faults; a last line that was cut short is left out."""
+    """How far each kind has come in a file, its counts, and all faults; a line that was cut short is left out."""
     ends: Counter[str] = Counter()
     counts: dict[str, Counter[str]] = {}
     faults: list[str] = []
@@ -81,6 +81,16 @@ def done(path: Path | None) -> tuple[Counter[str], dict[str, Counter[str]], list
         counts.setdefault(chunk["kind"], Counter()).update(chunk["counts"])
         faults += chunk["faults"]
     return ends, counts, faults
+
+
+def kept(state: Path, chunk: dict[str, object]) -> None:
+    """Add a chunk to a file; what a campaign that was killed left of a line gets its end first."""
+    with state.open("ab+") as file:
+        file.seek(max(0, file.seek(0, os.SEEK_END) - 1))
+        torn = file.read() not in (b"", b"\n")
+        file.write(b"\n" * torn + json.dumps(chunk).encode() + b"\n")
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def campaign(state: Path | None, seconds: float, kinds: list[str], loops: int) -> int:
@@ -100,10 +110,7 @@ def campaign(state: Path | None, seconds: float, kinds: list[str], loops: int) -
         for said in wrong:
             print(said, flush=True)
         if state is not None:
-            with state.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(chunk) + "\n")
-                file.flush()
-                os.fsync(file.fileno())
+            kept(state, chunk)
         ends[kind] += size
         counts.setdefault(kind, Counter()).update(found)
         faults += wrong

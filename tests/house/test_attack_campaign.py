@@ -145,6 +145,10 @@ def test_a_campaign_goes_on_where_its_file_ends(script, tmp_path, capsys, monkey
     script.campaign(state, math.inf, ["continuous", "channels"], 60)
     assert state.read_text().startswith(whole)
     ends, counts, faults = script.done(state)
+    # every chunk of both runs counts: those after the torn line begin where those before it ended
+    chunks = [json.loads(line) for line in state.read_text().splitlines() if line.endswith("}")]
+    assert len(chunks) == len(state.read_text().splitlines()) - 1
+    assert sum(ends.values()) == sum(chunk["to"] - chunk["from"] for chunk in chunks)
     assert sum(ends.values()) == sum(found["loops"] for found in counts.values()) >= 120
-    assert faults == ["continuous 7"]
+    assert sorted(faults) == ["channels 7", "continuous 7"]
     assert "claim: 0" in capsys.readouterr().out

@@ -344,6 +344,8 @@ def test_the_sum_of_exponentials_is_the_force():
     text = "0.3*t**2 - t*exp(-0.2*t)*sin(0.7*t + 1) + 2 + where(t < 12, 0, 1)"
     sources = _problem(rod, Scenario.parse(force=text), 50.0, Boundary(), 16).sources
     forces = ExponentialForces(sources)
+    rest = ExponentialForces(_problem(rod, Scenario.parse(velocity="1"), 50.0, Boundary(), 16).sources)
+    assert forces.over(1)[0].packed.dtype == rest.over(1)[0].packed.dtype == np.float64  # compiled once for both
     for number in (1, 5, 6, 7, 20):
         force, end = forces.over(number)
         assert end == (13.0 if number <= 6 else np.inf)  # t = 12, one transit later

@@ -117,7 +117,8 @@ class ExponentialForce:
         ]
         weights = [x for w in self.weights for weight in w.tolist() for x in (weight.real, weight.imag)]
         places = HEAD + len(rates), HEAD + len(rates) + len(weights), HEAD + len(rates) + len(weights) + self.count
-        return np.array([len(self.weights), self.count, *places, *rates, *weights, *self.start, *self.turn.ravel()])
+        numbers = [len(self.weights), self.count, *places, *rates, *weights, *self.start, *self.turn.ravel()]
+        return np.array(numbers, dtype=np.float64)  # without a force, too: integers would be compiled for once more
 
     @property
     def count(self) -> int:
