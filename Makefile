@@ -68,7 +68,7 @@ docs: .venv/.docs build/notebooks/.run ## the documentation, into build/docs/ind
 paper: .venv/.core ## the paper about lure with its figures, into build/paper, as the Journal of Open Source Software takes it
 	rm -rf build/paper && mkdir -p build && cp -r paper build/paper
 	$(BIN)/lure report dt-6 -o build/paper/dt-6 --quiet
-	cp build/paper/dt-6/figures/reach.svg build/paper/classes.svg
+	cp build/paper/dt-6/figures/largest.svg build/paper/classes.svg
 	cp notebooks/figures/popov.svg build/paper/popov.svg
 
 release: .venv/.core ## what a release is, up to the upload and without it; wheel and sdist are then in dist; ARGS=--rehearse

@@ -76,7 +76,7 @@ def side_by_side(left, right):
 #
 # Take $H = 1/(s^2 + s + 1)$ and $x = \omega^2$. By hand, $\mathrm{Re}\,H = (1 - x)/((1 - x)^2 + x)$, which is least at
 # $x = 2$: there it is $-1/3$. The circle criterion stops at $k = 3$. With $\theta = 1$ the $x$ cancels,
-# $\mathrm{Re}[(1 + i\omega)H] = 1/((1 - x)^2 + x)$ is positive, and Popov's criterion reaches every finite $k$.
+# $\mathrm{Re}[(1 + i\omega)H] = 1/((1 - x)^2 + x)$ is positive, and Popov's criterion proves every finite $k$.
 
 # %%
 OSCILLATOR = "1/(s^2 + s + 1)"
@@ -89,7 +89,7 @@ tilted = popov_response(OSCILLATOR, k=10, theta=1)
 say(tilted)
 side_by_side(nyquist_response(OSCILLATOR), tilted)
 
-# %% [markdown]
+# %% [markdown] explore="num=1&den=1,1,1&k=10&theta=1"
 # Red is forbidden. On the left the curve touches the line of $k = 3$. On the right $k = 10$, the line has slope 1,
 # and there is room. In between each $\theta$ has a $k$ of its own; for $\theta = 1/2$ it is $6 +
 # 4\sqrt3 = 12.93$.
@@ -141,8 +141,8 @@ plt.show()
 # Near 0, $H \approx \varrho/s$ with the residue $\varrho = 1/2$, so $\mathrm{Im}\,H \approx -\varrho/\omega$ falls to
 # $-\infty$ along the asymptote $\mathrm{Re}\,H = -3/4$: Nyquist's curve leaves the picture. Popov's does not, since
 # $\omega\,\mathrm{Im}\,H$ stays finite. It starts at $(-3/4, -\varrho)$ and meets the axis at $-1/6$, where
-# $\omega^2 = 2$; the tangent there has slope $2/3$, hence $\theta = 3/2$, and $k = 6$ is out of reach by nothing but
-# the word "strictly".
+# $\omega^2 = 2$; the tangent there has slope $2/3$, hence $\theta = 3/2$: every $k < 6$
+# is proved, and 6 itself is not, since the inequality is strict.
 
 # %%
 MOTOR = "1/(s*(s + 1)*(s + 2))"
@@ -151,13 +151,13 @@ critical = max_sector(MOTOR, criterion="popov")
 say(critical)
 side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 
-# %% [markdown]
+# %% [markdown] explore="num=1&den=1,3,2,0&k=5.9&theta=1.5"
 # What a pole at 0 changes:
 #
 # - **The conclusion.** The gain 0 is not stable, yet $\phi = 0$ belongs to $[0, k]$: the integrator then stays
-#   wherever it is. So "0 attracts every motion" is false for the class, and what is proved is convergence to the set of
-#   equilibria, which is the point 0 if your nonlinearity vanishes at 0 alone. Even $1/s$, proved for every finite $k$,
-#   gets no stronger conclusion.
+#   wherever it is. So "0 attracts every solution" is false for the class, and what is proved is convergence to the set
+#   of equilibria, which is the point 0 if your nonlinearity vanishes at 0 alone. Even $1/s$, proved for every finite
+#   $k$, gets no stronger conclusion.
 # - **The residue** must be positive. With a negative one every small positive gain is unstable, although
 #   $\mathrm{Re}\,H$ can be positive everywhere, as it is for $-1/(s(s + 1))$.
 # - **The order.** At a double pole the criterion ends, whatever the picture.
@@ -168,7 +168,7 @@ wrong_sign, double = max_sector("-1/(s*(s + 1))"), max_sector("(s + 1)/s^2")
 say(f"-1/(s(s+1)): {wrong_sign.verdict}; {wrong_sign.reason}")
 say(f"(s+1)/s^2: {double.verdict}; {double.reason}")
 
-# %% [markdown]
+# %% [markdown] explore="num=1,0,0&den=1,1,1&k=6.4&theta=-1"
 # ## 4. Negative theta
 #
 # Many texts ask for $\theta \ge 0$. For finite $k$ that is not needed ([note 6](notes/0006-negative-theta.md)), and it
@@ -183,7 +183,7 @@ for theta, response in leaning.items():
     print(f"theta = {theta:3} s: k = {response.k:.6g} ({response.answer.verdict})")
 side_by_side(leaning[0], leaning[-1])
 
-# %% [markdown]
+# %% [markdown] explore="num=1&den=1,3,2,0&k=6&theta=1.5"
 # ## 5. Two pictures that lie
 #
 # The loop of part 3 with $k = 6$: the curve stays to the right of the line, at every frequency drawn. But $\phi =

@@ -32,7 +32,7 @@ import numpy as np
 from lure import LoopSystem, NonlinearityClass, Saturation, Sector, as_plant
 from lure.analysis import Verdict, check
 from lure.analysis.certificates.checker import Proved
-from lure.analysis.plots import plot_popov, plot_reach
+from lure.analysis.plots import plot_largest, plot_popov
 from lure.analysis.questions.table import class_name
 from lure.analysis.report import build_loop_report, write_loop_report
 from lure.analysis.rod.plots import plot_both_decays, plot_both_ends, plot_damping
@@ -94,7 +94,7 @@ for claim in claims(report):
 
 # %% [markdown]
 # **Certified** rests on exact arithmetic or a proof, over all frequencies and the whole class. **Computed** is
-# floating point against a second computation. **Observed** is one motion: it may contradict a claim, and then no
+# floating point against a second computation. **Observed** is one solution: it may contradict a claim, and then no
 # report is written; it cannot prove one. Only the first ever carries PROVED.
 #
 # ## The criteria: theta, margin, largest k
@@ -117,7 +117,7 @@ for row in report.criteria:
 # - **margin** is the least value of the left-hand side over *all* frequencies, and *at* is where. It is not read off a
 #   grid. Positive is what counts; its size is how much further $-1/k$ could move.
 # - **largest k** is the largest $k$ for which the criterion still holds. The circle criterion gives up at 8 Pa/m, since
-#   $\mathrm{Re}\,H$ goes down to $-1/8$ (hence its margin, $0.875 = 1 - 1/8$); Popov reaches every finite
+#   $\mathrm{Re}\,H$ goes down to $-1/8$ (hence its margin, $0.875 = 1 - 1/8$); Popov proves every finite
 #   stiffness. A contact ten times as hard as this one would need Popov.
 #
 # You can check the margin on your fingers: ask the block.
@@ -282,7 +282,7 @@ for one in (saturated, sector_only):
 
 names = [class_name(row) for row in sector_only.analysis.rows]
 _, ax = plt.subplots(figsize=(7.5, 3.8), layout="constrained")
-plot_reach(sector_only.analysis.rows, names, ax=ax)
+plot_largest(sector_only.analysis.rows, names, ax=ax)
 ax.axvline(3, color="black", lw=0.8, ls=":")
 plt.show()
 

@@ -208,7 +208,7 @@ assert min(deflated) > 0
 
 # %% [markdown]
 # **Concluded**, by Popov's theorem in the critical case (Aizerman and Gantmacher 1964): for every nonlinearity of the
-# class, every motion converges to the set of equilibria.
+# class, every solution converges to the set of equilibria.
 #
 # **Not concluded**: asymptotic stability of 0, and not for want of trying. The nonlinearity $\max(\sigma - 1, 0)$
 # belongs to the class, the checker confirms it, and with it the loop rests at $\sigma = 1/2$ for ever. Nor a rate, nor
@@ -296,7 +296,7 @@ refuted = complete_and_check(
 say(f"{type(refuted).__name__}: {refuted.claim}")
 say(refuted.facts["root"])
 
-# %% [markdown]
+# %% [markdown] explore="num=1&den=1,3,2,0&k=5.9&theta=1.5"
 # Left, Popov's plot: the curve stays to the right of the line of slope $1/\theta$ through $-1/k$. Right, the
 # polynomial.
 
@@ -357,7 +357,7 @@ assert type(refuted).__name__ == "Refuted"
 # $$M = \begin{pmatrix} -(A^TP + PA) & c^T + \theta A^Tc^T - Pb \\ \cdot & 2/k + 2\theta\,(cb + \varrho)
 # \end{pmatrix} > 0, \qquad P > 0.$$
 #
-# Then $V = x^TPx + 2\theta\int_0^\sigma\phi$ falls along every motion: $-V' = v^TMv + 2\phi\,(\sigma -
+# Then $V = x^TPx + 2\theta\int_0^\sigma\phi$ falls along every solution: $-V' = v^TMv + 2\phi\,(\sigma -
 # \phi/k)$ with $v = (x, -\phi)$, and the last product is not negative in the sector. ($\varrho = 0$ here.) A
 # matrix is positive definite if the pivots of its $LDL^T$ are positive; in fractions that is a matter of fact.
 

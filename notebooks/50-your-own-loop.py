@@ -37,12 +37,12 @@ import control
 
 # ------------------------------------------ change these two lines
 PLANT = control.tf([200_000], [1, 50, 10_400, 100_000, 0])  # rad / V
-LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
+PHI = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
 # -----------------------------------------------------------------
 
 # %% [markdown]
 # `PLANT` may be a transfer function or a state space model of python-control or scipy.signal, `(num, den)`, or a
-# formula such as `"exp(-s)/(s+1)"`; `LAW` a formula in `sigma`, a nonlinearity of `lure.nonlinearities`, or a function
+# formula such as `"exp(-s)/(s+1)"`; `PHI` a formula in `sigma`, a nonlinearity of `lure.nonlinearities`, or a function
 # of your own. Coefficients are taken exactly, so write whole numbers where you can: the double `0.1` is not $1/10$. If
 # your plant is unstable, no sector that contains 0 will do: then change the 0 in `lower=0` below to a gain that
 # stabilises it.
@@ -52,7 +52,7 @@ import matplotlib.pyplot as plt
 
 from lure import NonlinearityClass, as_plant
 from lure.analysis import certify, max_sector, max_slope, nonlinearity_bounds
-from lure.analysis.plots import plot_nonlinearity_sector, plot_reach
+from lure.analysis.plots import plot_largest, plot_nonlinearity_sector
 
 block = as_plant(PLANT)
 print(f"H = {block}")
@@ -70,8 +70,8 @@ print(f"H = {block}")
 # the theorem below asks that $\phi$ be locally Lipschitz (no jumps, no vertical tangents) and not change with time.
 
 # %%
-bounds = nonlinearity_bounds(LAW)
-ax = plot_nonlinearity_sector(LAW, bounds)
+bounds = nonlinearity_bounds(PHI)
+ax = plot_nonlinearity_sector(PHI, bounds)
 ax.set(xlabel="σ [rad]", ylabel="φ(σ) [V]")
 plt.show()
 print(bounds)
@@ -124,7 +124,7 @@ slope = max_slope(block, odd=True, search="linear")
 print(varying, slope, sep="\n\n")
 names = ["sector, φ may depend on time", "sector", "odd, slope in [0, k]"]
 _, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
-plot_reach([varying, found, slope], names, ax=ax)
+plot_largest([varying, found, slope], names, ax=ax)
 plt.show()
 
 # %% [markdown]
@@ -162,7 +162,7 @@ ax.legend(fontsize="small")
 plt.show()
 print(drawn)
 
-# %% [markdown]
+# %% [markdown] explore="num=200000&den=1,50,10400,100000,0&k=20"
 # The notebook *20-nyquist-and-popov* explains this picture. It is a picture: 23.1 was not read off it. (In discrete
 # time the criterion has another form and no such plot; you then see Nyquist's.)
 #
@@ -227,7 +227,7 @@ def guard(sector):
     """What the assertion says of the nonlinearity: how it was kept, or where it is
     violated."""
     try:
-        return assert_in_sector(LAW, sector)
+        return assert_in_sector(PHI, sector)
     except AssertionError as violation:
         return violation
 
@@ -245,7 +245,7 @@ half = Sector(bounds.sector.lower, (bounds.sector.lower + bounds.sector.upper) /
 print(guard(half))
 
 # %% [markdown]
-# In a file it is an ordinary test, for `pytest test_law.py` (`pip install pytest`). `lure init --test test_law.py`
+# In a file it is an ordinary test, for `pytest test_phi.py` (`pip install pytest`). `lure init --test test_phi.py`
 # writes one with comments.
 
 # %%
@@ -260,10 +260,10 @@ def test_the_law_stays_in_its_sector():
     assert_in_sector({!r}, Sector({}, {}))
 """
 outcomes = []
-if find_spec("pytest") and isinstance(LAW, str):
+if find_spec("pytest") and isinstance(PHI, str):
     for sector in (bounds.sector, half):
-        text = TEST.format(LAW, sector.lower, sector.upper)
-        outcomes.append(run("test_law.py", text, "-m", "pytest", "--tb=no", "-q"))
+        text = TEST.format(PHI, sector.lower, sector.upper)
+        outcomes.append(run("test_phi.py", text, "-m", "pytest", "--tb=no", "-q"))
 
 # %% [markdown]
 # ## 9. Numbers that are known to a few per cent
@@ -314,7 +314,7 @@ for margin in joint.margins:
 # %%
 if (
     str(block) == "200000 / (s^4 + 50 s^3 + 10400 s^2 + 100000 s)"
-    and LAW == "min(max(20*sigma, -24), 24)"
+    and PHI == "min(max(20*sigma, -24), 24)"
 ):
     assert (bounds.sector, str(bounds.evidence)) == (Sector(0, 20), "certified")
     assert abs(found.hurwitz.high - 84) < 1e-9

@@ -137,18 +137,18 @@ print(
     "of the largest load"
 )
 loop = ([1e4], [1, 300, 2e4, 0])  # see section 4
-say(margin_from_data(lossy, loop, gain=0.005, vouched=True))
+say(margin_from_data(lossy, loop, gain=0.005, assume_nonnegative=True))
 
 # %% [markdown]
 # ## 4. A verdict for a loop
 #
 # A positioning stage holds the pad: $H(s) = 10^4/(s(s^2 + 300 s + 2\cdot10^4))$ from $\mu$ to $\sigma$,
 # $\mu = -\phi(\sigma)$, and the force is fed back with the gain 0.005 per newton, $\phi = 0.005 f$. The loop has
-# a pole at 0 and tolerates no negative chord at all, so here we give our word that the pad never pulls
-# (`vouched=True`). The word is repeated in the answer.
+# a pole at 0 and is stable for no negative gain, so here we assume that the pad never pulls
+# (`assume_nonnegative=True`). The answer repeats the assumption.
 
 # %%
-verdict = margin_from_data(found, loop, gain=0.005, vouched=True)
+verdict = margin_from_data(found, loop, gain=0.005, assume_nonnegative=True)
 verdict
 
 # %% [markdown]
@@ -157,7 +157,7 @@ verdict
 # %%
 say(margin_from_data(found, loop, gain=0.005))
 print()
-say(margin_from_data(found, loop, gain=0.007, vouched=True))
+say(margin_from_data(found, loop, gain=0.007, assume_nonnegative=True))
 
 # %% [markdown]
 # The proved sector ends at 600, certified at every frequency; the measured one ends at 455. What connects them is only
@@ -220,7 +220,7 @@ print(
 print(f"rho c v = {plateau:.3f} MPa; depths reached: up to {max(depths):.2f} mm")
 
 # %% [markdown]
-# Nine motions are nine motions, not a bound for the box. There is a bound, $\rho c v$: with a dashpot below the
+# Nine solutions are no bound for the box. There is a bound, $\rho c v$: with a dashpot below the
 # impedance of the rod no impact ever exceeds it, for any nonlinearity that pushes the harder the deeper (the [notebook
 # on the dashpot](70-designing-the-dashpot.py) says why). And look at the depths: the pad was measured down to 0.68 mm
 # below its surface. Deeper than that the nonlinearity would be a guess; here it was not needed.
@@ -229,10 +229,10 @@ print(f"rho c v = {plateau:.3f} MPa; depths reached: up to {max(depths):.2f} mm"
 #
 # **Outside the range.** Nothing was measured beyond 0.8 mm. The fitted nonlinearity grows like $\sigma^{3/2}$ and would
 # leave the proved sector of section 4 at a depth that can be computed; a theorem about all $\sigma$ needs the sector
-# there too, or an argument that the motion never gets there. Neither is in the file.
+# there too, or an argument that the solution never gets there. Neither is in the file.
 #
 # **Between the readings.** They are 5 µm apart. The nonlinearity drawn below agrees with the fit at each of the 241
-# displacements, and therefore with the file; its chord is far outside. Only a constant that *you* vouch for excludes
+# displacements, and therefore with the file; its chord is far outside. Only a constant that *you* state excludes
 # it: if $|f(x) - f(y)| \le \Lambda|x - y|$, then between readings $h$ apart, of which the left one is at $x$, no chord
 # exceeds $U + (U + \Lambda)h/(2x)$, where $U$ bounds those at the readings.
 
@@ -247,8 +247,8 @@ tooth = nonlinearity(sigma) + 60 * np.maximum(
 at_readings = np.interp(
     data.displacement, sigma, tooth - nonlinearity(sigma), left=0
 )
-vouched, left = found.slope_upper.bound, 0.2e-3
-allowance = (found.upper.bound + vouched) * 5e-6 / (2 * left)
+stated, left = found.slope_upper.bound, 0.2e-3
+allowance = (found.upper.bound + stated) * 5e-6 / (2 * left)
 
 _, ax = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
 ax.axvspan(0.8, 1.6, color=GREY, alpha=0.2, lw=0, label="not measured")
@@ -272,7 +272,7 @@ ax.legend(loc="lower right")
 plt.show()
 print(f"the fitted nonlinearity leaves the proved sector at {1e3 * leaves:.2f} mm")
 print(
-    f"with your word for {vouched / 1e3:.0f} kN/m: at most {allowance / 1e3:.1f} "
+    f"if you state {stated / 1e3:.0f} kN/m: at most {allowance / 1e3:.1f} "
     "kN/m more, beyond 0.2 mm"
 )
 
@@ -329,13 +329,13 @@ assert found.lower.bound < 0 < true_chord < found.upper.bound
 assert found.slope_lower.bound < 0 < true_slope < found.slope_upper.bound
 assert round(found.lower.bound, -2) == -18.3e3
 assert lossy.hysteresis is not None
-assert not margin_from_data(lossy, loop, gain=0.005, vouched=True).inside
+assert not margin_from_data(lossy, loop, gain=0.005, assume_nonnegative=True).inside
 assert verdict.inside
 assert str(verdict.evidence) == "observed"
 assert 599.9 < verdict.proved.largest.low <= 600
 assert round(float(verdict.sector.upper)) == 455
 assert not margin_from_data(found, loop, gain=0.005).inside
-assert not margin_from_data(found, loop, gain=0.007, vouched=True).inside
+assert not margin_from_data(found, loop, gain=0.007, assume_nonnegative=True).inside
 assert round(fit.correlation[0, 2], 3) == -0.999
 # per pascal, not per newton
 for name, value in (true | {"eps": true["eps"] * 25e-6}).items():

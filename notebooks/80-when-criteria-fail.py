@@ -35,7 +35,7 @@ from lure import Cubic, PiecewiseLinear, Saturation, as_plant
 from lure.analysis import check, max_sector, max_slope, steady_response
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.describing import describing_hint
-from lure.analysis.plots import plot_nonlinearity, plot_reach
+from lure.analysis.plots import plot_largest, plot_nonlinearity
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,
@@ -219,7 +219,7 @@ say(odd, monotone)
 _, (left, right) = plt.subplots(
     1, 2, figsize=(8.6, 3.4), width_ratios=(1.5, 1), layout="constrained"
 )
-plot_reach([odd, monotone], ["odd φ", "monotone φ"], ax=left)
+plot_largest([odd, monotone], ["odd φ", "monotone φ"], ax=left)
 left.set_xlabel("upper end k of the slope [unit of μ / unit of σ]")
 plot_nonlinearity(monotone.witness, ax=right)
 plt.show()
@@ -430,7 +430,7 @@ plt.show()
 # | linear | the gain margin | a saturation swings where any gain up to 9.9 is fine |
 # | a sector, time-invariant | Popov | a gain that switches between 0 and 5.71022 makes the solution grow |
 # | a sector, time-varying | the circle | there is nothing left to forget |
-# | a slope | Park, Zames and Falb | Popov stops at 1.7636 where slope reaches 4.5894 |
+# | a slope | Park, Zames and Falb | Popov proves 1.7636 instead of 4.5894 |
 # | odd as well | their odd multipliers | an orbit of period 3 at $175/192$, below $25/23$ |
 #
 # ## What this notebook claims

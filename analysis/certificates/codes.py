@@ -59,7 +59,7 @@ CODES = (
         "for multipliers and for counterexamples end after a while: another multiplier, or a counterexample, may "
         "exist.",
         tries=(
-            "See how far each criterion reaches: lure analyse plant.toml",
+            "See the largest class that each criterion proves: lure analyse plant.toml",
             "Ask for a smaller upper bound: lure certify plant.toml --sector 0 1",
             "If the nonlinearity has slope bounds, or is odd, say so: lure certify plant.toml --slope 0 1 --odd",
         ),
@@ -218,7 +218,7 @@ CODES = (
         ),
     ),
     Code(
-        reason=Reason.ROUGH_LAW,
+        reason=Reason.NOT_LIPSCHITZ,
         title="the nonlinearity is not locally Lipschitz",
         happened="The nonlinearity jumps, or has a vertical tangent, and the theorems for continuous time assume "
         "locally Lipschitz nonlinearities: for others solutions may not exist, or not be unique.",
@@ -229,7 +229,7 @@ CODES = (
         ),
     ),
     Code(
-        reason=Reason.FOREIGN_LAW,
+        reason=Reason.OUTSIDE_CLASS,
         title="the nonlinearity is not in the class",
         happened="The nonlinearity breaks a bound that the class, or its own declaration, promises.",
         means="A proof for the class would say nothing about this nonlinearity.",
@@ -356,8 +356,8 @@ CRITICAL = REGISTRY[Reason.CRITICAL]
 DOUBLE_ZERO = REGISTRY[Reason.DOUBLE_ZERO]
 RESIDUE = REGISTRY[Reason.RESIDUE]
 ILL_POSED = REGISTRY[Reason.ILL_POSED]
-ROUGH_LAW = REGISTRY[Reason.ROUGH_LAW]
-FOREIGN_LAW = REGISTRY[Reason.FOREIGN_LAW]
+NOT_LIPSCHITZ = REGISTRY[Reason.NOT_LIPSCHITZ]
+OUTSIDE_CLASS = REGISTRY[Reason.OUTSIDE_CLASS]
 UNSTABLE = REGISTRY[Reason.UNSTABLE]
 HIDDEN_MODE = REGISTRY[Reason.HIDDEN_MODE]
 EVERY_FINITE = REGISTRY[Reason.EVERY_FINITE]
@@ -380,8 +380,8 @@ WORST = (
     NO_PACKAGE,
     EVERY_FINITE,
     SEVERAL_SOLUTIONS,
-    ROUGH_LAW,
-    FOREIGN_LAW,
+    NOT_LIPSCHITZ,
+    OUTSIDE_CLASS,
     ILL_POSED,
     HIDDEN_MODE,
     DOUBLE_ZERO,

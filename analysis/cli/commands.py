@@ -177,7 +177,7 @@ def _notebook(path: Path) -> tuple[Path, str, str]:
 def _test(path: Path) -> tuple[Path, str, str]:
     from lure.analysis.starters import nonlinearity_test
 
-    _demand(path, "--test", "test_law.py", ".py")
+    _demand(path, "--test", "test_phi.py", ".py")
     return path, nonlinearity_test(), f"edit the nonlinearity and its bounds, then run: {_command('pytest', path)}"
 
 

@@ -94,7 +94,7 @@ Examples:
   lure init --loop plants/servo.toml
   lure init --kind delay && lure report delay.toml
   lure init --notebook my-loop.ipynb && jupyter lab my-loop.ipynb
-  lure init --test test_law.py && pytest test_law.py
+  lure init --test test_phi.py && pytest test_phi.py
 
 \b
 The TOML file describes the paper's rod, or a plant with --loop; with --kind a

@@ -332,14 +332,14 @@ class MeasuredMargin(Record):
 
     measured: MeasuredSector = quantity("The measurements", key="")
     sector: Sector = quantity(
-        "What is compared: the measured bounds times ``gain``, with the lower one raised to 0 if ``vouched``",
+        "What is compared: the measured bounds times ``gain``, its lower end raised to 0 if ``assume_nonnegative``",
         plainly=lambda sector: plain([float(sector.lower), float(sector.upper)]),
     )
     proved: StabilityBound = quantity(
         "The answer of :func:`lure.analysis.max_sector`: from the lower end of ``sector``, or 0 if that is above it"
     )
     gain: float = quantity("Unit of ``phi`` in the loop per unit of the load")
-    vouched: bool = quantity("Whether ``sigma phi(sigma) >= 0`` is the word of the user")
+    assume_nonnegative: bool = quantity("Whether ``sigma phi(sigma) >= 0`` is the word of the user")
 
     @property
     @derived()
@@ -378,7 +378,7 @@ class MeasuredMargin(Record):
                 f"Nothing follows for the loop: the measured sector {_shown(self.sector)} is not inside the proved one "
                 f"{proved}; that does not show that the loop is unstable."
             )
-        word = " That the nonlinearity never has the wrong sign is assumed." if self.vouched else ""
+        word = " That the nonlinearity never has the wrong sign is assumed." if self.assume_nonnegative else ""
         where = f"for sigma in [{low:.4g}, {high:.4g}] {self.measured.measurements.displacement_unit}"
         share = "any amount" if self.margin == math.inf else f"{100 * self.margin:.3g} %"
         return (
@@ -393,13 +393,13 @@ class MeasuredMargin(Record):
         """Why nothing is proved, and what the user may know that the measurements do not show."""
         said = f"Nothing follows for the loop: no sector from {float(self.proved.lower):.4g} upwards is proved stable"
         reason = self.proved.reason
-        if self.vouched or self.sector.lower >= 0 or "no linear gain" in reason:
+        if self.assume_nonnegative or self.sector.lower >= 0 or "no linear gain" in reason:
             return said + (f" ({reason})." if reason else ".")
         reason = reason.partition("; give a lower gain")[0]  # the lower end is measured, not chosen
         return (
             said + (f" ({reason}). " if reason else ". ") + "The measured lower bound is below 0, and noise alone can "
             "do that. If you know that load and displacement never have opposite signs, sigma phi(sigma) >= 0, give "
-            "vouched=True: the sector then begins at 0, by your assumption."
+            "assume_nonnegative=True: the sector then begins at 0, by your assumption."
         )
 
     def _page(self) -> Page:
@@ -422,7 +422,7 @@ def margin_from_data(
     block: Plant | object,
     *,
     gain: float = 1.0,
-    vouched: bool = False,
+    assume_nonnegative: bool = False,
     criterion: str = "best",
 ) -> MeasuredMargin:
     """Compare a measured sector with the largest one for which a loop is proved stable.
@@ -438,7 +438,7 @@ def margin_from_data(
         The linear block, as :func:`lure.analysis.max_sector` takes it.
     gain : float
         Unit of ``phi`` in the loop per unit of the load, positive.
-    vouched : bool
+    assume_nonnegative : bool
         Take the user's word for ``sigma phi(sigma) >= 0``.  Noise alone puts the measured lower bound of a contact law
         a little below 0, and loops with a pole at 0 tolerate no negative chord.
     criterion : str
@@ -460,7 +460,7 @@ def margin_from_data(
     --------
     >>> from lure.analysis.measured import example_measurements, sector_from_data
     >>> sector = sector_from_data(example_measurements())
-    >>> found = margin_from_data(sector, ([1e4], [1, 300, 2e4, 0]), gain=0.005, vouched=True)
+    >>> found = margin_from_data(sector, ([1e4], [1, 300, 2e4, 0]), gain=0.005, assume_nonnegative=True)
     >>> found.inside
     True
     """
@@ -471,7 +471,7 @@ def margin_from_data(
     if exact <= 0:
         raise AssumptionError(f"gain is {float(exact):g}; give a positive number")
     low, high = measured.lower.bound, measured.upper.bound
-    if vouched:
+    if assume_nonnegative:
         low = max(low, 0.0)
     if low == -math.inf and not measured.memoryless:
         raise AssumptionError(f"nothing follows for the loop: {MEMORY[0].lower()}{MEMORY[1:]}")
@@ -485,7 +485,11 @@ def margin_from_data(
     lower = min(scaled[0], Fraction(0))
     proved = max_sector(block, criterion=criterion, lower=lower)
     return MeasuredMargin(
-        measured=replace(measured), sector=Sector(scaled[0], upper), proved=proved, gain=float(exact), vouched=vouched
+        measured=replace(measured),
+        sector=Sector(scaled[0], upper),
+        proved=proved,
+        gain=float(exact),
+        assume_nonnegative=assume_nonnegative,
     )
 
 

@@ -329,7 +329,7 @@ def _of_callable(
     constant = exact_number(lipschitz, "lipschitz")
     if constant <= 0:
         raise InputError(f"lipschitz is {float(constant):g}; give a positive number")
-    return blackbox.vouched(sample, name, on, constant)
+    return blackbox.lipschitz_bounds(sample, name, on, constant)
 
 
 def bounds_of_known(known: Known, low: End, high: End, effort: Effort | None = None) -> NonlinearityBounds:

@@ -102,7 +102,7 @@ def observed(sample: tuple[Sample, Sample], name: str, on: tuple[Fraction, Fract
     )
 
 
-def vouched(
+def lipschitz_bounds(
     sample: tuple[Sample, Sample], name: str, on: tuple[Fraction, Fraction] | None, lipschitz: Fraction
 ) -> NonlinearityBounds:
     """Bounds that hold if the nonlinearity is Lipschitz with the constant, which the sample must not contradict.

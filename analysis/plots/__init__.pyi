@@ -4,10 +4,10 @@ from lure.analysis.plots.frequency import plot_popov as plot_popov
 from lure.analysis.plots.frequency import plot_popov_expression as plot_popov_expression
 from lure.analysis.plots.gains import plot_gain as plot_gain
 from lure.analysis.plots.loops import plot_channels as plot_channels
+from lure.analysis.plots.loops import plot_largest as plot_largest
 from lure.analysis.plots.loops import plot_nonlinearity as plot_nonlinearity
 from lure.analysis.plots.loops import plot_orbit as plot_orbit
 from lure.analysis.plots.loops import plot_orbit_signals as plot_orbit_signals
-from lure.analysis.plots.loops import plot_reach as plot_reach
 from lure.analysis.plots.loops import plot_solutions as plot_solutions
 from lure.analysis.plots.maps import plot_map as plot_map
 from lure.analysis.plots.margins import plot_tolerances as plot_tolerances

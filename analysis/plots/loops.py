@@ -261,7 +261,7 @@ def plot_nonlinearity(witness: Witness, *, ax: Axes | None = None) -> Axes:
     return axes
 
 
-def plot_reach(rows: Sequence[StabilityBound], names: Sequence[str], *, ax: Axes | None = None) -> Axes:
+def plot_largest(rows: Sequence[StabilityBound], names: Sequence[str], *, ax: Axes | None = None) -> Axes:
     """One bar a class: proved up to its end, refuted from its cross on, and in between unknown.
 
     Parameters
@@ -295,7 +295,7 @@ def plot_reach(rows: Sequence[StabilityBound], names: Sequence[str], *, ax: Axes
         if row.refuted_at is not None and against < end:
             axes.barh(place, end - against, left=against, color=VERMILLION, alpha=0.25, height=0.34)
             axes.plot([against], [place], marker="X", ms=7, ls="", color=VERMILLION, label=once("counterexample"))
-        words = f"{name}: {_reach_words(row)}"
+        words = f"{name}: {_bracket_words(row)}"
         paper = {"facecolor": axes.get_facecolor(), "edgecolor": "none", "pad": 0.5}  # no line runs through the words
         axes.text(
             0.0, place + 0.24, words, transform=axes.get_yaxis_transform(), fontsize="small", va="bottom", bbox=paper
@@ -333,7 +333,7 @@ def _range(rows: Sequence[StabilityBound]) -> tuple[float, float, bool]:
     return min(lower, 0.0), largest + room, False
 
 
-def _reach_words(row: StabilityBound) -> str:
+def _bracket_words(row: StabilityBound) -> str:
     words = []
     if row.verdict is Verdict.PROVED:
         words.append("every finite k proved" if row.largest.low == math.inf else f"proved to {proved_up_to(row)}")

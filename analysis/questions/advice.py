@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.codes import Code
     from lure.analysis.certificates.drafts import Failure
 
-_SPECIFIC = (codes.FOREIGN_LAW, codes.ROUGH_LAW, codes.SEVERAL_SOLUTIONS)
+_SPECIFIC = (codes.OUTSIDE_CLASS, codes.NOT_LIPSCHITZ, codes.SEVERAL_SOLUTIONS)
 _WITHOUT = "nothing is proved"
 
 

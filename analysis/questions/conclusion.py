@@ -213,12 +213,12 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
     if not contains(nonlinearities, asked.class_entry):
         if contains({**nonlinearities, "regularity": "any"}, asked.class_entry):
             reason = f"what is proved is about {about}, and {name} is not known to be locally Lipschitz"
-            return undecided(asked, reason, code=codes.ROUGH_LAW)
+            return undecided(asked, reason, code=codes.NOT_LIPSCHITZ)
         return undecided(asked, f"what is proved is about {about}, which does not contain the class asked about")
     if nonlinearity is not None:
         standing, words = _member(nonlinearity, nonlinearities)
         if not standing:
-            return undecided(asked, f"what is proved is about {about}, and {words}", code=codes.FOREIGN_LAW)
+            return undecided(asked, f"what is proved is about {about}, and {words}", code=codes.OUTSIDE_CLASS)
         if assumed and _solvable_with(nonlinearity, shown):
             assumed = ""
         elif assumed and _takes_a_value_twice(nonlinearity, shown):
@@ -232,7 +232,7 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
         for i, (found_to_be, why) in enumerate(each, 1):
             if not found_to_be:
                 return undecided(
-                    asked, f"what is proved is about {about}, and channel {i}: {why}", code=codes.FOREIGN_LAW
+                    asked, f"what is proved is about {about}, and channel {i}: {why}", code=codes.OUTSIDE_CLASS
                 )
         standing = CHECKED if all(found_to_be == CHECKED for found_to_be, _ in each) else DECLARED
         told = [why.replace("phi", f"phi_{i}", 1).removeprefix("if ") for i, (_, why) in enumerate(each, 1) if why]
@@ -258,7 +258,7 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
         provisos = [words, f"if {assumed.removeprefix('for which ')}" if assumed else ""]
         head = f"{says} with {name}{plants}" + "".join(f", {said}" for said in provisos if said)
         found = head + found
-    reaches = "" if larger is None or asked.several else f", which reaches {_end(larger)}"
+    proves = "" if larger is None or asked.several else f", which proves {_end(larger)}"
     return Conclusion(
         verdict=Verdict.PROVED,
         evidence=Evidence.CERTIFIED,
@@ -267,7 +267,7 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
         nonlinearity=asked.nonlinearity_words,
         membership=standing,
         headline=f"{head}.",
-        sentence=f"{found}, by the criterion {shown.theorem} (certified){reaches}.",
+        sentence=f"{found}, by the criterion {shown.theorem} (certified){proves}.",
         shown=shown,
         attracts=attracts,
         assumed=tuple(filter(None, (words.removeprefix("if "), assumed.removeprefix("for which ")))),
@@ -348,7 +348,7 @@ def _critical_end(asked: Problem, shown: Refuted) -> bool:
 def _end(larger: Proved) -> str:
     """The upper end of a larger class."""
     top = larger.certificate["laws"]["sector"][1]  # of slope bounds the same, if not beyond it
-    return "every finite bound" if top == "finite" else bound_below(Fraction(top)) if top != "inf" else "inf"
+    return "every finite bound" if top == "finite" else f"up to {bound_below(Fraction(top)) if top != 'inf' else 'inf'}"
 
 
 def _member(nonlinearity: Nonlinearity, nonlinearities: Mapping[str, Any]) -> tuple[str, str]:

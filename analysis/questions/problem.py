@@ -569,7 +569,7 @@ def posed(
         known_as = "not known to be locally Lipschitz" if words == "unknown" else words
         detail = f"it is {known_as}; in continuous time, or with H(inf) != 0, the theorems assume that it is locally "
         detail += "Lipschitz"
-        refusals.append(Failure(search="the nonlinearity", code=codes.ROUGH_LAW, detail=detail))
+        refusals.append(Failure(search="the nonlinearity", code=codes.NOT_LIPSCHITZ, detail=detail))
     if isinstance(block, FrequencyData):
         detail = f"H is known at {len(block.omega)} frequencies, and nothing is known between them"
         refusals.append(Failure(search="the block", code=codes.SAMPLED, detail=detail))

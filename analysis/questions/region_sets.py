@@ -162,7 +162,7 @@ def shape_of(nonlinearity: object) -> Shape:
     """
     if isinstance(nonlinearity, LocalSector):
         own = nonlinearity
-        return Shape(nonlinearity=own, sector=(own.lower, own.upper), reach=own.reach)
+        return Shape(nonlinearity=own, sector=(own.lower, own.upper), reach=own.radius)
     known = known_nonlinearity(nonlinearity, -math.inf, math.inf)
     if known is None:
         raise InputError(

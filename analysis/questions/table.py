@@ -285,7 +285,7 @@ class LoopAnalysis(Record):
     gains: tuple[GainInterval, ...] | None = quantity(
         "All linear gains for which the loop is stable; None where they were not computed"
     )
-    rows: tuple[StabilityBound, ...] = quantity("One for each class of nonlinearities, farthest reach first")
+    rows: tuple[StabilityBound, ...] = quantity("One for each class of nonlinearities, largest sector first")
     asked: StabilityBound | None = quantity("The row of that class")
     conclusion: Conclusion = quantity(
         "What follows for the class asked about and the nonlinearity given; without a class for the row that reaches "

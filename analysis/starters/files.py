@@ -32,7 +32,7 @@ def notebook_json(script: str) -> str:
 
 def _cell(number: int, kind: str, body: str) -> dict[str, object]:
     lines = body.strip("\n").split("\n")
-    if kind == "[markdown]":
+    if kind.startswith("[markdown]"):  # what follows are its metadata
         text = "\n".join(re.sub(r"^# ?", "", line) for line in lines)
         return _filled("markdown", number, text)
     return {**_filled("code", number, "\n".join(lines)), "execution_count": None, "outputs": []}

@@ -64,12 +64,17 @@ def notebook(source: str, known: dict[str, str], *, root: Path = ROOT, executed:
     frozen(document)
     for cell in document.cells:
         if cell.cell_type == "markdown":
-            cell.source = relinked(cell.source, source, known)
+            cell.source = relinked(cell.source, source, known) + explored(cell)
     if not fresh:
         document.cells.insert(1, nbformat.v4.new_markdown_cell(_NOT_RUN))
     name = f"{Path(source).stem}.ipynb"
     document.cells.insert(1, nbformat.v4.new_markdown_cell(f"{{download}}`Download {name} <download/{name}>`"))
     return document
+
+
+def explored(cell: NotebookNode) -> str:
+    """A link to the page in the browser, under a cell whose metadata ``explore`` is the address of its loop."""
+    return f"\n\n```{{explore}} {cell.metadata['explore']}\n```" if "explore" in cell.metadata else ""
 
 
 def first_picture(document: NotebookNode) -> bytes:

@@ -398,7 +398,7 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
             for one, size in alike
         ]
     if system.local:
-        tables["class"] = [{"sector": (one.lower, one.upper), "on": (-one.reach, one.reach)} for one in system.local]
+        tables["class"] = [{"sector": (one.lower, one.upper), "on": (-one.radius, one.radius)} for one in system.local]
     if system.performance is not None:
         tables["performance"] = dict(system.performance.stated)
     if system.forcing is not None:

@@ -340,7 +340,7 @@ def _demand_zero(expression: Expression) -> None:
         raise InputError(
             f"ExpressionNonlinearity {expression.source[:60]!r} has phi(0) = {float(value):.6g}; a nonlinearity "
             "must vanish at 0: measure sigma and phi from the equilibrium",
-            code=Reason.FOREIGN_LAW,
+            code=Reason.OUTSIDE_CLASS,
         )
 
 

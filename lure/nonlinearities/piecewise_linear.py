@@ -514,5 +514,5 @@ def _demand_origin(table: list[tuple[Fraction, Fraction]], left: Fraction, right
         raise InputError(
             f"PiecewiseLinear has phi(0) = {exact_text(value)}; a nonlinearity must vanish at 0: "
             "measure sigma and phi from the equilibrium",
-            code=Reason.FOREIGN_LAW,
+            code=Reason.OUTSIDE_CLASS,
         )

@@ -111,12 +111,12 @@ class _Sample:
         if at_zero != 0:
             raise AssumptionError(
                 f"the nonlinearity {self.name} has phi(0) = {at_zero:g}; a nonlinearity must vanish at 0",
-                code=Reason.FOREIGN_LAW,
+                code=Reason.OUTSIDE_CLASS,
             )
         if np.isnan(phi).any():
             raise AssumptionError(
                 f"the nonlinearity {self.name} has no value at sigma = {x[np.isnan(phi)][0]:.17g}",
-                code=Reason.FOREIGN_LAW,
+                code=Reason.OUTSIDE_CLASS,
             )
         finite = np.isfinite(phi)
         self.x, self.phi = x[finite], phi[finite]
@@ -145,7 +145,7 @@ class _Sample:
             raise AssumptionError(
                 f"the nonlinearity {self.name} is declared to have {kind} {bounds}, but {what} sigma = "
                 f"{self.x[i]:.17g} is {values[i]:.12g}; declare bounds that hold",
-                code=Reason.FOREIGN_LAW,
+                code=Reason.OUTSIDE_CLASS,
             )
 
     def check_odd(self) -> None:
@@ -160,7 +160,7 @@ class _Sample:
             raise AssumptionError(
                 f"the nonlinearity {self.name} is declared odd, but phi({self.x[i]:.17g}) = {self.phi[i]:.12g} and "
                 f"phi({-self.x[i]:.17g}) = {mirrored[i]:.12g}; declare odd = False",
-                code=Reason.FOREIGN_LAW,
+                code=Reason.OUTSIDE_CLASS,
             )
 
     def _worst(self, excess: NDArray[np.float64], certain: Callable[[int], bool]) -> int | None:
@@ -382,7 +382,7 @@ def _compare(nonlinearity: ExpressionNonlinearity, graph: Graph) -> None:
             f"the nonlinearity {nonlinearity.text!r:.60} is declared odd, but phi({exact_text(x)}) = "
             f"{exact_text(graph.exact(x))} and "
             f"phi({exact_text(-x)}) = {exact_text(graph.exact(-x))}; declare odd = False",
-            code=Reason.FOREIGN_LAW,
+            code=Reason.OUTSIDE_CLASS,
         )
 
 
@@ -397,7 +397,7 @@ def _inside(
         raise AssumptionError(
             f"the nonlinearity {nonlinearity.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is "
             f"{exact_text(value)} {where}; declare bounds that hold",
-            code=Reason.FOREIGN_LAW,
+            code=Reason.OUTSIDE_CLASS,
         )
 
 

@@ -42,7 +42,7 @@ def test_code_of_the_notebooks_fits_the_boxes_of_their_pages():
 
 def test_two_lines_are_marked_for_change():
     (marked,) = MARKED.findall(notebook_script())
-    assert re.findall(r"^(\w+) = ", marked, re.MULTILINE) == ["PLANT", "LAW"]
+    assert re.findall(r"^(\w+) = ", marked, re.MULTILINE) == ["PLANT", "PHI"]
     assert len(marked.splitlines()) == 2
 
 
@@ -100,13 +100,13 @@ def test_init_writes_the_notebook_in_both_forms_and_overwrites_nothing(lure, her
 
 
 def test_the_test_passes_as_written_and_fails_where_the_bound_is_halved(lure, here):
-    status, out, err = lure("init", "--test", "test_law.py")
+    status, out, err = lure("init", "--test", "test_phi.py")
     assert (status, err) == (0, "")
-    assert out == "test_law.py is written; edit the nonlinearity and its bounds, then run: pytest test_law.py\n"
-    text = (here / "test_law.py").read_text(encoding="utf-8")
+    assert out == "test_phi.py is written; edit the nonlinearity and its bounds, then run: pytest test_phi.py\n"
+    text = (here / "test_phi.py").read_text(encoding="utf-8")
     assert text == nonlinearity_test()
     (here / "test_half.py").write_text(text.replace("LOWER, UPPER = 0, 20", "LOWER, UPPER = 0, 10"), encoding="utf-8")
-    status, out = ran_pytest("test_law.py", "test_half.py")
+    status, out = ran_pytest("test_phi.py", "test_half.py")
     assert status == 1
     assert "2 failed, 2 passed" in out
     assert re.findall(r"^FAILED (\w+\.py)", out, re.MULTILINE) == ["test_half.py", "test_half.py"]
@@ -125,8 +125,8 @@ def test_the_test_passes_as_written_and_fails_where_the_bound_is_halved(lure, he
             ("--notebook", "loop.toml"),
             "--notebook is 'loop.toml'; give a name that ends in .ipynb or .py, such as my-loop.ipynb",
         ),
-        (("--test", "law"), "--test is 'law'; give a name that ends in .py, such as test_law.py"),
-        (("--test", "no/such/test_law.py"), "'no/such/test_law.py' cannot be written (No such file or directory)"),
+        (("--test", "law"), "--test is 'law'; give a name that ends in .py, such as test_phi.py"),
+        (("--test", "no/such/test_phi.py"), "'no/such/test_phi.py' cannot be written (No such file or directory)"),
         (("rod.toml", "--test", "a.py"), "PATH and --test do not go together; each writes a file of its own"),
         (("--loop", "--notebook", "a.py"), "--loop and --notebook do not go together"),
         (("--notebook", "a.py", "--test", "b.py"), "--notebook and --test do not go together"),

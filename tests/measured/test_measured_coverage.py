@@ -87,7 +87,7 @@ def test_no_confidence_is_stated_for_a_law_that_bends_within_its_pieces():
     document = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert (document["confidence"], document["resolved"]) == (None, False)
     assert found.to_xarray().attrs["confidence"] == "none is stated"
-    answer = margin_from_data(found, ([1], [1, 3, 2, 0]), gain=1e-6, vouched=True)
+    answer = margin_from_data(found, ([1], [1, 3, 2, 0]), gain=1e-6, assume_nonnegative=True)
     assert "observed without a stated confidence" in answer.conclusion
 
 

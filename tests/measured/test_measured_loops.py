@@ -179,7 +179,7 @@ def test_a_fat_loop_of_16_branches_is_named_and_nothing_follows(tmp_path, capsys
     for text in (
         str(found),
         found._repr_html_(),
-        margin_from_data(found, ([1], [1, 3, 2]), gain=1e-6, vouched=True).conclusion,
+        margin_from_data(found, ([1], [1, 3, 2]), gain=1e-6, assume_nonnegative=True).conclusion,
     ):
         assert "95 %" not in text
         assert "therefore stable" not in text

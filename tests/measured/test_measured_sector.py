@@ -152,7 +152,7 @@ def test_with_memory_both_branches_are_inside_and_nothing_follows():
     assert len(found.nonlinearities) == 2
     assert found.lower.bound < 0 < 1e5 < found.upper.bound
     assert "no criterion for memoryless nonlinearities" in str(found)
-    answer = margin_from_data(found, ([1], [1, 3, 2]), gain=1e-9, vouched=True)
+    answer = margin_from_data(found, ([1], [1, 3, 2]), gain=1e-9, assume_nonnegative=True)
     assert not answer.inside
     assert answer.conclusion.startswith("Nothing follows")
 
@@ -225,22 +225,22 @@ def test_what_is_said_and_what_is_not():
 def test_from_measurement_to_verdict():
     found = sector_from_data(measured(INSIDE["one-sided"][0], 1))
     plant = ([1], [1, 3, 2, 0])
-    inside = margin_from_data(found, plant, gain=3e-5, vouched=True)
+    inside = margin_from_data(found, plant, gain=3e-5, assume_nonnegative=True)
     assert inside.inside
     assert inside.margin == pytest.approx(6 / (3e-5 * found.upper.bound) - 1, rel=1e-4)
     assert "wrong sign is assumed" in inside.conclusion
     assert inside.evidence is Evidence.OBSERVED
-    beyond = margin_from_data(found, plant, gain=7e-5, vouched=True)
+    beyond = margin_from_data(found, plant, gain=7e-5, assume_nonnegative=True)
     assert not beyond.inside
     assert "does not show that the loop is unstable" in beyond.conclusion
-    unvouched = margin_from_data(found, plant, gain=3e-5)
+    without = margin_from_data(found, plant, gain=3e-5)
     assert found.lower.bound < 0
-    assert not unvouched.inside
-    assert "give a lower gain" not in unvouched.conclusion  # the lower end is measured, not chosen
-    assert "sigma phi(sigma) >= 0, give vouched=True: the sector then begins at 0" in unvouched.conclusion
+    assert not without.inside
+    assert "give a lower gain" not in without.conclusion  # the lower end is measured, not chosen
+    assert "sigma phi(sigma) >= 0, give assume_nonnegative=True: the sector then begins at 0" in without.conclusion
     hopeless = margin_from_data(found, ([1], [1, -1, 2]), gain=3e-5)
     assert "no linear gain stabilises it" in hopeless.conclusion
-    assert "vouched" not in hopeless.conclusion
+    assert "assume_nonnegative" not in hopeless.conclusion
     json.dumps(inside.to_dict(), allow_nan=False)
 
 

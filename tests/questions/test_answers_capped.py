@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from lure.analysis import max_sector, max_slope
 from lure.analysis.numerics.doubles import bound_below
-from lure.analysis.plots import plot_reach
+from lure.analysis.plots import plot_largest
 from lure.analysis.questions.largest import proved_up_to
 from lure.analysis.questions.table import table
 from lure.analysis.report.loop import build_loop_report
@@ -37,7 +37,7 @@ def test_tables_pages_and_figures_say_so_too():
     assert "1e12, the largest k tried" in said
     assert "1000000000000" not in said
     assert "</data>, the largest k tried</td>" in loop_page(loop_document(report), (), Markup(""))
-    axes = plot_reach(report.analysis.rows, ["a", "b", "c", "d"], ax=Figure().add_subplot())
+    axes = plot_largest(report.analysis.rows, ["a", "b", "c", "d"], ax=Figure().add_subplot())
     words = [text.get_text() for text in axes.texts] + [text.get_text() for text in axes.get_yticklabels()]
     assert sum("proved to 1e12, the largest k tried" in text for text in words) == 2
     assert axes.get_xlim()[1] < 1e3  # the axis is that of the numbers that mean something: 8 to 13

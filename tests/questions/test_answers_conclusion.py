@@ -305,7 +305,7 @@ def test_what_is_only_declared_is_said_to_be_so():
 def test_a_law_outside_the_class_is_not_proved_by_it():
     inquiry = Problem.about(THIRD, sector(0, 5), nonlinearity=Saturation(gain=7))
     found = conclusion_of(inquiry, max_sector(THIRD).proof)
-    assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.FOREIGN_LAW)
+    assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.OUTSIDE_CLASS)
     assert "is none of them" in found.reason
 
 
@@ -388,7 +388,7 @@ def test_without_a_class_the_row_that_reaches_farthest_is_said():
 
 def test_how_far_a_criterion_reaches_is_said_of_the_larger_class():
     said = about(THIRD, sector(0, 5)).statement
-    assert said.endswith("by the criterion popov (certified), which reaches 5.999999999.")
+    assert said.endswith("by the criterion popov (certified), which proves up to 5.999999999.")
     assert "in the sector [0, 5], by" in said
     one_sided = RationalPlant([Fraction("0.1"), 0], [1, Fraction("-1.8"), Fraction("0.81")], dt=1)
     tsypkin = max_slope(one_sided, criterion="tsypkin", search="linear")  # slopes >= 0 without a bound, sector to 3.8
@@ -397,7 +397,7 @@ def test_how_far_a_criterion_reaches_is_said_of_the_larger_class():
     said = conclusion_of(
         Problem.about(one_sided, NonlinearityClass.slope_restricted(0, 3)), tsypkin.proof, larger=tsypkin.proof
     )
-    assert f"which reaches {tsypkin.proved_text}." in said.sentence
+    assert f"which proves up to {tsypkin.proved_text}." in said.sentence
 
 
 @pytest.mark.parametrize(

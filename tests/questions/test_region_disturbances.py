@@ -25,10 +25,10 @@ def held():
 def test_the_energy_of_one_state_is_sharp():
     # x' = -x - phi + w with 0 <= phi/x known for |x| <= 1 alone: with phi = 0 the least energy that brings x from 0 to
     # 1 is 2, by w = 2 x along x' = x, and V = x^2 shows that less does not
-    found = region(as_plant(([[-1]], [1], [1], 0)), LocalSector(0, 1, reach=1), disturbance=[[1]])
+    found = region(as_plant(([[-1]], [1], [1], 0)), LocalSector(0, 1, radius=1), disturbance=[[1]])
     assert 2 * (1 - 1e-5) < found.reachable.energy < 2
     # x+ = x/2 - phi + w: x(t) = sum 2^-k w_(t-k), at most sqrt(4/3 energy), so 3/4
-    found = region(as_plant(([["1/2"]], [1], [1], 0), dt=1), LocalSector(0, "1/2", reach=1), disturbance=[[1]])
+    found = region(as_plant(([["1/2"]], [1], [1], 0), dt=1), LocalSector(0, "1/2", radius=1), disturbance=[[1]])
     assert 0.75 * (1 - 1e-5) < found.reachable.energy < 0.75
 
 

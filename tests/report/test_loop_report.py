@@ -17,7 +17,7 @@ from sketches import sketches
 from lure import DelayPlant, InputError, RationalPlant
 from lure.analysis import nyquist_response, popov_response
 from lure.analysis.graphical.axis import OnAxis
-from lure.analysis.plots.loops import plot_reach, plot_solutions
+from lure.analysis.plots.loops import plot_largest, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
 from lure.analysis.report.loop.document import balance_hints, inputs_sha256, loop_document, nonlinearity_text
 from lure.analysis.report.loop.figures import loop_figures
@@ -143,7 +143,7 @@ def test_a_nonlinear_counterexample_is_named_before_the_gain_that_refutes_every_
     CHECK.validate(document)
     entries = [(entry["kind"], entry["quoted"]) for entry in counterexamples(document)]
     assert entries == [("linear gain", "0"), ("periodic orbit", "0.3959826")]
-    assert {"orbit-1", "law-1"} <= {figure.spec.name for figure in loop_figures(report)}
+    assert {"orbit-1", "nonlinearity-1"} <= {figure.spec.name for figure in loop_figures(report)}
 
 
 @pytest.mark.parametrize(
@@ -406,11 +406,11 @@ def test_the_line_of_a_shifted_loop_is_that_of_the_shifted_class(reports):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_reach_of_every_class_fits_the_chart(reports, name):
+def test_the_bracket_of_every_class_fits_the_chart(reports, name):
     from matplotlib import pyplot
 
     rows = reports[name].analysis.rows
-    axes = plot_reach(rows, ["a class"] * len(rows))
+    axes = plot_largest(rows, ["a class"] * len(rows))
     left, right = axes.get_xlim()
     assert left < right
     assert all(math.isfinite(end) for end in (left, right))

@@ -9,7 +9,7 @@ import pytest
 from sketches import sketches
 
 from lure import DeadZone, Saturation, Sector, Tanh
-from lure.analysis.plots.loops import plot_reach
+from lure.analysis.plots.loops import plot_largest
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph, raised
 from lure.analysis.report.loop import build_loop_report, write_loop_report
 from lure.analysis.report.loop.bars import bar
@@ -92,7 +92,7 @@ def test_one_number_is_rounded_once_on_the_whole_page(lag, lag_page):
 def test_the_chart_says_the_same_numbers(lag):
     from matplotlib import pyplot
 
-    texts = [text.get_text() for text in plot_reach(lag.analysis.rows, ["a class"] * 4).texts]
+    texts = [text.get_text() for text in plot_largest(lag.analysis.rows, ["a class"] * 4).texts]
     pyplot.close("all")
     assert sum(text.endswith("refuted at 5.7") for text in texts) == 3
 

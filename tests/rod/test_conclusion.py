@@ -101,7 +101,7 @@ def test_locally_lipschitz_laws_have_the_half_line_of_equilibria(exponent):
 def test_a_law_outside_the_class_of_the_certificate_is_not_proved():
     result = concluded(exponent="1/2")
     assert result.verdict is Verdict.INCONCLUSIVE
-    assert result.found.code is codes.ROUGH_LAW
+    assert result.found.code is codes.NOT_LIPSCHITZ
     assert result.assumptions == ("p locally Lipschitz (m >= 1): fails, m = 0.5",)
     assert "note 5" in result.not_shown[0]
 

@@ -172,7 +172,7 @@ def sector():
 
 @cache
 def margin():
-    return margin_from_data(sector(), ([1e4], [1, 300, 2e4, 0]), gain=0.005, vouched=True)
+    return margin_from_data(sector(), ([1e4], [1, 300, 2e4, 0]), gain=0.005, assume_nonnegative=True)
 
 
 @cache

@@ -15,7 +15,7 @@ from lure.analysis.graphical.popov import PopovResponse
 from lure.analysis.graphical.supporting_proof import searched_theta
 from lure.analysis.inequality.state_space import shifted_states
 from lure.analysis.plots import render
-from lure.analysis.plots.loops import plot_channels, plot_nonlinearity, plot_orbit_signals, plot_reach, plot_solutions
+from lure.analysis.plots.loops import plot_channels, plot_largest, plot_nonlinearity, plot_orbit_signals, plot_solutions
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
 from lure.analysis.questions import StabilityBound
 from lure.analysis.questions.problem import Plant
@@ -28,7 +28,7 @@ from lure.loop import shifted_block
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
-_REACH = (
+_LARGEST = (
     "Blue: proved for every member of the class. Hatched: unknown. Cross: the smallest class found with a member that "
     "destabilises the loop; larger classes contain it too."
 )
@@ -57,17 +57,17 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
         The report.
     """
     rows, block = report.analysis.rows, report.analysis.problem.plant
-    reach = FigureSpec(
-        name="reach",
+    largest = FigureSpec(
+        name="largest",
         section="frequency",
         title="How far each class is known",
-        caption=_REACH,
-        draw=partial(plot_reach, rows, [class_name(row) for row in rows]),
+        caption=_LARGEST,
+        draw=partial(plot_largest, rows, [class_name(row) for row in rows]),
     )
     if report.analysis.problem.several:
-        specs = [*_map(report), reach, *_channels(report)]
+        specs = [*_map(report), largest, *_channels(report)]
     else:
-        specs = [reach, _nyquist(report), *_popov(report), *_response(report), *_counterexamples(block, rows)]
+        specs = [largest, _nyquist(report), *_popov(report), *_response(report), *_counterexamples(block, rows)]
     whole = [*pictures(report.asked), *specs, *report.beyond_figures]
     return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in whole)
 
@@ -195,7 +195,7 @@ def _orbit(block: Plant, witness: Witness, number: int, name: str) -> Iterator[F
         draw=partial(plot_orbit_signals, block, witness),
     )
     yield FigureSpec(
-        name=f"law-{number}",
+        name=f"nonlinearity-{number}",
         section="frequency",
         title="Its nonlinearity",
         caption=_LAW.format(f" {visits}"),

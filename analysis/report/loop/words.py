@@ -148,7 +148,7 @@ def criteria(data: Data) -> list[Data]:
     for i, row in enumerate(data["answers"]):
         for j, answer in enumerate(row["answers"]):
             odd = row["odd"] and "odd" in answer["needs"]
-            name = f"{answer['criterion']}{', odd laws' if odd else ''}"
+            name = f"{answer['criterion']}{', odd nonlinearities' if odd else ''}"
             proved = answer["verdict"] == "PROVED"
             same = repr(
                 (
