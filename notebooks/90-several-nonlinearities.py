@@ -15,8 +15,8 @@
 #
 # How large are the sectors that can be proved for a plant with three or four nonlinearities, and what does each
 # property that is known of them add? The plant is $\sigma = H\mu$, and $\mu_i = -\phi_i(\sigma_i)$ closes its
-# channels. We ask for the largest factor $\alpha$ of the upper bounds: *proved* up to here, *refuted* from there on, and
-# between the two nothing was shown.
+# channels. We ask for the largest factor $\alpha$ of the upper bounds: *proved* up to here, *refuted* from there on,
+# and between the two nothing was shown.
 #
 # Both plants are published, with numbers from semidefinite programmes in floating point. Ours are certificates in
 # rational numbers that two checkers accept; what is refuted comes with gains that destabilise the loop.

@@ -48,7 +48,7 @@ def test_two_lines_are_marked_for_change():
 
 def with_own(plant, nonlinearity):
     """The starter notebook with its two lines changed."""
-    own = f"# --- change these two lines\nPLANT = {plant}\nLAW = {nonlinearity}\n# ---\n"
+    own = f"# --- change these two lines\nPLANT = {plant}\nPHI = {nonlinearity}\n# ---\n"
     return MARKED.sub(lambda _: own, notebook_script())
 
 
