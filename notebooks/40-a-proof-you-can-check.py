@@ -829,14 +829,23 @@ plt.show()
 #
 # ## 6. The checker alone
 #
-# `checker.py` and the thirteen files beside it need Python and nothing else. We copy all into an empty folder and
+# `checker.py` and the fourteen files beside it need Python and nothing else. We copy all into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
 # %%
 BESIDE = (
     *("arithmetic", "balls", "blocks", "boxes", "channels", "frequencies"),
-    *("gains", "parametric", "regions", "several", "signals", "states", "windows"),
+    *(
+        "gains",
+        "parametric",
+        "powers",
+        "regions",
+        "several",
+        "signals",
+        "states",
+        "windows",
+    ),
 )
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")

@@ -4,7 +4,7 @@
 
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
-Only this file makes a ``Proved`` or a ``Refuted``; what it imports beside it, thirteen files, computes.
+Only this file makes a ``Proved`` or a ``Refuted``; what it imports beside it, fourteen files, computes.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if not __package__:  # run as a script: the files beside it are its package
     __package__ = Path(__file__).resolve().parent.name
 
 from . import arithmetic as exact
-from . import boxes, regions, several, states
+from . import boxes, powers, regions, several, states
 from .arithmetic import INF, ZERO, Form, Rejected, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
 from .blocks import (
@@ -63,10 +63,8 @@ OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
 PACED = ("circle", "zames-falb", "hurwitz")
-PACED_MEMBERS = (
-    *("linear-gain", "crossing", "matrix-gain", "switched-gain"),
-    *("linear-gains", "switched-gains", "ramped-gains"),
-)
+PACED_MEMBERS = "linear-gain crossing matrix-gain switched-gain linear-gains switched-gains ramped-gains"
+METHODS = ("polynomial", "cover", "matrix", "powers", "boxes")
 SLOPED = ("off-axis-circle", "park", "zames-falb", "order-cone")
 _SEAL = object()
 
@@ -192,7 +190,9 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any = None
 
 
 def by_matrix(name: str, data: Any, system: Any, family: states.Family, proof: Any) -> tuple[bool, dict[str, str]]:
-    """Circle or Popov by a matrix inequality: whether critical, and the hypotheses."""
+    """Circle or Popov by a matrix inequality, or one of higher degree: whether critical, and the hypotheses."""
+    if proof["method"] == "powers":
+        return False, powers.facts(name, data, system, family, proof)
     need(name == "circle" or (name == "popov" and not family.varying), "this theorem has no matrix proof here")
     theta, (l, k) = (number(*fields(data, "theta")) if name == "popov" else ZERO * len(fields(data)), family.sector)
     need(abs(l) != INF, "the lower bound is infinite")
@@ -200,9 +200,8 @@ def by_matrix(name: str, data: Any, system: Any, family: states.Family, proof: A
     w = None if k == INF else k - l
     posed((1 + w * d > 0 if w else d >= 0) and not (discrete and name == "popov"), "1 + g H(inf) vanishes in the class")
     need(w is not None or theta >= 0 or not family.endless[0], "without an upper bound theta >= 0 is needed")
-    facts = states.matrix_facts(A, b, c, d, w, theta, discrete, proof)
-    facts["well-posed"] = f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift"
-    return proof["zero"] is not None, facts
+    facts = {"well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift"}
+    return proof["zero"] is not None, states.matrix_facts(A, b, c, d, w, theta, discrete, proof) | facts
 
 
 def structure(name: str, data: Any, system: Any, family: states.Family) -> tuple[str, dict[str, str]]:
@@ -332,7 +331,7 @@ def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Ref
     many = isinstance(given, dict) and "channels" in given
     need(phi is None, "with a rate no nonlinearity is given")
     method, names = proof.get("proof", proof)["method"], (PACED, several.PACED)[many]
-    need(method in PACED_MEMBERS if refuted else name in names, f"{name!r:.40} by {method!r:.40} has no rates")
+    need(method in PACED_MEMBERS.split() if refuted else name in names, f"{name!r:.40} by {method!r:.40} has no rates")
     if many:
         need(not any("operator" in one for one in given["channels"]), "an operator has another norm with a rate")
         need(not any("memory" in one for one in given["channels"]), "with play and stop 0 attracts nothing at a rate")
@@ -380,11 +379,11 @@ def judged(
         rods, about = boxes.hardest(system)
         conclusion, found = [structure(name, data, one, family) for one in rods][-1]
         return Proved, conclusion, facts | found | about, ""
-    need(proof["method"] in ("polynomial", "cover", "matrix", "boxes"), f"there is no proof by {proof['method']!r:.40}")
+    need(proof["method"] in METHODS, f"there is no proof by {proof['method']!r:.40}")
     if name == "hurwitz":
         need(fields(data) == [] and proof == {"method": "polynomial"}, "constant gains are proved by polynomials")
         return Proved, LINEAR, facts | linear(block(system), family), ""
-    if proof["method"] == "matrix":
+    if proof["method"] in ("matrix", "powers"):
         critical, found = by_matrix(name, data, system, family, proof)
         direct, discrete, delayed = *realised(system, ZERO)[3:], False
     elif proof["method"] == "boxes":

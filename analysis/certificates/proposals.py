@@ -130,8 +130,10 @@ def drafts(
     for smaller in _uppers(block, answer, _default(answer) if upper is None else upper):
         nonlinearities = _nonlinearities(block, answer, smaller)
         for multiplier in multipliers(block, answer, smaller):
-            theorem = {"theorem": answer.criterion, "multiplier": multiplier, "proof": {"method": "polynomial"}}
-            yield smaller, {"verdict": "PROVED", "system": system, "laws": nonlinearities, **theorem}
+            proof = row_of(answer.criterion, block).proof_of(block, answer, smaller)
+            if proof is not None:
+                theorem = {"theorem": answer.criterion, "multiplier": multiplier, "proof": proof}
+                yield smaller, {"verdict": "PROVED", "system": system, "laws": nonlinearities, **theorem}
 
 
 def _nonlinearities(block: RationalPlant | DelayPlant, answer: CriterionResult, upper: Upper) -> dict[str, Any]:

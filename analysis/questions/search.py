@@ -277,7 +277,7 @@ def _largest_class(found: Findings, asking: Sequence[Theorem], shared: _Shared) 
     searches = [Step(_COUNTER, "counterexamples", found, lambda: _counterexamples(found, shared))]
     full = asked.search == "full"
     rows = [Step(row.stage, row.name, found, partial(_criterion, found, row, shared)) for row in asking]
-    late = full or asked.criterion != BEST
+    late = full or asked.criterion != BEST or asked.time_varying
     rows = [step for step in rows if late or step.stage < LAST]
     if shared.brief:  # what reaches farthest comes last in each stage
         rows = sorted(reversed(rows), key=lambda step: step.stage)

@@ -85,6 +85,11 @@ class Theorem:
         Whether it is decided for all plants of a box of parameters.
     late : str
         The function for plants with dead time, of a criterion about slopes; empty where there is none.
+    proof : str
+        ``module:function`` of the ``proof`` of a certificate from the plant, an answer and an upper end, None where it
+        finds none; empty where the checker finds the polynomial itself.
+    varying_only : bool
+        Whether it is for rational plants alone, and ``best`` asks it about time-varying nonlinearities alone.
     """
 
     name: str
@@ -109,6 +114,8 @@ class Theorem:
     channels: tuple[str, ...] = ()
     family: bool = True
     late: str = ""
+    proof: str = ""
+    varying_only: bool = False
 
     def answer(self, block: ScalarPlant, *, lower: Fraction, odd: bool) -> CriterionResult:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves, computes or observes."""
@@ -140,6 +147,13 @@ class Theorem:
         asked = SlopeBounds(bounds.lower, bounds.upper) if self.slope else Sector(bounds.lower, bounds.upper)
         options: dict[str, Any] = {"odd": odd} if self.odd else {}
         return _called(self.decision, block, asked, **options, **({"effort": "full"} if thorough else {}))
+
+    def proof_of(self, block: object, answer: CriterionResult, upper: Upper) -> dict[str, Any] | None:
+        """The ``proof`` of a certificate for the class with this upper end; None if there is none."""
+        if not self.proof:
+            return {"method": "polynomial"}
+        found: dict[str, Any] | None = _function(self.proof)(block, answer, upper)
+        return found
 
     def bounds(self, nonlinearity_class: NonlinearityClass) -> list[Sector] | list[SlopeBounds]:
         """What it is asked about: the sector, the slope bounds, or where one side is free both bounds as slopes."""
@@ -364,6 +378,20 @@ TABLE = (  # in each stage the cheapest first
         multipliers=_windows,
         family=False,
     ),
+    Theorem(
+        name="homogeneous-lyapunov",
+        title="homogeneous Lyapunov functions of degree 4 and more",
+        aliases=("homogeneous",),
+        times=_FLOW,
+        time_varying=True,
+        varying_only=True,
+        stage=LAST,
+        largest="theorems.homogeneous:homogeneous_largest",
+        decision="theorems.homogeneous:homogeneous_criterion",
+        multipliers=_none,
+        proof="theorems.homogeneous:homogeneous_proof",
+        family=False,
+    ),
 )
 CRITERIA = tuple(dict.fromkeys(row.name for row in TABLE))
 """The names of the criteria, to ask for one of them."""
@@ -429,7 +457,11 @@ def theorems_for(
         raise InputError(f"there is no criterion {criterion!r}; {hint}choose from {BEST}, {', '.join(CRITERIA)}")
     exact = isinstance(block, RationalPlant) or (isinstance(block, PlantFamily) and not block.delay)  # else for sectors
     late = isinstance(block, DelayPlant)
-    found = [row for row in TABLE if time in row.times and (exact or not row.slope or (late and row.late))]
+    found = [
+        row
+        for row in TABLE
+        if time in row.times and (exact or not (row.slope or row.varying_only) or (late and row.late))
+    ]
     if wanted == BEST:
         return [
             row
@@ -438,7 +470,7 @@ def theorems_for(
             and (row.stage < LAST or not isinstance(block, PlantFamily))
             and (question == "slope" or not row.slope)
             and (odd or not row.only_odd)
-            and (row.time_varying or not time_varying)
+            and (row.time_varying if time_varying else not row.varying_only)
         ]
     named = [row for row in TABLE if row.name == wanted and time in row.times]
     found = [row for row in found if row.name == wanted]

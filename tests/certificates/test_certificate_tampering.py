@@ -30,6 +30,7 @@ WORDS = (
         "tsypkin",
         "tsypkin-odd",
         "jury-lee",
+        "homogeneous-lyapunov",
         "hurwitz",
     ),
     *("counterexample", "rod-popov", "rod-circle", "rod-energy", "rod", "rod-scheme", "continuous", "discrete"),
@@ -255,8 +256,18 @@ def test_a_tampered_orbit_in_continuous_time_is_rejected():
 
 def test_every_theorem_and_method_is_attacked():
     made = [certificate(name) for name in DRAFTS]
-    assert {c["theorem"] for c in made} == {w for w in WORDS[2:15]}
-    methods = ("polynomial", "cover", "matrix", "structure", "linear-gain", "crossing", "switched-gain", "orbit")
+    assert {c["theorem"] for c in made} == {w for w in WORDS[2:16]}
+    methods = (
+        "polynomial",
+        "cover",
+        "matrix",
+        "powers",
+        "structure",
+        "linear-gain",
+        "crossing",
+        "switched-gain",
+        "orbit",
+    )
     assert {c["proof"]["method"] for c in made} == {*methods, "matrix-gain", "flow-orbit"}
     assert [n for n in DRAFTS if not recheck(certificate(n)).accepted] == []
 

@@ -97,6 +97,13 @@ LIMITER = {"kind": "piecewise-linear", "points": [["-1", "-1"], ["0", "0"], ["1"
 TANH = {"kind": "tanh", "height": "1/2", "rate": "2"}
 HALF_KERNEL = {"coefficient": "1/2", "rate": "1", "order": 1, "side": "causal"}
 FAR_KERNEL = {"coefficient": "-1/4", "rate": "2", "order": 2, "side": "anticausal"}
+QUARTIC = {  # in x1^2, x1 x2, x2^2
+    "method": "powers",
+    "power": 2,
+    "P": [["24"], ["6", "11"], ["7", "4", "3"]],
+    "lower": [["0"], ["0", "16"], ["-8", "0", "0"]],
+    "upper": [["0"], ["0", "30"], ["-15", "0", "0"]],
+}
 THREE_BOXES = {"method": "cover", "boxes": [["0", "2"], ["2", "4"], ["4", "7"]], "order": 14}
 
 
@@ -190,6 +197,9 @@ DRAFTS = {
         {"q": "1/4"},
     ),
     "jury-lee": lambda: draft(DISCRETE, nonlinearities(0, "4/5", slope=["-inf", "4/5"]), "jury-lee", {"q": "1/4"}),
+    "homogeneous-lyapunov": lambda: draft(
+        OSCILLATOR, nonlinearities(0, "7/2", time_varying=True), "homogeneous-lyapunov", {}, QUARTIC
+    ),
     "hurwitz": lambda: draft(LAG, nonlinearities(0, "79/10", linear=True), "hurwitz", {}),
     "circle, matrix": lambda: {
         **matrix(RationalPlant([1], [1, 1, 1]), "5/2"),

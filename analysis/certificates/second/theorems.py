@@ -16,6 +16,7 @@ from lure.analysis.certificates.second.matrix import require_matrix
 from lure.analysis.certificates.second.numerics import Laurent, X, to_fmpq
 from lure.analysis.certificates.second.order import require_positive_on_orders
 from lure.analysis.certificates.second.pace import kernel_weights, tap_weights
+from lure.analysis.certificates.second.powers import require_powers
 from lure.analysis.certificates.second.question import (
     Question,
     read_kernels,
@@ -159,7 +160,8 @@ def taps_multiplier(taps: dict[int, Fraction]) -> Laurent:
 
 
 SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
-CONTINUOUS = ("circle", "popov", "off-axis-circle", "park", "zames-falb")
+HIGHER = "homogeneous-lyapunov"
+CONTINUOUS = ("circle", "popov", "off-axis-circle", "park", "zames-falb", HIGHER)
 DISCRETE = ("circle", "zames-falb", "order-cone", "tsypkin", "tsypkin-odd", "jury-lee")
 SLOPES = ("off-axis-circle", "park", "zames-falb", "order-cone")  # those whose class is one of slopes, not a sector
 ROBUST = ("circle", "popov")  # those that cover nonlinearities without upper bound
@@ -189,6 +191,12 @@ def proved(document: Document, system: Rational | Delayed, nonlinearities: Nonli
             replace(nonlinearities, slope=None).mirrored(),
         )  # the sector is all that is used
     asked = posed(document, system, nonlinearities)
+    if asked.theorem == HIGHER:
+        record(document.multiplier)
+        if not isinstance(asked.system, Rational):
+            raise NotShown("Lyapunov functions of higher degree are for rational blocks")
+        require_powers(asked.system, asked.claim, document.proof)
+        return sentence(asked, "stable")
     if document.proof.get("method") == "matrix":
         return sentence(asked, _by_matrix(asked))
     block = shifted(system, asked.claim.lower)
@@ -225,7 +233,7 @@ def _require_scope(asked: Question) -> None:
     discrete = isinstance(asked.system, Rational) and asked.system.discrete
     require(asked.theorem in (DISCRETE if discrete else CONTINUOUS), "the theorem is unknown for this time")
     require(
-        asked.theorem == "circle" or not asked.claim.nonlinearities.time_varying,
+        asked.theorem in ("circle", HIGHER) or not asked.claim.nonlinearities.time_varying,
         "the theorem needs nonlinearities fixed in time",
     )
     if isinstance(asked.system, Delayed):
@@ -323,6 +331,7 @@ def multiplier_of(asked: Question) -> axis.Multiplier:
         require(rate is None or theta == 0 or asked.direct == 0, "theta and a rate need H(inf) = 0")
         require_legal([c for c, _ in kernels], asked.claim, strict=False, masses=masses)
         return axis.kernels(theta, kernels)
+    require(asked.theorem == "circle", "the theorem has no multiplier")
     return axis.Multiplier()
 
 

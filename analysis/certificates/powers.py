@@ -1,0 +1,83 @@
+"""Lyapunov functions of higher degree, for a gain that varies in an interval; part of the checker.
+
+Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import combinations_with_replacement
+from math import comb
+from typing import Any
+
+from . import states
+from .arithmetic import INF, fields, integer, need, posed
+from .balls import positive_definite
+from .blocks import realised
+
+MOST_MONOMIALS, MOST_POWER = 100, 20
+Monomial = tuple[int, ...]
+
+
+def monomials(order: int, power: int) -> list[Monomial]:
+    """The exponents of the products of ``power`` out of so many states, the powers of the first one first."""
+    return [
+        tuple(chosen.count(i) for i in range(order)) for chosen in combinations_with_replacement(range(order), power)
+    ]
+
+
+def lifted(A: Any, m: list[Monomial]) -> list[list[Fraction]]:
+    """The matrix ``L`` with ``m(x)' = L m(x)`` along ``x' = A x``: ``x_i`` in a product gives way to ``A_ij x_j``."""
+    place, L = {e: i for i, e in enumerate(m)}, [[Fraction(0)] * len(m) for _ in m]
+    for row, e in zip(L, m):
+        for i, line in enumerate(A):
+            for j, v in enumerate(line):
+                if e[i] and v:
+                    row[place[tuple(n - (h == i) + (h == j) for h, n in enumerate(e))]] += e[i] * v
+    return L
+
+
+def vanishes(Z: list[list[int]], m: list[Monomial]) -> bool:
+    """Whether ``m' Z m = 0`` for every ``x``, of a symmetric matrix: equal products of two monomials add up to 0."""
+    total = dict[Monomial, int]()
+    for e, row in zip(m, Z):
+        for f, v in zip(m, row):
+            product = tuple(a + b for a, b in zip(e, f))
+            total[product] = total.get(product, 0) + v
+    return not any(total.values())
+
+
+def facts(name: str, data: Any, system: Any, family: states.Family, proof: Any) -> dict[str, str]:
+    """``V = m'P m`` falls along ``x' = A x`` for the gains at both ends of the sector, and so for all between them.
+
+    ``m`` are the products of ``power`` states, ``P > 0``, and ``V' = -m'G m``, ``G = Z - (L'P + P L) > 0``, with one
+    ``Z``, ``m'Z m = 0``, for each end.  The gain ``g`` makes ``A - b c g/(1 + g d)``, a point between both matrices.
+    """
+    need(
+        name == "homogeneous-lyapunov" and fields(data) == [], "this is no proof of the theorem, or it has a multiplier"
+    )
+    _, power, given, *differences = fields(proof, "method", "power", "P", "lower", "upper")
+    (l, k), p = family.sector, integer(power, 1, MOST_POWER)
+    need(INF not in (abs(l), abs(k)), "the bounds of the sector are not finite")
+    A, b, c, d, discrete = realised(system, l)
+    posed(1 + (k - l) * d > 0, "1 + g H(inf) vanishes for a gain g of the class")
+    need(system["kind"] != "rod-scheme", "the rod has proofs of its own")
+    need(not discrete and len(A) > 0, "continuous time and a state are needed")
+    need(
+        (count := comb(len(A) + p - 1, p)) <= MOST_MONOMIALS, f"P is of order {count}, and {MOST_MONOMIALS} is the most"
+    )
+    m = monomials(len(A), p)
+    top = states.gained(A, b, [(k - l) / (1 + (k - l) * d) * v for v in c])
+    for which, end, difference in zip(("lower", "upper"), (A, top), differences):
+        P, a, Lt = states.symmetric(given, [*zip(*lifted(end, m))], count)
+        Z, *_ = states.symmetric(difference, [], count)
+        need(vanishes(Z, m), f"the form of the {which} end does not vanish on the monomials")
+        falls = states.falling(P, Lt, a, False)[1]
+        G = [[v + a * z for v, z in zip(row, line)] for row, line in zip(falls, Z)]
+        need(positive_definite(G), f"that V falls with the gain at the {which} end fails, or is undecided")
+    need(positive_definite([row[: i + 1] for i, row in enumerate(P)]), "P > 0 fails, or is undecided")
+    return {
+        "stable": f"V = m^T P m, P > 0, m the {count} monomials of degree {p} in the state",
+        "inequality": f"V' < 0 for x != 0 with the gains {l}, {k} and all between; Gram matrices of order {count}",
+        "well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift",
+    }

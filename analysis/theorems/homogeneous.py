@@ -1,0 +1,343 @@
+"""Lyapunov functions of degree 4 and more for sectors of time-varying nonlinearities, decided in integers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import product
+from types import MappingProxyType
+from typing import Any
+
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.blocks import realised
+from lure.analysis.certificates.powers import Monomial, facts, lifted, monomials
+from lure.analysis.certificates.states import classes, gained
+from lure.analysis.certificates.systems import class_entry, system_of
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.checks import check_plant, require_well_posed
+from lure.analysis.inequality.gains import hurwitz_limit
+from lure.analysis.numerics.doubles import text_above, text_below
+from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
+from lure.analysis.theorems.circle import circle_largest
+from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
+from lure.arrays import NDArray, Reals, linalg, np
+from lure.classes import NonlinearityClass, Sector
+from lure.errors import AssumptionError, Reason
+from lure.plants.rational import RationalPlant
+
+NAME = "homogeneous-lyapunov"
+TITLE = "the criterion of homogeneous Lyapunov functions"
+THEOREM = (
+    "homogeneous polynomial Lyapunov functions of a polytope of matrices (R. W. Brockett, Lie algebras and Lie groups "
+    "in control theory, 1973; A. L. Zelentsovsky, IEEE Trans. Automatic Control 39 (1994) 135-138; G. Chesi et al., "
+    "Homogeneous Polynomial Forms for Robustness Analysis of Uncertain Systems, 2009)"
+)
+CONCLUSION = "0 is globally exponentially stable for every phi(t, sigma) of the class, time-varying phi included"
+ASSUMED = "phi piecewise continuous in t, locally Lipschitz in sigma, in the sector: assumed of the class"
+HYPOTHESIS = "P > 0, and V' < 0 for x != 0 with the gains at both ends of the sector: checked in integers"
+HIGHEST = {2: 12, 3: 4, 4: 3, 5: 2}  # half of the degree, by the order of the plant
+STEPS, CLOSE = 14, 5e-4
+ROOM, DIGITS, COORDINATES = 1e-9, 14, 8  # of the inequality; of what is rounded, beyond the room [bits]
+
+
+def homogeneous_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
+    r"""The largest ``k`` for which a form of even degree falls along every loop of the class ``[lower, k]``.
+
+    Let ``A_g`` be the loop with the constant gain ``g`` and ``m`` all products of ``p`` states, ``m' = L_g m`` along
+    ``x' = A_g x``.  With symmetric matrices ``P > 0``, ``Z_1`` and ``Z_2``, ``m^T Z_i m = 0`` for every ``x``, and
+
+    .. math:: L_g^\top P + P L_g - Z_i < 0, \qquad g \in \{\mathrm{lower}, k\},
+
+    ``V = m^T P m`` falls along every solution for every ``phi(t, sigma)`` in the sector: ``phi/sigma`` is a gain at
+    each time, and ``A_g`` and ``V'`` between both ends are mixtures of those at the ends.  For ``p = 1`` this is the
+    circle criterion.
+
+    Parameters
+    ----------
+    block : RationalPlant
+        In continuous time, of order 2 to 5, with the gain ``lower`` stable, hidden modes included.
+    lower : Fraction
+        Lower end of the sector.
+
+    Returns
+    -------
+    CriterionResult
+        ``largest.low`` is certified; ``parameters`` hold ``p``.  ``high`` is where linear gains are unstable: that
+        nothing larger was found does not mean that the loop is unstable.
+
+    Raises
+    ------
+    AssumptionError
+        The plant is of another order or not stable with the gain ``lower``; the circle criterion proves every finite
+        ``k``.
+
+    Examples
+    --------
+    The circle criterion ends at 4; a gain that switches between 0 and 5.8007 destabilises.
+
+    >>> round(homogeneous_largest(RationalPlant([1], [1, 3, 3, 1])).largest.low, 1)
+    5.7
+    """
+    search, power = _Search.of(block, Fraction(lower)), HIGHEST[block.order]
+    low, high = search.largest(power), search.top
+    proved = low > search.circle
+    said = (
+        f"a form of degree {2 * power} proves every k up to {text_below(low, 15)}, linear gains are stable only below "
+        f"{text_above(high)}; {CONCLUSION}"
+    )
+    return _result(
+        Sector(search.lower, low if proved else math.inf),
+        Bracket(low, max(high, low)),
+        power if proved else None,
+        said if proved else f"no form of degree {2 * power} was found beyond the circle criterion",
+    )
+
+
+def homogeneous_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:
+    """Whether a form of even degree falls along every loop of one sector; the lowest degree that serves.
+
+    Parameters
+    ----------
+    block : RationalPlant
+        As for :func:`homogeneous_largest`.
+    sector : Sector
+        With finite ends.
+
+    Raises
+    ------
+    InputError
+        ``1 + k H(inf) = 0`` for some ``k`` of the sector.
+    AssumptionError
+        As there; or an end of the sector is infinite.
+    """
+    if math.inf in (-sector.lower, sector.upper):
+        raise AssumptionError(f"{TITLE} needs a sector with finite ends; got {sector}", code=Reason.NO_LOWER_END)
+    require_well_posed(block, sector.upper, lower=Fraction(sector.lower))
+    search, upper = _Search.of(block, Fraction(sector.lower)), Fraction(sector.upper)
+    for power in range(2, HIGHEST[block.order] + 1):
+        if search.proof(upper, power) is not None:
+            said = f"a form of degree {2 * power} falls along every solution; {CONCLUSION}"
+            return _result(sector, Bracket(float(upper), math.inf), power, said)
+    largest = Bracket(float(search.lower), math.inf)
+    return _result(sector, largest, None, f"no form of degree up to {2 * HIGHEST[block.order]} was found")
+
+
+def homogeneous_proof(block: RationalPlant, answer: CriterionResult, upper: Fraction) -> dict[str, Any] | None:
+    """The proof of a certificate for the class of an answer with this upper end.
+
+    Parameters
+    ----------
+    block : RationalPlant
+        The block of the answer.
+    answer : CriterionResult
+        What was proved.
+    upper : Fraction
+        Upper end of the class.
+
+    Returns
+    -------
+    dict or None
+        None where no form of the degree of the answer was found for this class.
+    """
+    power = int(str(answer.parameters["power"]))
+    return _Search.of(block, Fraction(answer.nonlinearity_class.sector.lower)).proof(upper, power)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The classes ``[lower, k]`` of one plant.
+
+    Attributes
+    ----------
+    block : RationalPlant
+        The plant, stable with the gain ``lower``.
+    lower : Fraction
+        Lower end.
+    circle, top : float
+        How far the circle criterion goes, and linear gains.
+    """
+
+    block: RationalPlant
+    lower: Fraction
+    circle: float
+    top: float
+
+    @classmethod
+    def of(cls, block: RationalPlant, lower: Fraction) -> _Search:
+        """The search, if the criterion covers the plant."""
+        if check_plant(block, lower=lower).case != "stable":
+            raise AssumptionError(f"{TITLE} does not cover a pole at 0; ask circle", code=Reason.CRITICAL)
+        if block.order not in HIGHEST:
+            raise AssumptionError(
+                f"{TITLE} is evaluated for plants of order {min(HIGHEST)} to {max(HIGHEST)}, this one has order "
+                f"{block.order}; ask circle",
+                code=Reason.NOT_APPLICABLE,
+            )
+        circle = circle_largest(block, lower=lower).largest.low
+        if circle == math.inf:
+            raise AssumptionError("the circle criterion proves every finite k here; ask circle")
+        return cls(block, lower, circle, hurwitz_limit(block, lower).high)
+
+    @cached_property
+    def realised(self) -> tuple[Any, Any, Any, Fraction]:
+        """``A, b, c, d`` with the gain ``lower`` closed, as the checker reads the block."""
+        return realised(system_of(self.block), self.lower)[:4]
+
+    def ends(self, upper: Fraction) -> list[Any]:
+        """``x' = A x`` with the gain at either end."""
+        (A, b, c, d), width = self.realised, upper - self.lower
+        return [A, gained(A, b, [width / (1 + width * d) * v for v in c])]
+
+    def largest(self, power: int) -> float:
+        """The largest ``k`` that is proved: from that of the circle criterion up to where linear gains end."""
+        start, low, high = float(self.lower), self.circle, self.top
+        for _ in range(STEPS):
+            if high < math.inf and high - low <= CLOSE * (high - start):
+                break
+            k = min((low + high) / 2, 2 * low - start)
+            low, high = (k, high) if self.proof(Fraction(k), power) is not None else (low, k)
+        return low
+
+    @cached_property
+    def coordinates(self) -> list[list[int]]:
+        """``2^e T`` for ``z = T x`` in which a quadratic form near the circle criterion's is ``|z|^2``."""
+        k = self.lower + (Fraction(self.circle) - self.lower) * Fraction(7, 8)
+        low, high = (np.array([[float(v) for v in row] for row in A]) for A in self.ends(k))
+        _, D = linalg.matrix_balance(low + high, permute=False)
+        scale = np.diag(D)
+        _, P, _ = _solved([low * scale / scale[:, None], high * scale / scale[:, None]], 1)
+        T = np.linalg.cholesky(P).T / scale
+        rows = [[Fraction(float(v)) for v in row] for row in T]
+        size = max(abs(v) for row in rows for v in row)
+        bits = COORDINATES - math.frexp(float(size))[1] + math.ceil(math.log2(float(np.linalg.cond(T))))
+        unit = Fraction(2) ** bits
+        return [[round(v * unit) for v in row] for row in rows]
+
+    def proof(self, upper: Fraction, power: int) -> dict[str, Any] | None:
+        """What the checker accepts for the class ``[lower, upper]``; None if nothing is found."""
+        checkpoint()
+        T = self.coordinates
+        near = np.array(T, dtype=float)
+        back = np.linalg.inv(near)
+        ends = [near @ np.array([[float(v) for v in row] for row in A]) @ back for A in self.ends(upper)]
+        room, P, lines = _solved(ends, power)
+        if not room > ROOM:
+            return None
+        unit = 1 << (DIGITS - math.floor(math.log2(room)))
+        proof = {"method": "powers", "power": power, **_rounded(P, lines, T, power, unit)}
+        asked = NonlinearityClass(sector=Sector(self.lower, upper), time_varying=True)
+        family = classes(class_entry(asked, unbounded=False))
+        try:
+            facts(NAME, {}, system_of(self.block), family, proof)
+        except Rejected:
+            return None
+        return proof
+
+
+def _result(sector: Sector, largest: Bracket, power: int | None, reason: str) -> CriterionResult:
+    """The answer about a class, PROVED with a power."""
+    holds = power is not None
+    parameters = {"power": str(power), "k": str(Fraction(sector.upper))} if holds else {}
+    return CriterionResult(
+        criterion=NAME,
+        theorem=THEOREM,
+        largest=largest,
+        nonlinearity_class=NonlinearityClass(sector=sector, time_varying=True),
+        verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
+        evidence=Evidence.CERTIFIED,
+        multiplier=f"V of degree {2 * power}" if power is not None else None,
+        parameters=MappingProxyType(parameters),
+        reason=reason,
+        hypotheses=(HYPOTHESIS, ASSUMED) if holds else (ASSUMED,),
+    )
+
+
+def _weights(m: list[Monomial]) -> Reals:
+    """The roots of the numbers of arrangements: with them ``|m(z)|^2 = |z|^(2 p)``."""
+    power = sum(m[0])
+    counts = [math.factorial(power) / math.prod(map(math.factorial, e)) for e in m]
+    return np.asarray(np.sqrt(np.array(counts)))
+
+
+def _vanishing(m: list[Monomial]) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Pairs of pairs of monomials with one product: the first of a kind with each other one."""
+    first, found = dict[Monomial, tuple[int, int]](), []
+    for i, j in product(range(len(m)), repeat=2):
+        if j <= i:
+            both = tuple(a + b for a, b in zip(m[i], m[j], strict=True))
+            if both in first:
+                found.append((first[both], (i, j)))
+            else:
+                first[both] = (i, j)
+    return found
+
+
+def _rounded(P: Reals, lines: Reals, T: list[list[int]], power: int, unit: int) -> dict[str, list[list[str]]]:
+    """``P``, ``Z_1`` and ``Z_2`` in integers, in the monomials of ``x`` for ``z = T x``."""
+    m = monomials(len(T), power)
+    weights, near = _weights(m), np.zeros((3, len(m), len(m)), dtype=object)
+    scaled = P * weights[:, None] * weights * unit
+    near[0] = [[round(float(scaled[max(i, j), min(i, j)])) for j in range(len(m))] for i in range(len(m))]
+    for Z, line in zip(near[1:], lines.tolist(), strict=True):
+        for value, pair in zip(line, _vanishing(m), strict=True):
+            for (i, j), sign in zip(pair, (1, -1), strict=True):
+                Z[i, j] += sign * round(value * unit)
+                Z[j, i] += sign * round(value * unit)
+    S = _substituted(T, m)
+    moved = (S.T @ form @ S for form in near)
+    return {
+        name: [[str(v) for v in row[: i + 1]] for i, row in enumerate(form.tolist())]
+        for name, form in zip(("P", "lower", "upper"), moved, strict=True)
+    }
+
+
+def _substituted(T: list[list[int]], m: list[Monomial]) -> NDArray[np.object_]:
+    """``S`` with ``m(T x) = S m(x)``, in integers."""
+    rows = np.zeros((len(m), len(m)), dtype=object)
+    place, units = {e: i for i, e in enumerate(m)}, [tuple(int(i == j) for j in range(len(T))) for i in range(len(T))]
+    for row, e in zip(rows, m, strict=True):
+        total = {tuple([0] * len(T)): 1}
+        for line, times in zip(T, e, strict=True):
+            for _ in range(times):
+                longer = dict[Monomial, int]()
+                for (f, v), (one, t) in product(total.items(), zip(units, line, strict=True)):
+                    both = tuple(a + b for a, b in zip(f, one, strict=True))
+                    longer[both] = longer.get(both, 0) + v * t
+                total = longer
+        for f, v in total.items():
+            row[place[f]] = v
+    return rows
+
+
+def _solved(ends: list[Reals], power: int) -> tuple[float, Reals, Reals]:
+    """``t``, ``P`` and the multiples of the vanishing forms with about the largest ``t`` in ``G_i >= t``.
+
+    ``P >= 0`` has the trace of the identity and is one of the monomials times their weights; time is in units in which
+    the loops are of size 1.
+    """
+    m = monomials(len(ends[0]), power)
+    size, weights, speed = len(m), _weights(m), max(float(np.linalg.norm(A, 2)) for A in ends)
+    forms, pairs = symmetric_basis(size), _vanishing(m)
+    zero = np.zeros((len(pairs), size, size))
+    for Z, (one, other) in zip(zero, pairs, strict=True):
+        for (i, j), sign in ((one, 1.0), (other, -1.0)):
+            Z[i, j] += sign / (weights[i] * weights[j])
+            Z[j, i] += sign / (weights[i] * weights[j])
+    count, each = len(forms), len(pairs)
+    total, nothing = count + 2 * each + 1, np.zeros((size, size))
+    slopes = np.zeros((3, total, size, size))
+    slopes[0, :count], slopes[:, -1] = forms, -np.eye(size)
+    for k, A in enumerate(ends):
+        L = np.array(lifted((A / speed).tolist(), m), dtype=float) * weights[:, None] / weights
+        slopes[k + 1, :count] = -(np.swapaxes(L, 0, 1) @ forms + forms @ L)
+        slopes[k + 1, count + k * each : count + (k + 1) * each] = zero
+    trace = np.zeros(total)
+    trace[:count] = np.trace(forms, axis1=1, axis2=2)
+    cost = np.zeros(total)
+    cost[-1] = 1.0
+    x = proposed(cost, [Block(nothing, part) for part in slopes], np.array([trace, -trace]), np.array([size, -size]))
+    if x is None:
+        return -math.inf, nothing, nothing
+    return float(x[-1]), np.einsum("i,ipq->pq", x[:count], forms), speed * x[count:-1].reshape(2, each)
