@@ -168,7 +168,7 @@ class _Search:
     def of(cls, block: RationalPlant, lower: Fraction) -> _Search:
         """The search, if the criterion covers the plant."""
         if check_plant(block, lower=lower).case != "stable":
-            raise AssumptionError(f"{TITLE} does not cover a pole at 0; ask circle", code=Reason.CRITICAL)
+            raise AssumptionError(f"{TITLE} does not cover a pole at 0; ask circle", code=Reason.NOT_APPLICABLE)
         if block.order not in HIGHEST:
             raise AssumptionError(
                 f"{TITLE} is evaluated for plants of order {min(HIGHEST)} to {max(HIGHEST)}, this one has order "
@@ -196,7 +196,7 @@ class _Search:
         for _ in range(STEPS):
             if high < math.inf and high - low <= CLOSE * (high - start):
                 break
-            k = min((low + high) / 2, 2 * low - start)
+            k = _short(min((low + high) / 2, 2 * low - start), high - low)
             low, high = (k, high) if self.proof(Fraction(k), power) is not None else (low, k)
         return low
 
@@ -234,6 +234,12 @@ class _Search:
         except Rejected:
             return None
         return proof
+
+
+def _short(k: float, width: float) -> float:
+    """A number of few digits near ``k``, as far as the width of an interval about it tells."""
+    unit = math.ldexp(1.0, math.frexp(width)[1] - 6)
+    return round(k / unit) * unit if math.isfinite(width) else k
 
 
 def _result(sector: Sector, largest: Bracket, power: int | None, reason: str) -> CriterionResult:

@@ -34,7 +34,7 @@ LOOPS = {
     "sampled": PLANT.format("0.4/(z-0.6)", 'dt = 0.1\n[nonlinearity]\nkind = "quantiser"\nstep = 0.5\n'),
     "odd": PLANT.format("1/(s+1)^4", "[class]\nsector = [0.25, 2]\nslope = [0.25, 2]\nodd = true\n"),
     "beyond": PLANT.format("1/(s*(s+1)*(s+3))", "[class]\nsector = [0, 13]\n"),
-    "varying": PLANT.format("1/(s+1)^3", "[class]\nsector = [0, 5]\ntime_varying = true\n"),
+    "varying": PLANT.format("1/(s+1)^3", "[class]\nsector = [0, 5.78]\ntime_varying = true\n"),
     "late": PLANT.format("exp(-s/2)/(s+2)", "[class]\nsector = [0, 2]\n"),
     "endless": PLANT.format("(s+2)/(s*(s+3))", "[class]\nsector = [0, inf]\n"),
     "unstable": PLANT.format("4/((s-1)*(s+4))", '[nonlinearity]\nkind = "saturation"\ngain = 2\nlimit = 1\n'),

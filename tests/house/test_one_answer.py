@@ -45,7 +45,7 @@ FILES = {
     "slope": '[plant]\ntransfer = "1/(s+1)^3"\n[class]\nsector = [0.5, 3]\nslope = [0.5, 3]\n',
     "third": '[plant]\ntransfer = "4/((s-1)*(s/3+1))"\n[class]\nsector = ["1/3", 0.9]\ntime_varying = true\n',
     "beyond": '[plant]\ntransfer = "1/(s*(s+1)*(s+2))"\n[class]\nsector = [0, 7]\n',
-    "between": '[plant]\ntransfer = "1/(s+1)^3"\n[class]\nsector = [0, 5]\ntime_varying = true\n',
+    "between": '[plant]\ntransfer = "1/(s+1)^3"\n[class]\nsector = [0, 5.78]\ntime_varying = true\n',
     # slopes up to 0.91 for monotone phi, refuted from there on, and up to 1.08 for odd ones; the sector ends before 0.9
     "odd alone": f"{DT_6}sector = [0, 1]\nslope = [0, 1]\nodd = true\n",
     "odd not promised": f"{DT_6}sector = [0, 1]\nslope = [0, 1]\n",
