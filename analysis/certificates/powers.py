@@ -47,28 +47,17 @@ def vanishes(Z: list[list[int]], m: list[Monomial]) -> bool:
     return not any(total.values())
 
 
-def facts(name: str, data: Any, system: Any, family: states.Family, proof: Any) -> dict[str, str]:
-    """``V = m'P m`` falls along ``x' = A x`` for the gains at both ends of the sector, and so for all between them.
+def require_falling(ends: Any, proof: Any) -> int:
+    """The order of ``P``, once ``V = m'P m`` is found to fall along ``x' = A x`` for both matrices ``ends``.
 
     ``m`` are the products of ``power`` states, ``P > 0``, and ``V' = -m'G m``, ``G = Z - (L'P + P L) > 0``, with one
-    ``Z``, ``m'Z m = 0``, for each end.  The gain ``g`` makes ``A - b c g/(1 + g d)``, a point between both matrices.
+    ``Z``, ``m'Z m = 0``, for each end.
     """
-    need(
-        name == "homogeneous-lyapunov" and fields(data) == [], "this is no proof of the theorem, or it has a multiplier"
-    )
     _, power, given, *differences = fields(proof, "method", "power", "P", "lower", "upper")
-    (l, k), p = family.sector, integer(power, 1, MOST_POWER)
-    need(INF not in (abs(l), abs(k)), "the bounds of the sector are not finite")
-    A, b, c, d, discrete = realised(system, l)
-    posed(1 + (k - l) * d > 0, "1 + g H(inf) vanishes for a gain g of the class")
-    need(system["kind"] != "rod-scheme", "the rod has proofs of its own")
-    need(not discrete and len(A) > 0, "continuous time and a state are needed")
-    need(
-        (count := comb(len(A) + p - 1, p)) <= MOST_MONOMIALS, f"P is of order {count}, and {MOST_MONOMIALS} is the most"
-    )
-    m = monomials(len(A), p)
-    top = states.gained(A, b, [(k - l) / (1 + (k - l) * d) * v for v in c])
-    for which, end, difference in zip(("lower", "upper"), (A, top), differences):
+    n, p = len(ends[0]), integer(power, 1, MOST_POWER)
+    need(n > 0 and (count := comb(n + p - 1, p)) <= MOST_MONOMIALS, f"P is of no order from 1 to {MOST_MONOMIALS}")
+    m = monomials(n, p)
+    for which, end, difference in zip(("lower", "upper"), ends, differences):
         P, a, Lt = states.symmetric(given, [*zip(*lifted(end, m))], count)
         Z, *_ = states.symmetric(difference, [], count)
         need(vanishes(Z, m), f"the form of the {which} end does not vanish on the monomials")
@@ -76,8 +65,26 @@ def facts(name: str, data: Any, system: Any, family: states.Family, proof: Any) 
         G = [[v + a * z for v, z in zip(row, line)] for row, line in zip(falls, Z)]
         need(positive_definite(G), f"that V falls with the gain at the {which} end fails, or is undecided")
     need(positive_definite([row[: i + 1] for i, row in enumerate(P)]), "P > 0 fails, or is undecided")
+    return count
+
+
+def facts(name: str, data: Any, system: Any, family: states.Family, proof: Any) -> dict[str, str]:
+    """``V = m'P m`` falls with the gains at both ends of the sector, and so with all between them.
+
+    The gain ``g`` makes ``A - b c g/(1 + g d)``, a point between the matrices of both ends.
+    """
+    need(
+        name == "homogeneous-lyapunov" and fields(data) == [], "this is no proof of the theorem, or it has a multiplier"
+    )
+    l, k = family.sector
+    need(INF not in (abs(l), abs(k)), "the bounds of the sector are not finite")
+    need(system["kind"] != "rod-scheme", "the rod has proofs of its own")
+    A, b, c, d, discrete = realised(system, l)
+    posed(1 + (k - l) * d > 0, "1 + g H(inf) vanishes for a gain g of the class")
+    need(not discrete, "continuous time is needed")
+    count = require_falling([A, states.gained(A, b, [(k - l) / (1 + (k - l) * d) * v for v in c])], proof)
     return {
-        "stable": f"V = m^T P m, P > 0, m the {count} monomials of degree {p} in the state",
+        "stable": f"V = m^T P m, P > 0, m the {count} monomials of degree {proof['power']} in the state",
         "inequality": f"V' < 0 for x != 0 with the gains {l}, {k} and all between; Gram matrices of order {count}",
         "well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift",
     }

@@ -12,9 +12,8 @@ from typing import Any
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.blocks import realised
-from lure.analysis.certificates.powers import Monomial, facts, lifted, monomials
-from lure.analysis.certificates.states import classes, gained
-from lure.analysis.certificates.systems import class_entry, system_of
+from lure.analysis.certificates.powers import Monomial, lifted, monomials, require_falling
+from lure.analysis.certificates.states import gained
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.checks import check_plant, require_well_posed
 from lure.analysis.inequality.gains import hurwitz_limit
@@ -183,7 +182,9 @@ class _Search:
     @cached_property
     def realised(self) -> tuple[Any, Any, Any, Fraction]:
         """``A, b, c, d`` with the gain ``lower`` closed, as the checker reads the block."""
-        return realised(system_of(self.block), self.lower)[:4]
+        top, bottom = ([str(v) for v in side] for side in (self.block.numerator, self.block.denominator))
+        system = {"kind": "transfer", "time": "continuous", "numerator": top, "denominator": bottom}
+        return realised(system, self.lower)[:4]
 
     def ends(self, upper: Fraction) -> list[Any]:
         """``x' = A x`` with the gain at either end."""
@@ -208,7 +209,11 @@ class _Search:
         _, D = linalg.matrix_balance(low + high, permute=False)
         scale = np.diag(D)
         _, P, _ = _solved([low * scale / scale[:, None], high * scale / scale[:, None]], 1)
-        T = np.linalg.cholesky(P).T / scale
+        try:
+            T = np.linalg.cholesky(P).T / scale
+        except np.linalg.LinAlgError:
+            failed = "the programme for a quadratic form, which the circle criterion promises, failed"
+            raise AssumptionError(f"{TITLE}: {failed}; rescale the plant", code=Reason.SOLVER_FAILED) from None
         rows = [[Fraction(float(v)) for v in row] for row in T]
         size = max(abs(v) for row in rows for v in row)
         bits = COORDINATES - math.frexp(float(size))[1] + math.ceil(math.log2(float(np.linalg.cond(T))))
@@ -218,19 +223,20 @@ class _Search:
     def proof(self, upper: Fraction, power: int) -> dict[str, Any] | None:
         """What the checker accepts for the class ``[lower, upper]``; None if nothing is found."""
         checkpoint()
+        if 1 + (upper - self.lower) * self.realised[3] <= 0:
+            return None  # 1 + g H(inf) vanishes for a gain of the class
         T = self.coordinates
         near = np.array(T, dtype=float)
         back = np.linalg.inv(near)
-        ends = [near @ np.array([[float(v) for v in row] for row in A]) @ back for A in self.ends(upper)]
-        room, P, lines = _solved(ends, power)
+        ends = self.ends(upper)
+        turned = [near @ np.array([[float(v) for v in row] for row in A]) @ back for A in ends]
+        room, P, lines = _solved(turned, power)
         if not room > ROOM:
             return None
         unit = 1 << (DIGITS - math.floor(math.log2(room)))
         proof = {"method": "powers", "power": power, **_rounded(P, lines, T, power, unit)}
-        asked = NonlinearityClass(sector=Sector(self.lower, upper), time_varying=True)
-        family = classes(class_entry(asked, unbounded=False))
         try:
-            facts(NAME, {}, system_of(self.block), family, proof)
+            require_falling(ends, proof)
         except Rejected:
             return None
         return proof
