@@ -215,8 +215,15 @@ def plants_words(system: Mapping[str, Any]) -> str:
     """
     if not str(system.get("kind")).endswith("family"):
         return ""
-    varied = [(name, ends) for name, *ends in system["parameters"] if ends[0] != ends[1]]
-    return f" for every {', '.join(f'{name} in {interval(ends)}' for name, ends in varied)}"
+    rates = system.get("rates") or ["0"] * len(system["parameters"])
+    how = {"0": "", "inf": " that changes at any speed"}
+    varied = [
+        f"{name} in {interval(ends)}"
+        + (how[rate] if rate in how else f" that changes by at most {_near(Fraction(rate))} in a unit of time")
+        for (name, *ends), rate in zip(system["parameters"], rates, strict=True)
+        if ends[0] != ends[1]
+    ]
+    return f" for every {', '.join(varied)}"
 
 
 def _destabilising(shown: Refuted) -> str:

@@ -1,4 +1,4 @@
-"""Plants whose coefficients are polynomials in parameters, constant but unknown in a box: part of the checker.
+"""Plants whose coefficients are polynomials in parameters, unknown in a box: part of the checker.
 
 Standard library only.  ``H = n/d``, ``n = sum p^e n_e(s)``, ``d = sum p^e d_e(s)``, or ``exp(-T s) n/d`` with ``T``
 affine in ``p``; of several channels ``A = sum p^e A_e/sum p^e c_e`` and so on.  Every function raises ``Rejected``
@@ -24,7 +24,7 @@ from .channels import MOST_CHANNELS, MOST_STATES, Plant, Rows
 from .parametric import coefficients
 
 MOST_PARAMETERS, MOST_DEGREE, MOST_NODES, MOST_BOXES, DEEPEST = 6, 12, 2000, 20_000, 400
-TERMS, LATE = 10, "delay-family"
+TERMS, LATE, CHANNELS = 10, "delay-family", ("channel-family", "varying-family")
 NAME = re.compile(r"[A-Za-z][A-Za-z_0-9]{0,40}")
 Box = list[tuple[Fraction, Fraction]]
 Shows = Callable[[Any, Block], tuple[Form, int, bool, dict[str, str]]]
@@ -75,12 +75,22 @@ class Plants(NamedTuple):
 
 
 class Matrices(NamedTuple):
-    """Plants of several channels: the powers of each term, its share of the common denominator, ``A, B, C, D``."""
+    """Plants of several channels: the powers of each term, its share of the common denominator, ``A, B, C, D``.
+
+    ``rates``: of each parameter how fast it may change, 0 for a constant; empty if all are constant.
+    """
 
     time: str
     names: list[str]
     box: Box
     terms: list[tuple[list[int], Fraction, list[Rows]]]
+    rates: list[Any]
+
+    def still(self, theta: list[Fraction]) -> None:
+        """What Popov's terms integrate is a function of the state alone, which does not change with the parameters."""
+        moved = [one for one in self.terms if any(e and r for e, r in zip(one[0], self.rates))]
+        for i, t in enumerate(theta):
+            need(not t or not any(c or any(sides[2][i]) for _, c, sides in moved), f"theta_{i + 1}: sigma changes")
 
     @property
     def pattern(self) -> Rows:
@@ -168,12 +178,15 @@ def weighed(terms: Any, point: list[Fraction]) -> list[Fraction]:
     return [prod((v**e for v, e in zip(point, powers)), start=Fraction(1)) for powers, *_ in terms]
 
 
-def words(names: list[str], box: Box) -> str:
+def words(names: list[str], box: Box, rates: Any = ()) -> str:
     """The parameters in words."""
     ranges = [
         f"{name} in [{low}, {high}]" if low < high else f"{name} = {low}" for name, (low, high) in zip(names, box)
     ]
-    return f"for all constant {', '.join(ranges)}"
+    if not any(rates):
+        return f"for all constant {', '.join(ranges)}"
+    how = ["constant" if not r else "at any speed" if r == INF else f"by at most {r} in a unit of time" for r in rates]
+    return f"for all parameters, {', '.join(f'{one} ({speed})' for one, speed in zip(ranges, how))}"
 
 
 def plants(system: Any) -> Plants:
@@ -217,8 +230,12 @@ def exponents(powers: Any, names: list[str]) -> list[int]:
 
 def matrices(system: Any) -> Matrices:
     """The plants of several channels of a system with parameters."""
-    form(system.get("kind") == "channel-family", "the system is of no kind with parameters")
-    (time, names, box, terms), found = stated(system), list[tuple[list[int], Fraction, list[Rows]]]()
+    form(system.get("kind") in CHANNELS, "the system is of no kind with parameters")
+    varying, found = system["kind"] == CHANNELS[1], list[tuple[list[int], Fraction, list[Rows]]]()
+    time, names, box, terms = stated(system, *["rates"] * varying)
+    rates = [INF if r == "inf" else number(r) for r in system["rates"]] if varying else []
+    fit = len(rates) == len(names) and max(rates) > 0 and all(r >= 0 for r in rates) if varying else True
+    form(fit, "each parameter has its rate, 0 or more, and not all are 0")
     shapes = set[tuple[tuple[int, ...], ...]]()
     for term in terms:
         powers, share, *sides = fields(term, "powers", "common", "A", "B", "C", "D")
@@ -230,11 +247,37 @@ def matrices(system: Any) -> Matrices:
     n, m = len(found[0][2][0]), len(found[0][2][3])
     form(shapes == {((n,) * n, (m,) * n, (n,) * m, (m,) * m)}, "A, B, C and D do not fit, or differ in shape")
     form(n <= MOST_STATES and m <= MOST_CHANNELS, "there are too many states or channels")
-    return Matrices(time, names, box, found)
+    return Matrices(time, names, box, found, rates)
 
 
-def leaves(tree: Any, box: Box) -> Iterator[tuple[Box, Any]]:
-    """The boxes into which a box is cut, which cover it by their making, each with its multiplier."""
+def moving(H: Matrices, box: Box, parts: Any, falls: Values, common: Values, unit: int) -> Iterator[Values]:
+    """``falls``, of ``-V'``, for parameters that change: less ``c^2 unit sum t_j' P_j``, ``|t_j'|`` at its bounds.
+
+    ``V'`` is affine in the ``t_j'``.  ``P`` does not depend on what may jump: without a bound, or in samples.
+    """
+    turns = list[tuple[Fraction, Any]]()
+    for (low, high), rate, P in zip(box, H.rates, parts[1:]):
+        jumps = rate == INF or H.time == "discrete"
+        need(not (rate and jumps) or not any(map(any, P)), "P depends on a parameter that may jump")
+        if rate and not jumps:
+            turns.append((rate / (high - low), P))
+    for signs in product((1, -1), repeat=len(turns)):
+        found = Values()
+        for node, M in falls.items():
+            tick()
+            found[node] = [list(row) for row in M]
+            for sign, (share, P) in zip(signs, turns):
+                for i, row in enumerate(P):
+                    for j in range(i + 1):
+                        found[node][i][j] -= common[node][0][0] ** 2 * unit * sign * share * row[j]
+        yield found
+
+
+def leaves(tree: Any, box: Box, rates: Any = ()) -> Iterator[tuple[Box, Any]]:
+    """The boxes into which a box is cut, which cover it by their making, each with its multiplier.
+
+    What changes stays in its box: its interval is not cut.
+    """
     pending, count = [(tree, box, 0)], 0
     while pending:
         part, own, depth = pending.pop()
@@ -247,6 +290,7 @@ def leaves(tree: Any, box: Box) -> Iterator[tuple[Box, Any]]:
         which, at, below, above = fields(part, "parameter", "at", "below", "above")
         j, cut = integer(which, 0, len(box) - 1), number(at)
         need(own[j][0] < cut < own[j][1], "a cut lies outside its box")
+        need(not any(rates[j : j + 1]), "the interval of a parameter that changes is cut")
         for half, ends in ((above, (cut, own[j][1])), (below, (own[j][0], cut))):
             pending.append((half, [*own[:j], ends, *own[j + 1 :]], depth + 1))
 
@@ -355,7 +399,7 @@ def member(system: Any, proof: Any) -> tuple[Any, Any, dict[str, str]]:
     """The plant of a box at which a refutation is, its proof, and where that is."""
     kind = str(system.get("kind"))
     H: Plants | Matrices | Rods = (
-        plants(system) if kind in ("family", LATE) else matrices(system) if "channel" in kind else rods(system)
+        plants(system) if kind in ("family", LATE) else matrices(system) if kind in CHANNELS else rods(system)
     )
     _, at, inner = fields(proof, "method", "at", "proof")
     point = numbers(at, len(H.names))

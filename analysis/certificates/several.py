@@ -69,7 +69,7 @@ def examined(
 
     And how every hypothesis was found to hold, and what is assumed.
     """
-    touching, family = system.get("kind") == "rods", system.get("kind") == "channel-family"
+    touching, family = system.get("kind") == "rods", system.get("kind") in boxes.CHANNELS
     size = contacts(system) if touching else len(boxes.matrices(system).pattern if family else plant(system, True).D)
     asked = channels(given, size)
     need(phi is None, "no nonlinearity is given beside several classes")
@@ -305,10 +305,12 @@ def over_boxes(
     popov, n, m, count = name == "diagonal-popov", len(H.terms[0][2][0]), len(H.pattern), 0
     need(not (popov and H.time == "discrete"), f"{name} is for continuous time")
     bounds = [asked.bounds(i) for i in range(m)]
-    for box, entry in boxes.leaves(tree, H.box):
+    need(not H.rates or (rate, asked.performance) == (None, None), "no gains and rates with parameters that change")
+    for box, entry in boxes.leaves(tree, H.box, H.rates):
         given, *turned, half, exponent = fields(entry, "lambda", *["theta"] * popov, "P", "exponent")
         theta, e = numbers(turned[0], m) if popov else [ZERO] * m, integer(exponent, 0, 10**5)
         fitting(asked, theta, H.pattern)
+        H.still(theta)
         form(isinstance(half, list) and len(half) in (1, 1 + len(box)), "P is a list, of one more than parameters")
         weights, degrees = numbers(given, m), H.degrees(any(theta), len(half) > 1)
         uniform(weights, asked)
@@ -331,14 +333,15 @@ def over_boxes(
             common[node] = [[c]]
         signs = [c for ((c,),) in parametric.coefficients(common, degrees)]
         need(min(signs) > 0 or max(signs) < 0, "the common denominator may vanish for some parameters")
-        for found in (above, falls):
+        w = states.unit([*Pi, theta, [min(t * l, t * u) for t, (l, u) in zip(theta, bounds)]])
+        for found in (above, *boxes.moving(H, box, parts, falls, common, w)):
             for M in parametric.coefficients(found, degrees):
                 parametric.definite(M)
         count += 1
     posed, assumed = well_posed(H.pattern, asked)
     V = f"V = x^T P x{' + 2 sum theta_i int phi_i' * popov} is positive definite and falls"
     return {
-        "parameters": boxes.words(H.names, H.box),
+        "parameters": boxes.words(H.names, H.box, H.rates),
         "inequality": f"{V}: Bernstein coefficients on each of the boxes that cover these parameters, {count} of them",
         "well-posed": posed,
     }, assumed

@@ -97,8 +97,9 @@ def system_of(block: object) -> dict[str, Any]:
             else:
                 sums.append({"powers": list(one[0]), "numerator": texts(one[1]), "denominator": texts(one[2])})
         found = {"kind": kind, "time": time, "parameters": bounds, "terms": sums}
-        wait = block.delay if isinstance(block, PlantFamily) else ()
-        return {**found, "kind": "delay-family", "delay": texts(wait)} if wait else found
+        if isinstance(block, PlantFamily):
+            return {**found, "kind": "delay-family", "delay": texts(block.delay)} if block.delay else found
+        return {**found, "kind": "varying-family", "rates": texts(block.rates)} if block.rates else found
     if isinstance(block, DelayPlant):
         terms = [[str(delay), texts(top)] for delay, top in block.terms]
         return {"kind": "delay", "terms": terms, "denominator": texts(block.denominator)}

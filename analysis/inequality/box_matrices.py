@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
-from math import comb, prod
+from math import comb, inf, prod
 from typing import Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
@@ -94,6 +94,8 @@ class BoxMatrices:
             for one in self.family.terms
         ]
         self.discrete = self.family.dt is not None
+        rates = enumerate(self.family.rates)
+        self.jumping = [j for j, rate in rates if rate and (rate == inf or self.discrete)]  # P does not depend on these
 
     def at(self, point: Sequence[float]) -> tuple[float, list[Reals]]:
         """The common denominator, and ``A``, ``B``, ``C``, ``D`` times it.
@@ -145,6 +147,7 @@ class BoxMatrices:
         units = self._units(box, ends)
         scaled = ends / np.maximum(np.abs(ends).max(axis=1), 1e-300)[:, None]
         falls, above = self._coefficients(box, (units, scaled), (functions, state, degrees))
+        falls = self._drifting(box, (falls, above), len(state), units.time)
         blocks = [Block(one[-1], np.concatenate([one[:-1], -np.eye(order)[None]])) for one in falls]
         for one in above:
             whole = np.zeros((total, n, n))
@@ -154,6 +157,9 @@ class BoxMatrices:
             below[:q] = -one[:q]
             blocks.append(Block(_MOST * np.eye(n), below))
         limits = Limits(total)
+        for i in (i for j in self.jumping * whole_box for i in range(len(state) * (1 + j), len(state) * (2 + j))):
+            for sign in (1.0, -1.0):
+                limits.at_most({i: sign}, 0.0)
         for i, block in enumerate(functions):
             weight, turn, least = q + i, q + k + i, q + 2 * k + i
             limits.at_most({weight: -1.0}, 0.0)
@@ -180,8 +186,23 @@ class BoxMatrices:
             return None
         return self._restored(found, units, (functions, state), square)
 
+    def _drifting(self, box: Box, sides: tuple[Reals, Reals], k: int, time: float) -> Reals:
+        """``falls`` for the extremes of ``P'`` of parameters that change with bounded rates, in continuous time."""
+        falls, above = sides
+        pairs = enumerate(zip(self.family.rates, box, strict=False))
+        shares = {
+            j: float(r / (high - low)) / time for j, (r, (low, high)) in pairs if 0 < r < inf and not self.discrete
+        }
+        found, n = list[Reals](), above.shape[-1]
+        for signs in product((1.0, -1.0), repeat=len(shares)):
+            one = falls.copy()
+            for sign, (j, share) in zip(signs, shares.items(), strict=True):
+                one[:, (1 + j) * k : (2 + j) * k, :n, :n] -= sign * share * above[:, :k]
+            found.append(one)
+        return np.concatenate(found)
+
     def widest(self, box: Box) -> int:
-        """The parameter that changes the plants most over a box.
+        """The parameter that changes the plants most over a box, constant ones first.
 
         Parameters
         ----------
@@ -197,14 +218,17 @@ class BoxMatrices:
             state, seen = units.state, units.seen
             parts = [(A1 - A) / state[:, None] * state / units.time, (B1 - B) / state[:, None] * seen / units.time]
             parts += [(C1 - C) * state / seen[:, None], D1 - D]
-            changes.append(float(sum(np.linalg.norm(part) for part in parts)))
+            fixed = not any(self.family.rates[len(changes) : len(changes) + 1])
+            changes.append(float(sum(np.linalg.norm(part) for part in parts)) if fixed else -1.0)
         return max(range(len(box)), key=changes.__getitem__)
 
     def _restored(self, found: Reals, units: _Units, over: tuple[list[range], Reals], square: float) -> Found:
         """What was found, in the units of the plant."""
         functions, state = over
         k = len(functions)
-        parts = found[: -3 * k - 2].reshape(-1, len(state))
+        parts = found[: -3 * k - 2].reshape(-1, len(state)).copy()
+        if len(parts) > 1:
+            parts[[1 + j for j in self.jumping]] = 0.0
         q, P = parts.size, np.einsum("kq,qij->kij", parts, state) / units.state[:, None] / units.state[None, :]
         weights, theta, gain = np.zeros(len(units.seen)), np.zeros(len(units.seen)), 0.0
         for i, block in enumerate(functions):

@@ -91,8 +91,9 @@ def free(asked: Problem) -> list[bool]:
     asked : Problem
         The question.
     """
-    pairs = zip(family_of(asked).pattern, asked.classes.classes, strict=True)
-    return [not any(row) and not one.time_varying and not one.operator for row, one in pairs]
+    family = family_of(asked)
+    pairs = enumerate(zip(family.pattern, asked.classes.classes, strict=True))
+    return [not any(row) and not one.time_varying and not one.operator and family.still(i) for i, (row, one) in pairs]
 
 
 # Proofs.
@@ -132,7 +133,10 @@ class BoxSearch:
         return np.array([[float(low), float(high)] for low, high in zip(classes.lower, classes.upper, strict=True)])
 
     def _at(self, point: Point, ends: Reals, gain: float | None) -> Found | None:
-        return self.matrices.solved(tuple((v, v) for v in point), ends, gain)
+        family = family_of(self.asked)
+        rates = family.rates or (0,) * len(point)
+        place = ((v, v) if not rate else own for v, own, rate in zip(point, family.box, rates, strict=True))
+        return self.matrices.solved(tuple(place), ends, gain)
 
     def tree(self, alpha: Fraction, gain: float | None = None, start: families.Tree | None = None) -> families.Tree:
         """Boxes that cover the box, each with what serves on it.
@@ -163,7 +167,12 @@ class BoxSearch:
             middle = tuple((low + high) / 2 for low, high in box)
             if self._at(middle, ends, gain) is None:
                 raise families.Short(middle, family_of(self.asked).words(middle))
-            return families.cut(box, self.matrices.widest(box), made)
+            across = self.matrices.widest(box)
+            if any(family_of(self.asked).rates[across : across + 1]):
+                raise AssumptionError(
+                    "no quadratic function was found for parameters that change over all their interval"
+                )
+            return families.cut(box, across, made)
 
         def again(part: families.Tree) -> families.Tree:
             if isinstance(part, families.Cut):

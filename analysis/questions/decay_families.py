@@ -190,6 +190,8 @@ class BoxOfChannels:
                 "decay rates are not shown of operators, and a class here is one, such as a delay; lure certify and "
                 "lure max-sector decide whether the loop is stable"
             )
+        if self.plants.rates:
+            raise InputError("no rate of decay is asked of plants whose parameters change with time; give constants")
         self.theorem = channel_families.criteria(self.asked)[0]
 
     @property

@@ -30,6 +30,7 @@ from lure.plants.family import PlantFamily
 from lure.plants.forcing import Forcing
 from lure.plants.interconnection import padded
 from lure.plants.multivariable import MultivariablePlant, counted
+from lure.plants.parameters import flat
 from lure.plants.performance import Performance
 from lure.plants.rational import RationalPlant
 
@@ -266,6 +267,9 @@ def _with_parameters(plant: PlantTable, given: set[str]) -> Block:
         return PlantFamily.of_coefficients(plant.num or (), plant.den or (), bounds, plant.dt)
     if given in ({"A", "B", "C"}, {"A", "B", "C", "D"}):
         direct = 0 if plant.D is None else plant.D
+        if not _has_channels(plant) and any(isinstance(one, tuple) and len(one) == 3 for one in bounds.values()):
+            column, row = [[v] for v in flat(plant.B or ())], [flat(plant.C or ())]
+            return ChannelFamily.of_matrices(plant.A, column, row, [flat(direct)], bounds, dt=plant.dt)
         if _has_channels(plant):
             return ChannelFamily.of_matrices(plant.A, plant.B, plant.C, plant.D, bounds, dt=plant.dt)
         return PlantFamily.of_matrices(plant.A or (), plant.B or (), plant.C or (), direct, bounds, dt=plant.dt)
@@ -461,7 +465,10 @@ def _plant(system: LoopSystem) -> dict[str, object]:
     if isinstance(block, PlantFamily) and block.states is not None and system.performance is not None:
         block = block.states
     if isinstance(block, PlantFamily | ChannelFamily):
-        bounds = {name: list(ends) for name, ends in zip(block.names, block.box, strict=True)}
+        bounds: dict[str, object] = {name: list(ends) for name, ends in zip(block.names, block.box, strict=True)}
+        for name, rate in zip(block.names, block.rates if isinstance(block, ChannelFamily) else (), strict=False):
+            if rate:
+                bounds[name] = {"between": bounds[name], **({"varying": True} if rate == math.inf else {"rate": rate})}
         step = {} if block.dt is None else {"dt": block.dt}
         if isinstance(block, ChannelFamily):
             return {**block.sides, **step, "parameters": bounds}
@@ -517,6 +524,8 @@ def _written(value: object) -> str:
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, list | tuple):
         return f"[{', '.join(_written(entry) for entry in value)}]"
+    if isinstance(value, dict):
+        return f"{{ {', '.join(_entries(value))} }}"
     if isinstance(value, float) and math.isinf(value):
         return "inf" if value > 0 else "-inf"
     assert isinstance(value, int | float | Fraction), "tables hold numbers, texts, truth values and lists"

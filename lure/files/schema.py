@@ -34,15 +34,17 @@ def _exact(value: object, name: str) -> Fraction:
     return number_of(value, name)
 
 
-def _parameters(value: object, info: ValidationInfo) -> dict[str, Fraction | tuple[Fraction, Fraction]]:
+def _parameters(value: object, info: ValidationInfo) -> dict[str, Fraction | tuple[Fraction | float, ...]]:
     """Bounds of each parameter, or its value."""
     name = field_key(info)
     if not isinstance(value, dict) or not value:
         raise InputError(f"{name} is {shown(value)}; give a table of parameters such as a = [2.5, 3.5]")
-    found = dict[str, Fraction | tuple[Fraction, Fraction]]()
+    found = dict[str, Fraction | tuple[Fraction | float, ...]]()
     for key, entry in value.items():
         called = f"{name}.{shown(key)[1:-1]}"
-        if not isinstance(entry, list):
+        if isinstance(entry, dict):
+            found[key] = _changing(entry, called)
+        elif not isinstance(entry, list):
             found[key] = _exact(entry, called)
         elif len(entry) == 2:
             low, high = (_exact(end, f"{called}[{i}]") for i, end in enumerate(entry))
@@ -52,6 +54,25 @@ def _parameters(value: object, info: ValidationInfo) -> dict[str, Fraction | tup
         else:
             raise InputError(f"{called} has {len(entry)} entries; give two numbers such as [2.5, 3.5], or one")
     return found
+
+
+def _changing(entry: dict[str, object], called: str) -> tuple[Fraction | float, ...]:
+    """Bounds of a parameter that changes with time, and how fast."""
+    between, others = entry.get("between"), set(entry) - {"between"}
+    if not isinstance(between, list) or len(between) != 2 or others not in ({"varying"}, {"rate"}):
+        raise InputError(
+            f"{called} is {shown(entry)}; give {{ between = [2, 3], varying = true }} for a parameter that changes at "
+            "any speed, or rate = r in place of varying for one that changes by at most r in a unit of time"
+        )
+    low, high = (_exact(end, f"{called}.between[{i}]") for i, end in enumerate(between))
+    if low >= high:
+        raise InputError(f"{called}.between is [{float(low):g}, {float(high):g}]; the first must be the smaller")
+    if "varying" in entry and entry["varying"] is not True:
+        raise InputError(f"{called}.varying is {shown(entry['varying'])}; give true, or the two bounds alone")
+    rate = math.inf if "varying" in entry else _exact(entry["rate"], f"{called}.rate")
+    if rate <= 0:
+        raise InputError(f"{called}.rate is {float(rate):g}; give a positive number, or the two bounds alone")
+    return low, high, rate
 
 
 def _formulas(info: ValidationInfo) -> bool:

@@ -10,7 +10,19 @@ from typing import Literal, NamedTuple, cast
 from lure.errors import InputError
 from lure.exact import Exact
 from lure.plants.multivariable import MOST_CHANNELS, MultivariablePlant, Rows, counted
-from lure.plants.parameters import Bounds, Box, InBox, Ring, checked_box, entries, in_s, over_common, parsed, sum_text
+from lure.plants.parameters import (
+    Bounds,
+    Box,
+    InBox,
+    Rate,
+    Ring,
+    checked_box,
+    entries,
+    in_s,
+    over_common,
+    parsed,
+    sum_text,
+)
 from lure.plants.rational import sampling_period, time_text
 from lure.plants.text import Element, step_of_formula
 from lure.record import Record, quantity
@@ -47,8 +59,8 @@ class _Chain(NamedTuple):
 class ChannelFamily(InBox, Record):
     r"""All plants ``x' = A x + B mu``, ``sigma = C x + D mu`` with ``A = sum_e p^e A_e / sum_e p^e c_e``, and so on.
 
-    The parameters ``p`` are real and constant; nothing is known of them but their bounds.  The common denominator has
-    no zero in the box.  What is said of the family is said of every plant of it.
+    The parameters ``p`` are real; nothing is known of them but their bounds, and how fast they may change.  The common
+    denominator has no zero in the box.  What is said of the family is said of every plant of it.
 
     Parameters
     ----------
@@ -58,6 +70,9 @@ class ChannelFamily(InBox, Record):
         For each product ``p^e`` of powers its exponents, ``c_e`` and the matrices, of one shape each.
     dt : Fraction, True or None
         Sampling time [s]; None for continuous time.
+    rates : sequence of Fraction or float
+        How fast each parameter may change, in a unit of time: 0 for a constant, infinity for any speed; empty if all
+        are constant.
 
     Raises
     ------
@@ -76,14 +91,16 @@ class ChannelFamily(InBox, Record):
     terms: tuple[Term, ...] = quantity("What stands before each product of powers of the parameters", label="")
     dt: Fraction | None = quantity("Sampling time", "s", label="time", form=lambda dt: time_text(dt))
     any_period: bool = quantity("", hidden=True)
+    rates: tuple[Rate, ...] = quantity("", hidden=True)
     _kind, _said = "plants of several channels with parameters", "text"
-    _notes = ("In a loop mu_i = -phi_i(sigma_i). Parameters are constant.",)
+    _notes = ("In a loop mu_i = -phi_i(sigma_i). Parameters are constant where nothing else is said.",)
 
     def __init__(
         self,
         parameters: Mapping[str, tuple[Exact, Exact]],
         terms: Sequence[Term],
         dt: int | float | Fraction | None = None,
+        rates: Sequence[Rate] = (),
     ) -> None:
         found = tuple(sorted(terms))
         kept = tuple(one for one in found if one.common or any(v for side in one.sides for row in side for v in row))
@@ -98,6 +115,7 @@ class ChannelFamily(InBox, Record):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "dt", sampling_period(dt, "dt"))
         object.__setattr__(self, "any_period", dt is True)
+        object.__setattr__(self, "rates", tuple(rates) * any(rates))
 
     @classmethod
     def of_matrices(  # noqa: PLR0913  (four matrices, the bounds and the time)
@@ -109,8 +127,8 @@ class ChannelFamily(InBox, Record):
         ----------
         A, B, C, D : sequence of sequences
             (n, n), (n, m), (p, n) and (p, m), row by row; ``D`` None or 0 for zeros.
-        parameters : mapping of str to number or (number, number)
-            Bounds of each; one number for a constant.
+        parameters : mapping of str to number, (number, number) or (number, number, rate)
+            Bounds of each; one number for a constant; the rate at which it may change at most, ``inf`` for any.
         dt : object
             Sampling time, as for :func:`lure.as_plant`.
 
@@ -234,7 +252,12 @@ class ChannelFamily(InBox, Record):
             ((_, whole, *matrices),) = terms
             A, B, C, D = (tuple(tuple(v / whole for v in row) for row in side) for side in matrices)
             return MultivariablePlant(A, B, C, D, cast("Fraction | None", dt))
-        return cls(ring.parameters, terms, dt)
+        return cls(ring.parameters, terms, dt, ring.rates)
+
+    def still(self, i: int) -> bool:
+        """Whether an output is the same function of the state whatever the parameters that change are."""
+        moved = [one for one in self.terms if any(e and r for e, r in zip(one.powers, self.rates, strict=False))]
+        return not any(one.common or any(one.C[i]) for one in moved)
 
     @property
     def order(self) -> int:
@@ -319,7 +342,8 @@ class ChannelFamily(InBox, Record):
         box : tuple of (Fraction, Fraction)
             The bounds.
         """
-        return ChannelFamily(dict(zip(self.names, box, strict=True)), self.terms, True if self.any_period else self.dt)
+        bounds = dict(zip(self.names, box, strict=True))
+        return ChannelFamily(bounds, self.terms, True if self.any_period else self.dt, self.rates)
 
     def beside(self, B: Rows, C: Rows, D: Rows) -> ChannelFamily:
         """The plants with more inputs and outputs, the same for all.
@@ -329,7 +353,16 @@ class ChannelFamily(InBox, Record):
         B, C, D : tuple of tuples
             (n, k), (k, n) and (p + k, m + k): how the new inputs move the state, how the new outputs see it, and ``D``
             with both, 0 where that of the plants stands.
+
+        Raises
+        ------
+        InputError
+            A parameter changes with time.
         """
+        if self.rates:
+            raise InputError(
+                "gains are not asked of plants whose parameters change with time; give constants, or no gain"
+            )
         terms = list[Term]()
         for one in self.terms:
             c = one.common

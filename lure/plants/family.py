@@ -427,6 +427,11 @@ def _family(
     late: Sequence[Fraction] = (),
 ) -> PlantFamily | RationalPlant:
     """The plants of numerator and denominator, without what all coefficients have in common."""
+    if any(ring.rates):
+        raise InputError(
+            "a parameter that changes with time needs the states that it acts on; give the plant by A, B and C, as a "
+            "ChannelFamily"
+        )
     top, bottom = sides
     while len(bottom) > 1 and not bottom[0]:
         bottom = bottom[1:]

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
+from math import inf
 from typing import TYPE_CHECKING
 
 from lure.errors import InputError
@@ -23,7 +24,7 @@ RESERVED = ("s", "z", "exp", "inf", "nan")
 _WORD, _EXPONENTIAL = re.compile(r"(?<![\w.])[A-Za-z]\w*"), re.compile(r"(?<!\w)exp\s*\(")
 Box = tuple[tuple[Fraction, Fraction], ...]
 Point = tuple[Fraction, ...]
-Bounds = Mapping[str, Exact | tuple[Exact, Exact]]
+Bounds = Mapping[str, Exact | tuple[Exact, ...]]
 
 
 class InBox:
@@ -55,8 +56,15 @@ class InBox:
     @property
     def ranges(self) -> str:
         """The box in words."""
-        pairs = zip(self.names, self.box, strict=True)
-        return ", ".join(f"{name} in [{exact_text(low, 8)}, {exact_text(high, 8)}]" for name, (low, high) in pairs)
+        rates = getattr(self, "rates", ()) or (0,) * len(self.names)
+        how = (
+            "" if not r else " at any speed" if r == inf else f" at most {exact_text(r, 8)} a unit of time"
+            for r in rates
+        )
+        named = zip(self.names, self.box, how, strict=True)
+        return ", ".join(
+            f"{one} in [{exact_text(low, 8)}, {exact_text(high, 8)}]{at}" for one, (low, high), at in named
+        )
 
 
 def checked_box(parameters: Mapping[str, tuple[Exact, Exact]], powers: Sequence[Sequence[int]]) -> Box:
@@ -129,6 +137,7 @@ class Ring(Constants):
         super().__init__(parameters)
         pairs = {name: ends for name, ends in parameters.items() if isinstance(ends, tuple | list)}
         self.parameters = {name: (ends[0], ends[1]) for name, ends in pairs.items()}
+        self.rates = tuple(_rate(name, ends[2:]) for name, ends in pairs.items())
         self.context = fmpq_mpoly_ctx.get(["s", *(f"p_{i}" for i in range(len(pairs)))], Ordering.lex)
         self.generators = dict(zip(self.parameters, self.context.gens()[1:], strict=True))
         self.divisors = list[Element]()
@@ -168,6 +177,15 @@ class Ring(Constants):
 
 
 Pair = tuple[Element, Element]
+Rate = Fraction | float
+
+
+def _rate(name: str, given: Sequence[Exact]) -> Rate:
+    """How fast a parameter may change: 0 for a constant, infinity for any speed."""
+    rate = Fraction(0) if not given else inf if given[0] == inf else exact_number(given[0], f"parameters.{name}.rate")
+    if rate < 0 or len(given) > 1:
+        raise InputError(f"parameters.{name} has the rate {float(rate):g}; give one number from 0 on, inf for any")
+    return rate
 
 
 def parsed(text: str, ring: Ring, field: str) -> tuple[Quotient, str]:

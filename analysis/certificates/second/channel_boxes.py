@@ -1,4 +1,4 @@
-r"""Plants of several channels with parameters that are constant but unknown in a box: Lyapunov matrices, box by box.
+r"""Plants of several channels with parameters that are unknown in a box: Lyapunov matrices, box by box.
 
 With ``c`` for the common denominator and ``R = c (A, -B)``, ``S = c (C, -D)``, ``E = (0, 1)``, all polynomials in the
 parameters, the matrix of ``-V'`` less the forms of the classes is, times ``c^2``,
@@ -9,7 +9,8 @@ parameters, the matrix of ``-V'`` less the forms of the classes is, times ``c^2`
 less, with a rate, what Popov's terms add to ``V'`` then (:mod:`lure.analysis.certificates.second.pace`).
 ``J = (1, 0)``, ``Sym X = X + X'``; for an operator of norm ``u`` the same, with ``l = -u``.  In discrete time the first
 term is ``c^2 J'PJ - R'PR``.  On a box ``p_j = low_j + w_j t_j``, ``P = P_0 + sum t_j P_j``, it is multiplied out in
-``t``, ``0 <= t_j <= 1``, and is a mean of its Bernstein coefficients.
+``t``, ``0 <= t_j <= 1``, and is a mean of its Bernstein coefficients.  Where parameters change with time, ``V'`` has
+``sum t_j' P_j`` besides, and their intervals are not cut.
 """
 
 from __future__ import annotations
@@ -48,7 +49,8 @@ from lure.analysis.certificates.second.reading import (
 )
 
 Polynomial = dict[Powers, fmpq_mat]
-KIND = "channel-family"
+KIND, VARYING = "channel-family", "varying-family"
+Rate = Fraction | None  # how fast a parameter may change; None: at any speed
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -58,6 +60,7 @@ class Plants:
     discrete: bool
     box: Box
     terms: tuple[tuple[Powers, tuple[fmpq_mat, ...]], ...]
+    rates: tuple[Rate, ...]
 
     @property
     def pattern(self) -> fmpq_mat:
@@ -108,8 +111,9 @@ def read_plants(system: Mapping[str, object]) -> Plants:
     NotShown
         It is none.
     """
-    found = record(system, "kind", "time", "parameters", "terms")
-    require(found["kind"] == KIND, "the kind of system is unknown")
+    varying = system.get("kind") == VARYING
+    found = record(system, "kind", "time", "parameters", "terms", *(("rates",) if varying else ()))
+    require(varying or found["kind"] == KIND, "the kind of system is unknown")
     require(found["time"] in ("continuous", "discrete"), "time is neither continuous nor discrete")
     box = read_parameters(found["parameters"])
     terms = list[tuple[Powers, tuple[fmpq_mat, ...]]]()
@@ -129,7 +133,12 @@ def read_plants(system: Mapping[str, object]) -> Plants:
     require(len(terms) > 0 and len({powers for powers, _ in terms}) == len(terms), "terms are missing or there twice")
     sizes = {(sides[1].nrows(), sides[4].nrows()) for _, sides in terms}
     require(len(sizes) == 1, "the terms have matrices of different order")
-    return Plants(discrete=found["time"] == "discrete", box=box, terms=tuple(terms))
+    rates: tuple[Rate, ...] = (Fraction(0),) * len(box)
+    if varying:
+        rates = tuple(None if rate == "inf" else number(rate) for rate in listed(found["rates"]))
+        require(len(rates) == len(box) and all(r is None or r >= 0 for r in rates), "the rates do not fit")
+        require(any(r is None or r > 0 for r in rates), "no parameter changes")
+    return Plants(discrete=found["time"] == "discrete", box=box, terms=tuple(terms), rates=rates)
 
 
 def member(document: Document) -> Document:
@@ -182,7 +191,11 @@ def require_proved(document: Document) -> bool:
     bounds, m = asked.bounds, len(classes)
     require(all(one.memory is None and not one.rough for one in classes), "a class is not covered with parameters")
     require(all("delay" not in one.operator for one in classes), "a delay is not covered with parameters")
+    changing = [j for j, rate in enumerate(plants.rates) if rate != 0]
+    plain = document.rate is None and not asked.performance
+    require(plain or not changing, "with parameters that change neither gains nor rates are shown")
     for box, entry in leaves(mapping(found["boxes"]), plants.box):
+        require(all(box[j] == plants.box[j] for j in changing), "the interval of a parameter that changes is cut")
         given = record(entry, "lambda", "P", "exponent", *(("theta",) if popov else ()))
         weights, theta = numbers(given["lambda"]), numbers(given["theta"]) if popov else [Fraction(0)] * m
         require_uniform(weights, asked)
@@ -191,6 +204,8 @@ def require_proved(document: Document) -> bool:
             alone = all(asked.D[i, j] == 0 for j in range(m))
             fits = alone and not one.time_varying and not one.operator
             require(theta[i] == 0 or fits, "Popov's term does not fit its channel")
+            seen = [M[0][0, 0] != 0 or M[3].tolist()[i] != [0] * M[3].ncols() for M in _moved(plants, changing)]
+            require(theta[i] == 0 or not any(seen), "Popov's term is about an output that changes with the parameters")
         exponent = count(given["exponent"])
         require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
         n, unit, parts = first[1].nrows(), to_fmpq(Fraction(2) ** -exponent), listed(given["P"])
@@ -208,10 +223,36 @@ def require_proved(document: Document) -> bool:
             popov_terms(turn * rate, high - low, sloped=one.slopes_within(low, high)) if turn else None
             for one, turn, (low, high) in zip(classes, theta, bounds, strict=True)
         ]
-        for form in _forms(P, (weights, theta, more), bounds, (c, *sides), discrete=plants.discrete):
+        least, falls = _forms(P, (weights, theta, more), bounds, (c, *sides), discrete=plants.discrete)
+        for form in (least, *(_total(falls, more) for more in _drifts(P, c, plants, (box, m)))):
             for M in bernstein(form, _degrees(form)):
                 _require_definite(M)
     return bool(asked.performance)
+
+
+def _moved(plants: Plants, changing: Sequence[int]) -> list[tuple[fmpq_mat, ...]]:
+    """The terms with a power of a parameter that changes."""
+    return [sides for powers, sides in plants.terms if any(powers[j] for j in changing)]
+
+
+def _drifts(P: Polynomial, c: Polynomial, plants: Plants, on: tuple[Box, int]) -> list[Polynomial]:
+    """``-c^2 J' sum t_j' P_j J`` for the extreme ``t_j'``; ``P_j = 0`` of what may jump."""
+    (box, m), zero = on, (0,) * len(plants.box)
+    n = P[zero].nrows()
+    left, own = _eye(n, n + m, 0), list[fmpq_mat]()
+    for j, rate in enumerate(plants.rates):
+        one = P.get(tuple(int(i == j) for i in range(len(box))))
+        if rate == 0 or one is None:
+            continue
+        if rate is None or plants.discrete:
+            require(all(v == 0 for v in one.entries()), "P depends on a parameter that may jump")
+            continue
+        own.append(to_fmpq(rate / (box[j][1] - box[j][0])) * one)
+    square, found = _times(c, c), list[Polynomial]()
+    for signs in product((1, -1), repeat=len(own)):
+        whole = sum((sign * M for sign, M in zip(signs, own, strict=True)), 0 * P[zero])
+        found.append({k: -v[0, 0] * (left.transpose() * whole * left) for k, v in square.items()})
+    return found
 
 
 def _forms(

@@ -89,7 +89,7 @@ def shown(document: Document) -> str:
         It shows nothing.
     """
     require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
-    if document.system.get("kind") == channel_boxes.KIND:
+    if document.system.get("kind") in (channel_boxes.KIND, channel_boxes.VARYING):
         if document.verdict == "PROVED":
             return claims.GAIN if channel_boxes.require_proved(document) else claims.ATTRACTS
         document = channel_boxes.member(document)

@@ -1,0 +1,146 @@
+"""Plants whose parameters change with time, at any speed or slowly: exact limits, and what no checker may accept."""
+
+import json
+from fractions import Fraction
+from importlib import resources
+from math import inf
+
+import jsonschema
+import pytest
+
+from lure import NonlinearityClass, Sector, max_sector
+from lure.analysis import decay_rate, l2_gain
+from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.systems import system_of
+from lure.errors import InputError
+from lure.files.loop import loop_to_toml
+from lure.files.reading import parse_system
+from lure.plants.channel_family import ChannelFamily
+from tests.support.tampering import assert_both_reject, edited
+
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+KIND = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
+LAWS = {"slope": None, "odd": False, "time_varying": False, "linear": False}
+FILE = """
+[plant]
+A = [[0, 1], ["-a", -1]]
+B = [[0], [1]]
+C = [[1, 0]]
+[plant.parameters]
+a = { between = [1, 2], %s }
+[class]
+sector = [0, 1.9]
+time_varying = true
+"""
+
+
+def spring(*rate, dt=None):
+    """``x'' + x' + a x = mu``, ``sigma = x``, ``a`` in ``[1, 2]``."""
+    return ChannelFamily.of_matrices([[0, 1], ["-a", -1]], [[0], [1]], [[1, 0]], None, {"a": (1, 2, *rate)}, dt)
+
+
+@pytest.fixture(scope="module")
+def largest():
+    return {rate: max_sector(spring(rate), [KIND]) for rate in (inf, 1, Fraction(1, 100))}
+
+
+# With phi = g(t) sigma and a(t) the spring is x'' + x' + q(t) x = 0, q in [1, 2 + k] whatever it does.  A quadratic
+# function that falls for all such q is the circle criterion of 1/(s^2 + s + 1) with k + 1 < 3: k = 2.  For a constant
+# a it is k < 1 + 2 sqrt(a) >= 3; a slow one is between.
+def test_one_quadratic_function_serves_up_to_the_circle_criterion_of_both(largest):
+    free, middle, slow = (largest[rate].largest.low for rate in (inf, 1, Fraction(1, 100)))
+    assert 2 * (1 - 2e-4) < free < 2 < middle < slow < 3
+    assert slow > 2.98
+    for found in largest.values():
+        jsonschema.validate(dict(found.proof.certificate), SCHEMA)
+        assert recheck(found.proof.certificate).accepted
+    assert "every a in [1, 2] that changes at any speed" in str(largest[inf])
+    assert "a in [1, 2] (by at most 1/100 in a unit of time)" in largest[Fraction(1, 100)].proof.claim
+
+
+def test_neither_accepts_faster_parameters_larger_classes_or_other_rates(largest):
+    for rate in (inf, 1, Fraction(1, 100)):
+        proof = largest[rate].proof.certificate
+        assert_both_reject(edited(proof, "laws", "channels", 0, "sector", 1, value="301/100"))
+    proof = largest[1].proof.certificate
+    for path, value in (
+        (("system", "rates"), ["inf"]),
+        (("system", "rates"), ["2"]),
+        (("system", "rates"), ["-1"]),
+        (("system", "rates"), ["0"]),
+        (("system", "rates"), []),
+        (("system", "rates"), ["1", "1"]),
+        (("system", "rates"), None),
+        (("system", "parameters", 0, 2), "5/2"),
+        (("system", "kind"), "channel-family"),
+        (("system", "time"), "discrete"),
+        (("rate",), "1/1000"),
+    ):
+        assert_both_reject(edited(proof, *path, value=value))
+    leaf = proof["proof"]["boxes"]
+    halves = {"parameter": 0, "at": "3/2", "below": leaf, "above": leaf}
+    assert_both_reject(edited(proof, "proof", "boxes", value=halves))
+
+
+# x' = -x + mu, sigma = c x: V = p x^2 + 2 theta int phi falls for a constant c; sigma' has c' x where c changes
+def test_popovs_term_needs_an_output_that_does_not_change():
+    def draft(c, *rate):
+        family = ChannelFamily.of_matrices([[-1]], [[1]], [[c]], None, {"c": (1, 2, *rate)})
+        given = {"lambda": ["1"], "P": [[["4"]]], "theta": ["1/2"], "exponent": 0}
+        proof = {"method": "boxes", "boxes": {"multiplier": given}}
+        laws = {"channels": [LAWS | {"sector": ["0", "1"]}], "repeated": False}
+        parts = {"verdict": "PROVED", "system": system_of(family), "laws": laws, "theorem": "diagonal-popov"}
+        return parts | {"multiplier": {}, "proof": proof}
+
+    shown = complete_and_check(draft("c")).certificate
+    assert recheck(shown).accepted
+    for rate in ("inf", "1/10"):
+        turned = {**shown["system"], "kind": "varying-family", "rates": [rate]}
+        assert_both_reject(edited(shown, "system", value=turned))
+
+
+# x+ = a x - phi, a in [0, 1/2] at any speed, phi in [0, k]: a - g in [-k, 1/2], so that k < 1; P is one number
+def test_samples_may_jump_whatever_the_rate():
+    for rate in (inf, Fraction(1, 10)):
+        family = ChannelFamily.of_matrices([["a"]], [[1]], [[1]], None, {"a": (0, Fraction(1, 2), rate)}, dt=1)
+        found = max_sector(family, [KIND])
+        assert 1 - 2e-4 < found.largest.low < 1 <= found.refuted_at < 1 + 1e-6
+        assert recheck(found.proof.certificate).accepted
+        assert recheck(found.refutation.certificate).accepted
+        leaf = found.proof.certificate["proof"]["boxes"]["multiplier"]
+        more = {**leaf, "P": [leaf["P"][0], [["1"]]]}
+        assert_both_reject(edited(found.proof.certificate, "proof", "boxes", "multiplier", value=more))
+
+
+@pytest.mark.parametrize("how", ["varying = true", "rate = 0.1"])
+def test_a_file_says_how_a_parameter_changes_and_reads_back(how):
+    system = parse_system(FILE % how, name="own", source="here")
+    assert system.block == spring(inf if "true" in how else Fraction(1, 10))
+    assert parse_system(loop_to_toml(system), name="own", source="here").block == system.block
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ("varying = false", "varying is false; give true"),
+        ("rate = 0", "rate is 0; give a positive number"),
+        ("rate = -1", "rate is -1; give a positive number"),
+        ("speed = 1", "give { between"),
+        ("rate = 1, varying = true", "give { between"),
+    ],
+)
+def test_what_does_not_say_how_it_changes_is_refused(how, said):
+    with pytest.raises(InputError, match=said):
+        parse_system(FILE % how, name="own", source="here")
+
+
+def test_questions_that_are_about_constants_are_refused():
+    with pytest.raises(InputError, match="gains are not asked of plants whose parameters change"):
+        l2_gain(spring(inf), [KIND], {"Bw": [[0], [1]], "Cz": [[1, 0]]})
+    with pytest.raises(InputError, match="no rate of decay is asked of plants whose parameters change"):
+        decay_rate(spring(inf), [KIND])
+    with pytest.raises(InputError, match="give the plant by A, B and C"):
+        parse_system(
+            '[plant]\ntransfer = "1/(s+a)"\n[plant.parameters]\na = {between=[1,2], rate=1}', name="a", source="b"
+        )
