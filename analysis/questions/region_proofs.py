@@ -31,7 +31,7 @@ from lure.plants.multivariable import MultivariablePlant
 
 MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
 _BITS = 40
-_THIN, _FLAT = Fraction(1, 1024), 1e14
+_THIN, _LINE, _FLAT = Fraction(1, 1024), Fraction(1, 10**9), 1e14
 _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no state exceeds what reaches it
 
 
@@ -127,10 +127,11 @@ def _local(
         if bounds is None or reach <= through:
             return None
         low, high = Fraction(bounds[0]), Fraction(bounds[1])
-        if high == low:  # a line, of which a sector with some width is searched for
-            low, high = low - _THIN * abs(low), high + _THIN * abs(high)
+        if high - low <= _LINE * (abs(low) + abs(high)):  # a line, of which a sector with some width is searched for
+            low, high = low - _THIN * abs(low), high + _THIN * (abs(high) or shapes[i].steepest)
         sectors[i], reaches[i], most[i] = (low, high), reach, _above(max(abs(low), abs(high)) * reach)
-        found[i] = Local(float(low), float(high) + 1e-12 * (high == low), None, float(reach - through))
+        state = reach - through if any(plant.C[i]) else reach
+        found[i] = Local(float(low), float(high) + 1e-12 * (high == low), None, float(state))
     return _Used([found[i] for i in range(m)], sectors, reaches)
 
 

@@ -69,6 +69,11 @@ class Shape:
             return None
         return to_fraction(left[1]), to_fraction(middle[1]), min(-low, high)
 
+    @property
+    def steepest(self) -> Fraction:
+        """The largest slope of the lines among the pieces, 0 without any."""
+        return max((abs(to_fraction(p[1])) for p in self.pieces if p.degree() == 1), default=Fraction(0))
+
     def parts(self) -> Iterator[tuple[Any, Any, fmpq_poly]]:
         """The pieces with their ends."""
         ends: list[Any] = [-math.inf, *self.cuts, math.inf]

@@ -402,6 +402,31 @@ def test_a_region_uses_that_a_neuron_is_active_around_the_equilibrium():
     assert recheck(json.dumps(dict(found.sets[0].proof.certificate))).accepted
 
 
+# Around each equilibrium all neurons are lines, and the loop is linear and stable: some ellipsoid is invariant, whose
+# strip is |sigma| < 2235/184 with slope 1/10; < 5/8, 3/8 with none; < 16/3 with none before an output at its limit.
+@pytest.mark.parametrize(
+    ("A", "network"),
+    [
+        ([[-0.5, 0.125], [1.125, -0.5]], ([[[1, 1.25]], [[0.5]]], [[-1.125], [-1]], "leaky relu", Fraction(1, 10))),
+        (
+            [[-0.875, 0.375], [0.375, -0.375]],
+            ([[[4, 0.75], [3.5, 2]], [[1, 0]]], [[-0.625, -0.375], [0]], "relu", None),
+        ),
+        ([[-0.375, -0.25], [0.375, -0.125]], ([[[-0.375, -2.25]], [[-0.875]]], [[0], [1.125]], "relu", None)),
+    ],
+)
+def test_a_region_is_found_wherever_neurons_are_lines(A, network):
+    weights, biases, activation, slope = network
+    given = Network.given(
+        weights, biases, activation=activation, negative_slope=slope, saturation=1 if biases[1] == [1.125] else None
+    )
+    loop = equilibrium(given, as_plant((A, [[0], [1]], [[1, 0], [0, 1]], 0)))
+    shapes = [shape_of(one) for one in loop.nonlinearities]
+    found = proved_ellipsoid(loop.plant, shapes, None)
+    assert found is not None
+    assert recheck(json.dumps(dict(found.certificate))).accepted
+
+
 def test_what_has_no_rational_equilibrium_is_refused():
     plant = as_plant(([[-1, 0], [0, -2]], [[1], [1]], [[1, 0]], 0))
     with pytest.raises(InputError, match="no rational equilibrium"):
