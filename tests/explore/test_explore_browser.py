@@ -236,6 +236,9 @@ def test_nothing_runs_out_of_the_page(browser, folder, width, scheme):
         browser, f"{folder.as_uri()}/index.html", viewport={"width": width, "height": 800}, color_scheme=scheme
     )
     assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.is_visible("#brief") == (width == 390)  # on a phone the verdict is in sight before its card is
+    verdict, k = page.get_attribute("#verdict", "data-verdict"), page.input_value("#k")
+    assert page.text_content("#brief") == f"{verdict}, k = {k}"
     assert said == []
     page.context.close()
 

@@ -130,7 +130,7 @@ function redraw() {
   const byCircle = line?.accepted && theta() === 0;
   nyquist.disk(low, k, disk.at, byCircle ? "accepted" : disk.margin < 0 ? "crossed" : "");
   const said = line === null ? "" : line.accepted ? " Both checkers accept this line: it proves the class."
-    : ` The checkers do not accept it: ${line.reason}.`;
+    : ` The checkers do not accept it: ${line.reason.replace("F > 0", "the inequality")}.`;
   const sentence = (margin, omega, crosses, keeps, most) => (Number.isFinite(margin) && Number.isFinite(omega)
     ? `Drawn: the curve ${margin < 0 ? crosses : `keeps ${number(margin, 3)} from ${keeps}`}, ${margin < 0 ? most : "least"} at ${number(omega)} rad/s.` : "");
   $("popov-caption").textContent = sentence(seen.margin, own.omega[seen.at], "crosses the line", "the line", "most").concat(said).trim();
@@ -176,6 +176,16 @@ function showVerdict(verdict, sentence) {
   $("verdict").classList.remove("old");
 }
 
+/** On a phone the verdict, or what is waited for, stays in sight while its card is not. */
+function brief() {
+  const { verdict } = $("verdict").dataset;
+  $("brief").className = `${verdict ?? ""} ${$("verdict").classList.contains("old") ? "old" : ""}`;
+  $("brief").textContent = verdict ? `${verdict}, k = ${state.k}` : $("verdict").textContent;
+}
+new MutationObserver(brief).observe($("verdict"), { attributes: true, childList: true });
+new IntersectionObserver(([card]) => { $("brief").hidden = card.isIntersecting; }).observe($("verdict-card"));
+brief();
+
 /** Nothing is known of this plant and class, yet or at all: no number of another one stays. @param {string} text */
 function forget(text) {
   known.largest = known.class = null;
@@ -204,7 +214,7 @@ function showLargest(found) {
   $("reach").textContent = found.reach || "nothing is proved";
   $("refuted").textContent = found.refuted_text || "nothing is refuted";
   $("reach").title = found.sentence;
-  const multiplier = found.multiplier ? `, ${found.multiplier}` : "";
+  const multiplier = found.multiplier ? `, ${found.multiplier.replaceAll("theta", "θ")}` : "";
   const size = found.theta !== null && found.multiplier?.includes("theta") ? `, θ = ${number(found.theta, 6)} s` : "";
   $("multiplier").textContent = found.reach ? `${found.criterion}${multiplier}${size}` : "none";
   $("worst").textContent = found.reach && found.worst !== null ? `${number(found.worst)} rad/s` : "none that is finite";
