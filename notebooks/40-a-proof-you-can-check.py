@@ -14,12 +14,12 @@
 # # A proof you can check
 #
 # You distrust our solver, our linear algebra and our plots. Good. Beside every PROVED and REFUTED stands a file in
-# exact numbers, and this notebook reads eight of them with you, by hand: `fractions.Fraction` and `json`, no `lure`
+# exact numbers, and this notebook reads five of them with you, by hand: `fractions.Fraction` and `json`, no `lure`
 # between you and the arithmetic. What is left to believe is a handful of theorems with names, and Python's integers.
 #
-# The parts can be read alone: a polynomial, a matrix, an orbit, a rod, a delay, and the checker on its own. Start with
-# the first; it fits on the back of an envelope. A report lists such files ([reading a report](30-reading-a-report.py));
-# `lure certify` writes one, `lure verify` checks it.
+# The parts can be read alone: a polynomial, a matrix, an orbit, and the checker on its own. Start with the first; it
+# fits on the back of an envelope. [A rod and a delay](42-a-rod-and-a-delay-by-hand.py) go on from here. A report lists
+# such files ([reading a report](30-reading-a-report.py)); `lure certify` writes one, `lure verify` checks it.
 #
 # The sign is $\sigma = H\mu$, $\mu = -\phi(\sigma)$ throughout, and the nonlinearities are locally Lipschitz.
 
@@ -32,7 +32,6 @@ import tempfile
 import textwrap
 from fractions import Fraction
 from itertools import pairwise
-from math import factorial
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -593,241 +592,7 @@ assert type(refuted).__name__ == "Refuted"
 assert all(mu[i + 1] == -phi(x) for i, x in enumerate(sigma))
 
 # %% [markdown]
-# ## 4. A rod, for every number of cells
-#
-# For the rod no frequency is examined at all; an inequality was proved once. With $q = e^{-2sT}$, or $(1 + sT/N)^{-2N}$
-# for the scheme with $N$ cells, $a = (k-Z)/(k+Z)$ and $d = A/Z$:
-#
-# 1. $H = \frac ds\,\frac{1 - aq}{1 + aq}$. On the axis $q = re^{-i\psi}$ with $r \le 1$ and $|\sin\psi| \le \psi \le
-#    2\omega T$.
-# 2. $|1 + aq|^2\,\mathrm{Re}[(1 + i\omega\theta)H] = d\,[\theta(1 - a^2r^2) + 2ar\sin\psi/\omega] \ge d\,[\theta(1 -
-#    a^2) - 4|a|T]$ for $\theta\ge0$.
-# 3. So Popov's condition holds for every finite sector $[0, K]$ and every $N$ as soon as $\theta \ge 4|a|T/(1 - a^2) =
-#    L\,|k^2 - Z^2|/(kAE)$.
-#
-# It makes Popov's theorem apply to the scheme; for the rod itself, a partial differential equation, [note
-# 11](notes/0011-popov-for-the-rod.md) proves what follows. With the paper's numbers:
-
-# %%
-paper = {"E": "288000000", "rho": "8", "L": "1", "A": "1/40000", "k": "1/5000"}
-E, density, L, area, damping = map(Fraction, paper.values())
-Z = Fraction(6, 5)
-assert area * area * density * E == Z * Z
-least = L * abs(damping**2 - Z * Z) / (damping * area * E)
-a, d_rod = (damping - Z) / (damping + Z), area / Z
-travel = L * area * density / Z  # T = L/c, c = Z/(A rho)
-print(f"a = {a}, d = {d_rod}, theta >= {least} s = {float(least):.8f} s")
-
-
-def scheme(cells, theta):
-    """What the checker says of Popov's inequality for the scheme and the sector [0,
-    1]."""
-    system = {"kind": "rod-scheme", **paper, "cells": cells}
-    nonlinearities, proof = {**SECTOR, "sector": ["0", "1"]}, {"method": "structure"}
-    draft = {
-        **POPOV,
-        "system": system,
-        "laws": nonlinearities,
-        "theorem": "rod-popov",
-        "multiplier": {"theta": str(theta)},
-    }
-    try:
-        return complete_and_check({**draft, "proof": proof}).certificate[
-            "conclusion"
-        ]
-    except checker.Rejected as reason:
-        return f"Rejected: {reason}"
-
-
-print(scheme(100_000, least))
-print(scheme(100_000, least - Fraction(1, 10**30)))
-
-# %% [markdown]
-# The other theorem is about energy, for the rod and for its scheme. Here we follow the scheme. It is
-# $y_i' = s\,(\mathrm{prev}_i - y_i)$ with $\mathrm{prev}_i = y_{i-1}$, but $\mathrm{prev}_1 = -a\,y_{2N}$ and
-# $\mathrm{prev}_{N+1} = y_N - 2d\,p$, and $z' = y_N - d\,p$, $p = \phi(z)$. For
-# $V = \frac1{2s}\sum y_i^2 + 2d\int_0^z\phi$, row by row,
-#
-# $$y_i\,y_i'/s + \tfrac12(\mathrm{prev}_i - y_i)^2 = \tfrac12\,(\mathrm{prev}_i^2 - y_i^2),$$
-#
-# the right-hand sides telescope, and what remains at the two ends cancels against $2d\,p\,z'$, up to
-# $-\tfrac12(1-a^2)\,y_{2N}^2$. For $N = 3$ as quadratic forms in $(p, y_1, \dots, y_6)$, in fractions:
-
-# %%
-N = 3
-
-
-def form(*products):
-    """A quadratic form: the sum of ``factor u v`` for linear forms ``u``, ``v``,
-    without zeros."""
-    out = {}
-    for factor, u, v in products:
-        for i, x in u.items():
-            for j, y in v.items():
-                out[min(i, j), max(i, j)] = (
-                    out.get((min(i, j), max(i, j)), 0) + factor * x * y
-                )
-    return {key: x for key, x in out.items() if x}
-
-
-def added(*forms):
-    """The sum of forms, without zeros."""
-    out = {
-        key: sum(each.get(key, 0) for each in forms) for key in set().union(*forms)
-    }
-    return {key: x for key, x in sorted(out.items()) if x}
-
-
-def shown(quadratic):
-    """A form, to read."""
-    names = ["p"] + [f"y{i}" for i in range(1, 2 * N + 1)]
-    return (
-        "  ".join(f"{x} {names[i]}{names[j]}" for (i, j), x in quadratic.items())
-        or "0"
-    )
-
-
-y = {i: {i: Fraction(1)} for i in range(2 * N + 1)}  # y[0] is p
-prev = {i: y[i - 1] for i in range(2, 2 * N + 1)} | {
-    1: {2 * N: -a},
-    N + 1: {N: Fraction(1), 0: -2 * d_rod},
-}
-half, rows = Fraction(1, 2), []
-for i in range(1, 2 * N + 1):
-    jump = {j: prev[i].get(j, 0) - y[i].get(j, 0) for j in {*prev[i], *y[i]}}
-    # y_i y_i'/s + (1/2) (prev_i - y_i)^2
-    rows.append(form((1, y[i], jump), (half, jump, jump)))
-    print(f"row {i}:      {shown(rows[-1])}")
-nonlinearity = form((2 * d_rod, y[0], {N: Fraction(1), 0: -d_rod}))  # 2 d p z'
-end = form(((1 - a * a) / 2, y[2 * N], y[2 * N]))
-print(f"2 d p z':   {shown(nonlinearity)}\nat the end: {shown(end)}")
-total = added(*rows, nonlinearity, end)
-print(f"sum:        {shown(total)}")
-
-# %% [markdown]
-# The sum is zero: $V' = -\tfrac12\sum(\mathrm{prev}_i - y_i)^2 - \tfrac12(1-a^2)\,y_{2N}^2$, and $1 - a^2 > 0$ as
-# $k > 0$. The checker does the same for the number of cells in the file, at values of $a$ and $d$ so large that a
-# vanishing sum vanishes identically. How rest follows from it, and convergence, and the same for the rod itself: [note
-# 5](notes/0005-energy-theorem.md).
-
-# %%
-settled_rod = complete_and_check(
-    {
-        **POPOV,
-        "theorem": "rod-energy",
-        "multiplier": {},
-        "laws": {**SECTOR, "sector": ["0", "inf"]},
-    }
-    | {
-        "system": {"kind": "rod-scheme", **paper, "cells": N},
-        "proof": {"method": "structure"},
-    }
-)
-say(settled_rod.claim)
-say(settled_rod.facts["energy"])
-assert (a, d_rod, least) == (
-    Fraction(-5999, 6001),
-    Fraction(1, 48000),
-    Fraction(35999999, 36000000),
-)
-assert least == 4 * abs(a) * travel / (1 - a * a)
-assert scheme(100_000, least) == claim["conclusion"]
-assert scheme(100_000, least - Fraction(1, 10**30)).startswith(
-    "Rejected: theta is below"
-)
-assert total == {}
-assert all(rows)
-assert 1 - a * a > 0
-assert added(*rows[1:], nonlinearity, end) != {}
-
-# %% [markdown]
-# ## 5. A box, and all that lies beyond it
-#
-# With dead time $F$ is no polynomial. For $e^{-s}/(s+1)$ and the sector $[0, 1]$ the circle criterion asks for
-#
-# $$F = 1 + \omega^2 + \cos\omega - \omega\sin\omega > 0 .$$
-#
-# On $[0, 1]$ replace cosine and sine by their Taylor polynomials of order 8. The remainders are at most $\omega^8/8!$
-# each; subtract $(1 + \omega)\,\omega^8/8!$ and a polynomial is left that lies below $F$.
-
-# %%
-order, right_end = 8, Fraction(1)
-cosine, sine = on_axis([Fraction(1, factorial(j)) for j in range(order)])
-error = [0] * order + [Fraction(1, factorial(order))]
-below = plus(
-    plus(plus([1, 0, 1], cosine), times([0, 1], sine), -1), times([1, 1], error), -1
-)
-print("below F:", words(below))
-negative = sum(min(x, 0) * right_end**i for i, x in enumerate(below))
-print(
-    f"constant {below[0]}, all negative terms together at least {negative}: F > "
-    f"{below[0] + negative} on the box"
-)
-
-# %% [markdown]
-# The constant outweighs all negative terms at the right end, where they are largest: $F > 0$ on the box. Beyond it the
-# undelayed part prevails: by Cauchy and Schwarz $|\cos\omega - \omega\sin\omega| \le \sqrt{1 + \omega^2}$, and
-# $(1 + \omega^2)^2 - (1 + \omega^2) = \omega^2 + \omega^4 > 0$. One box and one tail cover all frequencies.
-
-# %%
-dead_time = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1"]}
-circle = {
-    **POPOV,
-    "system": dead_time,
-    "theorem": "circle",
-    "multiplier": {},
-    "laws": {**SECTOR, "sector": ["0", "1"]},
-}
-covered = complete_and_check(
-    {**circle, "proof": {"method": "cover", "boxes": [["0", "1"]], "order": order}}
-)
-say(covered.claim)
-assert below[0] == 2
-assert below[0] + negative == Fraction(20029, 13440)
-assert plus(times([1, 0, 1], [1, 0, 1]), [1, 0, 1], -1) == [0, 0, 1, 0, 1]
-omega = np.linspace(0, 1, 11)
-assert np.all(
-    value([float(x) for x in below], omega)
-    <= 1 + omega**2 + np.cos(omega) - omega * np.sin(omega) + 1e-15
-)
-
-_, ax = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
-omega, inside, beyond = (
-    np.linspace(0, 3, 400),
-    np.linspace(0, 1, 100),
-    np.linspace(1, 3, 200),
-)
-ax.axvspan(0, 1, color=GREY, alpha=0.15, lw=0, label="the box")
-ax.plot(
-    omega,
-    1 + omega**2 + np.cos(omega) - omega * np.sin(omega),
-    color=BLUE,
-    lw=1.4,
-    label="F",
-)
-ax.plot(
-    inside,
-    value([float(x) for x in below], inside),
-    color=VERMILLION,
-    lw=1.4,
-    ls="--",
-    label="polynomial below F",
-)
-tail = 1 + beyond**2 - np.sqrt(1 + beyond**2)
-ax.plot(
-    beyond, tail, color=GREEN, lw=1.4, ls="-.", label="what Cauchy and Schwarz leave"
-)
-ax.axhline(0, color=GREY, lw=0.6)
-ax.set(xlabel="ω [rad/s]", ylabel="F", xlim=(0, 3), ylim=(-0.3, 6))
-finish_axes(ax)
-ax.legend(loc="upper left", frameon=False)
-plt.show()
-
-# %% [markdown]
-# "0 attracts every motion with inputs to the block and initial functions of finite energy" is what the theorem gives
-# with dead time, and no more.
-#
-# ## 6. The checker alone
+# ## 4. The checker alone
 #
 # `checker.py` and the fourteen files beside it need Python and nothing else. We copy all into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the

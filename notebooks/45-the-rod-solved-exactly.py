@@ -703,7 +703,7 @@ for degree, motion in motions.items():
 # Millimetres, on which the three agree to within a tenth of a picometre, and three times 35 contacts. That is evidence
 # of the kind COMPUTED, for this motion. About other motions it says nothing, and CERTIFIED it is not; what is proved
 # about every motion of the rod stands in [note 5](notes/0005-energy-theorem.md), and [notebook
-# 40](40-a-proof-you-can-check.py) checks the same for its scheme.
+# 42](42-a-rod-and-a-delay-by-hand.py) checks the same for its scheme.
 
 # %%
 assert {len(motion.impacts) for motion in motions.values()} == {35}
