@@ -27,7 +27,7 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
 _ORBITS, _MOVING = ("orbit", "flow-orbit", "memory-orbit", "sampled-orbit"), ("switched-gains", "ramped-gains")
-_LATE = ("late-gains", "late-crossing")
+_LATE = ("late-gains", "late-turns", "late-crossing")
 
 
 def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled: Spelled | None = None) -> str:
@@ -256,7 +256,7 @@ def _destabilising(shown: Refuted) -> str:
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if one.get("operator") != "performance"]
         return _linear(shown, own)
     if method in _LATE:
-        return _linear(shown, proof["gains"] if method == "late-gains" else proof["gains"][0])
+        return _linear(shown, proof["gains"][0] if method == "late-crossing" else proof["gains"])
     if method in _MOVING:
         first, second = (", ".join(_near(Fraction(gain)) for gain in row) for row in proof["gains"][:2])
         more = f" and {len(proof['gains']) - 2} more" if len(proof["gains"]) > 2 else ""

@@ -11,9 +11,9 @@ from math import factorial
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
-from . import frequencies, states
+from . import frequencies, pieces, states
 from .arithmetic import ZERO, S, eliminated, fields, form, integer, need, number, numbers, real, tick
-from .balls import box, dot, exponential, positive_definite, size
+from .balls import box, dot, positive_definite
 
 EXISTS = "every initial state has a solution with the operators at rest"
 RESTED = "play and stop have phi = 0 at first"
@@ -274,12 +274,15 @@ def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]
     Else :func:`still`.
     """
     need(not any(family.relu or family.memory for family in asked.families), "no gain is such a member")
-    known = not any(family.operator in (*DELAYS, "performance") for family in asked.families)
-    need(known, "beside dead times neither unknown delays nor gains from w to z are covered")
-    m, (d, N) = len(H.D), frequencies.quotients(H, [ZERO] * len(H.D))
+    need(asked.performance is None, "beside dead times gains from w to z are not covered")
+    m, (d, N) = len(H.D), pieces.quotients(H, [ZERO] * len(H.D))
     need(m <= frequencies.MOST_CHANNELS, "there are too many channels for determinants")
     if proof["method"] == "late-gains":
         return still(H, asked, proof)
+    if proof["method"] == "late-turns":
+        number, found = pieces.right_roots(H, member(fields(proof, "method", "gains")[1], asked))
+        need(number > 0, "with these gains no root Re s > 0 is shown")
+        return 1, {"root": f"{number} roots Re s > 0: {found}"}
     one = [[d if i == j else exact.Form() for j in range(m)] for i in range(m)]
     _, given, where, turn = fields(proof, "method", "gains", "frequencies", "turn")
     form(isinstance(given, list) and len(given) == 2, "there are gains at two ends")
@@ -291,7 +294,7 @@ def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]
     for chosen in product((0, 1), repeat=len(apart)):
         pick = dict(zip(apart, chosen))
         F = [[sides[pick.get(j, 0)][i][j] for j in range(m)] for i in range(m)]
-        parts[sum(chosen)] += frequencies.leading(F)[-1]
+        parts[sum(chosen)] += pieces.leading(F)[-1]
     re, im = (exact.Form({(ZERO, 0): z}) for z in ((x, y), (y, -x)))  # Im z = Re(-i z)
     faces = [[([re * p], a, b) for p in (parts[0], parts[-1])], [([im * p for p in parts], w, w) for w in (a, b)]]
 
@@ -306,32 +309,24 @@ def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]
 
 
 def still(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
-    """Constant gains with ``det(1 + H(a) G) <= 0``, ``a >= 0``: a real root ``s >= a``, as ``H`` has no pole beyond.
+    """Constant gains with ``chi(0) <= 0 < det(1 + D G)``: a real root ``s >= 0`` of ``chi = det(s - A) det(1 + H G)``.
 
-    The determinant tends to ``det(1 + D G) > 0``.  With ``a > 0`` exponentials are off by ``e``, so that rows are by
-    up to ``e r``; by Hadamard's inequality, row after row, the determinant is by up to ``m e r (R + e r)^(m - 1)``.
+    It has no pole, and is ``s^n det(1 + D G) (1 + o(1))`` for large ``s``.
     """
-    _, data, *where = fields(proof, "method", "gains", *["at"] * ("at" in proof))
-    gains, m, (a,) = member(data, asked), len(H.D), numbers(where, 1) if where else [ZERO]
-    need(a >= 0, "the root is not shown to be one s >= 0")
-    away = [[a * (i == j) - v for j, v in enumerate(row)] for i, row in enumerate(H.A)]
+    gains = member(fields(proof, "method", "gains")[1], asked)
+    C = [[sum(v, ZERO) for v in zip(*rows)] for rows in zip(H.C, *(rows for _, rows in H.late))]
+    G = [[g * (i == j) for j in range(len(gains))] for i, g in enumerate(gains)]
+    found, far = (
+        closed_loop(H._replace(C=C), G),
+        [[(i == j) + v * g for j, (v, g) in enumerate(zip(row, gains))] for i, row in enumerate(H.D)],
+    )
     need(
-        within([[-v for v in row] for row in away], False), "the plant has a pole in Re s >= a, which is 0 if not said"
+        found is not None and frequencies.determinant([[[v] for v in row] for row in far])[0] > 0,
+        "det(1 + D G) > 0 fails",
     )
-    columns = [*zip(*(eliminated(away, [list(row) for row in H.B]) or []))]
-    value, spread = [list(row) for row in H.D], ZERO
-    for tau, C in [(ZERO, H.C), *H.late]:
-        E = exponential([[-tau]], a, 256)
-        part, wait = [[dot(row, column) for column in columns] for row in C], Fraction(E.rows[0][0], 2**256)
-        spread += size(part) * (Fraction(E.error, 2**256) if tau and a else ZERO)
-        value = [[u + wait * v for u, v in zip(*rows)] for rows in zip(value, part)]
-    far, near = (
-        [[(i == j) + v * gains[j] for j, v in enumerate(row)] for i, row in enumerate(X)] for X in (H.D, value)
-    )
-    left, above = (frequencies.determinant([[[v] for v in row] for row in X])[0] for X in (near, far))
-    off = spread * max(map(abs, gains))
-    need(above > 0 >= left + m * off * (size(near) + off) ** (m - 1), "no root s >= 0 is shown with these gains")
-    return 1 if a or left else 2, {"root": f"det(1 + H({a}) G) <= 0 < det(1 + H(inf) G) = {above}"}
+    near = characteristic((found or H).A)[-1]  # chi(0)/det(1 + D G)
+    need(near < 0 or (near == 0 and within(H.A, False)), "no root s >= 0 is shown with these gains")
+    return 1 if near else 2, {"root": f"det(s - A) det(1 + H(s) G) is {near} at 0, of its sign at infinity"}
 
 
 def delayed_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
@@ -354,17 +349,17 @@ def delayed_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[st
     need(inside and same, "the delays are not of the class")
     form(isinstance(given, list) and len(given) == len(own), "the input has one entry for each channel")
     w = [numbers(pair, 2) for pair in given]
-    d, N = frequencies.quotients(H, [ZERO] * m)
+    d, N = pieces.quotients(H, [ZERO] * m)
     G = [exact.Form({(taus[j], 0): (Fraction(1), ZERO)}) if j in taus else real(g) for j, g in enumerate(gains)]
     whole = [[(d if i == j else exact.Form()) + f * G[j] for j, f in enumerate(row)] for i, row in enumerate(N)]
     entering = [exact.Form() for _ in range(m)]
     for j, (x, y) in zip(own, w):
         entering = [u + row[j] * exact.Form({(ZERO, 0): (x, y)}) for u, row in zip(entering, N)]
-    below = frequencies.leading(whole)[-1]
+    below = pieces.leading(whole)[-1]
     size = sum((v * v for pair in w for v in pair), ZERO) / asked.bounds(own[0])[1] ** 2
     left = below * below.conjugate() * real(-size)
     for k in own:
-        top = frequencies.leading([[*row[:k], u, *row[k + 1 :]] for row, u in zip(whole, entering)])[-1]
+        top = pieces.leading([[*row[:k], u, *row[k + 1 :]] for row, u in zip(whole, entering)])[-1]
         left = left + top * top.conjugate()
     need(box(left, omega, omega, 12), "the gain of this loop is not shown to be larger")
     return 8, {"gain": f"|T w| > gamma |w| at omega = {omega}, the delays being {', '.join(map(str, taus.values()))}"}
@@ -500,10 +495,13 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
     own = [i for i, family in each(asked) if family.operator in DELAYS]
     if not own:
         return H, asked
-    need(ordered(H.D, asked) and not H.late, "beside delays D has a cycle of channels, or the plant dead times")
+    need(ordered(H.D, asked), "beside delays D has a cycle of channels")
     asked = asked._replace(delayed=tuple(own))
     apart = [i for i in own if not asked.families[i].varying or asked.families[i].rate is not None]
     own = [i for i in own if not (kept and i in apart)]
+    if H.late:
+        need(not own, "beside dead times delays are constant, or have a bounded rate")
+        return H, asked
     constant = [i for i in own if not asked.families[i].varying and not H.discrete]
     if constant:
         majorised()

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
-from itertools import pairwise, product
+from itertools import product
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from .arithmetic import ZERO, eliminated, fields, form, integer, need, number, numbers, tick
-from .balls import Lift, above, box, dot, positive_definite, tail
+from .balls import dot, positive_definite
 from .states import unit
 
 MOST_CHANNELS, MOST_KERNELS = 8, 400
-TAYLOR = 12  # of the exponentials on a piece
 Rows = list[list[Fraction]]
 
 
@@ -228,24 +227,6 @@ def signed(S: Rows, r: int, name: str) -> dict[str, str]:
     return {"residue": f"{name} W lim s H(s) is symmetric, with {r} positive eigenvalues and else 0"}
 
 
-def integrators(H: Any, members: list[Member]) -> tuple[int, dict[str, str]]:
-    """The same beside dead times: how many poles at 0 there are, simple in every part, the others being stable.
-
-    Functions in ``[0, w]`` that do not depend on time, ``theta >= 0``: docs/theory/several-nonlinearities.md.
-    """
-    alone = all(not one.kind and not one.low and one.theta >= 0 for one in members)
-    need(alone, "beside dead times and an eigenvalue 0 there are functions in [0, u] alone, theta >= 0", exact.Critical)
-    n, m = len(H.A), len(H.D)
-    none = [[ZERO] * m for _ in H.D]
-    d, N = transfer(H.A, H.B, [*H.C, *(row for _, rows in H.late for row in rows)], [*H.D, *(none * len(H.late))])
-    r = next(i for i, c in enumerate(d) if c)
-    own = [Fraction(c) for c in d[r:][::-1]]
-    need(exact.hurwitz(exact.homogeneous(own, exact.S, exact.real(1), n - r)), "the plant is not stable")
-    need(not any(any(f[: r - 1]) for row in N for f in row), "H has a pole of higher order at 0", exact.Critical)
-    R = [[sum(N[k][j][r - 1] for k in range(i, len(N), m)) / Fraction(d[r]) for j in range(m)] for i in range(m)]
-    return r, signed([[one.weight * one.width * v for v in row] for one, row in zip(members, R)], r, "Lambda")
-
-
 def solvable(H: Any, inside: bool, bounds: Any) -> str:
     """Why ``sigma + tau D phi(sigma) = y``, after the shift, has one solution for every ``tau`` in ``[0, 1]``.
 
@@ -357,155 +338,6 @@ def inequality(d: list[int], N: Any, given: Multiplier, width: list[Fraction]) -
     Z = [[times(y, conjugate(d)) for y in row] for row in Y]
     F = [[total(Z[i][j], conjugate(Z[j][i])) for j in range(m)] for i in range(m)]
     return F, len(d) - 1 + m * (len(q) - 1) // 2
-
-
-# -- multipliers that change from piece to piece of the axis
-class Member(NamedTuple):
-    """What multiplies one channel: constant weights, or with ``kind`` "scaled", "delay", "slow" numbers of each piece.
-
-    After the shift by the lower bound, of a delay the gain 1: ``psi = -mu`` against ``width sigma - psi``; for a delay
-    up to ``bound`` ``w = -mu = sigma(t - tau) - sigma``; of a slow one, ``tau' <= d``, the width is ``d/(1 - d)``.
-    Without a shift ``phi - l sigma`` against ``u sigma - phi``, ``low = l <= 0 <= u``.
-    """
-
-    kind: str
-    width: Fraction
-    weight: Fraction
-    theta: Fraction
-    bound: Fraction
-    low: Fraction = ZERO
-
-
-class Axis(NamedTuple):
-    """``|d|^2``, ``N d^*`` and ``N`` on the axis, the loop being ``N/d`` after the shift, of order ``n``."""
-
-    own: Any  # a form, or what stands for it on an interval
-    seen: list[list[Any]]
-    bare: list[list[Any]]
-    order: int
-    members: list[Member]
-    late: bool
-
-
-def axis_of(H: Any, low: list[Fraction], members: list[Member]) -> Axis:
-    """The loop after the shift by ``low``, on the imaginary axis or the unit circle."""
-    d, bare = quotients(H, low)
-    back = d.conjugate()
-    return Axis(d * back, [[f * back for f in row] for row in bare], bare, len(H.A), members, bool(H.late))
-
-
-def quotients(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.Form]]]:
-    """``d`` and ``N`` of the loop ``N/d`` after the shift by ``low``, which with dead times is 0."""
-    need(not (H.late and any(low)), "beside dead times the loop is not shifted")
-    A, B, C, D = shifted(H, low)
-    none, on_axis = [[ZERO] * len(D) for _ in D], on_circle if H.discrete else on_line
-    d, N = transfer(A, B, [*C, *(row for _, rows in H.late for row in rows)], [*D, *(none * len(H.late))])
-    bare = [[on_axis(f) for f in row] for row in N[: len(D)]]
-    for k, (tau, _) in enumerate(H.late, 1):
-        wait = exact.Form({(tau, 0): (Fraction(1), ZERO)})
-        for row, late in zip(bare, N[k * len(D) :]):
-            row[:] = [f + wait * on_axis(g) for f, g in zip(row, late)]
-    return on_axis(d), bare
-
-
-def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:
-    r"""The leading minors of ``F`` with the multipliers ``(x, y)`` of one piece, times powers of ``|d|^2``.
-
-    Row ``i`` of ``F``, plus its adjoint: ``lambda (1 + w H_i) + s theta H_i``, of a piece ``(x + i y)(1 + w H_i)``, and
-    for delays ``(y e^(-i omega h/2) - x) H_i + x/2``: with ``e^(-i omega tau)`` on the unit circle ``x (|sigma|^2 -
-    |sigma + w|^2) = 0``, and ``2 y (cos(omega (h/2 - tau)) - cos(omega h/2)) |sigma|^2 >= 0`` as ``omega h <= 2 pi``,
-    ``y >= 0``: the chord below its arc.  Slow ones: ``x (|sigma|^2/(1 - d) - |sigma + w|^2)``, as ``s = t - tau`` has
-    ``dt <= ds/(1 - d)``, and ``y (h^2 |sigma'|^2 - |w|^2)``, both ``>= 0`` when integrated.
-
-    Without a shift it is ``Re (e_i + l H_i)^* (x + lambda + i y) (e_i + u H_i)``, of a gain ``g`` ``(g - l)(u - g)``.
-
-    ``near`` says what forms become on an interval, as those of the axis have.
-    """
-    Y, less = list[list[Any]](), list[tuple[list[Any], exact.Form]]()
-    for i, (one, (x, y)) in enumerate(zip(axis.members, piece)):
-        if one.kind == "delay":
-            turn, direct = exact.Form({(one.bound / 2, 0): (y, ZERO)}) + exact.real(-x), exact.real(x / 2)
-        elif one.kind == "slow":
-            turn, direct = exact.real(-x), exact.real((x + y) / 2)
-            less.append((axis.bare[i], exact.real(-x * one.width, 0, -y * one.bound**2)))
-        else:
-            direct = exact.Form({(ZERO, 0): (one.weight + x, y)})
-            turn = exact.Form({(ZERO, 0): ((one.weight + x) * (one.width + 2 * one.low), y * one.width)})
-            turn = turn + exact.S * exact.real(one.theta)
-            if one.low:
-                less.append((axis.bare[i], exact.real(2 * (one.weight + x) * one.low * (one.width + one.low))))
-        Y.append([near(turn) * f for f in axis.seen[i]])
-        Y[i][i] = Y[i][i] + near(direct) * axis.own
-    for i, row in enumerate(Y):  # half of it, as the adjoint is added
-        for bare, weight in less:
-            half = near(weight * exact.real(Fraction(1, 2)))
-            Y[i] = row = [f + half * bare[i].conjugate() * g for f, g in zip(row, bare)]
-    return leading([[Y[i][j] + Y[j][i].conjugate() for j in range(len(Y))] for i in range(len(Y))], near)
-
-
-def leading(F: list[list[Any]], near: Any = exact.Form) -> list[Any]:
-    """The leading minors, as in :func:`determinant`."""
-    parts, found, signs = {0: near(exact.real(1))}, list[Any](), [near(exact.real(1)), near(exact.real(-1))]
-    for i, row in enumerate(F):
-        wider = dict[int, Any]()
-        for columns, p in parts.items():
-            for j in (j for j in range(len(F)) if not columns >> j & 1):
-                f = p * row[j] * signs[(columns >> j).bit_count() % 2]
-                wider[columns | 1 << j] = wider[columns | 1 << j] + f if columns | 1 << j in wider else f
-        parts = wider
-        found.append(parts[2 ** (i + 1) - 1])
-    return found
-
-
-def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int = 0, halvings: int = 0) -> str:
-    """Why ``F > 0`` fails on ``[a, b]``, or undecided; empty if it holds.
-
-    ``b`` None: up to infinity, without delays, or where what is without dead time prevails.  ``d`` has ``zeros`` at 0.
-    ``halvings``: how often the interval may be halved.
-    """
-    if b is not None and not (zeros and a == 0):
-        return _between(axis, piece, a, b, halvings)
-    for k, p in enumerate(minors(axis, piece), 1):
-        if b is None and axis.late:
-            if not tail(p, a, 2 * axis.order * k):
-                return f"F > 0 is not shown from {float(a):.9g} on"
-        elif b is None:
-            left = p.part()
-            if any(tau for tau, _ in p) or len(left) != 2 * axis.order * k + 1 or not exact.positive(left, a):
-                return f"F > 0 fails from {float(a):.9g} on"
-        elif not box(p, a, b, TAYLOR, zeros * k):
-            return f"F > 0 fails between {float(a):.9g} and {float(b):.9g}"
-    return ""
-
-
-def _between(axis: Axis, piece: Any, a: Fraction, b: Fraction, halvings: int) -> str:
-    """The same on an interval, with polynomials off by known errors in place of the forms; ``|d|^2`` is about 1."""
-    near, tops = Lift(a, b), [sum((c * w**n for n, c in enumerate(axis.own.part())), ZERO) for w in (a, (a + b) / 2, b)]
-    size = (max(tops).numerator.bit_length() - max(tops).denominator.bit_length()) // 2
-    close = axis._replace(
-        own=near(axis.own, 2 * size),
-        seen=[[near(f, 2 * size) for f in row] for row in axis.seen],
-        bare=[[near(f, size) for f in row] for row in axis.bare],
-    )
-    if all(map(above, minors(close, piece, near))):
-        return ""
-    if not halvings:
-        return f"F > 0 fails between {float(a):.9g} and {float(b):.9g}"
-    ends = pairwise((a, (a + b) / 2, b))
-    return next((failed for v, w in ends if (failed := _between(axis, piece, v, w, halvings - 1))), "")
-
-
-def on_line(p: Any) -> exact.Form:
-    """``p(i omega)``."""
-    turns = [(1, 0), (0, 1), (-1, 0), (0, -1)]  # powers of i
-    return exact.Form(
-        {(ZERO, k): (Fraction(c * turns[k % 4][0]), Fraction(c * turns[k % 4][1])) for k, c in enumerate(p) if c}
-    )
-
-
-def on_circle(p: Any) -> exact.Form:
-    """``p(e^(i omega))``."""
-    return exact.Form({(Fraction(-k), 0): (Fraction(c), ZERO) for k, c in enumerate(p) if c})
 
 
 # -- polynomials in s

@@ -10,7 +10,7 @@ from itertools import pairwise, product
 from typing import Any
 
 from . import arithmetic as exact
-from . import frequencies, signals, states
+from . import pieces, signals, states
 from .arithmetic import INF, ZERO, S, eliminated, fields, form, integer, need, number, numbers, real, tick
 from .balls import box, dot
 from .channels import (
@@ -30,7 +30,6 @@ from .channels import (
     rank,
     within,
 )
-from .frequencies import conjugate
 
 MOST_VERTICES, MOST_STEPS, MOST_SAMPLES = 10, 1000, 50
 OPERATORS = ("any", "linear time-invariant", SCALAR)
@@ -42,8 +41,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     What follows, as in :func:`examined`, and what was found.
     """
     method = proof["method"]
-    H = plant(system, method in ("late-crossing", "late-gains"))
-    if H.late:
+    H = plant(system, method in ("late-crossing", "late-gains", "late-turns", "delayed-gains"))
+    if H.late and method != "delayed-gains":
         return crossing(H, asked, proof)
     if method == "relu-ray":
         return 1, ray(H, asked, proof)
@@ -177,22 +176,17 @@ def delayed(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
         0 <= low < high <= asked.families[i].sector[1] and 0 < a < b and b * (high - low) < 3,
         "the delays are not of the class",
     )
-    found = closed_loop(H, [[g * (k == j != i) for j in range(len(gains))] for k, g in enumerate(gains)])
-    need(found is not None and not H.discrete, "the loop with these gains has no solution", exact.IllPosed)
-    H = found or H
-    sides = [[row[i]] for row in H.B], [H.C[i]], [[H.D[i][i]]]
-    d, ((n,),) = frequencies.transfer(H.A, *sides)
-    powers = [(1, 0), (0, 1), (-1, 0), (0, -1)]  # of i
-    cross = [(c * powers[k % 4][0], c * powers[k % 4][1]) for k, c in enumerate(frequencies.times(n, conjugate(d)))]
+    need(not H.discrete, "samples are another method")
+    d, N = pieces.quotients(H, [g * (k != i) for k, g in enumerate(gains)])
+    n = N[i][i]
     for tau, sign in ((low, -1), (high, 1)):
-        g = [(tau, k, Fraction(u), Fraction(v)) for k, (u, v) in enumerate(cross) if u or v]
-        left = exact.Form({(tau, k): (-u, -v) for tau, k, u, v in g})
-        turned = exact.Form({(tau, k): (sign * v, -sign * u) for tau, k, u, v in g})
-        apart = box(left, a, b, 24) and box(turned, a, b, 24)
+        g = n * d.conjugate() * exact.Form({(tau, 0): (Fraction(1), ZERO)})
+        turned = g * exact.Form({(ZERO, 0): (ZERO, Fraction(-sign))})
+        apart = box(exact.MINUS * g, a, b, 24) and box(turned, a, b, 24)
         need(apart, "the delay at which h e^(-i omega tau) is negative is not shown to lie in between")
-    own, over = (frequencies.in_square(frequencies.times(p, conjugate(p))) for p in (n, d))
-    ends = [exact.value(frequencies.total(own, [-v for v in over]), omega * omega) for omega in (a, b)]
-    need(ends[0] * ends[1] < 0, "|h| - 1 does not change its sign")
+    size = n * n.conjugate() + exact.MINUS * d * d.conjugate()
+    signs = [[box(v * size, omega, omega, 24) for omega in (a, b)] for v in (real(1), exact.MINUS)]
+    need([True, False] in signs and [False, True] in signs, "|h| - 1 does not change its sign")
     words = ", ".join(map(str, gains))
     return {"root": f"with the gains {words} and a delay of channel {i + 1} between {low} and {high} a root i omega"}
 

@@ -11,11 +11,10 @@ from math import prod
 from typing import Any
 
 from . import arithmetic as exact
-from . import boxes, frequencies, gains, parametric, states, windows
+from . import boxes, frequencies, gains, parametric, pieces, states, windows
 from .arithmetic import INF, ZERO, eliminated, fields, form, integer, need, number, numbers, tick
 from .balls import dot, positive_definite
 from .channels import (
-    DELAYS,
     RESTED,
     SCALAR,
     Channels,
@@ -434,17 +433,18 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
 
     What :func:`over_frequencies` says of ``tau phi`` is true of ``1 + k (e^(-s tau) - 1)``, ``k`` in ``[0, 1]``, where
     ``x >= 0``; of ``e^(-s k tau)`` for each ``x``, whose differences have a norm as operators on ``sigma_i'``.
+
+    Beside dead times the loop is shifted by gains of the class: 1 for delays, else 0 or what is next to it.
     """
     popov, m = name == "piecewise-popov", len(H.D)
-    given, *turned, listed = fields(data, "lambda", *["theta"] * popov, "pieces")
+    told, *turned, listed = fields(data, "lambda", *["theta"] * popov, "pieces")
     _, where = fields(proof, "method", "ends")
-    weights, theta, ends = numbers(given, m), numbers(turned[0], m) if popov else [ZERO] * m, numbers(where)
+    weights, theta, ends = numbers(told, m), numbers(turned[0], m) if popov else [ZERO] * m, numbers(where)
     need(not (popov and H.discrete), f"{name} is for continuous time")
     need(min(weights) >= 0, "a weight lambda is negative")
     uniform(weights, asked)
-    known = not any(one.operator in (*DELAYS, "performance") for one in asked.families)
-    need(known or not H.late, "beside dead times neither unknown delays nor gains from w to z are covered")
-    members, low = list[frequencies.Member](), list[Fraction]()
+    need(asked.performance is None or not H.late, "beside dead times gains from w to z are not covered")
+    members, low = list[pieces.Member](), list[Fraction]()
     alone = {block[0] for block in asked.blocks if len(block) == 1}
     for i, one in each(asked):
         free = one.operator == "linear time-invariant" or (one.linear and not one.varying and i in alone)
@@ -457,16 +457,14 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
         need(not (kind and (weights[i] or theta[i])), f"channel {i + 1} has multipliers by pieces alone")
         fixed = not (one.varying or one.operator or any(H.D[i]))
         need(not theta[i] or fixed, f"theta_{i + 1} needs a function of the state alone that does not depend on time")
-        need(not H.late or l <= 0 <= u, f"beside dead times the bounds of channel {i + 1} have 0 between them")
-        low.append(ZERO if H.late else l)
-        bound, below = one.sector[1] if kind else ZERO, l if H.late else ZERO
-        members.append(frequencies.Member(kind, u - l, weights[i], theta[i], bound, below))
+        low.append(pieces.base(l, u) if H.late else l)
+        members.append(pieces.Member(kind, u - l, weights[i], theta[i], one.sector[1] if kind else ZERO, l - low[i]))
     rows = isinstance(listed, list) and all(isinstance(row, list) and len(row) == m for row in listed)
     form(rows and len(listed) == len(ends) + (not H.discrete), "there is not one multiplier for each piece")
-    pieces = [[(ZERO, ZERO) if pair is None else tuple(numbers(pair, 2)) for pair in row] for row in listed]
+    given = [[(ZERO, ZERO) if pair is None else tuple(numbers(pair, 2)) for pair in row] for row in listed]
     ascend = all(a < b for a, b in pairwise([ZERO, *ends])) and (not H.discrete or ends[-1] * 10**6 >= 3141593)
     need(ascend, "the pieces do not follow one another, from 0 to pi in discrete time")
-    for row, end in zip(pieces, [*ends, None]):
+    for row, end in zip(given, [*ends, None]):
         for i, ((x, y), member, one) in enumerate(zip(row, members, asked.families)):
             need(bool(member.kind) or x == y == 0, f"channel {i + 1} has no multiplier by pieces")
             either = member.kind == "delay" and not H.discrete and not any(H.D[i])
@@ -475,29 +473,37 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
                 chord = end is not None and end * member.bound * 10**6 <= 6283185
                 need(y == 0 or (y > 0 and chord), "y > 0 needs omega h <= 2 pi")
             if member.kind == "slow":
-                need(y >= 0 and (x, y) == pieces[0][i], "a delay that varies has one multiplier at all frequencies")
+                need(y >= 0 and (x, y) == given[0][i], "a delay that varies has one multiplier at all frequencies")
                 need(y == 0 or not any(H.D[i]), f"y > 0 needs sigma_{i + 1} to be a function of the state alone")
             free = not one.operator or member.kind in ("delay", "slow")
             need(y == 0 or free, "an operator has a real multiplier")
         same = all(row[i] == row[block[0]] for block in asked.operators for i in block if members[i].kind == "scaled")
         need(same, "the channels of an operator have different multipliers")
-    A, *_ = frequencies.shifted(H, low)
-    stable, zeros, rest = within(A, H.discrete), 0, dict[str, str]()
+    order, zeros, rest = len(H.A), 0, dict[str, str]()
+    if H.late and any(low):
+        number, rest["stable"] = pieces.right_roots(H, low)
+        need(not number, f"the loop with the gains {', '.join(map(str, low))} has roots Re s > 0")
+        stable = True
+    else:
+        stable = within(frequencies.shifted(H, low)[0], H.discrete)
     if H.late and not stable and not any(one.varying or one.operator for one in asked.families):
-        zeros, rest = frequencies.integrators(H, members)
+        zeros, rest = pieces.integrators(H, members)
     need(stable or zeros > 0, "the loop at the lower bounds, and without delay, is not asymptotically stable")
-    axis = frequencies.axis_of(H, low, members)
-    for piece, (a, b) in zip(pieces, pairwise([ZERO, *ends, *[None] * (not H.discrete)])):
-        failure = frequencies.on_piece(axis, piece, a or ZERO, b, zeros, HALVINGS)
+    axis = pieces.axis_of(H, low, members)
+    for piece, (a, b) in zip(given, pairwise([ZERO, *ends, *[None] * (not H.discrete)])):
+        failure = pieces.on_piece(axis, piece, a or ZERO, b, zeros, HALVINGS)
         need(not failure, failure)
-    found = f"F > 0 on {len(pieces)} pieces of the axis, by its leading minors"
+    found = f"F > 0 on {len(given)} pieces of the axis, by its leading minors"
     posed, assumed = well_posed(H.D, asked)
     if not ordered(H.D, asked):
         posed, assumed = solvable(H, asked, [asked.bounds(i) for i, _ in each(asked)]), ""
     where = "the plant" if H.late else "without delay, at the lower bounds, the loop"
     how = "has all other eigenvalues in the open left half-plane" if zeros else "is asymptotically stable"
-    order = f"{where} {how} (order {len(A) - zeros})"
-    return {"stable": order, "inequality": found, "well-posed": posed} | rest, assumed
+    return {
+        "stable": f"{where} {how} (order {order - zeros})",
+        "inequality": found,
+        "well-posed": posed,
+    } | rest, assumed
 
 
 def on_axis(H: Plant, given: frequencies.Multiplier, asked: Channels) -> Plant:

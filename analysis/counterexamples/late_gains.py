@@ -24,12 +24,12 @@ _LARGEST, _EXACT, _CLOSE, _REAL = 1e6, 1e-15, 1e-6, 1e-4
 
 
 class Crossing(NamedTuple):
-    """The factor, the gains in units of the upper bounds, and the frequency [rad/s], 0 for a root ``s >= at``."""
+    """The factor, gains in units of the upper bounds, how much of these, and the frequency [rad/s]; 0: ``s >= 0``."""
 
     factor: float
     shares: NDArray[np.float64]
+    size: float
     omega: float
-    at: float = 0.0  # [1/s]
 
 
 @dataclass
@@ -50,6 +50,8 @@ class LateGains:
         Of the plant [1/s].
     delay : float
         The longest dead time [s].
+    base : ndarray
+        Gains of the class with which the loop is stable, but for poles at 0; others are added to these.
     """
 
     transfer: Callable[[NDArray[np.complex128]], NDArray[np.complex128]]
@@ -58,14 +60,20 @@ class LateGains:
     signed: Sequence[bool]
     poles: NDArray[np.complex128]
     delay: float
+    base: NDArray[np.float64]
 
     def __post_init__(self) -> None:
         end = 10 * max(np.abs(self.poles).max(), 2 * math.pi / self.delay)
         self.omega = np.union1d(np.geomspace(end * 1e-6, end, _GRID // 3), np.linspace(end / _GRID, end, _GRID))
-        self.critical = np.abs(self.poles).min() == 0
-        self.H = self.transfer(1j * np.append(self.omega[0] if self.critical else 0.0, self.omega))
+        self.critical = not self.base.any() and np.abs(self.poles).min() == 0
         near = self.omega[0] * _CLOSE
+        self.H = self._response(1j * np.append(near, self.omega))
         self.residue = near * self.transfer(np.array([near + 0j]))[0].real
+
+    def _response(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """``H`` with the gains of the base."""
+        H = self.transfer(points)
+        return np.asarray(H @ np.linalg.inv(np.eye(len(self.base)) + self.base[:, None] * H) if self.base.any() else H)
 
     def _gains(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
         found = np.zeros(len(self.upper))
@@ -86,12 +94,11 @@ class LateGains:
         still = values[0][np.abs(values[0].imag) < 1e-9 * (np.abs(values[0]) + 1e-300)].real
         if self.critical:
             still = still[:0]
-            rates = np.sort(np.linalg.eigvals(-self.residue * G).real)[::-1]
-            if (
-                rates[0] > _REAL * np.abs(self.residue).max() * np.abs(G).max()
-            ):  # poles at 0 move to the right with any such gains
-                return Crossing(1 / _LARGEST, shares, 0.0, (rates[0] + max([*rates[1:2], 0.0])) / 2 / _LARGEST)
-        best = Crossing(1 / still.max(), shares, 0.0) if len(still) and still.max() > 1 / _LARGEST else None
+            rates = np.linalg.eigvals(-self.residue * G).real
+            growing = rates > _REAL * np.abs(self.residue).max() * np.abs(G).max()
+            if growing.sum() % 2:  # poles at 0 move to the right with any such gains
+                return self._made(1 / _LARGEST, shares, 0.0)
+        best = self._made(1 / still.max(), shares, 0.0) if len(still) and still.max() > 1 / _LARGEST else None
         phase = np.where(values[1:].real > 0, values[1:].imag, np.nan)
         # a path is continued by the nearest value: with few channels all pairs are looked at
         for k in range(values.shape[1]):
@@ -99,18 +106,22 @@ class LateGains:
             after = np.take_along_axis(phase[1:], near[:, None], axis=1)[:, 0]
             for at in np.flatnonzero(phase[:-1, k] * after <= 0):
                 size = max(values[at + 1, k].real, values[at + 2, near[at]].real)
-                if size <= 1 / _LARGEST or (best is not None and 1 / size > best.factor * 1.01):
+                if size <= 1 / _LARGEST or (best is not None and 1 / size > best.size * 1.01):
                     continue
                 found = self._refined(G, float(self.omega[at]), float(self.omega[at + 1]), complex(values[at + 1, k]))
-                if found is not None and (best is None or found[0] < best.factor):
-                    best = Crossing(found[0], shares, found[1])
+                if found is not None and (best is None or found[0] < best.size):
+                    best = self._made(found[0], shares, found[1])
         return best
+
+    def _made(self, size: float, shares: NDArray[np.float64], omega: float) -> Crossing:
+        gains, one = self.base + size * self._gains(shares), self.upper != 0
+        return Crossing(float(np.abs(gains[one] / self.upper[one]).max()), shares, size, omega)
 
     def _refined(self, G: NDArray[np.float64], low: float, high: float, start: complex) -> tuple[float, float] | None:
         """The factor and the frequency of one crossing, by secants between ends of two signs (the Illinois method)."""
 
         def value(omega: float, near: complex) -> complex:
-            found = np.linalg.eigvals(-self.transfer(np.array([1j * omega]))[0] * G)
+            found = np.linalg.eigvals(-self._response(np.array([1j * omega]))[0] * G)
             return complex(found[np.abs(found - near).argmin()])
 
         omega, near, new = low, start, start
@@ -161,20 +172,18 @@ class LateGains:
         one : Crossing
             A crossing.
         """
-        G = self._gains(one.shares)
+        G = one.size * self._gains(one.shares)
         for width in _WIDTHS:
-            ends = [[Fraction(v) for v in (G * one.factor * (1 + step)).tolist()] for step in (-width, width)]
+            ends = [[Fraction(v) for v in (self.base + G * (1 + step)).tolist()] for step in (-width, width)]
             factor = one.factor * (1 + 2 * width)
             if one.omega == 0:
-                beyond = {"at": str(Fraction(f"{one.at:.6g}"))} if one.at else {}
-                yield factor, {"method": "late-gains", "gains": [*map(str, ends[1])]} | beyond
+                yield factor, {"method": "late-gains", "gains": [*map(str, ends[1])]}
                 continue
             eye, step = np.eye(len(G)), 1e-6 * one.omega
-            at = self.transfer(1j * np.array([one.omega - step, one.omega, one.omega + step])) * G
-            left, here, right = (np.linalg.det(eye + one.factor * h) for h in at)
-            by_factor = np.linalg.det(eye + one.factor * (1 + 1e-6) * at[1]) - np.linalg.det(
-                eye + one.factor * (1 - 1e-6) * at[1]
-            )
+            left, here, right = self.transfer(1j * np.array([one.omega - step, one.omega, one.omega + step]))
+            left, right = (np.linalg.det(eye + h * (self.base + G)) for h in (left, right))
+            more, fewer = (np.linalg.det(eye + here * (self.base + G * (1 + v))) for v in (1e-6, -1e-6))
+            here, by_factor = np.linalg.det(eye + here * (self.base + G)), more - fewer
             slope, turn = (right - left) / (2 * step), by_factor / 2e-6  # per relative change of the factor
             turn = turn / abs(turn) if abs(turn) > 0 else 1.0
             around = np.prod(1j * one.omega - self.poles) ** len(G)  # the checker multiplies by det(s - A) each column

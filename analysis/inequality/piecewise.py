@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from lure.analysis.certificates.frequencies import Axis, on_piece
+from lure.analysis.certificates.pieces import Axis, on_piece
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
 from lure.analysis.numerics.semidefinite import hermitian_programme, hermitian_rows
@@ -68,6 +68,8 @@ class Piecewise:
         Whether in discrete time.
     late : sequence of (float, ndarray)
         Dead times [s], and what shows the states of that time to ``sigma``, (p, n).
+    gains : sequence of float or None
+        Beside dead times what the loop is shifted by.
     """
 
     A: NDArray[np.float64]
@@ -78,6 +80,7 @@ class Piecewise:
     blocks: Sequence[Sequence[int]]
     discrete: bool
     late: Sequence[tuple[float, NDArray[np.float64]]] = ()
+    gains: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]
@@ -90,8 +93,8 @@ class Piecewise:
         self.local += [((i,), k) for i, kind in enumerate(kinds) if kind in ("gain", "delay") for k in (0, 1)]
         size = np.abs(np.linalg.eigvals(self.A))
         still = size < _AT_REST * max([size.max(), *(1 / delay for delay, _ in self.late)])
-        self.zeros = int(still.sum()) if self.late else 0
-        if self.zeros:
+        self.zeros = int(still.sum()) if self.late and self.gains is None else 0
+        if still.any() and self.late:
             size = np.array([*size[~still], 1 / self.late[-1][0]])
         self.points, self.slowly = np.linspace(0, math.pi, _GRID), dict[int, list[Fraction]]()
         self.slow = 1.0
@@ -125,12 +128,18 @@ class Piecewise:
         """``H``, and ``s H`` where it is bounded, at some frequencies; infinity may be among them."""
         far = np.isinf(omega)
         s = np.exp(1j * omega) if self.discrete else 1j * np.where(far, 0.0, omega)
+        if self.gains is not None:  # of the plant alone 0 may be a pole
+            omega = np.maximum(omega, _AT_REST / self.late[-1][0])
+            s = 1j * omega
         states = np.linalg.solve(s[:, None, None] * np.eye(len(self.A)) - self.A, self.B.astype(complex))
         states[far] = 0
         H, turned = self.C @ states + self.D, self.C @ (self.A @ states + self.B)
         for delay, outputs in self.late:
             wait = np.exp(-1j * delay * omega)[:, None, None]
             H, turned = H + wait * (outputs @ states), turned + wait * (outputs @ (self.A @ states + self.B))
+        if self.gains is not None:
+            back = np.linalg.inv(np.eye(len(self.D)) + np.array(self.gains)[:, None] * H)
+            H, turned = H @ back, turned @ back
         return np.asarray(H), np.asarray(turned)
 
     def basis(self, omega: NDArray[np.float64]) -> _Basis:

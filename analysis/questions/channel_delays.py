@@ -15,9 +15,9 @@ from lure.analysis.certificates.channels import Plant, undelayed
 from lure.analysis.certificates.systems import class_entries, texts
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
-from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.channel_problem import channel_plant, loop_plant
 from lure.analysis.questions.problem import Problem
-from lure.arrays import NDArray, np
+from lure.arrays import NDArray, np, optimize
 from lure.classes import DELAYS, SCALAR, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.delay_matrix import DelayMatrix
@@ -25,6 +25,7 @@ from lure.plants.multivariable import MultivariablePlant
 
 _FACTORS = tuple(10 ** (k / 10) for k in range(-30, 31))
 _MOST_BLOCKS, _HALVINGS, _MOST_SAMPLES, _OUTSIDE = 4, 50, 50, 1e-9
+_GRID, _OCTAVES = 400, 64
 _WIDTHS, _ON_AXIS = (1e-12, 1e-11, 1e-10, 1e-8, 1e-6), 1e-6
 
 
@@ -135,7 +136,7 @@ def delays_refuting(asked: Problem, most: float) -> Iterator[tuple[Fraction, dic
     most : float
         The largest factor of interest.
     """
-    if channel_plant(asked.plant).dt is not None:
+    if loop_plant(asked.plant).dt is not None:
         yield from _late(asked, most)
         return
     found = list[tuple[float, _Crossing]]()
@@ -235,8 +236,10 @@ def _first(asked: Problem, i: int, taken: dict[range, int], top: float) -> tuple
 
 def _least_delay(asked: Problem, gains: list[Fraction], i: int) -> tuple[float, float] | None:
     """The least delay of channel ``i`` with a root ``i omega``, and ``omega``, the other channels having gains."""
-    A, B, C, D = channel_plant(asked.plant).doubles()
     rest = np.array([0.0 if j == i else float(g) for j, g in enumerate(gains)])
+    if isinstance(asked.plant, DelayMatrix):
+        return _least_of_late(asked.plant, rest, i)
+    A, B, C, D = channel_plant(asked.plant).doubles()
     whole = np.linalg.solve(np.eye(len(D)) + D * rest, np.hstack([C, D]))
     inner, out = A - (B * rest) @ whole[:, : len(A)], whole[i : i + 1, : len(A)]
     into = B[:, i : i + 1] - (B * rest) @ whole[:, len(A) + i : len(A) + i + 1]
@@ -248,4 +251,28 @@ def _least_delay(asked: Problem, gains: list[Fraction], i: int) -> tuple[float, 
     for one in omega.tolist():
         response = complex((out @ np.linalg.solve(1j * one * np.eye(len(A)) - inner, into.astype(complex)))[0, 0])
         found.append((((math.pi + math.atan2(response.imag, response.real)) % (2 * math.pi)) / one, one))
+    return min(found, default=None)
+
+
+def _least_of_late(plant: DelayMatrix, rest: NDArray[np.float64], i: int) -> tuple[float, float] | None:
+    """The same beside known dead times: where ``|h| - 1`` changes its sign between frequencies of a grid."""
+    poles, longest = np.abs(np.linalg.eigvals(plant.base.doubles()[0])), float(plant.late[-1][0])
+    scales = [*poles[poles > 0], 1 / longest]
+    points = np.union1d(
+        np.geomspace(min(scales) / _OCTAVES, max(scales) * _OCTAVES, _GRID), np.linspace(0, 40 / longest, _GRID)[1:]
+    )
+
+    def response(omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """``h``, the other channels being closed."""
+        H = plant.transfer(1j * omega)
+        return np.asarray((H @ np.linalg.inv(np.eye(len(rest)) + rest[:, None] * H))[:, i, i])
+
+    sizes, found = np.abs(response(points)) - 1, list[tuple[float, float]]()
+    for k in np.flatnonzero(sizes[:-1] * sizes[1:] < 0):
+
+        def size(one: float) -> float:
+            return float(np.abs(response(np.array([one])))[0] - 1)
+
+        one = float(optimize.brentq(size, points[k], points[k + 1], xtol=1e-15 * points[k], rtol=1e-15))
+        found.append((((math.pi + float(np.angle(response(np.array([one]))[0]))) % (2 * math.pi)) / one, one))
     return min(found, default=None)

@@ -53,7 +53,8 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
         The largest factor of interest.
     """
     if isinstance(asked.plant, DelayMatrix):
-        return late_gains_refuting(asked, most=most)
+        ways = [late_gains_refuting(asked, most=most), _by_delays(asked, most) if delays_of(asked) else None]
+        return min((one for one in ways if one is not None), key=lambda one: one[0], default=None)
     if asked.classes.rectified and most == 1 and not asked.classes.operators:  # of other factors the ReLUs are others
         return _by_rays(asked)
     if not asked.classes.operators:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
-from lure.analysis.certificates import channels, frequencies
+from lure.analysis.certificates import channels, pieces
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Channels, Plant
 from lure.analysis.inequality.piecewise import Channel, Piecewise
@@ -13,7 +13,7 @@ from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.channel_delays import stated
 from lure.analysis.questions.problem import Problem
-from lure.arrays import np
+from lure.arrays import NDArray, np
 from lure.errors import AssumptionError, Reason
 
 _STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
@@ -21,16 +21,10 @@ _FAR_BACK = (0.9, 0.99, 0.99)  # where the factor is bounded by numbers alone
 
 
 def _require_covered(plant: Plant, known: Channels) -> None:
-    """Refuse classes that the theorem is not about beside dead times, where no gain closes the loop beforehand."""
-    for i in range(len(known.families)):
-        low, high = known.bounds(i)
-        if not low <= 0 <= high:
-            raise AssumptionError(
-                f"beside dead times the gain 0 is in every class, and the bounds of channel {i + 1} are "
-                f"[{float(low):g}, {float(high):g}]; let the class begin at 0",
-                code=Reason.DEAD_TIME,
-            )
-    pairs = [(known.bounds(i), one.slope) for i, one in enumerate(known.families)]
+    """Refuse classes that the theorem is not about beside dead times."""
+    pairs = [
+        (known.bounds(i), one.slope) for i, one in enumerate(known.families) if one.operator not in channels.DELAYS
+    ]
     if not (channels.ordered(plant.D, known) or all(low <= a and b <= high for (low, high), (a, b) in pairs)):
         raise AssumptionError(
             "beside dead times D has a cycle of channels, and the slopes are not within the bounds; give slope bounds, "
@@ -62,11 +56,34 @@ class PiecewiseProofs:
         if self.late:
             _require_covered(plant, known)
         low = self._lower(known, shifted=False)
-        found = channels.closed_loop(plant, [[v * (i == j) for j in range(len(low))] for i, v in enumerate(low)])
+        gains = [*map(float, low)] if self.late and any(low) else None
+        if gains is not None:
+            try:
+                number = pieces.right_roots(plant, low)[0]
+            except Rejected as error:
+                raise AssumptionError(f"beside dead times: {error}", code=Reason.DEAD_TIME) from None
+            if number:
+                raise AssumptionError(
+                    f"beside dead times the loop is shifted by the gains {', '.join(f'{v:g}' for v in gains)}, with "
+                    "which it is not stable",
+                    code=Reason.DEAD_TIME,
+                )
+        found = (
+            plant
+            if self.late
+            else channels.closed_loop(plant, [[v * (i == j) for j in range(len(low))] for i, v in enumerate(low)])
+        )
         if found is None:
             raise AssumptionError("the loop is not well posed with the gains at the lower bounds and without delay")
         A, B, C, D = (np.array([[float(v) for v in row] for row in side]) for side in found[:4])
-        poles = np.linalg.eigvals(A)
+        if gains is None:
+            self._require_stable(plant, known, np.linalg.eigvals(A))
+        blocks = known.operators
+        late = [(float(delay), np.array([[*map(float, row)] for row in rows])) for delay, rows in plant.late]
+        self.search = Piecewise(A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late, gains)
+
+    def _require_stable(self, plant: Plant, known: Channels, poles: NDArray[np.complex128]) -> None:
+        """Refuse a loop at the lower bounds that is not stable, but for poles at 0 that a theorem covers."""
         at_rest = self.late and known.operators == [] and np.abs(poles).min() == 0
         poles = poles[poles != 0] if at_rest else poles
         if len(poles) and (np.abs(poles).max() if plant.discrete else 1 + poles.real.max()) >= 1:
@@ -79,9 +96,6 @@ class PiecewiseProofs:
                 "[0, u] and nonlinearities that do not depend on time; give such classes, or a plant without it",
                 code=Reason.CRITICAL,
             )
-        blocks = known.operators
-        late = [(float(delay), np.array([[*map(float, row)] for row in rows])) for delay, rows in plant.late]
-        self.search = Piecewise(A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late)
 
     def _kept(self, alpha: Fraction) -> tuple[Plant, Channels]:
         """The loop of a factor with its constant delays, operators in place of those that vary."""
@@ -103,8 +117,10 @@ class PiecewiseProofs:
         found = list[Fraction]()
         for i, one in enumerate(known.families):
             apart = Fraction(1) if "delay" in one.operator else None
-            if (apart is None and one.operator and not shifted) or self.late:
+            if apart is None and one.operator and not shifted:
                 apart = Fraction(0)
+            if apart is None and self.late:
+                apart = pieces.base(*known.bounds(i))
             found.append(known.bounds(i)[0] if apart is None else apart)
         return found
 
@@ -120,26 +136,27 @@ class PiecewiseProofs:
                 continue
             low, high = known.bounds(i)
             free, width = kind == "function" and bool(self.free and self.free[i]), high - low
-            below = low if self.late and not one.operator else Fraction(0)
+            below = low - pieces.base(low, high) if self.late and not one.operator else Fraction(0)
             found.append(Channel(kind, high if one.operator else width, free, low=below))
         return found if min(one.width for one in found) > 0 else []
 
-    def _exactly(self, alpha: Fraction) -> Callable[[Sequence[Fraction], Sequence[Fraction]], frequencies.Axis]:
+    def _exactly(self, alpha: Fraction) -> Callable[[Sequence[Fraction], Sequence[Fraction]], pieces.Axis]:
         plant, known = self._kept(alpha)
         low = self._lower(known, shifted=True)
 
-        def axis(weights: Sequence[Fraction], theta: Sequence[Fraction]) -> frequencies.Axis:
+        def axis(weights: Sequence[Fraction], theta: Sequence[Fraction]) -> pieces.Axis:
             """The loop with these multipliers, as the checker has it."""
-            members = list[frequencies.Member]()
+            members = list[pieces.Member]()
             for i, one in enumerate(known.families):
                 names = {"delay": "delay", "slow delay": "slow", "gain": "scaled", "scaled operator": "scaled"}
                 kind, slow = names.get(self._kind(known, i), ""), one.rate or Fraction(0)
                 width = slow / (1 - slow)
                 if kind not in ("delay", "slow"):
                     width = known.bounds(i)[1] - known.bounds(i)[0]
-                below, bound = known.bounds(i)[0] if self.late else Fraction(0), Fraction(one.sector[1])
-                members.append(frequencies.Member(kind, width, weights[i], theta[i], bound, below))
-            return frequencies.axis_of(plant, low, members)
+                below = known.bounds(i)[0] - low[i] if self.late and kind not in ("delay", "slow") else Fraction(0)
+                bound = Fraction(one.sector[1])
+                members.append(pieces.Member(kind, width, weights[i], theta[i], bound, below))
+            return pieces.axis_of(plant, low, members)
 
         return axis
 

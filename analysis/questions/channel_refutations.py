@@ -20,6 +20,7 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import is_critical
 from lure.analysis.questions.problem import Problem
 from lure.arrays import np
+from lure.classes import DELAYS
 from lure.errors import InputError
 from lure.plants.delay_matrix import DelayMatrix
 
@@ -91,12 +92,22 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
     plant, classes = asked.plant, asked.classes
     assert isinstance(plant, DelayMatrix), "asked of such plants"
     poles = np.linalg.eigvals(plant.base.doubles()[0]).astype(complex)
-    if classes.rectified or poles[poles != 0].real.max(initial=-1) >= 0:
-        return None
     lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
+    late = [one.operator in DELAYS for one in classes.classes]  # of which the gain 1 is one
+    upper = np.where(late, 0.0, upper)
+    moved = np.array([bool(one.operator) for one in classes.classes])
+    base = np.where(late, 1.0, np.where(moved, 0.0, np.minimum(np.maximum(lower, 0.0), upper)))
+    if classes.rectified or (not base.any() and poles[poles != 0].real.max(initial=-1) >= 0):
+        return None
     signed = [bool(classes.classes[block[0]].operator) for block in classes.blocks]
-    for ends, signs in ((np.minimum(lower, 0.0), [False] * len(signed)), (upper, signed)):
-        search = LateGains(plant.transfer, ends, classes.blocks, signs, poles, float(plant.late[-1][0]))
+    for method in ("late-gains", "late-turns") if base.any() else ():
+        never = refutation(asked, Fraction(1), {"method": method, "gains": [str(Fraction(v)) for v in base.tolist()]})
+        if never is not None:
+            return Fraction(0), never
+    below = np.where(late, 0.0, np.minimum(lower, 0.0)) * (not base.any())
+    upper = np.where(base < 0, lower, upper)
+    for ends, signs in ((below, [False] * len(signed)), (upper, signed)):
+        search = LateGains(plant.transfer, ends, classes.blocks, signs, poles, float(plant.late[-1][0]), base)
         found, always = search.best() if ends.any() else None, ends is not upper  # below 0: in the classes of all
         for factor, proof in search.proofs(found) if found is not None else ():
             alpha = Fraction(double_above(Fraction(factor))) if math.isinf(most) else Fraction(most)

@@ -86,13 +86,48 @@ REST = draft(
 )
 # 1 - 11/10 H(0) < 0
 STILL = draft(LAG, [sector("-11/10", "0")], "counterexample", {"method": "late-gains", "gains": ["-11/10"]})
-# s = .01 exp(-s) has the root .0099, between .009 and infinity
-GROWS = edited(
-    edited(edited(STILL, "system", "A", value=NO), "proof", value={**STILL["proof"], "gains": ["-1/100"]}),
-    *("proof", "at"),
-    value="9/1000",
+# s = .01 exp(-s) has a root s > 0, as s - .01 exp(-s) is -.01 at 0
+GROWS = edited(edited(STILL, "system", "A", value=NO), "proof", "gains", value=["-1/100"])
+INTEGRATOR = late([["0"]], ONE, NO, NO, ("1", ONE))
+# s + g exp(-s) has roots Re s > 0 from g = pi/2 on: none with 1/2, two with 3
+LOWER = draft(
+    INTEGRATOR,
+    [sector("1/2", "1", time_varying=False)],
+    "piecewise-popov",
+    {"method": "pieces", "ends": [str(end) for end in range(1, 17)]},
+    {"lambda": ["1"], "theta": ["1/2"], "pieces": [[None]] * 17},
+)
+TURNS = draft(INTEGRATOR, [sector("2", "4")], "counterexample", {"method": "late-turns", "gains": ["3"]})
+
+
+def unknown(bound, theorem, proof, multiplier=None):
+    delay = {**sector(f"-{bound}", bound, time_varying=False), "operator": "delay"}
+    return draft(INTEGRATOR, [delay], theorem, proof, multiplier)
+
+
+# x' = -x(t - 1 - tau): stable for tau < pi/2 - 1 = .5708; there |h| = 1 at w = 1, and w (1 + tau) = pi/2
+UNKNOWN = unknown(
+    "1/4",
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["15/8", "15/4", "15/2", "15", "30"]},
+    {"lambda": ["0"], "pieces": [[[x, y]] for x, y in zip("111111", ("1", "1", "9/10", "0", "0", "0"), strict=True)]},
+)
+LONGER = unknown(
+    "3/5",
+    "counterexample",
+    {
+        "method": "delayed-gains",
+        "gains": ["1"],
+        "channel": 1,
+        "delays": ["569/1000", "573/1000"],
+        "frequencies": ["99999/100000", "100001/100000"],
+    },
 )
 ALL = {
+    "lower": LOWER,
+    "turns": TURNS,
+    "unknown": UNKNOWN,
+    "longer": LONGER,
     "grows": GROWS,
     "circle": CIRCLE,
     "popov": POPOV,
@@ -115,7 +150,7 @@ def test_both_checkers_accept(name):
     jsonschema.validate(found, SCHEMA)
     assert recheck(found).accepted, recheck(found).reason
     said = {"rest": "every motion converges to the set of equilibria"} | dict.fromkeys(
-        ("circle", "popov", "both"), ATTRACTS
+        ("circle", "popov", "both", "lower", "unknown"), ATTRACTS
     )
     moves = "a loop of the class has a motion that does not converge to an equilibrium"
     assert check(found).certificate["conclusion"] == said.get(name, moves)
@@ -130,7 +165,6 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
     "change",
     [
         ("circle", *CLASS, "sector", ["0", "17"]),
-        ("circle", *CLASS, "sector", ["1/100", "15"]),
         (
             "circle",
             *CLASS,
@@ -188,14 +222,39 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("still", "proof", "gains", ["-9/10"]),
         ("still", "proof", "gains", ["-12/10"]),
         ("still", "system", "late", [["1", [["4/5"]]]]),
-        ("still", "system", "A", [["1"]]),
+        ("still", "system", "A", [["-2"]]),
         ("still", "system", "D", [["2"]]),
-        ("grows", "proof", "at", "1/100"),  # exp(-.01) < 1
-        ("grows", "proof", "at", "0"),  # there H has its pole
-        ("grows", "proof", "at", "-1/100"),
+        ("lower", *CLASS, "sector", ["1/2", "8/5"]),
+        ("lower", *CLASS, "sector", ["-1/2", "1"]),
+        ("lower", "system", "late", [["7/2", ONE]]),  # unstable with 1/2, as pi/2 < 7/4
+        ("lower", "system", "B", [["-1"]]),
+        ("lower", "system", "D", [["-3"]]),
+        ("lower", "system", "A", [["1"]]),
+        ("lower", "multiplier", "lambda", ["0"]),
+        ("lower", "multiplier", "theta", ["4"]),
+        ("turns", "proof", "gains", ["3/2"]),
+        ("turns", "proof", "gains", ["5"]),  # not of the class
+        ("turns", "system", "late", [["1/2", ONE]]),
+        ("turns", "system", "A", [["-3"]]),
+        ("turns", "system", "D", [["-1"]]),
+        ("unknown", *CLASS, "sector", ["-3/5", "3/5"]),
+        ("unknown", *CLASS, "time_varying", True),
+        ("unknown", "system", "late", [["3/2", ONE]]),
+        ("unknown", "system", "late", [["8/5", ONE]]),
+        ("unknown", "multiplier", "pieces", [[["1", "0"]]] * 6),
+        ("unknown", "multiplier", "pieces", [[["1", "1"]]] * 6),
+        ("longer", *CLASS, "sector", ["-1/2", "1/2"]),
+        ("longer", "proof", "delays", ["569/1000", "57/100"]),
+        ("longer", "proof", "delays", ["572/1000", "573/1000"]),
+        ("longer", "proof", "frequencies", ["1001/1000", "1002/1000"]),
+        ("longer", "proof", "gains", ["0"]),
+        ("longer", "system", "late", [["11/10", ONE]]),
+        ("grows", "proof", "at", "1/100"),
         ("grows", "proof", "gains", ["1/100"]),
-        ("grows", "system", "A", [["1/100"]]),  # the pole is beyond .009
-        ("grows", "system", "late", [["12", ONE]]),  # exp(-.108) < .9
+        ("grows", "proof", "gains", ["0"]),
+        ("grows", "system", "A", [["-1/50"]]),
+        ("grows", "system", "B", [["-1"]]),
+        ("grows", "system", "late", [["1", [["-1"]]]]),
         ("grows", "system", "D", [["101"]]),
     ],
     ids=lambda change: "-".join(map(str, change[:-1])),

@@ -78,6 +78,33 @@ def test_one_channel_with_dead_time_is_a_matrix_like_others():
         decay_rate("exp(-s)/(s+1)", [Sector(0, 1)])
 
 
+def test_lower_bounds_above_0_shift_the_loop():
+    # i w + k exp(-i w) = 0 at k = pi/2; k exp(-s/5)/(s - 1): w = tan(w/5) = 7.16, k = sqrt(1 + w^2) = 7.22966
+    for formula, low, end in (("exp(-s)/s", 0.5, np.pi / 2), ("exp(-s/5)/(s-1)", 2, 7.22966 / 3)):
+        found = max_sector(formula, [Sector(low, 1 if low < 1 else 3)])
+        assert end * 0.9999 < found.largest.low < found.refuted_at < end * 1.0001
+        assert recheck(found.proof.certificate).accepted
+    for formula, low, high in (("-exp(-s)/s", 0.5, 1), ("3*exp(-s)/(s+1/2)", 1, 2), ("-exp(-s)/s", -1.6, -0.5)):
+        # s = g exp(-s) at .5; two roots beyond the axis at 1; i w = 1.6 exp(-i w) is beyond pi/2 again
+        shown = certify(formula, [Sector(low, high)])
+        assert shown.verdict.name == "REFUTED"
+        assert recheck(shown.certificate).accepted
+
+
+def test_a_delay_known_by_its_bound_adds_to_one_that_is_known():
+    # x' = -x(t - 1 - tau) up to pi/2 - 1, the factor of .5; with the rate .1 what is shown ends before
+    found = max_sector("exp(-s)/s", [NonlinearityClass.delayed(0.5)])
+    end = np.pi - 2
+    assert end * 0.999 < found.largest.low < end < found.refuted_at < end * 1.00001
+    assert (found.criterion, found.witness.kind) == ("piecewise-circle", "delay")
+    for shown in (found.proof, found.refutation):
+        assert recheck(shown.certificate).accepted
+    slow = certify("exp(-s)/s", [NonlinearityClass.delayed(0.4, rate=0.1)])
+    assert slow.verdict.name == "PROVED"
+    assert recheck(slow.certificate).accepted
+    assert certify("3*exp(-s)/(s+1/2)", [NonlinearityClass.delayed(0.5)]).verdict.name == "REFUTED"  # with tau = 0
+
+
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.thorough) for k in range(1, 6))])
 def test_no_gain_of_what_is_proved_is_unstable(seed):
     random = np.random.default_rng(seed)
@@ -144,14 +171,13 @@ def test_channels_of_a_larger_plant():
 @pytest.mark.parametrize(
     ("plant", "classes"),
     [
-        (LAGS, [Sector(0.1, 1)] * 2),
         (as_plant([["1/(s-1)", "0"], ["0", "exp(-s)/(s+2)"]]), UNIT),
         (as_plant([["1/s", "0"], ["0", "exp(-s)/s**2"]]), UNIT),
         (
             as_plant([["1/s", "0"], ["0", "exp(-s)/(s+2)"]]),
             [NonlinearityClass(sector=Sector(0, 1), time_varying=True)] * 2,
         ),
-        (LAGS, [NonlinearityClass.delayed(1), Sector(0, 1)]),
+        (LAGS, [NonlinearityClass.delayed(1, varying=True), Sector(0, 1)]),
         (LAGS, [NonlinearityClass.hysteretic("play", 1), Sector(0, 1)]),
     ],
 )
@@ -162,7 +188,8 @@ def test_what_no_theorem_covers_is_not_proved(plant, classes):
 @pytest.mark.parametrize(
     ("rows", "classes", "code", "sentence"),
     [
-        ([["1/(s+1)", "0"], ["0", "exp(-s)/(s+2)"]], [Sector(0.1, 1)] * 2, "DEAD_TIME", r"channel 1 are \[0.1, 1\]"),
+        ([["exp(-s)/s"]], [Sector(2, 3)], "DEAD_TIME", "shifted by the gains 2, with which it is not stable"),
+        ([["exp(-s)/(s-1)"]], [Sector(1, 3)], "DEAD_TIME", "a root on the axis"),
         ([["0.1+exp(-s)/(s+1)", "0"], ["0", "1/(s+2)"]], UNIT, "NOT_APPLICABLE", "D has a cycle of channels"),
         (
             [["1/s", "0"], ["0", "exp(-s)/(s+2)"]],

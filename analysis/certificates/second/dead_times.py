@@ -9,13 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from flint import acb, acb_series, arb, arb_mat, fmpq_poly
+from flint import acb, acb_series, arb, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channels import Asked, diagonal, member
-from lure.analysis.certificates.second.numerics import X, ball, half_plane_counts, to_fmpq, working_precision
+from lure.analysis.certificates.second.delays import refuted_by_delay
+from lure.analysis.certificates.second.late_loops import LateLoop
+from lure.analysis.certificates.second.numerics import ball, half_plane_counts, working_precision
 from lure.analysis.certificates.second.pieces import numerators, require_pieces
-from lure.analysis.certificates.second.reading import Document, listed, number, numbers, record, require, tick
+from lure.analysis.certificates.second.reading import Document, listed, numbers, record, require, tick
 
 _BITS, _MOST_CHANNELS = 256, 8
 
@@ -37,38 +39,39 @@ def shown_late(document: Document, asked: Asked) -> str:
     """
     known = all(one.memory is None and not one.relu for one in asked.nonlinearities)
     require(known, "play, stop and ReLUs are not covered beside dead times")
-    require(
-        not any(one.operator in (*claims.DELAYS, "performance") for one in asked.nonlinearities),
-        "unknown delays and gains are not covered beside dead times",
-    )
     if document.verdict == "PROVED":
         require(document.theorem in ("piecewise-circle", "piecewise-popov"), "the theorem is not for dead times")
-        require_pieces(document, asked)
-        return claims.DELAYED if asked.A.det() != 0 else claims.EQUILIBRIA
+        return claims.EQUILIBRIA if require_pieces(document, asked) else claims.DELAYED
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
     require(asked.D.nrows() <= _MOST_CHANNELS, "there are too many channels")
-    return _still(document, asked) if document.proof.get("method") == "late-gains" else _crossing(document, asked)
+    require(not asked.performance, "gains are not covered beside dead times")
+    if document.proof.get("method") == "delayed-gains":
+        return refuted_by_delay(document, asked)
+    ways = {"late-gains": _still, "late-turns": _turning}
+    return ways.get(str(document.proof.get("method")), _crossing)(document, asked)
 
 
 def _still(document: Document, asked: Asked) -> str:
-    """Constant gains with ``det(1 + H(a) G) <= 0 < det(1 + D G)``, no pole having ``Re s >= a``: a root ``s >= a``."""
-    proof = record(document.proof, "method", "gains", *["at"] * ("at" in document.proof))
-    gains, n, a = member(proof["gains"], asked), asked.A.nrows(), number(proof.get("at", "0"))
-    require(a >= 0 and half_plane_counts(asked.A.charpoly()(X + to_fmpq(a))).left == n, "a pole is not below a >= 0")
-    G, one = diagonal(gains), diagonal([Fraction(1)] * len(gains))
-    states = (diagonal([a] * n) - asked.A).inv() * asked.B
-    require(bool((one + asked.D * G).det() > 0), "det(1 + D G) > 0 fails")
-    if a == 0:
-        outputs = sum((late for _, late in asked.late), asked.C)
-        near = (one + (asked.D + outputs * states) * G).det()
-        require(bool(near <= 0), "no root s >= 0 is shown")
-        return claims.NO_REST if near != 0 else claims.OTHER_EQUILIBRIA
+    """Constant gains with ``det(s - M(s)) <= 0`` at 0: a root ``s >= 0``, ``x' = M x`` being the loop."""
+    proof = record(document.proof, "method", "gains")
+    gains, n = member(proof["gains"], asked), asked.A.nrows()
+    G, outputs = diagonal(gains), sum((late for _, late in asked.late), asked.C)
+    whole = diagonal([Fraction(1)] * len(gains)) + asked.D * G
+    require(bool(whole.det() > 0), "det(1 + D G) > 0 fails")
+    near = (asked.B * G * whole.inv() * outputs - asked.A).det()
+    regular = near != 0 or half_plane_counts(asked.A.charpoly()).left == n
+    require(bool(near <= 0) and regular, "no root s >= 0 is shown")
+    return claims.NO_REST if near != 0 else claims.OTHER_EQUILIBRIA
+
+
+def _turning(document: Document, asked: Asked) -> str:
+    """Constant gains with roots ``Re s > 0``, which are counted."""
+    gains = member(record(document.proof, "method", "gains")["gains"], asked)
+    whole = diagonal([Fraction(1)] * len(gains)) + asked.D * diagonal(gains)
+    require(bool(whole.det() > 0), "det(1 + D G) > 0 fails")
     with working_precision(_BITS):
-        H = arb_mat(asked.D + asked.C * states)
-        for tau, late in asked.late:
-            H += arb_mat(late * states) * (-ball(tau * a)).exp()
-        require(bool((arb_mat(one) + H * arb_mat(G)).det() < 0), "no root s > 0 is shown")
+        require(LateLoop.of(asked, gains).right_roots() > 0, "no root Re s > 0 is shown")
     return claims.NO_REST
 
 

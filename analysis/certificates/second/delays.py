@@ -11,11 +11,12 @@ from dataclasses import replace
 from fractions import Fraction
 from math import factorial
 
-from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_mat, arb, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import positive_between, unstable
 from lure.analysis.certificates.second.channels import Asked, acyclic, closed_by, diagonal, joined, member
+from lure.analysis.certificates.second.late_loops import LateLoop
 from lure.analysis.certificates.second.numerics import X, ball, even_odd, to_fmpq, working_precision
 from lure.analysis.certificates.second.reading import (
     Document,
@@ -152,20 +153,13 @@ def refuted_by_delay(document: Document, asked: Asked) -> str:
     require(0 < band[0] < band[1], "the frequencies are not in order")
     require(band[1] * (delays[1] - delays[0]) < 3, "the delays are too far apart")
     rest = [g * (k != i) for k, g in enumerate(gains)]
-    open_loop, whole = closed_by(asked, rest), closed_by(asked, [g * (k != i) + (k == i) for k, g in enumerate(gains)])
-    m = len(gains)
-    inner = diagonal([Fraction(1)] * m) + asked.D * diagonal(rest)
-    if open_loop is None or whole is None:
-        raise NotShown("the loop with these gains has no solution")
-    direct = (inner.inv() * asked.D)[i, i]  # 1 + h = (1 + h(inf)) det(s - A_1)/det(s - A_0)
-    d = open_loop.charpoly()
-    n = (1 + direct) * whole.charpoly() - d
+    require(bool((diagonal([Fraction(1)] * len(gains)) + asked.D * diagonal(rest)).det() != 0), "there is no solution")
+    loop = LateLoop.of(asked, rest)
     with working_precision(_CROSSING_BITS):
 
         def response(omega: arb) -> acb:
             """``h(i omega)``."""
-            top, low = (acb_poly([acb(arb(c)) for c in p.coeffs()])(acb(0, omega)) for p in (n, d))
-            return top / low
+            return loop.at(omega)[i, i]
 
         wide = ball(band[0]).union(ball(band[1]))
         before, after = (response(wide) * (acb(0, -wide) * ball(tau)).exp() for tau in delays)

@@ -21,6 +21,7 @@ from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 from lure.analysis.certificates.second.channels import Asked, acyclic
 from lure.analysis.certificates.second.classes import DELAYS
 from lure.analysis.certificates.second.frequencies import Matrices
+from lure.analysis.certificates.second.late_loops import LateLoop
 from lure.analysis.certificates.second.numerics import (
     SERIES_TERMS,
     X,
@@ -43,7 +44,8 @@ class _Channel:
     weight: Fraction
     theta: Fraction
     rate: Fraction = Fraction(0)
-    low: Fraction = Fraction(0)  # beside dead times, where nothing is shifted
+    low: Fraction = Fraction(0)  # beside dead times: of the bounds, less what the channel is shifted by
+    shift: Fraction = Fraction(0)
 
 
 Balls = list[list[list[acb]]]
@@ -59,10 +61,13 @@ class _Loop:
     discrete: bool
     far: bool
     late: tuple[tuple[arb, Balls, Balls], ...] = ()  # dead times, and what arrives so late of N and of s N
+    closed: LateLoop | None = None  # in place of all these
 
 
-def require_pieces(document: Document, asked: Asked) -> None:
+def require_pieces(document: Document, asked: Asked) -> bool:
     """Check that the loop without delay is stable at the lower bounds, and ``F > 0`` on every piece of the axis.
+
+    Whether there are poles at 0 in that loop.
 
     Parameters
     ----------
@@ -96,13 +101,14 @@ def require_pieces(document: Document, asked: Asked) -> None:
     for k, row in enumerate(rows):
         _require_row(asked, known, row, ends[k] if k < len(ends) else None)
     bounds = [(Fraction(1), Fraction(2)) if one.operator in DELAYS else one.ends for one in asked.nonlinearities]
+    closed, gains = None, [one.shift for one in known]
     if asked.late:
-        between = all(low is not None and high is not None and low <= 0 <= high for low, high in bounds)
-        rational = not any(one.operator in (*DELAYS, "performance") for one in asked.nonlinearities)
-        require(between and rational, "beside dead times 0 lies in the class, of no unknown delay and no gain")
+        require(not asked.performance, "beside dead times gains are not covered")
         bounds = [(Fraction(0), Fraction(1))] * m
+    if any(gains):
+        closed = LateLoop.of(asked, gains)
     shifted = shifted_by(asked, [(low, high) for low, high in bounds if low is not None and high is not None])
-    stable = asked.discrete or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows()
+    stable = asked.discrete or closed is not None or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows()
     require(stable or bool(asked.late), "no stable loop")
     require(not asked.discrete or _inside(shifted[0].charpoly()), "the loop without delay is not stable")
     d, N = numerators(shifted)
@@ -112,7 +118,9 @@ def require_pieces(document: Document, asked: Asked) -> None:
         """The loop near 0, or far out."""
         if near:
             late = tuple((ball(tau), _balls(part), [list[list[acb]]()]) for tau, part in later)
-            return _Loop([acb(arb(c)) for c in d.coeffs()], _balls(N), [[]], asked.discrete, far=False, late=late)
+            return _Loop(
+                [acb(arb(c)) for c in d.coeffs()], _balls(N), [[]], asked.discrete, far=False, late=late, closed=closed
+            )
         n = d.degree()
 
         def outward(part: Sequence[Sequence[fmpq_poly]]) -> tuple[Balls, Balls]:
@@ -128,6 +136,8 @@ def require_pieces(document: Document, asked: Asked) -> None:
 
     with working_precision(_BITS):
         near, start = balls(near=True), Fraction(0)
+        if closed is not None:
+            require(closed.right_roots() == 0, "the loop with constant gains is not stable")
         if not stable:
             start = _past_zero(asked, known, d, [(Fraction(0), N), *later], ends[0])
         for row, (a, b) in zip(rows, pairwise([start, *ends]), strict=False):
@@ -140,6 +150,7 @@ def require_pieces(document: Document, asked: Asked) -> None:
                 end *= 2
             if not asked.late:
                 _require_piece(outer, known, rows[-1], Fraction(0), 1 / end)
+    return not stable
 
 
 def _past_zero(
@@ -237,8 +248,11 @@ def _channels(asked: Asked, weights: Sequence[Fraction], theta: Sequence[Fractio
         width = one.upper if late else (high or Fraction(0)) - (low or Fraction(0))
         require(isinstance(width, Fraction) and width > 0, "a channel has no finite bounds")
         slope = one.rate if kind == "slow" and one.rate is not None else Fraction(0)
-        below = low or Fraction(0) if asked.late else Fraction(0)
-        found.append(_Channel(kind, Fraction(width), weights[i], theta[i], slope, below))
+        bounds = (Fraction(1), Fraction(1)) if late else (low or Fraction(0), high or Fraction(0))
+        shift = min(max(bounds[0], Fraction(0)), bounds[1]) if asked.late else bounds[0]
+        found.append(
+            _Channel(kind, Fraction(width), weights[i], theta[i], slope, bounds[0] - shift, shift * bool(asked.late))
+        )
     for block in asked.operators:
         require(all(weights[i] == weights[block[0]] for i in block), "an operator has several weights")
     require(not asked.performance or weights[-1] > 0, "the weight of the performance channel is not positive")
@@ -367,7 +381,11 @@ def _at_any_phase(
 
 
 def _compared(loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], u: arb) -> bool:
-    """Whether the form of ``|x|`` is positive definite there."""
+    """Whether the form of ``|x|`` is positive definite there, in ``mu`` before any shift: ``(e + l H)* x (e + u H)``.
+
+    Of delays ``x (|mu|^2 - |sigma|^2)``, of slow ones ``x |mu|^2 - x |sigma|^2/(1 - d) + y |mu + sigma|^2 - y h^2
+    |sigma'|^2``.
+    """
     m, below = len(known), _value(loop.d, acb(u))
     if below.contains(0):
         return False
@@ -375,22 +393,29 @@ def _compared(loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fracti
     less = [[arb(0)] * m for _ in known]
     for i, (one, pair) in enumerate(zip(known, row, strict=True)):
         direct = acb(ball(one.weight)) if pair is None else acb(ball(pair[0]), ball(pair[1]))
-        factor = direct * ball(one.width) + direct.real * ball(2 * one.low)
+        low, squares = one.low + one.shift, [arb(0), arb(0)]
+        factor = direct * ball(one.width) + direct.real * ball(2 * low)
+        squares[0] = (direct.real * ball(2 * low * (low + one.width))).abs_upper()
+        if one.kind in ("delay", "slow") and pair is not None:
+            x, y = map(ball, pair)
+            direct, factor = acb((x + y if one.kind == "slow" else x) / 2), acb(y)
+            squares = [(x * ball(1 / (1 - one.rate))).abs_upper(), y * ball(one.width**2) * bool(one.kind == "slow")]
         sides = [(loop.N[i], loop.turned[i]), *((part[i], moved[i]) for _, part, moved in loop.late)]
-        sizes = [arb(0)] * m
+        sizes, rates = [arb(0)] * m, [arb(0)] * m
         for k, (plain, turned) in enumerate(sides):
             for j in range(m):
                 h = _value(plain[j], acb(u)) / below
                 value = factor * h + (_value(turned[j], acb(u)) / below * ball(one.theta) if one.theta else 0)
                 sizes[j] += h.abs_upper()
+                if squares[1] > 0:
+                    rates[j] += (_value(turned[j], acb(u)) / below).abs_upper()
                 if k:
                     late[i][j] += value.abs_upper()
                 else:
                     first[i][j] += value
         first[i][i] += direct
-        square = (direct.real * ball(2 * one.low * (one.low + one.width))).abs_upper()
         for j, k in product(range(m), repeat=2):
-            less[j][k] += square * sizes[j] * sizes[k]
+            less[j][k] += squares[0] * sizes[j] * sizes[k] + squares[1] * rates[j] * rates[k]
     rows = [
         [
             2 * (first[i][i].real - late[i][i]) - less[i][i]
@@ -434,8 +459,8 @@ def _series(
     Less ``x d/(1 - d) H_i^* H_i + y h^2 (s H_i)^* (s H_i)`` for the slow delays.
     """
     s = t if loop.far else (t * acb(0, 1)).exp() if loop.discrete else t * acb(0, 1)
-    below = _at(loop.d, s)
-    if below[0].contains(0):
+    below, whole = _at(loop.d, s), loop.closed.response(s) if loop.closed else None
+    if whole is None and (loop.closed or below[0].contains(0)):
         return None
     found, squares = list[list[acb_series]](), list[tuple[list[acb_series], arb]]()
     waits = [(s * -tau).exp() for tau, _, _ in loop.late]
@@ -444,6 +469,8 @@ def _series(
         """A row of ``H``, or of ``s H``."""
         if turned and not loop.far:
             return [s * h for h in outputs(i, turned=False)]
+        if whole is not None:
+            return whole[i]
         line = [_at(f, s) / below for f in (loop.turned if turned else loop.N)[i]]
         for wait, (_, part, moved) in zip(waits, loop.late, strict=True):
             line = [h + wait * _at(f, s) / below for h, f in zip(line, (moved if turned else part)[i], strict=True)]

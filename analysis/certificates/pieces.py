@@ -1,0 +1,263 @@
+"""Several nonlinearities on pieces of the frequency axis, where there are delays or dead times: part of the checker.
+
+Standard library only.  Signs of sums of ``omega^n e^(-i omega tau)`` are shown in balls.  Every function raises
+``Rejected`` unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from . import arithmetic as exact
+from .arithmetic import ZERO, need
+from .balls import Lift, Model, above, box, tail
+from .frequencies import chained, quotient, shifted, signed, transfer
+
+TAYLOR = 12  # of the exponentials on a piece
+MOST_DOUBLINGS, MOST_HALVINGS = 60, 40
+Rows = list[list[Fraction]]
+
+
+class Member(NamedTuple):
+    """What multiplies one channel: constant weights, or with ``kind`` "scaled", "delay", "slow" numbers of each piece.
+
+    After the shift by the lower bound, of a delay the gain 1: ``psi = -mu`` against ``width sigma - psi``; for a delay
+    up to ``bound`` ``w = -mu = sigma(t - tau) - sigma``; of a slow one, ``tau' <= d``, the width is ``d/(1 - d)``.
+    Shifted by another gain of the class ``phi - l sigma`` against ``u sigma - phi``, ``low = l <= 0 <= u``.
+    """
+
+    kind: str
+    width: Fraction
+    weight: Fraction
+    theta: Fraction
+    bound: Fraction
+    low: Fraction = ZERO
+
+
+class Axis(NamedTuple):
+    """``|d|^2``, ``N d^*`` and ``N`` on the axis, the loop being ``N/d`` after the shift, of order ``n``."""
+
+    own: Any  # a form, or what stands for it on an interval
+    seen: list[list[Any]]
+    bare: list[list[Any]]
+    order: int
+    members: list[Member]
+    late: bool
+
+
+def base(low: Fraction, high: Fraction) -> Fraction:
+    """The gain by which a channel is shifted beside dead times: 0, or what is next to it in the bounds."""
+    return min(max(low, ZERO), high)
+
+
+def axis_of(H: Any, low: list[Fraction], members: list[Member]) -> Axis:
+    """The loop after the shift by ``low``, on the imaginary axis or the unit circle."""
+    d, bare = quotients(H, low)
+    back = d.conjugate()
+    return Axis(d * back, [[f * back for f in row] for row in bare], bare, len(H.A), members, bool(H.late))
+
+
+def quotients(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.Form]]]:
+    """``d`` and ``N`` of the loop ``N/d`` after the shift by ``low``, on the axis."""
+    if H.late and any(low):
+        chi, seen = looped(H, low)
+        return on_line(chi), [[on_line(f) for f in row] for row in seen]
+    A, B, C, D = H[:4] if H.late else shifted(H, low)
+    d, parts = transfer_parts(H._replace(A=A, B=B, C=C, D=D))
+    bare = [[exact.Form() for _ in D] for _ in D]
+    for tau, N in parts:
+        wait = exact.Form({(tau, 0): (Fraction(1), ZERO)}) if tau else exact.real(1)
+        bare = [[f + wait * on_axis(g, H.discrete) for f, g in zip(*rows)] for rows in zip(bare, N)]
+    return on_axis(d, H.discrete), bare
+
+
+def transfer_parts(H: Any) -> tuple[list[int], list[tuple[Fraction, Any]]]:
+    """``d``, and ``N_tau`` of each dead time, 0 first: ``H = sum e^(-s tau) N_tau/d``."""
+    m, none = len(H.D), [[ZERO] * len(H.D) for _ in H.D]
+    d, N = transfer(H.A, H.B, [*H.C, *(row for _, rows in H.late for row in rows)], [*H.D, *(none * len(H.late))])
+    return d, [(tau, N[k * m : (k + 1) * m]) for k, tau in enumerate([ZERO, *(tau for tau, _ in H.late)])]
+
+
+def looped(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.Form]]]:
+    """``chi`` and ``N``: the plant with dead times and ``mu = w - L sigma`` is ``N/chi``, sums of ``s^n e^(-s tau)``.
+
+    ``chi = det(s - A) det(1 + H L)``; forms in ``s`` here.  By Cramer's rule, each determinant of ``d + N L`` having
+    the factor ``d^(m - 1)``.
+    """
+    m, (d, parts) = len(H.D), transfer_parts(H)
+    own = exact.real(*d)
+    N = [[exact.Form() for _ in range(m)] for _ in range(m)]
+    for tau, seen in parts:
+        wait = exact.Form({(tau, 0): (Fraction(1), ZERO)}) if tau else exact.real(1)
+        N = [[f + wait * exact.real(*g) for f, g in zip(*rows)] for rows in zip(N, seen)]
+    whole = [
+        [f * exact.real(g) + (own if i == j else exact.Form()) for j, (f, g) in enumerate(zip(row, low))]
+        for i, row in enumerate(N)
+    ]
+    more = chained([d] * (m - 1))
+
+    def reduced(F: list[list[exact.Form]]) -> exact.Form:
+        """The determinant over ``d^(m - 1)``."""
+        found, det = exact.Form(), leading(F)[-1]
+        for tau in {tau for tau, _ in det}:
+            wait = exact.Form({(tau, 0): (Fraction(1), ZERO)}) if tau else exact.real(1)
+            found = found + wait * exact.real(*quotient(det.part(0, tau), more))
+        return found
+
+    columns = [[row[j] for row in N] for j in range(m)]
+    over = [
+        [reduced([[*row[:i], c, *row[i + 1 :]] for row, c in zip(whole, column)]) for column in columns]
+        for i in range(m)
+    ]
+    return reduced(whole), over
+
+
+def on_line(p: exact.Form) -> exact.Form:
+    """A sum of ``s^n e^(-s tau)`` at ``s = i omega``."""
+    turns = [(1, 0), (0, 1), (-1, 0), (0, -1)]
+    return exact.Form({(tau, k): (c * turns[k % 4][0], c * turns[k % 4][1]) for (tau, k), (c, _) in p.items()})
+
+
+def right_roots(H: Any, low: list[Fraction]) -> tuple[int, str]:
+    """How many roots with ``Re s > 0`` a plant with dead times has with the gains ``low``, none lying on the axis.
+
+    Those of ``chi``, :func:`looped`, which is analytic and ``s^n det(1 + D L) (1 + o(1))`` in ``Re s >= 0``: by the
+    argument principle its angle rises by ``n`` quarter turns less two for each root from 0 to infinity.  On each of
+    some pieces ``Re i^-k chi > 0``; from one to the next ``k`` changes by at most 1, so that no turn is missed.
+    """
+    n, (chi, _) = len(H.A), looped(H, low)
+    turned, (u, v) = on_line(chi), ((1, 0), (0, -1), (-1, 0), (0, 1))[n % 4]
+    last, far = turned * exact.Form({(ZERO, 0): (Fraction(u), Fraction(v))}), Fraction(1)
+    while not tail(last, far, n):
+        need(far < 2**MOST_DOUBLINGS, "the loop with constant gains is not shown to behave like s^n far out")
+        far *= 2
+    stack, k, start, pieces = [(ZERO, far)], 0, 0, 1
+    while stack:
+        a, b = stack.pop()
+        p, q, off = Lift(a, b)(turned)
+        minus = [-x for x in p], [-x for x in q]
+        sides = [(p, q), (q, minus[0]), minus, (minus[1], p)]  # chi, -i chi, -chi, i chi
+        turns = (k, k + 1, k - 1) if a else (0, 2)
+        found = next((j for j in turns if above(Model(*sides[j % 4], off))), None)
+        if found is None:
+            need(b - a > far / 2**MOST_HALVINGS, "the loop with constant gains has a root on the axis, or near it")
+            stack += [((a + b) / 2, b), (a, (a + b) / 2)]
+            continue
+        k, pieces, start = found, pieces + 1, start if a else found
+    end = n - 4 * ((n - k + 1) // 4)  # the far direction is n, up to whole turns
+    need(abs(end - k) <= 1, "the pieces do not go together")
+    rise = f"rises by {end - start} of {n} quarter turns, on {pieces} pieces"
+    return (n - end + start) // 2, f"chi(i omega) = det(s - A) det(1 + H L) {rise}"
+
+
+def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:
+    r"""The leading minors of ``F`` with the multipliers ``(x, y)`` of one piece, times powers of ``|d|^2``.
+
+    Row ``i`` of ``F``, plus its adjoint: ``lambda (1 + w H_i) + s theta H_i``, of a piece ``(x + i y)(1 + w H_i)``, and
+    for delays ``(y e^(-i omega h/2) - x) H_i + x/2``: with ``e^(-i omega tau)`` on the unit circle ``x (|sigma|^2 -
+    |sigma + w|^2) = 0``, and ``2 y (cos(omega (h/2 - tau)) - cos(omega h/2)) |sigma|^2 >= 0`` as ``omega h <= 2 pi``,
+    ``y >= 0``: the chord below its arc.  Slow ones: ``x (|sigma|^2/(1 - d) - |sigma + w|^2)``, as ``s = t - tau`` has
+    ``dt <= ds/(1 - d)``, and ``y (h^2 |sigma'|^2 - |w|^2)``, both ``>= 0`` when integrated.
+
+    With ``low`` it is ``Re (e_i + l H_i)^* (x + lambda + i y) (e_i + u H_i)``, of a gain ``g`` ``(g - l)(u - g)``.
+
+    ``near`` says what forms become on an interval, as those of the axis have.
+    """
+    Y, less = list[list[Any]](), list[tuple[list[Any], exact.Form]]()
+    for i, (one, (x, y)) in enumerate(zip(axis.members, piece)):
+        if one.kind == "delay":
+            turn, direct = exact.Form({(one.bound / 2, 0): (y, ZERO)}) + exact.real(-x), exact.real(x / 2)
+        elif one.kind == "slow":
+            turn, direct = exact.real(-x), exact.real((x + y) / 2)
+            less.append((axis.bare[i], exact.real(-x * one.width, 0, -y * one.bound**2)))
+        else:
+            direct = exact.Form({(ZERO, 0): (one.weight + x, y)})
+            turn = exact.Form({(ZERO, 0): ((one.weight + x) * (one.width + 2 * one.low), y * one.width)})
+            turn = turn + exact.S * exact.real(one.theta)
+            if one.low:
+                less.append((axis.bare[i], exact.real(2 * (one.weight + x) * one.low * (one.width + one.low))))
+        Y.append([near(turn) * f for f in axis.seen[i]])
+        Y[i][i] = Y[i][i] + near(direct) * axis.own
+    for i, row in enumerate(Y):  # half of it, as the adjoint is added
+        for bare, weight in less:
+            half = near(weight * exact.real(Fraction(1, 2)))
+            Y[i] = row = [f + half * bare[i].conjugate() * g for f, g in zip(row, bare)]
+    return leading([[Y[i][j] + Y[j][i].conjugate() for j in range(len(Y))] for i in range(len(Y))], near)
+
+
+def leading(F: list[list[Any]], near: Any = exact.Form) -> list[Any]:
+    """The leading minors, as in :func:`determinant`."""
+    parts, found, signs = {0: near(exact.real(1))}, list[Any](), [near(exact.real(1)), near(exact.real(-1))]
+    for i, row in enumerate(F):
+        wider = dict[int, Any]()
+        for columns, p in parts.items():
+            for j in (j for j in range(len(F)) if not columns >> j & 1):
+                f = p * row[j] * signs[(columns >> j).bit_count() % 2]
+                wider[columns | 1 << j] = wider[columns | 1 << j] + f if columns | 1 << j in wider else f
+        parts = wider
+        found.append(parts[2 ** (i + 1) - 1])
+    return found
+
+
+def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int = 0, halvings: int = 0) -> str:
+    """Why ``F > 0`` fails on ``[a, b]``, or undecided; empty if it holds.
+
+    ``b`` None: up to infinity, without delays, or where what is without dead time prevails.  ``d`` has ``zeros`` at 0.
+    ``halvings``: how often the interval may be halved.
+    """
+    if b is not None and not (zeros and a == 0):
+        return _between(axis, piece, a, b, halvings)
+    for k, p in enumerate(minors(axis, piece), 1):
+        if b is None and axis.late:
+            if not tail(p, a, 2 * axis.order * k):
+                return f"F > 0 is not shown from {float(a):.9g} on"
+        elif b is None:
+            left = p.part()
+            if any(tau for tau, _ in p) or len(left) != 2 * axis.order * k + 1 or not exact.positive(left, a):
+                return f"F > 0 fails from {float(a):.9g} on"
+        elif not box(p, a, b, TAYLOR, zeros * k):
+            return f"F > 0 fails between {float(a):.9g} and {float(b):.9g}"
+    return ""
+
+
+def _between(axis: Axis, piece: Any, a: Fraction, b: Fraction, halvings: int) -> str:
+    """The same on an interval, with polynomials off by known errors in place of the forms; ``|d|^2`` is about 1."""
+    near, tops = Lift(a, b), [sum((c * w**n for n, c in enumerate(axis.own.part())), ZERO) for w in (a, (a + b) / 2, b)]
+    size = (max(tops).numerator.bit_length() - max(tops).denominator.bit_length()) // 2
+    close = axis._replace(
+        own=near(axis.own, 2 * size),
+        seen=[[near(f, 2 * size) for f in row] for row in axis.seen],
+        bare=[[near(f, size) for f in row] for row in axis.bare],
+    )
+    if all(map(above, minors(close, piece, near))):
+        return ""
+    if not halvings:
+        return f"F > 0 fails between {float(a):.9g} and {float(b):.9g}"
+    ends = pairwise((a, (a + b) / 2, b))
+    return next((failed for v, w in ends if (failed := _between(axis, piece, v, w, halvings - 1))), "")
+
+
+def on_axis(p: Any, discrete: bool) -> exact.Form:
+    """A polynomial at ``i omega``, or at ``e^(i omega)``."""
+    if not discrete:
+        return on_line(exact.real(*p))
+    return exact.Form({(Fraction(-k), 0): (Fraction(c), ZERO) for k, c in enumerate(p) if c})
+
+
+def integrators(H: Any, members: list[Member]) -> tuple[int, dict[str, str]]:
+    """The same beside dead times: how many poles at 0 there are, simple in every part, the others being stable.
+
+    Functions in ``[0, w]`` that do not depend on time, ``theta >= 0``: docs/theory/several-nonlinearities.md.
+    """
+    alone = all(not one.kind and not one.low and one.theta >= 0 for one in members)
+    need(alone, "beside dead times and an eigenvalue 0 there are functions in [0, u] alone, theta >= 0", exact.Critical)
+    n, m, (d, parts) = len(H.A), len(H.D), transfer_parts(H)
+    N = [row for _, seen in parts for row in seen]
+    r = next(i for i, c in enumerate(d) if c)
+    own = [Fraction(c) for c in d[r:][::-1]]
+    need(exact.hurwitz(exact.homogeneous(own, exact.S, exact.real(1), n - r)), "the plant is not stable")
+    need(not any(any(f[: r - 1]) for row in N for f in row), "H has a pole of higher order at 0", exact.Critical)
+    R = [[sum(N[k][j][r - 1] for k in range(i, len(N), m)) / Fraction(d[r]) for j in range(m)] for i in range(m)]
+    return r, signed([[one.weight * one.width * v for v in row] for one, row in zip(members, R)], r, "Lambda")

@@ -1,0 +1,160 @@
+r"""A plant with dead times in feedback with constant gains, checked again: ``x'(t) = A x(t) + sum_k A_k x(t - T_k)``.
+
+With ``mu = w - L sigma`` and ``K = (1 + D L)^-1``, ``A - B L K C``, ``-B L K C_k``; its response is ``(K C + sum e^{-s
+T_k} K C_k)(s - M(s))^-1 B (1 - L K D) + K D``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from flint import acb, acb_mat, acb_series, arb, fmpq_mat
+
+from lure.analysis.certificates.second.channels import Asked, diagonal
+from lure.analysis.certificates.second.numerics import ball
+from lure.analysis.certificates.second.reading import require, tick
+
+_MOST, _DOUBLINGS, _NARROWEST = 20_000, 60, 2**40
+Series = list[list[acb_series]]
+
+
+@dataclass(frozen=True, slots=True)
+class LateLoop:
+    """The closed loop: what arrives late of the state is ``(T, A_k, C_k)``."""
+
+    A: fmpq_mat
+    B: fmpq_mat
+    C: fmpq_mat
+    D: fmpq_mat
+    late: tuple[tuple[Fraction, fmpq_mat, fmpq_mat], ...]
+
+    @classmethod
+    def of(cls, asked: Asked, gains: Sequence[Fraction]) -> LateLoop:
+        """The plant with these gains.
+
+        Parameters
+        ----------
+        asked : Asked
+            The plant.
+        gains : sequence of Fraction
+            ``L``.
+        """
+        L, one = diagonal(gains), diagonal([Fraction(1)] * len(gains))
+        whole = one + asked.D * L
+        require(bool(whole.det() != 0), "the loop with the gains by which it is shifted is not well posed")
+        K = whole.inv()
+        back = asked.B * L * K
+        late = tuple((tau, -back * C, K * C) for tau, C in asked.late)
+        return cls(asked.A - back * asked.C, asked.B * (one - L * K * asked.D), K * asked.C, K * asked.D, late)
+
+    def right_roots(self) -> int:
+        r"""How many zeros with ``Re s >= 0`` ``chi(s) = det(s - M(s))`` has, none lying on the axis.
+
+        It is ``s^n g(s)``, ``g -> 1`` far out there: the angle of ``g``, which is ``-n pi/2`` at 0 where ``chi(0) >
+        0``, and ``pi`` more where not, rises to 0 less ``pi`` for each.  ``k`` counts quarters on pieces with ``Re
+        i^-k g > 0``.
+
+        Raises
+        ------
+        NotShown
+            They are not counted.
+        """
+        n, end = self.A.nrows(), Fraction(1)
+        for _ in range(_DOUBLINGS):
+            if self._turn(None, end).real > 0:
+                break
+            end *= 2
+        require(bool(self._turn(None, end).real > 0), "nothing is shown far out")
+        first = k = -n
+        stack = [(Fraction(0), end)]
+        for _ in range(_MOST):
+            tick()
+            if not stack:
+                break
+            a, b = stack.pop()
+            g = self._turn(a, b)
+            turns = [j for j in ((k, k + 1, k - 1) if a else (-n, 2 - n)) if (g * acb(0, -1) ** (j % 4)).real > 0]
+            if turns:
+                k = turns[0]
+                first = first if a else k
+                continue
+            require(b - a > end / _NARROWEST, "the loop with constant gains may have a root on the axis")
+            stack += [((a + b) / 2, b), (a, (a + b) / 2)]
+        whole = [turn for turn in range(k - 1, k + 2) if turn % 4 == 0]
+        require(not stack and len(whole) == 1, "the turns are not counted")
+        return (first - whole[0] + n) // 2
+
+    def _turn(self, a: Fraction | None, b: Fraction) -> acb:
+        """``g`` between two frequencies, from 0 on times ``omega^n``; None: from the second on."""
+        n, omega = self.A.nrows(), ball(b) if a is None else ball(a).union(ball(b))
+        any_phase = acb(arb(0, 1), arb(0, 1))
+        M = acb_mat(self.A)
+        for tau, A, _ in self.late:
+            M += acb_mat(A) * (any_phase if a is None else (acb(0, -omega) * ball(tau)).exp())
+        one = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        if a == 0:
+            return acb_mat.det(one * acb(omega) + M * acb(0, 1))
+        small = acb(0, (1 / omega).union(arb(0)) if a is None else 1 / omega)
+        return acb_mat.det(one + M * small)
+
+    def at(self, omega: arb) -> acb_mat:
+        """The transfer matrix at ``i omega``.
+
+        Parameters
+        ----------
+        omega : arb
+            The frequency [rad/s].
+        """
+        n, M, C = self.A.nrows(), acb_mat(self.A), acb_mat(self.C)
+        for tau, A, outputs in self.late:
+            wait = (acb(0, -omega) * ball(tau)).exp()
+            M, C = M + acb_mat(A) * wait, C + acb_mat(outputs) * wait
+        one = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        return C * (one * acb(0, omega) - M).solve(acb_mat(self.B)) + acb_mat(self.D)
+
+    def response(self, s: acb_series) -> Series | None:
+        """Rows of the transfer matrix as series; None if ``s - M(s)`` may be singular.
+
+        Parameters
+        ----------
+        s : acb_series
+            On the axis.
+        """
+        n, m = self.A.nrows(), self.B.ncols()
+        waits = [(s * -ball(tau)).exp() for tau, _, _ in self.late]
+
+        def total(first: fmpq_mat, others: Sequence[fmpq_mat], i: int, j: int) -> acb_series:
+            """An entry of one matrix and of those that arrive late."""
+            found = 0 * s + acb(arb(first[i, j]))
+            for wait, one in zip(waits, others, strict=True):
+                found = found + wait * acb(arb(one[i, j])) if one[i, j] != 0 else found
+            return found
+
+        inner, outer = [A for _, A, _ in self.late], [C for _, _, C in self.late]
+        rows = [
+            [
+                *((s if i == j else 0 * s) - total(self.A, inner, i, j) for j in range(n)),
+                *(0 * s + acb(arb(self.B[i, j])) for j in range(m)),
+            ]
+            for i in range(n)
+        ]
+        for k in range(n):
+            tick()
+            best = max(range(k, n), key=lambda i: float(rows[i][k][0].mid().abs_upper()))
+            rows[k], rows[best] = rows[best], rows[k]
+            if rows[k][k][0].contains(0):
+                return None
+            rows[k] = [v / rows[k][k] for v in rows[k]]
+            for i in (i for i in range(n) if i != k):
+                factor = rows[i][k]
+                rows[i] = [v - factor * w for v, w in zip(rows[i], rows[k], strict=True)]
+        states = [row[n:] for row in rows]
+        return [
+            [
+                sum((total(self.C, outer, i, k) * states[k][j] for k in range(n)), 0 * s + acb(arb(self.D[i, j])))
+                for j in range(m)
+            ]
+            for i in range(self.C.nrows())
+        ]
