@@ -479,14 +479,11 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
             need(y == 0 or free, "an operator has a real multiplier")
         same = all(row[i] == row[block[0]] for block in asked.operators for i in block if members[i].kind == "scaled")
         need(same, "the channels of an operator have different multipliers")
-    order, zeros, rest = len(H.A), 0, dict[str, str]()
-    if H.late and any(low):
+    order, zeros, rest, shifted = len(H.A), 0, dict[str, str](), H.late and any(low)
+    if shifted:
         number, rest["stable"] = pieces.right_roots(H, low)
-        need(not number, f"the loop with the gains {', '.join(map(str, low))} has roots Re s > 0")
-        stable = True
-    else:
-        stable = within(frequencies.shifted(H, low)[0], H.discrete)
-    if H.late and not stable and not any(one.varying or one.operator for one in asked.families):
+    stable = not number if shifted else within(frequencies.shifted(H, low)[0], H.discrete)
+    if H.late and not (stable or shifted or any(one.varying or one.operator for one in asked.families)):
         zeros, rest = pieces.integrators(H, members)
     need(stable or zeros > 0, "the loop at the lower bounds, and without delay, is not asymptotically stable")
     axis = pieces.axis_of(H, low, members)
