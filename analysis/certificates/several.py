@@ -432,9 +432,8 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     """The circle criterion or Popov's where delays, time-invariant operators and gains have multipliers by pieces.
 
     What :func:`over_frequencies` says of ``tau phi`` is true of ``1 + k (e^(-s tau) - 1)``, ``k`` in ``[0, 1]``, where
-    ``x >= 0``; of ``e^(-s k tau)`` for each ``x``, whose differences have a norm as operators on ``sigma_i'``.
-
-    Beside dead times the loop is shifted by gains of the class: 1 for delays, else 0 or what is next to it.
+    ``x >= 0``; of ``e^(-s k tau)`` for each ``x``, whose differences have a norm as operators on ``sigma_i'``.  Beside
+    dead times the loop is shifted by gains of the class, 1 for delays, else 0 or what is next to it.
     """
     popov, m = name == "piecewise-popov", len(H.D)
     told, *turned, listed = fields(data, "lambda", *["theta"] * popov, "pieces")
