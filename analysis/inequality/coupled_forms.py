@@ -253,7 +253,22 @@ class CoupledForms(ChannelSearch):
         whole = np.tensordot(each[0], basis, 1) / size[:order] / size[:order, None]
         theta, turned = np.zeros(m), each[spare - 1]
         theta[[i for i in range(m) if self.free[i]]] = (turned[::2] - turned[1::2]) * self.unit
-        return Solved(whole, each[1 : spare - 1], each[spare:-1][: len(self.starts)], theta)
+        forms = each[1 : spare - 1]
+        self._unturned(forms, turned, widths)
+        return Solved(whole, forms, each[spare:-1][: len(self.starts)], theta)
+
+    def _unturned(self, forms: Sequence[Reals], turned: Reals, widths: Reals) -> None:
+        """What ``theta_i`` of both signs adds to ``V'`` with bounded slopes, ``psi (w sigma - psi)``, as a form."""
+        if not self.rate:
+            return
+        for i, both in zip(
+            (i for i, free in enumerate(self.free) if free), turned.reshape(-1, 2).min(axis=1), strict=True
+        ):
+            for group, cone, x in zip(self.groups, self.cones, forms, strict=True):
+                if self.sloped[i] and i in group.channels:
+                    k, width = list(group.channels).index(i), len(group.channels)
+                    at = next(j for j, one in enumerate(cone.entries) if (one.row, one.column) == (width + k, k))
+                    x[at] += 2 * both * abs(float(self.rate)) * self.unit / widths[i]
 
     def _growing(
         self, u: NDArray[np.float64], v: NDArray[np.float64], widths: NDArray[np.float64]

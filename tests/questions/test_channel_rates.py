@@ -102,6 +102,15 @@ def test_popovs_terms_reach_what_their_weights_allow(masses, name, serves):
     assert recheck(dict(masses[name].certificate)).accepted
 
 
+# 1/(s (s + 1)) with gains in [1, 2] beside 1/(s (s + 2)) with gains in [1, 3]: sectors have 1/3 by Popov's terms, and a
+# class with slopes in these bounds is smaller, so that the same rate has to be found for it.
+def test_slopes_within_a_sector_have_no_smaller_rate():
+    asked = channel_problem(beside(friction(1), friction(2)), [Sector(1, 2), SlopeBounds(1, 3)])
+    proposal = next(weighed_searches(asked)[0].proposals(F(13, 40)))
+    draft = {"verdict": "PROVED", "system": dict(asked.system), "laws": dict(asked.class_entry), **proposal}
+    assert recheck(dict(complete_and_check({**draft, "rate": "13/40"}).certificate)).accepted
+
+
 def test_popovs_terms_without_weights_would_prove_what_is_false(masses):
     # an odd phi with slopes in [1, 29] that looks alike in all sizes decays like exp(-0.3776 t): docs/theory/rates.md
     asked = channel_problem(beside(friction(F(4, 5))), [SlopeBounds(1, 29)])
