@@ -128,7 +128,9 @@ def proved_answer(asked: Problem, answer: CriterionResult) -> CriterionResult:
         largest = Bracket(low, max(low, largest.high))
     tried = f"{largest.low:g}".replace("e+", "e")
     reason = f"{tried} is the largest k for which a certificate was tried" if limited else answer.reason
-    shown = replace(answer, largest=largest, shown=found.proved, search_limited=limited, reason=reason)
+    shown = replace(
+        answer, largest=largest, shown=found.proved, search_limited=limited or answer.search_limited, reason=reason
+    )
     return _as_certified(shown) if computed else shown
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
@@ -80,18 +80,20 @@ def homogeneous_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) 
     5.7
     """
     search, power = _Search.of(block, Fraction(lower)), HIGHEST[block.order]
-    low, high = search.largest(power), search.top
+    (low, ended), high = search.largest(power), search.top
     proved = low > search.circle
-    said = (
-        f"a form of degree {2 * power} proves every k up to {text_below(low, 15)}, linear gains are stable only below "
-        f"{text_above(high)}; {CONCLUSION}"
+    above = (
+        f"linear gains are stable only below {text_above(high)}" if high < math.inf else "all linear gains are stable"
     )
-    return _result(
+    tried = "" if ended else ", the largest that was tried"
+    said = f"a form of degree {2 * power} proves every k up to {text_below(low, 15)}{tried}, {above}; {CONCLUSION}"
+    found = _result(
         Sector(search.lower, low if proved else math.inf),
         Bracket(low, max(high, low)),
         power if proved else None,
         said if proved else f"no form of degree {2 * power} was found beyond the circle criterion",
     )
+    return replace(found, search_limited=not ended)
 
 
 def homogeneous_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:
@@ -191,15 +193,15 @@ class _Search:
         (A, b, c, d), width = self.realised, upper - self.lower
         return [A, gained(A, b, [width / (1 + width * d) * v for v in c])]
 
-    def largest(self, power: int) -> float:
-        """The largest ``k`` that is proved: from that of the circle criterion up to where linear gains end."""
+    def largest(self, power: int) -> tuple[float, bool]:
+        """The largest ``k`` that is proved, and whether a larger one was tried and is not."""
         start, low, high = float(self.lower), self.circle, self.top
         for _ in range(STEPS):
             if high < math.inf and high - low <= CLOSE * (high - start):
                 break
             k = _short(min((low + high) / 2, 2 * low - start), high - low)
             low, high = (k, high) if self.proof(Fraction(k), power) is not None else (low, k)
-        return low
+        return low, high < math.inf
 
     @cached_property
     def coordinates(self) -> list[list[int]]:

@@ -20,7 +20,7 @@ from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.powers import lifted, monomials, vanishes
 from lure.analysis.certificates.proposals import certified
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.theorems.homogeneous import homogeneous_criterion
+from lure.analysis.theorems.homogeneous import homogeneous_criterion, homogeneous_largest
 from lure.analysis.theorems.table import BEST, theorems_for
 from lure.analysis.verdict import Verdict
 from lure.errors import AssumptionError
@@ -119,6 +119,14 @@ FORGED = {
     "discrete time": made(system={**OSCILLATOR, "time": "discrete"}),
     "dead time": made(system={"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1", "1"]}),
     "P of the circle": made(P=[["1"], ["0", "1"], ["0", "0", "1"]]),
+    # x' = (1 - g) x: V = -x^4 falls, and is not positive
+    "a loop that grows": draft(
+        {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "-1"]},
+        nonlinearities("0", "1/2", time_varying=True),
+        NAME,
+        {},
+        {"method": "powers", "power": 2, "P": [["-1"]], "lower": [["0"]], "upper": [["0"]]},
+    ),
     "P with the other sign": made(P=[["-24"], ["-6", "-11"], ["-7", "-4", "-3"]]),
     "no forms that vanish": made(lower=[["0"], ["0", "0"], ["0", "0", "0"]]),
     "the forms exchanged": made(lower=QUARTIC["upper"], upper=QUARTIC["lower"]),
@@ -228,5 +236,10 @@ def test_what_is_not_covered_is_said(plant, sector, words):
 def test_it_is_asked_about_time_varying_nonlinearities_after_the_circle_criterion():
     assert [row.name for row in theorems_for(RESONANT, "sector", BEST, time_varying=True)] == ["circle", NAME]
     assert NAME not in [row.name for row in theorems_for(RESONANT, "sector", BEST)]
+    limited = homogeneous_largest(
+        RationalPlant([1, 2], [1, 1, 1])
+    )  # Re[(1 + s) H] > 0: doubled from 8.5 on, as far as it goes
+    assert limited.search_limited
+    assert "the largest that was tried, all linear gains are stable" in limited.reason
     closed = max_sector(RationalPlant([1], [1, 1]), time_varying=True)  # every k, by the circle criterion
     assert [answer.criterion for answer in closed.answers if answer.verdict is Verdict.PROVED] == ["circle"]
