@@ -92,8 +92,8 @@ def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaul
         For a plant with several channels: the class of each nonlinearity, in order, as ``Sector`` or
         ``NonlinearityClass``.  The answer is then the largest factor of all upper bounds.
     criterion : str
-        ``circle``, ``popov``, ``homogeneous-lyapunov``, ``hurwitz`` (linear gains only), or ``best``: the farthest of all
-        that apply.
+        ``circle``, ``popov``, ``homogeneous-lyapunov``, ``hurwitz`` (linear gains only), or ``best``: the farthest of
+        all that apply.
     lower : int, float, Fraction or Decimal
         Lower end of the sector; for an unstable block take one for which the linear loop is stable.
     time_varying : bool
