@@ -35,7 +35,7 @@ from lure.plants.delay import DelayPlant
 from lure.plants.family import Box, PlantFamily, Point
 from lure.plants.rational import RationalPlant
 
-MOST_BOXES, MOST_LOOKS, RANDOM = 400, 40, 4
+MOST_BOXES, MOST_LOOKS, RANDOM, MOST_LATE = 400, 40, 4, 20
 NEAR = (Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000), Fraction(1, 10**5), Fraction(1, 5 * 10**6))
 FAR = (Fraction(1, 4), Fraction(1, 2), Fraction(3, 4), Fraction(19, 20), Fraction(999, 1000))
 LARGE = (10**9, 10**6, 10**3)
@@ -393,6 +393,17 @@ def simplest(low: Fraction, high: Fraction) -> Fraction:
     return near
 
 
+def leaves(tree: Tree) -> int:
+    """How many boxes are cut no further.
+
+    Parameters
+    ----------
+    tree : Leaf or Cut
+        The boxes.
+    """
+    return 1 if isinstance(tree, Leaf) else leaves(tree.below) + leaves(tree.above)
+
+
 def written(tree: Tree) -> dict[str, Any]:
     """The boxes as they stand in a certificate.
 
@@ -492,6 +503,8 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
         for share in NEAR:
             if not any(tries(_below(lower, before, share)) for before in _tops(lambda: top)):
                 break
+            if family.delay and leaves(kept[-1][1]) > MOST_LATE:
+                break  # each takes the checker half a second
         _ = kept or any(tries(_below(lower, top, share)) for share in FAR)
     if not kept:
         raise AssumptionError(reason or "nothing is proved for all parameters")
