@@ -194,6 +194,7 @@ def solvable(direct: Fraction, family: Family, slopes: list[Fraction]) -> dict[s
         return {}
     need(keeps(direct, family, slopes), "1 + slope H(inf) changes its sign over the slopes of the nonlinearity")
     shown = keeps(direct, family, family.slope)
+    need(shown or 1 + family.sector[0] * direct > 0, "sigma + H(inf) phi(sigma) does not increase for phi = l sigma")
     return {"solvable": "1 + slope H(inf) keeps its sign over the class" if shown else SOLVABLE}
 
 

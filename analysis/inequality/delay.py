@@ -292,6 +292,12 @@ class Delayed:
         """
         with working_precision(BITS):
             response = DelayResponse.of(block)
+            if response.critical and not sum(top[-1] for _, top in block.terms):
+                raise AssumptionError(
+                    f"the block {block} has a mode at s = 0 that cancels: no feedback moves it; leave it out if the "
+                    "system does not have it",
+                    code=Reason.HIDDEN_MODE,
+                )
             if response.critical and not response.residue > 0:
                 raise AssumptionError(
                     f"the block {block} has the residue {float(response.residue):.6g} at its pole 0: not positive, so "

@@ -241,6 +241,8 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
         reason = f"{composed} proves it for {about} {assumed}, which the class does not promise; slope bounds would"
         return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
     says, attracts = meaning(shown, asked.subject), shown.certificate["conclusion"].startswith("0 attracts")
+    if _above_the_critical_gain(shown):
+        says, attracts = says.partition(" converges")[0] + " converges to 0", True
     whole = f"{about} {assumed}" if assumed else about
     plants = plants_words(shown.certificate["system"])
     head = f"{says} for every {whole}{plants and ' and' + plants.removeprefix(' for')}"
@@ -424,6 +426,27 @@ def _takes_a_value_twice(nonlinearity: Nonlinearity, shown: Proved) -> bool:
     return isinstance(nonlinearity, ExpressionNonlinearity) and both_signs(nonlinearity_bounds(nonlinearity, on=_NEAR))
 
 
+def _critical_gain(shown: Proved) -> Fraction:
+    """The gain ``l`` by which a proof about one nonlinearity has shifted the loop."""
+    from lure.analysis.certificates.checker import SLOPED
+
+    laws, mirrored = shown.certificate["laws"], shown.certificate["multiplier"] == {"mirrored": True}
+    return Fraction(laws["slope"][0] if shown.theorem in SLOPED else laws["sector"][mirrored])
+
+
+def _above_the_critical_gain(shown: Proved) -> bool:
+    """Whether all solutions converge to equilibria, ``phi(sigma) = l sigma``, and the sector begins above ``l``.
+
+    The slopes begin at ``l`` then, and 0 is the only equilibrium of every loop of the class.
+    """
+    from lure.analysis.certificates.checker import CONVERGES, SLOPED
+
+    laws = shown.certificate["laws"]
+    if shown.certificate["conclusion"] != CONVERGES or shown.theorem not in SLOPED or "channels" in laws:
+        return False
+    return bool(classes(laws).sector[0] > classes(laws).slope[0])
+
+
 def _rests_at_zero_only(given: Sequence[Nonlinearity], shown: Proved) -> bool:
     """Whether 0 is the only equilibrium of a loop whose solutions converge to the set of equilibria.
 
@@ -444,6 +467,6 @@ def _rests_at_zero_only(given: Sequence[Nonlinearity], shown: Proved) -> bool:
     if kind == "multivariable":
         gains = [max(Fraction(end[0]) for end in (one["sector"], one["slope"]) if end) for one in laws["channels"]]
     else:
-        gains = [Fraction(laws["sector"][1 if certificate["multiplier"] == {"mirrored": True} else 0])]
+        gains = [_critical_gain(shown)]
     moved = [shifted_nonlinearity(one, gain) if gain else one for one, gain in zip(given, gains, strict=True)]
     return all(zeros is not None and zeros.only_zero for zeros in map(zero_set, moved))

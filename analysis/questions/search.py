@@ -358,7 +358,7 @@ def _one_class(found: Attempts, bounds: Bounds | None, numbers: Numbers) -> Iter
     if bounds is not None:
         known = _known_of_channels if asked.several else _known
         yield Step(stage, "what was accepted for the largest classes", found, partial(known, found, bounds))
-        if asked.several or not asked.endless_below:
+        if asked.several or not (asked.endless_below or asked.apart):
             return
     for name, propose in _of_channels(asked, ()) if asked.several else _own(asked, numbers):
         if found.closed:

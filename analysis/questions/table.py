@@ -560,7 +560,7 @@ def _not_shown(rows: list[StabilityBound], found: Conclusion) -> tuple[str, ...]
     notes = ["a rate of decay, a bound on the size of the solution, anything about external inputs"]
     if found.shown is None or found.shown.certificate["laws"].get("regularity") is None:
         notes.insert(0, "anything about nonlinearities that are not locally Lipschitz")
-    if any(row.critical for row in rows):
+    if any(row.critical for row in rows) and (found.nonlinearity or not found.attracts):
         of = f" with another phi than {found.nonlinearity}" if found.attracts and found.nonlinearity else ""
         notes.insert(
             0,

@@ -144,6 +144,8 @@ TWO = SlopeBounds(0, 2)
         (lambda: raised(popov_criterion, RationalPlant([1], [1, 0.5], 1), Sector(0, 1)), codes.NOT_APPLICABLE),
         (lambda: raised(delayed, "exp(-s)*s/(s+1)"), codes.DEAD_TIME),
         (lambda: raised(delayed, "exp(-s)/(s-1)"), codes.DEAD_TIME),
+        (lambda: raised(delayed, "-exp(-s)/(s*(s+1))"), codes.RESIDUE),
+        (lambda: raised(delayed, "(1-exp(-s))/(s*(s+1))"), codes.HIDDEN_MODE),
         (lambda: raised(declared), codes.OUTSIDE_CLASS),
         (lambda: raised(sampled), codes.SAMPLED),
     ],

@@ -31,7 +31,7 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.systems import class_entry, nonlinearity_class_of
 from lure.analysis.questions import advice, analyse, answers, max_sector, max_slope, search, table
-from lure.analysis.questions.certify import certify
+from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.table import analysis_dict, class_dict, table_row
@@ -292,6 +292,26 @@ def test_the_zeros_that_count_are_those_of_the_shifted_loop():
     found = about(block, sector(-1, 1), ExpressionNonlinearity("max(-sigma, min(sigma, 1))", sector=Sector(-1, 1)))
     assert found.verdict is Verdict.PROVED
     assert not found.conclusion.attracts  # phi = -sigma for all sigma < 0
+
+
+def test_with_a_sector_above_the_critical_gain_0_is_the_only_equilibrium():
+    # slopes from 0, where the pole is, but phi(sigma) = 0 at 0 alone for a sector from 1/2
+    slopes, rows = SlopeBounds(0, 2), [SimpleNamespace(critical=True)]
+    for low, only in ((Fraction(1, 2), True), (Fraction(0), False)):
+        asked = NonlinearityClass(sector=Sector(low, 2), slope=slopes)
+        found = certify(THIRD, asked, ways=ProofOptions(criterion="park")).conclusion
+        says = "converges to 0 for every phi" if only else "converges to the set of equilibria for every phi"
+        assert found.sentence.startswith(f"Every solution {says} with slope in [0, 2]")
+        assert found.attracts is only
+        assert table._not_shown(rows, found)[0].startswith("that 0 attracts") is not only
+
+
+def test_a_class_whose_slopes_are_not_its_sector_is_proved_by_the_analysis_as_by_itself():
+    # 1/(z^2 - z): Jury and Lee's criterion needs no lower bound of the slope, and reaches the linear limit 1
+    block = RationalPlant([1], [1, -1, 0], dt=1)
+    steep = NonlinearityClass(sector=Sector(0, Fraction("0.9")), slope=SlopeBounds(-5, Fraction("0.9")))
+    assert certify(block, steep).verdict is Verdict.PROVED
+    assert analyse(Problem.about(block, steep)).conclusion.shown.theorem == "jury-lee"
 
 
 def test_what_is_only_declared_is_said_to_be_so():

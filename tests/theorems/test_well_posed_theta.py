@@ -5,6 +5,7 @@ from fractions import Fraction
 import pytest
 
 from lure.analysis.certificates import checker
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.theorems.kernels import Multiplier, check
 from lure.analysis.theorems.park import park_criterion, park_largest
@@ -53,3 +54,13 @@ def test_the_checker_refuses_the_class_that_holds_it(theorem):
     claim = CLAIM | {"theorem": theorem, "multiplier": THEOREMS[theorem]}
     with pytest.raises(checker.Rejected, match="vanishes for a gain"):
         checker.check(claim, draft=True)
+
+
+def test_an_assumption_that_no_member_meets_proves_nothing():
+    # H(inf) = 130/69, so that sigma + H(inf) phi falls for phi = -1.3 sigma; and theta < 0 needs it to increase
+    block = {"kind": "transfer", "time": "continuous", "numerator": ["-13/10", "-2/5", "37/20"]}
+    block["denominator"] = ["-69/100", "1503/1000", "15123/400"]
+    laws = CLAIM["laws"] | {"sector": ["-13/10", "-1299/1000"], "slope": ["-13/10", "inf"]}
+    draft = {"verdict": "PROVED", "system": block, "laws": laws, "theorem": "popov", "multiplier": {"theta": "-11/5"}}
+    with pytest.raises(checker.Rejected, match="does not increase"):
+        complete_and_check(draft | {"proof": {"method": "polynomial"}})
