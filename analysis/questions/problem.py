@@ -236,12 +236,6 @@ class Problem:
         return -math.inf in (self.nonlinearity_class.sector.lower, 0 if slope is None else slope.lower)
 
     @property
-    def apart(self) -> bool:
-        """Whether the slope bounds are not those of the sector, as they are of the largest classes."""
-        slope, sector = self.nonlinearity_class.slope, self.nonlinearity_class.sector
-        return slope is not None and (slope.lower, slope.upper) != (sector.lower, sector.upper)
-
-    @property
     def odd(self) -> bool:
         """Whether the class assumes ``phi(-sigma) = -phi(sigma)``, with several channels of all."""
         return all(one.odd for one in self.classes.classes)

@@ -44,6 +44,7 @@ from lure.analysis.questions.proofs import (
 )
 from lure.analysis.theorems.table import BEST, LAST, Theorem, theorems_for
 from lure.analysis.verdict import Bracket, Verdict, Witness
+from lure.classes import NonlinearityClass
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
@@ -358,12 +359,18 @@ def _one_class(found: Attempts, bounds: Bounds | None, numbers: Numbers) -> Iter
     if bounds is not None:
         known = _known_of_channels if asked.several else _known
         yield Step(stage, "what was accepted for the largest classes", found, partial(known, found, bounds))
-        if asked.several or not (asked.endless_below or asked.apart):
+        if asked.several or not (asked.endless_below or _apart(asked.nonlinearity_class)):
             return
     for name, propose in _of_channels(asked, ()) if asked.several else _own(asked, numbers):
         if found.closed:
             return
         yield Step(stage, name, found, partial(_try, found, name, propose))
+
+
+def _apart(asked: NonlinearityClass) -> bool:
+    """Whether the slope bounds are not those of the sector, as they are of the largest classes."""
+    ends = [(bounds.lower, bounds.upper) for bounds in (asked.sector, asked.slope) if bounds is not None]
+    return ends[0] != ends[-1]
 
 
 def _known_of_channels(found: Attempts, bounds: Bounds) -> None:
