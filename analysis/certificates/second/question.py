@@ -148,6 +148,7 @@ def require_written(asked: Question, own: fmpq_poly, block: Shifted, factors: tu
     require(found["variable"] == variable, f"the variable is not {variable}")
     coefficients, limits = [whole(c) for c in listed(found["coefficients"])], numbers(found["limits"])
     first, last = (int(coefficients[i]) if coefficients else 0 for i in (0, -1))
+    require(len(limits) == 2, "there are not two limits")
     scale = limits[0] / first if first else Fraction(1)
     require(scale > 0 and limits == [scale * first, scale * last], "the limits are not those of the coefficients")
     positive = list(factors)
