@@ -15,9 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
     from matplotlib.collections import LineCollection
+    from matplotlib.colors import Normalize
 
 LOOKS = (("PROVED", BLUE, "o"), ("INCONCLUSIVE", "#c8c8c8", "s"), ("REFUTED", VERMILLION, "x"))
 _CRITERIA = (BLUE, VERMILLION, GREEN, PURPLE, GREY, "#e69f00", "#56b4e9", "#111111")
+_MANY = 200  # from so many values on colours leave the largest hundredth out
 FILLED = 2000  # from so many points on a map has cells in place of marks
 _FEW = 400  # up to so many points have large marks
 _ENDLESS = "#c8c8c8"
@@ -168,7 +170,7 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
             lines = axes.contour(
                 *(_numbers(plane.data[each].values) for each in plane.along),
                 shown,
-                levels=_levels(values[np.isfinite(values)], log=scale == "log"),
+                levels=_levels(scale),
                 colors=_fixed("#ffffff"),
                 linewidths=0.8,
             )
@@ -228,7 +230,8 @@ def _colour_bar(axes: Axes, drawn: ScalarMappable, label: str) -> None:
     """Beside the axes, with room for its label where they are the figure's only ones."""
     if len(axes.figure.axes) == 1 and axes.figure.get_layout_engine() is None:
         axes.figure.set_layout_engine("constrained")  # type: ignore[union-attr]
-    axes.figure.colorbar(drawn, ax=axes, label=label)
+    values: np.ndarray[Any, Any] = np.ma.asarray(drawn.get_array()).compressed()
+    axes.figure.colorbar(drawn, ax=axes, label=label, extend="max" if (values > drawn.norm.vmax).any() else "neither")
 
 
 def _legend(axes: Axes) -> None:
@@ -324,16 +327,24 @@ def _is_log(values: np.ndarray[Any, Any]) -> bool:
     return len(positive) == len(values) > 0 and bool(positive.max() > 50 * positive.min())
 
 
-def _scale(values: np.ndarray[Any, Any]) -> str:
-    return "log" if _is_log(values) else "linear"
+def _scale(values: np.ndarray[Any, Any]) -> Normalize:
+    """Of the colours: up to what all but a hundredth of the values reach, where the largest are ten times that."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    if not values.size:
+        return Normalize()
+    low, most, high = (float(end) for end in np.quantile(values, [0.0, 0.99, 1.0], method="lower"))
+    top = most if values.size >= _MANY and max(low, 0.0) < most < high / 10 else high
+    return LogNorm(low, top) if _is_log(values[values <= top]) else Normalize(low, top)
 
 
-def _levels(values: np.ndarray[Any, Any], *, log: bool) -> list[float]:
-    """Round numbers between the least and the largest."""
+def _levels(scale: Normalize) -> list[float]:
+    """Round numbers between the ends of a scale that has them."""
+    from matplotlib.colors import LogNorm
     from matplotlib.ticker import LogLocator, MaxNLocator
 
-    low, high = float(values.min()), float(values.max())
-    ticks = LogLocator(numticks=_LEVELS) if log else MaxNLocator(_LEVELS)
+    low, high = scale.vmin or 0.0, scale.vmax or 0.0
+    ticks = LogLocator(numticks=_LEVELS) if isinstance(scale, LogNorm) else MaxNLocator(_LEVELS)
     return [float(each) for each in ticks.tick_values(low, high) if low < each < high] or [(low + high) / 2]
 
 
