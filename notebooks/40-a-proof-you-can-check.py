@@ -100,12 +100,8 @@ SECTOR = {
     "time_varying": False,
     "linear": False,
 }
-PLANT = {
-    "kind": "transfer",
-    "time": "continuous",
-    "numerator": ["1"],
-    "denominator": ["1", "3", "2", "0"],
-}
+PLANT = {"kind": "transfer", "time": "continuous", "numerator": ["1"]}
+PLANT |= {"denominator": ["1", "3", "2", "0"]}
 POPOV = {
     "verdict": "PROVED",
     "system": PLANT,
