@@ -389,7 +389,7 @@ def check_target(path: Path, *, force: bool) -> None:
     if path.is_dir():
         raise refused(f"{label} is a directory; give the name of a file, such as {str(path / 'certificate.json')!r}")
     if os.path.lexists(path) and not force:
-        raise refused(f"{label} exists; give another name with -o, or --force to replace it")
+        raise refused(f"{label} exists; give another name, or --force to replace it")
     if not path.parent.is_dir():
         raise refused(f"{str(path.parent)!r} is no directory; give a file in one that exists")
 

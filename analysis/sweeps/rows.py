@@ -70,6 +70,11 @@ _USED = {
     "rate": "verdict evidence low high criterion code error seconds",
     "region": "verdict evidence low high criterion code error seconds",
 }
+_MEASURES = {
+    "gain": ("1", "the L2 gain"),
+    "rate": ("1/s or 1", "the rate, 1/s in continuous time and a factor per sample in discrete time"),
+    "region": ("1", "the size of the region"),
+}
 _MOMENT = 0.01  # [s]
 APART = ("seconds",)  # what differs between two runs of the same study
 
@@ -83,8 +88,16 @@ def variables(ask: tuple[str, ...]) -> dict[str, Variable]:
         The questions.
     """
     used = {name for question in ask for name in _USED[question].split()}
-    rod = {"largest_low", "largest_high", "refuted_at"} if "rod" in ask else set()
-    return {name: one._replace(unit="Pa/m") if name in rod else one for name, one in VARIABLES.items() if name in used}
+    found = {name: one for name, one in VARIABLES.items() if name in used}
+    if "rod" in ask:
+        found |= {name: found[name]._replace(unit="Pa/m") for name in ("largest_low", "largest_high", "refuted_at")}
+    if len(ask) == 1 and ask[0] in _MEASURES:
+        unit, measure = _MEASURES[ask[0]]
+        found |= {
+            end: Variable("number", unit, f"{name} end of {measure}")
+            for end, name in (("low", "lower"), ("high", "upper"))
+        }
+    return found
 
 
 @dataclass(frozen=True, slots=True)

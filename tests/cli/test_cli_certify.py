@@ -42,7 +42,7 @@ SCHEMA = jsonschema.Draft202012Validator(
         (("--num", "1 0 0", "--den", "1 3", *SECTOR), "improper"),
         ((*THIRD, *SECTOR, "-o", "."), "'.' is a directory; give the name of a file"),
         ((*THIRD, *SECTOR, "-o", "no/cert.json"), "'no' is no directory"),
-        ((*THIRD, *SECTOR, "-o", "there.json"), "'there.json' exists; give another name with -o, or --force"),
+        ((*THIRD, *SECTOR, "-o", "there.json"), "'there.json' exists; give another name, or --force"),
     ],
 )
 def test_bad_questions_are_one_sentence_and_nothing_is_written(lure, tmp_path, arguments, sentence):
