@@ -188,7 +188,8 @@ def known(phi: Any, family: Family) -> tuple[str, list[Fraction]]:
 def solvable(direct: Fraction, family: Family, slopes: list[Fraction]) -> dict[str, str]:
     """Whether ``y = sigma + H(inf) phi(sigma)`` determines ``sigma``, ``slopes`` being those of a given nonlinearity.
 
-    ``1 + s H(inf)`` must have the sign it has at the lower bound of the sector for every slope ``s``.
+    ``1 + s H(inf)`` must have the sign it has at the lower bound of the sector for every slope ``s``; where that is
+    assumed of the class, the sign is plus, as the assumption says.
     """
     if not direct:
         return {}

@@ -233,7 +233,6 @@ def test_a_search_that_fails_proves_nothing(monkeypatch):
         (lambda: max_sector(FETZER, [ONE] * 4, lower=1), "lower is given beside classes"),
         (lambda: max_slope(FETZER, [UNIT] * 4, odd=True), "odd is given beside classes"),
         (lambda: max_sector(FETZER, [Sector(-2, -1)] * 4), "upper bound is not positive"),
-        (lambda: max_sector("exp(-s)/(s+1)", [ONE]), "this is a DelayPlant"),
     ],
 )
 def test_bad_input_is_one_sentence(ask, said):
@@ -271,8 +270,7 @@ def test_a_rectifier_around_one_channel():
     assert found.verdict is Verdict.PROVED
     assert str(found).startswith("PROVED")
     assert certify(plant, Sector(0, 2)).verdict is Verdict.REFUTED
-    with pytest.raises(InputError, match="need a rational plant with exact entries"):
-        certify("exp(-s)/(s+1)", relu)
+    assert certify("exp(-s)/(s+1)", relu).verdict is Verdict.PROVED  # gains are stable below 2.2618
     # the certificate speaks of no slope class, nor that of a slope class of more than its bounds
     about = found.shown.certificate["laws"]
     slopes = certify(plant, [SlopeBounds(0, 1)]).shown.certificate["laws"]
