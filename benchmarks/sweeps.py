@@ -21,7 +21,7 @@ from lure.analysis.sweeps.reading import study_of
 from lure.analysis.sweeps.rows import answered
 from lure.analysis.sweeps.run import opened
 
-SHARE, QUICKER, POINTS, RUNS = 1.05, 1.4, 40_000, 2
+SHARE, QUICKER, POINTS, RUNS = 1.05, 1.4, 20_000, 2
 TABLES = {
     "system": "paper-rod",
     "ask": "rod",
