@@ -65,6 +65,7 @@ class Store:
         self.path, self.study = path, study
         self.variables = variables(study.ask)
         self.removed = 0  # what runs that were killed had left half made
+        self._arrays: dict[str, Any] = {}  # by variable, open for the chunks that this process writes
 
     @property
     def dimensions(self) -> tuple[str, ...]:
@@ -125,17 +126,17 @@ class Store:
         group = zarr.create_group(path, attributes=self._attributes())
         for name, one in self.variables.items():
             text = one.kind == "text"
-            array = group.create_array(
+            drawn = {"coordinates": " ".join(study.keys)} if study.draw is not None else {}
+            group.create_array(
                 name,
                 shape=(*study.shape, *questions),
                 chunks=(*chunk, *questions),
                 dtype=str if text else "float64",
                 fill_value="" if text else np.nan,
                 dimension_names=self.dimensions,
+                attributes={"long_name": one.text, "units": one.unit, **drawn},
                 config={"write_empty_chunks": True},
             )
-            drawn = {"coordinates": " ".join(study.keys)} if study.draw is not None else {}
-            array.attrs.update({"long_name": one.text, "units": one.unit, **drawn})
         for name, along, values in self._coordinates():
             array = group.create_array(
                 name, shape=values.shape, dtype=values.dtype, dimension_names=along, chunks=values.shape
@@ -231,13 +232,17 @@ class Store:
         region = self.study.region(number)
         shape = tuple(part.stop - part.start for part in region)
         several = len(self.study.ask) > 1
+        rows = [row for point in points for row in point]
         with _quiet():
-            group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
+            arrays, self._arrays = self._arrays, {}  # opened anew after a chunk that could not be written
+            if not arrays:
+                group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
+                arrays = {name: _array(group, name) for name in self.variables}
             for name, one in self.variables.items():
                 empty = "" if one.kind == "text" else np.nan
-                cells = [row.get(name, empty) for point in points for row in point]
-                values = np.array(cells, dtype=str if one.kind == "text" else float)
-                _array(group, name)[region] = values.reshape(*shape, *([len(self.study.ask)] if several else []))
+                values = np.array([row.get(name, empty) for row in rows], dtype=str if one.kind == "text" else float)
+                arrays[name][region] = values.reshape(*shape, *([len(self.study.ask)] if several else []))
+            self._arrays = arrays
         if certificates:
             folder = self.path / _CERTIFICATES
             folder.mkdir(exist_ok=True)
@@ -245,7 +250,6 @@ class Store:
             with gzip.open(aside, "wt", encoding="ascii") as file:
                 file.writelines(json.dumps(one) + "\n" for one in certificates)
             aside.replace(folder / f"{number}.jsonl.gz")
-        rows = [row for point in points for row in point]
         error = next((row["error"] for row in rows if row.get("error")), "")
         aside = self.path / _DONE / f".{number}.{secrets.token_hex(4)}"
         aside.write_text(_marker(Counter(row["verdict"] or FAILED for row in rows), error), encoding="utf-8")

@@ -226,8 +226,13 @@ class Study:
         number : int
             Of the chunk.
         """
-        ranges = (range(part.start, part.stop) for part in self.region(number))
-        return (self.settings(place) for place in itertools.product(*ranges))
+        region = self.region(number)
+        if self.draw is not None:
+            return (self.settings((i,)) for i in range(region[0].start, region[0].stop))
+        each = (
+            [f"{axis.key}={value}" for value in axis.values[part]] for axis, part in zip(self.axes, region, strict=True)
+        )
+        return (list(settings) for settings in itertools.product(*each))
 
     def settings(self, place: Sequence[int]) -> list[str]:
         """What a point changes, as for ``--set``.
