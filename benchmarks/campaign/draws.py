@@ -12,6 +12,7 @@ from campaign.exact import Poly, Rational, furthest, times
 from lure import NonlinearityClass, Sector, SlopeBounds
 
 PLANTS = ("continuous", "discrete", "critical", "unstable", "scaled", "cancelling", "dead time")
+SMALL = tuple(f"small {kind}" for kind in PLANTS if kind != "dead time")  # of one or two factors
 INF = math.inf
 
 
@@ -58,11 +59,11 @@ def zero_factor(rng: np.random.Generator, *, discrete: bool) -> Poly:
     return [v * 2**i for i, v in enumerate(factor)] if discrete and rng.random() < 0.3 else factor
 
 
-def rational(rng: np.random.Generator, kind: str) -> Rational:
-    """A plant of a kind."""
+def rational(rng: np.random.Generator, kind: str, *, factors: int = 3) -> Rational:
+    """A plant of a kind, with a denominator of at most so many factors beside those of the kind."""
     discrete = kind == "discrete" or (kind not in ("continuous", "dead time") and rng.random() < 0.4)
     origin = [Fraction(1), Fraction(-1 if discrete else 0)]
-    d = times(*(stable_factor(rng, discrete=discrete) for _ in range(int(rng.integers(1, 4)))))
+    d = times(*(stable_factor(rng, discrete=discrete) for _ in range(int(rng.integers(1, factors + 1)))))
     if kind == "critical":
         d = times(d, origin)
     if kind == "unstable":
@@ -142,5 +143,6 @@ def class_about(rng: np.random.Generator, plant: Rational) -> NonlinearityClass:
 
 def drawn(rng: np.random.Generator, kind: str) -> Drawn:
     """A loop of a kind."""
-    plant = rational(rng, kind)
+    small = kind in SMALL
+    plant = rational(rng, kind.removeprefix("small "), factors=2 if small else 3)
     return Drawn(plant, class_about(rng, plant))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from campaign.draws import PLANTS
+from campaign.draws import PLANTS, SMALL
 from campaign.known_nonlinearities import box, formulas, regions
 from campaign.several import gain, memory, rate, several
 from campaign.single import single
@@ -32,6 +32,7 @@ KINDS = {name: Kind(single, 0.15 if name == "dead time" else 1.0) for name in PL
     "formulas": Kind(formulas, 0.1),
     "regions": Kind(regions, 0.02),
 }
+KINDS |= {name: Kind(single, 80.0) for name in SMALL}  # last, as the random numbers of a kind follow from its place
 
 
 def attack(kind: str, rng: np.random.Generator) -> tuple[Counter[str], list[str], object]:

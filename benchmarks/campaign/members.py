@@ -248,8 +248,8 @@ def functions(case: Drawn, conclusion: str, rng: np.random.Generator) -> str:
     return f"a function with corners: a ratio of {found:.8g}" if found > STAYS else ""
 
 
-def orbits(case: Drawn, conclusion: str, rng: np.random.Generator) -> str:
-    """Periodic solutions in discrete time: ``u`` of short periods, changed until a member passes through all points.
+def orbit_room(case: Drawn, conclusion: str, period: int) -> Callable[[Reals], Reals] | None:
+    """How far periodic solutions with ``u`` are from a member's, below 0 where none passes through their points.
 
     With ``sigma = H u`` over the period a member with ``u = -phi(sigma)`` exists if and only if for its points, the
     point 0 and, of a class of slopes, all differences ``(delta phi - low delta sigma)(high delta sigma - delta phi) >=
@@ -257,13 +257,12 @@ def orbits(case: Drawn, conclusion: str, rng: np.random.Generator) -> str:
     """
     plant, one = case.plant, case.one
     if not plant.discrete or one.linear or "is bounded" in conclusion:
-        return ""
-    period = int(rng.integers(2, 8))
+        return None
     points = np.exp(2j * np.pi * np.arange(period) / period)
     n, d = (np.polyval(np.array([float(v) for v in side]), points) for side in (plant.n, plant.d))
     rests = abs(d[0]) < 1e-9 * np.abs(d).max() or any(words in conclusion for words in AT_ZERO)
     if np.abs(d[1:]).min() < 1e-9 * np.abs(d).max():
-        return ""
+        return None
     response = np.where([rests] + [False] * (period - 1), 0, n / np.where(d == 0, 1, d))
     bounds = [(one.sector, False)] + ([(one.slope, True)] if one.slope is not None else [])
     size = float(np.abs(response).max()) or 1.0
@@ -286,9 +285,18 @@ def orbits(case: Drawn, conclusion: str, rng: np.random.Generator) -> str:
                 found = np.minimum(found, ((y - low * x) * (high * x - y) / whole).min(axis=1))
         return np.asarray(found)
 
+    return room
+
+
+def orbits(case: Drawn, conclusion: str, rng: np.random.Generator) -> str:
+    """Periodic solutions in discrete time: ``u`` of short periods, changed until a member passes through all points."""
+    period = int(rng.integers(2, 8))
+    room = orbit_room(case, conclusion, period)
+    if room is None:
+        return ""
     levels = rng.normal(size=(8 * LANES, 4)) * (rng.random((8 * LANES, 4)) < 0.8) + 1e-9
     pattern = np.array([rng.integers(0, rng.integers(2, 5), period) for _ in range(8 * LANES)])
-    signs = rng.choice([-1, 1], pattern.shape) if one.odd else np.ones(pattern.shape)
+    signs = rng.choice([-1, 1], pattern.shape) if case.one.odd else np.ones(pattern.shape)
 
     def of(levels: Reals) -> Reals:
         return np.asarray(signs * np.take_along_axis(levels, pattern, axis=1))

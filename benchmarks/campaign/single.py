@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from campaign import members
+from campaign import members, quick
 from campaign.draws import Drawn, drawn
 from campaign.forms import FORMS, LATE, Brought, brought, plain
 from campaign.replay import replayed
@@ -24,7 +24,22 @@ from lure.analysis.verdict import Verdict
 
 Counts = Counter[str]
 Found = tuple[Counts, list[str]]
-SECONDS = 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shares:
+    """How long a search may take, and which shares of the loops are treated in the dear ways."""
+
+    seconds: float
+    deep: float
+    brackets: float
+    forms: float = 1.0
+    checkers: float = 1.0
+    quick: bool = False
+
+
+WHOLE, LATE_ONES = Shares(seconds=2.0, deep=0.15, brackets=0.4), Shares(seconds=2.0, deep=0.6, brackets=0.4)
+SMALL_ONES = Shares(seconds=0.02, deep=0.01, brackets=0.01, forms=0.05, checkers=0.1, quick=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +47,7 @@ class Depth:
     """Whether the dear attacks are made too, and whether the class is as large as could be proved."""
 
     deep: bool
+    shares: Shares = WHOLE
     end: bool = False
 
 
@@ -53,10 +69,12 @@ def proved(case: Drawn, conclusion: str, rng: np.random.Generator, counts: Count
     if case.plant.delay:
         attacks += [members.late] if depth.deep else []
     elif one.time_varying and not one.linear:
-        attacks.append(members.jumping)
+        attacks.append(members.jumping if depth.deep or not depth.shares.quick else quick.words)
     elif not one.linear and depth.deep:
         attacks.append(members.functions)
-    if case.plant.discrete and not one.linear and (depth.deep or rng.random() < 0.4):
+    if case.plant.discrete and not one.linear and depth.shares.quick:
+        attacks.append(quick.integer_orbits)
+    if case.plant.discrete and not one.linear and (depth.deep or (not depth.shares.quick and rng.random() < 0.4)):
         attacks.append(members.orbits)
     found = []
     for attack in attacks:
@@ -79,29 +97,35 @@ def single(kind: str, rng: np.random.Generator) -> tuple[Counts, list[str], obje
     """Draw a loop of the kind, ask, attack."""
     case = drawn(rng, kind)
     counts: Counts = Counter()
-    deep = bool(rng.random() < (0.6 if case.plant.delay else 0.15))
-    if case.one.linear or rng.random() < 0.6 or case.one.odd:
-        faults = asked_class(case, rng, counts, deep=deep)
+    shares = SMALL_ONES if kind.startswith("small ") else LATE_ONES if case.plant.delay else WHOLE
+    depth = Depth(deep=bool(rng.random() < shares.deep), shares=shares)
+    if case.one.linear or rng.random() < 1 - shares.brackets or case.one.odd:
+        faults = asked_class(case, rng, counts, depth)
     else:
-        faults = asked_bracket(case, rng, counts, deep=deep)
+        faults = asked_bracket(case, rng, counts, depth)
     return counts, faults, case
 
 
 def one_class(
-    case: Drawn, source: object, rng: np.random.Generator, counts: Counts, *, deep: bool
+    case: Drawn, source: object, rng: np.random.Generator, counts: Counts, depth: Depth
 ) -> tuple[str, list[str]]:
     """The verdict on the class, and what contradicts it."""
-    found = certify(source, case.one, ways=ProofOptions(seconds=SECONDS))
+    found = certify(source, case.one, ways=ProofOptions(seconds=depth.shares.seconds))
     verdict = str(found.verdict)
     counts[verdict] += 1
     faults: list[str] = []
     if found.certificate is None:
         return verdict, faults if verdict == "INCONCLUSIVE" else [f"{verdict} without a certificate"]
-    counts["certificates"] += 1
-    if said := checked(found.certificate):
-        faults.append(said)
+    if drawn_for(depth.shares.checkers, rng):
+        counts["certificates"] += 1
+        if said := checked(found.certificate):
+            faults.append(said)
     if found.verdict is Verdict.PROVED:
-        faults += proved(case, str(found.certificate["conclusion"]), rng, counts, depth=Depth(deep=deep))
+        faults += proved(case, str(found.certificate["conclusion"]), rng, counts, depth=depth)
+        if depth.shares.quick:
+            counts["attack: inequality"] += 1
+            said = quick.inequality(case, found.certificate)
+            faults += [f"PROVED against {said}"] if said else []
     else:
         counts["replayed"] += 1
         said = replayed(case, found.certificate["proof"])
@@ -110,13 +134,20 @@ def one_class(
     return verdict, faults
 
 
-def asked_class(case: Drawn, rng: np.random.Generator, counts: Counts, *, deep: bool) -> list[str]:
+def drawn_for(share: float, rng: np.random.Generator) -> bool:
+    """Whether this loop is one of a share."""
+    return share == 1 or bool(rng.random() < share)
+
+
+def asked_class(case: Drawn, rng: np.random.Generator, counts: Counts, depth: Depth) -> list[str]:
     """One class, in two forms."""
     try:
-        first, faults = one_class(case, plain(case.plant), rng, counts, deep=deep)
+        first, faults = one_class(case, plain(case.plant), rng, counts, depth)
+        if not drawn_for(depth.shares.forms, rng):
+            return faults
         other = second_form(case, rng)
         counts[f"form: {other.name}"] += 1
-        second, more = one_class(other.case, other.source, rng, counts, deep=False)
+        second, more = one_class(other.case, other.source, rng, counts, replace(depth, deep=False))
     except (InputError, AssumptionError) as error:
         counts[f"refused: {type(error).__name__}"] += 1
         return []
@@ -133,14 +164,14 @@ def second_form(case: Drawn, rng: np.random.Generator) -> Brought:
 
 
 def one_bracket(
-    case: Drawn, source: object, rng: np.random.Generator, counts: Counts, *, deep: bool
+    case: Drawn, source: object, rng: np.random.Generator, counts: Counts, depth: Depth
 ) -> tuple[float, float, list[str]]:
     """The largest upper end proved, the least refuted, and what contradicts them."""
     one, lower = case.one, Fraction(case.one.sector.lower)
     if one.slope is not None:
-        found = max_slope(source, lower=lower, seconds=SECONDS)
+        found = max_slope(source, lower=lower, seconds=depth.shares.seconds)
     else:
-        found = max_sector(source, lower=lower, time_varying=one.time_varying, seconds=SECONDS)
+        found = max_sector(source, lower=lower, time_varying=one.time_varying, seconds=depth.shares.seconds)
     counts[str(found.verdict)] += 1
     low, high, faults = -math.inf, math.inf, []
 
@@ -161,9 +192,8 @@ def one_bracket(
         said = checked(found.proof.certificate)
         faults += [said] if said else []
         if low > lower:
-            faults += proved(
-                about(low), str(found.proof.certificate["conclusion"]), rng, counts, depth=Depth(deep=deep, end=True)
-            )
+            conclusion = str(found.proof.certificate["conclusion"])
+            faults += proved(about(low), conclusion, rng, counts, depth=replace(depth, end=True))
     if found.refuted_at is not None:
         high = found.refuted_at
         for refutation in found.refutations:
@@ -179,17 +209,17 @@ def one_bracket(
     return low, high, faults
 
 
-def asked_bracket(case: Drawn, rng: np.random.Generator, counts: Counts, *, deep: bool) -> list[str]:
+def asked_bracket(case: Drawn, rng: np.random.Generator, counts: Counts, depth: Depth) -> list[str]:
     """The largest class, in two forms."""
     if case.one.rate is not None or case.one.odd:
         return []
     try:
-        low, high, faults = one_bracket(case, plain(case.plant), rng, counts, deep=deep)
+        low, high, faults = one_bracket(case, plain(case.plant), rng, counts, depth)
         other = second_form(case, rng)
         if other.factor < 0:
             other = brought(case, "text", rng)
         counts[f"form: {other.name}"] += 1
-        low2, high2, more = one_bracket(other.case, other.source, rng, counts, deep=False)
+        low2, high2, more = one_bracket(other.case, other.source, rng, counts, replace(depth, deep=False))
     except (InputError, AssumptionError) as error:
         counts[f"refused: {type(error).__name__}"] += 1
         return []

@@ -54,19 +54,60 @@ FALSE = {  # the attack, and a loop of which it is false that 0 attracts every s
     "gains that jump in discrete time": ("jumping", ["0.5"], [1, "-1.6", "0.9"], varying(1), {"discrete": True}),
     "dt-6 with slopes up to 1.1": ("orbits", [2, "0.92"], [1, "-0.5", 0], SLOPE(0, 1.1), {"discrete": True}),
     "a cubic root near 0": ("functions", [-1], [1, 1, 3, 0], SLOPE(0, 2.5), {}),
+    "two stays, in short words": ("words", [1], [1, "0.2", 1], varying(4), {}),
+    "short words in discrete time": ("words", ["0.5"], [1, "-1.6", "0.9"], varying(1), {"discrete": True}),
+    "dt-6 with u = 0, -1, 0, 1": (
+        "integer_orbits",
+        [2, "0.92"],
+        [1, "-0.5", 0],
+        Sector(0, Fraction(125, 192)),
+        {"discrete": True},
+    ),
     "a dead time by the method of steps": ("late", [1], [1, 1], varying(2.6), {"delay": 1}),
 }
 
 
 @pytest.mark.parametrize("name", FALSE)
 def test_an_attack_finds_what_is_false(name):
-    from campaign import members
+    from campaign import members, quick
 
     attack, n, d, one, more = FALSE[name]
+    room = members if hasattr(members, attack) else quick
     one = NonlinearityClass(sector=one) if isinstance(one, Sector) else one
     case = loop(n, d, one, **more)
     randoms = map(np.random.default_rng, range(8))
-    assert any(getattr(members, attack)(case, "0 attracts every motion", random) for random in randoms)
+    assert any(getattr(room, attack)(case, "0 attracts every motion", random) for random in randoms)
+
+
+def circle(case, name="circle", **multiplier):
+    """What the inequality says against a certificate for the loop."""
+    from campaign.quick import inequality
+
+    return inequality(case, {"theorem": name, "multiplier": multiplier, "system": {"kind": "transfer"}})
+
+
+# 1/(s + 1)^2: Re 1/(1 + i w)^2 is least at w^2 = 3, -1/8. 1/(s (s + 1)), k: 1/k + Re (1 + i w theta)/(i w (i w + 1)) =
+# 1/k + (theta - 1)/(1 + w^2). 1/(z - 1/2): Re at z = -1 is -2/3.
+@pytest.mark.parametrize(
+    ("n", "d", "high", "discrete", "name", "theta"),
+    [
+        ([1], [1, 2, 1], 8, False, "circle", {}),
+        ([1], [1, "1.01", "0.01"], None, False, "popov", {"theta": "1"}),
+        ([1], [1, "-0.5"], "1.5", True, "circle", {}),
+    ],
+)
+def test_the_inequality_is_found_false_just_beyond_its_end(rooms, n, d, high, discrete, name, theta):
+    def said(share):
+        top = math.inf if high is None else Fraction(high) * share
+        return circle(loop(n, d, NonlinearityClass(sector=Sector(0, top)), discrete=discrete), name, **theta)
+
+    if high is None:  # Re (1 + i w theta)/((i w + 1)(i w + 1/100)) >= 0 for theta >= 100/101
+        assert said(1) == ""
+        theta = {"theta": "0.99"}
+        assert "the inequality of popov" in said(1)
+        return
+    assert said(Fraction(999, 1000)) == ""
+    assert f"the inequality of {name}" in said(Fraction(1001, 1000))
 
 
 # 1/(s + 1)^3: 7.99 is stable, 8 is not; the saturation with slope 1 up to 1 has the sector and slopes [0, 1].
