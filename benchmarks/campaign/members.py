@@ -76,7 +76,7 @@ def encircled(case: Drawn, gains: list[float]) -> str:
 
 @dataclass(frozen=True)
 class Flow:
-    """The plant in a unit of time in which its poles are about 1, as floats, and the ends of its gains."""
+    """The plant in a unit of time in which its poles are about 1, as floats, the ends of its gains and their pace."""
 
     A: Reals
     b: Reals
@@ -85,11 +85,12 @@ class Flow:
     low: float
     high: float
     discrete: bool
+    pace: float = math.inf
 
     @classmethod
     def of(cls, plant: Rational, one: NonlinearityClass) -> Flow | None:
         """The loop; None where it has no state or is not well posed as a number."""
-        order = len(plant.d) - 1
+        order, middle = len(plant.d) - 1, 1.0
         if not order:
             return None
         if not plant.discrete:
@@ -102,7 +103,10 @@ class Flow:
         plant = Rational([v / Fraction(gain) for v in plant.n], plant.d, discrete=plant.discrete)
         low, high = (float(v) * gain for v in gains_of(one, most=size_of(plant) * 3e-5 / gain))
         A, b, c, d = floats(plant.matrices())
-        return cls(A, b, c, float(d), low, high, plant.discrete) if min(1 + low * d, 1 + high * d) > 1e-9 else None
+        pace = float(one.rate) * gain / middle if one.rate is not None else math.inf
+        return (
+            cls(A, b, c, float(d), low, high, plant.discrete, pace) if min(1 + low * d, 1 + high * d) > 1e-9 else None
+        )
 
     def closed(self, gains: Reals) -> Reals:
         """``A - b c g/(1 + g d)`` for each gain."""

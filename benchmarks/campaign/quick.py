@@ -1,4 +1,4 @@
-"""Attacks that take a millisecond or so: short words of jumping gains, orbits in small integers, the inequality again.
+"""Attacks that take some milliseconds: short words and ramps of gains, orbits in small integers, the inequality again.
 
 They are for loops of low order, of which a campaign asks so many that the dear attacks go to a share of them only.
 """
@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from campaign.draws import Drawn
 from campaign.exact import Poly, Rational, plus
-from campaign.members import ROUNDING, Flow, Reals, orbit_room
+from campaign.members import LANES, ROUNDING, Flow, Reals, orbit_room
 from flint import fmpq, fmpq_mat
 
-LETTERS, ORBITS, NEAR, GRID = {2: 7, 3: 5}, 400, 1e-7, 400  # how long words are with so many gains
+LETTERS, ORBITS, NEAR, GRID, MOST = {2: 7, 3: 5}, 400, 1e-7, 400, 200  # how long words are with so many gains
 Complex = tuple[Fraction, Fraction]
 
 
@@ -56,6 +56,62 @@ def exponentials(fields: Reals) -> Reals:
     for _ in range(7):
         found.append(found[-1] @ found[-1])
     return np.concatenate(found, axis=1)
+
+
+def ramps(case: Drawn, _conclusion: str, rng: np.random.Generator) -> str:
+    """Gains that rise and fall as fast as their class allows, and rest in between: periods at random."""
+    flow = Flow.of(case.plant, case.one)
+    if flow is None or not flow.high > flow.low:
+        return ""
+    width = flow.high - flow.low
+    fast = float(np.abs(np.linalg.eigvals(flow.closed(np.array([flow.low, flow.high])))).max())
+    rests = rng.exponential(rng.choice([0.5, 2, 6]), (LANES, 2))
+    if flow.discrete:
+        count = int(rng.integers(1, 2 + min(width / flow.pace, MOST)))
+        height = min(count * flow.pace, width)
+        base = flow.low + (width - height) * rng.choice([0.0, 0.5, 1.0], LANES)
+        up = np.arange(1, count + 1) / count
+        path = np.concatenate([up, np.ones(int(rests[0, 0])), 1 - up, np.zeros(int(rests[0, 1]))])
+        found = radius(flow, lambda whole, t: flow.closed(base + height * path[t]) @ whole, len(path))
+        said = f"{count} steps up and down by {height / count!r}"
+    elif 0 < fast < math.inf:
+        time = np.minimum(rng.exponential(rng.choice([0.5, 2, 6]), LANES) / fast, width / flow.pace)
+        height = time * flow.pace
+        base = flow.low + (width - height) * rng.choice([0.0, 0.5, 1.0], LANES)
+        lengths = np.stack([time, rests[:, 0], time, rests[:, 1]]) / np.array([[1], [fast]] * 2)
+        ends = base + height * np.array([0, 1, 1, 0, 0])[:, None]
+        pair = []
+        steps = int(np.clip(lengths.max() * fast * 4, 8, MOST))
+        for count in (steps, 2 * steps):
+            h = (lengths / count)[..., None, None]
+
+            def step(whole: Reals, t: int, count: int = count, h: Reals = h) -> Reals:
+                k, i = divmod(t, count)
+                first, middle, last = (
+                    flow.closed(ends[k] + (ends[k + 1] - ends[k]) * (i + part) / count) for part in (0, 0.5, 1)
+                )
+                k1 = first @ whole
+                k2 = middle @ (whole + h[k] / 2 * k1)
+                k3 = middle @ (whole + h[k] / 2 * k2)
+                return np.asarray(whole + h[k] / 6 * (k1 + 2 * k2 + 2 * k3 + last @ (whole + h[k] * k3)))
+
+            pair.append(radius(flow, step, 4 * count))
+        found = np.where(np.abs(pair[1] - pair[0]) < 0.1 * np.abs(pair[1] - 1), pair[1], 0.0)
+        said = f"ramps {ends.T[found.argmax()].tolist()} for {lengths.T[found.argmax()].tolist()}"
+    else:
+        return ""
+    worst = float(found.max())
+    return f"{said} have the multiplier {worst!r}" if worst > 1 + ROUNDING else ""
+
+
+def radius(flow: Flow, step: Callable[[Reals, int], Reals], count: int) -> Reals:
+    """The spectral radius of so many steps from the identity, a number for each lane; 0 where it overflows."""
+    whole = np.broadcast_to(np.eye(len(flow.A)), (LANES, *flow.A.shape))
+    with np.errstate(all="ignore"):
+        for t in range(count):
+            whole = step(whole, t)
+    good = np.isfinite(whole).all(axis=(1, 2))
+    return np.where(good, np.abs(np.linalg.eigvals(np.where(good[:, None, None], whole, 0))).max(axis=1), 0.0)
 
 
 def integer_orbits(case: Drawn, conclusion: str, rng: np.random.Generator) -> str:

@@ -70,6 +70,8 @@ def proved(case: Drawn, conclusion: str, rng: np.random.Generator, counts: Count
         attacks += [members.late] if depth.deep else []
     elif one.time_varying and not one.linear:
         attacks.append(members.jumping if depth.deep or not depth.shares.quick else quick.words)
+    elif one.rate is not None:
+        attacks.append(quick.ramps)
     elif not one.linear and depth.deep:
         attacks.append(members.functions)
     if case.plant.discrete and not one.linear and depth.shares.quick:

@@ -44,7 +44,7 @@ def varying(k):
     return NonlinearityClass(sector=Sector(0, k), time_varying=True)
 
 
-SLOPE = NonlinearityClass.slope_restricted
+SLOPE, SLOW = NonlinearityClass.slope_restricted, NonlinearityClass.varying_gain
 FALSE = {  # the attack, and a loop of which it is false that 0 attracts every solution
     "1/(s + 1)^3 is stable up to 8": ("constant", [1], [1, 3, 3, 1], Sector(0, 8.01), {}),
     "an integrator is not stable with the gain 0": ("constant", [1], [1, 1, 0], Sector(0, 1), {}),
@@ -56,6 +56,14 @@ FALSE = {  # the attack, and a loop of which it is false that 0 attracts every s
     "a cubic root near 0": ("functions", [-1], [1, 1, 3, 0], SLOPE(0, 2.5), {}),
     "two stays, in short words": ("words", [1], [1, "0.2", 1], varying(4), {}),
     "short words in discrete time": ("words", ["0.5"], [1, "-1.6", "0.9"], varying(1), {"discrete": True}),
+    "ramps up and down in 1 s each": ("ramps", [1], [1, "0.02", 1], SLOW(0, 2, rate=2), {}),
+    "ramps in discrete time": (
+        "ramps",
+        ["0.5"],
+        [1, "-1.6", "0.98"],
+        SLOW(0, 1, rate=Fraction(1, 2)),
+        {"discrete": True},
+    ),
     "dt-6 with u = 0, -1, 0, 1": (
         "integer_orbits",
         [2, "0.92"],
