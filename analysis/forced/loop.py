@@ -15,6 +15,7 @@ from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import Complexes, Reals, np
 from lure.errors import InputError
 from lure.nonlinearities.base import Nonlinearity
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.performance import Performance, Rows
 
@@ -252,7 +253,8 @@ def _sides(H: MultivariablePlant, performance: Performance | None) -> list[fmpq_
     n, m = H.order, H.inputs
     if performance is None:
         return [_flint(rows, shape) for rows, shape in ((H.B, (n, m)), (H.C, (m, n)), *[(H.D, (m, m))] * 3)]
-    performance.beside(H)  # refuses what does not fit
+    if isinstance(performance.beside(H), ChannelFamily):
+        raise InputError("performance holds parameters, and steady responses are of one plant; give numbers")
     p, q = performance.inputs, performance.outputs
     shapes = {"Bw": (n, p), "Cz": (q, n), "Dzw": (q, p), "Dzmu": (q, m), "Dsigmaw": (m, p)}
     return [_flint(getattr(performance, name), shape) for name, shape in shapes.items()]

@@ -296,7 +296,7 @@ def gain_problem(
         source, stated = _last_channels(plant, len(classes.classes if isinstance(classes, Diagonal) else classes))
     if stated is None:
         raise InputError("the L2 gain is asked of w and z, which are not given; give [performance] with Bw and Cz")
-    found = Performance.given(stated, formulas=isinstance(plant, PlantFamily | ChannelFamily))
+    found = Performance.given(stated)
     if isinstance(plant, LoopSystem) and isinstance(classes, list) and source is plant:
         source = plant.block
     listed = classes.classes if isinstance(classes, Diagonal) else classes if isinstance(classes, list | tuple) else ()

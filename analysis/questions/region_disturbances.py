@@ -56,6 +56,8 @@ def disturbance_of(plant: object, given: Any, n: int) -> Disturbance | None:  # 
         stated = plant.performance if isinstance(plant, LoopSystem) else None
         if stated is None or not stated.Bw or any(map(any, stated.Dsigmaw)):
             return None
+        if stated.parameters:
+            raise InputError("performance holds parameters, and regions are of one plant; give numbers")
         exact = stated.Bw
     else:
         rows = [list(row) if isinstance(row, list | tuple) else [row] for row in given]

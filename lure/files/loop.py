@@ -10,6 +10,7 @@ from dataclasses import replace
 from fractions import Fraction
 from importlib.resources import files
 from pathlib import Path
+from typing import cast
 
 from lure.classes import DELAYS, OPERATORS, SCALAR, Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
@@ -30,7 +31,7 @@ from lure.plants.family import PlantFamily
 from lure.plants.forcing import Forcing
 from lure.plants.interconnection import padded
 from lure.plants.multivariable import MultivariablePlant, counted
-from lure.plants.parameters import flat
+from lure.plants.parameters import flat, names_in
 from lure.plants.performance import Performance
 from lure.plants.rational import RationalPlant
 
@@ -59,6 +60,7 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
         The plant is given in no form or in several, it is refused by :func:`lure.plants.as_plant`, the nonlinearity or
         the class is refused, or the nonlinearity is not known to belong to the class.
     """
+    tables, own = _apart(tables)
     system = _closed((tables.name or "loop", tables.title or title, source), tables, folder)
     system = replace(system, ask=() if tables.report is None else tables.report.ask)
     if tables.forcing is not None:
@@ -75,7 +77,7 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
             f"performance.{states[0]} is about the states, and the plant is given without; give it by A, B and C"
         )
     block = system.block
-    performance = Performance.given(stated, formulas=isinstance(block, PlantFamily | ChannelFamily))
+    performance = Performance.given({**stated, "parameters": own} if own else stated)
     if isinstance(block, PlantFamily | ChannelFamily):
         performance.beside(block.channels if isinstance(block, PlantFamily) else block)
         return replace(system, performance=performance)
@@ -83,6 +85,19 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
         raise InputError("performance needs a plant with exact rational entries; leave out the dead time, or this")
     performance.beside(MultivariablePlant.of_one_channel(block) if isinstance(block, RationalPlant) else block)
     return replace(system, performance=performance)
+
+
+def _apart(tables: PlantTables) -> tuple[PlantTables, dict[str, object]]:
+    """The tables without the parameters that occur in ``[performance]`` alone, and those, with its constants."""
+    bounds = tables.plant.parameters or {}
+    used = names_in([side for _, side in tables.performance or ()])
+    of_plant = names_in([side for name, side in tables.plant if name != "parameters"])
+    own = {name: one for name, one in bounds.items() if name in used - of_plant}
+    constants = {name: one for name, one in bounds.items() if name in used & of_plant and isinstance(one, Fraction)}
+    if own:
+        kept = {name: one for name, one in bounds.items() if name not in own}
+        tables = tables.model_copy(update={"plant": tables.plant.model_copy(update={"parameters": kept})})
+    return tables, {**own, **constants}
 
 
 def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -> LoopSystem:
@@ -405,6 +420,10 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
         tables["class"] = [{"sector": (one.lower, one.upper), "on": (-one.radius, one.radius)} for one in system.local]
     if system.performance is not None:
         tables["performance"] = dict(system.performance.stated)
+        if system.performance.parameters:
+            plant = cast("dict[str, object]", tables["plant"])
+            own = {name: [low, high] for name, low, high in system.performance.parameters}
+            plant["parameters"] = {**cast("dict[str, object]", plant.get("parameters", {})), **own}
     if system.forcing is not None:
         tables["forcing"] = system.forcing.stated
     if system.ask:

@@ -21,11 +21,11 @@ from typing import Any
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
-from lure.exact import exact_number
 from lure.nonlinearities.base import Nonlinearity, positive
 from lure.nonlinearities.reading import nonlinearity_from_table
 from lure.plants.multivariable import MOST_CHANNELS, MultivariablePlant, counted
 from lure.plants.rational import RationalPlant
+from lure.plants.text import exact_coefficient
 from lure.record import Record, quantity
 
 Rows = tuple[tuple[Fraction, ...], ...]
@@ -96,7 +96,7 @@ class Network(Record):
         negative_slope: object = None,
         saturation: object = None,
     ) -> Network:
-        """The network of nested lists or arrays of numbers; a float means the double it is.
+        """The network of nested lists or arrays of numbers; a float means the double it is, a text the decimal it says.
 
         Parameters
         ----------
@@ -120,9 +120,9 @@ class Network(Record):
         shifts = list[tuple[Fraction, ...]]()
         for k, bias in enumerate(biases, 1):
             entries = bias.tolist() if hasattr(bias, "tolist") else bias
-            shifts.append(tuple(exact_number(v, f"the bias of layer {k}") for v in entries))
-        slope = None if negative_slope is None else exact_number(negative_slope, "negative_slope")
-        limit = None if saturation is None else positive(saturation, "saturation")
+            shifts.append(tuple(exact_coefficient(v, f"the bias of layer {k}") for v in entries))
+        slope = None if negative_slope is None else exact_coefficient(negative_slope, "negative_slope")
+        limit = None if saturation is None else positive(exact_coefficient(saturation, "saturation"), "saturation")
         word = " ".join(str(activation).lower().replace("_", " ").replace("-", " ").split())
         word = {"leakyrelu": "leaky relu", "sat": "saturation"}.get(word, word)
         moved = tuple(shifts) if any(map(any, shifts)) else ()
@@ -271,6 +271,6 @@ def _matrix(given: Any, name: str) -> Rows:  # noqa: ANN401  (nested lists or an
     if not listed or len({len(row) for row in rows}) > 1:
         raise InputError(f"{name} is {rows!r:.60}; give rows of numbers of equal length, one for each neuron")
     return tuple(
-        tuple(exact_number(v, f"{name}, row {i}, column {j}") for j, v in enumerate(row, 1))
+        tuple(exact_coefficient(v, f"{name}, row {i}, column {j}") for j, v in enumerate(row, 1))
         for i, row in enumerate(rows, 1)
     )

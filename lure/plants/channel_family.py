@@ -28,6 +28,7 @@ from lure.plants.text import Element, step_of_formula
 from lure.record import Record, quantity
 
 MOST_STATES = 40
+VARYING = "gains are not asked of plants whose parameters change with time; give constants, or no gain"
 Sides = tuple[Rows, Rows, Rows, Rows]
 Elements = list[list[Element]]
 
@@ -360,9 +361,7 @@ class ChannelFamily(InBox, Record):
             A parameter changes with time.
         """
         if self.rates:
-            raise InputError(
-                "gains are not asked of plants whose parameters change with time; give constants, or no gain"
-            )
+            raise InputError(VARYING)
         terms = list[Term]()
         for one in self.terms:
             c = one.common

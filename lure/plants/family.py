@@ -11,6 +11,8 @@ from lure.errors import InputError
 from lure.exact import Exact
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
+from lure.plants.matrices import rational_block
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.parameters import (
     Bounds,
     Constants,
@@ -210,6 +212,11 @@ class PlantFamily(InBox, Record):
         given = [*(v for row in rows for v in row), *entries([*b, *c, D], ring, "B, C, D")]
         (found,), common = over_common((given,), ring)
         A_, rest = [found[i * n : (i + 1) * n] for i in range(n)], found[n * n :]
+        step = step_of_formula("", dt, "plant")
+        sides = A_, [[v] for v in rest[:n]], [rest[n:-1]], [[rest[-1]]]
+        states = ChannelFamily.of_elements(common, sides, ring, step) if not any(ring.rates) else None
+        if isinstance(states, MultivariablePlant):
+            return rational_block(states.A, states.B, states.C, states.D[0][0], dt=step)
         direct, unit = rest[-1], ring.number(Fraction(1))
         first = _characteristic(A_, ring)  # of common A
         closed = [
@@ -223,13 +230,8 @@ class PlantFamily(InBox, Record):
         d = [v * powers[2 * n - i] for i, v in enumerate(first)]  # common^2n det(s - A)
         looped = [v * powers[2 * n - 2 * i] for i, v in enumerate(second)]
         top = [common * (q - p) + direct * p for p, q in zip(d, looped, strict=True)]
-        step = step_of_formula("", dt, "plant")
         made = _family((top, [common * v for v in d]), ring, step)
-        if isinstance(made, RationalPlant):
-            return made
-        sides = A_, [[v] for v in rest[:n]], [rest[n:-1]], [[direct]]
-        states = ChannelFamily.of_elements(common, sides, ring, step)
-        assert isinstance(states, ChannelFamily), "there are parameters"
+        assert isinstance(made, PlantFamily), "there are parameters"
         return PlantFamily(ring.parameters, made.terms, step, states)
 
     @property

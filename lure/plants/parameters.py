@@ -96,7 +96,7 @@ def checked_box(parameters: Mapping[str, tuple[Exact, Exact]], powers: Sequence[
 
 def interval(name: str, ends: tuple[Exact, Exact]) -> tuple[Fraction, Fraction]:
     """The bounds of a parameter."""
-    low, high = (exact_number(end, f"parameters.{name}") for end in ends)
+    low, high = (exact_coefficient(end, f"parameters.{name}") for end in ends)
     if not low < high:
         raise InputError(
             f"parameters.{name} is [{float(low):g}, {float(high):g}]; the first must be smaller than the second, or "
@@ -174,6 +174,19 @@ class Ring(Constants):
     def divided_by(self, p: Element) -> None:
         """Keep what is divided by: where it vanishes in the box there is no plant."""
         self.divisors.append(p)
+
+
+def names_in(side: object) -> set[str]:
+    """The names that occur in formulas, in a text or in nested lists of such.
+
+    Parameters
+    ----------
+    side : object
+        What is neither has none.
+    """
+    if isinstance(side, str):
+        return set(_WORD.findall(side))
+    return {name for part in side for name in names_in(part)} if isinstance(side, list | tuple) else set()
 
 
 Pair = tuple[Element, Element]

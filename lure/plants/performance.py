@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from fractions import Fraction
-from typing import cast, overload
+from typing import cast
 
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.plants.channel_family import ChannelFamily
+from lure.plants.channel_family import VARYING, ChannelFamily
 from lure.plants.multivariable import MultivariablePlant, counted
+from lure.plants.parameters import Constants, interval, names_in
+from lure.plants.text import descending, parsed_quotient
 from lure.record import Record, quantity
 
 Rows = tuple[tuple[Fraction, ...], ...]
+Bounded = tuple[tuple[str, Fraction, Fraction], ...]
+_WORD = re.compile(r"(?<![\w.])[A-Za-z]\w*")
 
 
 class Performance(Record):
@@ -25,7 +30,7 @@ class Performance(Record):
     A matrix that is left out is 0.  As ``mu = -phi(sigma)``, what is written ``z = ... + M phi(sigma)`` has ``Dzmu =
     -M``.
 
-    Beside plants with parameters an entry may be a formula in these.
+    An entry may be a formula in the parameters of the plant, or in ``parameters`` of its own.
 
     Raises
     ------
@@ -43,6 +48,7 @@ class Performance(Record):
     Dzw: Rows = quantity("(q, p) from ``w`` to ``z``", default=())
     Dzmu: Rows = quantity("(q, m) from ``mu`` to ``z``", default=())
     Dsigmaw: Rows = quantity("(m, p) from ``w`` to ``sigma``", default=())
+    parameters: Bounded = quantity("bounds of the parameters that occur in these alone", label="", default=())
     _kind, _said = "performance", "text"
 
     def __post_init__(self) -> None:
@@ -50,20 +56,20 @@ class Performance(Record):
             raise InputError("performance has no w or no z; give Bw (or Dzw, Dsigmaw) and Cz (or Dzw, Dzmu)")
 
     @classmethod
-    def given(cls, stated: object, *, formulas: bool = False) -> Performance:
+    def given(cls, stated: object) -> Performance:
         """The performance that a mapping of matrices means, or one as it is.
 
         Parameters
         ----------
         stated : Performance or mapping
-            ``Bw``, ``Cz``, ``Dzw``, ``Dzmu``, ``Dsigmaw``: each a list of rows or an array; a number for 1 x 1.
-        formulas : bool
-            Whether entries may be formulas, which are read together with plants.
+            ``Bw``, ``Cz``, ``Dzw``, ``Dzmu``, ``Dsigmaw``: each a list of rows or an array; a number for 1 x 1.  A text
+            is the decimal or the quotient that it says, exactly, or a formula in parameters: those of the plant, and
+            the ``parameters`` that are stated here, each with its bounds or its value.
 
         Raises
         ------
         InputError
-            It is neither, a name is none of these, or a matrix is none.
+            It is neither, a name is none of these, a matrix is none, or a parameter has no name or no interval.
         """
         if isinstance(stated, Performance):
             return stated
@@ -71,10 +77,24 @@ class Performance(Record):
             raise InputError(
                 f"performance is {stated!r:.60}; give a mapping such as {{'Bw': [[1], [0]], 'Cz': [[0, 1]]}}"
             )
-        unknown = next((name for name in stated if name not in _NAMES), None)
+        unknown = next((name for name in stated if name not in (*_NAMES, _OWN)), None)
         if unknown is not None:
-            raise InputError(f"performance has {unknown!r:.40}; choose from {', '.join(_NAMES)}")
-        return cls(**{str(name): _matrix(str(name), value, formulas=formulas) for name, value in stated.items()})
+            raise InputError(f"performance has {unknown!r:.40}; choose from {', '.join((*_NAMES, _OWN))}")
+        bounds = stated.get(_OWN, {})
+        if not isinstance(bounds, Mapping):
+            raise InputError(f"performance.{_OWN} is {bounds!r:.60}; give a mapping such as {{'k': (1, 2)}}")
+        known, ranges = Constants(bounds), list[tuple[str, Fraction, Fraction]]()
+        for name, ends in bounds.items():
+            if name not in known.constants:
+                if len(ends) != 2:
+                    raise InputError(f"performance.{_OWN}.{name} is {ends!r:.40}; give two bounds: it is constant")
+                ranges.append((name, *interval(name, ends)))
+        sides = {str(name): _matrix(str(name), value, known) for name, value in stated.items() if name != _OWN}
+        found = cls(**sides, parameters=tuple(ranges))
+        unused = next((name for name in bounds if name not in names_in([*stated.values()])), None)
+        if unused is not None:
+            raise InputError(f"performance.{_OWN}.{unused} does not occur in the matrices; leave it out, or use it")
+        return found
 
     @property
     def inputs(self) -> int:
@@ -91,11 +111,10 @@ class Performance(Record):
         """The matrices that are not left out."""
         return {name: side for name in _NAMES if (side := getattr(self, name))}
 
-    @overload
-    def beside(self, H: MultivariablePlant) -> MultivariablePlant: ...
-
-    @overload
-    def beside(self, H: ChannelFamily) -> ChannelFamily: ...
+    @property
+    def formulas(self) -> list[str]:
+        """The entries that are formulas."""
+        return [v for side in self.stated.values() for row in side for v in row if isinstance(v, str)]
 
     def beside(self, H: MultivariablePlant | ChannelFamily) -> MultivariablePlant | ChannelFamily:
         """The plant with ``w`` as last inputs and ``z`` as last outputs, filled up with zeros to as many of both.
@@ -104,6 +123,11 @@ class Performance(Record):
         ----------
         H : MultivariablePlant or ChannelFamily
             The plant, or those with parameters: the matrices are the same for all of them, but for formulas.
+
+        Returns
+        -------
+        MultivariablePlant or ChannelFamily
+            The latter too where there are parameters in the performance alone.
 
         Raises
         ------
@@ -124,19 +148,31 @@ class Performance(Record):
         into, seen = _filled(self.Bw, n, size), _filled(self.Cz, size, n)
         right, below = _filled(self.Dsigmaw, m, size), _filled(self.Dzmu, size, m)
         last = _filled(self.Dzw, size, size)
-        formulas = [v for side in (into, seen, right, below, last) for row in side for v in row if isinstance(v, str)]
-        if formulas and isinstance(H, ChannelFamily):
-            own, bounds = H.sides, dict(zip(H.names, H.box, strict=True))
+        formulas = self.formulas
+        if formulas and (self.parameters or isinstance(H, ChannelFamily)):
+            own = H.sides if isinstance(H, ChannelFamily) else {name: getattr(H, name) for name in "ABCD"}
+            bounds = {name: (low, high) for name, low, high in self.parameters}
+            rates = ()
+            if isinstance(H, ChannelFamily):
+                both, rates = next((name for name in H.names if name in bounds), None), H.rates
+                if both is not None:
+                    raise InputError(f"performance.{_OWN}.{both} is a parameter of the plant too; leave it out here")
+                bounds |= dict(zip(H.names, H.box, strict=True))
+            if rates:
+                raise InputError(VARYING)
             wide = [[*a, *b] for a, b in zip([*own["B"], *own["D"]], [*into, *right], strict=True)]
             whole = own["A"], wide[:n], [*own["C"], *seen], [*wide[n:], *_joined(below, last)]
             try:
-                found = ChannelFamily.of_matrices(*whole, bounds, True if H.any_period else H.dt)
+                found = ChannelFamily.of_matrices(*whole, bounds, _time(H))
             except InputError as error:
                 raise InputError(f"performance: beside the plant, {error}") from None
             assert isinstance(found, ChannelFamily), "there are parameters"
             return found
         if formulas:
-            raise InputError(f"performance holds {formulas[0]!r:.40}, and the plant has no parameters; give numbers")
+            raise InputError(
+                f"performance holds {formulas[0]!r:.40}, and the plant has no parameters; give numbers, or bounds in "
+                f"performance.{_OWN}"
+            )
         if isinstance(H, ChannelFamily):
             return H.beside(into, seen, (*_joined(_filled((), m, m), right), *_joined(below, last)))
         D = (*_joined(H.D, right), *_joined(below, last))
@@ -151,7 +187,12 @@ class Performance(Record):
         return ", ".join(said)
 
 
-_NAMES = tuple(part.name for part in fields(Performance))
+_NAMES, _OWN = tuple(part.name for part in fields(Performance))[:-1], "parameters"
+
+
+def _time(H: MultivariablePlant | ChannelFamily) -> Fraction | bool | None:
+    """Its sampling time."""
+    return True if isinstance(H, ChannelFamily) and H.any_period else H.dt
 
 
 def _joined(left: Rows, right: Rows) -> Rows:
@@ -177,9 +218,9 @@ def _plainly(value: object) -> str:
     return repr(value) if isinstance(value, str) else str(value)
 
 
-def _matrix(name: str, value: object, *, formulas: bool) -> Rows:
+def _matrix(name: str, value: object, known: Constants) -> Rows:
     rows = value.tolist() if hasattr(value, "tolist") else value
-    if isinstance(rows, int | float | Fraction) and not isinstance(rows, bool):
+    if isinstance(rows, int | float | Fraction | str) and not isinstance(rows, bool):
         rows = [[rows]]
     listed = isinstance(rows, list | tuple) and all(isinstance(row, list | tuple) and row for row in rows)
     if not listed or not rows or len({len(row) for row in cast("Sequence[Sequence[object]]", rows)}) != 1:
@@ -188,9 +229,14 @@ def _matrix(name: str, value: object, *, formulas: bool) -> Rows:
         )
 
     def read(entry: object, where: str) -> Fraction:
-        if formulas and isinstance(entry, str):
-            return cast("Fraction", entry)  # which beside() reads with the plants
-        return exact_number(entry, where)
+        text = known.put_in(entry) if isinstance(entry, str) else ""
+        if _WORD.search(text):
+            return cast("Fraction", text)  # which beside() reads with the plants
+        if not text:
+            return exact_number(entry, where)
+        found, _ = parsed_quotient(text, known, where)
+        top, bottom = descending(found.top), descending(found.bottom)
+        return exact_number(top[0] / bottom[0] if top else Fraction(0), where)
 
     return tuple(
         tuple(read(entry, f"performance.{name}[{i}][{j}]") for j, entry in enumerate(row))

@@ -435,3 +435,11 @@ def test_what_has_no_rational_equilibrium_is_refused():
     both = Network.given([[[1], [-1]], [[1, 1]]], [[0, 0], [1]], activation="relu")
     with pytest.raises(InputError, match="no equilibrium of the loop"):
         equilibrium(both, plant)
+
+
+def test_texts_of_weights_are_the_decimals_they_say():
+    network = Network.given([[["0.1"]], [["1/3"]]], [["0.2"], [0]], activation="tanh", saturation="0.7")
+    assert network.weights == (((Fraction(1, 10),),), ((Fraction(1, 3),),))
+    assert (network.biases[0], network.saturation) == ((Fraction(1, 5),), Fraction(7, 10))
+    with pytest.raises(InputError, match="is 'x'; give a number"):
+        Network.given([[["x"]], [[1]]], activation="tanh")

@@ -19,6 +19,7 @@ from lure.files.loop import loop_to_toml
 from lure.files.reading import parse_system
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.family import PlantFamily
+from lure.plants.performance import Performance
 
 positive = st.fractions(Fraction(1, 5), 5, max_denominator=12)
 WHOLE = {"Bw": [[1]], "Cz": [[1]]}
@@ -217,10 +218,69 @@ def test_the_matrices_of_performance_may_be_formulas_in_the_parameters():
     [
         ('["a"]]', '["q"]]', "unknown name 'q'"),
         ('["a"]]', '["1/(a-2)"]]', "may vanish in the box"),
-        ("a = [2, 3]", "a = 2", "give a number"),
         ('Bw = [["a"]]', 'Bw = [["a"], ["a"]]', "performance.Bw has 2 rows"),
     ],
 )
 def test_a_formula_of_performance_that_does_not_fit_is_refused(was, now, said):
     with pytest.raises(InputError, match=said):
         parse_system(PERFORMANCE.replace(was, now), name="loop", source="a test")
+
+
+LAG = """
+[plant]
+A = [["-T"]]
+B = [1]
+C = [1]
+
+[plant.parameters]
+b = [0.9, 1.1]
+T = 2
+g = "3"
+
+[class]
+sector = [0, 1]
+
+[performance]
+Bw = [["b*T"]]
+Cz = [["g"]]
+"""
+
+
+# x' = -2 x - phi + 2 b w, z = 3 x: with phi = 0 the gain is 3 b, and no more, by V = x^2: largest 33/10 at b = 11/10
+def test_a_parameter_and_constants_may_occur_in_the_performance_alone():
+    system = parse_system(LAG, name="loop", source="a test")
+    found = l2_gain(system)
+    assert 3.2999 < found.gain.low < 3.3 <= found.gain.high < 3.31
+    assert all(recheck(shown).accepted for shown in found.certificates.values())
+    assert parse_system(loop_to_toml(system), name="loop", source="a test").performance == system.performance
+    stated = {"Bw": [["2*b"]], "Cz": "g", "parameters": {"b": ("0.9", "1.1"), "g": 3}}
+    again = l2_gain(([[-2]], [[1]], [[1]], [[0]]), [Sector(0, 1)], stated)
+    assert again.gain == found.gain
+
+
+def test_texts_of_numbers_are_exact_in_performances():
+    stated = Performance.given({"Bw": [["0.1"]], "Cz": "1e-3", "Dzw": [["2/3"]]})
+    assert (stated.Bw, stated.Cz, stated.Dzw) == tuple(((Fraction(v),),) for v in ("1/10", "1/1000", "2/3"))
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ({"Bw": "q", "Cz": 1}, "performance holds 'q', and the plant has no parameters"),
+        ({"Bw": 1, "Cz": 1, "parameters": {"b": (1, 2)}}, "parameters.b does not occur in the matrices"),
+        ({"Bw": "b", "Cz": 1, "parameters": {"b": (2, 1)}}, "the first must be smaller"),
+        ({"Bw": "b", "Cz": 1, "parameters": {"b": (1, 2, 1)}}, "it is constant"),
+        ({"Bw": "b", "Cz": 1, "parameters": 3}, "give a mapping"),
+        ({"Bw": "1/0", "Cz": 1}, "division by zero"),
+    ],
+)
+def test_parameters_of_a_performance_that_do_not_fit_are_refused(stated, said):
+    with pytest.raises(InputError, match=said):
+        l2_gain(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], stated)
+
+
+# the programme for constants would say 1 of a plant that a changing a may bring to more
+def test_a_formula_does_not_make_constants_of_parameters_that_change():
+    moved = ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (1, 2, inf)})
+    with pytest.raises(InputError, match="parameters change with time"):
+        l2_gain(moved, [Sector(0, 1)], {"Bw": [["a"]], "Cz": [[1]]})
