@@ -391,7 +391,7 @@ def _last_channels(plant: object, m: int) -> tuple[object, Performance | None]:
     sides = {"Dzw": tuple(row[m:] for row in H.D[m:]), "Dzmu": tuple(row[:m] for row in H.D[m:])}
     sides |= {"Dsigmaw": tuple(row[m:] for row in H.D[:m])}
     sides |= {"Bw": tuple(row[m:] for row in H.B), "Cz": H.C[m:]} if H.order else {}
-    return own, Performance(**sides)
+    return own, Performance.given(sides)
 
 
 def _unit(H: MultivariablePlant, classes: Diagonal, size: int) -> Fraction:

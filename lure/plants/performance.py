@@ -114,7 +114,8 @@ class Performance(Record):
     @property
     def formulas(self) -> list[str]:
         """The entries that are formulas."""
-        return [v for side in self.stated.values() for row in side for v in row if isinstance(v, str)]
+        entries: list[object] = [v for side in self.stated.values() for row in side for v in row]
+        return [v for v in entries if isinstance(v, str)]
 
     def beside(self, H: MultivariablePlant | ChannelFamily) -> MultivariablePlant | ChannelFamily:
         """The plant with ``w`` as last inputs and ``z`` as last outputs, filled up with zeros to as many of both.
@@ -152,14 +153,13 @@ class Performance(Record):
         if formulas and (self.parameters or isinstance(H, ChannelFamily)):
             own = H.sides if isinstance(H, ChannelFamily) else {name: getattr(H, name) for name in "ABCD"}
             bounds = {name: (low, high) for name, low, high in self.parameters}
-            rates = ()
             if isinstance(H, ChannelFamily):
-                both, rates = next((name for name in H.names if name in bounds), None), H.rates
+                both = next((name for name in H.names if name in bounds), None)
+                if H.rates:
+                    raise InputError(VARYING)
                 if both is not None:
                     raise InputError(f"performance.{_OWN}.{both} is a parameter of the plant too; leave it out here")
                 bounds |= dict(zip(H.names, H.box, strict=True))
-            if rates:
-                raise InputError(VARYING)
             wide = [[*a, *b] for a, b in zip([*own["B"], *own["D"]], [*into, *right], strict=True)]
             whole = own["A"], wide[:n], [*own["C"], *seen], [*wide[n:], *_joined(below, last)]
             try:
