@@ -249,7 +249,7 @@ def on_axis(p: Any, discrete: bool) -> exact.Form:
 def integrators(H: Any, members: list[Member]) -> tuple[int, dict[str, str]]:
     """The same beside dead times: how many poles at 0 there are, simple in every part, the others being stable.
 
-    Functions in ``[0, w]`` that do not depend on time, ``theta >= 0``: docs/theory/several-nonlinearities.md.
+    Functions in ``[0, w]`` that do not depend on time, ``theta >= 0``: docs/theory/channel-dead-times.md.
     """
     alone = all(not one.kind and not one.low and one.theta >= 0 for one in members)
     need(alone, "beside dead times and an eigenvalue 0 there are functions in [0, u] alone, theta >= 0", exact.Critical)

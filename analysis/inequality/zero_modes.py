@@ -3,7 +3,7 @@ r"""Eigenvalues 0 of the loop of several channels at the lower bounds (1 in disc
 With ``A N = 0``, ``K A = 0``, ``K N = 1`` the state is ``x = N x_0 + x_1``, ``x_0' = K B mu``, and ``H = R/s + H_1``
 with the residue ``R = C N K B``.  For weights ``Lambda`` with ``Lambda R = R' Lambda`` positive semidefinite, of rank
 ``r``, the number of these eigenvalues, ``P_0 (K B) = (C N)' Lambda`` has one solution, ``P_0 > 0``; ``V`` contains
-``x_0' P_0 x_0``, and what is left is an inequality about ``x_1``: ``docs/theory/several-nonlinearities.md``.
+``x_0' P_0 x_0``, and what is left is an inequality about ``x_1``: ``docs/theory/integrators.md``.
 """
 
 from __future__ import annotations

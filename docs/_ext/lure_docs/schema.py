@@ -1,4 +1,8 @@
-"""The directive ``json-schema``: a published JSON schema as tables, a section for each of its parts."""
+"""The directive ``json-schema``: a published JSON schema as tables, a section for each of its parts.
+
+A schema of many parts has several pages: ``:whole:`` shows the schema and where each part is, a list of names in the
+directive's content those parts.  Sphinx warns of a part that is on no page, or on two.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from importlib.resources import files
 from typing import Any, TypeAlias
 
 from docutils import nodes
+from docutils.parsers.rst import directives
 from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
@@ -20,22 +25,42 @@ class Schema(SphinxDirective):
     """The schema ``schema.json`` of a package; labels of its parts begin with the word given second."""
 
     required_arguments = 2
+    option_spec = {"whole": directives.flag}  # noqa: RUF012
+    has_content = True
 
     def run(self) -> list[nodes.Node]:
-        """The whole first, then its parts in the order of the file."""
+        """The whole first, then its parts in the order of the file; or what the options ask for."""
         package, label = self.arguments
         schema = json.loads(files(package).joinpath("schema.json").read_text(encoding="utf-8"))
-        lines = [escaped(schema["description"]), ""]
-        if "oneOf" in schema:
-            lines += [f"It is {_type(schema, label)}.", ""]
-        else:
-            lines += [*_keys(schema, label), *_theorems(schema, label)]
-        lines += ["", "Parts", "-----", ""]
-        for name, part in schema["$defs"].items():
-            title = name.replace("_", " ")
-            lines += ["", f".. _{label}-{name}:", "", title, "~" * len(title), ""]
+        lines, level = [], "-"
+        if not self.content:
+            lines += [escaped(schema["description"]), ""]
+            if "oneOf" in schema:
+                lines += [f"It is {_type(schema, label)}.", ""]
+            else:
+                lines += [*_keys(schema, label), *_theorems(schema, label)]
+            lines, level = [*lines, "", "Parts", "-----", ""], "~"
+        if "whole" in self.options:
+            whole = self._parsed(lines, package)
+            whole[-1] += self._places(schema, label)
+            return whole
+        for name in " ".join(self.content).split() or schema["$defs"]:
+            part, title = schema["$defs"][name], name.replace("_", " ")
+            lines += ["", f".. _{label}-{name}:", "", title, level * len(title), ""]
             lines += _object(part, label) if part.get("properties") else _plain(part, label)
-        return self.parse_text_to_nodes(StringList(lines, source=package), allow_section_headings=True)
+        return self._parsed(lines, package)
+
+    def _parsed(self, lines: list[str], source: str) -> list[nodes.Node]:
+        return self.parse_text_to_nodes(StringList(lines, source=source), allow_section_headings=True)
+
+    def _places(self, schema: Part, label: str) -> nodes.Node:
+        """A link to each part, which has the anchor that the part has on its own page."""
+        links = nodes.paragraph()
+        for name in schema["$defs"]:
+            (line,) = self._parsed([_type({"$ref": name}, label)], label)
+            links += nodes.inline("", "", *line.children, ids=[f"{label}-{name}".replace("_", "-")])
+            links += nodes.Text(" · ")
+        return links
 
 
 def _object(part: Part, label: str) -> list[str]:
