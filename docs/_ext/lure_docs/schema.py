@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from importlib.resources import files
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 from docutils import nodes
 from docutils.parsers.rst import directives
@@ -25,7 +25,7 @@ class Schema(SphinxDirective):
     """The schema ``schema.json`` of a package; labels of its parts begin with the word given second."""
 
     required_arguments = 2
-    option_spec = {"whole": directives.flag}  # noqa: RUF012
+    option_spec: ClassVar = {"whole": directives.flag}
     has_content = True
 
     def run(self) -> list[nodes.Node]:
