@@ -16,10 +16,11 @@ from lure.analysis.forced.curves import Curve
 from lure.analysis.forced.loop import ForcedLoop
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Bracket
+from lure.arrays import Reals, np
 from lure.errors import InputError
 
 BITS = 96
-_LEAST_POINTS, _PER_HARMONIC, _PEAK_STEPS, _CLOSE, _MOST_HARMONICS = 1024, 64, 400, 1e-12, 8192
+_LEAST_POINTS, _PER_HARMONIC, _PEAK_STEPS, _CLOSE, _MOST_HARMONICS, _FEW_HARMONICS = 1024, 64, 400, 1e-12, 8192, 128
 
 Harmonics = list[acb]
 """``c_k`` of ``Re sum c_k e^(i k theta)``."""
@@ -45,6 +46,8 @@ class Residual:
         Mean square root over a period of all channels together, from above.
     largest : arb
         What no channel exceeds at any time.
+    parts : list of ndarray
+        What each channel does not exceed on each of equal parts of a period, the first around its beginning.
     """
 
     rows: list[Harmonics]
@@ -52,6 +55,7 @@ class Residual:
     low: list[list[arb]]
     mean: arb
     largest: arb
+    parts: list[Reals]
 
     def filtered(self, loop: ForcedLoop, smooth: Sequence[arb]) -> Filtered:
         """What the loop around the gains makes of it.
@@ -124,7 +128,7 @@ class Band:
     residual: float
 
 
-def residual(loop: ForcedLoop, found: Balanced) -> Residual:
+def residual(loop: ForcedLoop, found: Balanced, each: int = _PER_HARMONIC) -> Residual:
     """The residual of a balance, enclosed.
 
     Parameters
@@ -133,6 +137,8 @@ def residual(loop: ForcedLoop, found: Balanced) -> Residual:
         The loop.
     found : Balanced
         The harmonics, taken as exact numbers.
+    each : int
+        Into how many parts for each harmonic a period is cut at least, where phi is no polynomial.
 
     Raises
     ------
@@ -148,8 +154,8 @@ def residual(loop: ForcedLoop, found: Balanced) -> Residual:
     with working_precision(BITS):
         rows, responses = _rows(loop, found)
         psi = [[acb(c.real, c.imag) for c in row] for row in found.psi.tolist()]
-        count = 1 if not found.wave.omega else max(_LEAST_POINTS, _power_of_two(_PER_HARMONIC * found.count))
-        total, largest, low = arb(0), arb(0), list[list[arb]]()
+        count = 1 if not found.wave.omega else max(_LEAST_POINTS, _power_of_two(each * found.count))
+        total, largest, low, parts = arb(0), arb(0), list[list[arb]](), list[Reals]()
         for i, curve in enumerate(loop.curves):
             checkpoint()
             missed = _of_polynomial(curve, loop.degrees[i], ball(loop.gains[i]), rows[i], psi[i])
@@ -159,15 +165,17 @@ def residual(loop: ForcedLoop, found: Balanced) -> Residual:
                 missed = _by_parts(curve, ball(loop.gains[i]), rows[i], psi[i], count)
             total, largest = total + missed.square, largest.max(missed.largest)
             low.append(missed.low)
-        return Residual(rows, responses, low, _top(total.sqrt()), largest)
+            parts.append(np.broadcast_to(np.array(missed.parts or [above(missed.largest)]), count))
+        return Residual(rows, responses, low, _top(total.sqrt()), largest, parts)
 
 
 class _Missed(NamedTuple):
-    """Of one channel the mean square of the residual, what it does not exceed, and the size of its harmonics."""
+    """Of one channel the mean square of the residual, what it does not exceed, the size of its harmonics, and parts."""
 
     square: arb
     largest: arb
     low: list[arb]
+    parts: list[float]
 
 
 def _by_parts(curve: Curve, g: arb, sigma: Harmonics, psi: Harmonics, count: int) -> _Missed:
@@ -176,7 +184,7 @@ def _by_parts(curve: Curve, g: arb, sigma: Harmonics, psi: Harmonics, count: int
     way, given = Sampled.of(sigma, count), Sampled.of(psi, count)
     bends, third = Sampled.of(_turned(_turned(sigma)), count).values, Sampled.of(_turned(sigma), count).bend
     given_bends, given_third = Sampled.of(_turned(_turned(psi)), count).values, Sampled.of(_turned(psi), count).bend
-    middles, moves = list[acb](), list[acb]()
+    middles, moves, parts = list[acb](), list[acb](), list[float]()
     for j, (s, ds, p, dp) in enumerate(zip(way.values, way.slopes, given.values, given.slopes, strict=True)):
         fast = _top(abs(ds)) + way.bend * half
         value, slope, _ = curve(s)
@@ -195,11 +203,13 @@ def _by_parts(curve: Curve, g: arb, sigma: Harmonics, psi: Harmonics, count: int
             quick = steep * fast + _top(abs(dp)) + given.bend * half
             part, most, mean = abs(e) + quick * half / arb(3).sqrt(), quick * half, quick * half / 2
         total += _top(part) ** 2
-        largest = largest.max(_top(abs(e) + abs(moved) * half + most))
+        here = _top(abs(e) + abs(moved) * half + most)
+        largest = largest.max(here)
+        parts.append(above(here))
         rest += _top(mean)
         middles.append(acb(e))
         moves.append(acb(moved))
-    return _Missed(_top(total / count), largest, _harmonics(middles, moves, _top(rest / count), len(psi)))
+    return _Missed(_top(total / count), largest, _harmonics(middles, moves, _top(rest / count), len(psi)), parts)
 
 
 def _harmonics(middles: list[acb], moves: list[acb], rest: arb, size: int) -> list[arb]:
@@ -227,7 +237,7 @@ def _of_polynomial(curve: Curve, degree: int | None, g: arb, sigma: Harmonics, p
         found[k] -= c / (2 if k else 1)
     sizes = [_top(abs(c)) for c in found]
     square = sizes[0] ** 2 + 2 * sum((v * v for v in sizes[1:]), arb(0))
-    return _Missed(_top(square), _top(sizes[0] + 2 * sum(sizes[1:], arb(0))), sizes[: len(psi)])
+    return _Missed(_top(square), _top(sizes[0] + 2 * sum(sizes[1:], arb(0))), sizes[: len(psi)], [])
 
 
 def _along_a_line(curve: Curve, g: arb, sigma: Harmonics, psi: Harmonics) -> _Missed | None:
@@ -240,7 +250,7 @@ def _along_a_line(curve: Curve, g: arb, sigma: Harmonics, psi: Harmonics) -> _Mi
     off = abs(value - g * sigma[0].real - psi[0].real)
     rest = [abs((slope - g) * s - p) for s, p in zip(sigma[1:], psi[1:], strict=True)]
     square = off**2 + sum((v * v for v in rest), arb(0)) / 2
-    return _Missed(_top(square), _top(off + sum(rest, arb(0))), [_top(off), *(_top(v / 2) for v in rest)])
+    return _Missed(_top(square), _top(off + sum(rest, arb(0))), [_top(off), *(_top(v / 2) for v in rest)], [])
 
 
 def band(loop: ForcedLoop, found: Balanced, gain: Fraction, smooth: Sequence[arb]) -> Band:
@@ -293,7 +303,8 @@ def peak(rows: list[Harmonics], *, period: bool = True) -> arb:
         return sum((row[0].real ** 2 for row in rows), arb(0)).sqrt()
     order = len(rows[0]) - 1
     bend = sum((_bend(row) ** 2 for row in rows), arb(0)).sqrt()
-    count = max(256, _power_of_two(8 * order))
+    many = order > _FEW_HARMONICS  # of these the value at a point is known by transforms alone
+    count = max(256, _power_of_two((64 if many else 8) * order))
     signals, low, heap = [Sampled.of(row, count) for row in rows], arb(0), list[tuple[float, int, fmpq, fmpq]]()
 
     def upper(values: list[arb], slopes: list[arb], half: arb) -> arb:
@@ -308,7 +319,7 @@ def peak(rows: list[Harmonics], *, period: bool = True) -> arb:
         heap.append((-above(upper(values, slopes, half)), j, fmpq(2 * j, count), fmpq(1, count)))
     heap = [one for one in heap if -one[0] >= low]
     heapq.heapify(heap)
-    for number in range(_PEAK_STEPS):
+    for number in range(0 if many else _PEAK_STEPS):
         if not -heap[0][0] > low * (1 + _CLOSE):
             break
         _, _, at, width = heapq.heappop(heap)

@@ -21,6 +21,7 @@ from lure.plants.performance import Performance, Rows
 
 MOST_STATES = 24
 _BITS = 192
+_POINTS, _DECADE, _SHARE, _HALF_TURN = 25, 10.0, 1e-9, 3.14
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,16 @@ class ForcedLoop:
     def doubles(self) -> tuple[Reals, ...]:
         """``A``, ``B``, ``C``, ``D``, ``E`` and ``F`` in doubles."""
         return tuple(_doubles(side) for side in (self.A, self.B, self.C, self.D, self.E, self.F))
+
+    def frequencies(self) -> list[Fraction]:
+        """Frequencies around those of the loop, in discrete time angles up to half a turn, with few digits."""
+        values = np.linalg.eigvals(self.doubles[0])
+        sizes = np.abs(np.log(values[values != 0])) if self.discrete else np.abs(values)
+        seen = sizes[sizes > _SHARE * sizes.max()] if sizes.size and sizes.max() > 0 else np.ones(1)
+        low, high = float(seen.min()) / _DECADE, float(seen.max()) * _DECADE
+        if self.discrete:
+            low, high = min(low, _HALF_TURN / _DECADE), _HALF_TURN
+        return [Fraction(f"{value:.3g}") for value in np.geomspace(low, high, _POINTS)]
 
     def responses(self, omega: float, count: int) -> tuple[Complexes, Complexes]:
         """From harmonics ``0, ..., count`` of ``nu`` and of ``w`` to those of ``(sigma, z)``, in floating point.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -15,6 +16,7 @@ from lure.analysis.forced.balance import Balanced, Wave, balanced
 from lure.analysis.forced.band import Band, NotEnclosed, band
 from lure.analysis.forced.existence import Existing, existing
 from lure.analysis.forced.loop import ForcedLoop
+from lure.analysis.forced.samples import Falling, falling, sample_band, settled
 from lure.analysis.forced.search import multiplier, solutions
 from lure.analysis.nonlinearity.membership import Status, examined, membership
 from lure.analysis.numerics.doubles import bound_above, bound_below
@@ -45,7 +47,6 @@ if TYPE_CHECKING:
     from lure.analysis.drawing import Axes
 
 _COUNTS, _WIDTH = (8, 16, 32, 64, 128), 1e-4  # harmonics; of the band, relative, where no more are taken
-_POINTS, _DECADE, _SHARE = 25, 10.0, 1e-9
 _NAMED = 12  # responses that are all in the sentence
 
 
@@ -319,8 +320,7 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
     Raises
     ------
     InputError
-        No slope bounds are known, the forcing does not fit, the plant is not rational, or the forcing is a sine and
-        time is discrete.
+        No slope bounds are known, the forcing does not fit, or the plant is not rational.
 
     Notes
     -----
@@ -351,7 +351,8 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
                 tell("the incremental gain", 0.5)
                 gain = l2_gain(asked.H, between, _added(asked.H))
                 reason = "" if math.isfinite(gain.gain.high) else "no incremental gain is proved"
-                for done, point, why in _points(asked, between, gain) if not reason else ():
+                factor = differences.rate.high
+                for done, point, why in _points(asked, between, gain.gain.high, factor) if not reason else ():
                     points.append(point)
                     missing += [(why, f"{point.omega:g}")] if why else []
                     tell("harmonic balance", 0.6 + 0.4 * done)
@@ -431,10 +432,6 @@ def _posed(loop: object, given: object, forcing: object, performance: object) ->
         width = H.inputs if sides is None else sides.inputs
         if moved.inputs != width:
             raise InputError(f"forcing has {moved.inputs} entries, and w has {width}; give one for each")
-        if H.dt is not None and any(moved.amplitude):
-            raise InputError(
-                "forcing.amplitude is given, and time is discrete, where a sampled sine need not repeat; give constant"
-            )
     assumed = _assumed(tested, classes)
     exact = rational_if_moderate(as_plant(plant))
     return _Asked(exact if isinstance(exact, RationalPlant) else H, H, classes, tested, moved, sides, assumed)
@@ -479,21 +476,31 @@ def _added(H: MultivariablePlant) -> Performance:
     return Performance(Bw=H.B, Cz=H.C, Dzw=H.D, Dzmu=H.D, Dsigmaw=H.D)
 
 
-def _waves(loop: ForcedLoop, forcing: Forcing) -> Iterator[tuple[float, Wave]]:
-    """The inputs, one for each frequency, with what share of them is done then."""
-    omegas = sorted(set(forcing.omega)) if forcing.omega else _chosen(loop) if any(forcing.amplitude) else [Fraction(0)]
-    zeros = (Fraction(0),) * forcing.inputs
+def _waves(loop: ForcedLoop, forcing: Forcing, dt: Fraction | None = None) -> Iterator[tuple[float, Wave]]:
+    """The inputs, one for each frequency, in discrete time its angle, with what share of them is done then."""
+    step, zeros = Fraction(dt or 1), (Fraction(0),) * forcing.inputs
+    omegas = sorted(set(forcing.omega)) if forcing.omega else [Fraction(0)]
+    if any(forcing.amplitude) and not forcing.omega:
+        omegas = [one / step for one in loop.frequencies()]
     for i, omega in enumerate(omegas, 1):
         checkpoint()
-        yield i / len(omegas), Wave(forcing.constant or zeros, forcing.amplitude or zeros, omega)
+        yield i / len(omegas), Wave(forcing.constant or zeros, forcing.amplitude or zeros, omega * step)
 
 
-def _points(asked: _Asked, between: Diagonal, gain: GainBound) -> Iterator[tuple[float, SteadyPoint, str]]:
-    """The response at each frequency, where one solution attracts all."""
+def _points(asked: _Asked, between: Diagonal, gain: float, factor: float) -> Iterator[tuple[float, SteadyPoint, str]]:
+    """The response at each frequency, where one solution attracts all, in discrete time with this factor."""
     slopes = [(Fraction(one.sector.lower), Fraction(one.sector.upper)) for one in between.classes]
     loop = ForcedLoop.around(asked.H, asked.performance, asked.known, slopes)
-    for done, wave in _waves(loop, cast("Forcing", asked.forcing)):
-        yield done, *_point(loop, wave, gain.gain.high)
+    waves, V, step = list(_waves(loop, cast("Forcing", asked.forcing), asked.H.dt)), None, Fraction(asked.H.dt or 1)
+    if loop.discrete and any(wave.omega for _, wave in waves):
+        V = falling(loop, factor)
+    for done, wave in waves:
+        checkpoint()
+        if not (loop.discrete and wave.omega):
+            yield done, *_point(loop, wave, gain)
+            continue
+        point, why = _sampled_point(loop, wave, V)
+        yield done, replace(point, omega=float(wave.omega / step)), why
 
 
 def _tried(asked: _Asked) -> Iterator[tuple[float, list[SteadyPoint], str]]:
@@ -574,9 +581,13 @@ def _point(loop: ForcedLoop, wave: Wave, gain: float) -> tuple[SteadyPoint, str]
     return _row(loop, found, shown, alone=True), why
 
 
-def _chosen(loop: ForcedLoop) -> list[Fraction]:
-    """Frequencies around those of the loop, with few digits."""
-    sizes = np.abs(np.linalg.eigvals(loop.doubles[0]))
-    seen = sizes[sizes > _SHARE * sizes.max()] if sizes.max() > 0 else np.ones(1)
-    low, high = float(seen.min()) / _DECADE, float(seen.max()) * _DECADE
-    return [Fraction(f"{value:.3g}") for value in np.geomspace(low, high, _POINTS)]
+def _sampled_point(loop: ForcedLoop, wave: Wave, V: Falling | None) -> tuple[SteadyPoint, str]:
+    """The same of a sampled sine, whose solution goes through all phases."""
+    found = settled(loop, wave)
+    shown, why = None, "no function of the state is found that falls along differences by so much"
+    if V is not None:
+        try:
+            shown, why = sample_band(loop, found, V), ""
+        except NotEnclosed as error:
+            why = str(error)
+    return _row(loop, found, shown, alone=True), why
