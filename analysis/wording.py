@@ -183,7 +183,7 @@ def destroys(shown: Refuted) -> str:
     does = "makes the loop oscillate" if moves and method_of(shown) in _ORBITS else _DOES[conclusion]
     verb, _, rest = does.partition(" ")
     said = counterexample(shown)
-    alone = said.startswith("phi = ") and " and " not in said
+    alone = said.startswith(("phi = ", "the gain ")) and " and " not in said
     several = not alone and (
         method_of(shown) in ("linear-gains", "linear-members", *_LATE, *_MOVING) or " and the gains" in said
     )
@@ -301,7 +301,11 @@ def _linear(shown: Refuted, gains: Sequence[str]) -> str:
         return linear_gain(exact[0])
     texts = [_near(gain) for gain in exact]
     about = "" if [Fraction(text) for text in texts] == exact else "about "
-    return constant_gains([about + texts[0], *texts[1:]]) if asked else f"the gains {about}{', '.join(texts)}"
+    return (
+        constant_gains([about + texts[0], *texts[1:]])
+        if asked
+        else f"the gain{'s' * (len(texts) > 1)} {about}{', '.join(texts)}"
+    )
 
 
 def constant_gains(gains: Sequence[str]) -> str:

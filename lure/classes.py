@@ -522,8 +522,6 @@ class Diagonal(Record, kw_only=False):
         return Diagonal(scaled, repeated=self.repeated)
 
     def __str__(self) -> str:
-        if len(self.classes) == 1:
-            return str(self.classes[0])
         return in_channels([str(one) for one in self.classes], self.blocks)
 
 
@@ -537,6 +535,8 @@ def in_channels(words: Sequence[str], blocks: Iterable[Sequence[int]]) -> str:
     blocks : iterable of sequences of int
         The channels, counted from 0, of each nonlinearity.
     """
+    if len(words) == 1:
+        return words[0]
     same = {block[0]: [f"phi_{i + 1}" for i in block] for block in blocks}
     shown = {i: each if len(each) < 4 else [each[0], "...", each[-1]] for i, each in same.items()}
     names = {i: " = ".join(each) for i, each in shown.items()}

@@ -19,6 +19,7 @@ from lure.analysis.questions.advice import row_asked, why
 from lure.analysis.questions.channels import Factors
 from lure.analysis.questions.conclusion import Certification, Conclusion, MismatchError, conclusion_of, undecided
 from lure.analysis.questions.largest import StabilityBound
+from lure.analysis.questions.one_late_channel import as_one_channel, bound_of_factors
 from lure.analysis.questions.problem import Plant, Problem, Search, by_matrices, plant_given
 from lure.analysis.questions.proofs import rank, silent
 from lure.analysis.questions.search import Attempts, Findings, Found, Tell, search_for
@@ -348,7 +349,7 @@ def answers(
     InputError, AssumptionError, ContradictionError, KeyboardInterrupt
         As :func:`max_sector`.
     """
-    found = [_nothing_yet(problem) for problem in problems]
+    found = [_nothing_yet(as_one_channel(problem)) for problem in problems]
 
     @cache
     def bounds() -> list[StabilityBound]:
@@ -358,7 +359,17 @@ def answers(
 
     search_for(found, bounds, seconds=seconds, numbers=numbers, tell=progress, brief=brief)
     rows = iter(bounds())
-    return [certification_of(each, bounds()) if isinstance(each, Attempts) else next(rows) for each in found]
+    listed = [certification_of(each, bounds()) if isinstance(each, Attempts) else next(rows) for each in found]
+    for i, (problem, each) in enumerate(zip(problems, found, strict=True)):
+        if each.asked.several == problem.several:
+            continue
+        if isinstance(each, Factors):
+            listed[i] = bound_of_factors(problem, each)
+        elif listed[i].verdict is Verdict.INCONCLUSIVE and problem.nonlinearity_class.sector.lower > 0:
+            wider = Attempts(problem)  # what is proved from 0 on may end a little higher
+            search_for([wider], list, seconds=seconds, numbers=numbers, tell=progress)
+            listed[i] = listed[i] if wider.certification is None else wider.certification
+    return listed
 
 
 def _nothing_yet(problem: Problem) -> Found:

@@ -97,13 +97,16 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
     upper = np.where(late, 0.0, upper)
     moved = np.array([bool(one.operator) for one in classes.classes])
     base = np.where(late, 1.0, np.where(moved, 0.0, np.minimum(np.maximum(lower, 0.0), upper)))
-    if classes.rectified or (not base.any() and poles[poles != 0].real.max(initial=-1) >= 0):
+    if classes.rectified:
         return None
     signed = [bool(classes.classes[block[0]].operator) for block in classes.blocks]
-    for method in ("late-gains", "late-turns") if base.any() else ():
+    unstable = poles[poles != 0].real.max(initial=-1) >= 0
+    for method in ("late-gains", "late-turns") if base.any() or unstable else ():
         never = refutation(asked, Fraction(1), {"method": method, "gains": [str(Fraction(v)) for v in base.tolist()]})
         if never is not None:
             return Fraction(0), never
+    if unstable and not base.any():
+        return None
     below = np.where(late, 0.0, np.minimum(lower, 0.0)) * (not base.any())
     upper = np.where(base < 0, lower, upper)
     for ends, signs in ((below, [False] * len(signed)), (upper, signed)):

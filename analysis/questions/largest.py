@@ -211,7 +211,7 @@ class StabilityBound(Record):
             return ""
         if self.classes is not None:
             return bound_below(self.largest.low)
-        end = self.proof.certificate["laws"]["sector"][1]
+        end = only_class(self.proof)["sector"][1]
         return _exactly(end, self.largest.low, double_below, bound_below)
 
     @property
@@ -418,9 +418,22 @@ def _made(parts: Mapping[str, Any]) -> StabilityBound:
     return StabilityBound(**parts)
 
 
+def only_class(shown: Proved | Refuted) -> Mapping[str, Any]:
+    """The class of a certificate about one nonlinearity, which may stand in a list of one.
+
+    Parameters
+    ----------
+    shown : Proved or Refuted
+        What the checker accepted.
+    """
+    laws: Mapping[str, Any] = shown.certificate["laws"]
+    found: Mapping[str, Any] = laws["channels"][0] if "channels" in laws else laws
+    return found
+
+
 def _ends(shown: Proved | Refuted) -> list[tuple[Fraction | float, Fraction | float]]:
     """The bounds of the class of a certificate: of the sector, and of the slopes where there are such."""
-    nonlinearities = shown.certificate["laws"]
+    nonlinearities = only_class(shown)
     return [
         (extended(low), extended(high))
         for low, high in filter(None, (nonlinearities["sector"], nonlinearities["slope"]))
@@ -429,7 +442,8 @@ def _ends(shown: Proved | Refuted) -> list[tuple[Fraction | float, Fraction | fl
 
 def _needed(shown: Refuted) -> Fraction | float:
     """The upper end of the least class with the nonlinearity of a certificate: that of its own, or a constant gain."""
-    gain = shown.certificate["proof"].get("gain")
+    proof = shown.certificate["proof"]
+    gain = proof["gains"][0] if proof["method"] in ("late-gains", "late-turns") else proof.get("gain")
     return max(high for _, high in _ends(shown)) if gain is None else Fraction(gain)
 
 
@@ -460,7 +474,7 @@ def proved_up_to(row: StabilityBound) -> str:
 def _end_text(witness: Witness | None, k: float) -> str:
     """The ``k`` of a counterexample as text, from its certificate where it has one."""
     refutation = None if witness is None else witness.refutation
-    end = "inf" if refutation is None else refutation.certificate["laws"]["sector"][1]
+    end = "inf" if refutation is None else only_class(refutation)["sector"][1]
     return _exactly(end, k, double_above, bound_above)
 
 

@@ -434,7 +434,7 @@ def analyse(
     problem = problem_of(loop_given(loop, nonlinearity))
     plant, given = problem.plant, problem.given
     lower = dict.fromkeys(("sector", "slope"), Fraction(0))
-    if given is not None and not isinstance(plant, DelayPlant):  # whose criteria begin at 0, whatever the class
+    if given is not None and not (isinstance(plant, DelayPlant) and given.sector.lower in (0, -math.inf)):
         lower = {"sector": _start(given.sector), "slope": _start(given.slope or given.sector)}
     asked = [
         Problem.largest(plant, question, lower=lower[question], odd=odd, time_varying=varying)

@@ -222,7 +222,7 @@ def best_taps(response: SampledResponse, length: int, *, odd: bool, start: Propo
         for i, value in zip(start.shifts, start.taps, strict=True):
             taps[shifts.index(i)] = value
     best = evaluated(response, shifts, taps)
-    active = np.union1d(np.linspace(0, np.pi, COARSE), best.tight)
+    active = np.union1d(np.linspace(response.omega[0], np.pi, COARSE), best.tight)
     for _ in range(ROUNDS):
         checkpoint()
         found = _linear_program(response.at(active) + best.inverse, active, best, odd=odd)

@@ -157,7 +157,7 @@ def test_a_play_beside_a_slope_from_a_file_and_the_time_varying_circle(tmp_path)
     found = max_sector(as_plant("1/(s+1)^3"), [PLAY])
     assert found.largest.low == pytest.approx(4, rel=1e-6)
     assert 5.5 < found.refuted_at < 8
-    assert "converges to the set of equilibria for every play phi_1 of a slope in [0, 3.99999" in str(found)
+    assert "converges to the set of equilibria for every play phi of a slope in [0, 3.99999" in str(found)
     path = tmp_path / "loop.toml"
     path.write_text(
         '[plant]\ntransfer = [["1/(s+1)", "1/(s+2)"], ["-1/(s+1)", "1/(s+3)"]]\n'

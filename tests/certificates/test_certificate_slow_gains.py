@@ -86,7 +86,7 @@ def test_slow_gains_approach_constant_ones_and_fast_gains_those_that_jump(rate, 
 
 
 def test_a_sentence_about_slow_gains_says_their_rate(proof):
-    words = "time-varying odd linear phi_1 with slope in [-1, 1], its gain at a rate of at most 0.335"
+    words = "time-varying odd linear phi with slope in [-1, 1], its gain at a rate of at most 0.335"
     assert class_words(proof["laws"]) == words
     assert "rates up to 67/200" in proof["hypotheses"]["class"]
 

@@ -21,7 +21,7 @@ def test_a_constant_delay_is_refuted_at_its_crossing_and_proved_close_to_it(a, b
     assert 0.999 * crossing < found.largest.low < crossing
     assert found.criterion == "piecewise-circle"
     assert found.witness.kind == "delay"
-    assert "delay phi_1 = sigma(t - tau), tau in [0," in str(found)
+    assert "delay phi = sigma(t - tau), tau in [0," in str(found)
 
 
 def test_a_varying_delay_has_the_bound_of_small_gain():

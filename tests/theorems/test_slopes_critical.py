@@ -10,6 +10,7 @@ from lure.analysis import max_slope
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second import recheck
+from lure.analysis.theorems.differences import jury_lee_largest
 from lure.analysis.theorems.kernels import Delay, Multiplier, check
 from lure.analysis.theorems.off_axis import off_axis_criterion, off_axis_largest
 from lure.analysis.theorems.park import park_largest
@@ -34,6 +35,16 @@ def test_every_slope_criterion_reaches_the_linear_gains_of_order_three(largest):
     assert 6 - 1e-6 < found.largest.low < 6 <= found.largest.high
     assert "converges to a point of the stationary set" in found.reason
     assert "residue 0.5 > 0" in found.hypotheses[0]
+
+
+# a sample at z = 1, no pole in floating point, once made every programme infeasible; an orbit of
+# period 5 destabilises from 9.665 on, Jury and Lee's criterion ends at 20/3
+def test_taps_in_discrete_time_reach_beyond_jury_and_lee():
+    block = RationalPlant([F(1, 10), F(1, 20)], [1, F(-3, 2), F(1, 2)], dt=1)
+    found, before = zames_falb_discrete_largest(block, odd=False, taps=10), jury_lee_largest(block)
+    assert before.largest.low == pytest.approx(20 / 3)
+    assert 9.4 < found.largest.low < 9.665
+    assert sum(map(F, found.parameters["taps"].values())) < 1
 
 
 # Popov: 1/k > Im H/(omega) stays behind; with slopes the gap to Routh's 92 closes

@@ -1,0 +1,81 @@
+"""One nonlinearity around a plant with dead time, its class beginning above 0, or below, or where nothing is stable."""
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from lure import NonlinearityClass, Sector, SlopeBounds
+from lure.analysis import analyse, certify, check, max_sector, max_slope
+from lure.analysis.certificates.second import recheck
+from lure.analysis.questions.conclusion import MismatchError
+from lure.analysis.verdict import Verdict
+
+# exp(-s/5)/(s - 1): a root i w with the gain k has k cos(w/5) = 1 and w = k sin(w/5), so w = tan(w/5), first at 7.15971
+_ENDS = {"exp(-s)/s": (Fraction(1, 2), math.pi / 2), "exp(-s/5)/(s-1)": (2, 7.22965), "exp(-s)/(s+1)": (-0.5, 2.261826)}
+
+
+@pytest.mark.parametrize("plant", _ENDS)
+def test_sectors_and_slopes_end_at_the_linear_gain(plant):
+    lower, end = _ENDS[plant]
+    for found in (max_sector(plant, lower=lower), max_slope(plant, lower=lower, odd=True)):
+        assert found.verdict is Verdict.PROVED
+        assert (
+            end * (1 - 2e-5) < found.largest.low < end * (1 + 1e-6) < found.refuted_at * (1 + 2e-6) < end * (1 + 2e-5)
+        )
+        assert found.lower == Fraction(lower)
+        assert found.classes is None
+        assert found.meaning.startswith("The point 0 attracts every solution")
+        for shown in (found.proof, found.refutation):
+            assert check(shown.certificate)
+            assert recheck(shown.certificate).accepted
+
+
+def test_a_sector_that_varies_with_time_ends_where_the_circle_criterion_does():
+    found, omega = max_sector("exp(-s)/s", lower=0.5, time_varying=True), np.linspace(1e-3, 50, 200_000)
+    H = np.exp(-1j * omega) / (1j * omega)
+
+    def least(k: float) -> float:
+        return float(((1 + k * H) * np.conj(1 + H / 2)).real.min())
+
+    assert least(found.largest.low) > 0 > least(found.largest.low * 1.001)
+    assert found.criterion == "piecewise-circle"
+
+
+def test_one_class_is_decided_as_far_and_analysed():
+    assert certify("exp(-s)/s", Sector(0.5, 1.5707)).verdict is Verdict.PROVED
+    assert certify("exp(-s)/s", Sector(0.5, 1.570795)).verdict is Verdict.PROVED  # from 0 on, as before
+    assert certify("exp(-s)/s", SlopeBounds(0.5, 1.5708)).verdict is Verdict.REFUTED
+    found = analyse("exp(-s)/s", "0.5*sigma + tanh(sigma)/2")
+    assert found.verdict is Verdict.PROVED
+    assert found.conclusion.attracts
+    assert [row.lower for row in found.rows] == [Fraction(1, 2)] * 4
+    assert found.asked.proved_text == "1.57078"
+
+
+@pytest.mark.parametrize(
+    ("plant", "lower", "gain"),
+    [("-exp(-s)/s", 0, 1e-6), ("exp(-s)/(s-1)", 0, 0), ("exp(-s)/(s-1)", 0.5, 0.5), ("exp(-s)/s", -0.5, 0)],
+)
+def test_plants_that_small_gains_destabilise_are_refuted(plant, lower, gain):
+    # with s > 0: s = k exp(-s) has a root for every k > 0; s - 1 + k exp(-s) is below 0 at s = 0 for k < 1
+    found = max_sector(plant, lower=lower)
+    assert found.verdict is Verdict.REFUTED
+    assert found.refuted_at == pytest.approx(gain, abs=1e-6)
+    assert check(found.refutation.certificate)
+    assert recheck(found.refutation.certificate).accepted
+    assert certify(plant, Sector(lower, 1)).verdict is Verdict.REFUTED
+    varying = NonlinearityClass(sector=Sector(lower, 1), time_varying=True)
+    assert analyse(plant, varying).verdict is Verdict.REFUTED
+
+
+def test_more_than_the_certificate_shows_is_refused():
+    found = max_sector("exp(-s)/s", lower=0.5)
+    for changed in ({"lower": Fraction(0)}, {"largest": replace(found.largest, low=1.5709, high=1.6)}):
+        with pytest.raises(MismatchError):
+            replace(found, **changed)
+    never = max_sector("exp(-s)/s", lower=2)
+    with pytest.raises(MismatchError):
+        replace(max_sector("-exp(-s)/s"), refuted_at=1e-9, witness=replace(never.witness, k=1e-9))
