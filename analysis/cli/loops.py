@@ -7,7 +7,7 @@ import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
@@ -36,8 +36,10 @@ from lure.analysis.cli.progress import progress
 if TYPE_CHECKING:
     from lure.analysis.inequality.gains import GainInterval
     from lure.analysis.questions import StabilityBound
+    from lure.analysis.theorems.kernel_limit import MultiplierLimit
     from lure.analysis.verdict import Bracket, Witness
     from lure.files.system import LoopSystem
+    from lure.plants.rational import RationalPlant
 
 # The answers of ``lure max-sector`` and ``lure max-slope`` in a few lines to quote.
 
@@ -277,6 +279,7 @@ def max_slope(
     odd: Annotated[bool, typer.Option("--odd", help="Assume that phi is odd.")] = False,
     criterion: Criterion = "best",
     lower: Lower = "0",
+    limits: Annotated[bool, typer.Option("--limits", help="Say what no multiplier proves.")] = False,
     seconds: Seconds = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -284,15 +287,54 @@ def max_slope(
 ) -> int:
     """Print the largest slope."""
     check_seconds(seconds)
-    several = _several(system, (num, den, transfer, dt), {"--lower": lower != "0", "--odd": odd})
+    given = {"--lower": lower != "0", "--odd": odd, "--limits": limits}
+    several = _several(system, (num, den, transfer, dt), given)
     if several is not None:
         return _largest_factor(several, "slope", criterion, seconds, as_json=as_json, quiet=quiet, verbose=verbose)
     block = block_of(num, den, transfer, dt, system)
+    if limits:
+        _check_limits(block)
     from lure.analysis.questions import max_slope as run
 
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(block, odd=odd, criterion=criterion, lower=number_of(lower), seconds=seconds, progress=tell)
-    return _print(found, block, as_json=as_json)
+    if not limits:
+        return _print(found, block, as_json=as_json)
+    limit = _limit(found, block)
+    if as_json:
+        print_json(found.to_dict() | {"multiplier_limit": None if limit is None else limit.to_dict()})
+        return exit_status(found.verdict)
+    status = _print(found, block, as_json=False)
+    print("\n".join(_wrapped([_NO_LIMIT if limit is None else str(limit)])))
+    return status
+
+
+_NO_LIMIT = "No slope was found from which on no multiplier of Zames and Falb proves anything."
+
+
+def _check_limits(block: object) -> None:
+    from lure.plants.rational import RationalPlant
+
+    if not isinstance(block, RationalPlant) or block.dt is not None:
+        raise refused(
+            "--limits is for rational blocks in continuous time; in discrete time --criterion zames-falb tells it"
+        )
+
+
+def _limit(found: StabilityBound, block: object) -> MultiplierLimit | None:
+    """The slope from which no multiplier proves anything, where there may be one."""
+    from lure.analysis.theorems.kernel_limit import multiplier_limit
+    from lure.analysis.verdict import Verdict
+
+    if found.closed or found.verdict is not Verdict.PROVED:
+        return None
+    return multiplier_limit(
+        cast("RationalPlant", block),
+        odd=found.odd,
+        lower=found.lower,
+        above=found.largest.low,
+        below=min(found.hurwitz.high, math.inf if found.refuted_at is None else found.refuted_at),
+    )
 
 
 def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str, bool]) -> LoopSystem | None:

@@ -211,11 +211,17 @@ Examples:
   lure max-slope --num "1 -0.2 -0.1" --den "1 2 1 1"
   lure max-slope --odd --num "2 0.92" --den "1 -0.5 0" --dt 1 --json
   lure max-slope --system plant.toml --criterion park
+  lure max-slope --transfer "s^2/(s^4+0.2*s^3+6*s^2+0.1*s+1)" --limits
 
 \b
 H is the block from mu to sigma, and mu = -phi(sigma) with phi(0) = 0 and
 every difference quotient of phi in [K1, k].  Without --odd nothing is assumed
 of the symmetry of phi, and a bound for odd phi need not hold.
+
+\b
+With --limits it is also said from which slope on no multiplier of Zames and
+Falb with a Popov term proves anything (certified; continuous time): whether
+loops beyond it are stable, no search for multipliers will tell.
 
 \b
 When --seconds are over, or on Ctrl-C, the best bounds so far are printed and

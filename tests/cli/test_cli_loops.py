@@ -4,13 +4,16 @@ import json
 import math
 import re
 from fractions import Fraction
+from functools import partial
 
 import pytest
 from commands import THIRD, names
 
 from lure import RationalPlant
+from lure.analysis import questions
 from lure.analysis.cli.loops import linear, lines
 from lure.analysis.questions import max_sector, max_slope, search
+from lure.analysis.theorems import kernel_limit
 from lure.analysis.verdict import Bracket
 from lure.files import parse_system, plant_template, read_system
 from lure.files.builtin import builtin_loop, loop_names
@@ -52,6 +55,22 @@ def test_the_slope_of_a_published_example_with_its_counterexample(lure):
     odd = json.loads(lure("max-slope", "--odd", *EXAMPLE_6, "--json")[1])
     assert 1.0869 < odd["largest"][0] < 25 / 23 == pytest.approx(odd["hurwitz"][1])
     assert odd["odd"] is True
+
+
+def test_a_slope_that_no_multiplier_reaches(lure, monkeypatch):
+    # Kalman and Fitts, b = .03: see tests/theorems/test_multiplier_limit.py
+    monkeypatch.setattr(kernel_limit, "STEPS", (4,))
+    fitts = "s^2/(((s+0.03)^2+0.81)*((s+0.03)^2+1.21))"
+    monkeypatch.setattr(questions, "max_slope", partial(max_slope, search="linear"))
+    status, out, _ = lure("max-slope", "--transfer", fitts, "--criterion", "circle", "--limits")
+    assert status == 0
+    assert "No multiplier of Zames and Falb with a Popov term proves monotone" in " ".join(out.split())
+    data = json.loads(lure("max-slope", "--transfer", fitts, "--criterion", "circle", "--limits", "--json")[1])
+    assert data["largest"][0] < Fraction(data["multiplier_limit"]["k"]) < 0.4
+    status, out, _ = lure("max-slope", "--transfer", "1/(s+1)", "--limits")
+    assert "No slope was found from which on no multiplier" in " ".join(out.split())
+    status, _, err = lure("max-slope", *EXAMPLE_6, "--limits")
+    assert (status, "--limits is for rational blocks in continuous time" in err) == (2, True)
 
 
 def test_an_infinite_reach_is_the_text_inf(lure):

@@ -51,6 +51,7 @@ from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.spectrum import rod_spectrum
 from lure.analysis.sweeps import SweepSummary
 from lure.analysis.testing import NonlinearityViolation, assert_in_sector
+from lure.analysis.theorems.kernel_limit import multiplier_limit
 from lure.analysis.theorems.passivity import passivity_indices
 from lure.analysis.verdict import Evidence
 from lure.expressions import Expression
@@ -281,6 +282,7 @@ RESULTS = {
 
 HOSTILE = "<script>alert('\"&')</script>"
 THIRD = RationalPlant([1], [1, 3, 2, 0])
+FITTS = RationalPlant([1, 0, 0], [1, F("0.12"), F("2.0254"), F("0.121308"), F("0.98191881")])
 
 
 def loop_named(name):
@@ -394,6 +396,7 @@ ANSWERS = {
     "largest, dead time": lambda: max_sector("exp(-s)/(s+1)"),
     "largest, rod": lambda: max_sector(lure.rod.RodPlant(paper_rod())),
     "largest, computed": lambda: max_sector(lure.StateSpace(-np.eye(3) + np.eye(3, k=1), [0, 0, 1], [1, 0, 0])),
+    "multiplier limit": lambda: multiplier_limit(FITTS, odd=False, above=0.3247),
     "largest, orbit": lambda: max_slope("(2*z+0.92)/(z^2-0.5*z)", odd=True),
 }
 RESULTS |= {name: cache(make) for name, make in ANSWERS.items()}
