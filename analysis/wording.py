@@ -26,7 +26,8 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     "the L2 gain from w to z is above gamma in a loop of the class": "gives the loop a larger L2 gain",
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
-_ORBITS, _MOVING = ("orbit", "flow-orbit", "memory-orbit", "sampled-orbit"), ("switched-gains", "ramped-gains")
+_ORBITS = ("orbit", "flow-orbit", "memory-orbit", "sampled-orbit")
+_MOVING = ("switched-gains", "ramped-gains", "members")
 _LATE = ("late-gains", "late-turns", "late-crossing")
 
 
@@ -257,6 +258,8 @@ def _destabilising(shown: Refuted) -> str:
         return _linear(shown, own)
     if method in _LATE:
         return _linear(shown, proof["gains"][0] if method == "late-crossing" else proof["gains"])
+    if method == "members":
+        return _moving(shown.certificate["system"], proof)
     if method in _MOVING:
         first, second = (", ".join(_near(Fraction(gain)) for gain in row) for row in proof["gains"][:2])
         more = f" and {len(proof['gains']) - 2} more" if len(proof["gains"]) > 2 else ""
@@ -291,6 +294,27 @@ def _destabilising(shown: Refuted) -> str:
         graphs, period = [_graph(one) for one in proof["nonlinearities"]], len(proof["inputs"]) * (1 + proof["half"])
         return f"{'; '.join(graphs)}, period {period} samples"
     return "a nonlinearity of the class"
+
+
+def _moving(system: Mapping[str, Any], proof: Mapping[str, Any]) -> str:
+    """Parameters that move, and the gains beside them."""
+    names = [name for name, *_ in system["parameters"]]
+    rates = system.get("rates") or ["0"] * len(names)
+    paths = [[Fraction(point[j]) for point in proof["at"]] for j in range(len(names))]
+    said, how = list[str](), ""
+    for name, path, rate in zip(names, paths, rates, strict=True):
+        ends = _near(min(path)), _near(max(path))
+        if len(set(path)) == 1:
+            said.append(f"{name} = {ends[0]}")
+            continue
+        said.append(f"{name} between {ends[0]} and {ends[1]}")
+        how = f", {'jumping over and over' if rate == 'inf' else 'going to and fro'},"
+    rows = [tuple(row) for row in dict.fromkeys(tuple(row) for row in proof["gains"])]
+    gains = ["(" + ", ".join(_near(Fraction(gain)) for gain in row) + ")" for row in rows]
+    beside = f"the gain{'s' * (len(rows[0]) > 1)} {gains[0][1:-1]}"
+    if len(gains) > 1:
+        beside = f"gains that jump between {gains[0]} and {gains[1]} over and over"
+    return f"parameters with {', '.join(said)}{how} and {beside}"
 
 
 def _linear(shown: Refuted, gains: Sequence[str]) -> str:

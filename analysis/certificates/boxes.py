@@ -16,11 +16,13 @@ from math import prod
 from operator import mul
 from typing import Any, NamedTuple
 
+from . import channels, states
 from .arithmetic import INF, MINUS, ZERO, Form, S, fields, form, homogeneous, integer, need, number, numbers, real, tick
 from .balls import box as covered
 from .balls import tail
 from .blocks import Block, over_s
-from .channels import MOST_CHANNELS, MOST_STATES, Plant, Rows
+from .channels import MOST_CHANNELS, MOST_STATES, Plant, Rows, closed_by
+from .gains import MOST_STEPS
 from .parametric import coefficients
 
 MOST_PARAMETERS, MOST_DEGREE, MOST_NODES, MOST_BOXES, DEEPEST = 6, 12, 2000, 20_000, 400
@@ -401,8 +403,55 @@ def member(system: Any, proof: Any) -> tuple[Any, Any, dict[str, str]]:
     H: Plants | Matrices | Rods = (
         plants(system) if kind in ("family", LATE) else matrices(system) if kind in CHANNELS else rods(system)
     )
+    need(proof["method"] == "member", "one plant of the box is needed")
     _, at, inner = fields(proof, "method", "at", "proof")
     point = numbers(at, len(H.names))
     need(all(low <= v <= high for v, (low, high) in zip(point, H.box)), "the parameters are outside their bounds")
     form(isinstance(inner, dict) and "method" in inner and inner["method"] != "member", "a proof is missing")
     return H.at(point), inner, {"parameters": ", ".join(f"{name} = {v}" for name, v in zip(H.names, point))}
+
+
+def moving_members(system: Any, asked: Any, proof: Any) -> dict[str, str]:
+    """Parameters that change, over and over, beside gains that stay or jump: some solution grows.
+
+    One that may change at any speed jumps from list to list; one of a bounded rate goes linearly, and stands in ``A``
+    alone, to the first power, so that the matrix of the loop goes linearly too.
+    """
+    H = matrices(system)
+    discrete, keys = H.time == "discrete", ("method", "at", "gains", "squarings", "bits")
+    _, path, data, squarings, bits, *lengths = fields(proof, *keys, *([] if discrete else ["times"]))
+    lists = isinstance(path, list) and isinstance(data, list) and 0 < len(path) == len(data) <= MOST_STEPS
+    form(lists, f"at and gains are 1 to {MOST_STEPS} lists, as many of both")
+    plain = not asked.operators and not any(one.memory or one.relu for one in asked.families)
+    need(plain and len(H.terms[0][2][0]) <= 64, "functions of sigma and orders up to 64 are needed")
+    points, rows = [numbers(one, len(H.names)) for one in path], [channels.member(one, asked) for one in data]
+    times = [None] * len(rows) if discrete else numbers(lengths[0], len(rows))
+    need(all(t is None or t > 0 for t in times), "a time is not positive")
+    inside = all(low <= v <= high for point in points for v, (low, high) in zip(point, H.box))
+    need(inside, "the parameters are outside their bounds")
+    for i, family in enumerate(asked.families):
+        free = family.varying and not family.linear
+        need(
+            free or len({row[i] for row in rows}) == 1, f"the gain of channel {i + 1} does not vary so fast, or at all"
+        )
+    following, slow = [*points[1:], points[0]], list[int]()
+    for j, (name, rate) in enumerate(zip(H.names, H.rates or [ZERO] * len(H.names))):
+        moves = [(abs(after[j] - point[j]), t) for point, after, t in zip(points, following, times)]
+        if any(move for move, _ in moves) and rate != INF:
+            need(
+                all(t is not None and move <= rate * t for move, t in moves),
+                f"{name} does not change so fast, or at all",
+            )
+            slow.append(j)
+    for powers, common, sides in H.terms:
+        turned = sum(powers[j] for j in slow)
+        alone = not common and not any(any(map(any, side)) for side in sides[1:])
+        need(not turned or (turned == 1 and alone), "what goes linearly stands elsewhere than in A, or to a power")
+    steps = list[Any]()
+    for point, after, row, t in zip(points, following, rows, times):
+        last = [after[j] if j in slow else v for j, v in enumerate(point)]
+        ends = [closed_by(H.plant(one), row) for one in ([point] if last == point else [point, last])]
+        need(None not in ends, "1 + H(inf) G is singular for some of the parameters and gains")
+        steps.append((ends[0], t, *ends[1:]))
+    found = states.grows(steps, integer(squarings, 0, 64), integer(bits, 64, 4096))
+    return found | {"parameters": words(H.names, H.box, H.rates)}

@@ -93,12 +93,11 @@ def examined(
         late = "late" in system  # the past, and the inputs to the block, matter then
         return True, 10 if late else 0 if asked.performance is None else 7, facts | found, assumed
     need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
-    if family:
-        need(proof["method"] == "member", "one plant of the box is needed")
-        system, proof, point = boxes.member(system, proof)
-        facts |= point
+    if family and proof["method"] == "members":
+        return False, 1, facts | boxes.moving_members(system, asked, proof), ""
+    system, proof, point = boxes.member(system, proof) if family else (system, proof, {})
     end, found = gains.refuted(system, asked, proof)
-    return False, end, facts | found, ""
+    return False, end, facts | point | found, ""
 
 
 def contacts(system: Any) -> int:

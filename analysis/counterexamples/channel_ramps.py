@@ -91,6 +91,10 @@ class RampedGains(GainsAround):
         """Whether its gain enters the matrix of the loop affinely."""
         return self.discrete or not self.D[list(block)].any()
 
+    def _top(self, i: int, alpha: Fraction) -> Fraction:
+        """The upper end of a gain."""
+        return alpha * self.upper[i]
+
     def _gains(
         self, moving: tuple[int, ...], ends: tuple[int, ...], share: Fraction, alpha: Fraction
     ) -> list[Fraction]:
@@ -99,7 +103,7 @@ class RampedGains(GainsAround):
         for j, block in enumerate(self.blocks):
             part = share if j in moving else Fraction(next(rest))
             for i in block:
-                found[i] = self.lower[i] + part * (alpha * self.upper[i] - self.lower[i])
+                found[i] = self.lower[i] + part * (self._top(i, alpha) - self.lower[i])
         return found
 
     def _rise(self, moving: tuple[int, ...], alpha: Fraction) -> Fraction:
@@ -108,7 +112,7 @@ class RampedGains(GainsAround):
         for j in moving:
             i, rate = self.blocks[j][0], self.rates[j]
             assert rate is not None, "it moves"
-            times.append((alpha * self.upper[i] - self.lower[i]) / rate)
+            times.append((self._top(i, alpha) - self.lower[i]) / rate)
         return max(times)
 
     def _shares(self, shape: Sequence[Fraction], needed: Fraction) -> tuple[list[Fraction], list[Fraction]]:

@@ -15,6 +15,7 @@ from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.counterexamples.channel_ramps import RampedGains
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.counterexamples.late_gains import LateGains
+from lure.analysis.counterexamples.moving_parameters import MovingParameters
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import is_critical
@@ -22,9 +23,10 @@ from lure.analysis.questions.problem import Problem
 from lure.arrays import np
 from lure.classes import DELAYS
 from lure.errors import InputError
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
 
-RAMPS = "ramped-gains"
+RAMPS, MEMBERS = "ramped-gains", "members"
 _SURE = 1e-6  # of the largest entry: a growth below is more than rounding
 
 
@@ -162,6 +164,43 @@ def switching_refuting(
         if shown is not None:
             return alpha, shown
     return _ramps_refuting(asked, known, most, whole=whole)
+
+
+def parameters_refuting(
+    asked: Problem, known: Fraction, most: float, *, whole: bool = False
+) -> tuple[Fraction, Refuted] | None:
+    """The smallest factor above what is known with parameters or gains that change; 0 where no gain is needed.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question, about plants with parameters.
+    known : Fraction
+        A factor up to which nothing grows; 0 where nothing is known.
+    most : float
+        The largest factor of interest.
+    whole : bool
+        Whether as a refutation of the classes as they are given.
+    """
+    family, classes = asked.plant, asked.classes
+    assert isinstance(family, ChannelFamily), "asked of such plants"
+    plain = not classes.operators and not classes.rectified and not any(one.memory for one in classes.classes)
+    if not plain:
+        return None
+    search, best = MovingParameters(family, classes), None
+    for moving in (search.jumps, search.ramps):
+        for one in moving(double_above(known), most):
+            alpha = Fraction(1) if whole or not one.factor else Fraction(one.factor)
+            proof: dict[str, Any] = {"method": MEMBERS, "at": [texts(row) for row in one.at]}
+            proof |= {"gains": [texts(row) for row in one.gains], "squarings": one.squarings, "bits": one.bits}
+            shown = refutation(asked, alpha, proof | ({} if search.discrete else {"times": texts(one.times)}))
+            if shown is not None:
+                best = alpha if whole else Fraction(one.factor), shown
+                break
+        if best is not None and (whole or not best[0]):
+            break
+        most = most if best is None else float(best[0])
+    return best
 
 
 def _ramps_refuting(asked: Problem, known: Fraction, most: float, *, whole: bool) -> tuple[Fraction, Refuted] | None:

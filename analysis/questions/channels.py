@@ -33,8 +33,10 @@ from lure.analysis.questions.channel_proofs import (
     proved_whole,
 )
 from lure.analysis.questions.channel_refutations import (
+    MEMBERS,
     RAMPS,
     constant_gains,
+    parameters_refuting,
     refutation,
     switching_refuting,
     unsettled,
@@ -49,7 +51,7 @@ from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
 
 Tell = Callable[[str, float], None]
-MOVING, ORBITS = ("switched-gains", RAMPS), ("flow-orbit", "memory-orbit", "sampled-orbit")
+MOVING, ORBITS = ("switched-gains", RAMPS, MEMBERS), ("flow-orbit", "memory-orbit", "sampled-orbit")
 _NO_MULTIPLIER = "no multiplier was found"
 _MOST_ROUTH = 40  # states; beyond them exact arrays take a minute, and come after the criteria
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
@@ -280,7 +282,7 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
             found.proofs.append(said[-1])
 
     def switch() -> None:
-        search = partial(switching_refuting, asked, found.known, most)
+        search = partial(parameters_refuting if family else switching_refuting, asked, found.known, most)
         jumping = guarded("switched gains", search, passing=(TimeoutError,))
         found.against = jumping if isinstance(jumping, tuple) else found.against
 
@@ -307,7 +309,7 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
         if late:
             yield "constant gains", afterwards
             most = math.inf if found.against is None else float(found.against[0])
-        if found.known < most * (1 - _NEAR) and not family:
+        if found.known < most * (1 - _NEAR):
             yield "switched gains", switch
         most = math.inf if found.against is None else float(found.against[0])
         if found.known < most * (1 - _OPEN) and not family:
@@ -439,7 +441,9 @@ def proposals(
         return None if found is None else found[1]
 
     def jumping() -> Refuted | None:
-        found = against(lambda one: switching_refuting(one, one.classes.least, 1.0, whole=True))
+        found = parameters_refuting(asked, asked.classes.least, 1.0, whole=True) if family else None
+        if not family:
+            found = switching_refuting(asked, asked.classes.least, 1.0, whole=True)
         return None if found is None else found[1]
 
     def oscillating() -> Refuted | None:
@@ -460,7 +464,8 @@ def proposals(
         yield criterion.name, partial(whole, criterion)
     if late:
         yield "constant gains", gains
-    if not rows and asked.time_varying:
+    moving = isinstance(asked.plant, ChannelFamily) and any(asked.plant.rates)
+    if not rows and (asked.time_varying or moving):
         yield "switched gains", jumping
     if not rows:
         yield "periodic solutions", oscillating

@@ -31,7 +31,8 @@ from lure.analysis.certificates.second.boxes import (
     read_parameters,
     require_inside,
 )
-from lure.analysis.certificates.second.channels import Asked, read_classes, require_uniform
+from lure.analysis.certificates.second.channel_gains import LONGEST, Step, require_outside
+from lure.analysis.certificates.second.channels import Asked, closed_by, member, read, read_classes, require_uniform
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
 from lure.analysis.certificates.second.numerics import to_fmpq, working_precision
 from lure.analysis.certificates.second.pace import popov_terms
@@ -141,7 +142,7 @@ def read_plants(system: Mapping[str, object]) -> Plants:
     return Plants(discrete=found["time"] == "discrete", box=box, terms=tuple(terms), rates=rates)
 
 
-def member(document: Document) -> Document:
+def one_member(document: Document) -> Document:
     """The document of one plant of a box, with which a refutation is about an ordinary loop.
 
     Parameters
@@ -158,6 +159,65 @@ def member(document: Document) -> Document:
     require(found["method"] == "member", "one plant of the box is needed")
     point = require_inside(found["at"], plants.box)
     return replace(document, system=plants.at(point), proof=mapping(found["proof"]))
+
+
+def require_growth(document: Document) -> None:
+    """Check that some solution grows where parameters move over and over, beside gains that stay or jump.
+
+    Parameters of a bounded rate go linearly, and then the matrix of the loop has to: ``A`` is affine in them, and
+    nothing else has them.
+
+    Parameters
+    ----------
+    document : Document
+        The parts of the certificate.
+
+    Raises
+    ------
+    NotShown
+        They may not move so, or nothing is shown to grow.
+    """
+    plants, late = read_plants(document.system), () if document.system["time"] == "discrete" else ("times",)
+    require(document.verdict == "REFUTED", "growth is no proof")
+    require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
+    require(document.rate is None, "with parameters that change no rates are refuted")
+    found = record(document.proof, "method", "at", "gains", "squarings", "bits", *late)
+    count(found["squarings"])
+    count(found["bits"], least=2)
+    points = [require_inside(one, plants.box) for one in listed(found["at"])]
+    loops = [read(replace(document, system=plants.at(point))) for point in points]
+    require(0 < len(points) <= LONGEST, "there are no parameters, or too many")
+    rows = [member(one, loops[0]) for one in listed(found["gains"])]
+    times = [None] * len(rows) if plants.discrete else numbers(found["times"])
+    require(len(rows) == len(points) == len(times), "parameters, gains and times do not fit")
+    require(all(t is None or t > 0 for t in times), "a time is not positive")
+    require(not loops[0].operators and not loops[0].performance, "operators are not covered with parameters that move")
+    for one, gains in zip(loops[0].nonlinearities, zip(*rows, strict=True), strict=True):
+        require(one.memory is None and not one.relu, "memory and ReLUs have no gains")
+        require(
+            len(set(gains)) == 1 or (one.time_varying and not one.linear), "the class has no gains that vary so fast"
+        )
+    going = set[int]()
+    for j, rate in enumerate(plants.rates):
+        path = [point[j] for point in points]
+        if len(set(path)) == 1 or rate is None:
+            continue
+        for here, there, t in zip(path, path[1:] + path[:1], times, strict=True):
+            require(t is not None and -rate * t <= there - here <= rate * t, "a parameter does not change so fast")
+        going.add(j)
+    for powers, (common, _, *others) in plants.terms:
+        degree = sum(powers[j] for j in going)
+        still = common[0, 0] == 0 and all(v == 0 for side in others for v in side.entries())
+        require(degree == 0 or (degree == 1 and still), "the loop does not go linearly with its parameters")
+    steps = list[Step]()
+    for loop, point, after, row, t in zip(loops, points, points[1:] + points[:1], rows, times, strict=True):
+        end = [after[j] if j in going else v for j, v in enumerate(point)]
+        first = closed_by(loop, row)
+        last = first if end == point else closed_by(read(replace(document, system=plants.at(end))), row)
+        if first is None or last is None:
+            raise NotShown("with some of the parameters the loop has no solution")
+        steps.append((first, last, t))
+    require_outside(steps)
 
 
 def require_proved(document: Document) -> bool:

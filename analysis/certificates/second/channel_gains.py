@@ -127,6 +127,9 @@ def positive_between(p: fmpq_poly, low: Fraction | None, high: Fraction | None) 
     return bool(p(b) > 0) and positive_from_zero(whole)
 
 
+Step = tuple[fmpq_mat, fmpq_mat, Fraction | None]
+
+
 def refuted(document: Document, asked: Asked) -> str:
     """What gains do that are constant, or that jump and repeat."""
     if document.proof.get("method") in ("switched-gains", "ramped-gains"):
@@ -169,7 +172,7 @@ def _growing(asked: Asked, gains: Sequence[Fraction], rate: Fraction) -> str:
 
 
 def _require_growth(document: Document, asked: Asked) -> None:
-    """Check ``|tr M^N| > n`` for the matrix ``M`` of one period: it has an eigenvalue outside the unit disc."""
+    """Check that gains that jump, or go linearly, let some solution grow."""
     found = record(document.proof, "method", "gains", "squarings", "bits", *([] if asked.discrete else ["times"]))
     ramps = found["method"] == "ramped-gains"
     require(not (ramps and asked.discrete), "gains go linearly in continuous time only")
@@ -188,22 +191,43 @@ def _require_growth(document: Document, asked: Asked) -> None:
         require(free, "the class has no gains that vary so fast")
         alone = all(asked.D[i, j] == 0 for j in range(asked.D.ncols()))
         require(alone or not ramps, "a gain moves whose sigma is no function of the state alone")
-    n, closed = asked.A.nrows(), {tuple(row): closed_by(asked, row) for row in rows}
+    closed = {tuple(row): closed_by(asked, row) for row in rows}
+    steps = list[Step]()
+    for row, after, time in zip(rows, rows[1:] + rows[:1], times, strict=True):
+        first, last = closed[tuple(row)], closed[tuple(after)]
+        if first is None or last is None:
+            raise NotShown("with some of the gains the loop has no solution")
+        steps.append((first, last if ramps and row != after else first, None if asked.discrete else time))
+    require_outside(steps)
+
+
+def require_outside(steps: Sequence[Step]) -> None:
+    """Check ``|tr M^N| > n`` for the matrix ``M`` of one period: it has an eigenvalue outside the unit disc.
+
+    Parameters
+    ----------
+    steps : sequence of (fmpq_mat, fmpq_mat, Fraction or None)
+        The matrix at the beginning of each step and at its end, to which it goes linearly, and the time; None for a
+        step of discrete time.
+
+    Raises
+    ------
+    NotShown
+        None is shown.
+    """
+    n, ramps = steps[0][0].nrows(), any(first != last for first, last, _ in steps)
     for bits in BITS[: 2 if ramps else len(BITS)]:
         with working_precision(bits):
-            whole, steps = balls([Fraction(1)] * n), dict[tuple[tuple[Fraction, ...], ...], arb_mat]()
-            for row, after, time in zip(rows, rows[1:] + rows[:1], times, strict=True):
-                matrix, last = closed[tuple(row)], closed[tuple(after)]
-                if matrix is None or last is None:
-                    raise NotShown("with some of the gains the loop has no solution")
-                key = (tuple(row), tuple(after) if ramps else (), (time,))
-                if key not in steps:
-                    G = arb_mat(matrix)
-                    if ramps and row != after:
-                        steps[key] = _ramp(G, arb_mat(last), ball(time))
+            whole, known = balls([Fraction(1)] * n), dict[tuple[str, ...], arb_mat]()
+            for first, last, time in steps:
+                key = str(first.entries()), str(last.entries()), str(time)
+                if key not in known:
+                    G = arb_mat(first)
+                    if first != last and time is not None:
+                        known[key] = _ramp(G, arb_mat(last), ball(time))
                     else:
-                        steps[key] = G if asked.discrete else (G * ball(time)).exp()
-                whole = steps[key] * whole
+                        known[key] = G if time is None else (G * ball(time)).exp()
+                whole = known[key] * whole
             for _ in range(SQUARINGS):
                 tick()
                 if abs(whole.trace()) > n:

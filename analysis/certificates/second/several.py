@@ -92,7 +92,10 @@ def shown(document: Document) -> str:
     if document.system.get("kind") in (channel_boxes.KIND, channel_boxes.VARYING):
         if document.verdict == "PROVED":
             return claims.GAIN if channel_boxes.require_proved(document) else claims.ATTRACTS
-        document = channel_boxes.member(document)
+        if document.proof.get("method") == "members":
+            channel_boxes.require_growth(document)
+            return claims.NO_REST
+        document = channel_boxes.one_member(document)
     asked = read(document)
     if asked.late:
         return shown_late(document, asked)
