@@ -25,6 +25,7 @@ from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.arrays import NDArray, np
 
 Matrix: TypeAlias = "NDArray[np.float64]"
+_LEAST_WIDTH = 1e-9  # of a sector, in the choice of units
 
 
 class Local(NamedTuple):
@@ -105,7 +106,8 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
         None where the solver finds none; else what has still to be proved.
     """
     guess, found = linear_ellipsoid(plant, local, discrete=discrete), None
-    for turn in range(turns):  # x = scale z, in which the last ellipsoid is the unit ball; channels by their weights
+    for turn in range(turns):  # x = scale z, in which the last ellipsoid is the unit ball; phi by the weights, and
+        # sigma so that all sectors are about 1 wide
         if guess is None:
             break
         try:
@@ -113,12 +115,7 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
         except np.linalg.LinAlgError:
             break
         back, a = np.linalg.inv(scale), guess.weights**-0.5
-        A, B, C, D = plant
-        turned = (back @ A @ scale, back @ B * a, C @ scale / a[:, None], D * a / a[:, None])
-        own = [
-            Local(one.lower, one.upper, None if one.limit is None else one.limit / v, one.reach / v)
-            for one, v in zip(local, a, strict=True)
-        ]
+        turned, own, _ = in_units(plant, local, scale, a)
         moved: Matrix | Disturbance | None = None
         if isinstance(points, Disturbance):
             moved = Disturbance(back @ points.B)
@@ -131,6 +128,38 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
             guess = Ellipsoid(P, guess.weights / a**2, rows, guess.energy)
             found = guess
     return found
+
+
+def in_units(
+    plant: Sequence[Matrix], local: Sequence[Local], scale: Matrix, a: Matrix
+) -> tuple[list[Matrix], list[Local], Matrix]:
+    """The loop in ``x = scale z``, ``phi_i`` in units of ``a_i`` and ``sigma_i`` so that sectors are 1 wide.
+
+    Parameters
+    ----------
+    plant : sequence of ndarray
+        ``A``, ``B``, ``C`` and ``D``.
+    local : sequence of Local
+        What is used of each nonlinearity.
+    scale : ndarray
+        (n, n).
+    a : ndarray
+        (m,), positive.
+
+    Returns
+    -------
+    tuple
+        The plant, what is used of each nonlinearity, and the units of ``sigma``, (m,).
+    """
+    A, B, C, D = plant
+    widths = np.array([max(one.upper - one.lower, _LEAST_WIDTH) for one in local])
+    b, back = a / widths, np.linalg.inv(scale)
+    turned = [back @ A @ scale, back @ B * a, C @ scale / b[:, None], D * a / b[:, None]]
+    own = [
+        Local(one.lower / wide, one.upper / wide, None if one.limit is None else one.limit / v, one.reach * wide / v)
+        for one, v, wide in zip(local, a, widths, strict=True)
+    ]
+    return turned, own, b
 
 
 def linear_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discrete: bool) -> Ellipsoid | None:
@@ -162,11 +191,11 @@ def linear_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discret
     P = (P + P.T) / 2
     wide = np.einsum("ij,ji->i", plant[2], np.linalg.solve(P, plant[2].T))
     reaches = np.array(
-        [own.reach if own.limit is None else own.limit / max(abs(own.upper - own.lower), 1e-9) for own in local]
+        [own.reach if own.limit is None else own.limit / max(abs(own.upper - own.lower), _LEAST_WIDTH) for own in local]
     )
     reaches = np.where(np.isfinite(reaches), np.abs(reaches), 1.0)
     P = P * float(np.max(wide / reaches**2, initial=1e-300))
-    width = np.maximum(upper - low, 1e-9) * reaches
+    width = np.maximum(upper - low, _LEAST_WIDTH) * reaches
     return Ellipsoid(P, 1 / width**2, np.zeros((len(local), len(A))))
 
 
@@ -219,7 +248,11 @@ def _solved(
         at = three if discrete else one
         main.constant[four, at] = w_of.T if discrete else -w_of.T
         main.constant[at, four] = main.constant[four, at].T
-    blocks = [main]
+    start = np.zeros(count)  # W = 1 and S = 1, what the units are made for
+    start[:s], start[k : k + m] = np.einsum("kii->k", basis) == 1, 1.0
+    if p:
+        start[-1] = max(float(np.sum(w_of**2)) / decay, 1e-12)
+    blocks = [even(main, start)]
     blocks += [_limited(own, count, basis, (s, Y[:, i]), plant[2][i]) for i, own in enumerate(local)]
     cost, logarithms = np.zeros(count), list[tuple[int, int]]()
     if points is None:
@@ -239,6 +272,24 @@ def _solved(
     P = np.linalg.inv(W)
     h = np.tensordot(found[s:k], Y, 1) @ P if free else np.zeros((m, n))
     return Ellipsoid((P + P.T) / 2, 1 / found[k : k + m], h, 1 / max(float(found[-1]), 1e-300) if p else 0.0)
+
+
+def even(block: Block, start: Matrix) -> Block:
+    """The same inequality in rows and columns scaled so that its diagonal has entries of size 1 at a start.
+
+    A width of 10^6 is else beside a rate of 1, and where the solver stops depends on how the processor rounds.
+
+    Parameters
+    ----------
+    block : Block
+        The inequality.
+    start : ndarray
+        (K,) values of the unknowns.
+    """
+    value = block.constant + np.tensordot(start, block.slopes, 1)
+    scale = np.maximum(np.abs(np.diag(value)), 1e-12 * np.abs(value).max()) ** -0.5
+    by = np.outer(scale, scale)
+    return Block(block.constant * by, block.slopes * by)
 
 
 def _held(blocks: Sequence[Block], found: Matrix) -> bool:

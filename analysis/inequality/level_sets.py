@@ -13,11 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, Matrix
+from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, Matrix, in_units
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.arrays import np
 
 ROUNDS = 8
+_LOOSE = 1e-2  # the margin of the first turns
+_INSIDE = 1 + 3e-6  # what a strip's limit squared exceeds the set by; more than rounding the certificate takes
 _GRID = np.geomspace(1e-5, 1.0, 60)
 _SLACK = 1.002  # by which the intervals of the integrals exceed what the set needs
 Integral = Callable[[Matrix], Matrix]
@@ -109,30 +111,42 @@ def level_set(  # noqa: PLR0913  (what a search needs)
     LevelSet or None
         None where nothing better is found; else what has still to be proved.
     """
-    n, C = len(plant[0]), plant[2]
+    n = len(plant[0])
     back = np.asarray(np.linalg.cholesky(first.P).T, dtype=float)
     scale = np.asarray(np.linalg.inv(back), dtype=float)  # x = scale z, in which the first set is the unit ball
-    turned: list[Matrix] = [np.asarray(back @ plant[0] @ scale), back @ plant[1], C @ scale, plant[3]]
+    a = first.weights**-0.5
+    turned, own, b = in_units(plant, local, scale, a)
     directions: Matrix = _directions(n) if points is None else np.asarray(np.linalg.solve(scale, points.T).T)
-    search = _Search(turned, local, integrals, directions, margin)
-    safe = [one or (lambda sigma: 0 * sigma) for one in integrals]
+    inner = [None if one is None else _in_units(one, *units) for one, *units in zip(integrals, a, b, strict=True)]
+    search = _Search(turned, own, inner, directions, margin)
+    safe = [one or (lambda sigma: 0 * sigma) for one in inner]
     zero = np.zeros(len(local))
     reaches = _SLACK * np.linalg.norm(turned[2], axis=1)
-    best = LevelSet(np.eye(n), zero, reaches, first.weights, first.rows @ scale)
+    best = LevelSet(np.eye(n), zero, reaches, np.ones(len(local)), first.rows @ scale / a[:, None])
     size = _size(best.radii(turned[2], safe, directions), n, alone=points is not None)
     start = size
-    for _ in range(ROUNDS):
-        found = _grown(search, best, safe, alone=points is not None)
-        found = None if found is None else _turned(search, found)
-        if found is None:
-            break
-        now = _size(found.radii(turned[2], safe, directions), n, alone=points is not None)
-        if not now > size * (1 + 1e-4):
-            break
-        best, size = found, now
+    for slack in sorted({_LOOSE, margin}, reverse=True):  # a turn goes about as far as there is slack
+        search = search._replace(margin=slack)
+        for _ in range(ROUNDS):
+            found = _grown(search, best, safe, alone=points is not None)
+            found = None if found is None else _turned(search, found)
+            if found is None:
+                break
+            now = _size(found.radii(turned[2], safe, directions), n, alone=points is not None)
+            if not now > size * (1 + 1e-4):
+                break
+            best, size = found, now
     if not size > start * (1 + 1e-3):
         return None
-    return best._replace(P=back.T @ best.P @ back, rows=best.rows @ back)
+    best = _between_strips(search, best)
+    return LevelSet(
+        back.T @ best.P @ back, best.theta / (a * b), best.reaches * b, best.weights / a**2, a[:, None] * best.rows @ back
+    )
+
+
+def _in_units(integral: Integral, a: float, b: float) -> Integral:
+    """``int_0^sigma phi`` with ``sigma`` and ``phi`` in other units."""
+    return lambda sigma: integral(b * sigma) / (a * b)
 
 
 def _directions(n: int) -> Matrix:
@@ -159,6 +173,21 @@ def _kappas(search: _Search, reaches: Matrix) -> tuple[Matrix, Matrix]:
         ratio = 2 * integral(sigma) / sigma**2
         low[i], high[i] = ratio.min(), ratio.max()
     return low - 1e-9 * np.abs(low), high + 1e-9 * np.abs(high)
+
+
+def _form_below(search: _Search, now: LevelSet) -> Matrix:
+    """The matrix of a form that ``V`` is not below on the intervals."""
+    (least, most), C = _kappas(search, now.reaches), search.plant[2]
+    factors = now.theta * np.where(now.theta >= 0, least, most)
+    return np.asarray(now.P + C.T @ (factors[:, None] * C))
+
+
+def _between_strips(search: _Search, now: LevelSet) -> LevelSet:
+    """The set made so small that its ellipsoid lies in the strips, which a solver's tolerance leaves open."""
+    low = _form_below(search, now)
+    most = max(float(row @ np.linalg.solve(low, row)) / limit**2 for row, limit in _strips(search, now.rows, now.reaches))
+    factor = max(1.0, most * _INSIDE)
+    return now._replace(P=factor * now.P, theta=factor * now.theta, weights=factor * now.weights)
 
 
 def _strips(search: _Search, rows: Matrix, reaches: Matrix) -> list[tuple[Matrix, float]]:
@@ -228,11 +257,8 @@ def _turned(search: _Search, now: LevelSet) -> LevelSet | None:
     n, m = search.plant[1].shape
     F, CF, left, right = search.parts()
     free = [i for i, one in enumerate(search.local) if one.limit is not None]
-    kappa, C = _kappas(search, now.reaches), search.plant[2]
-    low = now.P + sum(
-        (t * (kappa[0][i] if t >= 0 else kappa[1][i]) * np.outer(C[i], C[i]) for i, t in enumerate(now.theta)),
-        np.zeros((n, n)),
-    )
+    C = search.plant[2]
+    low = _form_below(search, now)
     if np.linalg.eigvalsh(low)[0] <= 0:
         return None
     count = m + n * len(free)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from itertools import chain
+from itertools import chain, islice
 from typing import Any, NamedTuple, TypeAlias
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
@@ -31,6 +31,7 @@ from lure.plants.multivariable import MultivariablePlant
 
 MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
 _BITS = 40
+_TRIED = 8  # of the intervals proposed
 _THIN, _LINE, _FLAT = Fraction(1, 1024), Fraction(1, 10**9), 1e14
 _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no state exceeds what reaches it
 
@@ -52,8 +53,11 @@ def proved_ellipsoid(plant: MultivariablePlant, shapes: Sequence[Shape], points:
     points : ndarray, Disturbance or None
         (k, n) points whose largest multiple it is to hold; None for the largest volume; or what ``w`` moves.
     """
-    best = _reaches(plant, shapes, points)
-    return None if best is None else proved_on(plant, shapes, best, points)
+    for states in islice(_reaches(plant, shapes, points), _TRIED):
+        found = proved_on(plant, shapes, states, points)
+        if found is not None:
+            return found
+    return None
 
 
 def proved_on(
@@ -168,8 +172,13 @@ def _found(
     return guess
 
 
-def _reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -> list[Fraction | None] | None:
-    """For each sector the interval on which it is used: the best found, one after the other, by golden sections."""
+def _reaches(
+    plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal
+) -> Iterator[list[Fraction | None]]:
+    """For each sector the interval on which it is used: the best found, one after the other, by golden sections.
+
+    Then those of smaller sets: where sets grow with the interval for ever, the largest are lost in rounding.
+    """
     sides, discrete = plant.doubles(), plant.dt is not None
     own = [i for i, shape in enumerate(shapes) if shape.clip is None and any(plant.C[i])]
 
@@ -183,14 +192,25 @@ def _reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -
         used = _local(plant, shapes, given, exactly=False)
         return _size(None if used is None else _found(sides, used, points, discrete=discrete), points)
 
+    def exactly(logs: Sequence[float]) -> list[Fraction | None]:
+        """The intervals, of few digits."""
+        out: list[Fraction | None] = [None] * len(shapes)
+        for i, log in zip(own, logs, strict=True):
+            reach = Fraction(2.0**log).limit_denominator(10**6) if log > -12 else Fraction(2.0**log)
+            out[i] = min(reach, shapes[i].reach or reach)
+        return out
+
     if not own:
-        return [None] * len(shapes)  # channels that see no state have their intervals from those before them
+        yield [None] * len(shapes)  # channels that see no state have their intervals from those before them
+        return
     if len(shapes) >= MANY:
-        return _many_reaches(plant, shapes, points)
+        many = _many_reaches(plant, shapes, points)
+        yield from [] if many is None else [many]
+        return
     sizes = [(size([k] * len(own)), float(k)) for k in range(-24, 25, 2)]
     value, start = max(sizes)
     if value == -math.inf:
-        return None
+        return
     logs = [start] * len(own)
     for width in (2.0, 1.0) if len(own) > 1 else (2.0,):
         for place in range(len(own)):
@@ -202,16 +222,15 @@ def _reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -
             best = _golden(along, logs[place] - width, logs[place] + width)
             if along(best) >= value:
                 logs[place], value = best, along(best)
-    out: list[Fraction | None] = [None] * len(shapes)
-    for i, log in zip(own, logs, strict=True):
-        reach = Fraction(2.0**log).limit_denominator(10**6) if log > -12 else Fraction(2.0**log)
-        out[i] = min(reach, shapes[i].reach or reach)
-    return out
+    yield exactly(logs)
+    for value, log in sorted(sizes, reverse=True):
+        if value > -math.inf:
+            yield exactly([log] * len(own))
 
 
 def _size(found: Ellipsoid | None, points: Goal) -> float:
-    """How large an ellipsoid is; -inf where there is none."""
-    if found is None:
+    """How large an ellipsoid is; -inf where there is none, or one too long for :func:`_draft`."""
+    if found is None or not np.linalg.cond(found.P) < _FLAT / 100:
         return -math.inf
     if isinstance(points, Disturbance):
         return math.log(max(found.energy, 1e-300))
@@ -345,7 +364,7 @@ def _grown(plant: MultivariablePlant, local: Sequence[Local], found: Ellipsoid) 
 
 def _rounded(P: NDArray[np.float64]) -> list[list[Fraction]]:
     """A symmetric matrix with entries of few digits, relative to the diagonal."""
-    diagonal = np.abs(np.diag(P)) + 1e-6 * float(np.abs(P).max())
+    diagonal = np.abs(np.diag(P)) + float(np.abs(P).max()) / _FLAT
     scale = [math.floor(math.log2(math.sqrt(v))) for v in diagonal]
     n = len(P)
     steps = [[2.0 ** (scale[i] + scale[j] - _BITS) for j in range(n)] for i in range(n)]
@@ -448,7 +467,7 @@ def _least(shape: Shape, entry: dict[str, Any]) -> Fraction:
 
 def _row(row: NDArray[np.float64], P: NDArray[np.float64], one: Local) -> list[str]:
     unit = 2.0 ** (math.floor(math.log2(one.limit or 1.0)) - _BITS)
-    diagonal = np.abs(np.diag(P)) + 1e-6 * float(np.abs(P).max())
+    diagonal = np.abs(np.diag(P)) + float(np.abs(P).max()) / _FLAT
     steps = [unit * 2.0 ** math.floor(math.log2(v)) for v in np.sqrt(diagonal)]
     return [str(_step(float(v), s)) for v, s in zip(row, steps, strict=True)]
 
