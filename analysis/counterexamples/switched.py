@@ -283,6 +283,8 @@ def _eigenvectors(matrix: Reals) -> tuple[NDArray[np.complex128], NDArray[np.com
 MAX_ORDER = 24  # above it the companion form of doubles is no guide
 SQUARINGS = 60
 BITS = 320
+_EXCESSES = [Fraction(1, 10**digits) for digits in (8, 7, 6, 5)]  # how far above k, relative
+_NEAR = Fraction(1, 10**6), Fraction(1, 10**12)  # of the times: at the best ones the growth is flat
 
 
 def switched_witness(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Witness | None:
@@ -371,9 +373,10 @@ def growing(system: Realisation, gains: Sequence[Fraction], times: Sequence[Frac
 
 
 def _certified(system: Realisation, lower: Fraction, found: Pattern) -> Witness | None:
-    times = [_short(t, 40) for t in found.times]
-    for excess in (1e-9, 1e-8, 1e-7, 1e-6, 1e-5):
-        k = _short(float(lower) + (found.k - float(lower)) * (1 + excess), 45)
+    width = Fraction(found.k) - lower
+    for excess, near in itertools.product(_EXCESSES, _NEAR):
+        k = simplest_between(lower + width * (1 + excess / 2), lower + width * (1 + excess))
+        times = [simplest_between(t * (1 - near), t * (1 + near)) for t in map(Fraction, found.times)]
         gains = [lower, k] * (len(times) // 2)
         if growing(system, gains, times):
             break
@@ -396,12 +399,6 @@ def _certified(system: Realisation, lower: Fraction, found: Pattern) -> Witness 
             {"lower": str(lower), "upper": str(k), "gains": [str(g) for g in gains], "times": [str(t) for t in times]}
         ),
     )
-
-
-def _short(value: float, bits: int) -> Fraction:
-    """A double cut to so many bits."""
-    mantissa, exponent = math.frexp(value)
-    return Fraction(round(math.ldexp(mantissa, bits))) * Fraction(2) ** (exponent - bits)
 
 
 SWITCHED_DISCRETE_MAX_ORDER = 60  # above it the companion form in doubles is no guide

@@ -140,7 +140,11 @@ def level_set(  # noqa: PLR0913  (what a search needs)
         return None
     best = _between_strips(search, best)
     return LevelSet(
-        back.T @ best.P @ back, best.theta / (a * b), best.reaches * b, best.weights / a**2, a[:, None] * best.rows @ back
+        back.T @ best.P @ back,
+        best.theta / (a * b),
+        best.reaches * b,
+        best.weights / a**2,
+        a[:, None] * best.rows @ back,
     )
 
 
@@ -185,7 +189,9 @@ def _form_below(search: _Search, now: LevelSet) -> Matrix:
 def _between_strips(search: _Search, now: LevelSet) -> LevelSet:
     """The set made so small that its ellipsoid lies in the strips, which a solver's tolerance leaves open."""
     low = _form_below(search, now)
-    most = max(float(row @ np.linalg.solve(low, row)) / limit**2 for row, limit in _strips(search, now.rows, now.reaches))
+    most = max(
+        float(row @ np.linalg.solve(low, row)) / limit**2 for row, limit in _strips(search, now.rows, now.reaches)
+    )
     factor = max(1.0, most * _INSIDE)
     return now._replace(P=factor * now.P, theta=factor * now.theta, weights=factor * now.weights)
 

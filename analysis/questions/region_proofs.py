@@ -172,9 +172,7 @@ def _found(
     return guess
 
 
-def _reaches(
-    plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal
-) -> Iterator[list[Fraction | None]]:
+def _reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -> Iterator[list[Fraction | None]]:
     """For each sector the interval on which it is used: the best found, one after the other, by golden sections.
 
     Then those of smaller sets: where sets grow with the interval for ever, the largest are lost in rounding.

@@ -9,6 +9,7 @@ import json
 import os
 import re
 import textwrap
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -66,7 +67,8 @@ def short(text):
 
 def rough(match):
     """Numbers to two digits, and ``~0`` for a rounding error."""
-    return ", ".join(f"{float(number):.2g}" if float(number) > 1e-9 else "~0" for number in match[0].split(", "))
+    values = [float(Fraction(number)) for number in match[0].split(", ")]
+    return ", ".join(f"{value:.2g}" if value > 1e-9 else "~0" for value in values)
 
 
 def words(html):
