@@ -1,7 +1,8 @@
 """The documentation: MyST pages, the executed notebooks, and the reference from docstrings.  ``make docs`` builds it.
 
 Of the extensions in ``_ext``, ``collect`` brings notebooks and notes and ``pictures`` draws what pages show, both into
-folders that git ignores; ``explore`` adds the page in the browser; ``lure_docs`` makes the reference from the code it
+folders that git ignores; ``explore`` adds the page in the browser; ``narrow``
+makes tables fit a phone; ``lure_docs`` makes the reference from the code it
 describes.  The site needs no network: formulas are set by a MathJax that is copied into it.
 """
 
@@ -28,6 +29,7 @@ extensions = [
     "collect",
     "pictures",
     "explore",
+    "narrow",
     "lure_docs",
 ]
 exclude_patterns = ["_ext", "_templates", "notebooks/download"]
@@ -39,6 +41,7 @@ html_favicon = "_static/lure.svg"
 html_static_path = ["_static"]
 templates_path = ["_templates"]
 html_css_files = ["site.css"]
+html_js_files = ["narrow.js"]
 html_show_sourcelink = False
 html_copy_source = False
 html_search_scorer = str(Path(__file__).parent / "_ext" / "scorer.js")
