@@ -15,6 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import channel_figures
 import numpy as np
 
 from lure import Saturation, Sector, SlopeBounds, as_plant, max_sector, methods
@@ -419,6 +420,10 @@ def energy_theorem(ax: Axes) -> None:
     )
     ax.set(xlabel="t / T", ylabel="energy, and power × T", xlim=(0, 12), ylim=(0, None))
     ax.legend(fontsize=9)
+
+
+for drawing in channel_figures.DRAWN:
+    figure(drawing)
 
 
 def commands(page: Path) -> list[list[str]]:

@@ -63,7 +63,7 @@ def draw_theory(docs: Path) -> None:
     """Draw the figures of the theory pages, if their script or a module has changed."""
     script, folder = Path(__file__).with_name("figures.py"), docs / "pictures" / "theory"
     runs = docs / "how-to" / "long-runs.md"
-    stamp, now = folder / "state.txt", state(script) + state(runs)
+    stamp, now = folder / "state.txt", "".join(map(state, (script, script.with_name("channel_figures.py"), runs)))
     if not stamp.exists() or stamp.read_text(encoding="utf-8") != now:
         import figures
 

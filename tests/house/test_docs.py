@@ -58,6 +58,7 @@ def test_every_block_is_run_or_read(path):
 
 def test_every_figure_of_the_theory_has_its_page_and_its_words():
     drawn = set(re.findall(r"^@figure\ndef (\w+)", (DOCS / "_ext/figures.py").read_text("utf-8"), re.MULTILINE))
+    drawn |= set(re.findall(r"^def (\w+)\(ax", (DOCS / "_ext/channel_figures.py").read_text("utf-8"), re.MULTILINE))
     shown = re.compile(
         r"^```\{figure\} \.\./pictures/theory/([\w-]+)\.svg\n:alt: \S.*\n:figclass: plot\n\n\S", re.MULTILINE
     )
