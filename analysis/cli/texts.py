@@ -328,11 +328,11 @@ Parameters of a plant may be cut into intervals, each answered as a whole:
   "plant.parameters.a" = { from = 1, to = 3, count = 10 }
 
 \b
-Of a grid, points are put where the verdict changes by
+A grid gets more points where the verdict changes with
   refine = "boundary"
 
 \b
-Interrupted at any moment, the same command goes on: what is done is kept. A
+After an interruption the same command goes on: what is done is kept. A
 point that fails is a row with its sentence in the variable error. One row in
 1000, at least one, is computed again and rechecked before the run ends.
 
@@ -340,7 +340,7 @@ point that fails is a row with its sentence in the variable error. One row in
 Exit status: 0 all points are done, 2 bad input, 130 interrupted.
 """
 
-REGION = """Say from where a loop recovers that is stable near 0 only.
+REGION = """Say from which states a loop recovers, stable near 0 only.
 
 \b
 Examples:
@@ -411,8 +411,8 @@ Examples:
 
 \b
 The class is that of the file, or --sector and --slope, in every channel if
-there are several; inf as an upper bound means none at all, finite means some
-bound, whichever.  Nothing is written unless the checker accepts it.  What
+there are several.  As an upper bound inf means none at all, and finite means
+that there is one, of any size.  Nothing is written unless the checker accepts it.  What
 stays open has a code: lure explain CODE.
 
 \b
