@@ -340,7 +340,7 @@ point that fails is a row with its sentence in the variable error. One row in
 Exit status: 0 all points are done, 2 bad input, 130 interrupted.
 """
 
-REGION = """Say from which states a loop recovers, stable near 0 only.
+REGION = """Say from which states a loop recovers.
 
 \b
 Examples:
@@ -412,8 +412,8 @@ Examples:
 \b
 The class is that of the file, or --sector and --slope, in every channel if
 there are several.  As an upper bound inf means none at all, and finite means
-that there is one, of any size.  Nothing is written unless the checker accepts it.  What
-stays open has a code: lure explain CODE.
+that there is one, of any size.  Nothing is written unless the checker accepts
+it.  What stays open has a code: lure explain CODE.
 
 \b
 Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
