@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 def gain(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file with a table [performance].")],
     output: Annotated[
-        Path | None, option("-o --output --certificate", "FILE", "Write the certificate of the bound, or that there is none.")
+        Path | None,
+        option("-o --output --certificate", "FILE", "Write the certificate of the bound, or that there is none."),
     ] = None,
     witness: Annotated[Path | None, option("--witness", "FILE", "Write that of the member with a large gain.")] = None,
     force: Force = False,

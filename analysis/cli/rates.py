@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 def rate(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
     output: Annotated[
-        Path | None, option("-o --output --certificate", "FILE", "Write the certificate of the rate, or that there is none.")
+        Path | None,
+        option("-o --output --certificate", "FILE", "Write the certificate of the rate, or that there is none."),
     ] = None,
     force: Force = False,
     constant: Annotated[
