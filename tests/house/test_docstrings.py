@@ -5,6 +5,7 @@ Sphinx: the sections of a docstring are parsed one by one, as reStructuredText.
 """
 
 import ast
+import copy
 import dataclasses
 import functools
 import importlib
@@ -16,8 +17,10 @@ import textwrap
 from pathlib import Path
 
 import docutils.core
+import docutils.frontend
 import docutils.nodes
 import docutils.parsers.rst.roles
+import docutils.readers.standalone
 import pytest
 
 import lure
@@ -138,10 +141,19 @@ def complaints(text):
     """What docutils says of a text."""
     if "\n" not in text.strip() and PLAIN.fullmatch(text):
         return []
-    said = io.StringIO()
-    settings = {"warning_stream": said, "report_level": 2, "halt_level": 5, "file_insertion_enabled": False}
-    docutils.core.publish_doctree(text, settings_overrides={"_disable_config": True, **settings})
-    return said.getvalue().splitlines()
+    settings = copy.copy(usual_settings())
+    settings.warning_stream = io.StringIO()
+    docutils.core.publish_doctree(text, settings=settings)
+    return settings.warning_stream.getvalue().splitlines()
+
+
+@functools.cache
+def usual_settings():
+    """Made once: to read the options of docutils takes longer than to read a docstring."""
+    parts = (docutils.parsers.rst.Parser, docutils.readers.standalone.Reader)
+    settings = docutils.frontend.get_default_settings(*parts)
+    settings.report_level, settings.halt_level, settings.file_insertion_enabled = 2, 5, False
+    return settings
 
 
 def said_of(wrong):

@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+import unicodedata
 from functools import cache
 from pathlib import Path
 
@@ -57,8 +58,21 @@ def evaluates(tree):
 
 
 @cache
+def text_of(module):
+    """The text as Python reads its names: other forms of a letter are that letter."""
+    return unicodedata.normalize("NFKC", (ROOT / module).read_text(encoding="utf-8"))
+
+
+@cache
 def parsed(module):
-    return ast.parse((ROOT / module).read_text(encoding="utf-8"), module)
+    return ast.parse(text_of(module), module)
+
+
+def naming(modules, *words):
+    """Those that have one of the words in their text, or import by name: what the others import need not be read."""
+    return [
+        module for module in modules if any(word in text_of(module) for word in (*words, "__import__", "import_module"))
+    ]
 
 
 @cache
@@ -106,12 +120,12 @@ def test_both_packages_are_looked_at():
 
 
 def test_the_systems_never_import_the_analysis():
-    systems = [module for module in MODULES if module.startswith("lure/")]
+    systems = naming((module for module in MODULES if module.startswith("lure/")), "analysis")
     assert [module for module in systems if "lure.analysis" in packages(module)] == []
 
 
 def test_only_the_plots_import_matplotlib():
-    others = [module for module in MODULES if not DRAWING.fullmatch(module)]
+    others = naming((module for module in MODULES if not DRAWING.fullmatch(module)), "matplotlib", "mpl_toolkits")
     assert [module for module in others if {"matplotlib", "mpl_toolkits"} & packages(module)] == []
 
 
@@ -130,7 +144,7 @@ def test_a_module_fits_in_the_head():
 
 
 def test_no_module_runs_text_as_python():
-    assert [module for module in MODULES if evaluates(parsed(module))] == []
+    assert [module for module in naming(MODULES, "eval", "exec", "compile") if evaluates(parsed(module))] == []
 
 
 def test_no_file_names_a_directory_of_one_machine_or_a_registry():

@@ -31,7 +31,8 @@ from lure.rod.transfer import RodPlant
 
 SEARCHED = {"ct-3", "ct-4", "ct-5", "ct-6", "ct-7", "dt-1", "dt-2", "dt-3", "dt-5", "dt-6", "integrator-lead"}
 SEARCHED |= {"fetzer-scherer", "kalman-fitts", "leonov-bragin-kuznetsov", "veenman-scherer-koroglu"}  # seconds each
-LONG = SEARCHED - {"ct-7", "dt-5", "integrator-lead"}  # more than two; dt-6 is among the files above
+LONG = SEARCHED - {"dt-5", "integrator-lead"}  # more than two; dt-6 is among the files above
+LONG |= {"ct-1", "iqc-odd-slope", "iqc-resonance", "three-lags", "triple-lag"}  # of the kind of 1/(s+1)^3 in FILES
 LAW = '[nonlinearity]\nkind = "{}"\n{}\n'
 DT_6 = '[plant]\ntransfer = "(2*z+0.92)/(z^2-0.5*z)"\ndt = 1\n[class]\n'
 FILES = {

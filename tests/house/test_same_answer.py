@@ -122,6 +122,8 @@ def test_a_double_pole_has_one_answer(top):
 def test_the_other_questions_too():
     block = RationalPlant([1], [1, 2, 2, 1])
     forms = [(name, form) for name, form in [*exact_forms(block), *float_forms(block)] if "True" in name]
-    assert_one_answer(block, forms, lambda it: max_slope(it, search="linear"))
-    found = [analyse(form) for _, form in forms[:2]]
+    assert [name for name, form in forms if form != block] == []
+    # equal blocks: of the matrices, of a file of them and of both objects one each in the quick run
+    assert_one_answer(block, forms[:: sampled(2, of=1)], lambda it: max_slope(it, search="linear"))
+    found = [analyse(form) for _, form in forms[: sampled(1, of=2)]]
     assert {str(each.statement) for each in found} == {str(analyse(block).statement)}

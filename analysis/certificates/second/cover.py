@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -91,17 +92,23 @@ def require_whatever_delay(parts: Parts, waits: tuple[Fraction, Fraction], full:
         for curve in curves:
             require(_positive(curve, [(Fraction(0), end)]), "the inequality is not shown at an end of the dead time")
         room = plain * plain - even * even - X * odd * odd
-        apart, e, o = ([arb(c) for c in p.coeffs()] for p in (room, even, odd))
-        stack, narrowest = [(Fraction(0), end)] * (first < last), end / 2**NARROWEST
-        while stack:
+        apart, rise, e, o = ([arb(c) for c in p.coeffs()] for p in (room, room.derivative(), even, odd))
+        left, narrowest = deque([(Fraction(0), end)] * (first < last)), end / 2**NARROWEST
+        while left:
             tick()
-            low, high = stack.pop()
+            low, high = left.popleft()  # the widest, so that what fails is met before much is looked at beside it
             omega = ball(low).union(ball(high))
-            one_way = _slope(e, o, omega, first) > 0 or _slope(e, o, omega, last) < 0
-            if (one_way and high * (last - first) < 3) or _ball_at(apart, omega * omega) > 0:
+            x = omega * omega
+            starts, ends = _slope(e, o, omega, first), _slope(e, o, omega, last)
+            room_left = _ball_at(apart, x.mid()) + _ball_at(rise, x) * (x - x.mid())
+            one_way = starts > 0 or ends < 0
+            if (one_way and high * (last - first) < 3) or room_left > 0:
                 continue
-            require(high - low > narrowest, "the inequality is not shown between the ends of the dead time")
-            stack += [(low, (low + high) / 2), ((low + high) / 2, high)]
+            never = room_left <= 0 and (low * (last - first) >= 3 or (starts <= 0 and ends >= 0))  # nor in any part
+            require(
+                not never and high - low > narrowest, "the inequality is not shown between the ends of the dead time"
+            )
+            left += [(low, (low + high) / 2), ((low + high) / 2, high)]
 
 
 def _slope(even: list[arb], odd: list[arb], omega: arb, T: Fraction) -> arb:
