@@ -177,10 +177,6 @@ def tolerances(
     asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
     if not isinstance(asked.plant, PlantFamily):
         raise InputError("tolerances are those of a plant with parameters; give their intervals in [plant.parameters]")
-    if asked.plant.delay:
-        raise InputError(
-            "tolerances are not asked of plants with a dead time yet; widen the intervals, and certify those"
-        )
     if asked.nonlinearity_class.gains[0] == -math.inf:
         raise InputError(f"the class {asked.nonlinearity_class} has no lower bound; give one")
     return _Growth(asked).answered(seconds, progress)
@@ -206,6 +202,12 @@ class _Growth:
             half = (high - low) / 2 * (s if j in own else 1)
             found.append(((low + high) / 2 - half, (low + high) / 2 + half))
         return tuple(found)
+
+    def most(self, own: Sequence[int]) -> Fraction:
+        """The largest width of interest, at which no dead time is negative."""
+        least, _ = self.family.waits(self.box(own, Fraction(0)))
+        shorter = least - self.family.waits(self.box(own, Fraction(1)))[0]
+        return min(MOST, least / shorter) if self.family.delay and shorter else MOST
 
     def at(self, box: Box) -> Problem:
         """The question about another box."""
@@ -276,7 +278,7 @@ class _Growth:
     def margin(self, own: Sequence[int]) -> Margin:
         """How far the intervals of some parameters may grow."""
         against = self._refuted(own)
-        end = MOST if against is None else against[0]
+        end = self.most(own) if against is None else against[0]
         proof = self._proved(own, end)
         low, high = (None if one is None else one[0] for one in (proof, against))
         return Margin(
@@ -290,11 +292,12 @@ class _Growth:
 
     def _refuted(self, own: Sequence[int]) -> tuple[Fraction, Refuted] | None:
         """The least width at which a plant refutes, and the refutation."""
-        high = Fraction(1)
+        most = self.most(own)
+        high = min(Fraction(1), most)
         while not self.unstable(self.box(own, high)):
-            high *= 2
-            if high > MOST:
+            if high >= most:
                 return None
+            high = min(2 * high, most)
         first = high / 2 if high > 1 else Fraction(0)
         for _ in range(_ROUNDS):
             place = self._worst_place(own, high)
@@ -305,7 +308,7 @@ class _Growth:
             if not self.unstable(self.box(own, high * (1 - CLOSE / 2))):
                 break
             high *= 1 - CLOSE / 2
-        for width in (high, high * (1 + CLOSE), 2 * high):
+        for width in (high, *(wide for wide in (high * (1 + CLOSE), 2 * high) if wide <= most)):
             shown = self.refuted(self.box(own, width))
             if shown is not None:
                 return width, shown

@@ -82,7 +82,10 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
         performance.beside(block.channels if isinstance(block, PlantFamily) else block)
         return replace(system, performance=performance)
     if not isinstance(block, MultivariablePlant | RationalPlant):
-        raise InputError("performance needs a plant with exact rational entries; leave out the dead time, or this")
+        raise InputError(
+            "performance needs a plant with exact rational entries; give the dead time as a channel, [[class]] with "
+            "delay = h beside the others, or leave it out"
+        )
     performance.beside(MultivariablePlant.of_one_channel(block) if isinstance(block, RationalPlant) else block)
     return replace(system, performance=performance)
 

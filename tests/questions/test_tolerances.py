@@ -3,7 +3,7 @@
 import json
 import re
 from fractions import Fraction
-from math import inf
+from math import inf, pi
 
 import numpy as np
 import pytest
@@ -219,3 +219,19 @@ def test_what_is_not_asked_of_plants_with_parameters_is_refused_as_that(command,
     assert "are not asked for plants with parameters yet; give each parameter one number" in " ".join(
         capsys.readouterr().err.split()
     )
+
+
+# exp(-T s)/s with phi in [0, 1] is stable for T < pi/2 (Popov reaches the Hurwitz sector): 1 + w/2 < pi/2, w < 1.1416
+def test_a_dead_time_may_grow_as_far_as_linear_gains_allow():
+    family = PlantFamily.of_formula("exp(-T*s)/s", {"T": (0.5, 1.5)})
+    (margin,) = tolerances(family, Sector(0, 1)).margins
+    assert pi - 2 - 0.02 < margin.width.low < pi - 2 < margin.width.high < pi - 2 + 0.02
+    assert all(recheck(one.certificate).accepted for one in (margin.proof, margin.refutation))
+
+
+def test_an_interval_of_a_dead_time_grows_down_to_0_and_no_farther():
+    family = PlantFamily.of_formula("exp(-T*s)/(s + 1)", {"T": (Fraction(1, 2), Fraction(3, 2))})
+    (margin,) = tolerances(family, Sector(0, Fraction(1, 2))).margins  # a small gain: any T
+    assert 1.95 < margin.width.low <= 2
+    assert margin.refuted is None
+    assert margin.proved[0][0] >= 0
