@@ -46,7 +46,7 @@ def proof():
 
 
 def test_both_accept_a_box_with_a_denominator_and_say_for_which_plants(proof):
-    jsonschema.validate(dict(proof), SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(dict(proof))
     shown = check(dict(proof))
     assert isinstance(shown, Proved)
     assert shown.claim.endswith("for all constant a in [1, 2], m in [4/5, 6/5]")
@@ -124,7 +124,7 @@ def test_a_gain_is_that_of_every_plant_and_its_member_one_of_the_box():
     assert 0.999 < found.gain.low < 1 < found.gain.high < 1.001
     high, low = found.certificates["high"], found.certificates["low"]
     for one in (high, low):
-        jsonschema.validate(dict(one), SCHEMA)
+        jsonschema.Draft202012Validator(SCHEMA).validate(dict(one))
         assert recheck(one).accepted
     radius = Fraction(high["laws"]["channels"][1]["sector"][1])
     smaller = [str(v) for v in (-radius * Fraction(101, 100), radius * Fraction(101, 100))]

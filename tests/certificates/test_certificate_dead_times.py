@@ -147,7 +147,7 @@ def certificate(name):
 @pytest.mark.parametrize("name", ALL)
 def test_both_checkers_accept(name):
     found = certificate(name)
-    jsonschema.validate(found, SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(found)
     assert recheck(found).accepted, recheck(found).reason
     said = {"rest": "every motion converges to the set of equilibria"} | dict.fromkeys(
         ("circle", "popov", "both", "lower", "unknown"), ATTRACTS

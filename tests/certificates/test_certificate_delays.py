@@ -119,7 +119,7 @@ def certificate(name):
 @pytest.mark.parametrize("name", ALL)
 def test_both_checkers_accept(name):
     found = certificate(name)
-    jsonschema.validate(found, SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(found)
     assert recheck(found).accepted
     assert "tau" in check(found).facts["class"]
 

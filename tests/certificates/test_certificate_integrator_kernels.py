@@ -50,7 +50,7 @@ def test_both_checkers_accept(side, order):
     kernel = PROVED["multiplier"]["kernels"][0] | {"side": side, "order": order}
     given = edited(certificate(), *KERNEL, value=kernel)
     found = dict(complete_and_check({key: given[key] for key in PROVED}).certificate)
-    jsonschema.validate(found, SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(found)
     assert recheck(found).accepted
     assert found["conclusion"] == "every motion converges to the set of equilibria"
 

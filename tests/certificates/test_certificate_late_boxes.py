@@ -41,7 +41,7 @@ def proof():
 # exp(-T s)/s: x' = -k x(t - T) is stable for k T < pi/2.  Popov, with u = omega T: 1/k - T sin(u)/u + theta cos(u) has
 # at u = pi/2 the value 1/k - 2 T/pi and the slope 4 T/pi^2 - theta: for T = 2 theta = 8/pi^2 = .8106 reaches pi/4.
 def test_an_integrator_is_proved_up_to_the_largest_dead_time_and_no_farther(proof):
-    jsonschema.validate(dict(proof), SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(dict(proof))
     assert recheck(proof).accepted
     assert proof["hypotheses"]["parameters"] == "for all constant T in [1, 2]"
     assert_both_reject(edited(proof, "laws", "sector", 1, value="786/1000"))
@@ -52,7 +52,7 @@ def test_the_search_finds_both_ends():
     assert pi / 4 * (1 - 1e-6) < found.largest.low < pi / 4 <= found.refuted_at < pi / 4 * (1 + 1e-6)
     assert found.refutation.facts["parameters"] == "T = 2"
     assert recheck(found.proof.certificate).accepted
-    jsonschema.validate(dict(found.refutation.certificate), SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(dict(found.refutation.certificate))
     assert recheck(found.refutation.certificate).accepted
     assert_both_reject(edited(found.refutation.certificate, "proof", "at", 0, value="1"))
     assert_both_reject(edited(found.refutation.certificate, "proof", "at", 0, value="21/10"))

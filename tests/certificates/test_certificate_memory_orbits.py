@@ -32,7 +32,7 @@ def test_both_checkers_accept_the_orbit_found(kind, low, high):
     certificate = dict(shown.refutation.certificate)
     assert certificate["proof"]["method"] == "memory-orbit"
     assert certificate["conclusion"] == MOVES
-    jsonschema.validate(certificate, SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
     check(certificate)
     assert recheck(certificate).accepted
     assert f"a {kind} of slope" in shown.witness.description

@@ -25,7 +25,7 @@ def spring(low, high, rate, damping="1", C=((1, 0),)):
 
 
 def accepted(certificate):
-    jsonschema.validate(dict(certificate), SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(dict(certificate))
     assert recheck(certificate).accepted
     assert certificate["proof"]["method"] == "members"
     return certificate

@@ -53,7 +53,7 @@ def test_one_quadratic_function_serves_up_to_the_circle_criterion_of_both(larges
     assert 2 * (1 - 2e-4) < free < 2 < middle < slow < 3
     assert slow > 2.98
     for found in largest.values():
-        jsonschema.validate(dict(found.proof.certificate), SCHEMA)
+        jsonschema.Draft202012Validator(SCHEMA).validate(dict(found.proof.certificate))
         assert recheck(found.proof.certificate).accepted
     assert "every a in [1, 2] that changes at any speed" in str(largest[inf])
     assert "a in [1, 2] (by at most 1/100 in a unit of time)" in largest[Fraction(1, 100)].proof.claim

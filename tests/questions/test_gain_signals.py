@@ -62,7 +62,7 @@ def test_a_disturbance_in_continuous_time_is_accepted_twice():
     assert {tuple(at) for at in certificate["proof"]["sides"]} == {(0,), (1,)}
     assert type(check(json.dumps(certificate))).__name__ == "Refuted"
     assert recheck(json.dumps(certificate)).accepted
-    jsonschema.validate(certificate, SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
 
 
 # An independent simulation of the signal, each step cut into four of Runge and Kutta's method, has the energy claimed.
@@ -198,7 +198,7 @@ def test_gains_that_jump_get_more_through_a_sector_in_samples():
     assert 2.769 < low < 2.8262
     check(json.dumps(good))
     assert recheck(json.dumps(good)).accepted
-    jsonschema.validate(good, SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(good)
     for change in ({"slope": ["-1/4", "1/4"]}, {"linear": True}, {"sector": ["-1/8", "1/4"]}):
         assert_both_reject(edited(good, "laws", "channels", 0, value=lambda one, change=change: one | change))
     assert_both_reject(edited(good, "proof", "slopes", 0, value=lambda rows: rows[:-1]))

@@ -58,7 +58,7 @@ def proof():
 
 
 def test_the_energy_theorem_is_about_every_rod_and_every_scheme(proof):
-    jsonschema.validate(dict(proof), SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(dict(proof))
     assert recheck(proof).accepted
     assert "E in [200000000000, 220000000000]" in check(dict(proof)).claim
     assert "k in [900, 1100]" in check(dict(proof)).claim
@@ -96,7 +96,7 @@ def test_neither_accepts_a_change(proof, path, value):
 def test_one_rod_that_drives_refutes_and_a_damping_that_may_be_0_is_open():
     refuted = certify(changed("[900, 1100]", "[-100, 1100]"))
     assert refuted.verdict is Verdict.REFUTED
-    jsonschema.validate(dict(refuted.certificate), SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(dict(refuted.certificate))
     assert recheck(refuted.certificate).accepted
     for at in (["210000000000", "7850", "1", "1/10000", "100"], ["210000000000", "7850", "1", "1/10000", "-101"]):
         assert_both_reject(edited(refuted.certificate, "proof", "at", value=at))
@@ -116,7 +116,7 @@ def test_the_stiffest_contact_is_that_of_the_worst_corner():
     K = Fraction(shown.certificate["laws"]["sector"][1])
     assert least * (1 - Fraction(1, 10**11)) < K < least
     assert recheck(shown.certificate).accepted
-    jsonschema.validate(dict(shown.certificate), SCHEMA)
+    jsonschema.Draft202012Validator(SCHEMA).validate(dict(shown.certificate))
     assert_both_reject(edited(shown.certificate, "laws", "sector", 1, value=str(least)))
     assert "any positive number" in margins(family)
 
@@ -178,5 +178,5 @@ def test_the_report_says_it_of_all_rods(tmp_path, capsys):
     assert "the rod in the middle of the intervals" in said
     document = json.loads((tmp_path / "out" / "report.json").read_text("utf-8"))
     schema = resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8")
-    jsonschema.validate(document, json.loads(schema))
+    jsonschema.Draft202012Validator(json.loads(schema)).validate(document)
     assert document["system"]["intervals"]["damping"] == ["900", "1100"]
