@@ -7,12 +7,12 @@ from math import inf
 
 import jsonschema
 import pytest
+from tampering import assert_both_reject, edited
 
 from lure import NonlinearityClass, Sector, certify, max_sector
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.verdict import Verdict
 from lure.plants.channel_family import ChannelFamily
-from tests.support.tampering import assert_both_reject, edited
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 JUMPING, STILL = (NonlinearityClass(sector=Sector(0, 1), time_varying=jumps) for jumps in (True, False))

@@ -122,6 +122,7 @@ def test_most_of_them_settle():
 def test_a_jet_holds_values_and_slopes_at_every_point_of_its_box(name, tree):
     source = random.Random(name)
     slope = derivative(tree, "sigma")
+    curvature = derivative(slope, "sigma")
     with working_precision(BITS):
         for _ in range(12):
             centre = Fraction(source.randint(-6000, 6000), 1000)
@@ -136,7 +137,7 @@ def test_a_jet_holds_values_and_slopes_at_every_point_of_its_box(name, tree):
                 assert by_branch is None or truth.is_nan() or any(v.is_nan() or v.overlaps(truth) for v in by_branch)
                 tangent = enclosure(slope, {"sigma": ball(x)})
                 assert first.is_nan() or tangent.is_nan() or first.overlaps(tangent)
-                bend = enclosure(derivative(slope, "sigma"), {"sigma": ball(x)}) / 2
+                bend = enclosure(curvature, {"sigma": ball(x)}) / 2
                 assert second.is_nan() or bend.is_nan() or second.overlaps(bend)
 
 
