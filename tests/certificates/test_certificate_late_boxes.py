@@ -1,16 +1,21 @@
 """Certificates about plants with parameters and a dead time: both checkers, for every dead time of an interval."""
 
 import json
+from contextlib import nullcontext
 from fractions import Fraction
 from importlib import resources
 from math import pi
 
 import jsonschema
 import pytest
+from flint import fmpq_poly
 
 from lure import max_sector
 from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second.cover import require_whatever_delay
+from lure.analysis.certificates.second.numerics import to_fmpq
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.systems import system_of
 from lure.plants.family import PlantFamily
 from tests.support.tampering import assert_both_reject, edited
@@ -108,6 +113,15 @@ def test_what_fails_between_the_ends_of_the_dead_time_alone_is_not_overlooked():
         ends = complete_and_check(draft(narrow, "circle", {"multiplier": {}}, "10/98", time_varying=True))
         assert ends.claim.startswith("0 attracts every motion with inputs")
         assert recheck(ends.certificate).accepted
+
+
+# A + 2 cos(omega T), A = a + 10 (omega^2 - 1)^2: for a = 1.9 it is -0.1 at omega = 1, T = 3 pi; at T = 6.2 and 12.6,
+# near 2 pi and 4 pi wherever A < 2, it is positive, and it rises from the first or falls to the last
+@pytest.mark.parametrize("a", ["1.9", "2.1"])
+def test_a_cosine_that_turns_more_than_once_between_the_ends_is_not_taken_for_monotone(a):
+    parts = (fmpq_poly([to_fmpq(Fraction(a) + 10), -20, 10]), fmpq_poly([2]), fmpq_poly([]))
+    with nullcontext() if a == "2.1" else pytest.raises(NotShown, match="between the ends of the dead time"):
+        require_whatever_delay(parts, (Fraction("6.2"), Fraction("12.6")), 2, critical=False)
 
 
 # k exp(-T s)/(s + 1), k, T <= 1: linear gains are stable up to sqrt(1 + omega^2) = 2.2618, omega cot(omega) = -1
