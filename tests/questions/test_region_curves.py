@@ -249,7 +249,10 @@ def test_a_region_between_saddles_is_larger_than_its_ellipsoid():
     inside = [*product(middles, middles)]
     own, other = ([within(one.points, place) for place in inside] for one in (first, opposite))
     assert other == [within(first.points, (-a, -b)) for a, b in inside]
-    hit = np.mean([a or b or level.contains(c) or second.contains(c) for a, b, c in zip(own, other, inside, strict=True)]) * 2.4**2
+    hit = (
+        np.mean([a or b or level.contains(c) or second.contains(c) for a, b, c in zip(own, other, inside, strict=True)])
+        * 2.4**2
+    )
     assert found.area[0] > 1.3 * first.volume
     assert found.area[0] == pytest.approx(hit, rel=0.05)
 

@@ -172,7 +172,7 @@ def test_bounds_hold_between_the_round_trips_that_are_looked_at(monkeypatch):
     assert max((span.last - span.first).max() for span in seen) > 30
     for span in seen:
         for low, high, first, last in zip(-span.reach[:, 0], span.reach[:, 1], span.first, span.last, strict=True):
-            # the same numbers of some 1e-4, but of products in another shape: the order of their sums is the processor's
+            # the same numbers of some 1e-4, of products in another shape: the order of sums is the processor's
             edges = span.block.at(np.arange(first, last + 1), span.table)[:, : len(span.others) + 1]
             assert low <= edges.min() + 1e-16
             assert edges.max() <= high + 1e-16
