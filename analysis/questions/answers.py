@@ -351,25 +351,42 @@ def answers(
     """
     found = [_nothing_yet(as_one_channel(problem)) for problem in problems]
 
+    listed = any(isinstance(each, Attempts) and each.asked.several for each in found)
+
     @cache
     def bounds() -> list[StabilityBound]:
-        """What follows for the largest classes, whose steps are made before those of one class."""
-        factors = [each.bound for each in found if isinstance(each, Factors)]
-        return factors or _spread([largest_of(each) for each in found if isinstance(each, Findings)])
+        """What follows for the largest classes, whose steps are made before those of one class; see :func:`_rows`."""
+        return _rows(problems, found, factors=listed)
 
     search_for(found, bounds, seconds=seconds, numbers=numbers, tell=progress, brief=brief)
-    rows = iter(bounds())
-    listed = [certification_of(each, bounds()) if isinstance(each, Attempts) else next(rows) for each in found]
+    rows = iter(_rows(problems, found))
+    answered = [certification_of(each, bounds()) if isinstance(each, Attempts) else next(rows) for each in found]
+    moved = [each.asked.several != problem.several for problem, each in zip(problems, found, strict=True)]
     for i, (problem, each) in enumerate(zip(problems, found, strict=True)):
-        if each.asked.several == problem.several:
+        if not isinstance(each, Attempts) or problem.several or answered[i].verdict is not Verdict.INCONCLUSIVE:
             continue
-        if isinstance(each, Factors):
-            listed[i] = bound_of_factors(problem, each)
-        elif listed[i].verdict is Verdict.INCONCLUSIVE and problem.nonlinearity_class.sector.lower > 0:
-            wider = Attempts(problem)  # what is proved from 0 on may end a little higher
-            search_for([wider], list, seconds=seconds, numbers=numbers, tell=progress)
-            listed[i] = listed[i] if wider.certification is None else wider.certification
-    return listed
+        if (moved[i] and problem.nonlinearity_class.sector.lower > 0) or (any(moved) and not moved[i]):
+            alone = Attempts(problem)  # what is proved from 0 on may end a little higher; rows of lists serve no other
+            search_for([alone], list, seconds=seconds, numbers=numbers, tell=progress)
+            answered[i] = answered[i] if alone.certification is None else alone.certification
+    return answered
+
+
+def _rows(problems: Sequence[Problem], found: Sequence[Found], *, factors: bool = False) -> list[StabilityBound]:
+    """What follows for the largest classes.
+
+    Of what was asked as a list of one, the row says so as of one channel, unless ``factors`` are wanted, which a class
+    is held against that is asked about as such a list.
+    """
+    scalar = iter(_spread([largest_of(each) for each in found if isinstance(each, Findings)]))
+    rows = []
+    for problem, each in zip(problems, found, strict=True):
+        if isinstance(each, Findings):
+            rows += [] if factors else [next(scalar)]
+        elif isinstance(each, Factors):
+            as_asked = factors or each.asked.several == problem.several
+            rows.append(each.bound if as_asked else bound_of_factors(problem, each))
+    return rows
 
 
 def _nothing_yet(problem: Problem) -> Found:

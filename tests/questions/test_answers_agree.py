@@ -7,7 +7,7 @@ from lure.analysis import Verdict, analyse, certify, max_sector, max_slope
 from lure.classes import NonlinearityClass, SlopeBounds
 from lure.nonlinearities import Cubic, LeakyReLU
 
-PROVED, REFUTED, OPEN = Verdict.PROVED, Verdict.REFUTED, Verdict.INCONCLUSIVE
+PROVED, REFUTED = Verdict.PROVED, Verdict.REFUTED
 
 
 def sloped(sector, slope):
@@ -25,7 +25,8 @@ CASES = {
     "dead time, cubic": ("exp(-0.2*s)/(5*s+1)", Cubic(linear=26.25, cubic=1), REFUTED),
     # w + arctan w = pi at w = 2.029, where |1 + i w| = 2.262
     "dead time, from below 0, with an unstable gain": ("exp(-s)/(s+1)", Sector(-0.5, 5), REFUTED),
-    "dead time, from below 0, without": ("exp(-s)/(s+1)", Sector(-0.5, 1), OPEN),
+    # |H| <= 1, so |H - 1/2| < 3/2: the disk on [-1, 2] = [-1/1, 1/0.5] holds the Nyquist plot, and touches it nowhere
+    "dead time, from below 0, without": ("exp(-s)/(s+1)", Sector(-0.5, 1), PROVED),
     "dead time, slopes from below 0": ("exp(-s)/(s+1)", sloped(Sector(0, 1), SlopeBounds(-1, 1)), PROVED),
     # H(inf) = 1: with phi = -sigma the loop has no solution, and phi(sigma)/sigma >= 0 excludes it
     "least slope -1/H(inf), outside the sector": ("(s+2)/(s+1)", sloped(Sector(0, 3), SlopeBounds(-1, 5)), PROVED),
@@ -54,7 +55,15 @@ def test_a_lower_gain_with_poles_on_the_axis_refutes_every_class(ask, lower):
     assert f"{said} (certified)" in str(found.conclusion)
 
 
-def test_with_dead_time_no_upper_bound_is_advised_for_a_class_that_begins_below_0():
-    assert analyse("exp(-s)/(s+1)", Sector(-0.5, 5)).hints == ()
-    advised = analyse("exp(-s)/(s+1)", Sector(0, 5)).hints
+@pytest.mark.parametrize("lower", [-0.5, 0, 0.5])
+def test_with_dead_time_the_upper_bound_that_would_be_proved_is_advised(lower):
+    advised = analyse("exp(-s)/(s+1)", Sector(lower, 5)).hints
     assert any("upper bound of 2.2618" in hint for hint in advised)
+
+
+def test_with_dead_time_each_row_says_what_was_asked_of_it():
+    # sectors from 1/2 on are asked about as a list of one, slopes from 0 on are not; both end at 2.262, not at a factor
+    found = analyse("exp(-s)/(s+1)", sloped(Sector(0.5, 1), SlopeBounds(0, 1)))
+    assert {(row.question, row.lower) for row in found.rows} == {("sector", 0.5), ("slope", 0)}
+    assert all(2.2 < row.refuted_at < 2.3 for row in found.rows if not row.time_varying)
+    assert found.verdict is PROVED
