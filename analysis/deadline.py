@@ -15,6 +15,7 @@ from types import FrameType
 from lure.errors import InputError
 
 _AGAIN = 0.5  # [s] until a search that swallowed the first TimeoutError gets another
+_ERRORS = "_ufunc_config.py"  # numpy's file with its error state
 _END: ContextVar[float] = ContextVar("_END", default=math.inf)
 
 
@@ -85,13 +86,18 @@ def time_limit(seconds: float | None) -> Iterator[Callable[[], bool]]:
 
 
 def _unbroken(frame: FrameType | None) -> bool:
-    """Whether the alarm goes off where nothing may be broken off: in an import, or on the way into or out of a limit.
+    """Whether the alarm goes off where nothing may be broken off: in an import, on the way into or out of a limit.
 
-    An alarm in between would leave the repeated one on for good.
+    An alarm in between would leave the repeated one on for good.  Nor where numpy sets or resets what it does with
+    floating-point errors: with the caller, later, a division would raise what an eigenvalue routine has it raise.
     """
     while frame is not None:
         place, name = frame.f_code.co_filename, frame.f_code.co_name
-        if place == "<frozen importlib._bootstrap>" or (place == __file__ and name in ("time_limit", "_alarm")):
+        if (
+            place == "<frozen importlib._bootstrap>"
+            or place.endswith(_ERRORS)
+            or (place == __file__ and name in ("time_limit", "_alarm"))
+        ):
             return True
         if place == contextlib.__file__ and name in ("__enter__", "__exit__"):
             return True

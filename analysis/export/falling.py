@@ -31,11 +31,11 @@ def falling_text(data: Mapping[str, Any], claim: str) -> str:
     for loop in candidates(data):
         written = forms(loop)
         if written is not None:
-            return _Theorem(data, loop, written).text(claim)
+            return FallingTheorem(data, loop, written).text(claim)
     raise refused("no quadratic form of few enough digits was found; a slightly smaller sector has one")
 
 
-class _Theorem:
+class FallingTheorem:
     """The words of one file."""
 
     def __init__(self, data: Mapping[str, Any], loop: Loop, written: Forms) -> None:
@@ -172,8 +172,7 @@ class _Theorem:
         phis += " ".join(f" Phi{s}" for i, s in enumerate(self.own) if self.loop.theta[i])
         varying = " ".join(f"phi{s}" for i, s in enumerate(self.own) if self.families[i].varying)
         binders = f" ({phis} : R -> R)" * bool(phis.strip()) + f" ({varying} : {self.moment} -> R -> R)" * bool(varying)
-        told = [f"  ({text}) ->" for _, text in self.hypotheses()]
-        ends = self.conclusions()
+        told, ends = [f"  ({text}) ->" for _, text in self.hypotheses()], self.conclusions()
         binders = " (K : R)" * self.loop.each + binders
         names = ["K"] * self.loop.each + [name.strip("() ") for name in (phis + " " + varying).split()]
         lines = [f"Theorem stable : forall{binders} ({self.path} : {self.kind}),", *told]
@@ -219,17 +218,19 @@ class _Theorem:
         lines = [f"  assert (lim := by_steps {self.forms.size} P now next products {self.forms.times} now z falls)."]
         lines.append("  assert (all : forall f, In f now -> Un_cv (fun t => dot f (z t)) 0).")
         lines.append("  { apply lim; clear lim.")
-        lines += ["  - reflexivity.", "  - intro t; unfold z, now, next, at_; cbn [map dot Nat.add]."]
+        return [*lines, "  - reflexivity.", *self.stepping(), *self.products()]
+
+    def stepping(self) -> list[str]:
+        """That the next state is what it should be."""
+        lines = ["  - intro t; unfold z, now, next, at_; cbn [map dot Nat.add]."]
         for k in range(self.order):
             use = "" if self.transfer else f"rewrite step{k}; "
             lines.append(f"    apply (f_equal2 cons); [{use}field|].")
-        return [*lines, "    reflexivity.", *self.products()]
+        return [*lines, "    reflexivity."]
 
-    def in_time(self) -> list[str]:
-        """Continuous time."""
+    def flowing(self) -> list[str]:
+        """That the state has the derivative that it should have."""
         f = self.forms
-        integrals = " + ".join(f"({number(c)} * Phi{self.own[i]} ({self.sigma(i)})" for i, c, *_ in f.integrals)
-        integrals = f"{integrals} + 0{')' * len(f.integrals)}" if f.integrals else "0"
         lines = ["  assert (F : flows z now next).", "  { unfold flows, now, next."]
         for k in range(self.order):
             use = "apply derivatives; [lia|exact Ht]" if self.transfer else f"apply (flow{k} t Ht)"
@@ -239,7 +240,14 @@ class _Theorem:
             lines.append(f"    {{ apply (derivable_same (fun t => {f.unit} * {name} t) _ t ({f.unit} * {end}));")
             lines.append("      [intro; unfold z; cbn [dot]; field|unfold z; cbn [dot]; field|].")
             lines.append(f"      apply (derivable_pt_lim_scal {name}); {use}. }}")
-        lines.append("    apply Forall2_nil. }")
+        return [*lines, "    apply Forall2_nil. }"]
+
+    def in_time(self) -> list[str]:
+        """Continuous time."""
+        f = self.forms
+        integrals = " + ".join(f"({number(c)} * Phi{self.own[i]} ({self.sigma(i)})" for i, c, *_ in f.integrals)
+        integrals = f"{integrals} + 0{')' * len(f.integrals)}" if f.integrals else "0"
+        lines = self.flowing()
         name, more = f"in_time {f.size} P now next rows low turn products {f.times} z", ""
         if self.loop.each:
             (a, b), low = f.factors[0], number(self.loop.bounds[0][0])

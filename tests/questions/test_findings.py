@@ -10,6 +10,7 @@ import threading
 from contextlib import suppress
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from lure import InputError, NonlinearityClass, RationalPlant, as_plant
@@ -251,6 +252,30 @@ def test_no_line_on_the_way_in_or_out_of_a_limit_is_broken_off():
     assert len(lines) > 8
     assert signal.getsignal(signal.SIGALRM) is before
     assert (signal.getitimer(signal.ITIMER_REAL)[0], time_left()) == (0, math.inf)
+
+
+# And one that left numpy's handler of an eigenvalue routine on: later a division of the caller's raised LinAlgError.
+def test_what_numpy_does_with_floating_point_errors_is_reset_whenever_the_alarm_goes_off():
+    before, place, lines = np.geterr(), np.errstate.__enter__.__code__.co_filename, set()
+
+    def alarming(frame, event, _):
+        if event == "line" and frame.f_code.co_filename == place:
+            lines.add(frame.f_lineno)
+            signal.raise_signal(signal.SIGALRM)
+        return alarming
+
+    tracing = sys.gettrace()
+    with time_limit(1000):
+        sys.settrace(alarming)
+        try:
+            with suppress(TimeoutError), np.errstate(all="raise"):
+                pass
+            with suppress(TimeoutError):
+                np.errstate(all="raise")(tuple)()
+        finally:
+            sys.settrace(tracing)
+    assert len(lines) > 8
+    assert np.geterr() == before
 
 
 def test_a_checkpoint_raises_once_the_time_is_over():
