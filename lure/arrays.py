@@ -32,6 +32,23 @@ np, linalg, optimize, integrate = map(_Later, ("numpy", "scipy.linalg", "scipy.o
 ArrayLike = NDArray = Reals = Complexes = Any  # for annotations, which nothing evaluates
 
 
+def balanced(A: NDArray) -> tuple[NDArray, NDArray]:
+    """``A_ij u_j/u_i`` with powers of two ``u`` that even out rows and columns, and these units.
+
+    Parameters
+    ----------
+    A : ndarray, shape (n, n)
+        A matrix.
+
+    Notes
+    -----
+    scipy reads the units as numbers of rows, too, and warns of those beyond 2^63, though none are exchanged here.
+    """
+    with np.errstate(invalid="ignore"):
+        even, (units, _) = linalg.matrix_balance(A, permute=False, separate=True)
+    return even, units
+
+
 def is_array(value: object) -> bool:
     """Whether a value is an array of numpy; where numpy is not loaded there is none."""
     return sys.modules.get("numpy") is not None and isinstance(value, np.ndarray)

@@ -14,7 +14,7 @@ from lure.analysis.certificates.riccati import Lyapunov, doubles
 from lure.analysis.certificates.systems import text
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.arrays import Reals, linalg, np
+from lure.arrays import Reals, balanced, np
 from lure.errors import AssumptionError
 
 BITS = 256
@@ -64,7 +64,7 @@ def growth_proof(system: Mapping[str, Any], gain: Fraction) -> dict[str, Any]:
     closed = np.array([[float(v) for v in row] for row in A])
     if not np.isfinite(closed).all():
         raise AssumptionError("the closed loop is too much for doubles; rescale the units of the block")
-    _, (units, _) = linalg.matrix_balance(closed, permute=False, separate=True)
+    _, units = balanced(closed)
     scaled = [[v * Fraction(units[j]) / Fraction(units[i]) for j, v in enumerate(row)] for i, row in enumerate(A)]
     P, start = _form(scaled, discrete=discrete)
     top = float(np.max(units))

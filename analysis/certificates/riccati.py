@@ -15,7 +15,7 @@ from lure.analysis.certificates.codes import code_for
 from lure.analysis.certificates.multipliers import slack
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.arrays import NDArray, Reals, linalg, np
+from lure.arrays import NDArray, Reals, balanced, linalg, np
 from lure.errors import AssumptionError
 
 # Lyapunov's equation in doubles, from one Schur form: steps of an iteration whose residuals have more digits.
@@ -127,7 +127,7 @@ class Inequality:
         A, c = np.array([[float(v) for v in row] for row in self.A]), np.array([float(v) for v in self.c])
         bordered = np.zeros((n + 1, n + 1))
         bordered[:n, :n], bordered[:n, n], bordered[n, :n] = A, [float(v) for v in self.b], c + theta * (c @ A)
-        even, (units, _) = linalg.matrix_balance(bordered, permute=False, separate=True)
+        even, units = balanced(bordered)
         units = units[:n] / units[n]
         doubt = SURE * float(np.max(units * (np.abs(c) + abs(theta) * (np.abs(c) @ np.abs(A)))))
         return Scaled(A=even[:n, :n], b=even[:n, n], q=even[n, :n], r=float(self.r), units=units, doubt=doubt)

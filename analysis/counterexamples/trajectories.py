@@ -12,7 +12,7 @@ from fractions import Fraction
 from lure.analysis.counterexamples.linear import Realisation, doubles
 from lure.analysis.counterexamples.piecewise import BLOCK, Flow, PiecewiseLoop
 from lure.analysis.counterexamples.simulated import Characteristic, bracketed_root, graph_of
-from lure.arrays import ArrayLike, Reals, integrate, linalg, np
+from lure.arrays import ArrayLike, Reals, balanced, integrate, np
 from lure.errors import InputError, Reason
 from lure.nonlinearities import Tanh
 from lure.nonlinearities.piecewise_linear import Graph
@@ -115,7 +115,7 @@ class BatchLoop:
         scale = [unit**power for power in powers_of_unit]  # x_i = scale_i x~_i, time = unit times the scaled one
         try:
             rough = _similar(exact, scale, unit)
-            _, (powers, _) = linalg.matrix_balance(doubles(rough.A).reshape(n, n), permute=False, separate=True)
+            _, powers = balanced(doubles(rough.A).reshape(n, n))
             self.system = _similar(exact, [v * Fraction(float(w)) for v, w in zip(scale, powers, strict=True)], unit)
             self.A = doubles(self.system.A).reshape(n, n)
             self.b, self.c = (np.array([float(v) for v in side]) for side in (self.system.b, self.system.c))

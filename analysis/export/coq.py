@@ -7,10 +7,11 @@ which are the same for every loop.
 from __future__ import annotations
 
 from lure.analysis.certificates.checker import Checked, Proved
+from lure.analysis.export.decaying import decaying_text
 from lure.analysis.export.falling import falling_text
+from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.orbits import orbit_text
 from lure.analysis.export.relying import THEOREMS, relying_text
-from lure.analysis.export.words import refused
 
 
 def coq_text(shown: Checked) -> str:
@@ -32,9 +33,9 @@ def coq_text(shown: Checked) -> str:
         An ``InputError``: it cannot be exported; what it claims is of a kind that no file is written for.
     """
     data = shown.certificate
-    if "rate" in data:
-        raise refused("it is about a rate; certify that 0 attracts all solutions")
     if not isinstance(shown, Proved):
-        return orbit_text(data, shown.claim)
+        return (mode_text if data["proof"]["method"] in METHODS else orbit_text)(data, shown.claim)
+    if "rate" in data:
+        return decaying_text(data, shown.claim)
     relying = data["theorem"] in THEOREMS and data["proof"]["method"] == "polynomial"
     return (relying_text if relying else falling_text)(data, shown.claim)

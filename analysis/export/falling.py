@@ -166,15 +166,19 @@ class FallingTheorem:
         lines.append(f"Lemma falls : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
         return "\n".join(one if "\n" in one else folded(one) for one in lines)
 
+    def binders(self) -> tuple[str, list[str]]:
+        """The nonlinearities and their integrals, with their types, and their names alone."""
+        phis = [f"phi{s}" for i, s in enumerate(self.own) if not self.families[i].varying]
+        phis += [f"Phi{s}" for i, s in enumerate(self.own) if self.loop.theta[i]]
+        varying = [f"phi{s}" for i, s in enumerate(self.own) if self.families[i].varying]
+        found = f" ({' '.join(phis)} : R -> R)" * bool(phis)
+        found += f" ({' '.join(varying)} : {self.moment} -> R -> R)" * bool(varying)
+        return " (K : R)" * self.loop.each + found, ["K"] * self.loop.each + phis + varying
+
     def theorem(self) -> str:
         """The statement and its proof."""
-        phis = " ".join(f"phi{s}" for i, s in enumerate(self.own) if not self.families[i].varying)
-        phis += " ".join(f" Phi{s}" for i, s in enumerate(self.own) if self.loop.theta[i])
-        varying = " ".join(f"phi{s}" for i, s in enumerate(self.own) if self.families[i].varying)
-        binders = f" ({phis} : R -> R)" * bool(phis.strip()) + f" ({varying} : {self.moment} -> R -> R)" * bool(varying)
+        binders, names = self.binders()
         told, ends = [f"  ({text}) ->" for _, text in self.hypotheses()], self.conclusions()
-        binders = " (K : R)" * self.loop.each + binders
-        names = ["K"] * self.loop.each + [name.strip("() ") for name in (phis + " " + varying).split()]
         lines = [f"Theorem stable : forall{binders} ({self.path} : {self.kind}),", *told]
         lines += ["  " + " /\\ ".join(ends) + ".", "Proof."]
         lines.append(f"  intros {' '.join([*names, self.path, *(name for name, _ in self.hypotheses())])}.")

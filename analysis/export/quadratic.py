@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from lure.analysis.certificates.arithmetic import INF
@@ -162,8 +162,8 @@ def rounded(P: Matrix, bits: int) -> Matrix:
     return found
 
 
-def forms(loop: Loop) -> Forms | None:
-    """The forms of a loop, None if ``V`` does not pass the test.
+def whole_loop(loop: Loop) -> Forms | None:
+    """The forms of a loop with integers; None if an integral has no bound.
 
     Parameters
     ----------
@@ -202,28 +202,42 @@ def forms(loop: Loop) -> Forms | None:
         [(int(w * K), u, v) for w, u, v in side]
         for side in (given, [one[0] for one in halves], [one[1] for one in halves])
     )
-    rows = [whole(row)[0] for row in loop.rows]
-    S = [(-c, u, v) for c, u, v in products]
+    return Forms(
+        size=size, P=P, now=now, then=then, rows=[whole(row)[0] for row in loop.rows], unit=unit, products=products,
+        factors=factors, low=below, turn=turn, integrals=[(i, c * K, row, r) for *_, (i, c, row, r) in halves], times=0,
+    )  # fmt: skip
+
+
+def forms(loop: Loop) -> Forms | None:
+    """The forms of a loop, None if ``V`` does not pass the test.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop.
+    """
+    found = whole_loop(loop)
+    if found is None:
+        return None
+    size, P, now, then = found.size, found.P, found.now, found.then
+    S = [(-c, u, v) for c, u, v in found.products]
     if loop.discrete:
-        if below or not nonnegative(bilinear(P, now, now), size):
+        if found.low or not nonnegative(bilinear(P, now, now), size):
             return None
         falls = [*bilinear(P, now, now), *bilinear(P, then, then, -1), *S]
         small = [(-1, f, f) for f in now]
     else:
-        if not nonnegative([*bilinear(P, now, now), *below], size):
+        if not nonnegative([*bilinear(P, now, now), *found.low], size):
             return None
-        falls = [*bilinear(P, now, then, -1), *bilinear(P, then, now, -1), *((-c, u, v) for c, u, v in turn), *S]
-        small = [(-1, f, f) for side in (now, then) for f in ([int(v) for v in mix(row, side)] for row in rows)]
+        falls = [*bilinear(P, now, then, -1), *bilinear(P, then, now, -1), *((-c, u, v) for c, u, v in found.turn), *S]
+        sides = [[int(v) for v in mix(row, side)] for side in (now, then) for row in found.rows]
+        small = [(-1, f, f) for f in sides]
     if not nonnegative(falls, size):
         return None
-    psi = products[0][1]
+    psi = found.products[0][1]
     for power, beside in scales(loop):
         if nonnegative([*((c << power, u, v) for c, u, v in falls), (beside, psi, psi), *small], size):
-            integrals = [(i, c * K, row, r) for *_, (i, c, row, r) in halves]
-            return Forms(
-                size=size, P=P, now=now, then=then, rows=rows, unit=unit, products=products, factors=factors,
-                low=below, turn=turn, integrals=integrals, times=1 << power, beside=beside,
-            )  # fmt: skip
+            return replace(found, times=1 << power, beside=beside)
     return None
 
 

@@ -1,7 +1,7 @@
 (* ---- Rates: V falls at least as fast as exp (- 2 a t), in discrete time as r^(2 t); a, or r, is p / q ---- *)
 
 Definition between (n : nat) (P now : list (list Z)) (N M : Z) : bool :=
-  (0 <? N)%Z && nonneg n (times N (bilinear P now now) ++ times (-1) (squares now)) &&
+  (0 <? N)%Z && nonneg n (bilinear P now now ++ times (- N) (squares now)) &&
   nonneg n (times M (squares now) ++ times (-1) (bilinear P now now)).
 Definition decays_in_time (n : nat) (P now next : list (list Z)) (S : list term) (p q N M : Z) : bool :=
   weights S && (0 <? q)%Z && between n P now N M &&
@@ -9,24 +9,29 @@ Definition decays_in_time (n : nat) (P now next : list (list Z)) (S : list term)
             ++ times (- q) S).
 Definition decays_by_steps (n : nat) (P now next : list (list Z)) (S : list term) (p q N M : Z) : bool :=
   weights S && (0 <? q)%Z && between n P now N M &&
-  nonneg n (times (p * p) (bilinear P now now) ++ times (- (q * q)) (bilinear P next next) ++ times (- (q * q)) S).
+  nonneg n (times (p * p) (bilinear P now now) ++ times (- (q * q)) (bilinear P next next) ++ times (- (p * p)) S).
+
+Fixpoint square_sum (fs : list (list Z)) (z : list R) : R :=
+  match fs with f :: fs' => dot f z * dot f z + square_sum fs' z | [] => 0 end.
+Lemma value_squares : forall fs z, value (squares fs) z = square_sum fs z.
+Proof. induction fs as [|f fs IH]; intro z; [reflexivity|]; cbn [squares map value square_sum]; fold (squares fs); rewrite IH; ring. Qed.
 
 Lemma between_sound : forall n P now N M z, between n P now N M = true -> length z = n ->
-  0 < IZR N /\ value (squares now) z <= IZR N * value (bilinear P now now) z /\
+  0 < IZR N /\ IZR N * value (squares now) z <= value (bilinear P now now) z /\
   value (bilinear P now now) z <= IZR M * value (squares now) z.
 Proof.
   intros n P now N M z H len; unfold between in H; rewrite !andb_true_iff, Z.ltb_lt in H; destruct H as [[pos A] B].
   pose proof (nonneg_sound n _ z A len) as C; pose proof (nonneg_sound n _ z B len) as D.
-  rewrite !value_app, !value_times in C, D; apply IZR_lt in pos; split; [exact pos|split; lra].
+  rewrite value_app, value_times, opp_IZR in C; rewrite value_app, !value_times in D; apply IZR_lt in pos; split; [exact pos|split; lra].
 Qed.
 
 Theorem in_time_at_rate : forall n P now next S p q N M (z : R -> list R),
   decays_in_time n P now next S p q N M = true ->
   (forall t, length (z t) = n) -> flows z now next -> (forall t, 0 < t -> products_hold S (z t)) ->
   forall s t, 0 < s -> s <= t ->
-  value (squares now) (z t) <= IZR (N * M) * exp (- (2 * (IZR p / IZR q) * (t - s))) * value (squares now) (z s).
+  square_sum now (z t) <= IZR M / IZR N * exp (- (2 * (IZR p / IZR q) * (t - s))) * square_sum now (z s).
 Proof.
-  intros n P now next S p q N M z test len F class s t Hs st.
+  intros n P now next S p q N M z test len F class s t Hs st; rewrite <- !value_squares.
   unfold decays_in_time in test; rewrite !andb_true_iff, Z.ltb_lt in test; destruct test as [[[W pos] B] falls].
   apply IZR_lt in pos; set (a := IZR p / IZR q).
   set (v := fun t => value (bilinear P now now) (z t)).
@@ -51,32 +56,33 @@ Proof.
   fold (v t) in T; fold (v s) in U.
   replace (- (2 * a * (t - s))) with (2 * a * s + - (2 * a * t)) by ring; rewrite exp_plus, exp_Ropp.
   pose proof (exp_pos (2 * a * t)) as Et; pose proof (exp_pos (2 * a * s)) as Es.
-  apply (Rmult_le_reg_r (exp (2 * a * t))); [exact Et|].
-  replace (IZR (N * M) * (exp (2 * a * s) * / exp (2 * a * t)) * value (squares now) (z s) * exp (2 * a * t))
-    with (IZR N * (exp (2 * a * s) * (IZR M * value (squares now) (z s)))) by (rewrite mult_IZR; field; lra).
-  apply Rle_trans with (IZR N * v t * exp (2 * a * t)); [apply Rmult_le_compat_r; lra|].
-  rewrite Rmult_assoc; apply Rmult_le_compat_l; [lra|]; apply Rle_trans with (1 := K).
-  rewrite Rmult_comm; apply Rmult_le_compat_l; lra.
+  apply (Rmult_le_reg_r (IZR N * exp (2 * a * t))); [nra|].
+  replace (IZR M / IZR N * (exp (2 * a * s) * / exp (2 * a * t)) * value (squares now) (z s) * (IZR N * exp (2 * a * t)))
+    with (exp (2 * a * s) * (IZR M * value (squares now) (z s))) by (field; lra).
+  apply Rle_trans with (v t * exp (2 * a * t)).
+  { rewrite <- Rmult_assoc; apply Rmult_le_compat_r; lra. }
+  apply Rle_trans with (1 := K); rewrite Rmult_comm; apply Rmult_le_compat_l; lra.
 Qed.
 
 Theorem by_steps_at_rate : forall n P now next S p q N M (z : nat -> list R),
   decays_by_steps n P now next S p q N M = true ->
   (forall t, length (z t) = n) -> (forall t, at_ now (z (Datatypes.S t)) = at_ next (z t)) ->
   (forall t, products_hold S (z t)) ->
-  forall k t, value (squares now) (z (k + t)%nat) <= IZR (N * M) * (IZR p / IZR q) ^ (2 * k) * value (squares now) (z t).
+  forall k t, square_sum now (z (k + t)%nat) <= IZR M / IZR N * (IZR p / IZR q) ^ (2 * k) * square_sum now (z t).
 Proof.
-  intros n P now next S p q N M z test len step class k t.
+  intros n P now next S p q N M z test len step class k t; rewrite <- !value_squares.
   unfold decays_by_steps in test; rewrite !andb_true_iff, Z.ltb_lt in test; destruct test as [[[W pos] B] falls].
   apply IZR_lt in pos; set (r := IZR p / IZR q).
   set (v := fun t => value (bilinear P now now) (z t)).
   assert (next_v : forall u, v (Datatypes.S u) <= r ^ 2 * v u).
   { intro u; pose proof (nonneg_sound n _ (z u) falls (len u)) as L.
-    rewrite !value_app, !value_times, opp_IZR, !mult_IZR in L; fold (v u) in L.
+    rewrite !value_app, !value_times, !opp_IZR, !mult_IZR in L; fold (v u) in L.
     assert (E : value (bilinear P next next) (z u) = v (Datatypes.S u)).
     { unfold v; rewrite !value_bilinear, step; reflexivity. }
     rewrite E in L; pose proof (class_nonneg S (z u) W (class u)).
     assert (G : IZR q * IZR q * (r ^ 2 * v u) = IZR p * IZR p * v u) by (unfold r; field; lra).
-    apply (Rmult_le_reg_l (IZR q * IZR q)); [nra|]; rewrite G; nra. }
+    assert (0 <= IZR p * IZR p * value S (z u)) by (apply Rmult_le_pos; [nra|assumption]).
+    apply (Rmult_le_reg_l (IZR q * IZR q)); [nra|]; rewrite G; lra. }
   assert (K : v (k + t)%nat <= r ^ (2 * k) * v t).
   { induction k as [|k IH]; [simpl; lra|].
     replace (2 * Datatypes.S k)%nat with (2 + 2 * k)%nat by lia; rewrite pow_add.
@@ -86,8 +92,8 @@ Proof.
   destruct (between_sound n P now N M (z t) B (len t)) as [_ [_ U]].
   fold (v (k + t)%nat) in T; fold (v t) in U.
   assert (pr : 0 <= r ^ (2 * k)) by (rewrite pow_mult; apply pow_le, pow2_ge_0).
-  rewrite mult_IZR; apply Rle_trans with (1 := T).
-  replace (IZR N * IZR M * r ^ (2 * k) * value (squares now) (z t))
-    with (IZR N * (r ^ (2 * k) * (IZR M * value (squares now) (z t)))) by ring.
-  apply Rmult_le_compat_l; [lra|]; apply Rle_trans with (1 := K); now apply Rmult_le_compat_l.
+  apply (Rmult_le_reg_l (IZR N)); [exact Npos|]; apply Rle_trans with (1 := T).
+  replace (IZR N * (IZR M / IZR N * r ^ (2 * k) * value (squares now) (z t)))
+    with (r ^ (2 * k) * (IZR M * value (squares now) (z t))) by (field; lra).
+  apply Rle_trans with (1 := K); now apply Rmult_le_compat_l.
 Qed.

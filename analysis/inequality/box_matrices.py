@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
-from lure.arrays import Reals, linalg, np
+from lure.arrays import Reals, balanced, np
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.parameters import Box
 
@@ -249,7 +249,7 @@ class BoxMatrices:
         lower[functions] = ends[functions, 0]
         gain = np.diag(lower)
         closed = A - B @ gain @ np.linalg.solve(np.eye(len(D)) + D @ gain, C)
-        _, (state, _) = linalg.matrix_balance(closed, permute=False, separate=True)
+        _, state = balanced(closed)
         time = 1.0 if self.discrete else float(np.abs(np.linalg.eigvals(closed)).max()) or 1.0
         size = np.linalg.norm(C * state, axis=1)
         seen = np.where(size > 0, size, 1.0)

@@ -20,7 +20,7 @@ from typing import ClassVar, NamedTuple
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
-from lure.arrays import NDArray, Reals, linalg, np
+from lure.arrays import NDArray, Reals, balanced, np
 
 SPLINES = {1: ((1, 1), (2, 4), (3, 16)), 2: ((1, 1), (2, 1), (2, 2)), 3: ((1, 1), (2, 1))}
 """For each number of gains the degrees of the splines that are tried, and how many pieces each interval has."""
@@ -165,7 +165,7 @@ class GainSplines(ChannelSearch):
         middle[[i for block in self.gains for i in block]] = 1
         middle = np.diag(middle * (lower + upper) / 2)
         closed = self.A - self.B @ middle @ self.C
-        _, (state, _) = linalg.matrix_balance(closed, permute=False, separate=True)
+        _, state = balanced(closed)
         time = 1.0 if self.discrete else float(np.abs(np.linalg.eigvals(closed)).max()) or 1.0
         A, B = self.A / state[:, None] * state, self.B * force / state[:, None]
         ends = np.stack([lower / force, upper / force], axis=1)

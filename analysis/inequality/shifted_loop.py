@@ -21,7 +21,7 @@ from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from lure.analysis.deadline import checkpoint
-from lure.arrays import NDArray, Reals, linalg, np
+from lure.arrays import NDArray, Reals, balanced, linalg, np
 from lure.errors import AssumptionError
 
 Widths: TypeAlias = "Callable[[float], NDArray[np.float64]]"  # of a factor: (m,)
@@ -153,8 +153,8 @@ class ShiftedLoop(ChannelSearch):
         self.C, self.D = inverse @ self.C, inverse @ self.D
         self.A, self.B = self.A - self.B @ gain @ self.C, self.B @ (np.eye(m) - gain @ self.D)
         self.jump = self._apart()
-        balanced, (self.units, _) = linalg.matrix_balance(self.A, permute=False, separate=True)
-        self.A, self.B = np.asarray(balanced), self.B / self.units[:, None]
+        even, self.units = balanced(self.A)
+        self.A, self.B = np.asarray(even), self.B / self.units[:, None]
         self.C, self.own = self.C * self.units, self.own * self.units
         poles = np.linalg.eigvals(self.A).astype(complex)
         inside = np.abs(poles).max() < 1 if self.discrete else poles.real.max() < 0

@@ -20,7 +20,7 @@ from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.analysis.questions.gain import gain_problem, l2_gain
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.region_sets import positive
-from lure.arrays import Reals, linalg, np
+from lure.arrays import Reals, balanced, np
 from lure.classes import OPERATORS, Diagonal, NonlinearityClass, Sector
 from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
@@ -146,7 +146,7 @@ def _bounded(problem: Problem, own: int, gain: float, margin: float, *, peak: bo
     H = cast("MultivariablePlant", problem.plant)
     A, B, C, D = H.doubles()
     n, m = len(A), len(D)
-    units = linalg.matrix_balance(A, permute=False, separate=True)[1][0]
+    _, units = balanced(A)
     A, B, C = A * units / units[:, None], B / units[:, None], C * units
     z, w = (np.hstack([side, other]) for side, other in ((C, D), (np.zeros((m, n)), np.eye(m))))
     lower, upper = ([float(v) for v in side] for side in (problem.classes.lower, problem.classes.upper))

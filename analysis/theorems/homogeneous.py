@@ -21,7 +21,7 @@ from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.analysis.theorems.circle import circle_largest
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
-from lure.arrays import NDArray, Reals, linalg, np
+from lure.arrays import NDArray, Reals, balanced, np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
@@ -208,8 +208,7 @@ class _Search:
         """``2^e T`` for ``z = T x`` in which a quadratic form near the circle criterion's is ``|z|^2``."""
         k = self.lower + (Fraction(self.circle) - self.lower) * Fraction(7, 8)
         low, high = (np.array([[float(v) for v in row] for row in A]) for A in self.ends(k))
-        _, D = linalg.matrix_balance(low + high, permute=False)
-        scale = np.diag(D)
+        _, scale = balanced(low + high)
         _, P, _ = _solved([low * scale / scale[:, None], high * scale / scale[:, None]], 1)
         try:
             T = np.linalg.cholesky(P).T / scale

@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
-from lure.arrays import ArrayLike, NDArray, np
+from lure.arrays import ArrayLike, NDArray, balanced, np
 from lure.errors import InputError
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import sampling_period, time_text
@@ -49,12 +49,12 @@ class ControllerForm:
 
         The Hessenberg form of the bordered matrix ``[0, 0; b, A]`` is that of ``A`` with ``b`` along ``e_1``.
         """
-        from scipy.linalg import hessenberg, matrix_balance
+        from scipy.linalg import hessenberg
 
         n = b.size
-        balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
+        even, scale = balanced(A)
         bordered = np.zeros((n + 1, n + 1))
-        bordered[1:, 0], bordered[1:, 1:] = b / scale, balanced
+        bordered[1:, 0], bordered[1:, 1:] = b / scale, even
         H, Q = hessenberg(bordered, calc_q=True, overwrite_a=True)
         beta, H = float(H[1, 0]), np.ascontiguousarray(H[1:, 1:])
         small = np.flatnonzero(np.abs(np.diag(H, -1)) <= _NEGLIGIBLE * np.abs(H).max())

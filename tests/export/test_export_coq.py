@@ -23,7 +23,7 @@ from lure.errors import InputError
 from lure.files.builtin import builtin_loop, loop_names
 
 KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
-LIBRARIES = ("forms", "flow", "orbits", "frequencies")
+LIBRARIES = ("forms", "flow", "orbits", "frequencies", "rates", "modes")
 LOOP = "(* ---- This loop ---- *)"
 AXIOMS = {
     "ClassicalDedekindReals.sig_not_dec",
@@ -135,6 +135,91 @@ def test_an_orbit_compiles_and_another_does_not(orbit, library):
     assert ok, said
     assert "in_sector 0 (125 / 192)" in orbit
     assert not compiled(library, orbit.replace("in_sector 0 (125 / 192)", "in_sector 0 (124 / 192)"))[0]
+
+
+def changed(text, right, wrong):
+    """One place changed."""
+    assert right in text
+    return text.replace(right, wrong)
+
+
+# 2 xi(t+1) - xi(t) = -phi: gains from 0 to 1/2 leave (1 - g)/2, from 1/4 to 1/2, so that 1/2 is the rate of the class.
+@needs_coq
+def test_a_rate_in_discrete_time_compiles_and_a_faster_one_does_not(library):
+    system = {"kind": "transfer", "time": "discrete", "numerator": ["1"], "denominator": ["2", "-1"]}
+    text = coq_text(proved(system, "1/2", varying=True, rate="3/5"))
+    assert "forall k t, norm2 (state xi (k + t)%nat) <= (171 / 171) * (3 / 5) ^ (2 * k) * norm2 (state xi t)." in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    for right, wrong in (
+        ("(3 / 5) ^", "(2 / 5) ^"),
+        ("products (3) 5", "products (2) 5"),
+        ("in_sector 0 (1", "in_sector 0 (9"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0]
+
+
+# (s + 1)(s + 2) + g: both roots are at -3/2 +- i sqrt(g - 1/4), from g = 1/4 on; the slowest one is -1 at g = 0.
+@needs_coq
+@pytest.mark.thorough
+def test_rates_in_continuous_time_compile(library):
+    plant = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "2"]}
+    text = coq_text(proved(plant, "1/2", rate="3/4"))
+    assert "forall s t, 0 < s -> s <= t -> norm2 (state xi t) <= " in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert not compiled(library, text.replace("3 / 4", "5 / 4").replace("(3) 4", "(5) 4"))[0]
+    law = {"sector": ["0", "1/2"], "slope": None, "odd": False, "time_varying": True, "linear": False}
+    plant = {
+        "kind": "multivariable",
+        "time": "continuous",
+        "A": [["-1", "0"], ["1", "-2"]],
+        "B": [["1", "0"], ["0", "1"]],
+    }
+    plant |= {"C": [["0", "1"], ["1", "0"]], "D": [["0", "0"], ["0", "0"]]}
+    draft = {"verdict": "PROVED", "system": plant, "laws": {"channels": [law] * 2, "repeated": False}, "rate": "1/8"}
+    draft |= {"theorem": "diagonal-circle", "multiplier": {"lambda": ["1", "1"]}, "proof": {"method": "determinant"}}
+    ok, said = compiled(library, coq_text(complete_and_check(draft)))
+    assert ok, said
+
+
+def unstable(n, d, upper, gain, time="continuous"):
+    """A constant gain that refutes a sector."""
+    laws = {"sector": ["0", upper], "slope": None, "odd": False, "time_varying": False, "linear": False}
+    system = {"kind": "transfer", "time": time, "numerator": n.split(), "denominator": d.split()}
+    draft = {"verdict": "REFUTED", "system": system, "laws": laws, "theorem": "counterexample", "multiplier": {}}
+    return coq_text(complete_and_check(draft | {"proof": {"method": "linear-gain", "gain": gain}}))
+
+
+# (s + 1)^3 + 8 has the roots +-i sqrt 3.
+@needs_coq
+def test_a_gain_with_a_pair_of_roots_on_the_axis_compiles(library):
+    text = coq_text(check(KEPT["linear gain"]))
+    assert "  0 <= g <= 9 /\\\n" in text
+    start = Fraction(re.search(r"set \(w := \((\d+ / \d+)\)", text)[1].replace(" ", ""))
+    assert start**2 < 3 < (start + Fraction(1, 20)) ** 2
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert not compiled(library, changed(text, "0 <= g <= 9", "0 <= g <= 7"))[0]
+
+
+# s - 1 + g; s^2 - s + 1 + g, whose roots have the real part 1/2 for every g; z - 2 + g, without an upper bound;
+# z^2 - 3 z + 4 + g, of modulus 2 and above; z^2 - z/2 + g, of modulus 1 for g = 1; -1, of the gain that a matrix shows.
+@needs_coq
+@pytest.mark.thorough
+def test_gains_with_roots_of_other_kinds_compile(library):
+    texts = [
+        unstable("1", "1 -1", "1/2", "1/4"),
+        unstable("1", "1 -1 1", "1", "1/2"),
+        unstable("1", "1 -2", "inf", "1/4", "discrete"),
+        unstable("1", "1 -3 4", "1/2", "1/4", "discrete"),
+        coq_text(check(KEPT["linear gain, discrete"])),
+        coq_text(check(KEPT["matrix gain, discrete"])),
+        coq_text(check(KEPT["crossing, rational"])),
+    ]
+    for text in texts:
+        ok, said = compiled(library, text)
+        assert ok, said
 
 
 @needs_coq

@@ -10,6 +10,7 @@ from flint import acb, acb_mat, arb, ctx
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lure.arrays import balanced
 from lure.errors import InputError
 from lure.plants import rational_block
 from lure.plants.frequency_data import FrequencyData
@@ -209,3 +210,9 @@ def test_what_is_no_frequency_data_is_refused(arguments, said):
 
 def test_frequency_data_name_their_range():
     assert str(FrequencyData([0.5, 2], [1, 1j])) == "2 values of H from 0.5 to 2 rad/s"
+
+
+def test_units_beyond_the_largest_integer_are_no_warning():
+    even, units = balanced(np.array([[0.0, 1e-40], [1e40, 0.0]]))  # warnings are errors in tests
+    assert units[1] / units[0] > 2.0**64
+    assert 0.5 <= abs(even[0, 1]) <= 2
