@@ -59,8 +59,9 @@ _FIRST = """
 arithmetic balls states blocks frequencies channels gains windows parametric powers boxes several regions checker"""
 _OF_CHECKERS = """
 edges refusals kernel blocks reading mutants claims matrix orbits covers channels boxes channel_boxes channel_orbits
-coupled dead_times delays frequencies growth integrators integrator_kernels memory memory_orbits operators repeated
-slow_gains storage windows tampering"""
+coupled dead_times delays first_survivors frequencies growth integrators integrator_kernels memory memory_orbits
+operators repeated slow_gains storage windows tampering"""
+_BESIDE = "homogeneous order_cone regions region_curves region_disturbances tolerances"
 _OF_SECOND = "differential discrete files matrices numerics refutations sectors slopes"
 SINGLE = {
     "lure.analysis.certificates.drafts": ("contains", "_inside"),
@@ -138,13 +139,14 @@ AREAS = {
     "above": Area(ROOMS, tuple(_ABOVE.split()), probes=True),
     "first": Area(
         tuple(f"{_CERTIFICATES}.{name}" for name in _FIRST.split()),
-        tuple(f"certificate_{name}" for name in _OF_CHECKERS.split()),
+        (*(f"certificate_{name}" for name in _OF_CHECKERS.split()), *_BESIDE.split()),
     ),
     "second": Area(
         (f"{_CERTIFICATES}.second",),
         (
             *(f"certificate_second_{name}" for name in _OF_SECOND.split()),
             *(f"certificate_{name}" for name in _OF_CHECKERS.split()),
+            *_BESIDE.split(),
         ),
     ),
 }

@@ -127,7 +127,7 @@ class _Mode:
 
     def contains(self, g: Fraction) -> bool:
         """Whether a gain is one of the class."""
-        return self.low <= g and (self.high == INF or g <= self.high)
+        return bool(self.low <= g <= self.high)
 
     def roots(self) -> list[complex]:
         """Roots of ``d + g n`` that are not strictly inside, roughly."""

@@ -1,0 +1,61 @@
+"""Guards of the first checker that no other of its tests held, by mutants that lived; values are worked out here."""
+
+from fractions import Fraction as F
+
+import pytest
+from certificate_family import draft, nonlinearities
+
+from lure.analysis.certificates import windows
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.channels import channels, from_rest
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second import recheck
+from lure.analysis.certificates.systems import system_of
+from lure.plants.family import PlantFamily
+
+
+# g (1, 1) = (1, 1) for g = 1; for (1, 0) the least squares give g = 1/2 and (1/2, 1/2)
+def test_each_row_has_to_fit():
+    rows = [[F(1)]], [[F(1)]]
+    assert from_rest(*rows, [[F(1), F(1)]]) == [[F(1)]]
+    assert from_rest(*rows, [[F(1), F(1)], [F(1), F(0)]]) is None
+    assert from_rest(*rows, [[F(1), F(0)], [F(1), F(1)]]) is None
+
+
+# (s - 2)/(s + 1), gains from 1/4 on: (1 + g) s + 1 - 2 g, a pole at 0 for g = 1/2; V = x^2, and H(inf) = 1
+@pytest.mark.parametrize(("upper", "proved"), [("49/100", True), ("51/100", False)])
+def test_a_form_falls_up_to_the_gain_with_a_pole_at_zero_also_beside_a_feedthrough(upper, proved):
+    system = {"kind": "transfer", "time": "continuous", "numerator": ["1", "-2"], "denominator": ["1", "1"]}
+    proof = {"method": "powers", "power": 1, "P": [["1"]], "lower": [["0"]], "upper": [["0"]]}
+    laws = nonlinearities("1/4", upper, time_varying=True)
+    given = draft(system, laws, "homogeneous-lyapunov", {}, proof)
+    if proved:
+        assert recheck(complete_and_check(given).certificate).accepted
+        return
+    with pytest.raises(Rejected, match="falls with the gain at the upper end"):
+        complete_and_check(given)
+
+
+# A form of ReLUs on the channels of a ReLU and of an operator: the operator alone forbids it, and one that is no ReLU.
+@pytest.mark.parametrize("kind", ["sector", "relu"])
+def test_no_form_has_an_operator_among_its_channels(kind):
+    law = {"sector": ["0", "1"], "slope": ["0", "1"], "odd": False, "time_varying": False, "linear": False}
+    operator = law | {"sector": ["-1", "1"], "slope": None, "time_varying": True, "operator": "any"}
+    asked = channels({"channels": [law | ({"relu": True} if kind == "relu" else {}), operator], "repeated": False}, 2)
+    rows = [["1", "0"], ["0", "1"]] if kind == "sector" else [["0"] * (i + 1) for i in range(4)]
+    with pytest.raises(Rejected, match="an operator has a weight"):
+        windows.coupled([{"kind": kind, "channels": [1, 2], "rows": rows}], asked, 1, summed=False)
+
+
+# (a s + 1)/(s^2 + s + 1) has H(inf) = 0, (a s^2 + 1)/(s^2 + s + 1) the value a in one of its two terms
+def test_a_term_of_the_numerator_may_not_feed_through():
+    def given(numerator):
+        family = PlantFamily.of_coefficients(numerator, [1, 1, 1], {"a": (1, 2)})
+        laws = nonlinearities("0", "1/100")
+        tree = {"multiplier": {}}
+        return draft(system_of(family), laws, "circle", {}, {"method": "boxes", "boxes": tree})
+
+    assert check(complete_and_check(given(["a", 1])).certificate)
+    with pytest.raises(Rejected, match=r"H\(inf\) = 0 is needed"):
+        complete_and_check(given(["a", 0, 1]))
