@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import islice, product
 from typing import Any
@@ -16,7 +17,7 @@ from lure.analysis.counterexamples.channel_orbits import near_fold, proofs
 from lure.analysis.counterexamples.channel_samples import SampledOrbits
 from lure.analysis.counterexamples.delayed_members import DelayedMembers
 from lure.analysis.counterexamples.flow_signals import Cut, followed
-from lure.analysis.counterexamples.gain_signals import Loop, best_signals
+from lure.analysis.counterexamples.gain_signals import Loop, best_signals, signals
 from lure.analysis.counterexamples.linear_members import Found, MemberSearch
 from lure.analysis.counterexamples.memory_orbits import MemoryLoop, memory_proofs
 from lure.analysis.counterexamples.moving_signals import MOST_CHANNELS, moving
@@ -37,6 +38,7 @@ _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _SHAPES, _CORNERS, _LARGEST = 3, 4, 1e6
 _TRIED, _RADII = 20, (Fraction(1, 10**10), Fraction(1, 10**7))
 _NEAR, _SAMPLES, _LONG = 1e-4, 200, 1200
+_SHORT, _FEW = 60, 12  # samples and signals with which slopes are compared
 _INSIDE = 128  # the share of a class by which gains are above its lower end
 _MOST_STATES, _MOST_CHANNELS, _STARTS, _KEPT, _BEYOND = 20, 6, 40, 2, 30.0  # of the search for periodic solutions
 _HALVES, _WHOLE = (1, 3, 5, 7), (0, 1, 2, 3, 4)
@@ -127,16 +129,15 @@ def _by_signal(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
     own, H = list(asked.classes.performance or ()), channel_plant(asked.plant)
     functions = [i for i in range(len(H.D)) if i not in own]
     later = any(H.D[i][j] for i in functions for j in functions if j >= i)
-    if later or not all(asked.classes.classes[i].rectifier for i in functions):
+    if later or any(asked.classes.classes[i].operator or asked.classes.classes[i].memory for i in functions):
         return None
-    ends = [(asked.classes.lower[i], asked.classes.upper[i]) for i in functions]
+    ends = _lines_beside(asked, Loop(H.doubles(), own), functions)
     found = list[tuple[float, dict[str, Any]]]()
     if H.dt is None:
         one = followed(H, ends, own)
         found = [(one.gain, one.proof)] if one is not None else []
     else:
-        slopes = np.array([[float(v) for v in pair] for pair in ends]).reshape(-1, 2)
-        for gain, inputs in best_signals(Loop(H.doubles(), own), slopes):
+        for gain, inputs in best_signals(Loop(H.doubles(), own), _doubles(ends)):
             found.append((gain, {"inputs": [texts(row) for row in inputs]}))
     for gain, steps in found:
         proof = {"method": "signal", "slopes": [texts(pair) for pair in ends], **steps}
@@ -146,6 +147,37 @@ def _by_signal(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
             if shown is not None:
                 return alpha, shown
     return None
+
+
+def _doubles(ends: Sequence[tuple[Fraction, Fraction]]) -> Reals:
+    return np.array([[float(v) for v in pair] for pair in ends]).reshape(-1, 2)
+
+
+def _lines_beside(asked: Problem, loop: Loop, functions: Sequence[int]) -> list[tuple[Fraction, Fraction]]:
+    """Slopes below and above 0: those of the ReLUs, and of the functions beside them ends of the class, one by one."""
+    lower, upper, classes = asked.classes.lower, asked.classes.upper, asked.classes.classes
+    chosen = {i: (lower[i], upper[i]) if classes[i].rectifier else (lower[i], lower[i]) for i in functions}
+
+    def reached(trial: Mapping[int, tuple[Fraction, Fraction]]) -> float:
+        """The gain that a short search finds."""
+        lines, held = _doubles([trial[i] for i in functions]), loop
+        if asked.plant.dt is None:
+            cut = Cut.of(loop, lines)
+            if cut is None:
+                return 0.0
+            held = loop.held(float(cut.step))
+        return signals(held, lines, _SHORT, _FEW)[0]
+
+    beside = [block for block in asked.classes.blocks if block[0] in chosen and not classes[block[0]].rectifier]
+    best = reached(chosen) if beside else 0.0
+    for block in beside:
+        low, high = lower[block[0]], upper[block[0]]
+        straight = classes[block[0]].odd or classes[block[0]].linear
+        for pair in [(high, high)] if straight else [(high, high), (low, high), (high, low)]:
+            trial = chosen | dict.fromkeys(block, pair)
+            if (gain := reached(trial)) > best:
+                best, chosen = gain, trial
+    return [chosen[i] for i in functions]
 
 
 def _by_moving(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:

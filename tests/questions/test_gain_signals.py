@@ -224,3 +224,23 @@ def test_gains_that_jump_in_continuous_time_are_of_classes_that_depend_on_time()
     assert recheck(json.dumps(good)).accepted
     assert_both_reject(edited(good, "laws", "channels", 0, "time_varying", value=False))
     assert_both_reject(edited(good, "laws", "channels", 0, "sector", value=["0", "2"]))
+
+
+# of a ReLU no linear gain is a member, so that a signal has to show it; beside it phi_2 = g sigma with an end g is one
+@pytest.mark.parametrize("kind", ["slope", "gain"])
+def test_beside_a_relu_other_classes_take_an_end_of_theirs(kind):
+    A = [[F(84, 100), F(-17, 100)], [F(17, 100), F(8, 10)]]
+    plant = as_plant((A, [[F(1, 10), F(1, 10)], [F(-1, 10), F(1, 5)]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]), dt=1)
+    other = (
+        NonlinearityClass.constant_gain(0, 1) if kind == "gain" else NonlinearityClass.slope_restricted(0, 1, odd=True)
+    )
+    low, certificate = shown_below(plant, [RELU, other], {"Bw": [[1], [0]], "Cz": [[0, 1]]})
+    # phi_1 = max(sigma, 0), phi_2 = 0: a signal that keeps x_1 < 0 sees A alone, whose response at z = 1 is linear
+    still = abs(0.17 / ((1 - 0.84) * (1 - 0.8) + 0.17 * 0.17))
+    assert low > 0.9 * still
+    assert check(certificate)
+    assert recheck(certificate).accepted
+    assert certificate["proof"]["slopes"][0] == ["0", "1"]
+    assert len(set(certificate["proof"]["slopes"][1])) == 1
+    for wrong in (["0", "1"], ["0", "5/4"]):
+        assert_both_reject(edited(certificate, "proof", "slopes", 1, value=lambda _, wrong=wrong: wrong))
