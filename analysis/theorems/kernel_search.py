@@ -24,15 +24,18 @@ from lure.plants.rational import RationalPlant
 def peaks(f: Callable[[Reals], Reals], points: Reals, *, least: float, count: int) -> list[tuple[float, float]]:
     """The highest local maxima of ``f`` and where they are: on the points, then refined between neighbours."""
     values = f(points)
-    inner = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:]) & (values[1:-1] > least)) + 1
+    middle, left, right = values[1:-1], values[:-2], values[2:]
+    rise = (2 * middle - left - right) / 4  # a parabola through the three is at most half of it higher than the middle
+    high = (middle > left) & (middle >= right) & (middle + rise > least)
+    inner = np.flatnonzero(high) + 1
     found = []
-    for i in inner[np.argsort(-values[inner])][:count]:
-        low, high = points[i - 1], points[i + 1]
+    for i in inner[np.argsort(-values[inner] - rise[inner - 1])][:count]:
+        low, top = points[i - 1], points[i + 1]
         for _ in range(3):
-            finer = np.linspace(low, high, 21)
+            finer = np.linspace(low, top, 21)
             best = int(np.clip(np.argmax(f(finer)), 1, 19))
-            low, high = finer[best - 1], finer[best + 1]
-        found.append((float(values[i]), float(finer[best])))
+            low, top = finer[best - 1], finer[best + 1]
+        found.append((float(f(finer[best : best + 1])[0]), float(finer[best])))
     return found
 
 
