@@ -56,6 +56,14 @@ def test_every_block_is_run_or_read(path):
             assert ">>>" in block.text, f"{path.name}:{block.line}: no prompt"
 
 
+def test_every_part_of_the_certificate_format_is_on_one_page():
+    schema = json.loads((ROOT / "analysis/certificates/schema.json").read_text(encoding="utf-8"))
+    pages = [path.read_text(encoding="utf-8") for path in DOCS.glob("reference/certificate-*.rst")]
+    shown = [page.split(".. json-schema:: lure.analysis.certificates certificate")[1] for page in pages]
+    parts = " ".join(text for text in shown if ":whole:" not in text).split()
+    assert sorted(parts) == sorted(schema["$defs"])
+
+
 def test_every_figure_of_the_theory_has_its_page_and_its_words():
     drawn = set(re.findall(r"^@figure\ndef (\w+)", (DOCS / "_ext/figures.py").read_text("utf-8"), re.MULTILINE))
     drawn |= set(re.findall(r"^def (\w+)\(ax", (DOCS / "_ext/channel_figures.py").read_text("utf-8"), re.MULTILINE))
