@@ -115,9 +115,9 @@ def multiplier_limit(
 
     Examples
     --------
-    >>> block = RationalPlant([1, 0, 0], [1, Fraction("0.2"), 6, Fraction("0.1"), 1])
-    >>> limit = multiplier_limit(block, odd=True, above=2.25)
-    >>> 2.25 < limit.k < 2.26
+    >>> block = RationalPlant([-1, 0, 0], [1, Fraction("0.2"), 6, Fraction("0.1"), 1])
+    >>> limit = multiplier_limit(block, odd=True, above=1.3424)
+    >>> 1.3424 < limit.k < 1.3429
     True
     """
     start = exact_number(lower, "lower")
