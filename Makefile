@@ -56,6 +56,7 @@ notebooks: .venv/.test ## run the notebooks; what they show is then in build/not
 	rm -rf build/notebooks
 	$(BIN)/python -m jupytext --quiet --to ../build/notebooks//ipynb --set-kernel python3 notebooks/*.py
 	$(PYTEST) -n 2 --nbmake --nbmake-timeout=600 --overwrite $(ARGS) build/notebooks
+	@if grep -l '"name": "stderr"' build/notebooks/*.ipynb; then echo "A warning is on the page of what is named above." >&2; exit 1; fi
 	@touch build/notebooks/.run
 
 build/notebooks/.run: $(wildcard notebooks/*.py)

@@ -56,13 +56,14 @@ class WeightedTaps:
         return top, [d + self.lower * n for n, d in zip(top, bottom, strict=True)]
 
     def response(self, rate: float) -> SampledResponse | None:
-        """``G(r z)`` on the circle; None where a pole is not inside."""
+        """``G(r z)`` on the circle; None where a pole is not inside, or so close that a sample meets it."""
         top, bottom = self.polynomials
         powers = rate ** np.arange(len(bottom) - 1, -1, -1.0)
         n, d = (np.array([float(c) for c in side]) * powers for side in (top, bottom))
         if np.max(np.abs(np.roots(d)), initial=0.0) >= 1 - _ON_THE_AXIS:
             return None
-        return SampledResponse.of(n, d)
+        sampled = SampledResponse.of(n, d)
+        return sampled if np.isfinite(sampled.at(sampled.omega)).all() else None
 
     def multiplier(self, rate: float, size: int) -> Multiplier | None:
         """Taps up to a shift that seem to serve a rate, the margin being as large as it can; None if none do.

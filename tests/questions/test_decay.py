@@ -19,6 +19,7 @@ from lure.analysis.certificates.second import recheck
 from lure.analysis.certificates.second.pace import kernel_weights
 from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.questions.decay import decay_rate
+from lure.analysis.theorems.weighted import WeightedTaps
 from lure.analysis.verdict import Verdict
 from lure.plants.state_space import StateSpace
 
@@ -261,6 +262,14 @@ def test_the_triple_momentum_method_has_its_rate_from_both_sides():
     found = decay_rate(methods.triple_momentum(1, 4), SlopeBounds(1, 4))
     assert F(found.refutation.certificate["rate"]) == F(1, 2)
     assert found.rate.high == pytest.approx(0.5, abs=2e-6)
+
+
+@pytest.mark.parametrize("closer", [1e-12, 1e-10, 1e-8])
+def test_a_double_pole_at_the_rate_is_no_overflow(closer):
+    # (z - 1/2)^2 is (r z - 1/2)^2 on the circle: 0 in doubles at z = 1, r = (1 + closer)/2; warnings are errors here
+    taps = WeightedTaps(plant=RationalPlant([1], [1, -1, F(1, 4)], dt=1), lower=F(0), width=F(1, 2), odd=False)
+    assert taps.multiplier((1 + closer) / 2, 1) is None
+    assert taps.margin((1 + closer) / 2, 1) < 0
 
 
 def test_the_heavy_ball_cycles_at_kappa_100():
