@@ -43,12 +43,13 @@ def double(text):
 
 
 # largest factors with full-block multipliers, recomputed by others at the vertices of the gains with R < 0: .798467 and
-# .678574; concave in each gain is less than R < 0, and the orthants of the first plant show a little more
+# .678574; concave in each gain is less than R < 0, and the orthants of the first plant show a little more, which solvers
+# on other processors reach to the 1e-4 at which the search ends
 @pytest.mark.parametrize(("plant", "others", "ours"), [(VEENMAN, 0.798467, 0.79998), (OPPOSITE, 0.678574, 0.678573)])
 def test_full_block_multipliers_reach_what_others_computed_and_gains_that_jump_refute_beyond(plant, others, ours):
     found = second(max_sector(plant, [MOVING] * plant.inputs))
     assert found.criterion == "full-block-circle"
-    assert others - 1e-6 < found.largest.low == pytest.approx(ours, abs=1e-5)
+    assert others - 1e-6 < found.largest.low == pytest.approx(ours, rel=1e-4)
     assert found.largest.low < found.refuted_at == pytest.approx(1.2609737 if plant is VEENMAN else 0.7129, rel=1e-3)
     proof = found.refutation.certificate["proof"]
     A, B, C, D = plant.doubles()

@@ -328,7 +328,8 @@ def test_a_top_short_of_the_obstacle_or_beyond_it(extra):
 
 
 # v(L) falls by 0.0004 at t = 1, 3, ...; z is largest on (99, 101), where v = 0: 99 u1 - 4900 f - 1, of these doubles
-# -5.7e-18, which is no contact.  On a way of 1 a motion knows z to 2e-16 or so, and may see one within that.
+# -5.7e-18, which is no contact.  On a way of 1 each of fifty round trips rounds z by up to 1.1e-16, in an order of sums
+# that depends on the processor, and a motion may see a contact within that.
 def test_a_top_that_grazes_the_obstacle_is_a_contact_to_rounding_or_none():
     motion, other = near_a_top_at_the_obstacle(0.0)
     top = float(99 * Fraction(0.02) - 4900 * Fraction(0.0002) - 1)
@@ -336,8 +337,8 @@ def test_a_top_that_grazes_the_obstacle_is_a_contact_to_rounding_or_none():
     t = np.linspace(0.0, 250.0, 501)
     assert motion.z(t) == pytest.approx(other.z(t), abs=1e-12)
     for one in (motion, other):
-        assert one.z([99.0, 99.7, 100.3, 101.0]) == pytest.approx([top] * 4, abs=1e-15)
-        assert max((hit.peak_stress for hit in one.impacts), default=0.0) < 1e-15 / 1e-2
+        assert one.z([99.0, 99.7, 100.3, 101.0]) == pytest.approx([top] * 4, abs=5.5e-15)
+        assert max((hit.peak_stress for hit in one.impacts), default=0.0) < 5.5e-15 / 1e-2
 
 
 def test_the_sum_of_exponentials_is_the_force():
