@@ -1,10 +1,9 @@
-"""The commands about certificates: ``verify``, ``certify``, ``explain``."""
+"""The commands about certificates: ``verify``, ``certify``, ``explain``, ``export``."""
 
 from __future__ import annotations
 
 import json
 import math
-import os
 import shlex
 import stat
 import sys
@@ -22,19 +21,19 @@ from lure.analysis.cli.loops import Criterion, Den, Dt, Num, Transfer, block_of,
 from lure.analysis.cli.options import (
     Force,
     Json,
+    Output,
     Quiet,
     Seconds,
     Settings,
     Verbose,
     app,
-    check_seconds,
+    check_target,
     exit_status,
     hint,
     option,
     print_json,
     refused,
 )
-from lure.analysis.cli.progress import progress
 from lure.analysis.cli.texts import wrapped
 from lure.analysis.wording import plain
 
@@ -228,8 +227,6 @@ def verify(
     as_json: Json = False,
 ) -> int:
     """Check certificates; 11 if one is rejected, else 2 if one is no certificate, else 0."""
-    check_seconds(seconds)
-
     found = [verified(file, second=second, seconds=seconds) for file in files]
     if as_json:
         print_json([each.to_dict() for each in found])
@@ -290,7 +287,7 @@ def certify(
             loop = loop.block  # type: ignore[attr-defined]  # a LoopSystem: it has channels
     kind = cast("Method", method)  # one of them: _check_options
     ways = ProofOptions(criterion=criterion, method=kind, finite=finite, seconds=seconds, numbers=_numbers(loop))
-    with progress(quiet=quiet, verbose=verbose) as tell:
+    with Output(quiet=quiet, verbose=verbose).progress() as tell:
         found = run(loop, given, ways=ways, progress=tell)
     if found.certificate is not None:
         text = text_of(found.certificate)
@@ -307,7 +304,6 @@ def certify(
 def _check_options(method: str, seconds: float | None) -> None:
     if method not in METHODS:
         raise refused(f"--method is {method!r:.40}; {hint(method, METHODS)}choose from {', '.join(METHODS)}")
-    check_seconds(seconds)
 
 
 def _asked(
@@ -368,30 +364,6 @@ def _channels(loop: object) -> int:
 
     block = getattr(loop, "block", None)
     return block.inputs if isinstance(block, MultivariablePlant | ChannelFamily | DelayMatrix) else 1
-
-
-def check_target(path: Path, *, force: bool) -> None:
-    """Refuse a file that exists before the search and not after it.
-
-    Parameters
-    ----------
-    path : Path
-        The file to write.
-    force : bool
-        Whether it may be replaced.
-
-    Raises
-    ------
-    refused
-        An ``InputError``: it exists, is a directory, or lies in none.
-    """
-    label = repr(str(path))
-    if path.is_dir():
-        raise refused(f"{label} is a directory; give the name of a file, such as {str(path / 'certificate.json')!r}")
-    if os.path.lexists(path) and not force:
-        raise refused(f"{label} exists; give another name, or --force to replace it")
-    if not path.parent.is_dir():
-        raise refused(f"{str(path.parent)!r} is no directory; give a file in one that exists")
 
 
 def _numbers(loop: object) -> Numbers:
@@ -482,3 +454,50 @@ def _explained(code: Code) -> list[str]:
     for text in code.tries:
         said += wrapped(f"  - {text}", indent=4)
     return said
+
+
+@app.command(help=texts.EXPORT)
+def export(
+    certificate: Annotated[str, typer.Argument(metavar="CERTIFICATE", help="A certificate; - is standard input.")],
+    coq: Annotated[bool, typer.Option("--coq", help="For Coq, 8.16 or later.")] = False,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE", help="The file to write; - for standard output.")
+    ] = Path("loop.v"),
+    force: Force = False,
+    seconds: Seconds = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write what a certificate shows for a proof assistant."""
+    if not coq:
+        raise refused("nothing says for which program the certificate is exported; give --coq")
+    if str(output) != "-":
+        _check_name(output)
+        check_target(output, force=force)
+    found = verified(certificate, second=False, seconds=seconds)
+    if found.shown is None:
+        raise refused(
+            found.reason
+            if found.result != "REJECTED"
+            else f"the certificate is rejected: {found.reason}; export one that lure verify accepts"
+        )
+    assert found.result == ACCEPTED
+    from lure.analysis.export import coq_text
+
+    text = coq_text(found.shown)
+    if str(output) == "-":
+        sys.stdout.write(text)
+        return
+    from lure.analysis.output import write_new
+
+    write_new(output, text, force=force)
+    Output(quiet=quiet).note(f"The proof is {output}; check it: {shlex.join(['coqc', str(output)])}")
+
+
+def _check_name(path: Path) -> None:
+    """What ``coqc`` takes as the name of a file."""
+    stem = path.stem
+    plain = stem.isascii() and stem.isidentifier()
+    if path.suffix != ".v" or not plain:
+        raise refused(
+            f"--output is {str(path)!r}; coqc takes names of letters, digits and _ that end in .v, such as 'loop.v'"
+        )

@@ -17,19 +17,17 @@ from lure.analysis.cli import texts
 from lure.analysis.cli.options import (
     Force,
     Json,
+    Output,
     Quiet,
     Seconds,
     Settings,
     Verbose,
     app,
-    check_seconds,
     exit_status,
     hint,
     option,
-    print_note,
     refused,
 )
-from lure.analysis.cli.progress import progress
 
 if TYPE_CHECKING:
     from lure.files.system import LoopSystem
@@ -220,7 +218,6 @@ def report(
 ) -> int:
     """Analyse a system, write the report and return the status that its verdict stands for."""
     settings = set_ or []
-    check_seconds(seconds)
     from lure.files import find_system
     from lure.rod.systems import RodSystem
 
@@ -234,10 +231,11 @@ def report(
     changes = [part for setting in settings for part in ("--set", setting)]
     changes += [] if seconds is None else ["--seconds", f"{seconds:g}"]
     command = shlex.join(["lure", "report", system, *changes])
-    with progress(quiet=quiet, verbose=verbose) as tell:
+    out = Output(as_json=as_json, quiet=quiet, verbose=verbose)
+    with out.progress() as tell:
         found = report_on(chosen, output=output, pdf=pdf, seconds=seconds, command=command, progress=tell)
     print((to_json(found.to_dict()) if as_json else str(found)).rstrip("\n"))
-    print_note(f"The report is {page_of(output)}", as_json=as_json, quiet=quiet)
+    out.note(f"The report is {page_of(output)}")
     return exit_status(found.verdict)
 
 
@@ -322,11 +320,12 @@ def reproduce(
 
     from lure.analysis.rod.paper import reproduce_paper
 
-    with progress(quiet=quiet) as tell, replaced(output) as directory:
+    out = Output(as_json=as_json, quiet=quiet)
+    with out.progress() as tell, replaced(output) as directory:
         table = reproduce_paper(directory, progress=tell)
         text = (directory / "paper.json").read_text(encoding="utf-8")
     print((text if as_json else str(table)).rstrip("\n"))
-    print_note(f"The page is {output / 'paper.html'}", as_json=as_json, quiet=quiet)
+    out.note(f"The page is {output / 'paper.html'}")
 
 
 @app.command(help=texts.DOCTOR)

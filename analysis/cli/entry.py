@@ -16,19 +16,8 @@ from typer.core import TyperGroup
 
 from lure.analysis.cli.options import app
 
-for _commands in (
-    "commands",
-    "loops",
-    "gains",
-    "rates",
-    "steady",
-    "regions",
-    "sweeps",
-    "certificates",
-    "export",
-    "sectors",
-    "rods",
-):  # as ``lure --help`` lists them
+# as ``lure --help`` lists them
+for _commands in ("commands", "loops", "performance", "sweeps", "certificates", "sectors", "rods"):
     import_module(f"lure.analysis.cli.{_commands}")  # puts its commands on the one app
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
 USAGE_ERROR = cast(

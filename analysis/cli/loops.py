@@ -15,6 +15,7 @@ from lure.analysis.cli import texts
 from lure.analysis.cli.options import (
     Figure,
     Json,
+    Output,
     Quiet,
     Replace,
     Seconds,
@@ -22,16 +23,12 @@ from lure.analysis.cli.options import (
     Verbose,
     app,
     check_figure,
-    check_seconds,
     exit_status,
     loop_named,
     option,
     print_json,
-    print_note,
     refused,
-    write_figure,
 )
-from lure.analysis.cli.progress import progress
 
 if TYPE_CHECKING:
     from lure.analysis.inequality.gains import GainInterval
@@ -213,21 +210,19 @@ def analyse(
     verbose: Verbose = False,
 ) -> int:
     """Run every criterion and every search for a counterexample on a loop."""
-    check_seconds(seconds)
     check_figure(plot, replace=replace)
     chosen = loop_named(system, set_)
     from lure.analysis.questions import analyse as run
 
-    with progress(quiet=quiet, verbose=verbose) as tell:
+    out = Output(as_json=as_json, quiet=quiet, verbose=verbose, replace=replace)
+    with out.progress() as tell:
         found = run(chosen, seconds=seconds, progress=tell)
     if as_json:
         print_json(found.to_dict())
     else:
         print(found)
-    if plot is not None:
-        size = (6.4, 4.0) if found.map is None else (4.8, 4.2)
-        write_figure(plot, (found if found.map is None else found.map).plot, size, replace=replace)
-        print_note(f"Written: {plot}", as_json=as_json, quiet=quiet)
+    size = (6.4, 4.0) if found.map is None else (4.8, 4.2)
+    out.figure(plot, (found if found.map is None else found.map).plot, size)
     return exit_status(found.verdict)
 
 
@@ -248,15 +243,15 @@ def max_sector(
     verbose: Verbose = False,
 ) -> int:
     """Print the largest sector."""
-    check_seconds(seconds)
+    out = Output(as_json=as_json, quiet=quiet, verbose=verbose)
     given = {"--lower": lower != "0", "--time-varying": time_varying, "--full": full}
     several = _several(system, (num, den, transfer, dt), given)
     if several is not None:
-        return _largest_factor(several, "sector", criterion, seconds, as_json=as_json, quiet=quiet, verbose=verbose)
+        return _largest_factor(several, "sector", criterion, seconds, out)
     block = block_of(num, den, transfer, dt, system)
     from lure.analysis.questions import max_sector as run
 
-    with progress(quiet=quiet, verbose=verbose) as tell:
+    with out.progress() as tell:
         found = run(
             block,
             criterion=criterion,
@@ -286,17 +281,17 @@ def max_slope(
     verbose: Verbose = False,
 ) -> int:
     """Print the largest slope."""
-    check_seconds(seconds)
+    out = Output(as_json=as_json, quiet=quiet, verbose=verbose)
     given = {"--lower": lower != "0", "--odd": odd, "--limits": limits}
     several = _several(system, (num, den, transfer, dt), given)
     if several is not None:
-        return _largest_factor(several, "slope", criterion, seconds, as_json=as_json, quiet=quiet, verbose=verbose)
+        return _largest_factor(several, "slope", criterion, seconds, out)
     block = block_of(num, den, transfer, dt, system)
     if limits:
         _check_limits(block)
     from lure.analysis.questions import max_slope as run
 
-    with progress(quiet=quiet, verbose=verbose) as tell:
+    with out.progress() as tell:
         found = run(block, odd=odd, criterion=criterion, lower=number_of(lower), seconds=seconds, progress=tell)
     if not limits:
         return _print(found, block, as_json=as_json)
@@ -368,10 +363,7 @@ def _largest_factor(
     kind: Literal["sector", "slope"],
     criterion: str,
     seconds: float | None,
-    *,
-    as_json: bool,
-    quiet: bool,
-    verbose: bool,
+    out: Output,
 ) -> int:
     """Print the largest factor of the classes of a system with several channels."""
     from lure.analysis.questions.answers import answer
@@ -379,10 +371,10 @@ def _largest_factor(
     from lure.analysis.questions.largest import StabilityBound
 
     problem = channel_problem(system, None, kind=kind, criterion=criterion, late=True)
-    with progress(quiet=quiet, verbose=verbose) as tell:
+    with out.progress() as tell:
         found = answer(problem, seconds=seconds, progress=tell)
     assert isinstance(found, StabilityBound), "a largest factor was asked for"
-    return _print(found, None, as_json=as_json)
+    return _print(found, None, as_json=out.as_json)
 
 
 def block_of(

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import difflib
 import json
+import os
 import shlex
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from lure.analysis.cli.progress import Tell, progress
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -27,14 +32,21 @@ app = typer.Typer(
 )
 
 
-def option(names: str, metavar: str, text: str) -> object:
-    """An option that has no default to show; its names are separated by blanks."""
-    return typer.Option(*names.split(), metavar=metavar, help=text, show_default=False)
+def option(names: str, metavar: str, text: str, *, check: Callable[[Any], object] | None = None) -> object:
+    """An option that has no default to show; its names are separated by blanks, and ``check`` may refuse its value."""
+    return typer.Option(*names.split(), metavar=metavar, help=text, show_default=False, callback=check)
+
+
+def _seconds(seconds: float | None) -> float | None:
+    """Refuse what is no time allowed, before the command begins."""
+    if seconds is not None and not 0 < seconds < 1e9:
+        raise refused(f"--seconds is {seconds:g}; give a positive number of seconds, or leave it out")
+    return seconds
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else, on stdout.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no messages besides errors.")]
-Seconds = Annotated[float | None, option("--seconds", "S", "Time allowed; without it no limit.")]
+Seconds = Annotated[float | None, option("--seconds", "S", "Time allowed; without it no limit.", check=_seconds)]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Show each step and its time on stderr.")]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable.")
@@ -58,23 +70,6 @@ def refused(sentence: str) -> InputError:
     from lure.errors import InputError
 
     return InputError(sentence)
-
-
-def check_seconds(seconds: float | None) -> None:
-    """Refuse what is no time allowed.
-
-    Parameters
-    ----------
-    seconds : float or None
-        The option.
-
-    Raises
-    ------
-    refused
-        An ``InputError``: it is not positive, or not finite.
-    """
-    if seconds is not None and not 0 < seconds < 1e9:
-        raise refused(f"--seconds is {seconds:g}; give a positive number of seconds, or leave it out")
 
 
 def hint(word: str, names: Iterable[str]) -> str:
@@ -181,27 +176,30 @@ def check_figure(plot: Path | None, *, replace: bool, kinds: Sequence[str] = (".
     check_targets([plot], replace=replace)
 
 
-def write_figure(plot: Path, draw: Draw, size: tuple[float, float], *, replace: bool) -> None:
-    """Draw a figure into a file that :func:`check_figure` accepts.
+def check_target(path: Path | None, *, force: bool) -> None:
+    """Refuse a file that exists before the search and not after it.
 
     Parameters
     ----------
-    plot : Path
-        The file.
-    draw : callable
-        Draws on the axes given as ``ax``.
-    size : (float, float)
-        Width and height [inch].
-    replace : bool
-        Whether a file that exists may be replaced.
-    """
-    from lure.analysis.output import written
-    from lure.analysis.plots import render
+    path : Path or None
+        The file to write, if one is.
+    force : bool
+        Whether it may be replaced.
 
-    suffix = plot.suffix.lower()
-    picture = render(draw, name=plot.stem, size=size, suffixes=[suffix])
-    with written([plot], replace=replace) as places:
-        places[plot].write_bytes(picture.file(suffix))
+    Raises
+    ------
+    refused
+        An ``InputError``: it exists, is a directory, or lies in none.
+    """
+    if path is None:
+        return
+    label = repr(str(path))
+    if path.is_dir():
+        raise refused(f"{label} is a directory; give the name of a file, such as {str(path / 'certificate.json')!r}")
+    if os.path.lexists(path) and not force:
+        raise refused(f"{label} exists; give another name, or --force to replace it")
+    if not path.parent.is_dir():
+        raise refused(f"{str(path.parent)!r} is no directory; give a file in one that exists")
 
 
 def print_json(data: object) -> None:
@@ -216,50 +214,94 @@ def print_wrapped(lines: Iterable[str], *, nested: int = 2) -> None:
     print("\n".join(part for line in lines for part in wrapped(line, indent=nested if line.startswith(" ") else 2)))
 
 
-def print_note(message: str, *, as_json: bool, quiet: bool) -> None:
-    """A message after the results, or on stderr where stdout is for JSON only."""
-    if not quiet:
-        print(message if as_json else f"\n{message}", file=sys.stderr if as_json else sys.stdout)
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Output:
+    """How a command tells what it found, as the options of these names ask.
 
-
-def write_certificate(
-    path: Path | None,
-    shown: Proved | Refuted | None,
-    what: str,
-    *,
-    begin: str = "The",
-    force: bool,
-    as_json: bool,
-    quiet: bool,
-) -> None:
-    """Write a certificate, and say of what it is and how it is checked; or that none is written, since there is none.
-
-    Parameters
+    Attributes
     ----------
-    path : Path or None
-        The file; None where none is asked for.
-    shown : Proved, Refuted or None
-        What the checker accepted, if anything.
-    what : str
-        Of what it is the certificate, such as ``of the rate that is proved``.
-    begin : str
-        How the sentence begins, where the certificate is of something else than was asked for.
-    force : bool
+    as_json : bool
+        Whether stdout is for JSON only.
+    quiet, verbose : bool
+        Whether nothing is said besides the results, and whether each step is.
+    replace : bool
         Whether a file that exists may be replaced.
-    as_json, quiet : bool
-        As for :func:`print_note`.
     """
-    from lure.analysis.output import write_new
-    from lure.analysis.questions.certify import text_of
 
-    if path is None:
-        return
-    if shown is None:
-        print_note(f"There is no certificate {what}; {path} is not written", as_json=as_json, quiet=quiet)
-        return
-    write_new(path, text_of(shown.certificate), force=force)
-    said = f"{begin} certificate {what} is {path}"
-    print_note(f"{said}; check it: {shlex.join(['lure', 'verify', str(path)])}", as_json=as_json, quiet=quiet)
+    as_json: bool = False
+    quiet: bool = False
+    verbose: bool = False
+    replace: bool = False
+
+    def progress(self) -> AbstractContextManager[Tell | None]:
+        """What shows how far the work is, see :func:`lure.analysis.cli.progress.progress`."""
+        return progress(quiet=self.quiet, verbose=self.verbose)
+
+    def results(self, data: Mapping[str, object], lines: Iterable[str]) -> None:
+        """The results: as JSON, or in lines of 80 columns."""
+        if self.as_json:
+            print_json(data)
+        else:
+            print_wrapped(lines)
+
+    def note(self, message: str) -> None:
+        """A message after the results, or on stderr where stdout is for JSON only."""
+        if not self.quiet:
+            print(message if self.as_json else f"\n{message}", file=sys.stderr if self.as_json else sys.stdout)
+
+    def draw(self, plot: Path | None, draw: Draw, size: tuple[float, float]) -> None:
+        """Draw a figure into a file that :func:`check_figure` accepts.
+
+        Parameters
+        ----------
+        plot : Path or None
+            The file; None where none is asked for.
+        draw : callable
+            Draws on the axes given as ``ax``.
+        size : (float, float)
+            Width and height [inch].
+        """
+        if plot is None:
+            return
+        from lure.analysis.output import written
+        from lure.analysis.plots import render
+
+        suffix = plot.suffix.lower()
+        picture = render(draw, name=plot.stem, size=size, suffixes=[suffix])
+        with written([plot], replace=self.replace) as places:
+            places[plot].write_bytes(picture.file(suffix))
+
+    def figure(self, plot: Path | None, draw: Draw, size: tuple[float, float]) -> None:
+        """The same, and say that it is written."""
+        self.draw(plot, draw, size)
+        if plot is not None:
+            self.note(f"Written: {plot}")
+
+    def certificate(self, path: Path | None, shown: Proved | Refuted | None, what: str, *, begin: str = "The") -> None:
+        """Write a certificate, and say of what it is and how it is checked; or that none is written: there is none.
+
+        Parameters
+        ----------
+        path : Path or None
+            The file; None where none is asked for.
+        shown : Proved, Refuted or None
+            What the checker accepted, if anything.
+        what : str
+            Of what it is the certificate, such as ``of the rate that is proved``.
+        begin : str
+            How the sentence begins, where the certificate is of something else than was asked for.
+        """
+        from lure.analysis.output import write_new
+        from lure.analysis.questions.certify import text_of
+
+        if path is None:
+            return
+        if shown is None:
+            self.note(f"There is no certificate {what}; {path} is not written")
+            return
+        write_new(path, text_of(shown.certificate), force=self.replace)
+        said = f"{begin} certificate {what} is {path}"
+        self.note(f"{said}; check it: {shlex.join(['lure', 'verify', str(path)])}")
 
 
 def exit_status(verdict: Verdict) -> int:

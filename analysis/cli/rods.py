@@ -12,6 +12,7 @@ from lure.analysis.cli import texts
 from lure.analysis.cli.options import (
     Figure,
     Json,
+    Output,
     Quiet,
     Replace,
     Rigid,
@@ -21,16 +22,11 @@ from lure.analysis.cli.options import (
     check_figure,
     option,
     print_json,
-    print_note,
-    print_wrapped,
     refused,
     rod_named,
-    write_figure,
 )
-from lure.analysis.cli.progress import progress
 
 if TYPE_CHECKING:
-    from lure.analysis.plots import Draw
     from lure.analysis.rod.plots.comparison import FileKind
     from lure.analysis.rod.response import Basin, Bifurcation, Plan, Response
     from lure.analysis.rod.response.sweeping import Order
@@ -76,7 +72,8 @@ def compare(
     from lure.analysis.rod.comparison import SchemeMethod
     from lure.analysis.rod.comparison import compare as run
 
-    with progress(quiet=quiet) as tell:
+    out = Output(as_json=as_json, quiet=quiet)
+    with out.progress() as tell:
         found = run(
             chosen.rod,
             chosen.scenario,
@@ -99,7 +96,7 @@ def compare(
     else:
         print(found)
     if plot is not None:
-        print_note(f"Written: {plot}", as_json=as_json, quiet=quiet)
+        out.note(f"Written: {plot}")
 
 
 def _cells(text: str) -> list[int]:
@@ -150,6 +147,7 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Compute a motion, print a summary, write and draw what was asked for."""
+    out = Output(as_json=as_json, quiet=quiet, replace=replace)
     several = assembly_named(system, set_)
     if several is not None:
         plain = (method, fields, boundary, end_damping, rigid, cells, space, order, space_time, animation, span)
@@ -159,7 +157,7 @@ def simulate(
                 "leave out the others, which are for one rod"
             )
         results = {"output": output, "plot": plot}
-        _simulate_several(several, until, results, samples, replace=replace, as_json=as_json, quiet=quiet)
+        _simulate_several(several, until, results, samples, out)
         return
     chosen = rod_named(system, set_, doing=", and lure simulate follows rods")
     from lure.analysis.rod.runs import Request
@@ -179,7 +177,7 @@ def simulate(
     results = {"output": output, "plot": plot, "space-time": space_time, "animation": animation}
     targets = {kind: path for kind, path in results.items() if path is not None}
     _check(targets, (request, chosen), span, replace=replace)
-    _perform((request, chosen), targets, span, replace=replace, as_json=as_json, quiet=quiet)
+    _perform((request, chosen), targets, span, out)
 
 
 def _simulate_several(
@@ -187,16 +185,13 @@ def _simulate_several(
     until: float | None,
     results: dict[str, Path | None],
     samples: int,
-    *,
-    replace: bool,
-    as_json: bool,
-    quiet: bool,
+    out: Output,
 ) -> None:
     """Follow rods with several contacts, write and draw what was asked for, and say what it showed."""
     if not rods.scenarios:
         raise refused("nothing moves: give a [[rod]] u0, u1 or g")
     targets = {kind: path for kind, path in results.items() if path is not None}
-    check_figure(targets.get("plot"), replace=replace)
+    check_figure(targets.get("plot"), replace=out.replace)
     from lure.analysis.output import check_targets, written
     from lure.analysis.rod.assembly import motion_sentences
     from lure.analysis.rod.runs.drawing import check_netcdf, check_netcdf_name, write_dataset
@@ -204,27 +199,23 @@ def _simulate_several(
 
     if "output" in targets:
         check_netcdf_name(targets["output"])
-    check_targets(list(targets.values()), replace=replace)
+    check_targets(list(targets.values()), replace=out.replace)
     if "output" in targets:
         check_netcdf()
-    with progress(quiet=quiet) as tell:
+    with out.progress() as tell:
         if tell:
             tell("the motion of the rods", 0.0)
         motion = assembly_motion(rods, until=until)
         sampled = motion.sampled(samples)
     if "output" in targets:
-        with written([targets["output"]], replace=replace) as places:
+        with written([targets["output"]], replace=out.replace) as places:
             write_dataset(sampled.to_xarray(), places[targets["output"]])
     from lure.analysis.rod.plots import plot_assembly_contacts
 
-    if "plot" in targets:
-        write_figure(targets["plot"], partial(plot_assembly_contacts, motion), (6.6, 4.4), replace=replace)
-    if as_json:
-        print_json(motion.to_dict())
-    else:
-        print_wrapped([f"{text[0].upper()}{text[1:]}." for text in motion_sentences(motion)])
+    out.draw(targets.get("plot"), partial(plot_assembly_contacts, motion), (6.6, 4.4))
+    out.results(motion.to_dict(), [f"{text[0].upper()}{text[1:]}." for text in motion_sentences(motion)])
     if targets:
-        print_note(f"Written: {' and '.join(map(str, targets.values()))}", as_json=as_json, quiet=quiet)
+        out.note(f"Written: {' and '.join(map(str, targets.values()))}")
 
 
 def _check(
@@ -245,10 +236,7 @@ def _perform(
     asked: tuple[Request, RodSystem],
     targets: dict[str, Path],
     span: tuple[float, float] | None,
-    *,
-    replace: bool,
-    as_json: bool,
-    quiet: bool,
+    out: Output,
 ) -> None:
     """Compute the motion, write and draw it, and say what it is."""
     from lure.analysis.output import written
@@ -258,18 +246,15 @@ def _perform(
 
     request, system = asked
     drawn = bool({"space-time", "animation"} & set(targets))
-    with progress(quiet=quiet) as tell:
+    with out.progress() as tell:
         done = perform(system, for_drawing(request, system) if drawn else request, progress=tell)
-        with written(list(targets.values()), replace=replace) as places:
+        with written(list(targets.values()), replace=out.replace) as places:
             named = {kind: places[path] for kind, path in targets.items()}
             wanted = Wanted(places=named, title=f"{system.name}: {system.title}", span=span, fields=request.places > 0)
             write_results(done, wanted, tell=tell)
-    if as_json:
-        print_json(summary_dict(done.run, system.name))
-    else:
-        print_wrapped(summary_lines(done.run, system.name))
+    out.results(summary_dict(done.run, system.name), summary_lines(done.run, system.name))
     if targets:
-        print_note(f"Written: {' and '.join(map(str, targets.values()))}", as_json=as_json, quiet=quiet)
+        out.note(f"Written: {' and '.join(map(str, targets.values()))}")
 
 
 Force = Annotated[str | None, option("--force", "EXPR", "Force g(t) [N]; else that of the system.")]
@@ -309,12 +294,11 @@ def response(
 
     plan = _plan((settle, period, tolerance), (periods, samples), rigid=rigid, separation=separation)
     scenario = _scenario(chosen, force)
-    with progress(quiet=quiet) as tell:
+    out = Output(as_json=as_json, quiet=quiet, replace=replace)
+    with out.progress() as tell:
         found = run(chosen.rod, scenario, plan=plan, progress=tell)
-    from lure.analysis.rod.plots.response import plot_response
-
-    _say(found, as_json=as_json, note=_note(chosen, force))
-    _draw(plot, partial(plot_response, found), (9.6, 7.0), quiet=quiet, as_json=as_json, replace=replace)
+    _say(found, out, _note(chosen, force))
+    out.figure(plot, found.plot, (9.6, 7.0))
 
 
 @app.command(help=texts.BIFURCATION)
@@ -350,14 +334,13 @@ def bifurcation(
 
     plan = _plan((settle, period, tolerance), (periods, samples), rigid=rigid, separation=False)
     text = str(chosen.scenario.force) if force is None else force
-    with progress(quiet=quiet) as tell:
+    out = Output(as_json=as_json, quiet=quiet, replace=replace)
+    with out.progress() as tell:
         sweep = Sweep(plan=plan, order=cast("Order", way), start=chosen.scenario, workers=workers, progress=tell)
         found = run(chosen.rod, text, parameter, values, sweep=sweep)
-    from lure.analysis.rod.plots.response import plot_bifurcation
-
-    _say(found, as_json=as_json, note=_note(chosen, force))
+    _say(found, out, _note(chosen, force))
     if found.points:
-        _draw(plot, partial(plot_bifurcation, found), (6.6, 4.4), quiet=quiet, as_json=as_json, replace=replace)
+        out.figure(plot, found.plot, (6.6, 4.4))
     return 0 if found.complete else _INTERRUPTED
 
 
@@ -378,13 +361,12 @@ def basin(
     offsets, velocities = _grid(offset, "--offset"), _grid(velocity, "--velocity")
     from lure.analysis.rod.response import basin as run
 
-    with progress(quiet=quiet) as tell:
+    out = Output(as_json=as_json, quiet=quiet, replace=replace)
+    with out.progress() as tell:
         found = run(chosen.rod, offsets, velocities, start=chosen.scenario, progress=tell)
-    from lure.analysis.rod.plots.response import plot_basin
-
-    _say(found, as_json=as_json)
+    _say(found, out)
     if (found.impacts >= 0).any():
-        _draw(plot, partial(plot_basin, found), (5.6, 4.0), quiet=quiet, as_json=as_json, replace=replace)
+        out.figure(plot, found.plot, (5.6, 4.0))
     if not found.complete:
         return _INTERRUPTED
     return 0 if found.known.all() else _OPEN
@@ -434,17 +416,7 @@ def _note(system: RodSystem, force: str | None) -> str:
     return texts.AS_PRINTED if system.form == "as-printed" and force is None else ""
 
 
-def _say(found: Response | Bifurcation | Basin, *, as_json: bool, note: str = "") -> None:
-    """Print a result as JSON or in lines of 80 columns."""
-    if as_json:
-        print_json(found.to_dict() | ({"note": note.removeprefix("Note: ")} if note else {}))
-    else:
-        print_wrapped([*str(found).split("\n"), *([note] if note else [])])
-
-
-def _draw(
-    plot: Path | None, draw: Draw, size: tuple[float, float], *, quiet: bool, as_json: bool, replace: bool
-) -> None:
-    if plot is not None:
-        write_figure(plot, draw, size, replace=replace)
-        print_note(f"Written: {plot}", as_json=as_json, quiet=quiet)
+def _say(found: Response | Bifurcation | Basin, out: Output, note: str = "") -> None:
+    """Print a result, with a note if there is one."""
+    more, said = ({"note": note.removeprefix("Note: ")}, [note]) if note else ({}, [])
+    out.results(found.to_dict() | more, [*str(found).split("\n"), *said])

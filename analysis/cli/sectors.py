@@ -15,18 +15,16 @@ import typer
 from lure.analysis.cli.options import (
     Figure,
     Json,
+    Output,
     Quiet,
     Replace,
     Seconds,
     app,
     check_figure,
-    check_seconds,
     option,
     print_json,
-    print_note,
     print_wrapped,
     refused,
-    write_figure,
 )
 from lure.analysis.cli.texts import SECTOR
 
@@ -154,7 +152,6 @@ def sector(
         raise refused(
             "give a nonlinearity with --expr, or a file of measured data, and not both; see lure sector --help"
         )
-    check_seconds(seconds)
     check_figure(plot, replace=replace)
     claim = None if within is None else _claim(within, slope=slope)
     if expr is not None:
@@ -179,9 +176,7 @@ def sector(
         )
         status, drawing = _of_data(file, reading, claim, as_json=as_json)
     if plot is not None:
-        draw, size = drawing()
-        write_figure(plot, draw, size, replace=replace)
-        print_note(f"Written: {plot}", as_json=as_json, quiet=quiet)
+        Output(as_json=as_json, quiet=quiet, replace=replace).figure(plot, *drawing())
     return status
 
 
@@ -202,10 +197,8 @@ def _of_nonlinearity(
     verdict = None if claim is None else found.within(claim)
     shown = None if claim is None else violation(nonlinearity, claim, on=interval, found=found)
     quantity: Quantity = "slope" if slope else "sector"
-    if as_json:
-        print_json(_document(found, quantity, claim, verdict, shown))
-    else:
-        print_wrapped(_lines(found, quantity, claim, verdict, shown))
+    said = (found, quantity, claim, verdict, shown)
+    Output(as_json=as_json).results(_document(*said), _lines(*said))
     return _status(found, quantity, verdict, shown), partial(_nonlinearity_drawn, nonlinearity, found, slope=slope)
 
 

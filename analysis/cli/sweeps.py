@@ -11,17 +11,14 @@ import typer
 from lure.analysis.cli import texts
 from lure.analysis.cli.options import (
     Json,
+    Output,
     Quiet,
     Seconds,
     Verbose,
     app,
-    check_seconds,
     option,
-    print_json,
-    print_wrapped,
     refused,
 )
-from lure.analysis.cli.progress import progress
 
 if TYPE_CHECKING:
     from lure.analysis.sweeps.run import Keep
@@ -47,7 +44,6 @@ def sweep(
     verbose: Verbose = False,
 ) -> int:
     """Answer a question for every point of a study."""
-    check_seconds(seconds)
     try:
         import xarray  # noqa: F401  (said in one sentence where it is missing)
         import zarr  # noqa: F401
@@ -65,7 +61,8 @@ def sweep(
     from lure.analysis.sweeps.run import sweep as run
 
     target = output or study.with_suffix(".zarr")
-    with progress(quiet=quiet, verbose=verbose) as tell:
+    out = Output(as_json=as_json, quiet=quiet, verbose=verbose)
+    with out.progress() as tell:
         found = run(
             study,
             target,
@@ -75,12 +72,9 @@ def sweep(
             seconds=seconds,
             progress=tell,
         )
-    if as_json:
-        print_json(found.to_dict())
-    else:
-        print_wrapped([str(found)])
-        if not quiet:
-            print(f'Open it: xarray.open_zarr("{target}"); a page: lure sweep {target} --report')
+    out.results(found.to_dict(), [str(found)])
+    if not as_json and not quiet:
+        print(f'Open it: xarray.open_zarr("{target}"); a page: lure sweep {target} --report')
     return 0
 
 
