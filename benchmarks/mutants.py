@@ -426,10 +426,10 @@ def said(reports: dict[str, object]) -> list[str]:
     from markupsafe import Markup
 
     from lure.analysis import analyse, max_slope
-    from lure.analysis.report.certificates import certificate_files
     from lure.analysis.report.loop.document import loop_document
     from lure.analysis.report.loop.model import LoopReport
     from lure.analysis.report.loop.write import loop_page
+    from lure.analysis.report.parts import certificate_files
     from lure.analysis.rod.conclusion import conclusion
     from lure.analysis.rod.criteria import rod_criteria
     from lure.analysis.rod.report.build import checked_criteria

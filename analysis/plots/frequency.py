@@ -13,7 +13,6 @@ from lure.analysis.plots.style import (
     BLUE,
     GREEN,
     GREY,
-    LEGEND,
     VERMILLION,
     axes_or_new,
     finish_axes,
@@ -143,11 +142,12 @@ def plot_popov(
         _popov_witness(axes, block, result, float(frequencies[0]))
     else:
         note(axes, f"Popov line through Re H = {number(boundary)}, far to the left")
-    axes.set_xlabel(f"Re H(iω) [{unit(block)}]")
-    axes.set_ylabel(f"ω Im H(iω) [{unit(block, per_second=True)}]")
-    finish_axes(axes)
-    axes.legend(loc="best" if near else "upper right", **LEGEND)
-    return axes
+    return finish_axes(
+        axes,
+        f"Re H(iω) [{unit(block)}]",
+        f"ω Im H(iω) [{unit(block, per_second=True)}]",
+        legend="best" if near else "upper right",
+    )
 
 
 def plot_popov_expression(
@@ -202,11 +202,7 @@ def plot_popov_expression(
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(low, high))
     if low < 0.0:
         axes.axhspan(low, 0.0, color=VERMILLION, alpha=0.18, lw=0, label="forbidden")
-    axes.set_xlabel("ω [rad/s]")
-    axes.set_ylabel(f"1/{upper_end(block)} + Re[(1 + iωθ)H] [{unit(block)}]")
-    finish_axes(axes)
-    axes.legend(loc="best", **LEGEND)
-    return axes
+    return finish_axes(axes, "ω [rad/s]", f"1/{upper_end(block)} + Re[(1 + iωθ)H] [{unit(block)}]", legend="best")
 
 
 def _multiplier(result: CriterionResult) -> float:
@@ -316,11 +312,9 @@ def plot_nyquist(
         axes.axvline(boundary, color=VERMILLION, lw=1.0)
     if worst is not None and near and sector.lower == 0:
         _nyquist_witness(axes, block, worst, (float(frequencies[0]), boundary))
-    axes.set_xlabel(f"Re H(iω) [{unit(block)}]")
-    axes.set_ylabel(f"Im H(iω) [{unit(block)}]")
-    finish_axes(axes)
-    axes.legend(loc="best" if near else "upper right", **LEGEND)
-    return axes
+    return finish_axes(
+        axes, f"Re H(iω) [{unit(block)}]", f"Im H(iω) [{unit(block)}]", legend="best" if near else "upper right"
+    )
 
 
 def _disk(axes: Axes, left: float, right: float) -> None:

@@ -81,11 +81,7 @@ def plot_solutions(trajectories: Sequence[Trajectory], *, ax: Axes | None = None
     axes.set_yticks([-1, -0.5, 0, 0.5, 1])
     end = max(float(one.t[-1]) for one in shown)
     axes.set_xlim(0.0, end or 1.0)
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel("σ / largest |σ|")
-    finish_axes(axes)
-    axes.legend(loc="upper right", **LEGEND)
-    return axes
+    return finish_axes(axes, "t [s]", "σ / largest |σ|", legend="upper right")
 
 
 def plot_channels(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
@@ -254,11 +250,7 @@ def plot_nonlinearity(witness: Witness, *, ax: Axes | None = None) -> Axes:
         )
     axes.axhline(0.0, color=GREY, lw=0.6)
     axes.axvline(0.0, color=GREY, lw=0.6)
-    axes.set_xlabel("σ [unit of σ]")
-    axes.set_ylabel("φ(σ) [unit of μ]")
-    finish_axes(axes)
-    axes.legend(loc="upper left", **LEGEND)
-    return axes
+    return finish_axes(axes, "σ [unit of σ]", "φ(σ) [unit of μ]", legend="upper left")
 
 
 def plot_largest(rows: Sequence[StabilityBound], names: Sequence[str], *, ax: Axes | None = None) -> Axes:

@@ -116,11 +116,9 @@ def plot_measurements(data: Measurements, *, ax: Axes | None = None) -> Axes:
         axes.plot([], [], ".", color=colour, label=f"{name}, {rows.size} rows")
         _points(axes, data.displacement[rows], data.load[rows], colour)
     axes.axhline(0.0, color=GREY, lw=0.6, zorder=1)
-    axes.set_xlabel(f"u [{data.displacement_unit}]")
-    axes.set_ylabel(f"{_LOADS.get(data.unit, 'load')} [{data.unit}]")
-    axes.legend(loc="upper left", **LEGEND)
-    finish_axes(axes)
-    return axes
+    return finish_axes(
+        axes, f"u [{data.displacement_unit}]", f"{_LOADS.get(data.unit, 'load')} [{data.unit}]", legend="upper left"
+    )
 
 
 def plot_compliance(found: ComplianceFit, *, ax: Axes | None = None) -> tuple[Axes, Axes]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lure.analysis.plots.style import BLUE, GREY, INK, LEGEND, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.plots.style import BLUE, GREY, INK, VERMILLION, axes_or_new, finish_axes
 from lure.analysis.questions.region_curves import drawn, gauge
 from lure.analysis.questions.region_sets import levels
 from lure.analysis.questions.regions import RegionOfAttraction
@@ -78,11 +78,9 @@ def plot_region(found: RegionOfAttraction, *, plane: tuple[int, int] = (1, 2), a
         axes.plot(*zip(*shown, strict=True), "s", color=VERMILLION, mfc="white", ms=5, label="other equilibria")
     axes.set_xlim(-halves[0], halves[0])
     axes.set_ylim(-halves[1], halves[1])
-    axes.set_xlabel(f"state {i + 1}")
-    axes.set_ylabel(f"state {j + 1}" + (", the others 0" if found.states > 2 else ""))
-    finish_axes(axes)
-    axes.legend(loc="upper right", **LEGEND)
-    return axes
+    return finish_axes(
+        axes, f"state {i + 1}", f"state {j + 1}" + (", the others 0" if found.states > 2 else ""), legend="upper right"
+    )
 
 
 def flow_drawn(found: RegionOfAttraction) -> tuple[bool, bool]:
@@ -202,8 +200,6 @@ def _line(found: RegionOfAttraction, axes: Axes) -> Axes:
                 words = "never tends to 0" if number == 0 else None
                 axes.axvspan(a, b, facecolor="none", hatch="///", edgecolor=VERMILLION, alpha=0.6, label=words)
     axes.set_xlim(-half, half)
-    axes.set_xlabel("state")
-    axes.set_ylabel("step of the state" if found.discrete else "rate of the state [1/s]")
-    finish_axes(axes)
-    axes.legend(loc="upper right", **LEGEND)
-    return axes
+    return finish_axes(
+        axes, "state", "step of the state" if found.discrete else "rate of the state [1/s]", legend="upper right"
+    )

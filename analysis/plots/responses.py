@@ -16,7 +16,6 @@ from lure.analysis.plots.style import (
     BLUE,
     GREEN,
     GREY,
-    LEGEND,
     PURPLE,
     VERMILLION,
     axes_or_new,
@@ -77,11 +76,9 @@ def plot_hint(hint: DescribingHint, *, ax: Axes | None = None) -> Axes:
     _locus(axes, locus)
     _mark(axes, hint.balances)
     axes.set_title("harmonic balance: a hint, not a verdict", fontsize="medium")
-    axes.set_xlabel("Re H(iω) [unit of σ / unit of μ]")
-    axes.set_ylabel("Im H(iω) [unit of σ / unit of μ]")
-    finish_axes(axes)
-    axes.legend(loc="upper right", **LEGEND)
-    return axes
+    return finish_axes(
+        axes, "Re H(iω) [unit of σ / unit of μ]", "Im H(iω) [unit of σ / unit of μ]", legend="upper right"
+    )
 
 
 def _locus(axes: Axes, locus: NDArray[np.float64]) -> None:
@@ -162,11 +159,7 @@ def plot_popov_response(response: PopovResponse, *, ax: Axes | None = None) -> A
             note(axes, f"line through Re H = {number(boundary)}, far to the left")
         axes.set_title(_sector_title(0.0, k, f"θ = {number(theta)} s"), fontsize="medium")
     block = response.block
-    axes.set_xlabel(f"Re H(iω) [{unit(block)}]")
-    axes.set_ylabel(f"ω Im H(iω) [{unit(block, per_second=True)}]")
-    finish_axes(axes)
-    axes.legend(loc="best", **LEGEND)
-    return axes
+    return finish_axes(axes, f"Re H(iω) [{unit(block)}]", f"ω Im H(iω) [{unit(block, per_second=True)}]", legend="best")
 
 
 def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) -> Axes:
@@ -219,11 +212,7 @@ def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) 
     if k is not None:
         axes.set_title(_sector_title(response.lower, k, ""), fontsize="medium")
     block, argument = response.block, "exp iωΔt" if discrete else "iω"
-    axes.set_xlabel(f"Re H({argument}) [{unit(block)}]")
-    axes.set_ylabel(f"Im H({argument}) [{unit(block)}]")
-    finish_axes(axes)
-    axes.legend(loc="best", **LEGEND)
-    return axes
+    return finish_axes(axes, f"Re H({argument}) [{unit(block)}]", f"Im H({argument}) [{unit(block)}]", legend="best")
 
 
 def window(x: Floats, y: Floats, *marks: float | None) -> tuple[float, float, float, float]:

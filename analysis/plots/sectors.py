@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.nonlinearity.pieces import kinks, parsed
-from lure.analysis.plots.style import BLUE, GREY, INK, LEGEND, VERMILLION, axes_or_new, finish_axes, note, padded
+from lure.analysis.plots.style import BLUE, GREY, INK, VERMILLION, axes_or_new, finish_axes, note, padded
 from lure.analysis.plots.style import number as number_sectors
 from lure.analysis.testing.result import heights, values_where_defined
 from lure.analysis.verdict import Evidence
@@ -64,11 +64,7 @@ def plot_violation(violation: Violation, *, ax: Axes | None = None) -> Axes:
     axes.plot(violation.sigma, violation.phi, "X", color=VERMILLION, ms=8, ls="none", label=f"fails at σ = {places}")
     axes.set_xlim(low, high)
     axes.set_ylim(*heights(violation, phi))
-    axes.set_xlabel("σ [unit of σ]")
-    axes.set_ylabel("φ [unit of φ]")
-    axes.legend(**LEGEND)
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "σ [unit of σ]", "φ [unit of φ]", legend="best")
 
 
 Array = NDArray[np.float64]
@@ -171,8 +167,7 @@ def _finish(axes: Axes, found: NonlinearityBounds, quantity: Quantity, frame: tu
     axes.set_xlim(float(x[0]), float(x[-1]))
     axes.set_ylim(low, high)
     axes.set_xlabel("σ")
-    finish_axes(axes)
-    axes.legend(loc="upper left", **LEGEND)
+    finish_axes(axes, legend="upper left")
     approached = [
         f"{side} {'' if '->' in str(part.at) else number_sectors(nearest_double(part.inner)) + ', '}{part.where}"
         for side, part in zip(("lower", "upper"), found.extremes(quantity), strict=True)

@@ -8,7 +8,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from lure.analysis.drawing import Draw as Draw
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 # Okabe and Ito: told apart under every common colour-vision deficiency, and in grey by their lightness
 BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072b2", "#d55e00", "#009e73", "#aa4499", "#7f7f7f"
 LEGEND = {"fontsize": "small", "framealpha": 0.85}
+Place = Literal["best", "center", "lower left", "lower right", "upper left", "upper right"]
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
@@ -45,10 +46,14 @@ def power_of_ten(exponent: int) -> str:
     return "10" + str(exponent).translate(_SUPERSCRIPTS)
 
 
-def finish_axes(ax: Axes) -> None:
-    """Label the ticks of axes whose limits are settled, with powers of ten as plain text."""
+def finish_axes(ax: Axes, xlabel: str = "", ylabel: str = "", *, legend: Place | None = None) -> Axes:
+    """Label axes whose limits are settled, ticks with powers of ten as plain text; a legend where a place is given."""
     from matplotlib.ticker import AutoLocator, FuncFormatter, MaxNLocator, NullLocator
 
+    if xlabel:
+        ax.set_xlabel(xlabel)
+    if ylabel:
+        ax.set_ylabel(ylabel)
     for axis, limits in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
         if axis.get_scale() == "log":
             if limits[1] < 100.0 * limits[0]:
@@ -69,6 +74,9 @@ def finish_axes(ax: Axes) -> None:
         base = f" {'+' if reference > 0 else '−'} {number(abs(reference), 10)}" if reference else ""
         formatter.set_offset_string(f"×{power_of_ten(exponent)}{base}")
         axis.set_major_formatter(formatter)
+    if legend is not None:
+        ax.legend(loc=legend, **LEGEND)
+    return ax
 
 
 def _reference(low: float, high: float) -> float:

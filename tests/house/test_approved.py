@@ -17,9 +17,9 @@ from markupsafe import Markup
 from reports import loop_report, rod_report
 
 from lure.analysis import analyse, max_sector, max_slope
-from lure.analysis.report.certificates import certificate_files
 from lure.analysis.report.loop.document import loop_document
 from lure.analysis.report.loop.write import loop_page
+from lure.analysis.report.parts import certificate_files
 from lure.analysis.rod.report import claims
 from lure.analysis.rod.report.document import document
 from lure.analysis.rod.report.output import page

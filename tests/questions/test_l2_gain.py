@@ -16,7 +16,7 @@ from lure.analysis import l2_gain
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.plots.gains import gain_curves, plot_gain
+from lure.analysis.plots.performance import gain_curves, plot_gain
 from lure.analysis.report.loop.asked import ASKED
 from lure.files import find_system
 from lure.files.loop import loop_to_toml

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from lure.analysis.certificates.checker import Checked
-from lure.analysis.plots.gains import gain_curves
+from lure.analysis.plots.performance import gain_curves
 from lure.analysis.plots.regions import flow_drawn
 from lure.analysis.questions import decay_rate, l2_gain, steady_response, tolerances
 from lure.analysis.questions.decay import RateBound

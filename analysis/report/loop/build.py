@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import platform
 import shlex
 from collections.abc import Callable
-from importlib.metadata import version
 
-from lure import __version__
 from lure.analysis.questions import analyse
 from lure.analysis.report.loop.asked import answers
 from lure.analysis.report.loop.document import balance_hints
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.observed import observed
+from lure.analysis.report.parts import versions
 from lure.extensions import extension
 from lure.files.system import LoopSystem
 
@@ -69,6 +67,5 @@ def build_loop_report(
         beyond_observed=beyond_observed,
         beyond_figures=beyond_figures,
         command=command or f"lure report {shlex.quote(system.name)}",
-        versions={"lure": __version__, "python": platform.python_version()}
-        | {name: version(name) for name in PACKAGES},
+        versions=versions(*PACKAGES),
     )

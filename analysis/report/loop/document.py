@@ -12,10 +12,9 @@ from lure.analysis.describing import describing_hint
 from lure.analysis.nonlinearity.membership import certified_properties
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.table import analysis_dict
-from lure.analysis.report.certificates import certificate_list
 from lure.analysis.report.loop.asked import not_answered
 from lure.analysis.report.loop.model import LoopReport
-from lure.analysis.report.parts import SCHEMA
+from lure.analysis.report.parts import SCHEMA, certificate_list
 from lure.errors import AssumptionError, InputError
 from lure.loop import sector_shift
 from lure.nonlinearities import Property

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,10 +12,8 @@ from typing import Any
 from markupsafe import Markup
 
 from lure.analysis.questions.largest import UNFINISHED
-from lure.analysis.report.certificates import certificate_files
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph
 from lure.analysis.report.html import glyphs, inline, lowered, prose, shown, template
-from lure.analysis.report.loop.bars import Bar, bar
 from lure.analysis.report.loop.document import loop_document, nonlinearity_text
 from lure.analysis.report.loop.figures import loop_figures
 from lure.analysis.report.loop.model import LoopReport
@@ -28,11 +28,12 @@ from lure.analysis.report.loop.words import (
     own,
     reason,
 )
-from lure.analysis.report.parts import LADDER, Figure, to_json, write_files
-from lure.analysis.report.pdf import embedded, pdf_of, printed_diagram
+from lure.analysis.report.parts import LADDER, Figure, write_files
+from lure.analysis.report.pdf import embedded, printed_diagram
 
 Data = dict[str, Any]
 
+_WIDE = 30.0  # beyond this ratio of its numbers a bar is logarithmic
 _LAW_ROWS = (("sector", "sector"), ("slope", "slope"), ("odd", "odd"), ("regularity", "regularity"))
 
 
@@ -58,11 +59,9 @@ def write_loop_report(report: LoopReport, directory: str | os.PathLike[str], *, 
     InputError
         A PDF is asked for, and weasyprint is not installed.
     """
-    data, drawn, diagram = loop_document(report), loop_figures(report), loop_diagram(report)
-    texts = {"report.json": to_json(data), "report.html": loop_page(data, drawn, diagram)}
-    texts |= certificate_files(report.certificates)
-    printed = pdf_of(loop_page(data, drawn, diagram, paper=True)) if pdf else None
-    return write_files(texts, drawn, directory, printed=printed)
+    data, drawn = loop_document(report), loop_figures(report)
+    page = partial(loop_page, data, drawn, loop_diagram(report))
+    return write_files(data, page, drawn, report.certificates, directory, pdf=pdf)
 
 
 def loop_diagram(report: LoopReport) -> Markup:
@@ -81,6 +80,81 @@ def loop_diagram(report: LoopReport) -> Markup:
     graph = class_graph(about.given) if about.nonlinearity is None else nonlinearity_graph(about.nonlinearity)
     text = nonlinearity_text(about.nonlinearity) if about.nonlinearity is not None else str(about.given or "phi")
     return block_diagram(str(about.plant), prose(text), graph)
+
+
+# The bar of a class: how far it is proved, from where it is refuted, what is open, and what was asked.
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Bar:
+    """One class as a bar, in percent of its width.
+
+    Attributes
+    ----------
+    name : str
+        The class.
+    key : str
+        Where its numbers stand in the document.
+    row : dict
+        Its numbers.
+    pieces : tuple of (str, float)
+        ``proved``, ``open`` or ``refuted``, and the width of that piece.
+    asked : float or None
+        Place of the upper end that was asked about.
+    logarithmic : bool
+        Whether equal steps are equal ratios.
+    """
+
+    name: str
+    key: str
+    row: Data
+    pieces: tuple[tuple[str, float], ...]
+    asked: float | None
+    logarithmic: bool
+
+
+def bar(name: str, key: str, row: Data, asked: float | None) -> Bar:
+    """The bar of one row of the table.
+
+    Parameters
+    ----------
+    name : str
+        The class.
+    key : str
+        Where the row stands in the document.
+    row : dict
+        One of the document's ``answers``.
+    asked : float or None
+        The upper end asked about.
+    """
+    start, proved, refuted = float(row["lower"]), _proved(row), math.inf
+    if row["verdict"] == "REFUTED":
+        refuted = start
+    elif row["refuted_at"] is not None:
+        refuted = proved if row["gap"].startswith("closed") else float(row["refuted_at"])
+    inner = [value for value in (proved, refuted, asked) if value is not None and start < value < math.inf]
+    end = 1.25 * max(inner) if start == 0 and inner else start + 1.25 * ((max(inner, default=start + 1.0)) - start)
+    wide = start == 0 and bool(inner) and end > _WIDE * min(inner)
+    first = 0.4 * min(inner) if wide else start
+
+    def place(value: float) -> float:
+        """Where a number stands, in percent."""
+        inside = min(max(value, first), end)
+        share = math.log(inside / first) / math.log(end / first) if wide else (inside - first) / (end - first)
+        return 100.0 * share
+
+    marks = [("proved", place(proved)), ("open", place(min(max(refuted, proved), end))), ("refuted", 100.0)]
+    pieces, before = [], 0.0
+    for kind, until in marks:
+        if until > before:
+            pieces.append((kind, until - before))
+            before = until
+    at = None if asked is None else place(asked)
+    return Bar(name=name, key=key, row=row, pieces=tuple(pieces), asked=at, logarithmic=wide)
+
+
+def _proved(row: Data) -> float:
+    return float(row["largest"][0]) if row["verdict"] == "PROVED" else float(row["lower"])
 
 
 def _bars(data: Data) -> list[Bar]:

@@ -190,9 +190,7 @@ class _Picture:
         axes.set_xlim(float(film.trace_t[0]), float(film.trace_t[-1]))
         shade_contacts(film.run, axes)
         axes.set_xlim(float(film.trace_t[0]), float(film.trace_t[-1]))
-        axes.set_xlabel("t [s]")
-        axes.set_ylabel("u(t, L) [m]")
-        finish_axes(axes)
+        finish_axes(axes, "t [s]", "u(t, L) [m]")
         self.now = axes.axvline(film.t[0], color=GREY, lw=0.8)
         (self.marker,) = axes.plot([], [], "o", color=BLUE, ms=6)
 

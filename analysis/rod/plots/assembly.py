@@ -84,9 +84,7 @@ def plot_assembly_ends(motion: AssemblyMotion, *, ax: Axes | None = None) -> Axe
     for (colour, dashes), (name, values) in zip(_LINES, lines, strict=False):
         axes.plot(t, values, color=colour, ls=dashes, lw=1.1, label=name)
     axes.set_xlim(0.0, motion.until)
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel("displacement [m]")
-    finish_axes(axes)
+    finish_axes(axes, "t [s]", "displacement [m]")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.0, **LEGEND)
     return axes
 
@@ -107,7 +105,4 @@ def plot_assembly_energy(motion: AssemblyMotion, *, ax: Axes | None = None) -> A
     axes.plot(t, energy, color=BLUE, lw=1.2)
     axes.set_xlim(0.0, motion.until)
     axes.set_ylim(0.0, 1.05 * float(energy.max()) or 1.0)
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel("energy [J]")
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "t [s]", "energy [J]")

@@ -124,10 +124,7 @@ def plot_both_decays(confirmation: Confirmation, *, ax: Axes | None = None) -> A
     else:
         axes.text(0.5, 0.5, "no energy: the rod stays at rest", transform=axes.transAxes, ha="center", color=GREY)
     axes.set_xlim(0.0, _last(confirmation))
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel("share of the first value")
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "t [s]", "share of the first value")
 
 
 def _sides(confirmation: Confirmation) -> list[tuple[Side, str, str, str]]:
@@ -215,10 +212,7 @@ def plot_comparison_end(found: Comparison, *, ax: Axes | None = None) -> Axes:
     low, high = min(float(u.min()) for u in curves), max(float(u.max()) for u in curves)
     draw_obstacle(axes, gap, (low, high), corner="lower right", lw=1.0, ls=(0, (1, 2)))
     axes.set_xlim(float(found.t[0]), float(found.t[-1]))
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel("u(t, L) [m]")
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "t [s]", "u(t, L) [m]")
 
 
 def plot_comparison_error(found: Comparison, *, ax: Axes | None = None) -> Axes:
@@ -260,10 +254,7 @@ def plot_comparison_error(found: Comparison, *, ax: Axes | None = None) -> Axes:
         axes.axvline(exact.event.t, color=GREY, lw=0.9, ls=":")
         note(axes, f"dotted: first {exact.event.kind} of the exact motion", corner="lower right")
     axes.set_xlim(float(found.t[0]), float(found.t[-1]))
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel("largest error [m]" if not exact.amplitude else "largest error / amplitude")
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "t [s]", "largest error [m]" if not exact.amplitude else "largest error / amplitude")
 
 
 def comparison_file(found: Comparison, kind: FileKind) -> bytes:

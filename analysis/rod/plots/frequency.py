@@ -71,11 +71,7 @@ def plot_spectrum(scheme: UpwindScheme, *, ax: Axes | None = None) -> Axes:
         if drawn < scheme.cells:
             note(axes, f"modes up to {drawn} of {scheme.cells}")
     axes.plot([0.0], [0.0], "s", ms=5, color=GREEN, label="zero eigenvalue of both")
-    axes.set_xlabel("Re λ [1/s]")
-    axes.set_ylabel("Im λ [rad/s]")
-    finish_axes(axes)
-    axes.legend(loc="center", **LEGEND)
-    return axes
+    return finish_axes(axes, "Re λ [1/s]", "Im λ [rad/s]", legend="center")
 
 
 def plot_damping(scheme: UpwindScheme, *, ax: Axes | None = None) -> Axes:
@@ -111,10 +107,7 @@ def plot_damping(scheme: UpwindScheme, *, ax: Axes | None = None) -> Axes:
         axes.set_xticks(numbers)
     else:
         note(axes, "no oscillating modes to compare")
-    axes.set_xlabel("elastic mode")
-    axes.set_ylabel("|Re λ| [1/s]")
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "elastic mode", "|Re λ| [1/s]")
 
 
 def _with_conjugates(values: list[complex]) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:

@@ -71,11 +71,7 @@ def plot_end_motion(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
     axes.plot(*_envelope(t, end), color=BLUE, lw=1.2, label="end u(t, L)")
     draw_obstacle(axes, gap, (low, high), lw=1.2)
     axes.set_xlim(float(t[0]), float(t[-1]))
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel("u(t, L) [m]")
-    finish_axes(axes)
-    axes.legend(loc="lower right", **LEGEND)
-    return axes
+    return finish_axes(axes, "t [s]", "u(t, L) [m]", legend="lower right")
 
 
 def plot_decay(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
@@ -109,9 +105,7 @@ def plot_decay(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
         axes.set_yscale("log")
         axes.set_ylim(max(0.5 * least, 1e-16), 2.0)
     axes.set_xlim(float(t[0]), float(t[-1]))
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel("share of the largest value")
-    finish_axes(axes)
+    finish_axes(axes, "t [s]", "share of the largest value")
     if axes.lines:
         axes.legend(loc="best", **LEGEND)
     else:
@@ -151,8 +145,7 @@ def plot_rest(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
     axes.set_xlabel("t [s]")
     axes.set_ylabel(f"z and ζ [{unit}]", labelpad=1)
     axes.tick_params(axis="y", labelsize="small")
-    finish_axes(axes)
-    axes.legend(loc="lower left", **LEGEND)
+    finish_axes(axes, legend="lower left")
     if rest is not None and trajectory.rest_is_final:
         _drift(axes, trajectory, rest, factor)
     return axes
@@ -219,10 +212,7 @@ def plot_surface(trajectory: Trajectory, which: Surface, *, ax: Axes | None = No
         bar.set_label(f"{SURFACES[which]} [m/s]")
         finish_axes(bar.ax)
         axes.set_xlim(float(x[0]), float(x[-1]))  # the cells at the ends are halves: the rod ends there
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("t [s]")
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "x [m]", "t [s]")
 
 
 def _colour_range(sizes: NDArray[np.float64]) -> float:
@@ -292,8 +282,7 @@ def _end(axes: Axes, motion: Motion | GalerkinRun | StructuredMotion) -> Axes:
     axes.set_ylabel("u(t, L) [m]")
     axes.legend(loc="best", **LEGEND)
     axes.set_title(title, fontsize="medium", loc="left", y=1.04)
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes)
 
 
 def _seen(motion: Motion | GalerkinRun | StructuredMotion) -> tuple[Array, Array, float, Contacts, str]:
@@ -328,8 +317,7 @@ def _cells(axes: Axes, motion: CellularMotion) -> Axes:
         axes.set_ylabel("cell" if motion.x.ndim == 2 else "cell, row by row")
     axes.set_xlabel("t [unit of time of the templates]")
     axes.set_title(f"{count} cells (observed)", fontsize="medium", loc="left", y=1.04)
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes)
 
 
 def _between(t: Array) -> Array:

@@ -144,7 +144,4 @@ def plot_waves(
     axes.set(xlim=(x[0], x[-1]), ylim=(t[0], t[-1]))
     axes.figure.colorbar(mesh, ax=axes, pad=0.02)
     axes.set_title(f"{title} [m/s]", fontsize="medium")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("t [s]")
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "x [m]", "t [s]")

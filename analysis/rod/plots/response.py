@@ -102,9 +102,7 @@ def plot_history(response: Response, *, ax: Axes | None = None) -> Axes:
     low, high = padded(float(z.min()), float(z.max()), 0.05)
     axes.set_ylim(low, low + (high - low) / 0.64)
     axes.set_xlim(float(t[0]), float(t[-1]))
-    axes.set_xlabel(f"t / period of {number(response.period)} s")
-    axes.set_ylabel("z [m]")
-    finish_axes(axes)
+    finish_axes(axes, f"t / period of {number(response.period)} s", "z [m]")
     axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
     _force(axes, response, t)
     axes.set_title(f"g = {shortened(str(response.scenario.force))}", fontsize="medium", loc="left")
@@ -150,10 +148,7 @@ def plot_poincare(response: Response, *, ax: Axes | None = None) -> Axes:
     axes.plot(points[:, 0], points[:, 1], "o", ms=4 if len(points) < 400 else 1.5, color=BLUE, label="whole periods")
     if axes.get_xlim()[1] > 0.0:
         axes.axvline(0.0, color=VERMILLION, lw=1.0, label="obstacle")
-    axes.set_xlabel("z [m]")
-    axes.set_ylabel("z′ [m/s]")
-    finish_axes(axes)
-    axes.legend(loc="best", **LEGEND)
+    finish_axes(axes, "z [m]", "z′ [m/s]", legend="best")
     axes.set_title(_kind(response), fontsize="medium", loc="left")
     return axes
 
@@ -191,11 +186,7 @@ def plot_response_spectrum(response: Response, *, ax: Axes | None = None) -> Axe
     axes.set_yscale("log")
     axes.set_ylim(floor, 3.0 * top)
     axes.set_xlim(0.0, _FEW + 0.3)
-    axes.set_xlabel("frequency / frequency of the force")
-    axes.set_ylabel("amplitude of z [m]")
-    finish_axes(axes)
-    axes.legend(loc="upper right", **LEGEND)
-    return axes
+    return finish_axes(axes, "frequency / frequency of the force", "amplitude of z [m]", legend="upper right")
 
 
 def plot_impulses(response: Response, *, ax: Axes | None = None) -> Axes:
@@ -224,8 +215,7 @@ def plot_impulses(response: Response, *, ax: Axes | None = None) -> Axes:
     axes.hist(found, bins=np.linspace(0.0, 1.04 * top, 41).tolist(), color=BLUE)
     axes.axvline(float(found.mean()), color=GREEN, lw=1.2, ls="--", label=f"mean {number(float(found.mean()))} N s")
     axes.set_xlim(0.0, 1.04 * top)
-    finish_axes(axes)
-    axes.legend(loc="best", **LEGEND)
+    finish_axes(axes, legend="best")
     axes.set_title(f"impacts a period: {number(response.impulses.per_period)}", fontsize="medium", loc="left")
     return axes
 
@@ -281,9 +271,7 @@ def plot_bifurcation(bifurcation: Bifurcation, *, ax: Axes | None = None) -> Axe
     if axes.get_ylim()[1] > 0.0:
         axes.axhline(0.0, color=VERMILLION, lw=1.0, label="obstacle", zorder=1)
     axes.set_xlim(*padded(min(bifurcation.values), max(bifurcation.values), 0.02))
-    axes.set_xlabel(bifurcation.parameter)
-    axes.set_ylabel("z at whole periods [m]")
-    finish_axes(axes)
+    finish_axes(axes, bifurcation.parameter, "z at whole periods [m]")
     if axes.lines:
         axes.legend(loc="lower left", markerscale=3.0, **LEGEND)
     start = {"separate": "each value from the same start", "up": "swept up", "down": "swept down"}[bifurcation.order]
@@ -322,10 +310,7 @@ def plot_basin(basin: Basin, *, ax: Axes | None = None) -> Axes:
     said = f"the rod itself, {int(basin.known.sum())} of {basin.known.size} resting places known"
     said += "\nblack lines: the number of impacts changes" if lines else ""
     axes.set_title(said, fontsize="small", loc="left")
-    axes.set_xlabel("displacement added to u0 [m]")
-    axes.set_ylabel("velocity added to u1 [m/s]")
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "displacement added to u0 [m]", "velocity added to u1 [m/s]")
 
 
 def _impact_lines(axes: Axes, basin: Basin) -> None:

@@ -119,10 +119,7 @@ def plot_space_time(film: Film, which: Which, *, ax: Axes | None = None) -> Axes
             axes.plot([1.02 * L, 1.02 * L], times, color=VERMILLION, lw=4, solid_capstyle="butt", clip_on=False)
     axes.set_xlim(0.0, L)
     axes.set_ylim(factor * first, factor * last)
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel(f"t [{unit}]")
-    finish_axes(axes)
-    return axes
+    return finish_axes(axes, "x [m]", f"t [{unit}]")
 
 
 def space_time_page(film: Film, *, title: str, ax: Axes | None = None) -> list[Axes]:
@@ -406,6 +403,4 @@ def envelope(t: Array, values: Array) -> tuple[Array, Array]:
 
 def _finish(run: SampledRun, axes: Axes, label: str) -> None:
     axes.set_xlim(float(run.t[0]), float(run.t[-1]))
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel(label)
-    finish_axes(axes)
+    finish_axes(axes, "t [s]", label)

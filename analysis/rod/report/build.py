@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import platform
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from importlib.metadata import version
 
-from lure import __version__
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import complete_and_check, guarded
-from lure.analysis.report.parts import ContradictionError
+from lure.analysis.report.parts import ContradictionError, versions
 from lure.analysis.rod.certificates import inequality_draft, negative_damping_draft
 from lure.analysis.rod.conclusion import conclusion
 from lure.analysis.rod.confirmation import Confirmation, confirmation
@@ -88,8 +85,7 @@ def build_report(system: RodSystem, *, progress: Progress | None = None, command
         simulation=simulation,
         confirmation=confirmed,
         command=command or f"lure report {shlex.quote(system.name)}",
-        versions={"lure": __version__, "python": platform.python_version()}
-        | {name: version(name) for name in PACKAGES},
+        versions=versions(*PACKAGES),
     )
 
 

@@ -10,8 +10,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lure.analysis.numerics.evidence import ends
-from lure.analysis.report.certificates import certificate_list
-from lure.analysis.report.parts import SCHEMA, Json
+from lure.analysis.report.parts import SCHEMA, Json, certificate_list
 from lure.analysis.rod.confirmation import Confirmation, Side
 from lure.analysis.rod.confirmation.result import Quantity, Rest
 from lure.analysis.rod.simulation.trajectory import compared

@@ -10,11 +10,10 @@ from typing import get_args
 from markupsafe import Markup
 
 from lure.analysis.plots.style import number
-from lure.analysis.report.certificates import certificate_files
 from lure.analysis.report.diagram import block_diagram, nonlinearity_graph
 from lure.analysis.report.html import glyphs, inline, shown, template
-from lure.analysis.report.parts import LADDER, Figure, Json, Section, to_json, write_files
-from lure.analysis.report.pdf import embedded, pdf_of, printed_diagram
+from lure.analysis.report.parts import LADDER, Figure, Json, Section, write_files
+from lure.analysis.report.pdf import embedded, printed_diagram
 from lure.analysis.rod.report.claims import Claim, claims, merged
 from lure.analysis.rod.report.document import document
 from lure.analysis.rod.report.figures import figures
@@ -183,7 +182,4 @@ def write_report(report: StabilityReport, directory: str | os.PathLike[str], *, 
         A PDF is asked for, and weasyprint is not installed.
     """
     data, drawn = document(report), figures(report)
-    texts = {"report.json": to_json(data), "report.html": page(data, claims(report), drawn)}
-    texts |= certificate_files(report.certificates)
-    printed = pdf_of(page(data, claims(report), drawn, paper=True)) if pdf else None
-    return write_files(texts, drawn, directory, printed=printed)
+    return write_files(data, partial(page, data, claims(report), drawn), drawn, report.certificates, directory, pdf=pdf)
