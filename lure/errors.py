@@ -1,6 +1,10 @@
 """The exceptions worth catching: one for wrong data, one for a theorem whose hypothesis fails; each names its code."""
 
+import difflib
+import math
+from collections.abc import Iterable
 from enum import StrEnum
+from numbers import Integral
 
 
 class Reason(StrEnum):
@@ -64,3 +68,72 @@ class AssumptionError(_CodedError):
     code : Reason
         Why the question stays open where a search ends so.
     """
+
+
+# Sentences and checks that many refusals share.
+
+
+def closest(word: str, known: Iterable[str], *, cutoff: float = 0.5) -> str | None:
+    """The known name that resembles a word, None where none does.
+
+    Parameters
+    ----------
+    word : str
+        What was given.
+    known : iterable of str
+        The names.
+    cutoff : float
+        How much of a name must be the same, from 0 to 1.
+    """
+    near = difflib.get_close_matches(word[:40], tuple(known), n=1, cutoff=cutoff)
+    return near[0] if near else None
+
+
+def did_you_mean(word: str, known: Iterable[str], *, cutoff: float = 0.5) -> str:
+    """The clause ``did you mean ...?`` with the name that resembles a word, empty where none does; see `closest`."""
+    near = closest(word, known, cutoff=cutoff)
+    return f"did you mean {near!r}? " if near else ""
+
+
+def demand_whole(name: str, value: object, least: int, most: int | None = None) -> None:
+    """Refuse what is no whole number of a range.
+
+    Parameters
+    ----------
+    name : str
+        What it is, the subject of the sentence.
+    value : object
+        What was given; a truth value is no number.
+    least : int
+        The smallest that is allowed.
+    most : int or None
+        The largest, if there is one.
+
+    Raises
+    ------
+    InputError
+        It is none.
+    """
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if not whole or not least <= value <= (math.inf if most is None else most):  # type: ignore[operator]  # a number
+        fix = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise InputError(f"{name} is {value!r:.60}; give a whole number {fix}")
+
+
+def demand_seconds(name: str, value: object) -> None:
+    """Refuse what is no length of time: positive and finite.
+
+    Parameters
+    ----------
+    name : str
+        What it is, the subject of the sentence.
+    value : object
+        What was given.
+
+    Raises
+    ------
+    InputError
+        It is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
+        raise InputError(f"{name} is {value!r:.60}; give a positive number of seconds")

@@ -29,13 +29,12 @@ from lure.analysis.cli.options import (
     app,
     check_target,
     exit_status,
-    hint,
     option,
     print_json,
-    refused,
 )
 from lure.analysis.cli.texts import wrapped
 from lure.analysis.wording import plain
+from lure.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -272,7 +271,7 @@ def certify(
     asked, finite = _asked(sector, slope, odd=odd, time_varying=time_varying)
     loop = _loop(system, (num, den, transfer, dt), set_ or [])
     if asked is None and not _has_class(loop):
-        raise refused("no class of nonlinearities is given; give one, such as --sector 0 5.9 or --slope 0 1")
+        raise InputError("no class of nonlinearities is given; give one, such as --sector 0 5.9 or --slope 0 1")
     if str(output) != "-":
         check_target(output, force=force)
     from lure.analysis.questions.certify import ProofOptions, text_of
@@ -282,7 +281,7 @@ def certify(
     if (channels := _channels(loop)) > 1:
         given = None if asked is None else [asked] * channels
         if method not in ("best", "matrix"):
-            raise refused(f"--method is {method!r}; several nonlinearities are proved by a matrix, so leave it out")
+            raise InputError(f"--method is {method!r}; several nonlinearities are proved by a matrix, so leave it out")
         if given is not None:
             loop = loop.block  # type: ignore[attr-defined]  # a LoopSystem: it has channels
     kind = cast("Method", method)  # one of them: _check_options
@@ -303,7 +302,7 @@ def certify(
 
 def _check_options(method: str, seconds: float | None) -> None:
     if method not in METHODS:
-        raise refused(f"--method is {method!r:.40}; {hint(method, METHODS)}choose from {', '.join(METHODS)}")
+        raise InputError(f"--method is {method!r:.40}; {did_you_mean(method, METHODS)}choose from {', '.join(METHODS)}")
 
 
 def _asked(
@@ -315,7 +314,7 @@ def _asked(
     if sector is None and slope is None:
         if odd or time_varying:
             option = "--odd" if odd else "--time-varying"
-            raise refused(f"{option} belongs to a class; give --sector or --slope too")
+            raise InputError(f"{option} belongs to a class; give --sector or --slope too")
         return None, False
     inner = _interval(sector or slope or ("0", "inf"), "--sector" if sector else "--slope")
     outer = None if slope is None else _interval(slope, "--slope")
@@ -329,7 +328,7 @@ def _interval(pair: Pair, name: str) -> tuple[Fraction | float, Fraction | float
     first = -math.inf if low in ("-inf", "-infinity") else number_of(low, name)
     second = math.inf if high in ("inf", "+inf", "finite") else number_of(high, name)
     if not first < second:
-        raise refused(f"{name} is {low:.40} {high:.40}; the first number must be smaller than the second")
+        raise InputError(f"{name} is {low:.40} {high:.40}; the first number must be smaller than the second")
     return first, second
 
 
@@ -337,10 +336,10 @@ def _loop(system: str | None, parts: tuple[str | None, ...], settings: list[str]
     num, den, transfer, dt = parts
     if system is None:
         if settings:
-            raise refused("--set changes a system; give a TOML file or a built-in system with it")
+            raise InputError("--set changes a system; give a TOML file or a built-in system with it")
         return block_of(num, den, transfer, dt, None, alternative="a TOML file or a built-in system")
     if any(part is not None for part in parts):
-        raise refused(f"give the block once: by the system {system} or by --num and --den, --transfer and --dt")
+        raise InputError(f"give the block once: by the system {system} or by --num and --den, --transfer and --dt")
     from lure.files import find_system
 
     return find_system(system, settings)
@@ -429,7 +428,7 @@ def explain(
     if found is None:
         near = nearest(code)
         meant = "" if near is None else f"did you mean {near}? "
-        raise refused(f"there is no code {code!r:.40}; {meant}lure explain lists them")
+        raise InputError(f"there is no code {code!r:.40}; {meant}lure explain lists them")
     if as_json:
         print_json(_plain(found))
     else:
@@ -469,13 +468,13 @@ def export(
 ) -> None:
     """Write what a certificate shows for a proof assistant."""
     if not coq:
-        raise refused("nothing says for which program the certificate is exported; give --coq")
+        raise InputError("nothing says for which program the certificate is exported; give --coq")
     if str(output) != "-":
         _check_name(output)
         check_target(output, force=force)
     found = verified(certificate, second=False, seconds=seconds)
     if found.shown is None:
-        raise refused(
+        raise InputError(
             found.reason
             if found.result != "REJECTED"
             else f"the certificate is rejected: {found.reason}; export one that lure verify accepts"
@@ -498,6 +497,6 @@ def _check_name(path: Path) -> None:
     stem = path.stem
     plain = stem.isascii() and stem.isidentifier()
     if path.suffix != ".v" or not plain:
-        raise refused(
+        raise InputError(
             f"--output is {str(path)!r}; coqc takes names of letters, digits and _ that end in .v, such as 'loop.v'"
         )

@@ -24,10 +24,9 @@ from lure.analysis.cli.options import (
     Verbose,
     app,
     exit_status,
-    hint,
     option,
-    refused,
 )
+from lure.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from lure.files.system import LoopSystem
@@ -126,14 +125,14 @@ def starting(
 
     Raises
     ------
-    refused
-        An ``InputError``: more than one file is asked for, a name that is not of its kind, or no such kind.
+    InputError
+        More than one file is asked for, a name that is not of its kind, or no such kind.
     """
     options = {"--kind": kind, "--notebook": notebook, "--test": test}
     named = {"PATH": path is not None, "--loop": loop} | {name: one is not None for name, one in options.items()}
     given = [name for name, asked in named.items() if asked]
     if len(given) > 1 and given not in (["PATH", "--loop"], ["PATH", "--kind"]):
-        raise refused(
+        raise InputError(
             f"{' and '.join(given)} do not go together; each writes a file of its own, so run lure init twice"
         )
     if notebook is not None:
@@ -156,7 +155,7 @@ def _of_kind(path: Path | None, kind: str) -> tuple[Path, str, str]:
 
     kinds = sorted((*TEMPLATES, "contact"))
     if kind not in kinds:
-        raise refused(f"--kind is {kind!r:.40}; {hint(kind, kinds)}give one of {', '.join(kinds)}")
+        raise InputError(f"--kind is {kind!r:.40}; {did_you_mean(kind, kinds)}give one of {', '.join(kinds)}")
     target = path or Path(f"{kind}.toml")
     text = template(kind) if kind == "contact" else plant_template(kind)
     return target, text, f"edit it, then run: {_command('lure report', target)}"
@@ -181,7 +180,8 @@ def _test(path: Path) -> tuple[Path, str, str]:
 
 def _demand(path: Path, option: str, example: str, *endings: str) -> None:
     if path.suffix not in endings:
-        raise refused(f"{option} is {str(path)!r}; give a name that ends in {' or '.join(endings)}, such as {example}")
+        ends = " or ".join(endings)
+        raise InputError(f"{option} is {str(path)!r}; give a name that ends in {ends}, such as {example}")
 
 
 def _command(program: str, path: Path) -> str:
@@ -223,7 +223,7 @@ def report(
 
     chosen = find_system(system, settings)
     if seconds is not None and isinstance(chosen, RodSystem):
-        raise refused("--seconds limits the searches for a loop, and a report on a rod has none; leave it out")
+        raise InputError("--seconds limits the searches for a loop, and a report on a rod has none; leave it out")
 
     from lure.analysis.report.parts import to_json
     from lure.analysis.report.reporting import page_of, report_on
@@ -283,13 +283,14 @@ def systems(
     rods, loops = tuple(builtin_systems()), loop_names()
     if name is None:
         if toml:
-            raise refused("--toml needs the name of a system; give one such as: lure systems paper-rod --toml")
+            raise InputError("--toml needs the name of a system; give one such as: lure systems paper-rod --toml")
         listed: list[RodSystem | LoopSystem] = [*map(builtin_system, rods), *map(builtin_loop, loops)]
         for system in listed:
             print(textwrap.fill(f"{system.name:<23} {system.title}", 80, subsequent_indent=" " * 24))
         return
     if name not in (*rods, *loops):
-        raise refused(f"there is no built-in system {name!r:.60}; {hint(name, (*rods, *loops))}lure systems lists them")
+        meant = did_you_mean(name, (*rods, *loops))
+        raise InputError(f"there is no built-in system {name!r:.60}; {meant}lure systems lists them")
     chosen = builtin_system(name) if name in rods else builtin_loop(name)
     rod = isinstance(chosen, RodSystem)
     if toml:
@@ -313,7 +314,7 @@ def reproduce(
 ) -> None:
     """Reproduce the paper."""
     if what != "paper":
-        raise refused(f"there is nothing to reproduce under the name {what!r}; give paper")
+        raise InputError(f"there is nothing to reproduce under the name {what!r}; give paper")
     from lure.analysis.output import checked_target, replaced
 
     checked_target(output)
@@ -352,7 +353,9 @@ def explore(
 
     chosen = None if system is None else find_system(system)
     if chosen is not None and not isinstance(chosen, LoopSystem):
-        raise refused(f"{system} is not a loop with one block H; the page opens with such a one, or without a SYSTEM")
+        raise InputError(
+            f"{system} is not a loop with one block H; the page opens with such a one, or without a SYSTEM"
+        )
     page = write_page(output, chosen)
     if not quiet:
         print(f"The page is {page}; open it in a browser, or put the folder on any web server")

@@ -27,8 +27,8 @@ from lure.analysis.cli.options import (
     loop_named,
     option,
     print_json,
-    refused,
 )
+from lure.errors import InputError
 
 if TYPE_CHECKING:
     from lure.analysis.inequality.gains import GainInterval
@@ -311,7 +311,7 @@ def _check_limits(block: object) -> None:
     from lure.plants.rational import RationalPlant
 
     if not isinstance(block, RationalPlant) or block.dt is not None:
-        raise refused(
+        raise InputError(
             "--limits is for rational blocks in continuous time; in discrete time --criterion zames-falb tells it"
         )
 
@@ -337,8 +337,8 @@ def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str
 
     Raises
     ------
-    refused
-        An ``InputError``: what the classes of its channels say is given by an option as well.
+    InputError
+        What the classes of its channels say is given by an option as well.
     """
     if system is None or any(part is not None for part in parts):
         return None
@@ -351,7 +351,7 @@ def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str
         return None
     for name, said in given.items():
         if said:
-            raise refused(
+            raise InputError(
                 f"{name} is for one nonlinearity, and {system} has {found.block.inputs} channels; say it in the "
                 "[[class]] of each"
             )
@@ -397,8 +397,8 @@ def block_of(
 
     Raises
     ------
-    refused
-        An ``InputError``: the block is given more than once or not at all, or an option is no good.
+    InputError
+        The block is given more than once or not at all, or an option is no good.
     """
     from lure.plants.conversion import one_channel
 
@@ -408,19 +408,19 @@ def block_of(
         if value is not None
     ]
     if len(given) != 1:
-        raise refused(
+        raise InputError(
             f"give the block once, by --num and --den, by --transfer or by {alternative}"
             + (f"; got {' and '.join(given)}" if given else "")
         )
     step = None if dt is None else _step(dt)
     if system is not None:
         if step is not None:
-            raise refused("--dt belongs to --num and --den or --transfer; a system has its own sampling time")
+            raise InputError("--dt belongs to --num and --den or --transfer; a system has its own sampling time")
         return loop_named(system, None).block
     if transfer is not None:
         return one_channel(transfer, dt=step)
     if num is None or den is None:
-        raise refused(f"--num and --den go together; give --{'den' if den is None else 'num'} too")
+        raise InputError(f"--num and --den go together; give --{'den' if den is None else 'num'} too")
     return one_channel((num, den), dt=step)
 
 
@@ -436,10 +436,9 @@ def number_of(text: str, name: str = "--lower") -> Fraction:
 
     Raises
     ------
-    refused
-        An ``InputError``: it is not one number.
+    InputError
+        It is not one number.
     """
-    from lure.errors import InputError
     from lure.plants import coefficients
 
     try:
@@ -447,14 +446,14 @@ def number_of(text: str, name: str = "--lower") -> Fraction:
     except InputError:
         values = ()  # the sentence below names the option
     if len(values) != 1:
-        raise refused(f"{name} is {text!r:.60}; give one number such as 2, -0.5, 1e-3 or 2/3")
+        raise InputError(f"{name} is {text!r:.60}; give one number such as 2, -0.5, 1e-3 or 2/3")
     return values[0]
 
 
 def _step(text: str) -> Fraction:
     step = number_of(text, "--dt")
     if step <= 0:
-        raise refused(f"--dt is {text!r:.60}; give a positive sampling time, or leave it out for continuous time")
+        raise InputError(f"--dt is {text!r:.60}; give a positive sampling time, or leave it out for continuous time")
     return step
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 import shlex
@@ -16,12 +15,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lure.analysis.cli.progress import Tell, progress
+from lure.errors import InputError
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.plots import Draw
     from lure.analysis.verdict import Verdict
-    from lure.errors import InputError
     from lure.files.system import LoopSystem
     from lure.rod.assembly import RodAssembly
     from lure.rod.systems import RodSystem
@@ -40,7 +39,7 @@ def option(names: str, metavar: str, text: str, *, check: Callable[[Any], object
 def _seconds(seconds: float | None) -> float | None:
     """Refuse what is no time allowed, before the command begins."""
     if seconds is not None and not 0 < seconds < 1e9:
-        raise refused(f"--seconds is {seconds:g}; give a positive number of seconds, or leave it out")
+        raise InputError(f"--seconds is {seconds:g}; give a positive number of seconds, or leave it out")
     return seconds
 
 
@@ -57,27 +56,6 @@ Rigid = Annotated[bool, typer.Option("--rigid", help="A rigid obstacle.")]
 Force = Annotated[bool, typer.Option("--force", "--replace", help="Replace files that exist.")]
 
 
-def refused(sentence: str) -> InputError:
-    """The error that ends a command with status 2.
-
-    ``import lure`` takes longer than most certificates do to check; a command that needs none of it should not wait.
-
-    Parameters
-    ----------
-    sentence : str
-        The field, the value found and the fix.
-    """
-    from lure.errors import InputError
-
-    return InputError(sentence)
-
-
-def hint(word: str, names: Iterable[str]) -> str:
-    """The clause ``did you mean ...?`` with the name that resembles a word, empty where none does."""
-    near = difflib.get_close_matches(word, tuple(names), n=1, cutoff=0.5)
-    return f"did you mean {near[0]!r}? " if near else ""
-
-
 def rod_named(reference: str, settings: list[str] | None, *, doing: str = "") -> RodSystem:
     """The rod that a built-in name or a TOML file stands for.
 
@@ -92,8 +70,8 @@ def rod_named(reference: str, settings: list[str] | None, *, doing: str = "") ->
 
     Raises
     ------
-    refused
-        An ``InputError``: it is a loop.
+    InputError
+        It is a loop.
     """
     from lure.files import find_system
     from lure.rod.systems import RodSystem
@@ -101,7 +79,7 @@ def rod_named(reference: str, settings: list[str] | None, *, doing: str = "") ->
     chosen = find_system(reference, settings or [])
     if isinstance(chosen, RodSystem):
         return chosen.single
-    raise refused(
+    raise InputError(
         f"{chosen.name} is a Lur'e loop{doing}; give a rod such as paper-rod, or a TOML file with a table [rod]"
     )
 
@@ -137,8 +115,8 @@ def loop_named(reference: str, settings: list[str] | None, *, of_rods: str = "re
 
     Raises
     ------
-    refused
-        An ``InputError``: it is a rod.
+    InputError
+        It is a rod.
     """
     from lure.files import find_system
     from lure.files.system import LoopSystem
@@ -146,7 +124,7 @@ def loop_named(reference: str, settings: list[str] | None, *, of_rods: str = "re
     chosen = find_system(reference, settings or [])
     if isinstance(chosen, LoopSystem):
         return chosen
-    raise refused(f"{reference} is a rod; run: lure {of_rods} {reference}")
+    raise InputError(f"{reference} is a rod; run: lure {of_rods} {reference}")
 
 
 def check_figure(plot: Path | None, *, replace: bool, kinds: Sequence[str] = (".svg", ".png")) -> None:
@@ -163,14 +141,14 @@ def check_figure(plot: Path | None, *, replace: bool, kinds: Sequence[str] = (".
 
     Raises
     ------
-    refused
-        An ``InputError``: its suffix is none of these, or the place cannot be written to.
+    InputError
+        Its suffix is none of these, or the place cannot be written to.
     """
     if plot is None:
         return
     if plot.suffix.lower() not in kinds:
         *others, last = kinds
-        raise refused(f"--plot is {str(plot)!r:.80}; give a name that ends in {', '.join(others)} or {last}")
+        raise InputError(f"--plot is {str(plot)!r:.80}; give a name that ends in {', '.join(others)} or {last}")
     from lure.analysis.output import check_targets
 
     check_targets([plot], replace=replace)
@@ -188,18 +166,18 @@ def check_target(path: Path | None, *, force: bool) -> None:
 
     Raises
     ------
-    refused
-        An ``InputError``: it exists, is a directory, or lies in none.
+    InputError
+        It exists, is a directory, or lies in none.
     """
     if path is None:
         return
     label = repr(str(path))
     if path.is_dir():
-        raise refused(f"{label} is a directory; give the name of a file, such as {str(path / 'certificate.json')!r}")
+        raise InputError(f"{label} is a directory; give the name of a file, such as {str(path / 'certificate.json')!r}")
     if os.path.lexists(path) and not force:
-        raise refused(f"{label} exists; give another name, or --force to replace it")
+        raise InputError(f"{label} exists; give another name, or --force to replace it")
     if not path.parent.is_dir():
-        raise refused(f"{str(path.parent)!r} is no directory; give a file in one that exists")
+        raise InputError(f"{str(path.parent)!r} is no directory; give a file in one that exists")
 
 
 def print_json(data: object) -> None:

@@ -25,8 +25,8 @@ from lure.analysis.cli.options import (
     exit_status,
     loop_named,
     option,
-    refused,
 )
+from lure.errors import InputError
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -118,7 +118,7 @@ def rate(
     """Print the decay rate, from both sides."""
     chosen = loop_named(system, set_)
     if chosen.open:
-        raise refused(
+        raise InputError(
             f"{system} has no class of nonlinearities, of which a rate could be shown; give one, such as [class] with "
             "sector = [0, 1]"
         )
@@ -183,7 +183,7 @@ def steady(
     """Print whether one solution attracts all others, and how large it is."""
     chosen = loop_named(system, set_, of_rods="response")
     if chosen.open:
-        raise refused(
+        raise InputError(
             f"{system} has no nonlinearity and no class of them; give one, such as [class] with slope = [0, 1]"
         )
     check_figure(plot, replace=force)
@@ -198,7 +198,7 @@ def steady(
         given["omega"] = _frequencies(omega)
     for name, path in (("--plot", plot), ("--csv", csv)):
         if path is not None and not given:
-            raise refused(f"{name} needs an input to show the response to; give [forcing], or --amplitude")
+            raise InputError(f"{name} needs an input to show the response to; give [forcing], or --amplitude")
     out = Output(as_json=as_json, quiet=quiet, verbose=verbose, replace=force)
     with out.progress() as tell:
         found = steady_response(chosen, forcing=given or None, seconds=seconds, progress=tell)
@@ -234,7 +234,7 @@ def _numbers(text: str, name: str) -> list[Fraction]:
     try:
         return [Fraction(part.strip()) for part in text.split(",")]
     except (ValueError, ZeroDivisionError):
-        raise refused(f"{name} is {text!r:.60}; give a number such as 2, or several, 0.5,1,2") from None
+        raise InputError(f"{name} is {text!r:.60}; give a number such as 2, or several, 0.5,1,2") from None
 
 
 def _frequencies(text: str) -> list[Fraction]:
@@ -247,7 +247,7 @@ def _frequencies(text: str) -> list[Fraction]:
         if len(parts) > 3 or not 0 < low < high or not 1 < count <= 1000:
             raise ValueError
     except (ValueError, ZeroDivisionError):
-        raise refused(f"--omega is {text!r:.60}; give first:last:how many, such as 0.1:10:40") from None
+        raise InputError(f"--omega is {text!r:.60}; give first:last:how many, such as 0.1:10:40") from None
     step = (float(high) / float(low)) ** (1 / (count - 1))
     inner = [Fraction(f"{float(low) * step**i:.4g}") for i in range(1, count - 1)]
     return [low, *inner, high]
@@ -288,10 +288,9 @@ def region(
 
 def _points(text: str) -> list[list[Fraction]]:
     """The points of the option, separated by semicolons."""
-    from lure.errors import InputError
     from lure.plants import coefficients
 
     try:
         return [list(coefficients(part, "--along")) for part in text.split(";")]
     except InputError:
-        raise refused(f"--along is {text!r:.60}; give points such as '1 1; 1 -1', separated by semicolons") from None
+        raise InputError(f"--along is {text!r:.60}; give points such as '1 1; 1 -1', separated by semicolons") from None

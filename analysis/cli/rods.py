@@ -22,9 +22,9 @@ from lure.analysis.cli.options import (
     check_figure,
     option,
     print_json,
-    refused,
     rod_named,
 )
+from lure.errors import InputError
 
 if TYPE_CHECKING:
     from lure.analysis.rod.plots.comparison import FileKind
@@ -64,7 +64,7 @@ def compare(
     sizes, spaces = _cells(cells), _spaces(galerkin)
     chosen = rod_named(system, set_, doing=", and lure compare moves rods")
     if chosen.form != "corrected":
-        raise refused(
+        raise InputError(
             f"{chosen.name} has the form {chosen.form}, which is no scheme of its rod; give it as "
             "--set discretisation.form=corrected, with the force divided by c N/L"
         )
@@ -105,7 +105,7 @@ def _cells(text: str) -> list[int]:
     try:
         return [int(part) for part in text.split(",")]
     except ValueError:
-        raise refused(f"--cells is {text!r:.60}; give whole numbers such as 10,50,200, or none") from None
+        raise InputError(f"--cells is {text!r:.60}; give whole numbers such as 10,50,200, or none") from None
 
 
 def _spaces(text: str) -> list[tuple[str, int]]:
@@ -117,7 +117,7 @@ def _spaces(text: str) -> list[tuple[str, int]]:
         try:
             found.append((name, int(order)))
         except ValueError:
-            raise refused(f"--galerkin is {text!r:.60}; give pairs such as P1:51,cosine:50, or none") from None
+            raise InputError(f"--galerkin is {text!r:.60}; give pairs such as P1:51,cosine:50, or none") from None
     return found
 
 
@@ -152,7 +152,7 @@ def simulate(
     if several is not None:
         plain = (method, fields, boundary, end_damping, rigid, cells, space, order, space_time, animation, span)
         if plain != ("exact", 0, "dashpot", 0.0, False, None, None, None, None, None, None):
-            raise refused(
+            raise InputError(
                 f"{several.words} have one motion, exact, with the options --until, --samples, --output and --plot; "
                 "leave out the others, which are for one rod"
             )
@@ -189,7 +189,7 @@ def _simulate_several(
 ) -> None:
     """Follow rods with several contacts, write and draw what was asked for, and say what it showed."""
     if not rods.scenarios:
-        raise refused("nothing moves: give a [[rod]] u0, u1 or g")
+        raise InputError("nothing moves: give a [[rod]] u0, u1 or g")
     targets = {kind: path for kind, path in results.items() if path is not None}
     check_figure(targets.get("plot"), replace=out.replace)
     from lure.analysis.output import check_targets, written
@@ -325,7 +325,7 @@ def bifurcation(
 ) -> int:
     """Watch the response at several values of a parameter; 130 if it was interrupted."""
     if way not in ("separate", "up", "down"):
-        raise refused(f"--sweep is {way!r:.40}; choose from separate, up, down")
+        raise InputError(f"--sweep is {way!r:.40}; choose from separate, up, down")
     chosen = rod_named(system, set_)
     check_figure(plot, replace=replace)
     values = _grid((first, last, count), "--count")
@@ -406,7 +406,7 @@ def _grid(asked: Grid, name: str) -> list[float]:
 
     first, last, count = asked
     if not 1 <= count <= 100_000:
-        raise refused(f"{name} asks for {count} values; give 1 to 100000")
+        raise InputError(f"{name} asks for {count} values; give 1 to 100000")
     values: list[float] = np.linspace(first, last, count).tolist()
     return values
 

@@ -24,9 +24,9 @@ from lure.analysis.cli.options import (
     option,
     print_json,
     print_wrapped,
-    refused,
 )
 from lure.analysis.cli.texts import SECTOR
+from lure.errors import InputError
 
 if TYPE_CHECKING:
     from lure.analysis.measured import MeasuredReport
@@ -108,7 +108,9 @@ def _units(text: str) -> tuple[str, str]:
     if len(parts) != 2 or not all(parts):
         from lure.analysis.measured.table import EXAMPLES
 
-        raise refused(f"--units is {text!r:.40}; give the two units as in --units mm,N, each for example of {EXAMPLES}")
+        raise InputError(
+            f"--units is {text!r:.40}; give the two units as in --units mm,N, each for example of {EXAMPLES}"
+        )
     return parts[0], parts[1]
 
 
@@ -118,7 +120,7 @@ def _number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise refused(f"--origin is {text!r:.40}; give a displacement in the SI unit, or gap")
+        raise InputError(f"--origin is {text!r:.40}; give a displacement in the SI unit, or gap")
     return value
 
 
@@ -149,14 +151,14 @@ def sector(
 ) -> int:
     """Bound a nonlinearity, or measured data; 11 if a bound that was to hold does not, 10 if that is open."""
     if (file is None) == (expr is None):
-        raise refused(
+        raise InputError(
             "give a nonlinearity with --expr, or a file of measured data, and not both; see lure sector --help"
         )
     check_figure(plot, replace=replace)
     claim = None if within is None else _claim(within, slope=slope)
     if expr is not None:
         if fit or (displacement, force, units, area, origin, confidence) != (None, None, None, None, "0", 0.95):
-            raise refused(
+            raise InputError(
                 "--displacement, --force, --units, --area, --origin, --confidence and --fit go with a file of measured "
                 "data"
             )
@@ -164,7 +166,7 @@ def sector(
     else:
         assert file is not None, "one of the two is given"
         if on is not None:
-            raise refused("--on goes with --expr; measured data say nothing outside their own range")
+            raise InputError("--on goes with --expr; measured data say nothing outside their own range")
         reading = Reading(
             displacement=displacement,
             force=force,
@@ -285,4 +287,4 @@ def _finite(text: str, name: str) -> Fraction:
             raise ValueError
         return Fraction(text)
     except (ValueError, ZeroDivisionError):
-        raise refused(f"{name} has {text!r:.60}; give a number such as 0.5, 1e-3 or 1/3") from None
+        raise InputError(f"{name} has {text!r:.60}; give a number such as 0.5, 1e-3 or 1/3") from None

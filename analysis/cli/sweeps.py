@@ -17,8 +17,8 @@ from lure.analysis.cli.options import (
     Verbose,
     app,
     option,
-    refused,
 )
+from lure.errors import InputError
 
 if TYPE_CHECKING:
     from lure.analysis.sweeps.run import Keep
@@ -48,7 +48,7 @@ def sweep(
         import xarray  # noqa: F401  (said in one sentence where it is missing)
         import zarr  # noqa: F401
     except ImportError:
-        raise refused("sweeps need Zarr and xarray; install the extra: pip install 'lure[sweep]'") from None
+        raise InputError("sweeps need Zarr and xarray; install the extra: pip install 'lure[sweep]'") from None
     if report:
         from lure.analysis.output import write_new
         from lure.analysis.sweeps.page import page_of

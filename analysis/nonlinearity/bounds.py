@@ -38,7 +38,7 @@ from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds
 from lure.analysis.nonlinearity.search import Effort, NotEnclosed, Target, end_limit, extremes
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence
-from lure.errors import InputError
+from lure.errors import InputError, demand_whole
 from lure.exact import exact_number
 from lure.expressions.regularity import hull, nature
 from lure.expressions.tree import ZERO, derivative
@@ -319,8 +319,7 @@ def _of_callable(
             f"lure.nonlinearities, or "
             "a function"
         )
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 10:
-        raise InputError(f"samples is {samples!r:.60}; give a whole number of at least 10")
+    demand_whole("samples", samples, 10)
     name = getattr(nonlinearity, "__name__", None) or str(nonlinearity)
     function: Callable[[Any], Any] = nonlinearity
     sample = blackbox.sampled(function, name, on, samples)

@@ -27,7 +27,7 @@ from lure.analysis.testing.search import (
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
-from lure.errors import InputError
+from lure.errors import InputError, demand_whole
 from lure.exact import Exact
 from lure.record.values import exact_text
 
@@ -49,8 +49,7 @@ class Search:
     plot: str | PathLike[str] | None
 
     def __post_init__(self) -> None:
-        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or self.samples < _FEWEST:
-            raise InputError(f"samples is {self.samples!r:.60}; give a whole number of at least {_FEWEST}")
+        demand_whole("samples", self.samples, _FEWEST)
         if self.plot is not None and Path(self.plot).suffix not in (".png", ".svg"):
             raise InputError(f"plot is {str(self.plot)!r:.60}; give a file name that ends in .png or .svg")
 

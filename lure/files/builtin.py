@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,7 +9,7 @@ from fractions import Fraction
 from types import MappingProxyType
 
 from lure.classes import Diagonal, NonlinearityClass, Sector
-from lure.errors import InputError
+from lure.errors import InputError, did_you_mean
 from lure.files.system import LoopSystem, channel_system, loop_system
 from lure.plants import as_plant, parse_transfer
 from lure.plants.multivariable import MultivariablePlant
@@ -203,8 +202,7 @@ def builtin_loop(name: str) -> LoopSystem:
     1 / (s^3 + 3 s^2 + 2 s)
     """
     if name not in loop_names():
-        near = difflib.get_close_matches(name, loop_names(), n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        hint = did_you_mean(name, loop_names())
         raise InputError(f"there is no built-in loop {name!r}; {hint}choose from {', '.join(loop_names())}")
     if name in _CHANNELS:
         (title, plant, source), classes = _CHANNELS[name]

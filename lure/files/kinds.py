@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from lure.errors import InputError
+from lure.errors import InputError, closest
 from lure.files.values import shown
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
     from pydantic_core import ErrorDetails
 
-_CLOSE = 0.7
+_closest = partial(closest, cutoff=0.7)
 
 
 class NamedSystem(Protocol):
@@ -138,18 +137,18 @@ def nearest_key(key: str, kind: FileKind) -> str | None:
     if last in kind.letters:
         return kind.letters[last]
     if table in kind.tables:
-        inside = _closest(last, kind.tables[table].model_fields)
+        inside = _closest(last.lower(), kind.tables[table].model_fields)
         if inside:
             return f"{table}.{inside}"
     elif not table:
-        first = _closest(last, [*kind.single, *kind.tables])
+        first = _closest(last.lower(), [*kind.single, *kind.tables])
         if first:
             return first
     elsewhere = {candidate.rpartition(".")[2]: candidate for candidate in reversed(kind.keys)}
-    whole = None if last in elsewhere else _closest(key, kind.keys)
+    whole = None if last in elsewhere else _closest(key.lower(), kind.keys)
     if whole:
         return whole
-    end = _closest(last, elsewhere)
+    end = _closest(last.lower(), elsewhere)
     return elsewhere[end] if end else None
 
 
@@ -160,11 +159,6 @@ def unknown_key(key: str, kind: FileKind) -> str:
     hint = f"did you mean {near}? " if near else ""
     allowed = f"[{table}] takes {', '.join(kind.tables[table].model_fields)}" if table in kind.tables else str(kind)
     return f"unknown key {shown(key)[1:-1]}; {hint}{allowed}"
-
-
-def _closest(word: str, known: Iterable[str]) -> str | None:
-    found = difflib.get_close_matches(word[:40].lower(), known, n=1, cutoff=_CLOSE)
-    return found[0] if found else None
 
 
 def _path(item: ErrorDetails) -> str:

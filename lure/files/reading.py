@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import stat
 import tomllib
@@ -13,7 +12,7 @@ from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
-from lure.errors import InputError
+from lure.errors import InputError, closest, did_you_mean
 from lure.extensions import extensions
 from lure.files.kinds import FileKind, NamedSystem, refusal, unknown_key
 from lure.files.loop import PLANT_FILE
@@ -55,7 +54,7 @@ def kind_of(tables: Tables) -> FileKind:
         if any(table in tables for table in kind.tables):
             return kind
     names = [*(table for kind in known for table in kind.tables), "name", "title"]
-    near = {match for key in tables for match in difflib.get_close_matches(key[:40].lower(), names, n=1, cutoff=0.6)}
+    near = {closest(key.lower(), names, cutoff=0.6) for key in tables} - {None}
     return next((kind for kind in reversed(known) if near & set(kind.tables)), known[0])
 
 
@@ -179,8 +178,7 @@ def system_source(reference: str) -> SystemSource:
         there = False
     if file or there:
         return _source_of(_text(path), name=path.stem, source=path.name, folder=path.parent)
-    near = difflib.get_close_matches(reference, names, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}? " if near else ""
+    hint = did_you_mean(reference, names)
     raise InputError(
         f"there is no built-in system {shown(reference)}; {hint}choose from those that lure systems lists, or give the "
         "path of a TOML file"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from lure.arrays import NDArray, np
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
-from lure.errors import AssumptionError, InputError, Reason
+from lure.errors import AssumptionError, InputError, Reason, demand_whole
 from lure.exact import Exact, exact_number
 from lure.nonlinearities.base import Nonlinearity, NormalCompliance
 from lure.nonlinearities.formula import ExpressionNonlinearity
@@ -70,8 +70,7 @@ def check_declared(nonlinearity: Nonlinearity, *, samples: int = 4000, scale: Ex
         ...
     lure.errors.AssumptionError: the nonlinearity '2*tanh(sigma)' is declared to have the sector [0, 1], but phi...
     """
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 10:
-        raise InputError(f"check_declared: samples is {samples!r:.60}; give a whole number of at least 10")
+    demand_whole("check_declared: samples", samples, 10)
     unit = exact_number(scale, "check_declared: scale")
     if unit <= 0:
         raise InputError(f"check_declared: scale is {float(unit):g}; give a positive number")

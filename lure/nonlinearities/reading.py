@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import sys
 from collections.abc import Callable, Mapping
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from lure.classes import Sector, SlopeBounds
-from lure.errors import InputError
+from lure.errors import InputError, closest
 from lure.nonlinearities.base import Nonlinearity, NormalCompliance, exact_parameter
 from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.named import Cubic, Quantiser, Tanh
@@ -177,14 +176,14 @@ def _kind(kind: str) -> str:
             f"the kind {kind[:60]!r} has a memory, its output depends on the past of sigma, and the theory here is for "
             "memoryless nonlinearities mu = -phi(sigma)"
         )
-    close = difflib.get_close_matches(word[:40], [*_KINDS, *_SPELLINGS], n=1, cutoff=_CLOSE)
-    meant = f"did you mean {_SPELLINGS.get(close[0], close[0])!r}? " if close else ""
+    close = closest(word, [*_KINDS, *_SPELLINGS], cutoff=_CLOSE)
+    meant = f"did you mean {_SPELLINGS.get(close, close)!r}? " if close else ""
     raise InputError(f"unknown kind of nonlinearity {kind[:60]!r}; {meant}the kinds are {', '.join(_KINDS)}")
 
 
 def _unknown_key(name: str, key: str, keys: tuple[str, ...]) -> str:
-    close = difflib.get_close_matches(key[:40].lower(), keys, n=1, cutoff=_CLOSE)
-    meant = f"did you mean {close[0]}? " if close else ""
+    close = closest(key.lower(), keys, cutoff=_CLOSE)
+    meant = f"did you mean {close}? " if close else ""
     return f"the nonlinearity {name!r} has no key {key[:60]!r}; {meant}it takes {', '.join(keys)}"
 
 

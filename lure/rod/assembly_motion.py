@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lure.errors import InputError
+from lure.errors import InputError, demand_whole
 from lure.record import Record, plain, quantity
 from lure.rod.assembly import RodAssembly
 from lure.rod.motion.network import Line, Network, Run, Step, begun
@@ -154,8 +154,7 @@ class AssemblyMotion:
         InputError
             ``samples`` is out of range.
         """
-        if isinstance(samples, bool) or not isinstance(samples, int) or not 2 <= samples <= 20_001:
-            raise InputError(f"samples is {samples!r}; give a whole number from 2 to 20001")
+        demand_whole("samples", samples, 2, 20_001)
         t = np.linspace(0.0, self.until, samples)
         near, far = self.ends(t)
         return AssemblySamples(

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from fractions import Fraction
 from types import MappingProxyType
 from typing import cast
 
-from lure.errors import InputError
+from lure.errors import InputError, did_you_mean
 from lure.loop import LoopModel
 from lure.nonlinearities.base import Nonlinearity
 from lure.plants.block import StructuredPlant
@@ -229,7 +228,6 @@ def builtin_system(name: str) -> RodSystem:
     """
     systems = _builtin()
     if name not in systems:
-        near = difflib.get_close_matches(name, systems, n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        hint = did_you_mean(name, systems)
         raise InputError(f"there is no built-in system {name!r}; {hint}choose from {', '.join(systems)}")
     return systems[name]

@@ -24,7 +24,7 @@ from lure.analysis.rod.comparison.modes import (
 from lure.analysis.rod.comparison.reference import Reference, reference
 from lure.analysis.rod.comparison.result import Comparison, Order, Row
 from lure.analysis.rod.paper.settling import rod_settling, scheme_settling
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, demand_whole
 from lure.rod import galerkin as weak
 from lure.rod.discretisation import upwind
 from lure.rod.galerkin.spaces import Space, SpaceName
@@ -199,8 +199,7 @@ def _checked(
 ) -> tuple[list[int], list[Space]]:
     if method not in SCHEME_METHODS:
         raise InputError(f"method is {method!r:.40}; give one of {', '.join(SCHEME_METHODS)}")
-    if isinstance(samples, bool) or not isinstance(samples, int) or not 16 <= samples <= _MOST_SAMPLES:
-        raise InputError(f"samples is {samples!r}; give a whole number from 16 to {_MOST_SAMPLES}")
+    demand_whole("samples", samples, 16, _MOST_SAMPLES)
     sizes = sorted(upwind(rod, N).cells for N in cells)
     spaces = [Space(name=name, order=order, length=rod.length) for name, order in galerkin]
     for what, given in (("cells", sizes), ("galerkin", [(space.name, space.order) for space in spaces])):

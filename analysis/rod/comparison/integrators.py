@@ -15,7 +15,7 @@ from lure.analysis.rod.comparison.equations import SchemeEquations
 from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, ScipyMethod, Walked, cvode_leg, scipy_leg
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
-from lure.errors import InputError
+from lure.errors import InputError, demand_seconds, demand_whole
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario
 from lure.rod.scheme import structured_motion
@@ -306,14 +306,12 @@ class _Walk:
             self.contacts.append((start, end))
 
 
-def _check(scheme: UpwindScheme, until: object, settings: tuple[object, object]) -> None:
+def _check(scheme: UpwindScheme, until: float, settings: tuple[object, object]) -> None:
     method, samples = settings
-    if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
-        raise InputError(f"until is {until!r}; give a positive number of seconds")
+    demand_seconds("until", until)
     if method not in SCHEME_METHODS:
         raise InputError(f"method is {method!r:.40}; give one of {', '.join(SCHEME_METHODS)}")
-    if isinstance(samples, bool) or not isinstance(samples, int) or not 2 <= samples <= _MOST_SAMPLES:
-        raise InputError(f"samples is {samples!r}; give a whole number from 2 to {_MOST_SAMPLES}")
+    demand_whole("samples", samples, 2, _MOST_SAMPLES)
     work = scheme.rate * until
     if method != "exact" and work > _MOST_WORK:
         raise InputError(

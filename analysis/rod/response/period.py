@@ -15,7 +15,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from lure.errors import InputError
+from lure.errors import InputError, demand_seconds
 from lure.expressions import Expression
 from lure.expressions.tree import Apply, Node, Number, names
 from lure.rod.scenario import Scenario
@@ -125,8 +125,7 @@ def load_period(scenario: Scenario, given: float | None, otherwise: float) -> tu
 
 
 def _check_given(loads: dict[str, Expression], period: float) -> None:
-    if isinstance(period, bool) or not isinstance(period, int | float) or not 0.0 < period < math.inf:
-        raise InputError(f"period is {period!r}; give a positive number of seconds")
+    demand_seconds("period", period)
     t = period * np.mod(_GOLDEN * np.arange(1, _POINTS + 1), 1.0)
     for name, load in loads.items():
         places = {"x": 0.0} if "x" in load.variables else {}

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.errors import AssumptionError, InputError, Reason
+from lure.errors import AssumptionError, InputError, Reason, demand_whole
 from lure.record import Record, finite, quantity
 from lure.rod.motion import Boundary, Contact, Motion, Numerics, Window, exact_motion
 from lure.rod.motion.pieces import Pieces
@@ -68,10 +68,8 @@ class Plan:
     def __post_init__(self) -> None:
         if self.settle is not None and not 0.0 <= self.settle < math.inf:
             raise InputError(f"settle is {self.settle!r}; give a number of seconds from 0 on")
-        for name, is_ in (("run", "run, the periods watched,"), ("samples", "samples")):
-            number = getattr(self, name)
-            if isinstance(number, bool) or not isinstance(number, int) or not 8 <= number <= 1_000_000:
-                raise InputError(f"{is_} is {number!r}; give a whole number from 8 to 1000000")
+        demand_whole("run, the periods watched,", self.run, 8, 1_000_000)
+        demand_whole("samples", self.samples, 8, 1_000_000)
         if self.run * self.samples > _MOST_SAMPLES:
             raise InputError(f"run * samples is {self.run * self.samples}; give at most {_MOST_SAMPLES}")
         if not 0.0 < self.tolerance < 1.0:

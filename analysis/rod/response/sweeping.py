@@ -20,7 +20,7 @@ from lure.analysis.rod.response.recording import Array, Plan, Progress, Watch, f
 from lure.analysis.rod.response.run import classified, stroboscopic, watched_times
 from lure.analysis.rod.response.seen import impulses, share_in_contact
 from lure.analysis.verdict import Evidence
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, demand_whole
 from lure.exact import exact_number
 from lure.expressions import Expression
 from lure.expressions.tree import Apply, Node, Number, Variable
@@ -370,8 +370,7 @@ class Sweep(Record):
     def __post_init__(self) -> None:
         if self.order not in ORDERS:
             raise InputError(f"order is {self.order!r}; give one of {', '.join(ORDERS)}")
-        if isinstance(self.workers, bool) or not isinstance(self.workers, int) or not 1 <= self.workers <= 64:
-            raise InputError(f"workers is {self.workers!r}; give a whole number from 1 to 64")
+        demand_whole("workers", self.workers, 1, 64)
 
     def _page(self) -> Page:
         rows = [("order", self.order), ("plan", self.plan), ("processes", self.workers)]

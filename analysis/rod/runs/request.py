@@ -8,9 +8,9 @@ from fractions import Fraction
 from typing import cast
 
 from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_integration, sampled_motion, sampled_scheme
-from lure.analysis.rod.runs.sampled import SampledRun, check_places, check_samples, check_until, sparse
+from lure.analysis.rod.runs.sampled import SampledRun, check_places, check_samples, sparse
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS
-from lure.errors import InputError
+from lure.errors import InputError, demand_seconds
 from lure.rod.discretisation import upwind
 from lure.rod.galerkin.spaces import SpaceName
 from lure.rod.motion import Boundary, Motion, Numerics, exact_motion
@@ -76,7 +76,7 @@ class Request:
         InputError
             A field is out of range, or two of them do not go together.
         """
-        check_until(self.until)
+        demand_seconds("until", self.until)
         check_samples(self.samples)
         if self.places:
             check_places(self.places, self.samples)

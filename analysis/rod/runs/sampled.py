@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from lure.analysis.drawing import drawn
 from lure.analysis.verdict import Evidence
-from lure.errors import InputError
 from lure.record import Column, Page, Record, finite, plain, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SERIES, STRESS, what_it_shows
@@ -141,18 +140,6 @@ def instants(since: float, until: float, samples: int) -> Array:
     """
     check_samples(samples)
     return np.linspace(since, until, samples)
-
-
-def check_until(until: float) -> None:
-    """Refuse an end of the motion that is none.
-
-    Raises
-    ------
-    InputError
-        It is not a positive number of seconds.
-    """
-    if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
-        raise InputError(f"until is {until!r}; give a positive number of seconds")
 
 
 def sparse(until: float, samples: int, rod: Rod) -> str:

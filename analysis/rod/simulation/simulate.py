@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lure.analysis.rod.energy import discrete_energy
 from lure.analysis.rod.simulation.account import Account, Peak, summary
 from lure.analysis.rod.simulation.trajectory import Trajectory
-from lure.errors import InputError
+from lure.errors import InputError, demand_seconds, demand_whole
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.scheme.flow import Segment, flow
@@ -155,11 +155,10 @@ def _check_request(scheme: UpwindScheme, *, until: float, samples: int, frames: 
     InputError
         With the field, the value and what would do.
     """
-    if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
-        raise InputError(f"simulation.until is {until!r}; give a positive number of seconds")
-    _check_count("simulation.samples", samples, 2)
+    demand_seconds("simulation.until", until)
+    demand_whole("simulation.samples", samples, 2, 10**7)
     if frames != 0:
-        _check_count("simulation.frames", frames, 2)
+        demand_whole("simulation.frames", frames, 2, 10**7)
     if not 1e-12 <= tolerance <= 1e-3:
         raise InputError(f"simulation.tolerance is {tolerance!r}; give a number from 1e-12 to 1e-3")
     N = scheme.cells
@@ -212,8 +211,3 @@ def _check_motion(register: ShiftRegister, loads: Loads, state: NDArray[np.float
             f"{depth / speed:.1g} of the time a wave takes for one cell, which double precision cannot follow (limit "
             f"{1.0 / _STIFFEST:g}); give a larger compliance"
         )
-
-
-def _check_count(field: str, value: object, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= 10**7:
-        raise InputError(f"{field} is {value!r}; give a whole number from {least} to 10000000")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, demand_whole
 from lure.record import Column, Page, Record, plain, quantity
 from lure.rod import datasets
 from lure.rod.cellular.network import CellularNetwork, Signal
@@ -236,8 +236,7 @@ class Request:
     def __post_init__(self) -> None:
         if not 0.0 < self.until < math.inf:
             raise InputError(f"simulate: until is {self.until!r}; give a positive number")
-        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or self.samples < 2:
-            raise InputError(f"simulate: samples is {self.samples!r}; give a whole number of at least 2")
+        demand_whole("simulate: samples", self.samples, 2)
         if not 0.0 < self.at_rest < math.inf:
             raise InputError(f"simulate: at_rest is {self.at_rest!r}; give a positive rate")
 

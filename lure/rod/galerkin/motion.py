@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.errors import AssumptionError, InputError, Reason
+from lure.errors import AssumptionError, InputError, Reason, demand_seconds, demand_whole
 from lure.record import Column, Page, derived, numbered, plain, quantity
 from lure.rod import datasets
 from lure.rod.galerkin.model import INTEGRALS, Equations, GalerkinModel
@@ -490,12 +490,10 @@ def _speed(equations: Equations, a: Array, b: Array, until: float) -> float:
     return max(started, pushed, carried) or 1.0
 
 
-def _check(model: GalerkinModel, until: object, samples: object, tolerance: float, method: object) -> None:
+def _check(model: GalerkinModel, until: object, samples: int, tolerance: float, method: object) -> None:
     """Refuse what cannot be run."""
-    if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
-        raise InputError(f"galerkin.until is {until!r}; give a positive number of seconds")
-    if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or not 2 <= samples <= 10**6:
-        raise InputError(f"galerkin.samples is {samples!r}; give a whole number from 2 to 1000000")
+    demand_seconds("galerkin.until", until)
+    demand_whole("galerkin.samples", samples, 2, 10**6)
     most = 10**8 // (2 * model.space.order + INTEGRALS)
     if samples > most:
         raise InputError(f"galerkin.samples is {samples}; with order {model.space.order} give at most {most}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.errors import InputError
+from lure.errors import InputError, demand_seconds, demand_whole
 from lure.record import Column, Page, derived, quantity
 from lure.rod import datasets
 from lure.rod.discretisation import UpwindScheme
@@ -330,10 +330,8 @@ def structured_motion(
 
 def _check(scheme: UpwindScheme, until: float, samples: int) -> None:
     rod = scheme.rod
-    if not 0.0 < until < math.inf:
-        raise InputError(f"until is {until!r}; give a positive number of seconds")
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 2:
-        raise InputError(f"samples is {samples!r}; give a whole number of at least 2")
+    demand_seconds("until", until)
+    demand_whole("samples", samples, 2)
     if rod.exponent != 1.0:
         raise InputError(f"rod.exponent is {rod.exponent:g}; structured_motion takes the linear contact law, give 1")
     if rod.damping < 0.0:
