@@ -27,7 +27,7 @@ from lure.analysis.plots.style import (
     render,
     scaled_unit,
 )
-from lure.analysis.rod.plots.run import draw_obstacle
+from lure.analysis.rod.plots.run import draw_obstacle, shade
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -207,7 +207,7 @@ def plot_comparison_end(found: Comparison, *, ax: Axes | None = None) -> Axes:
     for row, style in _styled(found.rows):
         assert row.u is not None, "rows that were not run have no style"
         axes.plot(found.t, row.u, lw=1.1, label=row.label, **style)
-    _shade(found, axes, label=True)
+    shade(axes, found.contacts, "contact of the rod")
     curves = [exact.u, *(row.u for row in found.rows if row.u is not None)]
     low, high = min(float(u.min()) for u in curves), max(float(u.max()) for u in curves)
     draw_obstacle(axes, gap, (low, high), corner="lower right", lw=1.0, ls=(0, (1, 2)))
@@ -245,7 +245,7 @@ def plot_comparison_error(found: Comparison, *, ax: Axes | None = None) -> Axes:
             steps = np.append(error, error[-1])
             axes.plot(found.t[np.minimum(edges, found.t.size - 1)], steps, drawstyle="steps-post", lw=1.1, **style)
             tops.append((float(np.median(error)), float(error.max())))
-    _shade(found, axes, label=False)
+    shade(axes, found.contacts, "")
     if tops:
         axes.set_yscale("log")
         low, high = 0.1 * min(usual for usual, _ in tops), 2.0 * max(top for _, top in tops)
@@ -309,13 +309,6 @@ def _styled(rows: Sequence[Row]) -> list[tuple[Row, dict[str, Any]]]:
             dashes = _DASHES[among.index(row.size) % len(_DASHES)]
             styled.append((row, {"color": _SPACES[row.family], "ls": dashes}))
     return styled
-
-
-def _shade(found: Comparison, axes: Axes, *, label: bool) -> None:
-    spans = [(start, end - start) for start, end in found.contacts]
-    if spans:
-        bars = axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=VERMILLION)
-        bars.set(alpha=0.2, linewidth=0.4, zorder=0.5, label="contact of the rod" if label else "")
 
 
 def _edges(found: Comparison) -> NDArray[np.intp]:

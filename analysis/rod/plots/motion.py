@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,14 +13,13 @@ from lure.analysis.plots.style import (
     GREY,
     LEGEND,
     PURPLE,
-    VERMILLION,
     axes_or_new,
     finish_axes,
     number,
     room_below,
     scaled_unit,
 )
-from lure.analysis.rod.plots.run import draw_obstacle, envelope
+from lure.analysis.rod.plots.run import draw_end, envelope, shade
 from lure.errors import InputError
 from lure.rod.cellular.motion import CellularMotion
 from lure.rod.galerkin import Convergence, GalerkinRun
@@ -41,7 +39,6 @@ SURFACES: dict[Surface, str] = {
     "r2": "backward wave r₂ = v + c ∂u/∂x",
     "v": "velocity v",
 }
-_DRAWN = 4000
 
 
 def plot_end_motion(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
@@ -60,17 +57,9 @@ def plot_end_motion(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
         The axes drawn on.  An obstacle too far away for the scale of the motion is named, not drawn.
     """
     axes = axes_or_new(ax)
-    t, end = trajectory.t, trajectory.u_end
-    gap = float(end[0] - trajectory.z[0])
-    low, high = float(end.min()), float(end.max())
-    spans = [(contact.start, contact.end - contact.start) for contact in trajectory.contacts]
-    if spans:
-        label = f"contact ({len(spans)} interval{'s' if len(spans) > 1 else ''})"
-        bars = axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=VERMILLION, label=label)
-        bars.set(alpha=0.3, linewidth=0.6, zorder=0.5)
-    axes.plot(*_envelope(t, end), color=BLUE, lw=1.2, label="end u(t, L)")
-    draw_obstacle(axes, gap, (low, high), lw=1.2)
-    axes.set_xlim(float(t[0]), float(t[-1]))
+    spans, end = [(contact.start, contact.end) for contact in trajectory.contacts], trajectory.u_end
+    shade(axes, spans, f"contact ({len(spans)} interval{'s' if len(spans) > 1 else ''})")
+    draw_end(axes, trajectory.t, end, float(end[0] - trajectory.z[0]))
     return finish_axes(axes, "t [s]", "u(t, L) [m]", legend="lower right")
 
 
@@ -99,7 +88,7 @@ def plot_decay(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
         top = float(np.max(values))
         if top > 0:
             share = values / top
-            axes.plot(*_envelope(t, share), color=colour, ls=dashes, lw=1.2, label=label)
+            axes.plot(*envelope(t, share), color=colour, ls=dashes, lw=1.2, label=label)
             least = min(least, float(share.min()))
     if 0.0 < least < 0.1:
         axes.set_yscale("log")
@@ -134,9 +123,9 @@ def plot_rest(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
     axes = axes_or_new(ax)
     t, rest = trajectory.t, trajectory.rest_position
     factor, unit = scaled_unit(float(np.abs(trajectory.z).max()), "m")
-    axes.plot(*_envelope(t, factor * trajectory.z), color=BLUE, lw=1.0, label="z = u(t, L) − gap")
+    axes.plot(*envelope(t, factor * trajectory.z), color=BLUE, lw=1.0, label="z = u(t, L) − gap")
     if trajectory.zeta is not None:
-        axes.plot(*_envelope(t, factor * trajectory.zeta), color=GREEN, lw=1.4, ls="--", label="ζ")
+        axes.plot(*envelope(t, factor * trajectory.zeta), color=GREEN, lw=1.4, ls="--", label="ζ")
     if rest is not None:
         axes.axhline(factor * rest, color=GREY, lw=0.8, ls=":", label="resting place")
     bottom, top = axes.get_ylim()
@@ -221,17 +210,6 @@ def _colour_range(sizes: NDArray[np.float64]) -> float:
     return usual if 0.0 < 4.0 * usual < largest else largest or 1.0
 
 
-def _envelope(t: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """At most a few thousand points that keep the least and the largest value of every stretch."""
-    if t.size <= 2 * _DRAWN:
-        return t, values
-    edges = np.linspace(0, t.size, _DRAWN // 2 + 1).astype(int)
-    stretches = [(a, values[a:b]) for a, b in pairwise(edges)]
-    picks = [(a + int(part.argmin()), a + int(part.argmax())) for a, part in stretches]
-    index = np.unique(np.concatenate([np.ravel(picks), [0, t.size - 1]]))
-    return t[index], values[index]
-
-
 Array = NDArray[np.float64]
 Contacts = tuple[tuple[float, float], ...]
 _SAMPLES = 2001
@@ -272,17 +250,10 @@ def plot_motion(motion: Motion | GalerkinRun | StructuredMotion | CellularMotion
 
 def _end(axes: Axes, motion: Motion | GalerkinRun | StructuredMotion) -> Axes:
     t, u, gap, contacts, title = _seen(motion)
-    for i, (start, end) in enumerate(contacts):
-        label = f"contact ({len(contacts)})" if i == 0 else None
-        axes.axvspan(start, end, color=VERMILLION, alpha=0.25, lw=0, label=label)
-    axes.plot(*envelope(t, u), color=BLUE, lw=1.1, label="end u(t, L)")
-    draw_obstacle(axes, gap, (float(u.min()), float(u.max())), lw=1.1, ls="--")
-    axes.set_xlim(float(t[0]), float(t[-1]))
-    axes.set_xlabel("t [s]")
-    axes.set_ylabel("u(t, L) [m]")
-    axes.legend(loc="best", **LEGEND)
+    shade(axes, contacts, f"contact ({len(contacts)})")
+    draw_end(axes, t, u, gap)
     axes.set_title(title, fontsize="medium", loc="left", y=1.04)
-    return finish_axes(axes)
+    return finish_axes(axes, "t [s]", "u(t, L) [m]", legend="best")
 
 
 def _seen(motion: Motion | GalerkinRun | StructuredMotion) -> tuple[Array, Array, float, Contacts, str]:
@@ -348,11 +319,8 @@ def plot_convergence(found: Convergence, *, ax: Axes | None = None) -> Axes:
     axes.loglog(h, l2, "s-", color=GREEN, lw=1.1, ms=4, label="L2 error of v [m^(3/2)/s]")
     for order, dashes in ((1, ":"), (2, "--")):
         axes.loglog(h, h1[0] * (h / h[0]) ** order, color=GREY, lw=0.9, ls=dashes, label=f"order {order}")
-    axes.set_xlabel("element length h [m]")
-    axes.set_ylabel("error")
-    axes.legend(loc="best", **LEGEND)
     axes.set_title("Galerkin spaces against a known motion (observed)", fontsize="medium", loc="left")
-    finish_axes(axes)
+    finish_axes(axes, "element length h [m]", "error", legend="best")
     shown = h[:: max(1, -(-h.size // _TICKS))]
     axes.set_xticks(shown, [number(value) for value in shown])
     axes.minorticks_off()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.plots.style import GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, number
+from lure.analysis.rod.plots.run import shade
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,8 +73,7 @@ def plot_end_curves(
     axes = axes_or_new(ax)
     for curve in curves:
         axes.plot(curve.t, curve.u, color=curve.colour, ls=curve.dashes, lw=curve.width, label=curve.label)
-    for i, (start, end) in enumerate(contacts):
-        axes.axvspan(start, end, color=VERMILLION, alpha=0.12, lw=0, label="contact" if i == 0 else None)
+    shade(axes, contacts, "contact")
     if obstacle is not None:
         axes.axhline(obstacle, color=VERMILLION, lw=1.0, ls=":", label=f"obstacle at {number(obstacle)} m")
     if settling is not None:

@@ -19,6 +19,7 @@ from lure.analysis.plots.style import (
     number,
     padded,
 )
+from lure.analysis.rod.plots.run import shade
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -90,10 +91,7 @@ def plot_history(response: Response, *, ax: Axes | None = None) -> Axes:
     first = response.t.size - 1 - periods * response.plan.samples
     t, z = response.t[first:] / response.period, response.z[first:]
     spans = [(max(a / response.period, t[0]), b / response.period) for a, b in response.contacts]
-    bars = [(a, b - a) for a, b in spans if b > a]
-    if bars:
-        shade = axes.broken_barh(bars, (0.0, 0.66), transform=axes.get_xaxis_transform(), color=VERMILLION)
-        shade.set(alpha=0.25, linewidth=0.4, zorder=0.5, label="contact")
+    shade(axes, [(a, b) for a, b in spans if b > a], "contact", height=0.66)
     axes.plot(t, z, color=BLUE, lw=1.2, label="z = u(t, L) − gap")
     strobe = slice(None, None, response.plan.samples)
     axes.plot(t[strobe], z[strobe], "o", ms=3.5, mfc="white", color=BLUE, label="whole periods")

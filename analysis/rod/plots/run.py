@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 # The obstacle in a plot of the end of the rod: a line, or a remark where it is too far away for the motion.
 
+Array = NDArray[np.float64]
 _FAR = 6.0
 
 
@@ -67,6 +68,43 @@ def draw_obstacle(
         axes.set_ylim(*padded(low, high, 0.15))
         note(axes, f"obstacle at {number(gap)} m, outside this view", corner=corner)
     return near
+
+
+def shade(axes: Axes, spans: Sequence[tuple[float, float]], label: str, *, height: float = 1.0) -> None:
+    """Shade stretches of time in contact.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where time is the horizontal axis.
+    spans : sequence of (float, float)
+        First and last instant of each.
+    label : str
+        For the legend.
+    height : float
+        Up to which share of the axes.
+    """
+    if spans:
+        bars = [(start, end - start) for start, end in spans]
+        shown = axes.broken_barh(bars, (0.0, height), transform=axes.get_xaxis_transform(), color=VERMILLION)
+        shown.set(alpha=0.25, linewidth=0.5, zorder=0.5, label=label)
+
+
+def draw_end(axes: Axes, t: Array, u: Array, gap: float) -> bool:
+    """Draw ``u(t, L)`` and the obstacle; False if that is only named, as for :func:`draw_obstacle`.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where.
+    t, u : ndarray
+        (n,) instants [s] and displacements there [m].
+    gap : float
+        Where the obstacle is [m].
+    """
+    axes.plot(*envelope(t, u), color=BLUE, lw=1.1, label="end u(t, L)")
+    axes.set_xlim(float(t[0]), float(t[-1]))
+    return draw_obstacle(axes, gap, (float(u.min()), float(u.max())), lw=1.1, ls="--")
 
 
 # The whole rod in one picture: place against time, colour by velocity or stress; waves run along the diagonals.
@@ -176,8 +214,6 @@ def _cut_off(values: NDArray[np.float64], top: float) -> str:
     return "both" if top < float(np.abs(values).max()) else "neither"
 
 
-Array = NDArray[np.float64]
-
 _STRETCHES = 800
 _LETTERS, _LINES = 12.5, 2  # of a heading, per inch and at most
 
@@ -199,8 +235,7 @@ def plot_run_end(run: SampledRun, *, ax: Axes | None = None) -> Axes:
     """
     axes = axes_or_new(ax)
     seen = shade_contacts(run, axes)
-    axes.plot(*envelope(run.t, run.u_end), color=BLUE, lw=1.1, label="end u(t, L)")
-    drawn = draw_obstacle(axes, run.rod.gap, (float(run.u_end.min()), float(run.u_end.max())), lw=1.1, ls="--")
+    drawn = draw_end(axes, run.t, run.u_end, run.rod.gap)
     _finish(run, axes, "u(t, L) [m]")
     if seen or drawn:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.0, **LEGEND)
@@ -370,14 +405,11 @@ def shade_contacts(run: SampledRun, axes: Axes) -> int:
     """
     first, last = float(run.t[0]), float(run.t[-1])
     spans = [
-        (max(impact.start, first), min(impact.end, last) - max(impact.start, first))
+        (max(impact.start, first), min(impact.end, last))
         for impact in run.impacts
         if impact.end >= first and impact.start <= last
     ]
-    if spans:
-        label = f"contact ({len(spans)})"
-        bars = axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=VERMILLION, label=label)
-        bars.set(alpha=0.25, linewidth=0.5, zorder=0.5)
+    shade(axes, spans, f"contact ({len(spans)})")
     return len(spans)
 
 
