@@ -49,4 +49,4 @@ extend(
 _ROD = ("lure.rod.transfer:RodPlant", "lure.rod.discretisation:UpwindScheme")
 extend("resonances", dict.fromkeys(_ROD, "lure.analysis.rod.spectrum:drawn_resonances"))
 extend("theory", dict.fromkeys(_ROD, "lure.analysis.rod.theory:RodTheory"))
-extend("theory", {"lure.rod.family:RodFamily": "lure.analysis.rod.tolerances:FamilyTheory"})
+extend("theory", {"lure.rod.family:RodFamily": "lure.analysis.rod.theory:FamilyTheory"})

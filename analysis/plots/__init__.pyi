@@ -1,4 +1,4 @@
-from lure.analysis.graphical.frequencies import drawing_frequencies as drawing_frequencies
+from lure.analysis.graphical.axis import drawing_frequencies as drawing_frequencies
 from lure.analysis.plots.boxes import plot_map as plot_map
 from lure.analysis.plots.boxes import plot_tolerances as plot_tolerances
 from lure.analysis.plots.frequency import plot_nyquist as plot_nyquist

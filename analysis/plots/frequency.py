@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.analysis.graphical.frequencies import drawing_frequencies
+from lure.analysis.graphical.axis import drawing_frequencies
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,

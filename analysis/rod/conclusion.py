@@ -16,8 +16,8 @@ from lure.analysis.questions.conclusion import Conclusion as SearchResult
 from lure.analysis.questions.conclusion import conclusion_of, undecided
 from lure.analysis.questions.problem import Problem
 from lure.analysis.rod.certificates import energy_theorem_draft, negative_damping_draft
-from lure.analysis.rod.damping import destabilising_example, without_damping
-from lure.analysis.rod.tolerances import energy_draft, margins, negative_draft
+from lure.analysis.rod.popov import destabilising_example, without_damping
+from lure.analysis.rod.theory import energy_draft, margins, negative_draft
 from lure.analysis.verdict import CriterionResult, Evidence, Verdict
 from lure.analysis.wording import interval, plants_words
 from lure.classes import NonlinearityClass, Sector

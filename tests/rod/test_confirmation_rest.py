@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import other_rod, unit_rod
 
-from lure.analysis.rod.confirmation.follow import MOST_TRIPS, closed_form_error, follow, ringing
-from lure.analysis.rod.confirmation.later import flight_after, supremum
+from lure.analysis.rod.confirmation.follow import MOST_TRIPS, closed_form_error, flight_after, follow, ringing, supremum
 from lure.analysis.rod.confirmation.rest import initial_zeta, rest_of_rod, rest_of_scheme
 from lure.analysis.rod.simulation import simulate
 from lure.rod import Scenario, builtin_system, upwind

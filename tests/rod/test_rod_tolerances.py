@@ -16,7 +16,7 @@ from lure.analysis.cli import main
 from lure.analysis.questions.certify import certify
 from lure.analysis.rod.certificates import circle_bound
 from lure.analysis.rod.conclusion import conclusion
-from lure.analysis.rod.tolerances import margins, stiffest_contact
+from lure.analysis.rod.theory import margins, stiffest_contact
 from lure.analysis.rod.trajectories import simulate
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError

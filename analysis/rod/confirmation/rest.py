@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from lure.analysis.rod.confirmation.follow import Followed, closed_form_error, log_echo, momentum_allowance, ringing
+from lure.analysis.rod.confirmation.follow import Followed, closed_form_error, momentum_allowance, ringing
 from lure.analysis.rod.confirmation.follow import trips_to_settle as settling_trips
 from lure.analysis.rod.confirmation.result import Rest
 from lure.analysis.rod.simulation import Trajectory
@@ -18,6 +18,7 @@ from lure.rod.motion.pieces import Array, basis, distinct, fitted, right_ends
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.scheme import structured_motion
+from lure.rod.transfer import RodPlant
 
 _LEFT = math.log(1e13)
 _DEGREE = 16
@@ -162,7 +163,7 @@ def _decay_time(scheme: UpwindScheme) -> float:
     The motion is an average of the shift register with Poisson weights of mean ``s t``: after ``M`` round trips and ten
     standard deviations all of the weight is on echoes ``a^M``.
     """
-    N, rate = scheme.cells, -log_echo(scheme.rod)
+    N, rate = scheme.cells, -RodPlant(scheme.rod).log_reflection
     trips = 1.0 + (_LEFT / rate if rate > 0.0 else math.inf)
     slow = -math.expm1(-rate / (2.0 * N)) if math.isfinite(rate) else 1.0
     mean = 2.0 * N * trips + 10.0 * math.sqrt(2.0 * N * trips) + 100.0

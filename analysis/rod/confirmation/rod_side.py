@@ -7,12 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from lure.analysis.rod.confirmation.follow import Followed, follow, momentum_allowance
-from lure.analysis.rod.confirmation.functionals import lyapunov_theta, rod_energy, rod_lyapunov, rod_zeta, track_z
-from lure.analysis.rod.confirmation.later import supremum
+from lure.analysis.rod.confirmation.follow import Followed, follow, momentum_allowance, supremum
+from lure.analysis.rod.confirmation.functionals import (
+    Track,
+    lyapunov_theta,
+    rod_energy,
+    rod_lyapunov,
+    rod_zeta,
+    track_z,
+)
 from lure.analysis.rod.confirmation.rest import rest_of_rod
 from lure.analysis.rod.confirmation.result import AGREEMENT, Array, Curves, Kind, Quantity, Side
-from lure.analysis.rod.confirmation.track import Track
 from lure.rod.motion import Window
 from lure.rod.motion.pieces import right_ends
 from lure.rod.parameters import Rod
