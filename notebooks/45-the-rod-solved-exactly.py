@@ -63,6 +63,16 @@ def changed(**parameters):
     return Rod(**{**rod.exact, **parameters})
 
 
+def wall(eps, **parameters):
+    """The rod a millimetre before an obstacle of this compliance [m/Pa]."""
+    return changed(gap=Fraction(1, 1000), compliance=eps, **parameters)
+
+
+def line(ax, x, y, colour, name, **style):
+    """A curve, with its name for the legend."""
+    ax.plot(x, y, color=colour, label=name, **{"lw": 1.2, **style})
+
+
 def panels(count):
     """Axes side by side."""
     _, axes = plt.subplots(
@@ -140,17 +150,11 @@ schemes = {
     )
     for N in COLOURS
 }
-exact_energy = np.array([free.energy(t) for t in times])
+exact_energy = free.energies(times)
 (axes,) = panels(1)
-axes.plot(times, exact_energy / exact_energy[0], color=BLUE, lw=1.6, label="the rod")
+line(axes, times, exact_energy / exact_energy[0], BLUE, "the rod", lw=1.6)
 for N, run in schemes.items():
-    axes.plot(
-        times,
-        run.energy / run.energy[0],
-        color=COLOURS[N],
-        lw=1.2,
-        label=f"scheme, N = {N}",
-    )
+    line(axes, times, run.energy / run.energy[0], COLOURS[N], f"scheme, N = {N}")
 label(
     axes, "t [s]", "energy, as a share of the first", xlim=(0, 2.5e-3), ylim=(0, 1.5)
 )
@@ -160,18 +164,12 @@ plt.show()
 shares = {row.method: row.left for row in found.settling}
 assert round(-a, 5) == 0.99967
 assert off < 1e-12
-assert [f"{shares[f'scheme, N = {N}']:.1%}" for N in (10, 50, 200)] == [
-    "2.5%",
-    "40.6%",
-    "70.1%",
-]
+left_over = [f"{shares[f'scheme, N = {N}']:.1%}" for N in (10, 50, 200)]
+assert left_over == ["2.5%", "40.6%", "70.1%"]
 assert f"{shares['scheme, N = 10']:.2%}" == "2.54%"
 assert f"{shares['exact']:.2%}" == "99.88%"
-assert [f"{row.decay[0]:.3g}" for row in found.rows[:3]] == [
-    "2.94e+03",
-    "593",
-    "149",
-]
+decays = [f"{row.decay[0]:.3g}" for row in found.rows[:3]]
+assert decays == ["2.94e+03", "593", "149"]
 assert all(abs(rate - 1) < 1e-3 for rate in found.decay)
 assert f"{exact_energy[-1] / exact_energy[0]:.3f}" == "0.995"
 assert f"{found.rows[0].energy_end / exact_energy[0]:.1e}" == "3.5e-07"
@@ -187,10 +185,10 @@ assert np.all(np.diff(exact_energy) <= 1e-15 * exact_energy[0])
 # that one the static stress $\rho c V$ would press in 4.8 µm.
 
 # %%
-V, wall = 1.0, changed(gap=Fraction(1, 1000), compliance=Fraction(1, 10**10))
+V, bar = 1.0, wall(Fraction(1, 10**10))
 thrown = Scenario.parse(velocity="1")
-stiff = exact_motion(wall, thrown, 2e-3)
-rigid = exact_motion(wall, thrown, 2e-3, boundary=Boundary(rigid=True))
+stiff = exact_motion(bar, thrown, 2e-3)
+rigid = exact_motion(bar, thrown, 2e-3, boundary=Boundary(rigid=True))
 for name, motion in (("rigid", rigid), ("1e-10", stiff)):
     (hit,) = motion.impacts
     print(
@@ -212,51 +210,24 @@ for name, motion in (("rigid", rigid), ("1e-10", stiff)):
 # %%
 contact = np.linspace(0.95e-3, 1.45e-3, 2001)
 hits = {
-    N: integrate(upwind(wall, N), thrown, 2e-3, method="exact", samples=8001)
+    N: integrate(upwind(bar, N), thrown, 2e-3, method="exact", samples=8001)
     for N in COLOURS
 }
 left, right = panels(2)
-left.plot(
-    contact,
-    rigid.contact_stress(contact),
-    color=GREY,
-    lw=2.6,
-    label="rod, rigid obstacle",
+line(
+    left, contact, rigid.contact_stress(contact), GREY, "rod, rigid obstacle", lw=2.6
 )
-left.plot(
-    contact,
-    stiff.contact_stress(contact),
-    color=BLUE,
-    lw=1.4,
-    label="rod, ε = 1e-10 m/Pa",
-)
-for N, run in hits.items():
-    left.plot(
-        run.t,
-        np.maximum(run.z, 0) * 1e10,
-        color=COLOURS[N],
-        lw=1.0,
-        label=f"scheme, N = {N}, the same ε",
-    )
-label(
-    left,
-    "t [s]",
-    "contact stress [Pa]",
-    xlim=(contact[0], contact[-1]),
-    ylim=(-2e3, 9.2e4),
+line(
+    left, contact, stiff.contact_stress(contact), BLUE, "rod, ε = 1e-10 m/Pa", lw=1.4
 )
 energies = np.linspace(0, 2e-3, 401)
-right.plot(
-    energies,
-    [stiff.energy(t) * 1e4 for t in energies],
-    color=BLUE,
-    lw=1.6,
-    label="the rod",
-)
+line(right, energies, stiff.energies(energies) * 1e4, BLUE, "the rod", lw=1.6)
 for N, run in hits.items():
-    right.plot(
-        run.t, run.energy * 1e4, color=COLOURS[N], lw=1.2, label=f"scheme, N = {N}"
-    )
+    stress, name = np.maximum(run.z, 0) * 1e10, f"scheme, N = {N}"
+    line(left, run.t, stress, COLOURS[N], f"{name}, the same ε", lw=1.0)
+    line(right, run.t, run.energy * 1e4, COLOURS[N], name)
+shown = {"xlim": (contact[0], contact[-1])}
+label(left, "t [s]", "contact stress [Pa]", ylim=(-2e3, 9.2e4), **shown)
 label(right, "t [s]", "energy [10⁻⁴ J]", xlim=(0, 2e-3), ylim=(0, 1.05))
 plt.show()
 after = {N: run.energy[-1] / run.energy[0] for N, run in hits.items()}
@@ -295,9 +266,7 @@ epsilons = [Fraction(1, 10**j) for j in range(9, 15)]
 instants = np.linspace(0, 2e-3, 4001)
 distance, later = [], []
 for eps in epsilons:
-    motion = exact_motion(
-        changed(gap=Fraction(1, 1000), compliance=eps), thrown, 2e-3
-    )
+    motion = exact_motion(wall(eps), thrown, 2e-3)
     distance.append(abs(motion.z(instants) - rigid.z(instants)).max())
     later.append(motion.impacts[0].end - hit.end)
 rates = np.diff(np.log10(distance)) / -1.0
@@ -307,49 +276,20 @@ for row in zip(map(float, epsilons), distance, later, strict=True):
 
 # %%
 left, right = panels(2)
-left.loglog(
-    [float(eps) for eps in epsilons],
-    distance,
-    "o-",
-    color=BLUE,
-    lw=1.2,
-    ms=4,
-    label="largest distance",
-)
-left.loglog(
-    [1e-14, 1e-9], [1e-9, 1e-4], color=GREY, ls="--", lw=1.0, label="first order"
-)
+left.set(xscale="log", yscale="log")
+softness = list(map(float, epsilons))
+line(left, softness, distance, BLUE, "largest distance", marker="o", ms=4)
+line(left, [1e-14, 1e-9], [1e-9, 1e-4], GREY, "first order", lw=1.0, ls="--")
 label(left, "ε [m/Pa]", "max |z − z of the rigid obstacle| [m]")
 for eps, colour in (
     (Fraction(1, 10**9), VERMILLION),
     (Fraction(1, 3 * 10**9), PURPLE),
     (Fraction(1, 10**10), BLUE),
 ):
-    motion = exact_motion(
-        changed(gap=Fraction(1, 1000), compliance=eps), thrown, 2e-3
-    )
-    right.plot(
-        contact,
-        motion.contact_stress(contact),
-        color=colour,
-        lw=1.2,
-        label=f"ε = {float(eps):.2g} m/Pa",
-    )
-right.plot(
-    contact,
-    rigid.contact_stress(contact),
-    color=GREY,
-    lw=2.0,
-    ls="--",
-    label="rigid",
-)
-label(
-    right,
-    "t [s]",
-    "contact stress [Pa]",
-    xlim=(contact[0], contact[-1]),
-    ylim=(-2e3, 6.8e4),
-)
+    stress = exact_motion(wall(eps), thrown, 2e-3).contact_stress(contact)
+    line(right, contact, stress, colour, f"ε = {float(eps):.2g} m/Pa")
+line(right, contact, rigid.contact_stress(contact), GREY, "rigid", lw=2.0, ls="--")
+label(right, "t [s]", "contact stress [Pa]", ylim=(-2e3, 6.8e4), **shown)
 plt.show()
 
 # %% [markdown]
@@ -372,11 +312,7 @@ assert f"{1e-14 / rod.mobility:.1e}" == "4.8e-10"
 nonlinearities, depth = {}, 1e-5
 for m in (1, Fraction(3, 2), 3):
     compliance = Fraction(depth ** float(m) / 48000)
-    nonlinearities[m] = exact_motion(
-        changed(gap=Fraction(1, 1000), compliance=compliance, exponent=m),
-        thrown,
-        2e-3,
-    )
+    nonlinearities[m] = exact_motion(wall(compliance, exponent=m), thrown, 2e-3)
 for ax, title, (start, stop) in zip(
     panels(2), ("touching", "leaving"), ((0.99, 1.06), (1.325, 1.365)), strict=True
 ):
@@ -384,13 +320,7 @@ for ax, title, (start, stop) in zip(
     for (m, motion), colour in zip(
         nonlinearities.items(), (BLUE, GREEN, VERMILLION), strict=True
     ):
-        ax.plot(
-            window * 1e3,
-            motion.contact_stress(window),
-            color=colour,
-            lw=1.3,
-            label=f"m = {m}",
-        )
+        line(ax, window * 1e3, motion.contact_stress(window), colour, f"m = {m}")
     label(
         ax, "t [ms]", "contact stress [Pa]", xlim=(start, stop), ylim=(-2e3, 5.2e4)
     )
@@ -436,8 +366,8 @@ cases = {
     "clamped": (rod, Boundary(clamped=True)),
 }
 ends = {
-    name: exact_motion(bar, release, 8 * T, boundary=boundary)
-    for name, (bar, boundary) in cases.items()
+    name: exact_motion(damped, release, 8 * T, boundary=boundary)
+    for name, (damped, boundary) in cases.items()
 }
 left, right = panels(2)
 grid = np.linspace(0, 8 * T, 801)
@@ -445,20 +375,8 @@ for (name, motion), colour in zip(
     ends.items(), (GREY, PURPLE, BLUE, GREEN, VERMILLION), strict=True
 ):
     width = 3.5 if name == "k = 0" else 1.3  # it shows behind the clamped one
-    left.plot(
-        grid / T,
-        motion.end_displacement(grid) * 1e4,
-        color=colour,
-        lw=width,
-        label=name,
-    )
-    right.plot(
-        grid / T,
-        [motion.energy(t) * 1e4 for t in grid],
-        color=colour,
-        lw=width,
-        label=name,
-    )
+    line(left, grid / T, motion.end_displacement(grid) * 1e4, colour, name, lw=width)
+    line(right, grid / T, motion.energies(grid) * 1e4, colour, name, lw=width)
 label(left, "t/T", "u(t, L) [10⁻⁴ m]", xlim=(0, 8), ylim=(-1.3, 5.4))
 label(right, "t/T", "energy [10⁻⁴ J]", xlim=(0, 8), ylim=(-0.05, 1.6))
 plt.show()
@@ -476,16 +394,9 @@ for name in ("k = 0", "clamped"):
 assert ends["k = Z"].energy(2 * T) == 0.0
 assert ends["k = Z"].end_velocity(3 * T) == 0.0
 assert ends["k = Z at both ends"].energy(1.5 * T) == 0.0
-assert np.allclose(
-    ends["clamped"].end_displacement(4 * T),
-    ends["clamped"].end_displacement(0),
-    rtol=1e-12,
-)
-assert np.allclose(
-    ends["k = 0"].end_displacement(2 * T),
-    ends["k = 0"].end_displacement(0),
-    rtol=1e-12,
-)
+for name, period in (("clamped", 4 * T), ("k = 0", 2 * T)):
+    at_end = ends[name].end_displacement
+    assert np.allclose(at_end(period), at_end(0), rtol=1e-12)
 
 # %% [markdown]
 # ## 6. Bouncing
@@ -497,23 +408,17 @@ assert np.allclose(
 # far as we follow it, and settles at $z = \varepsilon g/A$. The solver lists every impact.
 
 # %%
-bouncing = changed(
-    gap=Fraction(1, 1000), compliance=Fraction(1, 10**10), damping=Fraction(1, 20)
-)
-bounce = exact_motion(bouncing, Scenario.parse(force="0.02"), 0.05)
+bouncing = wall(Fraction(1, 10**10), damping=Fraction(1, 20))
+weight = Scenario.parse(force="0.02")
+bounce = exact_motion(bouncing, weight, 0.05)
 left, right = panels(2)
 fall = np.linspace(0, 0.05, 8001)
-left.plot(fall, bounce.z(fall) * 1e3, color=BLUE, lw=0.9, label="z")
+line(left, fall, bounce.z(fall) * 1e3, BLUE, "z", lw=0.9)
 left.axhline(0, color=VERMILLION, lw=1.0, label="obstacle")
 label(left, "t [s]", "z [mm]", xlim=(0, 0.05))
 done = [impact for impact in bounce.impacts if impact.closed]
-right.semilogy(
-    [impact.start for impact in done],
-    [impact.impulse for impact in done],
-    "o",
-    ms=3.5,
-    color=BLUE,
-)
+struck = [(impact.start, impact.impulse) for impact in done]
+right.semilogy(*zip(*struck, strict=True), "o", ms=3.5, color=BLUE)
 label(right, "t [s]", "impulse of the impact [N s]", xlim=(0, 0.05))
 plt.show()
 for impact in bounce.impacts[:6]:
@@ -574,13 +479,8 @@ streamed = exact_motion(
     rod, figure_8, 2.0, numerics=Numerics(keep=2, on_window=watch)
 )
 (axes,) = panels(1)
-axes.plot(
-    2 * T * np.arange(len(deepest)),
-    deepest,
-    color=BLUE,
-    lw=1.2,
-    label="z, largest in each round trip",
-)
+begun = 2 * T * np.arange(len(deepest))
+line(axes, begun, deepest, BLUE, "z, largest in each round trip")
 axes.axhline(0, color=VERMILLION, lw=1.0, label="obstacle")
 label(axes, "t [s]", "z [m]", xlim=(0, 2))
 plt.show()
@@ -597,14 +497,8 @@ print(
 # repeats only after two periods of the force.
 
 # %%
-unit = Rod(
-    youngs_modulus=1,
-    density=1,
-    length=1,
-    area=1,
-    damping=Fraction(1, 5),
-    compliance=Fraction(1, 100),
-)
+ones = dict.fromkeys(("youngs_modulus", "density", "length", "area"), 1)
+unit = Rod(**ones, damping=Fraction(1, 5), compliance=Fraction(1, 100))
 seen = response(unit, "0.3 + 0.7*sin(t/2)", plan=Plan(settle=1500, run=24))
 print(seen)
 left, right = panels(2)
@@ -634,9 +528,7 @@ assert abs(seen.balance.contact / seen.balance.force - 1) < 1e-9
 # then the bars have exchanged their velocities. With dashpots that are almost none, and a stiff contact:
 
 # %%
-bar = Rod(
-    youngs_modulus=1, density=1, length=1, area=1, damping="Z/1000", compliance=1
-)
+bar = Rod(**ones, damping="Z/1000", compliance=1)
 contact = {"compliances": (Fraction(1, 1000),), "gaps": (Fraction(1, 2),)}
 pair = RodAssembly(arrangement="across-gap", rods=(bar, bar), **contact)
 met = assembly_motion(pair, (Scenario.parse(velocity=1), Scenario()), until=4)
@@ -676,28 +568,17 @@ assert met.energy_residual < 1e-12
 # %%
 degrees = (12, 16, 24)
 motions = {
-    degree: exact_motion(
-        bouncing,
-        Scenario.parse(force="0.02"),
-        0.05,
-        numerics=Numerics(degree=degree),
-    )
+    degree: exact_motion(bouncing, weight, 0.05, numerics=Numerics(degree=degree))
     for degree in degrees
 }
 apart = {
-    degree: abs(motions[degree].z(fall) - motions[24].z(fall)).max()
-    for degree in degrees
+    degree: abs(motion.z(fall) - motions[24].z(fall)).max()
+    for degree, motion in motions.items()
 }
 print("degree   contacts   energy balance off   local errors   from degree 24")
 for degree, motion in motions.items():
-    row = (
-        degree,
-        len(motion.impacts),
-        motion.energy_residual,
-        motion.error,
-        apart[degree],
-    )
-    print("{:6} {:10} {:20.0e} {:15.0e} m {:14.0e} m".format(*row))
+    row = (degree, len(motion.impacts), motion.energy_residual, motion.error)
+    print("{:6} {:10} {:20.0e} {:15.0e} m {:14.0e} m".format(*row, apart[degree]))
 
 # %% [markdown]
 # Millimetres, on which the three agree to within a tenth of a picometre, and three times 35 contacts. That is evidence
