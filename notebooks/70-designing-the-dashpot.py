@@ -56,13 +56,8 @@ EVERY = Sector(0, math.inf)
 def designed(rod, ratio, **changes):
     """The rod with k = ratio Z, and other parameters if given."""
     exact = {name: Fraction(value) for name, value in changes.items()}
-    return Rod(
-        **{
-            **rod.exact,
-            "damping": Fraction(ratio) * Fraction(rod.impedance),
-            **exact,
-        }
-    )
+    damping = Fraction(ratio) * Fraction(rod.impedance)
+    return Rod(**{**rod.exact, "damping": damping, **exact})
 
 
 def stiffness(rod):
@@ -70,6 +65,12 @@ def stiffness(rod):
     return float(
         rod.exact["length"] / (rod.exact["youngs_modulus"] * rod.exact["compliance"])
     )
+
+
+def as_built(ax, marker, rod, colour, name):
+    """A rod as it was given, in the plane of k/Z and beta."""
+    place = stiffness(rod), rod.damping / rod.impedance
+    ax.plot(*place, marker, color=colour, label=name)
 
 
 def panels(count):
@@ -120,40 +121,22 @@ def rod_reach(ratio):
     )
 
 
-chosen = [
-    Fraction(1, 10),
-    Fraction(1, 2),
-    Fraction(9, 10),
-    Fraction(1),
-    Fraction(11, 10),
-    Fraction(2),
-    Fraction(10),
-]
+chosen = [Fraction(tenths, 10) for tenths in (1, 5, 9, 10, 11, 20, 100)]
 table = {}
 print("          decay x T      |  circle / (E/L)   |  least theta / T")
 print("  k/Z" + "      rod   N = 10 |" * 3)
 for ratio in chosen:
     rod = designed(steel, ratio)
-    blocks, spectrum = (
-        (RodPlant(rod), upwind(rod, 10)),
-        rod_spectrum(upwind(rod, 10)),
-    )
+    scheme = upwind(rod, 10)
+    blocks, spectrum = (RodPlant(rod), scheme), rod_spectrum(scheme)
     circle = [circle_criterion(block, EVERY).largest.low * dT for block in blocks]
     theta = [
         popov_criterion(block, EVERY).smallest_theta.high / T for block in blocks
     ]
-    table[ratio] = (
-        spectrum.decay_rod * T,
-        spectrum.decay_scheme * T,
-        *circle,
-        *theta,
-    )
-    print(
-        f"{float(ratio):5.3g}"
-        + " {:8.3g} {:8.3g} | {:8.3g} {:8.3g} | {:8.2g} {:8.2g} |".format(
-            *table[ratio]
-        )
-    )
+    decays = spectrum.decay_rod * T, spectrum.decay_scheme * T
+    table[ratio] = (*decays, *circle, *theta)
+    row = "{:5.3g} {:8.3g} {:8.3g} | {:8.3g} {:8.3g} | {:8.2g} {:8.2g} |"
+    print(row.format(float(ratio), *table[ratio]))
 
 # %% [markdown]
 # ## 2. Margins: what do the criteria ask for?
@@ -186,14 +169,8 @@ left.set(xlabel="k/Z", ylabel="slowest decay in flight × T", ylim=(1e-2, 1e2))
 reach = np.array([rod_reach(ratio) for ratio in ratios])
 drawn = [ratio for ratio in chosen if ratio != 1]
 right.loglog(ratios, reach, color=BLUE, lw=1.8, label="rod")
-right.loglog(
-    list(map(float, drawn)),
-    [table[r][3] for r in drawn],
-    "s",
-    color=VERMILLION,
-    ms=5,
-    label="scheme, N = 10",
-)
+at, tens = list(map(float, drawn)), [table[r][3] for r in drawn]
+right.loglog(at, tens, "s", color=VERMILLION, ms=5, label="scheme, N = 10")
 right.set(
     xlabel="k/Z", ylabel="largest slope, circle criterion / (E/L)", ylim=(1e-3, 1e4)
 )
@@ -217,34 +194,16 @@ for name, rod in (("steel", steel), ("paper", paper)):
         test(RodPlant(rod), rod.nonlinearity.sector)
         for test in (circle_criterion, popov_criterion)
     )
-    own[name] = [
-        str(found.verdict)
-        for found in (circle, popov, conclusion(upwind(rod, 10), Scenario()))
-    ]
-    print(
-        "{}: inequality of circle {}, Popov {}; energy theorem {}".format(
-            name, *own[name]
-        )
-    )
+    theorem = conclusion(upwind(rod, 10), Scenario())
+    own[name] = [str(found.verdict) for found in (circle, popov, theorem)]
+    said = "{}: inequality of circle {}, Popov {}; energy theorem {}"
+    print(said.format(name, *own[name]))
 
-ax = panels(1)
-ax.fill_betweenx(
-    ratios,
-    1e-10,
-    np.minimum(reach, 1e4),
-    color=BLUE,
-    alpha=0.18,
-    lw=0,
-    label="circle criterion holds",
-)
-ax.plot(np.minimum(reach, 1e4), ratios, color=BLUE, lw=1.4)
-ax.plot(
-    stiffness(steel),
-    steel.damping / steel.impedance,
-    "o",
-    color=VERMILLION,
-    label="steel bar as built",
-)
+ax, seen = panels(1), np.minimum(reach, 1e4)
+shade = {"color": BLUE, "alpha": 0.18, "lw": 0, "label": "circle criterion holds"}
+ax.fill_betweenx(ratios, 1e-10, seen, **shade)
+ax.plot(seen, ratios, color=BLUE, lw=1.4)
+as_built(ax, "o", steel, VERMILLION, "steel bar as built")
 ax.plot(stiffness(steel), 1, "D", color=GREEN, label="steel bar, matched")
 ax.set(xscale="log", yscale="log", xlim=(1e-3, 1e3), ylim=(0.02, 50))
 ax.set(xlabel="stiffness of the stop, β = L/(E ε)", ylabel="k/Z")
@@ -308,13 +267,8 @@ styles = {
 }
 for ratio, style in styles.items():
     left.plot(t / T, struck[ratio].z(t) * 1e3, **style)
-    right.semilogy(
-        trips,
-        np.maximum(shares[ratio], 1e-99),
-        "o-",
-        ms=1.5 * style["lw"] + 1,
-        **style,
-    )
+    size, share = 1.5 * style["lw"] + 1, np.maximum(shares[ratio], 1e-99)
+    right.semilogy(trips, share, "o-", ms=size, **style)
 left.set(xlabel="t/T", ylabel="z [mm], stop at 0", xlim=(0, 12), ylim=(-0.62, 0.04))
 right.set(
     xlabel="round trips",
@@ -378,13 +332,8 @@ def dented(ratio, eps, stop=None):
         displacement=f"({shape})/{rod.wave_speed!r}",
         velocity=f"where({inside}, -1, 0)",
     )
-    return (
-        max(
-            impact.peak_stress
-            for impact in exact_motion(rod, scenario, 4 * T, boundary=stop).impacts
-        )
-        / limit
-    )
+    impacts = exact_motion(rod, scenario, 4 * T, boundary=stop).impacts
+    return max(impact.peak_stress for impact in impacts) / limit
 
 
 blows = [dented(10, eps) for eps in (1e-15, 1e-14, 1e-13)]
@@ -458,36 +407,18 @@ def held_rate(ratio, beta):
 
 left, right = panels(2)
 for beta, colour in ((0.01, VERMILLION), (0.1, PURPLE), (1, BLUE)):
-    k = np.unique(np.append(np.geomspace(0.02, 50, 101), best_ratio(beta)))
-    left.loglog(
-        k,
-        [held_rate(ratio, beta) for ratio in k],
-        color=colour,
-        lw=1.4,
-        label=f"held, β = {beta:g}",
-    )
-    left.plot(
-        best_ratio(beta), math.sqrt(beta * (1 + beta)), "o", color=colour, ms=5
-    )
+    best = best_ratio(beta), math.sqrt(beta * (1 + beta))
+    k = np.unique(np.append(np.geomspace(0.02, 50, 101), best[0]))
+    rates = [held_rate(ratio, beta) for ratio in k]
+    left.loglog(k, rates, color=colour, lw=1.4, label=f"held, β = {beta:g}")
+    left.plot(*best, "o", color=colour, ms=5)
 left.loglog(ratios, exact_decay, color=GREY, lw=1.2, ls="--", label="flight")
 left.set(xlabel="k/Z", ylabel="slowest pole of the rod × T", ylim=(1e-4, 10))
 betas = np.geomspace(1e-10, 1e3, 261)
 right.loglog(betas, best_ratio(betas), color=BLUE, lw=1.6, label="best while held")
 right.axhline(1, color=GREY, lw=1.2, ls="--", label="best in flight")
-right.loglog(
-    stiffness(paper),
-    paper.damping / paper.impedance,
-    "s",
-    color=GREEN,
-    label="the paper's rod",
-)
-right.loglog(
-    stiffness(steel),
-    steel.damping / steel.impedance,
-    "o",
-    color=VERMILLION,
-    label="steel bar as built",
-)
+as_built(right, "s", paper, GREEN, "the paper's rod")
+as_built(right, "o", steel, VERMILLION, "steel bar as built")
 right.set(xlabel="stiffness of the stop, β = L/(E ε)", ylabel="k/Z", ylim=(1e-5, 10))
 for ax in (left, right):
     ax.legend(fontsize="small", loc="lower left" if ax is left else "lower right")
@@ -496,13 +427,8 @@ plt.show()
 poles = {}
 for beta in (0.01, 0.1, 0.3):
     eta, best = math.sqrt(1 + 1 / beta), best_ratio(beta)
-    asked = (
-        (0.9 * best, eta),
-        (best, 0.99 * eta),
-        (best, 1.01 * eta),
-        ((1 + best) / 2, eta),
-    )
-    poles[beta] = [right_of(-depth, ratio, beta) for ratio, depth in asked]
+    lines = (0.9 * best, 1), (best, 0.99), (best, 1.01), ((1 + best) / 2, 1)
+    poles[beta] = [right_of(-eta * depth, ratio, beta) for ratio, depth in lines]
 print("poles right of the line: 0.9 k_c; k_c, line moved right, left; halfway to Z")
 print(*(f"beta = {beta}: {found}" for beta, found in poles.items()), sep="\n")
 
@@ -515,10 +441,8 @@ print(*(f"beta = {beta}: {found}" for beta, found in poles.items()), sep="\n")
 # 1200 N. How far from its new rest is it still, between $30\,T$ and $40\,T$?
 
 # %%
-critical, creep = (
-    best_ratio(stiffness(paper)) * paper.impedance,
-    paper.travel_time / stiffness(paper),
-)
+critical = best_ratio(stiffness(paper)) * paper.impedance
+creep = paper.travel_time / stiffness(paper)
 print(
     f"paper: k = {paper.damping / critical:.2f} k_c; held with k = Z, its time "
     f"constant is {creep / 3600:.1f} h"
@@ -533,9 +457,8 @@ remains, least = {}, {}
 for ratio in (best_ratio(0.1) / 3, best_ratio(0.1), 1.0, 3.0):
     motion = exact_motion(designed(steel, ratio, compliance=soft), pressed, 40 * T)
     rest = soft * 1200 / steel.area
-    remains[ratio] = float(
-        np.abs(motion.z(np.linspace(30, 40, 501) * T) / rest - 1).max()
-    )
+    late = np.linspace(30, 40, 501) * T
+    remains[ratio] = float(np.abs(motion.z(late) / rest - 1).max())
     least[ratio] = motion.z(np.linspace(0, 40, 2001) * T).min()
     print(f"k/Z = {ratio:.3f}: {remains[ratio]:.1e} of z")
 
@@ -557,10 +480,8 @@ for ratio in (best_ratio(0.1) / 3, best_ratio(0.1), 1.0, 3.0):
 # ## What this notebook claims
 
 # %%
-assert (round(stiffness(steel)), round(steel.damping / steel.impedance, 3)) == (
-    95,
-    0.197,
-)
+assert round(stiffness(steel)) == 95
+assert round(steel.damping / steel.impedance, 3) == 0.197
 for ratio, (flight, scheme, circle, circle_N, theta, theta_N) in table.items():
     r = float(ratio)
     if r < 1:  # closed forms, the same for rod and scheme
