@@ -17,7 +17,7 @@ from motions import WITH_NUMBA, other_rod, unit_rod
 from lure import InputError, PiecewiseLinear
 from lure.rod import Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, compilation, engine, exact_motion, motion_windows
-from lure.rod.motion.kernel_trip import run, run_powers
+from lure.rod.motion.kernel_run import run, run_powers
 from lure.rod.motion.motion import _problem
 from lure.rod.motion.record import Windows, record_of
 from lure.rod.motion.sources import Panels

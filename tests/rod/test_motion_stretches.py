@@ -16,6 +16,7 @@ from lure.rod.motion.blocks import SeriesBlock, Steps
 from lure.rod.motion.event_free import EventFreeInterval
 from lure.rod.motion.event_search import Walk
 from lure.rod.motion.exponential_force import ExponentialForces
+from lure.rod.motion.kernel_free import FROM, MOST, NEXT, UP_TO, force_at
 from lure.rod.motion.motion import _problem
 
 pytestmark = WITH_NUMBA
@@ -345,14 +346,19 @@ def test_the_sum_of_exponentials_is_the_force():
     rod = unit_rod(damping=0.3)
     text = "0.3*t**2 - t*exp(-0.2*t)*sin(0.7*t + 1) + 2 + where(t < 12, 0, 1)"
     sources = _problem(rod, Scenario.parse(force=text), 50.0, Boundary(), 16).sources
-    forces = ExponentialForces(sources)
-    rest = ExponentialForces(_problem(rod, Scenario.parse(velocity="1"), 50.0, Boundary(), 16).sources)
-    assert forces.over(1)[0].packed.dtype == rest.over(1)[0].packed.dtype == np.float64  # compiled once for both
+    forces = ExponentialForces(sources, 50.0)
+    rest = ExponentialForces(_problem(rod, Scenario.parse(velocity="1"), 50.0, Boundary(), 16).sources, 50.0)
+    assert forces.packed(1).dtype == rest.packed(1).dtype == np.float64  # compiled once for both
+    assert rest.packed(1)[[FROM, UP_TO, NEXT, MOST]].tolist() == [0.0, np.inf, np.inf, 25.0]
     for number in (1, 5, 6, 7, 20):
-        force, end = forces.over(number)
-        assert end == (13.0 if number <= 6 else np.inf)  # t = 12, one transit later
+        packed = forces.packed(number)
+        # t = 12, one transit later, in round trip 6, which is neither before nor after
+        assert packed[[FROM, UP_TO, NEXT, MOST]].tolist() == (
+            [0.0, 13.0, 7.0, 6.0] if number <= 6 else [13.0, np.inf, np.inf, 25.0]
+        )
         t = 2.0 * number + np.linspace(0.0, 0.99, 7)
-        assert force(t) == pytest.approx(sources.added(t)[0], rel=1e-12)
+        found = [force_at(packed, x, late) for late in (0.0, 2.0 * number) for x in t - 1.0 - late]
+        assert found == pytest.approx(np.tile(sources.added(t)[0], 2), rel=1e-12)
 
 
 @pytest.mark.parametrize(

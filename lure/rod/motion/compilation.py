@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from lure.errors import InputError
+from lure.rod.motion.kernel_run import renamed, run, run_powers
 from lure.rod.motion.kernel_series import PARTS
-from lure.rod.motion.kernel_trip import renamed, run, run_powers
 
 if TYPE_CHECKING:
     from lure.rod.motion.sources import Problem
@@ -51,23 +51,9 @@ def compilation_pays(problem: Problem, wish: bool | None, seconds: float = 0.0) 
     return bool(wish) or seconds > COMPILE or bool(_on_disk(compiled_kernel(kernel_of(problem))))
 
 
-def ready(function: Kernel, wish: bool | None) -> Kernel | None:  # noqa: FBT001  (an option)
-    """A function that saves less than its compilation takes: compiled if that is asked for or was done before."""
-    if wish is False or not (_compiled_before(function) or (_compiles() and (wish or _kept(function)))):
-        return None
-    return compiled_kernel(function)
-
-
-@cache
-def _compiles() -> bool:
-    """Whether numba is there."""
-    return find_spec("numba") is not None
-
-
-@cache
-def _kept(function: Kernel) -> bool:
-    """Whether an earlier process compiled it."""
-    return bool(_on_disk(compiled_kernel(function)))
+def reader(function: Kernel) -> Kernel | None:
+    """A function that reads what was computed: compiled where this process has compiled the kernel, else None."""
+    return compiled_kernel(function) if any(map(_compiled_before, (run, run_powers))) else None
 
 
 def _compiled_before(function: Kernel) -> bool:

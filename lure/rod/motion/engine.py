@@ -12,55 +12,54 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.rod.motion.compilation import LOAD, compilation_pays, compiled_kernel, kernel_of, ready
+from lure.rod.motion.compilation import LOAD, compilation_pays, compiled_kernel, kernel_of
 from lure.rod.motion.event_free import EventFreeInterval
-from lure.rod.motion.event_search import Finder
+from lure.rod.motion.event_search import passed_over, searched
+from lure.rod.motion.exponential_force import MOST_COLUMNS, ExponentialForces
+from lure.rod.motion.kernel_free import MOST, MOST_FREE, layout
 from lure.rod.motion.kernel_piece import MOST_POWERED
+from lure.rod.motion.kernel_run import FORCE, FREE, LOADS, SEARCH, run, run_powers
 from lure.rod.motion.kernel_series import (
     BLOCK,
     COEF,
     COUNT,
     CROSSINGS,
-    DEGREE,
     ENDINGS,
     ENDS,
     ENERGY,
     ERROR,
-    HIGH,
     HIGHEST,
     IMPACT,
     IMPACTS,
     LARGEST,
     LATER,
     LAW,
-    LOW,
+    LOOK,
+    LOOPS,
     MARKS,
     MERGED,
-    MOBILITY,
     OLD,
     OLD_DEGREES,
-    OPEN,
-    ORIGIN,
     OUT_ENDINGS,
     OUT_ENDS,
     OUT_IMPACTS,
     OUT_MARKS,
     OUT_NUMBERS,
     OUT_PIECES,
-    PEAK,
+    PACE,
     PIECE,
     PIECES,
-    POWER,
-    RATE,
     REST,
     SCALE,
     SEGMENT,
     SEGMENT_SIZE,
     SEGMENTS,
-    SINCE,
+    SIZE,
+    START,
     STATE,
     STOP,
     STORED,
+    TOTAL,
     TRANSIT,
     TRANSITS,
     TRIP,
@@ -68,34 +67,18 @@ from lure.rod.motion.kernel_series import (
     WAVE,
     WINDOWS,
     WORST,
-    Counts,
     Room,
     memory,
 )
-from lure.rod.motion.kernel_trip import (
-    CHATTER,
-    DONE,
-    FULL,
-    HUGE,
-    LARGEST_WAVE,
-    MANY,
-    NEAR,
-    STIFF,
-    run,
-    run_powers,
-    stored,
-)
-from lure.rod.motion.kernel_walk import free_trips
-from lure.rod.motion.pieces import NOISE, Array, Pieces, largest
+from lure.rod.motion.kernel_trip import CHATTER, DONE, FULL, HUGE, LARGEST_WAVE, MANY, NEAR, STIFF, stored
+from lure.rod.motion.pieces import NOISE, Pieces, largest
 from lure.rod.motion.record import Level, Record, State
-from lure.rod.motion.sources import NO_LOAD, Load, Panels, Problem, block_count
-from lure.rod.sampled import Contact
+from lure.rod.motion.sources import NO_LOAD, Panels, Problem, block_count, load_of_a_block
 
 _WINDOWS, _PIECES = 4096, 8192  # room in the record of compiled code,
 _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked for windows one by one
 _PANELS = 20_000
 _MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
-_MOST_PACE = 1024
 _PIECE, _POWERED = 1e-4, 1e-3  # [s] without compilation, with a power law
 LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
 
@@ -112,11 +95,8 @@ class Engine:
     """
 
     def __init__(self, problem: Problem, *, wish: bool | None, stretches: bool = True) -> None:
-        self._problem, self._wish, self._spent = problem, wish, 0.0
+        self._problem, self._wish, self._spent, self._most_blocks = problem, wish, 0.0, 1
         self.compiled = compiled = compilation_pays(problem, wish)
-        self._finder = Finder(problem, ready(free_trips, wish) if compiled else None) if stretches else None
-        self._asked, self._load, self._most_blocks = range(0), NO_LOAD, 1
-        self._given: tuple[Load | None, Any] = None, None
         wave, error = problem.sources.initial_wave()
         room = Room(
             degree=problem.sources.degree,
@@ -126,8 +106,14 @@ class Engine:
             recorded=_PIECES if compiled else _FEW_PIECES,
         )
         self._remember(room)
-        self._begin(wave, error)
         self._panels = Panels(sources=problem.sources, transits=problem.transits, scale=largest(wave.series))
+        self._begin(wave, error)
+        self._forces = ExponentialForces(problem.sources, problem.transits, known=stretches)
+        self.q[TOTAL], self.q[PACE] = math.ceil(0.5 * problem.transits), 1
+        self.q[LOOK] = 1 if self._forces.known else self.q[TOTAL]
+        self._loads = NO_LOAD, NO_LOAD if problem.sources.scenario.free else load_of_a_block(room.degree)
+        self._force, self._found = self._forces.packed(0), NO_LOAD
+        self._given()
 
     def _remember(self, room: Room) -> None:
         """Make the memory; what stands in ``array`` is read and written faster by the kernel as it stands."""
@@ -138,14 +124,22 @@ class Engine:
             self._memory = array("d", self.f.tobytes()), array("q", self.q.tobytes())
             self.f, self.q = np.frombuffer(self._memory[0]), np.frombuffer(self._memory[1], dtype=np.int64)
 
-    def _kernel(self, load: Load, stop: int) -> int:
-        """Go on to a round trip: see :func:`lure.rod.motion.kernel_trip.run`."""
+    def _given(self) -> None:
+        """What the kernel is given beside its memory, after a change: as arrays, or as it stands in lists."""
+        if self.compiled and self._forces.known and not self.q[LOOPS]:
+            places = layout(MOST_FREE, MOST_COLUMNS, self._room.degree + 1)
+            self._found, self.q[LOOPS] = (np.empty(places[-1]), places), 1
+        self._others: Any = *self._loads, self._force, self._found
+        if not self.compiled:
+            lists = ((load.tolist(), heads.tolist()) for load, heads in self._loads)
+            self._others = *lists, self._force.tolist(), self._found
+
+    def _kernel(self) -> int:
+        """Go on as far as nothing is needed: see :func:`lure.rod.motion.kernel_run.run`."""
         if self.compiled:
-            return int(compiled_kernel(kernel_of(self._problem))(self.f, self.q, load, stop))
-        if load is not self._given[0]:
-            self._given = load, (load[0].tolist(), load[1].tolist())
+            return int(compiled_kernel(kernel_of(self._problem))(self.f, self.q, self._others))
         with np.errstate(all="ignore"):  # as in compiled code
-            return run_powers(*self._memory, self._given[1], stop)
+            return run_powers(*self._memory, self._others)
 
     def _begin(self, wave: Pieces, error: float) -> None:
         f, q, problem = self.f, self.q, self._problem
@@ -160,18 +154,21 @@ class Engine:
             problem.transits,
         )
         nonlinearity = [
-            (s.low, s.high, s.origin, s.push, s.rate, s.power, float(s.touching)) for s in problem.nonlinearity.segments
+            x
+            for s in problem.nonlinearity.segments
+            for x in (s.low, s.high, s.origin, s.push, s.rate, s.power, s.touching)
         ]
-        f[q[LAW] : q[LAW] + SEGMENT_SIZE * len(nonlinearity)] = np.ravel(nonlinearity)
+        f[q[LAW] : q[LAW] + len(nonlinearity)] = nonlinearity
         q[SEGMENT], q[COUNT], q[MERGED] = first.segment, len(wave.series), 8
         f[VALUE], f[REST], f[LATER] = first.zeta.value, first.zeta.rest, error
-        f[STORED] = stored(f, q, nonlinearity[first.segment][ORIGIN] + first.zeta.value)
-        seen = np.abs(wave.series) > NOISE * largest(wave.series)
+        f[STORED] = stored(f, q, problem.nonlinearity.segments[first.segment].origin + first.zeta.value)
+        size = np.abs(wave.series)
+        seen, width = size > NOISE * self._panels.scale, self._room.degree + 1 + COEF
+        pieces = f[q[OLD] : q[OLD] + width * len(size)].reshape(-1, width)
+        pieces[:, START], pieces[:, STOP], pieces[:, COEF:] = wave.edges[:-1], wave.edges[1:], wave.series
+        pieces[:, SIZE] = size.sum(axis=1)
         degree = np.where(seen.any(axis=1), self._room.degree - seen[:, ::-1].argmax(axis=1), 0)
-        sizes = np.abs(wave.series).sum(axis=1)
-        pieces = np.column_stack((wave.edges[:-1], wave.edges[1:], sizes, wave.series))
-        f[q[OLD] : q[OLD] + pieces.size] = pieces.ravel()
-        q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(degree)] = degree
+        q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(size)] = degree
 
     def records(self) -> Iterator[Record | EventFreeInterval]:
         """The round trips, many at a time.
@@ -183,52 +180,49 @@ class Engine:
         AssumptionError
             Contact and flight alternate more than 4000 times in a round trip, or cannot be told apart.
         """
-        total = math.ceil(self._problem.transits / 2.0)
-        finder, pace = self._finder, 1
-        if finder is None or not finder.loads.known:
-            finder, pace = None, total
-        while (trip := int(self.q[TRIP])) < total:
-            if finder is not None and trip > 0:
-                pace, found = min(2 * pace, _MOST_PACE), None
-                if clear(self.f, self.q):
-                    found = finder.after(self.f, self.q, self.open_impact)
-                if found is not None:
-                    pace = 2
-                    yield found
-                    continue
-            yield from self._until(min(trip + pace, total))
-
-    def _loads(self, trip: int, stop: int) -> Load:
-        """The panels from a round trip on."""
-        if self._problem.sources.scenario.free:
-            return NO_LOAD
-        block = trip // BLOCK
-        if block not in self._asked:
-            # as many as are needed; at first few, until it is known how many panels each takes
-            count = min(max(-(-stop // BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
-            count = min(count, self._most_blocks)
-            known = self._finder and self._finder.loads.panels(block, count, self._room.degree)
-            self._load = known or self._panels.over(block, count)
-            self._asked = range(block, block + count)
-            many = max(1, (len(self._load[1]) - count - 2) // count)
-            self._most_blocks = max(1, min(_MOST_BLOCKS, _PANELS // many))
-        return self._load
-
-    def _until(self, stop: int) -> Iterator[Record]:
-        while self.q[TRIP] < stop:
-            number = int(self.q[TRIP])
-            load = self._loads(number, stop)
-            reach = BLOCK * self._asked.stop if len(load[1]) else stop
-            self.q[WINDOWS : IMPACTS + 1] = 0
-            status = self._kernel(load, min(stop, reach))
+        status = FULL
+        while status != DONE:
+            number, self.q[WINDOWS : IMPACTS + 1] = int(self.q[TRIP]), 0
+            status = self._kernel()
             if not self.compiled and self._wish is None:
                 self._reconsider()
             if self.q[WINDOWS]:
                 yield self._record(number)
-            elif status == FULL:
+            if status == FREE:
+                yield passed_over(self.f, self.q, self._found)
+            elif status == SEARCH:
+                yield from self._searched()
+            elif status == LOADS:
+                self._make_panels()
+            elif status == FORCE:
+                self._force = self._forces.packed(int(self.q[TRIP]))
+                self._given()
+            elif status == FULL and not self.q[WINDOWS]:
                 self._enlarge()
-            if status not in (DONE, FULL):
+            elif status not in (DONE, FULL):
                 raise self._refusal(status)
+
+    def _searched(self) -> Iterator[EventFreeInterval]:
+        """The interval that arrays find, if there is one."""
+        trip = int(self.q[TRIP])
+        force = self._forces.over(trip)[0]
+        assert force is not None, "else none is looked for"
+        found = searched(self.f, self.q, force, int(self._force[MOST]) - trip)
+        if found is not None:
+            self.q[LOOK], self.q[PACE] = self.q[TRIP], 2
+            yield found
+
+    def _make_panels(self) -> None:
+        """The panels from the next round trip on: as many as are needed; at first few, until it is known how many."""
+        q = self.q
+        block, stop = int(q[TRIP]) // BLOCK, int(min(q[LOOK], q[TOTAL]))
+        count = min(max(-(-stop // BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
+        count = min(count, self._most_blocks)
+        load = self._panels.over(block, count)
+        many = max(1, (len(load[1]) - count - 2) // count)
+        self._most_blocks = max(1, min(_MOST_BLOCKS, _PANELS // many))
+        self._loads = load, self._loads[1]
+        self._given()
 
     def _reconsider(self) -> None:
         """Compile from here on if that is likely to take less time than it saves."""
@@ -237,6 +231,7 @@ class Engine:
         if self._spent > LOAD and trip:
             left = self._spent * (0.5 * self._problem.transits / trip - 1.0)
             self.compiled = compilation_pays(self._problem, None, left)
+            self._given()
 
     def _record(self, number: int) -> Record:
         f, q = self.f, self.q
@@ -247,12 +242,13 @@ class Engine:
             return source[q[start] : q[start] + rows * width].reshape(rows, width).copy()
 
         heads, marks = table(q, OUT_PIECES, pieces, PIECE), table(q, OUT_MARKS, windows, MARKS)
-        ends = table(f, OUT_ENDS, pieces, ENDS)
+        ends, first = table(f, OUT_ENDS, pieces, ENDS), np.empty(windows + 1, dtype=np.int64)
+        first[:-1], first[-1] = marks[:, 4], pieces
         return Record(
             number=number,
             share=self._problem.share,
             width=self._room.degree + 1,
-            first=np.append(marks[:, 4], pieces),
+            first=first,
             low=ends[:, 0],
             high=ends[:, 1],
             start=heads[:, 0],
@@ -268,7 +264,7 @@ class Engine:
         f, q = self.f, self.q
         pieces = 2 * self._room.pieces
         self._remember(replace(self._room, pieces=pieces, recorded=max(self._room.recorded, 4 * pieces)))
-        self.f[:WAVE], self.q[:STATE] = f[:WAVE], q[:STATE]
+        self.f[:WAVE], self.q[:STATE], self.q[TOTAL : LOOPS + 1] = f[:WAVE], q[:STATE], q[TOTAL : LOOPS + 1]
         for old, new, name, length in (
             (f, self.f, LAW, SEGMENT_SIZE * int(q[SEGMENTS])),
             (f, self.f, OLD, int(q[COUNT]) * (self._room.degree + 1 + COEF)),
@@ -298,16 +294,6 @@ class Engine:
         )
 
     @property
-    def open_impact(self) -> Contact | None:
-        """The contact that goes on at the end."""
-        f = self.f
-        if not self.q[OPEN]:
-            return None
-        start, end, impulse, peak = f[SINCE : PEAK + 1].tolist()
-        peak /= float(f[MOBILITY])
-        return Contact(start=start, end=end, impulse=impulse, peak_stress=peak, closed=False)
-
-    @property
     def crossings(self) -> int:
         """Passages between segments of the nonlinearity."""
         return int(self.q[CROSSINGS])
@@ -326,16 +312,6 @@ class Engine:
     def energy_residual(self) -> float:
         """Largest imbalance, relative to the largest energy of a round trip."""
         return float(self.f[WORST] / max(self.f[ENERGY], LEAST_ENERGY))
-
-
-def clear(f: Array, q: Counts) -> bool:
-    """Whether an interval without events may begin: on a straight segment, with whole round trips, off its ends."""
-    nonlinearity = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
-    last = q[OLD] + (q[DEGREE] + 1 + COEF) * (q[COUNT] - 1)
-    if math.isinf(f[nonlinearity + RATE]) or f[nonlinearity + POWER] != 1.0 or f[last + STOP] != 2.0:
-        return False
-    z = f[nonlinearity + ORIGIN] + f[VALUE]
-    return bool(f[nonlinearity + LOW] < z < f[nonlinearity + HIGH])
 
 
 def first_state(problem: Problem) -> State:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lure.rod.motion.blocks import MANY, Block, Counts, SeriesBlock
-from lure.rod.motion.compilation import ready
+from lure.rod.motion.compilation import reader
 from lure.rod.motion.kernel_walk import sampled
 from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds, values
 from lure.rod.motion.record import Record, Series, Window
@@ -83,10 +83,9 @@ class EventFreeInterval:
             found = np.empty(len(t))
             found[order] = self.at(t[order], name)
             return found
-        if len(t) > MANY and name != "returned" and all(isinstance(block, SeriesBlock) for block in self.blocks):
-            sample = ready(sampled, wish=True)
-            if sample is not None:
-                return self._levelled(self._sampled(t, name, sample), name)
+        sample = reader(sampled) if len(t) > MANY and name != "returned" else None
+        if sample is not None and isinstance(self.blocks[0], SeriesBlock):
+            return self._levelled(self._sampled(t, name, sample), name)
         edges = self.setting.edges
         trip = np.minimum(np.maximum(np.floor(0.5 * t) - float(self.number), 0.0), self.count - 1.0)
         place = t - 2.0 * (trip + float(self.number))

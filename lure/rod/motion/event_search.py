@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from lure.rod.motion.blocks import PARTS, Block, SeriesBlock, Steps, block_after, series_blocks
 from lure.rod.motion.event_free import EventFreeInterval, largest_value
-from lure.rod.motion.exponential_force import ExponentialForce, ExponentialForces
-from lure.rod.motion.kernel_free import LEAST, LOST, MARGIN, MISSED, MOST_PIECES, SLOW, TOP, layout
+from lure.rod.motion.exponential_force import ExponentialForce
+from lure.rod.motion.kernel_free import LEAST, LOST, MARGIN, MISSED, SLOW, TOP
 from lure.rod.motion.kernel_series import (
     AREA,
     COEF,
@@ -37,6 +37,8 @@ from lure.rod.motion.kernel_series import (
     PEAK,
     RATE,
     REST,
+    SAVED,
+    SAVED_F,
     SCALE,
     SEGMENT,
     SEGMENT_SIZE,
@@ -58,81 +60,76 @@ from lure.rod.motion.kernel_series import (
 )
 from lure.rod.motion.kernel_trip import stored
 from lure.rod.motion.pieces import Array, basis, products
-from lure.rod.motion.sources import Problem
 from lure.rod.motion.trip_matrix import Setting, means, trip_matrix
 from lure.rod.sampled import Contact
 
 _SHARES = np.arange(PARTS + 1.0) / PARTS
 
 
-class Finder:
-    """Looks for event-free intervals of one motion."""
+def searched(f: Array, q: Counts, force: ExponentialForce, most: int) -> EventFreeInterval | None:
+    """The interval that begins with the next round trip, by arrays; None if there is none of 16.
 
-    def __init__(self, problem: Problem, compiled: Callable[..., int] | None) -> None:
-        """``compiled`` is :func:`lure.rod.motion.kernel_walk.free_trips`, if that is compiled."""
-        self._problem, self.loads, self._compiled = problem, ExponentialForces(problem.sources), compiled
-        self._total, self._room = math.floor(0.5 * problem.transits), np.empty(0)
-
-    def after(self, f: Array, q: Counts, impact: Contact | None) -> EventFreeInterval | None:
-        """The interval that begins with the next round trip; None if there is none of 16.
-
-        Parameters
-        ----------
-        f, q : ndarray
-            The motion, which goes on after the interval; as it was if there is none.
-        impact : Contact or None
-            That goes on.
-        """
-        number, pieces = int(q[TRIP]), int(q[COUNT])
-        force, end = self.loads.over(number)
-        most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number
-        if force is None or pieces > MOST_PIECES:
+    Parameters
+    ----------
+    f, q : ndarray
+        The motion, which goes on after the interval; as it was if there is none.
+    force : ExponentialForce
+        What acts on it.
+    most : int
+        How many round trips there may be.
+    """
+    number, impact, back, (setting, ends) = (
+        int(q[TRIP]),
+        open_impact(f, q, float(f[MOBILITY])),
+        _coming_back(f, q),
+        _setting(f, q),
+    )
+    if _crosses(setting, ends, back, float(f[VALUE])):
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):  # a wave that grows beyond the doubles has no bounds
+        found = trip_matrix(setting, back, force, number)
+        if found is None:
             return None
-        most = min(most, force.finite_until - number)
-        if most < LEAST:
-            return None
-        count, missed = -1, 0.0
-        blocks: Sequence[Block | SeriesBlock] = ()
-        if self._compiled is not None:
-            places = layout(pieces, force.count, int(q[DEGREE]) + 1)
-            if len(self._room) < places[-1]:
-                self._room = np.empty(places[-1])
-            g = self._room
-            count = self._compiled(f, q, (g, places), force.packed, most)
-            if count > 0:
-                missed, blocks = float(g[MISSED]), series_blocks(g, places, pieces)
-        if count < 0:
-            count, missed, blocks = self._walked(f, q, force, most)
-        if not count:
-            return None
-        return EventFreeInterval(
-            number=number,
-            count=count,
-            index=int(q[SEGMENT]),
-            impact=impact,
-            mobility=self._problem.sources.rod.mobility * self._problem.share,
-            error=missed,
-            setting=_setting(f, q)[0],
-            blocks=blocks,
-        )
+        walk = Walk(Steps(found[0]), ends, most)
+        walk.go(found[1], (float(f[VALUE]), float(f[REST])), float(f[IMPULSE]) if q[OPEN] else 0.0)
+    if walk.count < LEAST:
+        return None
+    _carried(f, q, walk)
+    return _interval(f, q, (number, impact), walk.missed, walk.blocks)
 
-    @staticmethod
-    def _walked(f: Array, q: Counts, force: ExponentialForce, most: int) -> tuple[int, float, Sequence[Block]]:
-        """How many round trips there are without events, 0 or at least 16, their error and their blocks."""
-        back = _coming_back(f, q)
-        setting, ends = _setting(f, q)
-        if _crosses(setting, ends, back, float(f[VALUE])):
-            return 0, 0.0, ()
-        with np.errstate(over="ignore", invalid="ignore"):  # a wave that grows beyond the doubles has no bounds
-            found = trip_matrix(setting, back, force, int(q[TRIP]))
-            if found is None:
-                return 0, 0.0, ()
-            walk = Walk(Steps(found[0]), ends, most)
-            walk.go(found[1], (float(f[VALUE]), float(f[REST])), float(f[IMPULSE]) if q[OPEN] else 0.0)
-        if walk.count < LEAST:
-            return 0, 0.0, ()
-        _carried(f, q, walk)
-        return walk.count, walk.missed, walk.blocks
+
+def passed_over(f: Array, q: Counts, found: tuple[Array, Counts]) -> EventFreeInterval:
+    """The interval that :func:`lure.rod.motion.kernel_walk.free_trips` has just entered."""
+    before = int(q[SAVED + TRIP]), open_impact(f[SAVED_F:], q[SAVED:], float(f[MOBILITY]))
+    return _interval(f, q, before, float(found[0][MISSED]), series_blocks(*found, int(q[COUNT])))
+
+
+def _interval(
+    f: Array,
+    q: Counts,
+    before: tuple[int, Contact | None],
+    missed: float,
+    blocks: Sequence[Block | SeriesBlock],
+) -> EventFreeInterval:
+    """That which ends where the motion is: from where it began and the impact there, its error and its blocks."""
+    return EventFreeInterval(
+        number=before[0],
+        count=int(q[TRIP]) - before[0],
+        index=int(q[SEGMENT]),
+        impact=before[1],
+        mobility=float(f[MOBILITY]),
+        error=missed,
+        setting=_setting(f, q)[0],
+        blocks=blocks,
+    )
+
+
+def open_impact(f: Array, q: Counts, mobility: float) -> Contact | None:
+    """The contact that goes on, of the state that begins there."""
+    if not q[OPEN]:
+        return None
+    start, end, impulse, peak = f[SINCE : PEAK + 1].tolist()
+    return Contact(start=start, end=end, impulse=impulse, peak_stress=peak / mobility, closed=False)
 
 
 def _coming_back(f: Array, q: Counts) -> Array:
@@ -152,7 +149,8 @@ def _setting(f: Array, q: Counts) -> tuple[Setting, tuple[float, float]]:
     """What does not change from here on; bounds on ``zeta``."""
     width, at = int(q[DEGREE]) + 1 + COEF, int(q[OLD])
     pieces = f[at : at + width * int(q[COUNT])].reshape(-1, width)
-    edges = np.append(pieces[:, START], pieces[-1, STOP])
+    edges = np.empty(len(pieces) + 1)
+    edges[:-1], edges[-1] = pieces[:, START], pieces[-1, STOP]
     place = int(q[LAW] + SEGMENT_SIZE * q[SEGMENT])
     segment = f[place : place + SEGMENT_SIZE].tolist()
     transit, share, echo, _, area, mobility = f[TRANSIT : MOBILITY + 1].tolist()

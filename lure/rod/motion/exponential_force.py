@@ -12,16 +12,15 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.expressions.exponentials import Sum, exponentials
+from lure.expressions.exponentials import exponentials
 from lure.expressions.expression import Expression
-from lure.rod.motion.kernel_free import HEAD, TINY
-from lure.rod.motion.pieces import Array, basis, tails
-from lure.rod.motion.sources import SPAN, Load, Sources, panel_rows
+from lure.rod.motion.kernel_free import FROM, HEAD, MOST, TINY
+from lure.rod.motion.pieces import Array, basis
+from lure.rod.motion.sources import Sources
 
-_MOST_COLUMNS = 24
+MOST_COLUMNS = 24
 _MOST_POWER = 4
 _LARGEST = 250.0  # exponents of the force, per round trip and transit
-_RESOLVED, _NOISE = 1e-15, 1e-16
 Complex = NDArray[np.complex128]
 
 
@@ -40,13 +39,6 @@ class ExponentialForce:
 
     rate: Complex
     weights: tuple[Complex, ...]
-
-    def __call__(self, t: Array) -> Array:
-        """Values at instants [transits] of the wave, which has taken a transit."""
-        total, late = np.zeros(t.shape), t - 1.0
-        for rate, weights in zip(self.rate.tolist(), self.weights, strict=True):
-            total += (_shares(late, weights) * np.exp(rate * late)).real
-        return total
 
     def columns(self, number: int, edges: Array, degree: int, least: float) -> Array | None:
         """(C, P, n+1) the functions of the time in round trips from one on, as series on pieces.
@@ -111,25 +103,19 @@ class ExponentialForce:
 
     @cached_property
     def packed(self) -> Array:
-        """What :mod:`lure.rod.motion.kernel_free` reads: places, exponents with their powers, weights, start, turn."""
+        """Exponents with their powers, weights, start and turn, after a head of :meth:`ExponentialForces.packed`."""
         rates = [
             x for rate, w in zip(self.rate.tolist(), self.weights, strict=True) for x in (rate.real, rate.imag, len(w))
         ]
         weights = [x for w in self.weights for weight in w.tolist() for x in (weight.real, weight.imag)]
         places = HEAD + len(rates), HEAD + len(rates) + len(weights), HEAD + len(rates) + len(weights) + self.count
-        numbers = [len(self.weights), self.count, *places, *rates, *weights, *self.start, *self.turn.ravel()]
-        return np.array(numbers, dtype=np.float64)  # without a force, too: integers would be compiled for once more
+        head = [len(self.weights), self.count, *places, *[0.0] * (HEAD - FROM)]
+        return np.array([*head, *rates, *weights, *self.start, *self.turn.ravel()], dtype=np.float64)
 
     @property
     def count(self) -> int:
         """Number of real functions of the time in a round trip that it takes."""
         return sum(len(w) * (2 if rate.imag else 1) for rate, w in zip(self.rate, self.weights, strict=True))
-
-    @property
-    def finite_until(self) -> int:
-        """Round trip up to which no exponential is beyond the doubles."""
-        fastest = float(self.rate.real.max(initial=0.0))
-        return int(_LARGEST / fastest) if fastest > 0.0 else 1 << 62
 
 
 def _shares(t: Array, weights: Sequence[complex] | Complex) -> Complex | complex:
@@ -140,77 +126,61 @@ def _shares(t: Array, weights: Sequence[complex] | Complex) -> Complex | complex
     return total
 
 
-@lru_cache(maxsize=64)
-def _terms(force: Expression, inside: Fraction) -> Sum | None:
-    """What a formula is around an instant: one formula has many motions."""
-    return exponentials(force.tree, "t", inside)
-
-
 class ExponentialForces:
     """The force of a motion from breakpoint to breakpoint."""
 
-    def __init__(self, sources: Sources) -> None:
-        scenario, self._sources = sources.scenario, sources
-        self.known = scenario.body_force.is_zero
+    def __init__(self, sources: Sources, transits: float, *, known: bool = True) -> None:
+        """``transits``: length of the motion; ``known``: whether its formula is to be looked at."""
+        scenario, self._sources, self._total = sources.scenario, sources, math.floor(0.5 * transits)
+        self.known = known and scenario.body_force.is_zero
         self._edges: Sequence[Fraction] = ()
         if self.known and not scenario.force.is_zero:
             found = scenario.force.breakpoints("t", 0.0, math.inf)
             self.known = found is not None
             self._edges = found or ()
-        self._made: dict[int, ExponentialForce | None] = {}
+        self._ends = [float(edge) / sources.rod.travel_time + 1.0 for edge in self._edges]
 
-    def panels(self, first: int, count: int, degree: int) -> Load | None:
-        """The panels of blocks in which the force keeps its formula, without looking at it; None elsewhere."""
-        force, end = self._from(max(SPAN * first, 1.0))
-        if force is None or end < SPAN * (first + count) or (not first and count > 1):
-            return None
-        low, space = (0.0 if first else 1.0), basis(degree)  # the force needs a transit to arrive
-        block = np.arange(first, first + count, dtype=float)
-        with np.errstate(over="ignore", invalid="ignore"):  # a force that grows beyond the doubles is no panel
-            values = force(SPAN * block[:, None] + (low + 0.5 * (SPAN - low) * (space.inner + 1.0)))
-            coef = np.einsum("ij,kj->ik", values, space.from_inner)  # rounds each row alike, however many there are
-        size = np.abs(coef).sum(axis=1)
-        if not (tails(coef) <= _RESOLVED * size).all():
-            return None
-        none = 0.0 * block
-        if first:
-            return panel_rows(first, np.arange(count + 1), (none, none + SPAN, coef, size, none, _NOISE * size))
-        before = np.zeros((1, degree + 1))
-        rows = [np.array([0.0, low]), np.array([low, SPAN]), np.concatenate((before, coef)), np.append(0.0, size)]
-        return panel_rows(0, np.array([0, 2]), (*rows, np.zeros(2), _NOISE * rows[3]))
-
-    def over(self, number: int) -> tuple[ExponentialForce | None, float]:
-        """The force from a round trip on, None if it is no such sum; the instant [transits] up to which it holds."""
-        return self._from(2.0 * number) if number else (None, 0.0)
-
-    def _from(self, start: float) -> tuple[ExponentialForce | None, float]:
+    def over(self, number: int) -> tuple[ExponentialForce | None, float, float]:
+        """The force from a round trip on, None if it is no such sum; the instants [transits] between which it holds."""
+        start, sources = max(2.0 * number, 1.0), self._sources  # it needs a transit to arrive
         if not self.known:
-            return None, 0.0
-        ends = [float(edge) / self._sources.rod.travel_time + 1.0 for edge in self._edges]
-        place = sum(end <= start for end in ends)
-        if place not in self._made:
-            self._made[place] = self._force(place)
-        return self._made[place], ends[place] if place < len(ends) else math.inf
-
-    def _force(self, place: int) -> ExponentialForce | None:
-        sources = self._sources
-        terms: Sum | None = {}
+            return None, 0.0, math.inf
+        place = sum(end <= start for end in self._ends)
+        since = self._ends[place - 1] if place else 0.0
+        until = self._ends[place] if place < len(self._ends) else math.inf
+        inside: Fraction | None = None
         if not sources.scenario.force.is_zero and sources.force_gain:
             low = self._edges[place - 1] if place else Fraction(0)
-            high = self._edges[place] if place < len(self._edges) else low + 1
-            terms = _terms(sources.scenario.force, (low + high) / 2)
-        if terms is None or max((power for _, power in terms), default=0) > _MOST_POWER:
-            return None
-        T, gain = sources.rod.travel_time, sources.force_gain
-        rates = sorted({rate for rate, _ in terms if rate.imag >= 0.0}, key=lambda rate: (rate.imag, rate.real))
-        powers = tuple(max(power for other, power in terms if other == rate) for rate in rates)
-        weights = tuple(
-            np.array(
-                [gain * T**k * (2.0 if rate.imag else 1.0) * terms.get((rate, k), 0j) for k in range(power + 1)],
-                dtype=complex,
-            )
-            for rate, power in zip(rates, powers, strict=True)
+            inside = (low + (self._edges[place] if place < len(self._edges) else low + 1)) / 2
+        force = _force(sources.scenario.force, inside, sources.rod.travel_time, sources.force_gain)
+        return force, since, until
+
+    def packed(self, number: int) -> Array:
+        """What :mod:`lure.rod.motion.kernel_free` reads of the force from a round trip on."""
+        force, since, until = self.over(number)
+        following = math.inf if until == math.inf else max(math.ceil(0.5 * until), 1)
+        if force is None:
+            return np.array([0.0, 0.0, HEAD, HEAD, HEAD, math.inf, 0.0, following, -1.0])
+        packed, fastest = force.packed.copy(), float(force.rate.real.max(initial=0.0))
+        until = min(until, 2.0 * _LARGEST / fastest if fastest > 0.0 else until)  # no exponential beyond the doubles
+        packed[FROM : MOST + 1] = since, until, following, min(0.5 * until, self._total) // 1
+        return packed
+
+
+@lru_cache(maxsize=64)
+def _force(force: Expression, inside: Fraction | None, transit: float, gain: float) -> ExponentialForce | None:
+    """What a formula is around an instant; without one, no force.  One formula has many motions."""
+    terms = {} if inside is None else exponentials(force.tree, "t", inside)
+    if terms is None or max((power for _, power in terms), default=0) > _MOST_POWER:
+        return None
+    rates = sorted({rate for rate, _ in terms if rate.imag >= 0.0}, key=lambda rate: (rate.imag, rate.real))
+    powers = tuple(max(power for other, power in terms if other == rate) for rate in rates)
+    weights = tuple(
+        np.array(
+            [gain * transit**k * (2.0 if rate.imag else 1.0) * terms.get((rate, k), 0j) for k in range(power + 1)],
+            dtype=complex,
         )
-        rate = np.array([T * rate for rate in rates], dtype=complex)
-        found = ExponentialForce(rate=rate, weights=weights)
-        return found if found.count <= _MOST_COLUMNS else None
+        for rate, power in zip(rates, powers, strict=True)
+    )
+    found = ExponentialForce(rate=np.array([transit * rate for rate in rates], dtype=complex), weights=weights)
+    return found if found.count <= MOST_COLUMNS else None

@@ -21,14 +21,17 @@ from lure.rod.motion.kernel_series import (
     COUNT,
     DEGREE,
     ECHO,
-    FIT,
+    EXTRA,
     HIGH,
     INNER,
     LAW,
     LOW,
     MOBILITY,
+    NODES,
     OLD,
     ORIGIN,
+    PART,
+    PRODUCTS,
     RATE,
     SEGMENT,
     SEGMENT_SIZE,
@@ -41,6 +44,7 @@ from lure.rod.motion.kernel_series import (
     TRIP,
     VALUE,
     Counts,
+    fitted,
     kernel,
 )
 from lure.rod.motion.pieces import Array
@@ -55,7 +59,7 @@ TOP = 1e-16  # of the wave: what its last coefficients may be
 SEEN, SMALL = 1e-17, 1e-19
 TINY = 5e-16  # of a function of the force, and of its rate: rounding reaches 2.2e-16 in the last coefficient
 LEAST = 16  # round trips
-MOST_PIECES = 64
+MOST_FREE = 64  # pieces
 LOST, MARGIN = 1e-17, 1e-12
 SLOW = 0.99
 BLOCKS = 4  # for which there is room
@@ -69,15 +73,16 @@ COUNTS, LEVELS, BEGINS, WAVES, ZETAS = range(5)
 # the terms of what is watched: zeta at the edges, mean slopes without the coefficients of W beyond the first; bounds
 WATCHED, OTHERS, BENDS, TOPS = range(5, 9)
 # half widths of the pieces [s]; wave that comes back; functions of the force on the pieces; elimination
-HALVES, BACK, LOADS, PIVOTS, UNITS, SUMS = range(9, 15)
+HALVES, BACK, LOADS, PIVOTS, UNITS, FALLS = range(9, 15)
 # in flight: waves of which all are made, their sizes and ways, and how much of each is in the terms
 BASIS, WIDEST, WAYS, SHARES = range(15, 19)
 # how much of each function of the force is in the terms, and in the next round trip; sizes of terms; a column
 LOADED, MOVED, SIZES, COLUMN = range(19, 23)
 # parts of a block still to be looked at, what is watched at their ends and here; the last round trip
 PLACES, ROWS, HERE, LAST_WAVE, LAST_ZETA, WHOLE = range(23, 29)
-# the force: exponents and functions, places of weights, of what there is of each function at first, of what turns it
-RATES, FUNCTIONS, WEIGHTS, AT_FIRST, TURN, HEAD = range(6)
+# the force: exponents and functions, places of weights, of what there is of each function at first, of what turns it;
+# where it holds [transits], the round trip from which there is another, and before which intervals end
+RATES, FUNCTIONS, WEIGHTS, AT_FIRST, TURN, FROM, UP_TO, NEXT, MOST, HEAD = range(10)
 
 
 @lru_cache(maxsize=16)
@@ -85,7 +90,7 @@ def layout(P: int, C: int, size: int) -> Counts:
     """Places in ``g`` for so many pieces, functions of the force and coefficients, and how long it is."""
     rows, w, r, b = TERMS + 1, 2 * P + 1, C + 2, BLOCKS
     blocks = (b, 2 * b, 2 * rows * b, rows * P * size * b, rows * P * size * b, rows * w * b, P * b, w * b, b)
-    once = (P, P * size, C * P * size, P * (size + 1), P * (size + 1), P, r * P * size, r, 2 * r + 1, rows * r)
+    once = (P, P * size, C * P * size, *(P * (size + 1),) * 3, r * P * size, r, 2 * r + 1, rows * r)
     rest = (rows * C, C, 2 * rows, size + 2, DEEPEST, DEEPEST * w, w, P * size, P * size)
     return np.cumsum((ZETA_DEGREE + 1, *blocks, *once, *rest))
 
@@ -94,55 +99,69 @@ def layout(P: int, C: int, size: int) -> Counts:
 def force_columns(f: Array, q: Counts, g: Array, o: Counts, force: Array) -> int:
     """Fill the functions of the force, as :meth:`.ExponentialForce.columns`; their degree, -1 if it is not enough."""
     least = SMALL * largest_row(g, o[BACK], q[COUNT], q[DEGREE] + 1)
-    C, P, size, number = int(force[FUNCTIONS]), q[COUNT], q[DEGREE] + 1, 2.0 * q[TRIP]
-    inner, fit, fastest = q[INNER] + q[DEGREE] * size, q[FIT] + q[DEGREE] * size * size, 0.0
-    for r in range(int(force[RATES])):
-        fastest = max(fastest, math.hypot(force[HEAD + 3 * r], force[HEAD + 3 * r + 1]))
-    n = 0
-    for i in range(C):
-        largest = 0.0
-        for p in range(P):
-            at = q[OLD] + (size + COEF) * p
-            low, high, to = f[at + START], f[at + STOP], o[LOADS] + size * (P * i + p)
-            for k in range(size):
-                g[to + k] = 0.0
-            for j in range(size):
-                x = low + 0.5 * (high - low) * (f[inner + j] + 1.0) - 1.0
-                value = force_function(force, i, x, number)
-                largest = max(largest, abs(value))
-                for k in range(size):
-                    g[to + k] += f[fit + k * size + j] * value
-        tiny = max(least, TINY * (1.0 + fastest) * largest)
-        for p in range(P):
-            to = o[LOADS] + size * (P * i + p)
-            for k in range(n + 1, size):
-                if abs(g[to + k]) > tiny:
-                    n = k
-    return -1 if C > 0 and n == q[DEGREE] else n
+    C, P, N, inner = int(force[FUNCTIONS]), q[COUNT], q[DEGREE], q[INNER] + q[DEGREE] * (q[DEGREE] + 1)
+    fastest, n, i, at, late = 0.0, 0, 0, int(force[WEIGHTS]), 2.0 * q[TRIP]
+    for r in range(HEAD, HEAD + 3 * int(force[RATES]), 3):
+        fastest = max(fastest, math.hypot(force[r], force[r + 1]))
+    for r in range(HEAD, HEAD + 3 * int(force[RATES]), 3):
+        b, many = force[r + 1], int(force[r + 2])
+        parts, turned = 1 if b == 0.0 else 2, (late, math.cos(late * b), math.sin(late * b))
+        for k in range(many):
+            largest = (0.0, 0.0)
+            for p in range(P):
+                piece, to = q[OLD] + (N + 1 + COEF) * p, o[LOADS] + (N + 1) * (P * i + p)
+                low, half = f[piece + START], 0.5 * (f[piece + STOP] - f[piece + START])
+                for j in range(N + 1):
+                    x = low + half * (f[inner + j] + 1.0) - 1.0
+                    real, imaginary = force_pair(force, (r, at, k), x, turned)
+                    largest = max(largest[0], abs(real)), max(largest[1], abs(imaginary))
+                    f[NODES + j], f[PART + j] = real, imaginary
+                for part in range(parts):
+                    if part == 1:
+                        for j in range(N + 1):
+                            f[NODES + j] = f[PART + j]
+                    fitted(f, q, N, EXTRA)
+                    for j in range(N + 1):
+                        g[to + (N + 1) * P * part + j] = f[EXTRA + j]
+            for part in range(parts):
+                tiny = max(least, TINY * (1.0 + fastest) * largest[part])
+                for c in range((N + 1) * P):
+                    if c % (N + 1) > n and abs(g[o[LOADS] + (N + 1) * P * (i + part) + c]) > tiny:
+                        n = c % (N + 1)
+            i += parts
+        at += 2 * many
+    return -1 if C > 0 and n == N else n
 
 
 @kernel
-def force_function(force: Array, i: int, x: float, late: float) -> float:
-    """The i-th function of the force, ``late`` after a time ``x``: of ``m^k e^{2 rate m}`` real or imaginary part."""
-    r, at, place = HEAD, int(force[WEIGHTS]), i
-    while place >= force[r + 2] * (1 if force[r + 1] == 0.0 else 2):
-        place -= int(force[r + 2]) * (1 if force[r + 1] == 0.0 else 2)
-        at += 2 * int(force[r + 2])
-        r += 3
-    a, b, many = force[r], force[r + 1], int(force[r + 2])
-    k = place if b == 0.0 else place // 2
-    real, imaginary, share = 0.0, 0.0, 2.0**k
-    power = 1.0
+def force_pair(
+    force: Array, place: tuple[int, int, int], x: float, turned: tuple[float, float, float]
+) -> tuple[float, float]:
+    """Real and imaginary part of ``m^k e^{2 rate m}`` times what is there at a time ``x`` and ``late`` after it.
+
+    ``place``: of the exponent and its weights, and the power; ``turned``: ``late`` and cosine and sine of its angle.
+    """
+    (r, at, k), (late, cosine, sine), many = place, turned, int(force[place[0] + 2])
+    real, imaginary, share, power = 0.0, 0.0, 2.0**k, 1.0
     for K in range(k, many):  # 2^k C(K, k) w_K (x + late)^(K - k)
         real += share * power * force[at + 2 * K]
         imaginary += share * power * force[at + 2 * K + 1]
         power *= x + late
         share *= (K + 1.0) / (K + 1.0 - k)
-    grown, c, s = math.exp(a * x + late * a), math.cos(b * x), math.sin(b * x)
-    c, s = c * math.cos(late * b) - s * math.sin(late * b), s * math.cos(late * b) + c * math.sin(late * b)
-    if b != 0.0 and place % 2 == 1:
-        return -grown * (s * real + c * imaginary)
-    return grown * (c * real - s * imaginary)
+    grown, c, s = math.exp(force[r] * x + late * force[r]), math.cos(force[r + 1] * x), math.sin(force[r + 1] * x)
+    c, s = grown * (c * cosine - s * sine), grown * (s * cosine + c * sine)
+    return c * real - s * imaginary, -(s * real + c * imaginary)
+
+
+@kernel
+def force_at(force: Array, x: float, late: float) -> float:
+    """What the force adds to the wave, ``late`` after a time ``x`` since it left ``x = 0``."""
+    total, at = 0.0, int(force[WEIGHTS])
+    for r in range(HEAD, HEAD + 3 * int(force[RATES]), 3):
+        angle = late * force[r + 1]
+        total += force_pair(force, (r, at, 0), x, (late, math.cos(angle), math.sin(angle)))[0]
+        at += 2 * int(force[r + 2])
+    return total
 
 
 @kernel
@@ -201,19 +220,32 @@ def largest_row(g: Array, c: int, count: int, size: int) -> float:
 
 @kernel
 def eliminated(g: Array, o: Counts, P: int, size: int, rate: float) -> None:
-    """Pivots, the solution of the equation without load and its value at -1: see ``kernel_piece.relaxed``."""
+    """Fill inverse pivots, the solution without load, 1 at -1, and how it falls from there, also to the right end.
+
+    See :func:`lure.rod.motion.kernel_piece.relaxed`.  What falls solves ``zeta' + s zeta = -s`` from 0, so that nothing
+    is lost where it is little.
+    """
     last = int(g[ZETA_DEGREE])
     for p in range(P):
-        s, pivots, unit = rate * g[o[HALVES] + p], o[PIVOTS] + (size + 1) * p, o[UNITS] + (size + 1) * p
+        s, at = rate * g[o[HALVES] + p], (size + 1) * p
+        pivots, unit, fall = o[PIVOTS] + at, o[UNITS] + at, o[FALLS] + at
         for k in range(last, 0, -1):
-            g[pivots + k] = 2.0 * k + (s * (k + 1.0) / k if k == last else s * s / g[pivots + k + 1])
-        one, sign, total = 2.0, -1.0, 1.0
+            g[pivots + k] = 1.0 / (2.0 * k + (s * (k + 1.0) / k if k == last else s * s * g[pivots + k + 1]))
+        one, free, sign, total, moved = 2.0, 0.0, -1.0, 1.0, 0.0
         for k in range(1, last + 1):
-            one = -s * one / g[pivots + k]
-            g[unit + k] = one
+            right = -2.0 * s if k == 1 else 0.0
+            one, free = -s * one * g[pivots + k], (right - s * free) * g[pivots + k]
+            g[unit + k], g[fall + k] = one, free
             total += sign * one
+            moved += sign * free
             sign = -sign
-        g[o[SUMS] + p] = total
+        g[unit], g[fall] = 1.0 / total, -moved / total
+        end = g[fall]
+        for k in range(1, last + 1):
+            g[fall + k] += g[fall] * g[unit + k]
+            end += g[fall + k]
+            g[unit + k] *= g[unit]
+        g[fall + last + 1] = end
 
 
 @kernel
@@ -230,10 +262,9 @@ def solved_trip(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[flo
     for p in range(P):
         wave, zeta = o[WAVES] + (n + 1) * (P * row + p), o[ZETAS] + (last + 1) * (P * row + p)
         half, begin = g[o[HALVES] + p], g[watched + p]
-        s, load = rate * half, half * share
-        first, end = load * g[wave] - half * (push + rate * begin), 0.0
+        s, load, sign, total = rate * half, half * share, -1.0, 0.0
+        first = load * g[wave] - half * push
         if rate == 0.0:
-            sign, total = -1.0, 0.0
             for k in range(1, last + 1):
                 z = 2.0 * first if k == 1 else load * g[wave + k - 1]
                 if k + 1 <= n:
@@ -246,32 +277,34 @@ def solved_trip(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[flo
             for k in range(2, n + 1, 2):
                 end += 2.0 * load * g[wave + k] / (1.0 - float(k) * float(k))
         else:
-            pivots, unit = o[PIVOTS] + (size + 1) * p, o[UNITS] + (size + 1) * p
+            pivots, unit, fall, z = (
+                o[PIVOTS] + (size + 1) * p,
+                o[UNITS] + (size + 1) * p,
+                o[FALLS] + (size + 1) * p,
+                0.0,
+            )
             for k in range(last, 0, -1):
-                z = 0.0
+                z = s * g[pivots + k + 1] * z if k < last else (k + 1.0) / k * load * g[wave + k] if k <= n else 0.0
                 if k - 1 <= n:
-                    z = 2.0 * first if k == 1 else load * g[wave + k - 1]
+                    z += 2.0 * first if k == 1 else load * g[wave + k - 1]
                 if k + 1 <= n:
                     z -= load * g[wave + k + 1]
-                if k < last:
-                    z += s / g[pivots + k + 1] * g[right + k + 1]
-                elif k <= n:
-                    z += (k + 1.0) / k * load * g[wave + k]
                 g[right + k] = z
-            free, total, sign = 0.0, 0.0, -1.0
+            free = 0.0
             for k in range(1, last + 1):
-                free = (g[right + k] - s * free) / g[pivots + k]
+                free = (g[right + k] - s * free) * g[pivots + k]
                 g[right + k] = free
                 total += sign * free
                 sign = -sign
-            zero = -total / g[o[SUMS] + p]
-            g[zeta], end = zero + begin, zero
+            end = -total * g[unit]
+            g[zeta] = end + begin * g[fall] + begin
             for k in range(1, last + 1):
-                z = g[right + k] + zero * g[unit + k]
-                g[zeta + k] = z
+                z = g[right + k] - total * g[unit + k]
+                g[zeta + k] = z + begin * g[fall + k]
                 end += z
+            end += begin * g[fall + last + 1]
         for k in range(0, last + 1, 2):
-            area += 2.0 * half * g[zeta + k] / (1.0 - float(k) * float(k))
+            area += half * f[q[PRODUCTS] + k] * g[zeta + k]
         g[watched + P + 1 + p] = share * g[wave] - rate * begin - push
         g[watched + p + 1] = begin + end
         way += end
@@ -345,12 +378,12 @@ def contact_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int
         wave, zeta = o[WAVES] + (n + 1) * (P * row + p), o[ZETAS] + (last + 1) * (P * row + p)
         after = wave + (n + 1) * P
         for k in range(n + 1):
-            c = back * g[wave + k] + echoed * g[zeta + k]
-            if k == 0:
-                c += constant
-            for i in range(C):
-                c += g[o[LOADS] + size * (P * i + p) + k] * g[o[MOVED] + i]
-            g[after + k] = c
+            g[after + k] = back * g[wave + k] + echoed * g[zeta + k]
+        g[after] += constant
+        for i in range(C):
+            load, moved = o[LOADS] + size * (P * i + p), g[o[MOVED] + i]
+            for k in range(n + 1):
+                g[after + k] += moved * g[load + k]
 
 
 @kernel

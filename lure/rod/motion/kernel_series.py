@@ -72,11 +72,13 @@ STATE = 15  # f[:WAVE] and q[:STATE] change from round trip to round trip
 # q: degree N, number of segments, room for pieces, for round trips, for pieces and coefficients of the record
 DEGREE, SEGMENTS, ROOM, MOST_WINDOWS, MOST_PIECES, MOST_NUMBERS = range(15, 21)
 # q: places in f of tables, nonlinearity, waves (coming back, with loads, leaving) and record
-INNER, FIT, PRODUCTS, AT_EXTREMA, COLLOCATION, FROM_EXTREMA = range(21, 27)
-LAW, OLD, NOW, NEW, OUT_ENDS, OUT_NUMBERS, OUT_ENDINGS, OUT_IMPACTS = range(27, 35)
+INNER, FIT, PRODUCTS, AT_EXTREMA, COLLOCATION, FROM_EXTREMA, GROWTH = range(21, 28)
+LAW, OLD, NOW, NEW, OUT_ENDS, OUT_NUMBERS, OUT_ENDINGS, OUT_IMPACTS = range(28, 36)
 # q: places in q of degrees of the waves and of the record
-OLD_DEGREES, NOW_DEGREES, NEW_DEGREES, OUT_PIECES, OUT_MARKS = range(35, 40)
-SAVED = 40  # the state as it was before this round trip
+OLD_DEGREES, NOW_DEGREES, NEW_DEGREES, OUT_PIECES, OUT_MARKS = range(36, 41)
+# q: where the motion ends; where to look for round trips without events next, how far that is, and whether in loops
+TOTAL, LOOK, PACE, LOOPS = range(41, 45)
+SAVED = 45  # the state as it was before this round trip
 HEADS = SAVED + STATE
 SAVED_F = FIXED  # the same of f
 FIXED_F = SAVED_F + WAVE
@@ -86,7 +88,7 @@ LOW, HIGH, ORIGIN, STRESS, RATE, POWER, TOUCHING = range(0, 7)
 SEGMENT_SIZE = 7
 # a piece of a wave: ends, sum of absolute values, coefficients
 START, STOP, SIZE, COEF = range(0, 4)
-# a panel of the loads: ends in its block, largest value, error, coefficients, then bounds (see panels.py)
+# a panel of the loads: ends in its block, largest value, error, coefficients, then bounds (see sources.Panels)
 PANEL = 4
 # the record: ends of a piece; place of its coefficients and degrees of W, z, d p; see lure.rod.motion.record
 ENDS, PIECE, ENDINGS, MARKS, IMPACT = 2, 4, 7, 5, 4
@@ -105,21 +107,27 @@ class Room:
 
 def memory(room: Room) -> tuple[Array, Counts]:
     """``f`` and ``q`` with the tables in them, zeros before them, and what is written before it is read."""
+    begin, heads, size, counts = _begin(room)
+    f, q = np.empty(size), np.empty(counts, dtype=np.int64)
+    f[: len(begin)], q[: len(heads)] = begin, heads
+    return f, q
+
+
+@lru_cache(maxsize=16)
+def _begin(room: Room) -> tuple[Array, Counts, int, int]:
+    """With what ``f`` and ``q`` begin, and how long they are."""
     size, pieces, windows, recorded = room.degree + 1, room.pieces, room.windows, room.recorded
     wave, numbers = pieces * (size + COEF), 3 * size * recorded
     constants = _constants(room.degree)
     tables = (*(table.size for table in constants), SEGMENT_SIZE * room.segments)
     record = (ENDS * recorded, numbers, ENDINGS * windows, IMPACT * recorded)
     places = np.cumsum((FIXED_F, *tables, wave, wave, wave, *record))
-    counts = (pieces, pieces, pieces, PIECE * recorded, MARKS * windows)
-    heads = np.cumsum((HEADS, *counts))
-    f, q = np.empty(places[-1]), np.empty(heads[-1], dtype=np.int64)
-    f[: places[0]], q[: heads[0]] = 0.0, 0
+    heads = np.cumsum((HEADS, pieces, pieces, pieces, PIECE * recorded, MARKS * windows))
+    q = np.zeros(HEADS, dtype=np.int64)
     q[DEGREE:INNER] = room.degree, room.segments, pieces, windows, recorded, numbers
     q[INNER : OUT_IMPACTS + 1], q[OLD_DEGREES : OUT_MARKS + 1] = places[:-1], heads[:-1]
-    for place, table in zip(places, constants, strict=False):
-        f[place : place + table.size] = table.ravel()
-    return f, q
+    f = np.concatenate((np.zeros(FIXED_F), *(table.ravel() for table in constants)))
+    return f, q, int(places[-1]), int(heads[-1])
 
 
 @lru_cache(maxsize=4)
@@ -131,7 +139,18 @@ def _constants(degree: int) -> tuple[Array, ...]:
         points = -np.cos(np.pi * (np.arange(n + 1) + 0.5) / (n + 1))
         inner[n, : n + 1] = points
         fit[n, : n + 1, : n + 1] = np.linalg.inv(chebyshev.chebvander(points, n))
-    return inner, fit, products(size), space.at_ends, space.collocation, space.from_ends
+    return inner, fit, products(size), space.at_ends, space.collocation, space.from_ends, growth(degree)
+
+
+@lru_cache(maxsize=4)
+def growth(degree: int) -> Array:
+    """``T_j^(k)(1)/(2^{k-1} k!)`` (N+1, N+1): times ``r^k`` it bounds the k-th coefficient of ``T_j(a + r x)``."""
+    j = np.arange(degree + 1, dtype=float)
+    rows = [np.ones(degree + 1)]
+    for k in range(1, degree + 1):
+        factor = (j**2 - (k - 1.0) ** 2) / (2.0 * k - 1.0) / ((2.0 if k > 1 else 1.0) * k)
+        rows.append(rows[-1] * factor)
+    return np.array(rows)
 
 
 NOISE = 1e-16  # coefficients of a part below this share of the whole are rounding

@@ -8,8 +8,6 @@ pass, and free flight is a multiplication by ``-a``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from types import FunctionType
 
 import numpy as np
 
@@ -25,7 +23,6 @@ from lure.rod.motion.kernel_piece import (
     local,
     moved,
     roughness,
-    settled,
     solved,
 )
 from lure.rod.motion.kernel_series import (
@@ -62,7 +59,6 @@ from lure.rod.motion.kernel_series import (
     MOBILITY,
     MOST_NUMBERS,
     MOST_PIECES,
-    MOST_WINDOWS,
     NEVER,
     NEW,
     NEW_DEGREES,
@@ -92,8 +88,6 @@ from lure.rod.motion.kernel_series import (
     RATE,
     REST,
     ROOM,
-    SAVED,
-    SAVED_F,
     SCALE,
     SEGMENT,
     SEGMENT_SIZE,
@@ -102,14 +96,12 @@ from lure.rod.motion.kernel_series import (
     SINCE,
     SIZE,
     START,
-    STATE,
     STOP,
     STORED,
     STRESS,
     TERM,
     TOUCHING,
     TRANSIT,
-    TRANSITS,
     TRIP,
     UNDECIDED,
     UNTIL,
@@ -153,57 +145,8 @@ _LAYER = 3.0
 LARGEST_WAVE = 1e100
 
 
-def run(f: Array, q: Counts, loads: tuple[Array, Counts], stop: int, powers: int | None = None) -> int:
-    """Go on to round trip ``stop`` or as far as there is room; ``DONE``, ``FULL`` or why it does not go on.
-
-    In one function, since each that calls others is compiled with all of them in it.
-    """
-    while q[TRIP] < stop:
-        if q[WINDOWS] == q[MOST_WINDOWS]:
-            return FULL
-        for k in range(WAVE):
-            f[SAVED_F + k] = f[k]
-        for k in range(STATE):
-            q[SAVED + k] = q[k]
-        f[TERM], f[PASSED], q[ARCS], q[LEFT] = 0.0, 0.0, 0, 0
-        pieces, found = incoming(f, q, loads, min(2.0, f[TRANSITS] - 2.0 * q[TRIP])), FULL
-        if pieces != NO_ROOM:
-            if not f[SCALE] < LARGEST_WAVE:
-                return HUGE
-            largest_wave(f, q, pieces, q[NOW])
-            q[BEFORE] = q[PIECES]
-            found = _followed(f, q, pieces, powers)
-        if found != DONE:
-            for k in range(WAVE):
-                f[k] = f[SAVED_F + k]
-            for k in range(STATE):
-                q[k] = q[SAVED + k]
-            return found
-        settled(f, q)
-        entered(f, q)
-        q[COUNT], q[TRIP] = q[LEFT], q[TRIP] + 1
-        q[OLD], q[NEW] = q[NEW], q[OLD]
-        q[OLD_DEGREES], q[NEW_DEGREES] = q[NEW_DEGREES], q[OLD_DEGREES]
-        if q[COUNT] > 1.25 * q[MERGED]:
-            before = 2 * q[COUNT]
-            while q[COUNT] < 0.9 * before:
-                before = q[COUNT]
-                merged(f, q)
-    return DONE
-
-
-def renamed(function: Callable[..., int], name: str, defaults: tuple[object, ...] | None) -> Callable[..., int]:
-    """The same code with other defaults, which numba compiles and keeps under another name."""
-    found = FunctionType(function.__code__, function.__globals__, name, defaults)
-    found.__qualname__, found.__module__ = name, function.__module__
-    return found
-
-
-run_powers = renamed(run, "run_powers", (1,))  # with power laws, which take twice as long to compile
-
-
 @kernel
-def _followed(f: Array, q: Counts, pieces: int, powers: int | None) -> int:
+def followed(f: Array, q: Counts, pieces: int, powers: int | None) -> int:
     """Arc after arc, piece after piece.
 
     Where a boundary layer ``exp(-rate t)`` is not resolved the piece is cut at multiples of ``3/rate``, and halved

@@ -100,6 +100,7 @@ from lure.rod.motion.kernel_series import (
     Counts,
     kernel,
     peak,
+    value,
 )
 from lure.rod.motion.kernel_trip import stored
 from lure.rod.motion.pieces import Array
@@ -367,6 +368,7 @@ def contact_kept(f: Array, q: Counts, g: Array, o: Counts, over: tuple[int, int,
     f[PEAK] = max(f[PEAK], f[law + STRESS] + rate * top)
 
 
+@kernel
 def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, most: int) -> int:
     """Pass over round trips in which nothing happens, from the next one on.
 
@@ -377,7 +379,7 @@ def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, m
     found : tuple of ndarray
         ``g``, where they are entered, and ``o``, the :func:`layout` of it.
     force : ndarray
-        See :attr:`lure.rod.motion.exponential_force.ExponentialForce.packed`.
+        See :meth:`lure.rod.motion.exponential_force.ExponentialForces.packed`.
     most : int
         How many may be passed over.
 
@@ -495,3 +497,33 @@ def sampled(t: Array, edges: Array, table: Array, numbers: Array, out: Array) ->
         for k in range(size - 1, 0, -1):
             total, before = 2.0 * x * total - before + c[k], total
         out[i] = x * total - before + c[0]
+
+
+def recorded(
+    t: Array, tables: tuple[Array, Array, Array], places: tuple[Counts, Counts, Counts], what: Counts, out: Array
+) -> None:
+    """Values of one of the series of a record, at instants.
+
+    Parameters
+    ----------
+    t, out : ndarray
+        (n,) instants [transits], and where the values go.
+    tables, places : tuple of ndarray
+        ``low``, ``high``, ``coef`` and ``first``, ``start``, ``degree`` of :class:`lure.rod.motion.record.Record`.
+    what : ndarray
+        The first round trip, and which series.
+    """
+    (low, high, coef), (first, start, degree), number, column = tables, places, what[0], what[1]
+    for i in range(len(t)):
+        trip = min(max(math.floor(0.5 * t[i]) - number, 0), len(first) - 2)
+        place, p, last = t[i] - 2.0 * (trip + number), first[trip], first[trip + 1] - 1
+        while p < last:
+            middle = (p + last + 1) // 2
+            if low[middle] <= place:
+                p = middle
+            else:
+                last = middle - 1
+        c = start[p]
+        for k in range(column):
+            c += degree[p, k] + 1
+        out[i] = value(coef, c, degree[p, column], local(place, low[p], high[p]))

@@ -15,6 +15,7 @@ from lure.errors import InputError
 from lure.record import Page, Record, quantity
 from lure.rod.motion.end_law import Boundary, end_law
 from lure.rod.motion.engine import Engine
+from lure.rod.motion.event_search import open_impact
 from lure.rod.motion.fields import Fields
 from lure.rod.motion.pieces import Array
 from lure.rod.motion.record import Series, Trips, Window, Windows, impacts_of, timeline
@@ -347,8 +348,8 @@ def _kept(engine: Engine, problem: Problem, numerics: Numerics) -> tuple[Trips, 
         total += len(record)
         while numerics.keep is not None and total - len(kept[0]) >= numerics.keep:
             total -= len(kept.popleft())
-    if engine.open_impact is not None:
-        impacts.append(engine.open_impact)
+    last = open_impact(engine.f, engine.q, problem.sources.rod.mobility * problem.share)
+    impacts += [] if last is None else [last]
     whole = timeline(tuple(kept))
     return whole if numerics.keep is None else whole.last(numerics.keep), tuple(impacts)
 

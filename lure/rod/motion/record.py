@@ -11,12 +11,14 @@ from typing import Literal, Protocol, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.rod.motion.compilation import reader
+from lure.rod.motion.kernel_walk import recorded
 from lure.rod.motion.pieces import Array
 from lure.rod.sampled import Contact
 
 Series = Literal["wave", "returned", "push", "z"]
 _COLUMNS = {"wave": 0, "z": 1, "push": 2}
-_MANY = 100_000
+_MANY, _FEW = 100_000, 8  # instants that are read at once, and for which arrays cost more than loops
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -147,7 +149,14 @@ class Record:
 
     def at(self, t: Array, name: Series) -> Array:
         """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
-        parts = [self._at(t[i : i + _MANY], name) for i in range(0, len(t), _MANY)]
+        if name == "returned":
+            return (2.0 * self.share - 1.0) * self.at(t, "wave") - 2.0 * self.at(t, "push")
+        read = reader(recorded)
+        if read is not None or len(t) <= _FEW:
+            out, what = np.empty(len(t)), np.array([self.number, _COLUMNS[name]])
+            (read or recorded)(t, (self.low, self.high, self.coef), (self.first, self.start, self.degree), what, out)
+            return out
+        parts = [self._at(t[i : i + _MANY], _COLUMNS[name]) for i in range(0, len(t), _MANY)]
         return np.concatenate(parts) if parts else np.empty(0)
 
     def found(self, t: Array) -> tuple[NDArray[np.int64], Array]:
@@ -161,15 +170,10 @@ class Record:
             piece, last = np.where(right, middle, piece), np.where(right, last, middle - 1)
         return piece, local
 
-    def _at(self, t: Array, name: Series) -> Array:
+    def _at(self, t: Array, column: int) -> Array:
         piece, local = self.found(t)
         low, high = self.low[piece], self.high[piece]
         x = np.minimum(np.maximum(((local - low) - (high - local)) / (high - low), -1.0), 1.0)
-        if name == "returned":
-            return (2.0 * self.share - 1.0) * self._values(piece, x, 0) - 2.0 * self._values(piece, x, 2)
-        return self._values(piece, x, _COLUMNS[name])
-
-    def _values(self, piece: NDArray[np.int64], x: Array, column: int) -> Array:
         degree = self.degree[piece, column]
         at = self.start[piece] + (self.degree[piece, :column] + 1).sum(axis=1)
         total, before, doubled = np.zeros_like(x), np.zeros_like(x), 2.0 * x

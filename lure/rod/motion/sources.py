@@ -14,7 +14,6 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.tree import COMPARISONS, Apply, Node, Number, names, switches
 from lure.rod.motion.end_law import Boundary, EndLaw
-from lure.rod.motion.kernel_series import BLOCK, Counts
+from lure.rod.motion.kernel_series import BLOCK, PANEL, Counts, growth
 from lure.rod.motion.pieces import LOOKS, NARROWEST, SAME, Array, Pieces, basis, distinct, fitted, tails
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
@@ -36,6 +35,11 @@ _MOST = 5000
 _NOISE = 1e-16
 Load = tuple[Array, Counts]
 NO_LOAD: Load = np.empty(0), np.empty(0, dtype=np.int64)
+
+
+def load_of_a_block(degree: int) -> Load:
+    """Room for the two panels that :func:`lure.rod.motion.kernel_run.force_panels` fills, of no block so far."""
+    return np.empty(2 * (2 * (degree + 1) + PANEL)), np.full(5, -1, dtype=np.int64)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -419,31 +423,15 @@ def panel_table(first: int, count: int, done: Sequence[tuple[Array, ...]]) -> Lo
     block, low, high, series, size, miss, tiny = (np.concatenate(parts) for parts in zip(*done, strict=True))
     order = np.lexsort((low, block))
     starts = np.searchsorted(block[order], np.arange(first, first + count + 1))
-    return panel_rows(first, starts, (low[order], high[order], series[order], size[order], miss[order], tiny[order]))
-
-
-def panel_rows(first: int, starts: Counts, rows: tuple[Array, ...]) -> Load:
-    """The same from panels in order, and where those of each block start: ends, series, size, error, noise."""
-    low, high, series, size, miss, tiny = rows
+    low, high, series, size, miss, tiny = (part[order] for part in (low, high, series, size, miss, tiny))
     seen = np.abs(series) > tiny[:, None]
     last = series.shape[1] - 1
     degree = np.where(seen.any(axis=1), last - seen[:, ::-1].argmax(axis=1), 0)
     series = np.where(np.arange(last + 1) <= degree[:, None], series, 0.0)
     table = np.empty((len(low), 2 * last + 6))
     table[:, 0], table[:, 1], table[:, 2], table[:, 3] = low, high, size, miss
-    table[:, 4 : last + 5], table[:, last + 5 :] = series, _rowwise(np.abs(series), _growth(last).T)
+    table[:, 4 : last + 5], table[:, last + 5 :] = series, _rowwise(np.abs(series), growth(last).T)
     return table.ravel(), np.concatenate(([first], starts, degree)).astype(np.int64)
-
-
-@lru_cache(maxsize=4)
-def _growth(degree: int) -> Array:
-    """``T_j^(k)(1)/(2^{k-1} k!)`` (N+1, N+1): times ``r^k`` it bounds the k-th coefficient of ``T_j(a + r x)``."""
-    j = np.arange(degree + 1, dtype=float)
-    rows = [np.ones(degree + 1)]
-    for k in range(1, degree + 1):
-        factor = (j**2 - (k - 1.0) ** 2) / (2.0 * k - 1.0) / ((2.0 if k > 1 else 1.0) * k)
-        rows.append(rows[-1] * factor)
-    return np.array(rows)
 
 
 def _gentle(sources: Sources) -> bool:
