@@ -139,7 +139,7 @@ class FallingTheorem:
     def text(self, claim: str) -> str:
         """The whole file."""
         origin = f"{self.data['theorem']}, {self.data['proof']['method']}"
-        libraries = ("forms.v", *["flow.v"] * (not self.discrete))
+        libraries = ("forms.v", *["flow.v"] * (not self.discrete), *["cones.v", "blocks.v"] * bool(self.forms.block))
         return whole_file(claim, origin, libraries, ["\n".join(self.definitions()), self.witness(), self.theorem()])
 
     def witness(self) -> str:
@@ -147,8 +147,21 @@ class FallingTheorem:
         f = self.forms
         lists = [("P", f.P), ("now", f.now), ("next", f.then)] + [("rows", f.rows)] * (not self.discrete)
         found = [f"Definition {name} : list (list Z) := {integers(rows)}%Z." for name, rows in lists]
-        sides = [("products", f.products)] + [("low", f.low), ("turn", f.turn)] * (not self.discrete)
+        sides = [("products", f.products)] * (not f.block) + [("low", f.low), ("turn", f.turn)] * (not self.discrete)
         found += [f"Definition {name} : list term := {terms(given)}%Z." for name, given in sides]
+        if f.block:
+            found += [
+                f"Definition {name} : list (list Z) := {integers(rows)}%Z."
+                for name, rows in (("block", f.block), ("pairs", f.pairs))
+            ]
+            ends = "; ".join(f"({_gain(low)}, {_gain(high)})" for low, high in self.loop.bounds)
+            found.append("Definition products : list term := bilinear block pairs pairs.")
+            found.append(f"Definition box : list (gain * gain) := [{ends}]%Z.")
+            test = "at_vertices block [] box"
+            if f.cones:
+                found.append(f"Definition signs : orthants := {self.orthants()}%Z.")
+                test = "in_orthants block [] box signs"
+            found.append(f"Lemma in_box : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
         test = (
             f"falls_by_steps {f.size} P now next products {f.times} now"
             if self.discrete
@@ -188,17 +201,45 @@ class FallingTheorem:
         lines += self.ends(len(ends))
         return "\n".join([*lines, "Qed."])
 
+    def orthants(self, *signs: int) -> str:
+        """The parts for the signs of ``sigma_1``, ``sigma_2`` and so on."""
+        if len(signs) < len(self.own):
+            return f"(Both {self.orthants(*signs, 1)} {self.orthants(*signs, -1)})"
+        place = int("0" + "".join(str(int(v != signs[0])) for v in signs[1:]), 2)
+        return "(Cone (Leaf [" + "; ".join(f"({a}, {integers(v)})" for a, *v in self.forms.cones[place]) + "]))"
+
+    def blocks(self) -> list[str]:
+        """That what is said of all channels together is nowhere negative for the class."""
+        at, start = ("t", "intro t") if self.discrete else ("t Ht", "intros t Ht")
+        test = "in_block_by_cones block box signs" if self.forms.cones else "in_block block box"
+        lines = [f"  - {start}; apply ({test} pairs _ in_box)."]
+        lines.append("    unfold pairs, box, at_; cbn [map within_gains].")
+        opened = f"unfold z, {', '.join('sigma' + s for s in self.own)}; cbn [dot]"
+        for i, s in enumerate(self.own):
+            low, high = map(Fraction, self.loop.bounds[i])
+            held = f"(class{s} t)" if self.families[i].varying else f"class{s}"
+            value = f"(eq_sym (value{s} {at}))"
+            lines += [
+                f"    destruct (gain_of {number(low)} {number(high)} ({self.phi(i)}) _ _ {held} ltac:(lra) {value})",
+                f"      as [d{s} [D{s} E{s}]].",
+                f"    split; [exists d{s}; split; [lra|]|].",
+                f"    {{ apply (scaled_gain {self.forms.pairs[2 * i + 1][self.order + i]} d{s} _ _ _ _ E{s});",
+                f"      {opened}; field. }}",
+            ]
+        return [*lines, "    exact I. }"]
+
     def products(self) -> list[str]:
         """That the factors of the class have the sign they should have."""
+        if self.forms.block:
+            return self.blocks()
         opened = (
             "unfold z, den, sigma; cbn [dot]"
             if self.transfer
             else f"unfold z, {', '.join('sigma' + s for s in self.own)}; cbn [dot]"
         )
         lines = [
-            "  - intro t; unfold products; cbn [products_hold]."
-            if self.discrete
-            else "  - intros t Ht; unfold products; cbn [products_hold]."
+            f"  - {'intro t' if self.discrete else 'intros t Ht'}; apply class_nonneg; [reflexivity|].",
+            "    unfold products; cbn [products_hold].",
         ]
         at = "t" if self.discrete else "t Ht"
         for i, s in enumerate(self.own):
@@ -366,3 +407,9 @@ class FallingTheorem:
         """By which a row of ``rows`` is multiplied to be one of integers."""
         one, own = self.forms.rows[k], self.loop.rows[k]
         return next(int(v / u) for v, u in zip(one, own, strict=True) if u)
+
+
+def _gain(value: Fraction | float) -> str:
+    """A gain as two whole numbers."""
+    value = Fraction(value)
+    return f"({value.denominator}, {value.numerator})"

@@ -143,7 +143,7 @@ Qed.
 
 (* V = x^T P x + J, where J is at least a quadratic form [low], and has the derivative [turn], one of z. *)
 Definition falls_in_time (n : nat) (P fs gs rows : list (list Z)) (low turn S : list term) (N : Z) :=
-  weights S && (0 <? N)%Z && nonneg n (bilinear P fs fs ++ low) &&
+  (0 <? N)%Z && nonneg n (bilinear P fs fs ++ low) &&
   nonneg n (times N (times (-1) (bilinear P fs gs ++ bilinear P gs fs) ++ times (-1) turn ++ times (-1) S)
             ++ times (-1) (squares (mixed rows fs) ++ squares (mixed rows gs))).
 
@@ -186,16 +186,16 @@ Theorem in_time : forall n P fs gs rows low turn S N (z : R -> list R) (J : R ->
   (forall t, length (z t) = n) -> flows z fs gs ->
   (forall t, 0 < t -> value low (z t) <= J t) ->
   (forall t, 0 < t -> derivable_pt_lim J t (value turn (z t))) ->
-  (forall t, 0 < t -> products_hold S (z t)) ->
+  (forall t, 0 < t -> 0 <= value S (z t)) ->
   forall row, In row rows -> tends_to (fun t => dot row (at_ fs (z t))) 0.
 Proof.
   intros n P fs gs rows low turn S N z J check len F above DJ class.
   unfold falls_in_time in check; rewrite !andb_true_iff, Z.ltb_lt in check.
-  destruct check as [[[W pos] nn] falls]; apply IZR_lt in pos.
+  destruct check as [[pos nn] falls]; apply IZR_lt in pos.
   apply (in_time_by n P fs gs rows low turn (IZR N) z J); auto; intros t Ht.
   pose proof (nonneg_sound n _ (z t) falls (len t)) as M.
   rewrite !value_app, !value_times, !value_app, !value_times, !value_app in M.
-  pose proof (class_nonneg S (z t) W (class t Ht)); nra.
+  pose proof (class t Ht); nra.
 Qed.
 
 (* The same for each finite upper bound of a sector: k psi^2 <= psi sigma with some k > 0, psi = phi - l sigma. *)

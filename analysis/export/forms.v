@@ -177,6 +177,30 @@ Proof.
   rewrite IH, dot_combine; ring.
 Qed.
 
+(* Combinations of two vectors. *)
+Fixpoint lcomb (a b : R) (u v : list R) : list R :=
+  match u, v with x :: u', y :: v' => (a * x + b * y) :: lcomb a b u' v' | _, _ => [] end.
+Lemma dot_lcomb : forall a b r u v, length u = length v -> dot r (lcomb a b u v) = a * dot r u + b * dot r v.
+Proof.
+  intros a b; induction r as [|c r IH]; intros [|x u] [|y v] E; simpl in *; try discriminate; try lra.
+  rewrite IH by lia; ring.
+Qed.
+Lemma sumprod_left : forall a b u v w, length u = length v ->
+  sumprod (lcomb a b u v) w = a * sumprod u w + b * sumprod v w.
+Proof.
+  intros a b; induction u as [|x u IH]; intros [|y v] [|c w] E; simpl in *; try discriminate; try lra.
+  rewrite IH by lia; ring.
+Qed.
+Lemma sumprod_right : forall a b (P : list (list Z)) w u v, length u = length v ->
+  sumprod w (map (fun r => dot r (lcomb a b u v)) P)
+  = a * sumprod w (map (fun r => dot r u) P) + b * sumprod w (map (fun r => dot r v) P).
+Proof.
+  intros a b; induction P as [|r P IH]; intros [|c w] u v E; simpl; try lra.
+  rewrite (IH w u v E), (dot_lcomb a b r u v E); ring.
+Qed.
+Lemma lcomb_length : forall a b u v, length u = length v -> length (lcomb a b u v) = length u.
+Proof. intros a b; induction u as [|x u IH]; intros [|y v] E; simpl in *; try discriminate; [reflexivity|]; rewrite IH; lia. Qed.
+
 (* ---- What a class says of one pair (sigma, phi(sigma)) ---- *)
 
 Definition in_sector (l u : R) (phi : R -> R) : Prop :=
@@ -225,7 +249,7 @@ Proof.
 Qed.
 
 Definition falls_by_steps (n : nat) (P now next : list (list Z)) (S : list term) (N : Z) (small : list (list Z)) :=
-  weights S && (0 <? N)%Z && nonneg n (bilinear P now now) &&
+  (0 <? N)%Z && nonneg n (bilinear P now now) &&
   nonneg n (times N (bilinear P now now ++ times (-1) (bilinear P next next) ++ times (-1) S)
             ++ times (-1) (squares small)).
 
@@ -233,12 +257,12 @@ Theorem by_steps : forall n P now next S N small (z : nat -> list R),
   falls_by_steps n P now next S N small = true ->
   (forall t, length (z t) = n) ->
   (forall t, at_ now (z (Datatypes.S t)) = at_ next (z t)) ->
-  (forall t, products_hold S (z t)) ->
+  (forall t, 0 <= value S (z t)) ->
   forall f, In f small -> Un_cv (fun t => dot f (z t)) 0.
 Proof.
   intros n P now next S N small z check len step class f Hf.
   unfold falls_by_steps in check; rewrite !andb_true_iff, Z.ltb_lt in check.
-  destruct check as [[[W pos] low] falls].
+  destruct check as [[pos low] falls].
   apply IZR_lt in pos.
   set (v := fun t => V P (at_ now (z t))).
   assert (vpos : forall t, 0 <= v t).
@@ -247,7 +271,7 @@ Proof.
   { intro t; pose proof (nonneg_sound n _ (z t) falls (len t)) as F.
     rewrite !value_app, !value_times, !value_app, !value_times, !value_bilinear in F.
     unfold v, V; rewrite step.
-    pose proof (class_nonneg S (z t) W (class t)); pose proof (squares_in small f (z t) Hf); nra. }
+    pose proof (class t); pose proof (squares_in small f (z t) Hf); nra. }
   assert (down : Un_decreasing v).
   { intro t; pose proof (drop t); apply (Rmult_le_reg_l (IZR N)); nra. }
   destruct (decreasing_cv v down) as [l lim].

@@ -36,29 +36,6 @@ Definition stable_test (discrete : bool) (n : nat) (P now next : list (list Z)) 
                       else times (-1) (bilinear P now next ++ bilinear P next now))
                      ++ [(kappa, (den, den))]) ++ times (-1) (squares now)).
 
-Fixpoint lcomb (a b : R) (u v : list R) : list R :=
-  match u, v with x :: u', y :: v' => (a * x + b * y) :: lcomb a b u' v' | _, _ => [] end.
-Lemma dot_lcomb : forall a b r u v, length u = length v -> dot r (lcomb a b u v) = a * dot r u + b * dot r v.
-Proof.
-  intros a b; induction r as [|c r IH]; intros [|x u] [|y v] E; simpl in *; try discriminate; try lra.
-  rewrite IH by lia; ring.
-Qed.
-Lemma sumprod_left : forall a b u v w, length u = length v ->
-  sumprod (lcomb a b u v) w = a * sumprod u w + b * sumprod v w.
-Proof.
-  intros a b; induction u as [|x u IH]; intros [|y v] [|c w] E; simpl in *; try discriminate; try lra.
-  rewrite IH by lia; ring.
-Qed.
-Lemma sumprod_right : forall a b (P : list (list Z)) w u v, length u = length v ->
-  sumprod w (map (fun r => dot r (lcomb a b u v)) P)
-  = a * sumprod w (map (fun r => dot r u) P) + b * sumprod w (map (fun r => dot r v) P).
-Proof.
-  intros a b; induction P as [|r P IH]; intros [|c w] u v E; simpl; try lra.
-  rewrite (IH w u v E), (dot_lcomb a b r u v E); ring.
-Qed.
-Lemma lcomb_length : forall a b u v, length u = length v -> length (lcomb a b u v) = length u.
-Proof. intros a b; induction u as [|x u IH]; intros [|y v] E; simpl in *; try discriminate; [reflexivity|]; rewrite IH; lia. Qed.
-
 (* a and b hold the real and the imaginary parts of 1, s, s^2, ..; [now] leaves out the last, [next] the first. *)
 Lemma roots : forall discrete n P now next den kappa N a b s,
   stable_test discrete n P now next den kappa N = true -> length a = n -> length b = n ->

@@ -13,7 +13,7 @@ from flint import arb_mat
 
 from lure.analysis.certificates.arithmetic import INF, Malformed, Rejected, number, numbers
 from lure.analysis.certificates.blocks import coefficients, realised
-from lure.analysis.certificates.channels import Plant, channels, plant
+from lure.analysis.certificates.channels import Plant, channels, plant, triangle
 from lure.analysis.certificates.frequencies import shifted
 from lure.analysis.certificates.matrix import Claim, proof_by_matrix, solutions_of, zero_of
 from lure.analysis.certificates.riccati import CLOSE, Inequality, Rounded, stabilising
@@ -175,24 +175,44 @@ def _carried(P: Matrix, rows: Matrix, ends: list[tuple[Fraction, Vector]]) -> Ma
 
 
 def _several(certificate: Data) -> Iterator[Loop]:
-    """The circle criterion, or Popov's, with one multiplier for each channel."""
+    """The circle criterion, or Popov's, with one multiplier for each channel, or one for all."""
     name, system, data, proof = (certificate[key] for key in ("theorem", "system", "multiplier", "proof"))
-    if name not in ("diagonal-circle", "diagonal-popov") or "zero" in proof:
-        raise refused(f"{name} has no export; diagonal-circle and diagonal-popov, without an eigenvalue 0, have one")
+    kind, _, popov = name.rpartition("-")
+    if kind not in ("diagonal", "full-block") or popov not in ("circle", "popov") or "zero" in proof:
+        raise refused(f"{name} has no export; diagonal and full-block ones, without an eigenvalue 0, have one")
     H = plant(system)
     asked = channels(certificate["laws"], len(H.D))
     if asked.operators or asked.delayed or any(one.memory or one.rate is not None for one in asked.families):
         raise refused("a channel is no function of sigma in a sector: it is an operator, has memory, a delay or a rate")
     if len(H.A) > MOST_STATES:
         raise refused(f"its plant has {len(H.A)} states, above {MOST_STATES}")
-    given, bounds = numbers(data["lambda"]), [asked.bounds(i) for i in range(len(H.D))]
-    theta = numbers(data["theta"]) if name == "diagonal-popov" else [Fraction(0)] * len(given)
+    m, bounds = len(H.D), [asked.bounds(i) for i in range(len(H.D))]
+    theta = numbers(data["theta"]) if popov == "popov" else [Fraction(0)] * m
     loop = of_states(H.A, H.B, H.C, H.D, discrete=H.discrete)
     units = [[Fraction(i == j) for j in range(len(H.A))] for i in range(len(H.A))]
-    loop = replace(loop, bounds=bounds, weights=[2 * v for v in given], theta=theta, rows=units)
+    loop = replace(loop, bounds=bounds, theta=theta, rows=units)
+    if kind == "diagonal":
+        loop = replace(loop, weights=[2 * v for v in numbers(data["lambda"])])
+    else:
+        Pi, places = triangle(data["Pi"], 2 * m), [j for i in range(m) for j in (i, m + i)]
+        loop = replace(
+            loop, block=[[Pi[i][j] for j in places] for i in places], cones=_cones(data.get("N", []), bounds)
+        )
     for P in _matrices(H, loop, proof):
         for own in (*(rounded(P, bits) for bits in BITS), P):
             yield replace(loop, P=own)
+
+
+def _cones(given: Data, bounds: list[tuple[Fraction, Fraction]]) -> list[Matrix]:
+    """The parts ``N`` of a full block, which are of ``(phi - l sigma, u sigma - phi)``, for ``Loop.cones``."""
+    m, found = len(bounds), []
+    for part in given:
+        N = triangle(part, 2 * m)
+        ends = []
+        for i, (low, high) in enumerate(bounds):
+            ends += [(place, (high - low) * end.denominator) for place, end in ((m + i, low), (i, high))]
+        found.append([[a * b * N[i][j] for j, b in ends] for i, a in ends])
+    return found
 
 
 def _matrices(H: Plant, loop: Loop, proof: Data) -> Iterator[Matrix]:
@@ -205,13 +225,13 @@ def _matrices(H: Plant, loop: Loop, proof: Data) -> Iterator[Matrix]:
     Raises
     ------
     refused
-        In discrete time, without a ``P``.
+        In discrete time, or with one multiplier for all channels, without a ``P``.
     """
     if proof["method"] == "matrix":
         yield _triangle(proof)
         return
-    if H.discrete:
-        raise refused("in discrete time several channels need a proof by a matrix")
+    if H.discrete or loop.block:
+        raise refused("in discrete time, and with full blocks, several channels need a proof by a matrix")
     (A, B, C, D), m, n = shifted(H, [Fraction(low) for low, _ in loop.bounds]), len(H.D), len(H.A)
     given = [w / 2 for w in loop.weights]
     width = [Fraction(high) - low for low, high in loop.bounds]

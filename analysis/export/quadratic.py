@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from lure.analysis.certificates.arithmetic import INF
@@ -36,6 +36,12 @@ class Loop:
         Of each sector; the upper one may be infinite.
     weights, theta : list of Fraction
         Of ``(phi - l sigma)(u sigma - phi)``, of ``(phi - l sigma) sigma`` without an upper bound; of the integrals.
+    block : list of list of Fraction
+        In place of weights: ``Pi``, symmetric, of ``(sigma_1, phi_1, sigma_2, ..)``.
+    cones : list of list of list of Fraction
+        Where ``Pi`` is not concave in each gain: entries ``>= 0`` for each choice of the signs of ``sigma_2`` and so
+        on, that of ``sigma_1`` being 1, of the coordinates ``a, b >= 0`` of ``(sigma_i, phi_i) = +-(a (q, p) + b (s,
+        r))``, ``p/q`` and ``r/s`` the bounds.
     P : list of list of Fraction
         Symmetric.
     rows : list of list of Fraction
@@ -55,6 +61,8 @@ class Loop:
     P: Matrix
     rows: Matrix
     each: bool = False
+    block: Matrix = field(default_factory=list)
+    cones: list[Matrix] = field(default_factory=list)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +81,10 @@ class Forms:
         Weights, and the factors of what is nonnegative for the class.
     factors : list of tuple of int
         By which these two are multiplied.
+    block, pairs : list of list of int
+        ``Pi`` and the rows that it is about, of which the products are then made.
+    cones : list of list of list of int
+        Upper triangles by rows of twice the forms with entries ``>= 0``.
     low, turn : list of Term
         A bound below the integrals, and their derivative.
     integrals : list of tuple
@@ -95,6 +107,9 @@ class Forms:
     turn: list[Term]
     integrals: list[tuple[int, Fraction, list[int], Fraction]]
     times: int
+    block: list[list[int]]
+    pairs: list[list[int]]
+    cones: list[list[list[int]]]
     beside: int = 0
 
 
@@ -173,13 +188,18 @@ def whole_loop(loop: Loop) -> Forms | None:
     size, channels = len(loop.now[0]), range(len(loop.phi))
     unit = math.lcm(*(v.denominator for row in (*loop.now, *loop.then) for v in row))
     now, then = ([whole(row, unit)[0] for row in side] for side in (loop.now, loop.then))
-    given, factors, halves = [], [], []
+    given, factors, halves, pairs, units = [], [], [], [], []
     for i in channels:
         (low, high), phi, sigma = loop.bounds[i], loop.phi[i], loop.sigma[i]
-        (left, a) = whole(less(phi, low, sigma))
-        right, b = whole(sigma if high == INF else [-v for v in less(phi, Fraction(high), sigma)])
-        given.append((loop.weights[i] / (a * b), left, right))
-        factors.append((a, b))
+        if loop.block:
+            own = math.lcm(*(v.denominator for v in (*phi, *sigma)))
+            pairs += [whole(sigma, own)[0], whole(phi, own)[0]]
+            units += [own, own]
+        else:
+            (left, a) = whole(less(phi, low, sigma))
+            right, b = whole(sigma if high == INF else [-v for v in less(phi, Fraction(high), sigma)])
+            given.append((loop.weights[i] / (a * b), left, right))
+            factors.append((a, b))
         if loop.theta[i]:
             least = low if loop.theta[i] > 0 else high
             if least == INF:
@@ -193,18 +213,25 @@ def whole_loop(loop: Loop) -> Forms | None:
             halves.append((bound, (2 * theta / (s * unit * r), value, slope), (i, 2 * theta, row, Fraction(unit * r))))
     parts = [w for w, *_ in (*given, *(one[0] for one in halves), *(one[1] for one in halves))]
     parts += [c for *_, (_, c, _, _) in halves]
-    entries = [v / unit**2 for row in loop.P for v in row]
+    inner, *cones = (
+        [[v / (a * b) for v, b in zip(row, units, strict=True)] for row, a in zip(M, units, strict=True)]
+        for M in (loop.block, *loop.cones)
+    )
+    entries = [v / unit**2 for row in loop.P for v in row] + [v for M in (inner, *cones) for row in M for v in row]
     common = math.lcm(*(v.denominator for v in (*parts, *entries)))
     shared = math.gcd(*(int(v * common) for v in (*parts, *entries)))
     K = Fraction(common, shared or 1)  # V is written times this
     P = [[int(v * K / unit**2) for v in row] for row in loop.P]
+    block = [[int(v * K) for v in row] for row in inner]
     products, below, turn = (
         [(int(w * K), u, v) for w, u, v in side]
         for side in (given, [one[0] for one in halves], [one[1] for one in halves])
     )
     return Forms(
-        size=size, P=P, now=now, then=then, rows=[whole(row)[0] for row in loop.rows], unit=unit, products=products,
-        factors=factors, low=below, turn=turn, integrals=[(i, c * K, row, r) for *_, (i, c, row, r) in halves], times=0,
+        size=size, P=P, now=now, then=then, rows=[whole(row)[0] for row in loop.rows], unit=unit, factors=factors,
+        products=products or bilinear(block, pairs, pairs), low=below, turn=turn, times=0, block=block, pairs=pairs,
+        cones=[[[int(2 * v * K) for v in row[i:]] for i, row in enumerate(M)] for M in cones],
+        integrals=[(i, c * K, row, r) for *_, (i, c, row, r) in halves],
     )  # fmt: skip
 
 

@@ -4,11 +4,11 @@ Definition between (n : nat) (P now : list (list Z)) (N M : Z) : bool :=
   (0 <? N)%Z && nonneg n (bilinear P now now ++ times (- N) (squares now)) &&
   nonneg n (times M (squares now) ++ times (-1) (bilinear P now now)).
 Definition decays_in_time (n : nat) (P now next : list (list Z)) (S : list term) (p q N M : Z) : bool :=
-  weights S && (0 <? q)%Z && between n P now N M &&
+  (0 <? q)%Z && between n P now N M &&
   nonneg n (times (- q) (bilinear P now next ++ bilinear P next now) ++ times (-2 * p) (bilinear P now now)
             ++ times (- q) S).
 Definition decays_by_steps (n : nat) (P now next : list (list Z)) (S : list term) (p q N M : Z) : bool :=
-  weights S && (0 <? q)%Z && between n P now N M &&
+  (0 <? q)%Z && between n P now N M &&
   nonneg n (times (p * p) (bilinear P now now) ++ times (- (q * q)) (bilinear P next next) ++ times (- (p * p)) S).
 
 Fixpoint square_sum (fs : list (list Z)) (z : list R) : R :=
@@ -27,19 +27,19 @@ Qed.
 
 Theorem in_time_at_rate : forall n P now next S p q N M (z : R -> list R),
   decays_in_time n P now next S p q N M = true ->
-  (forall t, length (z t) = n) -> flows z now next -> (forall t, 0 < t -> products_hold S (z t)) ->
+  (forall t, length (z t) = n) -> flows z now next -> (forall t, 0 < t -> 0 <= value S (z t)) ->
   forall s t, 0 < s -> s <= t ->
   square_sum now (z t) <= IZR M / IZR N * exp (- (2 * (IZR p / IZR q) * (t - s))) * square_sum now (z s).
 Proof.
   intros n P now next S p q N M z test len F class s t Hs st; rewrite <- !value_squares.
-  unfold decays_in_time in test; rewrite !andb_true_iff, Z.ltb_lt in test; destruct test as [[[W pos] B] falls].
+  unfold decays_in_time in test; rewrite !andb_true_iff, Z.ltb_lt in test; destruct test as [[pos B] falls].
   apply IZR_lt in pos; set (a := IZR p / IZR q).
   set (v := fun t => value (bilinear P now now) (z t)).
   set (v' := fun t => value (bilinear P now next) (z t) + value (bilinear P next now) (z t)).
   assert (slow : forall t, 0 < t -> v' t + 2 * a * v t <= 0).
   { intros u Hu; pose proof (nonneg_sound n _ (z u) falls (len u)) as L.
     rewrite !value_app, !value_times, !value_app, mult_IZR, opp_IZR in L; fold (v u) in L; fold (v' u) in L.
-    pose proof (class_nonneg S (z u) W (class u Hu)).
+    pose proof (class u Hu).
     assert (E : IZR q * (v' u + 2 * a * v u) = IZR q * v' u + 2 * IZR p * v u) by (unfold a; field; lra).
     apply (Rmult_le_reg_l (IZR q)); [exact pos|]; rewrite E; simpl in L; nra. }
   assert (D : forall u, 0 < u -> derivable_pt_lim (fun u => v u * exp (2 * a * u)) u
@@ -67,11 +67,11 @@ Qed.
 Theorem by_steps_at_rate : forall n P now next S p q N M (z : nat -> list R),
   decays_by_steps n P now next S p q N M = true ->
   (forall t, length (z t) = n) -> (forall t, at_ now (z (Datatypes.S t)) = at_ next (z t)) ->
-  (forall t, products_hold S (z t)) ->
+  (forall t, 0 <= value S (z t)) ->
   forall k t, square_sum now (z (k + t)%nat) <= IZR M / IZR N * (IZR p / IZR q) ^ (2 * k) * square_sum now (z t).
 Proof.
   intros n P now next S p q N M z test len step class k t; rewrite <- !value_squares.
-  unfold decays_by_steps in test; rewrite !andb_true_iff, Z.ltb_lt in test; destruct test as [[[W pos] B] falls].
+  unfold decays_by_steps in test; rewrite !andb_true_iff, Z.ltb_lt in test; destruct test as [[pos B] falls].
   apply IZR_lt in pos; set (r := IZR p / IZR q).
   set (v := fun t => value (bilinear P now now) (z t)).
   assert (next_v : forall u, v (Datatypes.S u) <= r ^ 2 * v u).
@@ -79,7 +79,7 @@ Proof.
     rewrite !value_app, !value_times, !opp_IZR, !mult_IZR in L; fold (v u) in L.
     assert (E : value (bilinear P next next) (z u) = v (Datatypes.S u)).
     { unfold v; rewrite !value_bilinear, step; reflexivity. }
-    rewrite E in L; pose proof (class_nonneg S (z u) W (class u)).
+    rewrite E in L; pose proof (class u).
     assert (G : IZR q * IZR q * (r ^ 2 * v u) = IZR p * IZR p * v u) by (unfold r; field; lra).
     assert (0 <= IZR p * IZR p * value S (z u)) by (apply Rmult_le_pos; [nra|assumption]).
     apply (Rmult_le_reg_l (IZR q * IZR q)); [nra|]; rewrite G; lra. }

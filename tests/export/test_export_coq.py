@@ -23,7 +23,7 @@ from lure.errors import InputError
 from lure.files.builtin import builtin_loop, loop_names
 
 KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
-LIBRARIES = ("forms", "flow", "orbits", "frequencies", "rates", "modes")
+LIBRARIES = ("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks")
 LOOP = "(* ---- This loop ---- *)"
 AXIOMS = {
     "ClassicalDedekindReals.sig_not_dec",
@@ -114,6 +114,45 @@ def test_several_channels_compile_from_a_determinant(library):
     ok, said = compiled(library, text)
     assert ok, said
     assert not compiled(library, text.replace("in_sector 0 2 phi2", "in_sector 0 9 phi2"))[0]
+
+
+# H = diag(1/(s + 1), 1/(s + 2)), phi_1 in [-1/2, 1], phi_2 in [0, 5]: Pi is 2 y z + sigma^2/4 with y = phi - l sigma,
+# z = u sigma - phi, 1/4 at every vertex of the gains; or by cones, N the form 2 y z, with phi^2/4 beside it
+def full_block(*, cones=False):
+    law = {"slope": None, "odd": False, "time_varying": True, "linear": False}
+    laws = {"channels": [law | {"sector": ends} for ends in (["-1/2", "1"], ["0", "5"])], "repeated": False}
+    plant = {
+        "kind": "multivariable",
+        "time": "continuous",
+        "A": [["-1", "0"], ["0", "-2"]],
+        "D": [["0", "0"], ["0", "0"]],
+    }
+    plant |= {"B": [["1", "0"], ["0", "1"]], "C": [["1", "0"], ["0", "1"]]}
+    c = "-7/4" if cones else "-2"
+    part = [["0"], ["0", "0"], ["1", "0", "0"], ["0", "1", "0", "0"]]
+    data = {"Pi": [["5/4"], ["0", "1/4"], ["1/2", "0", c], ["0", "5", "0", c]]} | ({"N": [part, part]} if cones else {})
+    draft = {"verdict": "PROVED", "system": plant, "laws": laws, "theorem": "full-block-circle", "multiplier": data}
+    return coq_text(
+        complete_and_check(draft | {"proof": {"method": "matrix", "P": [["1"], ["0", "4"]], "exponent": 0}})
+    )
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("cones", [False, True])
+def test_full_blocks_compile_and_falsified_ones_do_not(cones, library):
+    text = full_block(cones=cones)
+    assert "(forall t, in_sector 0 5 (phi2 t)) ->" in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    first, wrong = ("[5; 2; 0; 0]", "[-5; 2; 0; 0]") if cones else ("[[5; 2;", "[[1; 2;")
+    for right, other in (
+        (first, wrong),  # one digit of Pi, or one sign
+        ("((1, 0), (1, 5))", "((1, 0), (1, 6))"),  # the box of the test is no longer that of the class
+        ("in_sector 0 5", "in_sector 0 6"),
+        ("((-2) * x 1%nat t", "(2 * x 1%nat t"),  # one sign of the plant
+    ):
+        assert not compiled(library, changed(text, right, other))[0]
 
 
 @pytest.fixture(scope="module")
