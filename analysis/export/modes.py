@@ -13,11 +13,11 @@ from lure.analysis.certificates.arithmetic import INF
 from lure.analysis.certificates.arithmetic import number as exact
 from lure.analysis.certificates.blocks import coefficients
 from lure.analysis.certificates.states import classes
+from lure.analysis.export.circle import Poly, added, times
 from lure.analysis.export.quadratic import whole
 from lure.analysis.export.words import folded, integers, number, refused, whole_file
 from lure.arrays import np
 
-Poly = list[Fraction]  # the lowest coefficient first
 FINEST = (6, 10, 16, 24, 32, 40, 48)  # widths of the interval for omega, as powers of two
 ROUNDED = (1, 10, 10**3, 10**6, 10**9)
 METHODS = ("linear-gain", "crossing", "matrix-gain")
@@ -42,22 +42,6 @@ def mode_text(data: Mapping[str, Any], claim: str) -> str:
         An ``InputError``: it has matrices, a dead time or a rate, or no such place was found.
     """
     return _Mode(data).text(claim)
-
-
-def added(p: Poly, q: Poly, factor: Fraction = Fraction(1)) -> Poly:
-    """``p + factor q``."""
-    size = max(len(p), len(q))
-    p, q = ([*side, *[Fraction(0)] * (size - len(side))] for side in (p, q))
-    return [a + factor * b for a, b in zip(p, q, strict=True)]
-
-
-def times(p: Poly, q: Poly) -> Poly:
-    """``p q``."""
-    found = [Fraction(0)] * (len(p) + len(q) - 1)
-    for i, a in enumerate(p):
-        for j, b in enumerate(q):
-            found[i + j] += a * b
-    return found
 
 
 @dataclass(frozen=True)

@@ -145,8 +145,13 @@ def matrix_of(terms: Iterable[Term], size: int) -> list[list[int]]:
 
 
 def nonnegative(terms: Iterable[Term], size: int) -> bool:
-    """``psd`` of the Coq files: whether Lagrange's reduction shows that the form is nowhere negative."""
-    rows, before = matrix_of(terms, size), 1
+    """Whether Lagrange's reduction shows that the form is nowhere negative."""
+    return semidefinite(matrix_of(terms, size))
+
+
+def semidefinite(rows: list[list[int]]) -> bool:
+    """``psd`` of the Coq files: the same of an upper triangle by rows."""
+    before = 1
     while rows:
         (a, *v), *rest = rows
         if a > 0:

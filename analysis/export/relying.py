@@ -13,6 +13,8 @@ from lure.analysis.certificates.blocks import block, coefficients, multiplier, r
 from lure.analysis.certificates.checker import SLOPED, inequality
 from lure.analysis.certificates.riccati import Lyapunov
 from lure.analysis.certificates.states import Family, classes
+from lure.analysis.export.circle import FINEST, Circle, tree
+from lure.analysis.export.ordering import window_of, witnesses
 from lure.analysis.export.quadratic import bilinear, nonnegative, rounded, whole
 from lure.analysis.export.words import folded, integers, refused, whole_file
 from lure.analysis.export.words import number as written
@@ -22,11 +24,12 @@ THEOREMS = {
     "off-axis-circle": "off_axis_circle_criterion",
     "park": "park_criterion",
     "zames-falb": "zames_falb_theorem",
+    "order-cone": "order_cone_criterion",
     "tsypkin": "tsypkin_criterion",
     "tsypkin-odd": "tsypkin_criterion_for_odd",
     "jury-lee": "jury_lee_criterion",
 }
-DEEPEST, MOST_ORDER, FINEST = 200, 12, 160
+MOST_ORDER = 12
 MOST_REACH = 12  # complex powers are written out
 
 
@@ -45,6 +48,8 @@ def relying_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it is not covered.
     """
+    if data["multiplier"].get("window") == []:  # taps alone
+        data = {**data, "theorem": "zames-falb", "multiplier": {"taps": data["multiplier"]["taps"]}}
     return _Relying(data).text(claim)
 
 
@@ -53,6 +58,7 @@ class _Relying:
 
     def __init__(self, data: Mapping[str, Any]) -> None:
         self.name, self.data, self.given = data["theorem"], data, data["multiplier"]
+        self.before: list[str] = []
         self.family: Family = classes(data["laws"])
         top, self.den, self.discrete = coefficients(data["system"])
         self.num, self.order = top[0][1], len(self.den) - 1
@@ -61,11 +67,13 @@ class _Relying:
             raise refused("its class has infinite bounds, or nonlinearities that jump; certify one with finite bounds")
         if not 0 < self.order <= MOST_ORDER:
             raise refused(f"its plant has the order {self.order}, not within 1 and {MOST_ORDER}")
-        reach = max((abs(i) for i, _ in self.given.get("taps", [])), default=0)
-        reach += sum(k.get("order", 0) for k in self.given.get("kernels", []))
+        reach = sum(k.get("order", 0) for k in self.given.get("kernels", []))
         if self.order + reach > MOST_REACH:
             raise refused(f"order and kernels of its multiplier add up to {self.order + reach}, above {MOST_REACH}")
-        stepped = self.name in ("tsypkin", "tsypkin-odd", "jury-lee") or Fraction(self.given.get("theta", "0")) != 0
+        stepped = (
+            self.name in ("tsypkin", "tsypkin-odd", "jury-lee", "order-cone")
+            or Fraction(self.given.get("theta", "0")) != 0
+        )
         if stepped and len(self.num) == len(self.den):
             raise refused("its block has a feedthrough, which the export of this criterion does not cover")
 
@@ -78,8 +86,12 @@ class _Relying:
         low, high = written(self.low), written(self.high)
         poles = f"in_{'unit_disc' if self.discrete else 'left_half_plane'} (closed num den {low})"
         point = "circle" if self.discrete else "axis"
+        lists += self.cones()
         lines = [*lists, *self.witness(), f"Lemma poles : {poles}.", *self.poles(), ""]
-        lines += [f"Lemma frequencies : over_frequencies {point} {self.E} num den {low} {high}.", *self.frequencies()]
+        shown = self.on_circle if self.discrete and self.name in ("zames-falb", "order-cone") else self.frequencies
+        proof = shown()
+        lines += self.before
+        lines += [f"Lemma frequencies : over_frequencies {point} {self.E} num den {low} {high}.", *proof]
         kind = "nat -> R" if self.discrete else "nat -> R -> R"
         loop, end = ("steps_of", "Un_cv xi 0") if self.discrete else ("flow_of", "all_tend_to_0 den xi")
         class_ = self.classes()
@@ -88,23 +100,54 @@ class _Relying:
         lines += [f"  {' -> '.join(class_)} -> {loop} num den phi xi -> {end}.", "Proof."]
         names = [f"class{i}" for i in range(len(class_))]
         lines.append(f"  intros relied phi xi {' '.join(names)} solution.")
-        arguments = " ".join([*self.parameters, "phi xi"])
-        lines += [f"  apply (relied num den {low} {high} {arguments});", "    try exact poles; try exact frequencies;"]
+        more = [str(self.odd).lower()] * bool(self.cones())
+        arguments = " ".join([*self.parameters, *more, "phi xi"])
+        known = "try exact poles; try exact frequencies;" + " try exact cones;" * len(more)
+        lines += [f"  apply (relied num den {low} {high} {arguments});", f"    {known}"]
         lines += ["    try assumption; unfold proper, num, den, rates, mass; simpl; repeat split; try lra; try lia."]
         lines += [*self.rest(), "Qed."]
         first = "\n".join(lines).split("\n\nTheorem", 1)
         origin = f"{self.name}, polynomial"
-        return whole_file(claim, origin, ("forms.v", "flow.v", "frequencies.v"), [first[0], "Theorem" + first[1]])
+        libraries = ["forms.v", "flow.v", "frequencies.v"]
+        libraries += ["cones.v", "orders.v", "circle.v"] * (self.discrete and self.name in ("zames-falb", "order-cone"))
+        return whole_file(claim, origin, libraries, [first[0], "Theorem" + first[1]])
+
+    @property
+    def odd(self) -> bool:
+        """Whether odd nonlinearities are needed."""
+        return bool(self.given.get("odd")) or any(v < 0 for v in self.masses)
+
+    def cones(self) -> list[str]:
+        """That the form of an order cone is nonnegative on all samples of the class."""
+        if self.name != "order-cone":
+            return []
+        M, _ = window_of(self.given["window"])
+        low, high, odd = written(self.low), written(self.high), bool(self.given["odd"])
+        count, held = len(M) // 2, f"slope_class {str(self.odd).lower()} {low} {high} f"
+        stated = f"forall f, {held} -> nonneg_on_samples M {count} {low} {high} f"
+        ends = "[exact orders_hold|exact Z|exact S" + "|exact (O eq_refl)]" * odd + "]" * (not odd)
+        return [
+            folded(f"Definition M : list (list Z) := {integers(M)}%Z."),
+            folded(f"Definition parts : list halves := {witnesses(M, odd=odd)}%Z."),
+            f"Lemma orders_hold : all_positive M {count} (cases {str(odd).lower()} {count}) parts = true.",
+            "Proof. vm_cast_no_check (eq_refl true). Qed.",
+            f"Lemma cones : {stated}.",
+            f"Proof. intros f [Z [S O]]; apply ({'odd_' * odd}orders_sound M {count} parts); {ends}. Qed.",
+        ]
 
     @property
     def parameters(self) -> list[str]:
         """The numbers of the multiplier."""
         keys = {"off-axis-circle": ("alpha",), "park": ("theta", "tau")}.get(self.name, ("q",))
-        if self.name != "zames-falb":
+        if self.name not in ("zames-falb", "order-cone"):
             return [written(number(self.given[key])) for key in keys]
         if self.discrete:
             taps = [(number(c), abs(i), i > 0) for i, c in self.given["taps"]]
-            return ["[" + "; ".join(f"({written(c)}, {i}%nat, {str(k).lower()})" for c, i, k in taps) + "]"]
+            listed = "[" + "; ".join(f"({written(c)}, {i}%nat, {str(k).lower()})" for c, i, k in taps) + "]"
+            if self.name == "zames-falb":
+                return [listed]
+            M, q = window_of(self.given["window"])
+            return [written(q), "M", f"{len(M) // 2}%nat", listed]
         if any("delay" in one for one in self.given["kernels"]):
             raise refused("its multiplier has a kernel that is a delay")
         found = [(number(k["coefficient"]), number(k["rate"]), k["order"], k["side"]) for k in self.given["kernels"]]
@@ -124,6 +167,8 @@ class _Relying:
     def classes(self) -> list[str]:
         """What the theorem says of the nonlinearities."""
         low, high = written(self.low), written(self.high)
+        if self.name == "order-cone":
+            return [f"slope_class {str(self.odd).lower()} {low} {high} phi"]
         if self.name in SLOPED:
             odd = self.name == "zames-falb" and any(v < 0 for v in self.masses)
             return ["phi 0 = 0", f"slopes_in {low} {high} phi", *["odd phi"] * odd]
@@ -134,15 +179,15 @@ class _Relying:
     def masses(self) -> list[Fraction]:
         """Of the kernels."""
         if self.discrete:
-            return [number(c) for _, c in self.given["taps"]]
-        return [number(k["coefficient"]) for k in self.given["kernels"]]
+            return [number(c) for _, c in self.given.get("taps", [])]
+        return [number(k["coefficient"]) for k in self.given.get("kernels", [])]
 
     def rest(self) -> list[str]:
         """What is left to say of the kernels."""
         lines = []
         if self.name == "park":
             lines.append("  all: try (left; lia).")
-        if self.name == "zames-falb":
+        if self.name in ("zames-falb", "order-cone"):
             signed = ((written(v), "Rabs_left" if v < 0 else "Rabs_right") for v in self.masses)
             signs = "".join(f"rewrite ({rule} {v}) by lra; " for v, rule in signed)
             lines += [
@@ -232,9 +277,9 @@ class _Relying:
         bottom = " + ".join(f"{written(c)} * w ^ {i}" for i, c in enumerate(below) if c)
         opened = (
             "unfold over_frequencies, with_multiplier, tsypkin, tsypkin_odd, jury_lee, off_axis, park, zames_falb, "
-            "zames_falb_steps, closed, poly, square, axis, circle, num, den"
+            "closed, poly, square, axis, circle, num, den"
         )
-        cbn = "cbn [kernels taps lag cpow cmul cadd conj_ real re horner peval fst snd circle]"
+        cbn = "cbn [kernels lag cpow cmul cadd conj_ real re horner peval fst snd circle]"
         lines = [
             "Proof.",
             f"  exists {written(room)}; split; [lra|]; intros w Hw.",
@@ -250,6 +295,30 @@ class _Relying:
         lines.append("  field; repeat split; simpl; nra.")
         return [*lines, "Qed."]
 
+    def on_circle(self) -> list[str]:
+        """The same by a polynomial that Coq computes."""
+        padded = [Fraction(0)] * (len(self.den) - len(self.num)) + self.num
+        X, D = ([u + g * v for u, v in zip(self.den, padded, strict=True)] for g in (self.high, self.low))
+        taps = [(number(c), abs(i), i > 0) for i, c in self.given["taps"]]
+        window = window_of(self.given["window"]) if self.name == "order-cone" else ([], 1)
+        found = Circle.of(X, D, taps, window)
+        opened = "unfold closed, poly, num, den, closed_k, closed_l; intros [x y]"
+        opened += "; apply injective_projections; cbn [power_sum horner length cpow cadd cmul real fst snd]; field"
+        tap = "unfold kernel_; cbn [map tap_of]"
+        self.before = found.definitions()
+        return [
+            "Proof.",
+            *(["  apply (taps_alone 1)."] if self.name == "zames-falb" else []),
+            f"  replace {self.parameters[-1]} with (map (tap_of {found.h}) kernel_)",
+            f"    by ({tap}; repeat (apply same_tap; [field|]); reflexivity).",
+            f"  refine (circle_sound {found.test()} num den _ _ {written(found.factor)} _ _ _ _).",
+            "  - vm_cast_no_check (eq_refl true).",
+            "  - lra.",
+            f"  - {opened}.",
+            f"  - {opened}.",
+            "Qed.",
+        ]
+
     def _form(self) -> tuple[Form, Form, Form]:
         """``F``, ``p`` and ``|D|^2``: ``F/(p |D|^2)`` is what is positive."""
         B = block(self.data["system"])
@@ -259,30 +328,3 @@ class _Relying:
             raise refused("its loop has a pole at 0 with the smallest gain")
         _, p, *_ = multiplier(self.name, self.given, B, unbounded=False)
         return F, p, d * d.conjugate()
-
-
-def tree(p: list[int], depth: int = 0) -> str:
-    """A witness for ``positive`` of the Coq files: that ``p > 0`` on ``[0, inf)``, the lowest coefficient first.
-
-    Parameters
-    ----------
-    p : list of int
-        A polynomial that is positive there, with a positive leading coefficient.
-    depth : int
-        How often it was split.
-
-    Raises
-    ------
-    refused
-        It leaves too little room.
-    """
-    if p[0] > 0 and min(p) >= 0:
-        return "Signs"
-    if depth > DEEPEST:
-        raise refused("its inequality leaves too little room")
-    shared, n = math.gcd(*p), len(p) - 1
-    power = round((abs(p[0] // shared).bit_length() - abs(p[-1] // shared).bit_length()) / n)  # mean size of the roots
-    a, b = (1 << power, 1) if power >= 0 else (1, 1 << -power)
-    q = [c * a**i * b ** (n - i) for i, c in enumerate(p)]
-    below, beyond = tree(exact.onwards(q[::-1]), depth + 1), tree(exact.onwards(q), depth + 1)
-    return f"(Split {a} {b} {below} {beyond})"

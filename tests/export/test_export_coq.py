@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
+from plants import ODD, SIXTH, TURNED
 
 from lure import RationalPlant
 from lure.analysis import analyse, certify
@@ -17,13 +18,14 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.export import coq_text
+from lure.analysis.export.circle import tree
+from lure.analysis.export.ordering import halves
 from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
-from lure.analysis.export.relying import tree
 from lure.errors import InputError
 from lure.files.builtin import builtin_loop, loop_names
 
 KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
-LIBRARIES = ("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks")
+LIBRARIES = ("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle")
 LOOP = "(* ---- This loop ---- *)"
 AXIOMS = {
     "ClassicalDedekindReals.sig_not_dec",
@@ -316,6 +318,36 @@ def test_an_inequality_and_poles_compile_and_the_theorem_relied_on_is_named(libr
     for right, wrong in (("num den 0 7", "num den 0 9"), ("[1; 3; 3; 1].", "[1; 3; 3; -1].")):
         assert right in text
         assert not compiled(library, text.replace(right, wrong))[0]
+
+
+# dt-6 with the form of three samples and the plant of docs/theory/order-cones.md, beyond all Zames-Falb multipliers
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("odd", [False, True])
+def test_order_cones_compile_and_falsified_ones_do_not(odd, library):
+    plant, upper, form = (TURNED, "143/100", ODD) if odd else (builtin_loop("dt-6").block, "9/10", SIXTH)
+    system, ends = system_of(plant), ["0", upper]
+    laws = {"sector": ends, "slope": ends, "odd": odd, "time_varying": False, "linear": False}
+    multiplier = {"taps": [], "window": [line.split() for line in form.splitlines()], "odd": odd}
+    draft = {"verdict": "PROVED", "system": system, "laws": laws, "theorem": "order-cone", "multiplier": multiplier}
+    text = coq_text(complete_and_check(draft | {"proof": {"method": "polynomial"}}))
+    top, bottom = upper.split("/")
+    assert f"slope_class {str(odd).lower()} 0 ({top} / {bottom}) phi -> steps_of num den phi xi -> Un_cv xi 0." in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    for right, wrong in (
+        ("Definition M : list (list Z) := [[", "Definition M : list (list Z) := [[-"),
+        (f"num den 0 ({top} / {bottom})", f"num den 0 (2{top} / {bottom})"),
+        ("Definition num : list R := [", "Definition num : list R := [2 * "),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0]
+
+
+def test_a_form_is_copositive_by_halves():
+    assert halves([[1, 2], [2, 1]]) == "(Leaf [(0, [4]); (0, [])])"  # x^2 + 4 x y + y^2
+    assert halves([[1, -1], [-1, 1]]) == "(Leaf [(0, [0]); (0, [])])"  # a square
+    with pytest.raises(InputError, match="too little room"):
+        halves([[1, -2], [-2, 1]])
 
 
 def test_a_witness_splits_where_a_polynomial_comes_near_to_0():

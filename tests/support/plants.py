@@ -78,3 +78,19 @@ def stable_plants(draw, *, critical=True):
         bottom.append([1, 0])
     gain = draw(st.fractions(-10, 10, max_denominator=20))
     return RationalPlant([gain * c for c in product(*top)], product(*bottom))
+
+
+# Forms found by the search, with few digits; `taps` of the Zames-Falb multiplier 1.
+SIXTH = """79833/10
+68373/10 40147/5
+66543/10 35344/5 14633/2
+40018/5 -40147/5 20349/10 21557/5
+3677 12047/2 -31266/5 -10909/2 7911
+-32129/10 17092/5 46987/10 30517/10 -57791/10 29028/5"""
+ODD = """259
+-314 653
+249 -556 483
+302 209 97 380
+-294 59 677 474 604
+105 -620 530 432 574 590"""
+TURNED = discrete("-1.6 -0.1 0.3", "1 1 0.5 -0.3")
