@@ -12,6 +12,7 @@ from lure.analysis.export.falling import falling_text
 from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.orbits import orbit_text
 from lure.analysis.export.relying import THEOREMS, relying_text
+from lure.analysis.export.switching import switched_text
 
 
 def coq_text(shown: Checked) -> str:
@@ -34,7 +35,9 @@ def coq_text(shown: Checked) -> str:
     """
     data = shown.certificate
     if not isinstance(shown, Proved):
-        return (mode_text if data["proof"]["method"] in METHODS else orbit_text)(data, shown.claim)
+        method = data["proof"]["method"]
+        written = switched_text if method == "switched-gain" else mode_text if method in METHODS else orbit_text
+        return written(data, shown.claim)
     if "rate" in data:
         return decaying_text(data, shown.claim)
     relying = data["theorem"] in THEOREMS and data["proof"]["method"] == "polynomial"

@@ -25,7 +25,19 @@ from lure.errors import InputError
 from lure.files.builtin import builtin_loop, loop_names
 
 KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
-LIBRARIES = ("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle")
+LIBRARIES = (
+    "forms",
+    "flow",
+    "orbits",
+    "frequencies",
+    "rates",
+    "modes",
+    "cones",
+    "blocks",
+    "orders",
+    "circle",
+    "switching",
+)
 LOOP = "(* ---- This loop ---- *)"
 AXIOMS = {
     "ClassicalDedekindReals.sig_not_dec",
@@ -261,6 +273,26 @@ def test_gains_with_roots_of_other_kinds_compile(library):
     for text in texts:
         ok, said = compiled(library, text)
         assert ok, said
+
+
+# z^2 - z/2 + g, gains 3/2, 0, 3/2 in turn: det = 0, so that the trace of the period, 15/16, ... tells
+@needs_coq
+@pytest.mark.thorough
+def test_gains_in_turn_compile_in_discrete_time_and_falsified_ones_do_not(library):
+    text = coq_text(check(KEPT["switched gain, discrete"]))
+    assert (
+        "  (forall t, 0 <= g t <= (3 / 2)) /\\\n  (forall t, shifts den xi t = - (g t * shifts num xi t)) /\\" in text
+    )
+    ok, said = compiled(library, text)
+    assert ok, said
+    for right, wrong in (
+        ("0 <= g t <= (3 / 2)", "0 <= g t <= (1 / 2)"),
+        ("Definition den : list R := [1; (-1 / 2)", "Definition den : list R := [1; (1 / 2)"),
+        ("Definition gains : list R := [(3 / 2); 0", "Definition gains : list R := [0; 0"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0]
+    with pytest.raises(InputError, match="switched gains in continuous time"):
+        coq_text(check(KEPT["switched gain"]))
 
 
 @needs_coq

@@ -1,0 +1,202 @@
+"""Gains of the class, in turn, with which a solution in discrete time has no limit, for Coq: `switching.v`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from flint import fmpq, fmpq_mat
+
+from lure.analysis.certificates.arithmetic import INF, numbers
+from lure.analysis.certificates.blocks import coefficients
+from lure.analysis.certificates.states import classes
+from lure.analysis.export.quadratic import bilinear, nonnegative
+from lure.analysis.export.words import folded, integers, number, refused, whole_file
+from lure.arrays import np
+
+BITS = (24, 40, 64, 96, 128, 192)
+MOST_ORDER, MOST_SCALE = 6, 256
+Rows = list[list[int]]
+
+
+def switched_text(data: Mapping[str, Any], claim: str) -> str:
+    """The file for a refutation by gains that repeat, in discrete time.
+
+    ``x'Q_i x`` with ``Q_i = A_i'Q_(i+1) A_i + 1`` around the period falls at each step; it is negative somewhere, since
+    an eigenvalue of the period is outside the unit circle.
+
+    Parameters
+    ----------
+    data : Mapping
+        The certificate.
+    claim : str
+        The sentence of the checker.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: it is in continuous time, of matrices or a rate, or no ``Q`` of few enough digits was found.
+    """
+    system, family = data["system"], classes(data["laws"])
+    if "rate" in data or system["kind"] != "transfer" or system["time"] != "discrete":
+        raise refused(
+            "it is a refutation by switched gains in continuous time, of matrices or about a rate; these have an "
+            "export in discrete time, of a plant given by two polynomials"
+        )
+    low, high = max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1])
+    if INF in (abs(low), abs(high)):
+        raise refused("its class has infinite bounds")
+    top, den, _ = coefficients(system)
+    num = [Fraction(0)] * (len(den) - len(top[0][1])) + top[0][1]
+    gains = numbers(data["proof"]["gains"])
+    found = _growth(num, den, gains)
+    bounds, distinct, n, p = f"{number(low)} <= g t <= {number(high)}", sorted(set(gains)), len(found.start), len(gains)
+    each, number_of = bounds.replace("g t", "g"), "change (length gains) with"
+    lines = [
+        "Theorem moves : exists (g : nat -> R) (xi : nat -> R),",
+        f"  (forall t, {bounds}) /\\",
+        "  (forall t, shifts den xi t = - (g t * shifts num xi t)) /\\",
+        "  forall c, ~ Un_cv xi c.",
+        "Proof.",
+        "  exists (repeated gains), (sampled num den (repeated gains) start); split; [|split].",
+        f"  - intro t; apply (repeated_all (fun g => {each})); [discriminate|].",
+        "    unfold gains; repeat (apply Forall_cons; [lra|]); apply Forall_nil.",
+        "  - intro t; apply run_solves; try discriminate; try reflexivity.",
+        "    apply (repeated_all (fun g => hd 0 den + g * hd 0 num <> 0)); [discriminate|].",
+        "    unfold gains, num, den; cbn [hd]; repeat (apply Forall_cons; [lra|]); apply Forall_nil.",
+        f"  - apply (switched num den (repeated gains) start {found.N} {found.K} phases);",
+        "      try discriminate; try exact grow.",
+        f"    + intros t s L; unfold repeated, phase_at; {number_of} {p}%nat; change (length phases) with {p}%nat.",
+        f"      set (r := (t mod {p})%nat).",
+        f"      assert (small : (r < {p})%nat) by (apply Nat.mod_upper_bound; discriminate).",
+        "      clearbody r; unfold phases, gains.",
+        *(f"      destruct r as [|r]; [cbn [nth]; exact (step{distinct.index(g)} s L)|]." for g in gains),
+        "      exfalso; lia.",
+        "    + unfold V, start, phase_at, phases.",
+        "      cbn [length Nat.modulo Nat.divmod Nat.sub nth fst snd map dot sumprod]; lra.",
+        "Qed.",
+    ]
+    lists = [("num", num), ("den", den), ("gains", gains), ("start", [Fraction(v) for v in found.start])]
+    parts = [folded(f"Definition {name} : list R := [{'; '.join(map(number, side))}].") for name, side in lists]
+    for j, g in enumerate(distinct):
+        parts += _one_step(j, g, found.next[g], n)
+    places = (
+        f"({found.next[g][0]}, (next{distinct.index(g)}, {integers(Q)}))" for g, Q in zip(gains, found.Q, strict=True)
+    )
+    parts.append(folded(f"Definition phases : list phase := [{'; '.join(places)}]%Z."))
+    parts.append(f"Lemma grow : grows {n} {found.N} {found.K} phases = true.")
+    parts.append("Proof. vm_cast_no_check (eq_refl true). Qed.")
+    libraries = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "switching.v")
+    return whole_file(claim, "counterexample, switched-gain", libraries, ["\n".join(parts), "\n".join(lines)])
+
+
+def _one_step(j: int, gain: Fraction, rows: tuple[int, Rows], n: int) -> list[str]:
+    """The lemma that its rows are one step with this gain."""
+    return [
+        folded(f"Definition next{j} : list (list Z) := {integers(rows[1])}%Z."),
+        f"Lemma step{j} : forall s, length s = {n}%nat ->",
+        f"  at_ next{j} s = map (Rmult {rows[0]}) (step num den {number(gain)} s).",
+        "Proof.",
+        f"  intros s L; do {n} (destruct s as [|? s]; [discriminate|]); destruct s; [|discriminate].",
+        f"  unfold at_, next{j}, step, num, den; cbn [map dot tl app last_dot length nth hd].",
+        "  repeat (apply (f_equal2 cons); [field|]); reflexivity.",
+        "Qed.",
+    ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Growth:
+    """Of each gain ``d`` and the rows of ``d`` times the next samples; ``Q`` of each step, where it is negative."""
+
+    next: dict[Fraction, tuple[int, Rows]]
+    Q: list[Rows]
+    start: list[int]
+    N: int
+    K: int
+
+
+def _growth(num: list[Fraction], den: list[Fraction], gains: list[Fraction]) -> _Growth:
+    """Forms that fall around the period.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: none of few enough digits was found.
+    """
+    n, rows = len(den) - 1, dict[Fraction, tuple[int, Rows]]()
+    if not 0 < n <= MOST_ORDER:
+        raise refused(f"its plant has the order {n}, not within 1 and {MOST_ORDER}")
+    matrices = []
+    for g in gains:
+        closed = [a + g * b for a, b in zip(den, num, strict=True)]
+        last = [-v / closed[0] for v in closed[:0:-1]]
+        A = [[Fraction(j == i + 1) for j in range(n)] for i in range(n - 1)] + [last]
+        d = math.lcm(*(v.denominator for v in last))
+        rows[g] = d, [[int(v * d) for v in row] for row in A]
+        matrices.append(fmpq_mat([[fmpq(v.numerator, v.denominator) for v in row] for row in A]))
+    exact = _around(matrices, n)
+    size = max(abs(v) for Q in exact for row in Q for v in row)
+    for bits in BITS:
+        found = [[[round(v * 2**bits / size) for v in row] for row in Q] for Q in exact]
+        start, scales = _negative(found[0]), _scales(found, [rows[g] for g in gains], n)
+        if start and scales:
+            return _Growth(next=rows, Q=found, start=start, N=scales[0], K=scales[1])
+    raise refused("no forms of few enough digits were found that fall around the period of its gains")
+
+
+def _around(steps: list[fmpq_mat], n: int) -> list[list[list[Fraction]]]:
+    """``Q_i = A_i'Q_(i+1) A_i + 1`` of each step, the first again after the last.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: there is none, as two eigenvalues of the period have the product 1.
+    """
+    unit = fmpq_mat([[fmpq(int(i == j)) for j in range(n)] for i in range(n)])
+    M, rest = unit, fmpq_mat(n, n)
+    for A in steps:
+        rest += M.transpose() * M
+        M = A * M
+    # Q = M'QM + rest, entry by entry
+    places = [(i, j) for i in range(n) for j in range(n)]
+    left = fmpq_mat([[int((i, j) == (k, m)) - M[k, i] * M[m, j] for k, m in places] for i, j in places])
+    if not left.det():
+        raise refused("two eigenvalues of the period of its gains have the product 1")
+    solved = left.solve(fmpq_mat([[rest[i, j]] for i, j in places]))
+    Q, found = fmpq_mat([[solved[i * n + j, 0] for j in range(n)] for i in range(n)]), list[fmpq_mat]()
+    for A in reversed(steps):
+        Q = A.transpose() * Q * A + unit
+        found.append(Q)
+    return [[[Fraction(int(Q[i, j].p), int(Q[i, j].q)) for j in range(n)] for i in range(n)] for Q in reversed(found)]
+
+
+def _negative(Q: Rows) -> list[int]:
+    """Whole numbers where a form is negative, none if they were not found."""
+    _, vectors = np.linalg.eigh(np.array([[float(v) for v in row] for row in Q]))
+    for digits in (2, 4, 8, 12, 15):
+        v = [round(float(x) * 10**digits) for x in vectors[:, 0]]
+        if sum(a * b * q for a, row in zip(v, Q, strict=True) for b, q in zip(v, row, strict=True)) < 0:
+            return v
+    return []
+
+
+def _scales(Q: list[Rows], steps: list[tuple[int, Rows]], n: int) -> tuple[int, int] | None:
+    """``N`` and ``K``: ``N`` times each fall is above the squares, and each form above ``-K`` times them."""
+    falls, least = [], []
+    for i, (d, rows) in enumerate(steps):
+        now = [[d * (a == b) for b in range(n)] for a in range(n)]
+        squares = [(1, row, row) for row in now]
+        falls.append(([*bilinear(Q[i], now, now), *bilinear(Q[(i + 1) % len(Q)], rows, rows, -1)], squares))
+        least.append((bilinear(Q[i], now, now), squares))
+    scales = [1 << power for power in range(0, MOST_SCALE, 4)]
+    N = (
+        s
+        for s in scales
+        if all(nonnegative([*((s * c, u, v) for c, u, v in V), *((-c, u, v) for c, u, v in S)], n) for V, S in falls)
+    )
+    K = (s for s in scales if all(nonnegative([*V, *((s * c, u, v) for c, u, v in S)], n) for V, S in least))
+    first, second = next(N, 0), next(K, 0)
+    return (first, second) if first and second else None
