@@ -18,7 +18,8 @@ from lure.analysis.export.quadratic import whole
 from lure.analysis.export.words import folded, integers, number, refused, whole_file
 from lure.arrays import np
 
-FINEST = (6, 10, 16, 24, 32, 40, 48)  # widths of the interval for omega, as powers of two
+FINEST = (6, 10, 16, 24, 32, 40)  # widths of the interval for omega, as powers of two
+HALVINGS = 160  # of the last one
 ROUNDED = (1, 10, 10**3, 10**6, 10**9)
 METHODS = ("linear-gain", "crossing", "matrix-gain")
 
@@ -27,7 +28,8 @@ def mode_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a refutation by a constant gain of one channel, of a plant that is given by two polynomials.
 
     The root is not computed: ``d + g n = 0`` at ``s`` where ``Im d(s) conj n(s)`` changes sign along a line or a circle
-    of the plane, with ``g = -Re d conj n / |n|^2``, which stays within the class between the two places.
+    of the plane, with ``g = -Re d conj n / |n|^2``, which stays within the class between the two places.  Where it is
+    at an end of the class, ``d + g n`` has a factor ``(s - c)^2 + r`` with rational ``c`` and ``r > 0``.
 
     Parameters
     ----------
@@ -131,6 +133,29 @@ class _Mode:
                     return s, g
         return None
 
+    def rest(self) -> Fraction | None:
+        """The gain with which constants are solutions, if there is one in the class."""
+        s = Fraction(int(self.discrete))
+        n, d = self.value(self.num, s), self.value(self.den, s)
+        found = self.gain if n == d == 0 else -d / n if n else self.low - 1
+        return found if self.contains(found) else None
+
+    def factor(self) -> tuple[Fraction, Fraction, Poly] | None:
+        """``c``, ``r > 0`` and ``q`` with ``d + g n = ((s - c)^2 + r) q``, roots that are not inside."""
+        padded = [Fraction(0)] * (len(self.den) - len(self.num)) + list(self.num)
+        closed = [a + self.gain * b for a, b in zip(self.den, padded, strict=True)]
+        for v in self.roots():
+            for k in ROUNDED:
+                double, size = (Fraction(x).limit_denominator(k) for x in (2 * v.real, abs(v) ** 2))
+                c, r, left, q = double / 2, size - double**2 / 4, list(closed), []
+                while len(left) > 2:
+                    lead, one, two, *rest = left
+                    q.append(lead)
+                    left = [one + double * lead, two - size * lead, *rest]
+                if r > 0 and not any(left) and (size >= 1 if self.discrete else c >= 0):
+                    return c, r, q
+        return None
+
     def sizes(self) -> Iterator[Fraction]:
         """Real parts, or moduli, of a root, the least that will do first."""
         yield Fraction(int(self.discrete))
@@ -156,19 +181,31 @@ class _Mode:
             near = [complex(v).real for v in np.roots([float(c) for c in turn[::-1]])]
             near += [math.tan(cmath.phase(v) / 2) if self.discrete else v.imag for v in self.roots()]  # where it is 0
             for w in sorted(v for v in near if v > 0):
-                for bits in FINEST:
-                    step = Fraction(2) ** (math.frexp(w)[1] - bits)
-                    start = math.floor(Fraction(w) / step) * step
-                    given = [_between(p, start, start + step) for p in (turn, modulus, above)]
-                    last = _between(below, start, start + step) if below is not None else None
+                for start, end in self.brackets(w, turn):
+                    given = [_between(p, start, end) for p in (turn, modulus, above)]
+                    last = _between(below, start, end) if below is not None else None
                     inside = [p for p, _ in (*given[1:], *([last] if last is not None else []))]
-                    ends = given[0][0][0] * sum(given[0][0])
-                    if start > 0 and ends <= 0 and all(_least(p) > 0 for p in inside):
+                    if all(_least(p) > 0 for p in inside):
                         return _Place(
-                            line=line, start=start, end=start + step, turn=given[0], size=given[1], above=given[2],
-                            below=last,
-                        )  # fmt: skip
+                            line=line, start=start, end=end, turn=given[0], size=given[1], above=given[2], below=last
+                        )
         return None
+
+    def brackets(self, w: float, turn: Poly) -> Iterator[tuple[Fraction, Fraction]]:
+        """Shorter and shorter intervals around ``w`` at whose ends ``turn`` has different signs."""
+        start = end = Fraction(0)
+        falling = turn[::-1]
+        for bits in FINEST:
+            step = Fraction(2) ** (math.frexp(w)[1] - bits)
+            near = math.floor(Fraction(w) / step) * step
+            if near > 0 and self.value(falling, near) * self.value(falling, near + step) <= 0:
+                start, end = near, near + step
+                yield start, end
+        for _ in range(HALVINGS if end else 0):
+            middle = (start + end) / 2
+            kept = self.value(falling, start) * self.value(falling, middle) <= 0
+            start, end = (start, middle) if kept else (middle, end)
+            yield start, end
 
     def text(self, claim: str) -> str:
         """The whole file."""
@@ -186,15 +223,19 @@ class _Mode:
             solves += "  (forall t, along den xi t = - (g * along num xi t))"
             kind, end = "nat -> R -> R", "forall c, ~ tends_to (xi 0%nat) c"
         stated = [f"Theorem moves : exists (g : R) (xi : {kind}),", f"  {bounds} /\\", f"  {solves} /\\", f"  {end}."]
-        place = self.place()
+        place, factor, real, rest = self.place(), self.factor(), self.real_place(), self.rest()
         if place is not None:
             lists += self.witness(place)
             proof = self.proof(place)
-        else:
-            real = self.real_place()
-            if real is None:
-                raise refused("no root was found whose place can be told by a change of sign; see its gain")
+        elif factor is not None:
+            proof = self.factor_proof(*factor)
+        elif real is not None:
             proof = self.real_proof(*real)
+        elif rest is not None:
+            stated[-1] = "  ~ Un_cv xi 0." if self.discrete else "  ~ tends_to (xi 0%nat) 0."
+            proof = self.real_proof(Fraction(int(self.discrete)), rest)
+        else:
+            raise refused("no root was found whose place can be told; see its gain")
         libraries = ("forms.v", "flow.v", "frequencies.v", "modes.v")
         parts = ["\n".join(lists), "\n".join([*stated, "Proof.", *proof, "Qed."])]
         return whole_file(claim, f"counterexample, {self.method}", libraries, parts)
@@ -259,6 +300,27 @@ class _Mode:
             lines += ["  - unfold s; cbn [fst]; lra.", "  - left; exact W."]
         return lines
 
+    def factor_proof(self, c: Fraction, r: Fraction, q: Poly) -> list[str]:
+        """For a factor of degree 2."""
+        s, g = f"({number(c)}, w)", number(self.gain)
+        sides = _Line(c, discrete=False).along(q, len(q) - 1)
+        opened = "unfold closed, poly, num, den; cbn [horner cadd cmul real fst snd]"
+        lines = [
+            f"  pose (w := sqrt {number(r)}); assert (W : 0 < w) by (apply sqrt_lt_R0; lra).",
+            f"  assert (square_w : w * w = {number(r)}) by (apply sqrt_def; lra); clearbody w.",
+            f"  assert (root : closed num den {g} {s} = (0, 0)).",
+            "  { apply injective_projections; cbn [fst snd].",
+        ]
+        for side in sides:
+            rest = " + ".join(f"{number(v)} * w ^ {i}" for i, v in enumerate(side) if v) or "0"
+            lines.append(
+                f"    - transitivity (({number(r)} - w * w) * ({rest})); [{opened}; field|rewrite square_w; ring]."
+            )
+        own = f"{'mode_in_steps' if self.discrete else 'mode'} {s}"
+        lines += ["  }", f"  exists {g}, ({own}); split; [lra|].", *self.ends()]
+        first = "unfold square; cbn [fst snd]; rewrite square_w; lra" if self.discrete else "cbn [fst]; lra"
+        return [*lines, f"  - {first}.", "  - left; exact W."]
+
     def real_proof(self, s: Fraction, g: Fraction) -> list[str]:
         """For a real root."""
         own = f"{'mode_in_steps' if self.discrete else 'mode'} ({number(s)}, 0)"
@@ -267,10 +329,12 @@ class _Mode:
             f"  assert (root : closed num den {number(g)} ({number(s)}, 0) = (0, 0)).",
             f"  {{ apply injective_projections; {opened}. }}",
             f"  exists {number(g)}, ({own}); split; [lra|].",
-            *self.ends(),
         ]
+        if s == int(self.discrete):
+            ends = [end.replace("never_settles", "rests") for end in self.ends()]
+            return [*lines, *ends]
         first = "unfold square; cbn [fst snd]; lra" if self.discrete else "cbn [fst]; lra"
-        return [*lines, f"  - {first}.", "  - right; cbn [fst snd]; split; [reflexivity|lra]."]
+        return [*lines, *self.ends(), f"  - {first}.", "  - right; cbn [fst snd]; split; [reflexivity|lra]."]
 
 
 def _between(p: Poly, start: Fraction, end: Fraction) -> tuple[list[int], Fraction]:

@@ -166,6 +166,20 @@ Proof.
     unfold R_dist, mode_in_steps, square in *; rewrite flat in S0; rewrite Rminus_0_r in H0; apply Rabs_def2 in H0; nra.
 Qed.
 
+(* A simple root where constants are solutions: they have a limit, which is not 0. *)
+Lemma mode_rests : ~ tends_to (mode (0, 0) 0) 0.
+Proof.
+  intro lim; destruct (lim 1 ltac:(lra)) as [T H]; specialize (H T ltac:(lra)); unfold mode in H; cbn [cpow fst snd] in H.
+  rewrite !Rmult_0_l, exp_0, cos_0 in H; apply Rabs_def2 in H; lra.
+Qed.
+Lemma mode_rests_in_steps : ~ Un_cv (mode_in_steps (1, 0)) 0.
+Proof.
+  assert (one : forall t, cpow (1, 0) t = (1, 0)).
+  { induction t as [|t IH]; [reflexivity|]; cbn [cpow]; rewrite IH; apply cmul_one. }
+  intro lim; destruct (lim 1 ltac:(lra)) as [T H]; specialize (H T ltac:(lia)); unfold R_dist, mode_in_steps in H.
+  rewrite one in H; cbn [fst] in H; apply Rabs_def2 in H; lra.
+Qed.
+
 (* ---- The gain for which s is a root, and its place by a change of sign ---- *)
 
 Definition at_root (d n : C) : R := - fst (cmul d (conj_ n)) / square n.

@@ -256,12 +256,16 @@ def test_a_gain_with_a_pair_of_roots_on_the_axis_compiles(library):
     assert not compiled(library, changed(text, "0 <= g <= 9", "0 <= g <= 7"))[0]
 
 
+# (s^2 + 2)(s + 3) for the last gain of the class; z^2 + (2 g - 1/2) z + 1, also for the last; s^2, a constant;
 # s - 1 + g; s^2 - s + 1 + g, whose roots have the real part 1/2 for every g; z - 2 + g, without an upper bound;
 # z^2 - 3 z + 4 + g, of modulus 2 and above; z^2 - z/2 + g, of modulus 1 for g = 1; -1, of the gain that a matrix shows.
 @needs_coq
 @pytest.mark.thorough
 def test_gains_with_roots_of_other_kinds_compile(library):
     texts = [
+        unstable("1", "1 3 2 0", "6", "6"),
+        unstable("2 23/25", "1 -1/2 0", "25/23", "25/23", "discrete"),
+        unstable("1 1", "1 0 0", "1", "0"),
         unstable("1", "1 -1", "1/2", "1/4"),
         unstable("1", "1 -1 1", "1", "1/2"),
         unstable("1", "1 -2", "inf", "1/4", "discrete"),
