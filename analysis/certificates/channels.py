@@ -201,11 +201,16 @@ def closed_loop(H: Plant, G: Rows) -> Plant | None:
     return Plant(A, B, C, D, H.discrete)
 
 
-def within(A: Rows, discrete: bool) -> bool:
-    """Whether all eigenvalues are strictly inside, by Routh's array."""
+def within(A: Rows, discrete: bool, zeros: int = 0) -> bool:
+    """Whether all eigenvalues but so many, which are 0 (in discrete time 1), are strictly inside, by Routh's array."""
+    found, n = characteristic(A), len(A) - zeros
+    for _ in range(zeros):
+        *found, rest = accumulate(found, lambda high, c: high + c if discrete else c)
+        if rest:
+            return False
     up, down = (real(1) + S, real(1) + exact.MINUS * S) if discrete else (S, real(1))
-    inner = exact.homogeneous(characteristic(A), up, down, len(A))
-    return len(exact.primitive(exact.ascending(inner))) == len(A) + 1 and exact.hurwitz(inner)
+    inner = exact.homogeneous(found, up, down, n)
+    return len(exact.primitive(exact.ascending(inner))) == n + 1 and exact.hurwitz(inner)
 
 
 def characteristic(A: Rows) -> list[Fraction]:

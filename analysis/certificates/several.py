@@ -29,7 +29,6 @@ from .channels import (
     moved,
     ordered,
     plant,
-    rank,
     seen,
     storages,
     triangle,
@@ -238,11 +237,8 @@ def proved(
         falls, above = with_storage(falls, P, (q, e), Pi, stored)
         rest["storage"] = "theta <= 0 for stop and >= 0 for play, and what is stored is a function of y and phi"
     if zero:
-        need(key != "forms", "multipliers that couple channels do not cover an eigenvalue 0")
-        falls = at_rest(falls, H, [l for l, _ in bounds], zero[0])
-        rest["residue"] = (
-            f"the form is 0 at {len(zero[0])} independent equilibria with phi = L sigma, all seen by sigma"
-        )
+        falls = windows.at_rest(falls, H, [l for l, _ in bounds], zero[0])
+        rest["residue"] = windows.rested(zero[0])
     need(positive_definite(above), "V > 0 fails, or is undecided")
     need(positive_definite(falls), "the inequality of P fails, or is undecided")
     posed, assumed = well_posed(H.D, asked) if key != "forms" else (solvable(H, asked, bounds), "")
@@ -343,31 +339,6 @@ def over_boxes(
         "inequality": f"{V}: Bernstein coefficients on each of the boxes that cover these parameters, {count} of them",
         "well-posed": posed,
     }, assumed
-
-
-def at_rest(M: Any, H: Plant, low: list[Fraction], zero: Any) -> Any:
-    """The form of a lower triangle ``M`` on a complement of equilibria ``(x, phi)``, ``phi = L sigma``, where it is 0.
-
-    These have different ``sigma``, and each its own ``x_p = 1``, 0 for the others: without these ``x_p`` the
-    form is positive definite if and only if it is so modulo the equilibria.
-    """
-    n, m = len(H.A), len(H.D)
-    form(isinstance(zero, list) and 0 < len(zero) <= m, f"zero is a list of 1 to {m} vectors")
-    vectors = [numbers(v, n + m) for v in zero]
-    pivots = [next((i for i, c in enumerate(v) if c), n) for v in vectors]
-    outputs = [[dot(row, v) for row in seen(H)] for v in vectors]
-    alone = all(p < n and v[p] == (i == j) for i, p in enumerate(pivots) for j, v in enumerate(vectors))
-    need(alone, "the equilibria of zero are not in echelon form")
-    for v, sigma in zip(vectors, outputs):
-        tick()
-        still = [dot(row, v) == (c if H.discrete else 0) for row, c in zip(moved(H), v)]
-        need(all(still) and v[n:] == [l * s for l, s in zip(low, sigma)], "a vector of zero is no equilibrium")
-        flat = (sum(M[max(i, j)][min(i, j)] * c for j, c in enumerate(v) if c) for i in range(n + m))
-        need(not any(flat), "V' does not vanish at an equilibrium of zero")
-    need(
-        rank([*outputs, *([ZERO] * m for _ in range(m - len(outputs)))]) == len(outputs), "sigma does not see them all"
-    )
-    return [[v for j, v in enumerate(row) if j not in pivots] for i, row in enumerate(M) if i not in pivots]
 
 
 def solvable(H: Plant, asked: Channels, bounds: Any) -> str:

@@ -9,10 +9,25 @@ from collections import defaultdict
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from . import arithmetic as exact
 from . import states
-from .arithmetic import INF, ZERO, fields, form, integer, need, numbers
+from .arithmetic import INF, ZERO, fields, form, integer, need, numbers, tick
 from .balls import dot, positive_definite
-from .channels import Channels, Plant, Rows, closed_by, existing, ordered, triangle, uniform, within
+from .channels import (
+    Channels,
+    Plant,
+    Rows,
+    closed_by,
+    each,
+    existing,
+    moved,
+    ordered,
+    rank,
+    seen,
+    triangle,
+    uniform,
+    within,
+)
 
 LONGEST = 40
 
@@ -167,6 +182,7 @@ def lifted(
     phi)|^2`` by ``V`` at the start, with an input too.  That they are in l2 follows by continuation from the stable
     loop ``phi = l sigma`` to ``l sigma + tau (phi - l sigma)``, for which the forms are nonnegative too.
     Operators have ``lambda (r^2 |sigma_b|^2 - |mu_b|^2)`` of the last sample, of nonnegative sums, and ``l = 0``.
+    With eigenvalues 1 the form is 0 at equilibria, :func:`at_rest`; without ``N_b``: :func:`settling`.
     """
     need(H.discrete and ordered(H.D, asked), "forms of several samples: discrete time, D without a cycle of channels")
     weights = [ZERO] * len(H.D)
@@ -180,9 +196,12 @@ def lifted(
     samples, forms, start, bounds = of_orders(data, asked) if ordering else of_pairs(data, asked, rate or Fraction(1))
     lower = [ZERO if family.operator else l for family, (l, _) in zip(asked.families, bounds)]
     n, m = len(H.A), len(H.D)
+    method, half, exponent, *zero = fields(proof, "method", "P", "exponent", *["zero"] * ("zero" in proof))
+    form(not zero or isinstance(zero[0], list), "zero is a list of vectors")
+    rests = len(zero[0]) if zero else 0
     if start is None:
         closed = closed_by(H, lower)
-        need(closed is not None and within(closed, True), "the loop with the least slopes is not stable")
+        need(closed is not None and within(closed, True, rests), "the loop with the least slopes is not stable")
     N = n + m * samples
     phi = [[Fraction(i == n + j) for i in range(N)] for j in range(m * samples)]
     x, after, sigma = [[Fraction(i == j) for i in range(N)] for j in range(n)], Rows(), Rows()
@@ -192,7 +211,6 @@ def lifted(
         x = [[dot(row, column) for column in zip(*x)] for row in ([*a, *b] for a, b in zip(H.A, H.B))]
         after = after or [*x, *phi[m:]]
     order = N - m
-    method, half, exponent = fields(proof, "method", "P", "exponent")
     form(method == "matrix", "several nonlinearities are proved by a matrix")
     whole, e = states.symmetric(half, [[ZERO] * order], order)[0], integer(exponent, 0, 10**5)
     P = [[Fraction(v, 2**e) for v in row] for row in whole]
@@ -213,10 +231,19 @@ def lifted(
     last = [rows[k] for rows in (sigma, phi) for k, _ in places]
     less = [(P, after), *[(weighted, last)] * bool(places), *views(forms, samples)]
     padded = [[P[i][j] if i < order else ZERO for j in range(i + 1)] for i in range(N)]
-    definite(padded, less, "the inequality of P fails, or is undecided")
+    falls = remaining(padded, less)
     stable = f"the loop with the least slopes, {', '.join(map(str, lower))}: all eigenvalues are strictly inside"
+    residue = {}
+    if zero:
+        need(rate is None, "with a rate an eigenvalue 1 is not covered", exact.Critical)
+        falls = at_rest(falls, H, lower, zero[0], samples)
+        residue["residue"] = rested(zero[0])
+        if start is None:
+            settling(H, asked, forms, bounds, P, zero[0])
+            stable += f" but {rests}, which are 1"
+    need(positive(falls), "the inequality of P fails, or is undecided")
     if start is not None:
-        definite(padded[:order], views(start, samples - 1), "V > 0 fails, or is undecided")
+        need(positive(remaining(padded[:order], views(start, samples - 1))), "V > 0 fails, or is undecided")
         stable = f"V less the forms at the start is positive definite (order {order})"
     cones = f"the forms are positive on every order cone of {samples} samples of each channel and 0"
     if not ordering:
@@ -227,14 +254,76 @@ def lifted(
         "inequality": f"the matrix of order {N} is positive definite: V falls",
         "well-posed": "sigma is given channel after channel: D has no cycle",
     }
-    return facts, existing(asked)
+    return facts | residue, existing(asked)
 
 
-def definite(lower: Rows, less: list[tuple[Rows, Rows]], failure: str) -> None:
-    """The matrix of a lower triangle less ``view' M view`` for each pair is positive definite."""
+def at_rest(M: Any, H: Plant, low: list[Fraction], zero: Any, samples: int = 1) -> Any:
+    """The form of a lower triangle ``M`` on a complement of equilibria ``(x, phi)``, ``phi = L sigma``, where it is 0.
+
+    These have different ``sigma``, and each its own ``x_p = 1``, 0 for the others: without these ``x_p`` the
+    form is positive definite if and only if it is so modulo the equilibria.  ``phi`` stands in ``M`` once a sample.
+    """
+    n, m = len(H.A), len(H.D)
+    form(isinstance(zero, list) and 0 < len(zero) <= m, f"zero is a list of 1 to {m} vectors")
+    vectors = [numbers(v, n + m) for v in zero]
+    pivots = [next((i for i, c in enumerate(v) if c), n) for v in vectors]
+    outputs = [[dot(row, v) for row in seen(H)] for v in vectors]
+    alone = all(p < n and v[p] == (i == j) for i, p in enumerate(pivots) for j, v in enumerate(vectors))
+    need(alone, "the equilibria of zero are not in echelon form")
+    for v, sigma in zip(vectors, outputs):
+        tick()
+        still = [dot(row, v) == (c if H.discrete else 0) for row, c in zip(moved(H), v)]
+        need(all(still) and v[n:] == [l * s for l, s in zip(low, sigma)], "a vector of zero is no equilibrium")
+        v = v[:n] + v[n:] * samples
+        flat = (sum(M[max(i, j)][min(i, j)] * c for j, c in enumerate(v) if c) for i in range(len(M)))
+        need(not any(flat), "V' does not vanish at an equilibrium of zero")
+    need(
+        rank([*outputs, *([ZERO] * m for _ in range(m - len(outputs)))]) == len(outputs), "sigma does not see them all"
+    )
+    return [[v for j, v in enumerate(row) if j not in pivots] for i, row in enumerate(M) if i not in pivots]
+
+
+def rested(zero: Any) -> str:
+    """What :func:`at_rest` shows, in words."""
+    return f"the form is 0 at {len(zero)} independent equilibria with phi = L sigma, all seen by sigma"
+
+
+def settling(H: Plant, asked: Channels, forms: list[Form], bounds: Any, P: Rows, zero: Any) -> None:
+    """Beside eigenvalues 1, for forms summed over time: what makes the loop with ``l sigma + tau w sigma`` stable.
+
+    On the equilibria ``V > 0``, and ``sum u' M_uv v > 0`` over the samples for ``u = v = w sigma``: with ``x_0+ = x_0 -
+    tau R x_0`` the former is ``P_0``, the latter ``He P_0 R``.  So for small ``tau > 0`` the inequality holds strictly
+    for slopes from ``l + tau w`` on, and ``sum |x_1|^2 + |phi|^2`` is bounded by one number for all ``tau``.
+    """
+    need(not asked.operators, "beside forms summed over time and an eigenvalue 1 there is an operator", exact.Critical)
+    for i, one in each(asked):
+        rising = bounds[i][0] <= one.slope[0] and one.slope[1] < INF and not one.varying
+        need(rising, f"beside an eigenvalue 1 channel {i + 1} has no slope bounds", exact.Critical)
+    n, vectors = len(H.A), [numbers(v, len(H.A) + len(H.D)) for v in zero]
+    whole = [v[:n] + v[n:] * ((len(P) - n) // len(H.D)) for v in vectors]
+    wide = [[(h - l) * dot(row, v) for row, (l, h) in zip(seen(H), bounds)] for v in vectors]
+    moves = [[ZERO] * len(vectors) for _ in vectors]
+    for channels, M in forms:
+        p, turns = len(M) // 2, [[v[i] for i in channels] * (len(M) // 2 // len(channels)) for v in wide]
+        for i, a in enumerate(turns):
+            for j, b in enumerate(turns):
+                moves[i][j] += sum(x * dot(row[p:], b) for x, row in zip(a, M))
+    energy = [[dot(a, [dot(row, b) for row in P]) for b in whole] for a in whole]
+    need(positive(energy), "V > 0 fails at an equilibrium", exact.Critical)
+    both = [[v + moves[j][i] for j, v in enumerate(row)] for i, row in enumerate(moves)]
+    need(positive(both), "the forms do not move every equilibrium", exact.Critical)
+
+
+def positive(M: Rows) -> bool:
+    """Whether the matrix of a lower triangle is positive definite."""
+    q = states.unit(M)
+    return positive_definite([[int(q * v) for v in row[: i + 1]] for i, row in enumerate(M)])
+
+
+def remaining(lower: Rows, less: list[tuple[Rows, Rows]]) -> Rows:
+    """The lower triangle of a matrix less ``view' M view`` for each pair."""
     for M, view in less:
         columns = [*zip(*view)][: len(lower)]
         turned = [[dot(row, column) for row in M] for column in columns]
         lower = [[v - dot(turned[i], columns[j]) for j, v in enumerate(row)] for i, row in enumerate(lower)]
-    q = states.unit(lower)
-    need(positive_definite([[int(q * v) for v in row] for row in lower]), failure)
+    return lower

@@ -56,6 +56,22 @@ class Cone(NamedTuple):
     entries: list[Entry]
     sums: list[dict[int, Fraction]]
 
+    def rounded(self, found: Reals) -> list[Fraction]:
+        """Unknowns of about 12 digits of which signs and sums hold exactly.
+
+        Parameters
+        ----------
+        found : ndarray
+            (entries,).
+        """
+        both = zip(found, self.entries, strict=True)
+        values = [Fraction(f"{v if e.free else max(v, 0.0):.12g}") for v, e in both]
+        for terms in self.sums:
+            own = next(k for k, factor in terms.items() if factor > 0)
+            lacking = -sum(values[k] * factor for k, factor in terms.items()) / terms[own]
+            values[own] += max(Fraction(0), lacking)
+        return values
+
 
 def cone_of(  # noqa: PLR0913  (a form, and how it is summed)
     kind: Kind, width: int, samples: int, *, summed: bool, first: bool, rate: Fraction = Fraction(1)
@@ -170,7 +186,7 @@ class CoupledForms(ChannelSearch):
         """Whether the programme finds forms; see :meth:`solved`."""
         return self.solved(widths) is not None
 
-    def _scales(self, widths: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def scales(self, widths: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Units of the states and of ``phi``, by which the solutions are about as large as the inputs."""
         top = np.maximum(np.abs(self.lower), np.abs(self.lower + widths))
         closed = np.linalg.solve(np.eye(len(self.D)) + self.D * self.lower, self.C)
@@ -200,7 +216,7 @@ class CoupledForms(ChannelSearch):
             return None
         checkpoint()
         n, m, T, order = len(self.A), len(self.D), self.samples, self.order
-        units, top = self._scales(widths)
+        units, top = self.scales(widths)
         size = np.concatenate([units, *[top] * T])
         A, C = self.A * units / units[:, None], self.C * units
         B, phi = self.B / units[:, None], np.eye(n + m * T)[n:] * size
@@ -322,7 +338,9 @@ class CoupledForms(ChannelSearch):
         found = self.solved(np.array([float(w) for w in widths]))
         if found is None:
             return
-        multiplier: dict[str, Any] = {"forms": self._stated(self.cones, found.forms, self.samples)}
+        stated = [cone.rounded(x) for cone, x in zip(self.cones, found.forms, strict=True)]
+        begun = [cone.rounded(x) for cone, x in zip(self.starts, found.start, strict=True)]
+        multiplier: dict[str, Any] = {"forms": self.stated(self.cones, stated, self.samples)}
         weights = [Fraction(0)] * len(self.D)
         for group, x in zip(self.groups, found.forms, strict=True):
             for i in group.channels if group.kind == "operator" else ():
@@ -330,7 +348,7 @@ class CoupledForms(ChannelSearch):
         if any(group.kind == "operator" for group in self.groups):
             multiplier["lambda"] = [str(v) for v in weights]
         if self.samples > 1:
-            start = self._stated(self.starts, found.start, self.samples - 1) if self.bounded else None
+            start = self.stated(self.starts, begun, self.samples - 1) if self.bounded else None
             multiplier |= {"samples": self.samples, "start": start}
         elif self.popov:
             multiplier["theta"] = [str(Fraction(f"{v:.12g}")) for v in found.theta]
@@ -339,21 +357,26 @@ class CoupledForms(ChannelSearch):
         rows = [[str(round(Fraction(float(v)) * 2**exponent)) for v in row[: i + 1]] for i, row in enumerate(found.P)]
         yield Proposal(multiplier, {"method": "matrix", "P": rows, "exponent": exponent})
 
-    def _stated(
-        self, cones: Sequence[Cone], found: Sequence[NDArray[np.float64]], samples: int
+    def stated(
+        self, cones: Sequence[Cone], found: Sequence[Sequence[Fraction]], samples: int
     ) -> list[Mapping[str, Any]]:
-        """The forms as a certificate has them, so that signs and sums hold exactly."""
+        """The forms as a certificate has them.
+
+        Parameters
+        ----------
+        cones : sequence of Cone
+            Of each group.
+        found : sequence of sequence of Fraction
+            The unknowns of each.
+        samples : int
+            Of each channel.
+        """
         stated = list[Mapping[str, Any]]()
-        for group, cone, x in zip(self.groups, cones, found, strict=True):
+        for group, cone, values in zip(self.groups, cones, found, strict=True):
             if group.kind == "operator":
                 continue
             p = samples * len(group.channels)
-            values = [Fraction(f"{v if e.free else max(v, 0.0):.12g}") for v, e in zip(x, cone.entries, strict=True)]
             M = [[Fraction(0)] * 2 * p for _ in range(2 * p)]
-            for terms in cone.sums:
-                own = next(k for k, factor in terms.items() if factor > 0)
-                lacking = -sum(values[k] * factor for k, factor in terms.items()) / terms[own]
-                values[own] += max(Fraction(0), lacking)
             for value, one in zip(values, cone.entries, strict=True):
                 M[one.row][one.column] += one.sign * value
             rows = [row[: i + 1] for i, row in enumerate(M)]

@@ -25,8 +25,8 @@ from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_delays import delays_of, delays_refuting, stated, without_delays
+from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_problem import channel_plant
-from lure.analysis.questions.channel_proofs import is_critical
 from lure.analysis.questions.channel_refutations import constant_gains, gains_refuting, late_gains_refuting, refutation
 from lure.analysis.questions.problem import Problem
 from lure.arrays import Reals, np, optimize

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from flint import fmpq_mat
 
@@ -14,11 +14,12 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Plant, from_rest
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked
-from lure.analysis.certificates.frequencies import MOST_CHANNELS, shifted
+from lure.analysis.certificates.frequencies import MOST_CHANNELS
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channel_windows import ChannelWindows
 from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
-from lure.analysis.inequality.coupled_forms import CoupledForms, Group
+from lure.analysis.inequality.coupled_forms import CoupledForms
+from lure.analysis.inequality.critical_forms import CriticalForms
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.gain_splines import SPLINES, GainSplines
@@ -28,12 +29,21 @@ from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.storage import MovedByStops, StorageInequality
-from lure.analysis.inequality.zero_modes import ZeroModes, exact, zero_modes
+from lure.analysis.inequality.zero_modes import exact
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions import channel_families
 from lure.analysis.questions.channel_delays import delays_of, increments, stated, without_delays
+from lure.analysis.questions.channel_hypotheses import (
+    free_channels,
+    groups_of,
+    is_critical,
+    modes_of,
+    require_no_zero,
+    rising,
+    sloped_channels,
+)
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
-from lure.analysis.questions.channel_problem import channel_plant, loop_plant
+from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
 from lure.arrays import NDArray, np
@@ -128,7 +138,10 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             and (sloped or not x.row.slope or (x.kind == _KERNELS and bool(_fixed(asked))))
         ]
         if is_critical(asked):
-            kinds = (0, STORED, _KERNELS) if _rising(asked) else (0, STORED)
+            kinds = {0, STORED, _COUPLED} | (
+                {_KERNELS} if rising(asked) and channel_plant(asked.plant).dt is None else set()
+            )
+            kinds |= {_WINDOWS} if rising(asked) or asked.classes.rectified else set()
             found = [x for x in found if x.kind in kinds and not x.row.linear] or found
     if not found:
         names = ", ".join(name for row in rows for name in (row.name, *row.channels))
@@ -161,20 +174,6 @@ def _late_criteria(asked: Problem, wanted: str) -> list[Criterion]:
     return found
 
 
-def free_channels(asked: Problem) -> list[bool]:
-    """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
-    plant = loop_plant(asked.plant)
-    static = [not any(line) for line in (plant.base if isinstance(plant, DelayMatrix) else plant).D]
-    functions = [not (one.time_varying or one.operator) for one in asked.classes.classes]
-    return [alone and one for alone, one in zip(static, functions, strict=True)]
-
-
 def _parametric(asked: Problem) -> bool:
     """Whether there are unknown gains beside anything but constant ones, none of which ``D`` connects."""
     D, linear = channel_plant(asked.plant).D, [i for i, one in enumerate(asked.classes.classes) if one.linear]
@@ -184,64 +183,9 @@ def _parametric(asked: Problem) -> bool:
     return more and 0 < gains <= max(SPLINES) and not any(D[i][j] for i in linear for j in linear)
 
 
-def _modes(asked: Problem) -> ZeroModes | None:
-    """The eigenvalues 0 (z = 1) of the loop with the gains at the lower bounds; None if there are none."""
-    H = channel_plant(asked.plant)
-    A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
-    A, B, C, _ = shifted(Plant(A, B, C, D, H.dt is not None), list(asked.classes.lower))
-    return zero_modes(A, B, C, discrete=H.dt is not None)
-
-
-def is_critical(asked: Problem) -> bool:
-    """Whether with the gains at the lower bounds there are eigenvalues 0 (z = 1), covered by a theorem or not.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
-    try:
-        return _modes(asked) is not None
-    except (AssumptionError, Rejected):
-        return True
-
-
-def _require_no_zero(asked: Problem) -> None:
-    """Refuse a loop with such eigenvalues, for the theorems that need it stable."""
-    if _modes(asked) is not None:
-        raise AssumptionError(
-            "the loop with the gains at the lower bounds has an eigenvalue 0, or z = 1 (the critical case), left to "
-            "the circle criterion and Popov's with a multiplier for each channel, and to kernels in continuous time "
-            "where all slopes are bounded; give lower bounds above these",
-            code=Reason.CRITICAL,
-        )
-
-
-def _rising(asked: Problem) -> bool:
-    """Whether every channel has slope bounds above the lower end, at all times the same: kernels beside integrators."""
-    functions = [one for one in asked.classes.classes if one.operator != "performance"]
-    slopes = [one.slope.lower for one in functions if one.slope is not None and not one.time_varying]
-    finite = all(one.slope is not None and math.inf not in (-one.slope.lower, one.slope.upper) for one in functions)
-    return channel_plant(asked.plant).dt is None and finite and slopes == [one.gains[0] for one in functions]
-
-
 def _fixed(asked: Problem) -> list[range]:
     """The channels of each operator that does not depend on time."""
     return [block for block in asked.classes.operators if not asked.classes.classes[block[0]].time_varying]
-
-
-def sloped_channels(asked: Problem) -> list[bool]:
-    """In which channels kernels are possible: the slope is bounded on both sides, and nothing depends on time.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
-    return [
-        one.slope is not None and not one.time_varying and math.inf not in (-one.slope.lower, one.slope.upper)
-        for one in asked.classes.classes
-    ]
 
 
 def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
@@ -256,8 +200,8 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     """
     before, asked = asked, without_delays(asked)
     H, popov = channel_plant(asked.plant), not criterion.row.time_varying
-    if criterion.row.linear or criterion.kind not in (0, STORED):
-        _require_no_zero(asked)
+    if criterion.row.linear or criterion.kind not in (0, STORED, _COUPLED, _WINDOWS):
+        require_no_zero(asked)
     free, lower = [one and popov for one in free_channels(asked)], np.array([float(v) for v in asked.classes.lower])
     if criterion.row.linear:
         yield GainBox(*H.doubles(), lower, asked.classes.blocks, H.dt is not None)
@@ -279,7 +223,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         windows = (asked.window,) if asked.window else _SAMPLES
         for samples in windows if criterion.kind == _WINDOWS else (1,):
             theta = free if criterion.kind == _COUPLED else [False] * len(free)
-            coupled = CoupledForms(*H.doubles(), lower, groups_of(asked), samples, theta, popov, H.dt is not None)
+            coupled = _coupled(asked, (*H.doubles(), lower, groups_of(asked), samples, theta, popov, H.dt is not None))
             if coupled.possible:
                 yield coupled
         return
@@ -291,15 +235,25 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
             yield ChannelWindows(*given, blocks=blocks, odd=odd, samples=min(asked.window or 2, most))
         return
     if criterion.kind == 0 and len(H.D) > _MANY:
-        _require_no_zero(asked)
+        require_no_zero(asked)
         if not operators:
             yield ManyChannels(*given)
         return
     if criterion.kind == 0:
-        yield ChannelInequality(*given, modes=_modes(asked))
+        yield ChannelInequality(*given, modes=modes_of(asked))
         return
     for orthants in (False, True):
         yield FullBlockInequality(*given, orthants=orthants)
+
+
+def _coupled(asked: Problem, given: tuple[Any, ...]) -> CoupledForms:
+    """The search for forms, beside eigenvalues 0 (1) that which solves for them in fractions."""
+    modes, H = modes_of(asked), channel_plant(asked.plant)
+    if modes is None:
+        return CoupledForms(*given)
+    A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
+    plant = Plant(A, B, C, D, H.dt is not None)
+    return CriticalForms(*given, plant=plant, least=asked.classes.lower, modes=modes)
 
 
 def _moved_by_stops(asked: Problem, moved: Problem, operators: Sequence[int]) -> MovedByStops:
@@ -333,30 +287,6 @@ def _by_storage(asked: Problem, moved: Problem) -> StorageInequality | MovedBySt
     signs = [{"play": 1, "stop": -1, "": 0}[one.memory] for one in asked.classes.classes]
     loop = (*H.doubles(), np.zeros(m), free, True, False, moved.classes.operators)
     return StorageInequality(*loop, signs=signs, still=shown)
-
-
-def groups_of(asked: Problem) -> list[Group]:
-    """The channels that one form is about: the ReLUs; those of one nonlinearity with slope bounds; each other one.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
-    classes, sloped, found = asked.classes.classes, sloped_channels(asked), list[Group]()
-    rectifiers = tuple(i for i, one in enumerate(classes) if one.rectifier)
-    if rectifiers:
-        found.append(Group("relu", rectifiers))
-    found += [Group("operator", tuple(block)) for block in asked.classes.operators]
-    for block in asked.classes.blocks:
-        one = classes[block[0]]
-        if one.rectifier or one.operator:
-            continue
-        if sloped[block[0]] and one.slope is not None and (one.slope.lower, one.slope.upper) == one.gains:
-            found.append(Group("odd" if one.odd else "monotone", tuple(block)))
-        else:
-            found += [Group("sector", (i,)) for i in block]
-    return found
 
 
 def proved_at(asked: Problem, name: str, search: ChannelSearch, alpha: Fraction) -> Proved | None:
@@ -406,9 +336,9 @@ def _constant(asked: Problem) -> list[range]:
 
 def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], list[Fraction]]] | None:
     """The search for kernels, and the widths of a factor: of the slopes where they are bounded; None if nowhere."""
-    if not _rising(asked):
-        _require_no_zero(asked)
-    modes, asked = _modes(asked), without_delays(asked)
+    if not rising(asked) or channel_plant(asked.plant).dt is not None:
+        require_no_zero(asked)
+    modes, asked = modes_of(asked), without_delays(asked)
     H, sloped, classes = channel_plant(asked.plant), sloped_channels(asked), asked.classes
     A, B, C, D = H.doubles()
     if H.dt is not None:  # functions of the frequency alone, in terms of s = (z - 1)/(z + 1)
@@ -494,7 +424,7 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
 
 
 def _by_kernels(asked: Problem, cone: KernelCone, found: Found, widths: Sequence[Fraction]) -> Proposal:
-    modes = _modes(asked) if cone.residue is not None else None
+    modes = modes_of(asked) if cone.residue is not None else None
     stated = multiplier(found, widths, cone.gains, () if modes is None else modes.ratios, cone.wide)
     return Proposal(stated, {"method": "determinant"})
 

@@ -17,8 +17,8 @@ from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.counterexamples.late_gains import LateGains
 from lure.analysis.counterexamples.moving_parameters import MovingParameters
 from lure.analysis.numerics.doubles import double_above
+from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_problem import channel_plant
-from lure.analysis.questions.channel_proofs import is_critical
 from lure.analysis.questions.problem import Problem
 from lure.arrays import np
 from lure.classes import DELAYS

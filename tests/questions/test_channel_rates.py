@@ -18,8 +18,8 @@ from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.windows import _require_dominant, _slowed
 from lure.analysis.certificates.windows import dominant
 from lure.analysis.inequality.coupled_forms import CoupledForms
+from lure.analysis.questions.channel_hypotheses import groups_of
 from lure.analysis.questions.channel_problem import channel_problem
-from lure.analysis.questions.channel_proofs import groups_of
 from lure.analysis.questions.channel_rates import weighed_searches
 from lure.analysis.questions.decay import decay_rate
 from lure.plants.multivariable import MultivariablePlant

@@ -133,8 +133,7 @@ def _proved(document: Document, asked: Asked) -> bool:
         require_parametric(document, asked)
         return False
     if document.theorem in ("order-cones", "coupled-windows"):
-        require_windows(document, asked)
-        return False
+        return require_windows(document, asked)
     if document.theorem in ("piecewise-circle", "piecewise-popov"):
         require_pieces(document, asked)
         return False
@@ -186,8 +185,7 @@ def _proved(document: Document, asked: Asked) -> bool:
     shifted = shifted_by(asked, bounds)
     rows, left_out = triangle(proof["P"], asked.A.nrows()), list[int]()
     if zero:
-        require(kind == "diagonal", "multipliers that couple channels do not cover an eigenvalue 0")
-        left_out = require_equilibria(asked, shifted, (rows, exponent), Pi, theta, proof["zero"])
+        left_out = require_equilibria(asked, shifted, bounds, (rows, exponent), Pi, theta, proof["zero"])
     for bits in BITS:
         with working_precision(bits):
             least, whole = _forms((asked.C, bounds, asked.discrete), shifted, (rows, exponent), Pi, theta)

@@ -27,6 +27,7 @@ from lure.analysis.certificates.second.channels import (
     stacked,
     symmetric,
 )
+from lure.analysis.certificates.second.classes import at_least
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
 from lure.analysis.certificates.second.numerics import (
     to_fmpq,
@@ -44,6 +45,7 @@ from lure.analysis.certificates.second.reading import (
     record,
     require,
 )
+from lure.analysis.certificates.second.zero import leading, null_space, require_rests, shifted_by
 
 Bounds = tuple[Fraction, Fraction]
 MOST_SAMPLES = 100
@@ -228,17 +230,19 @@ def _ordered_forms(given: Mapping[str, object], asked: Asked) -> Forms:
     return Forms(T, forms, [(Fraction(low), Fraction(high)) for low, high in ends])
 
 
-def require_windows(document: Document, asked: Asked) -> None:
+def require_windows(document: Document, asked: Asked) -> bool:
     """Forms of ``T`` samples: ``V(xi+) - V(xi) + sum w' M w < 0``, nonnegative along solutions, or summed over time.
 
-    With forms at the start ``V - sum w' N w > 0``; else the loop with the least slopes is stable.
+    With forms at the start ``V - sum w' N w > 0``; else the loop with the least slopes is stable.  Returned is whether
+    that loop has an eigenvalue 1, where the inequality is an equality at equilibria.
 
     Raises
     ------
     NotShown
         One of these is not shown.
     """
-    proof = record(document.proof, "method", "P", "exponent")
+    zero = ("zero",) if "zero" in mapping(document.proof) else ()
+    proof = record(document.proof, "method", "P", "exponent", *zero)
     require(proof["method"] == "matrix" and asked.discrete, "forms of several samples: by matrices, in discrete time")
     require(acyclic(asked), "D has a cycle of channels")
     start: Forms | None = None
@@ -260,12 +264,11 @@ def require_windows(document: Document, asked: Asked) -> None:
         if given["start"] is not None:
             start = read_forms(given["start"], asked, T - 1, over_time=False, rate=rate)
             require(start.bounds == forms.bounds, "the forms at the start are about other bounds")
-    if start is None:
-        rest = [
-            Fraction(0) if one.operator else low
-            for one, (low, _) in zip(asked.nonlinearities, forms.bounds, strict=True)
-        ]
-        closed = closed_by(asked, rest)
+    both = zip(asked.nonlinearities, forms.bounds, strict=True)
+    ends = [(Fraction(0) if one.operator else low, high) for one, (low, high) in both]
+    loop = shifted_by(asked, ends) if zero else None
+    if start is None and loop is None:
+        closed = closed_by(asked, [low for low, _ in ends])
         require(closed is not None and half_plane_stable(closed), "the loop with the least slopes is not stable")
     n, m, T = asked.A.nrows(), asked.D.nrows(), forms.samples
     size, order = n + m * T, n + m * (T - 1)
@@ -282,20 +285,61 @@ def require_windows(document: Document, asked: Asked) -> None:
     P = fmpq_mat([[fmpq(half[max(i, j)][min(i, j)]) * scale for j in range(order)] for i in range(order)])
     now = cut(unit, 0, order)
     before = now.transpose() * P * now
-    needed = [before - later.transpose() * P * later - _total(forms, phi, sigma)]
+    falls, needed = before - later.transpose() * P * later - _total(forms, phi, sigma), list[fmpq_mat]()
     for block in asked.operators:  # at the last of the samples
         r, weight = asked.bounds[block[0]][1], weights[block[0]]
         w = _rows([cut(side[T - 1], i, 1) for side in (sigma, phi) for i in block])
         form = diagonal([weight * r * r] * len(block) + [-weight] * len(block))
-        needed[0] -= w.transpose() * form * w
+        falls -= w.transpose() * form * w
+    if loop is not None:
+        require(document.rate is None, "there is a rate, and an eigenvalue 1")
+        states, seen = require_rests(asked, loop, ends, proof["zero"])
+        rests = states
+        for _ in range(T):
+            rests = stacked(rests, diagonal([low for low, _ in ends]) * seen)
+        require(bool(falls * rests == fmpq_mat(size, rests.ncols())), "the inequality is no equality at an equilibrium")
+        kept = [i for i in range(size) if i not in leading(*states.transpose().rref())]
+        falls = fmpq_mat([[falls[i, j] for j in kept] for i in kept])
+        if start is None:
+            _require_settling(asked, loop[0], forms, states, seen)
+            needed.append(rests.transpose() * before * rests)
+    needed.append(falls)
     if start is not None:
         whole = before - _total(start, phi, sigma)
         needed.append(fmpq_mat([[whole[i, j] for j in range(order)] for i in range(order)]))
     for bits in BITS:
         with working_precision(bits):
             if all(positive_definite(arb_mat(one)) for one in needed):
-                return
+                return loop is not None
     raise NotShown("the matrix of the inequality is not shown to be positive definite")
+
+
+def _require_settling(asked: Asked, A: fmpq_mat, forms: Forms, states: fmpq_mat, seen: fmpq_mat) -> None:
+    """What forms summed over time need beside an eigenvalue 1, and that all others are strictly inside.
+
+    With ``A~ N = N``, ``K A~ = K``, ``K N = 1`` those are the eigenvalues of ``A~ - N K``, beside 0.  ``He`` of the sum
+    of ``M_uv`` over all pairs of samples is positive definite on ``W C~ N``.
+    """
+    require(not asked.operators, "there is an operator beside an eigenvalue 1")
+    for one, (low, _) in zip(asked.nonlinearities, forms.bounds, strict=True):
+        steepest = "inf" if one.slope is None else one.slope[1]
+        rising = one.slope is not None and at_least(one.slope[0], low) and not one.time_varying
+        require(rising and isinstance(steepest, Fraction), "an eigenvalue 1, and no slope bounds")
+    unit = diagonal([Fraction(1)] * A.nrows())
+    left = null_space((A - unit).transpose()).transpose()
+    require(left.nrows() == states.ncols(), "there are more equilibria than those stated")
+    overlap = left * states
+    require(bool(overlap.det() != 0), "the eigenvalue 1 has too few eigenvectors")
+    require(half_plane_stable(A - states * overlap.inv() * left), "another eigenvalue is not strictly inside")
+    r = states.ncols()
+    moves = fmpq_mat(r, r)
+    for each in forms.each:
+        rows = [to_fmpq(forms.bounds[i][1] - forms.bounds[i][0]) * cut(seen, i, 1) for i in each.channels]
+        v = _rows(rows * forms.samples)
+        p = v.nrows()
+        moves += v.transpose() * fmpq_mat([[each.M[i, p + j] for j in range(p)] for i in range(p)]) * v
+    signs = (moves + moves.transpose()).charpoly().coeffs()  # all roots are real
+    require(all(c * (-1) ** (r - i) > 0 for i, c in enumerate(signs)), "the forms do not move every equilibrium")
 
 
 def _total(forms: Forms, phi: Sequence[fmpq_mat], sigma: Sequence[fmpq_mat]) -> fmpq_mat:

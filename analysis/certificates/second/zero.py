@@ -78,7 +78,7 @@ def null_space(M: fmpq_mat) -> fmpq_mat:
         Any matrix.
     """
     reduced, rank = M.rref()
-    n, pivots = M.ncols(), _leading(reduced, rank)
+    n, pivots = M.ncols(), leading(reduced, rank)
     free = [j for j in range(n) if j not in pivots]
     basis = fmpq_mat(n, len(free))
     for k, j in enumerate(free):
@@ -88,22 +88,23 @@ def null_space(M: fmpq_mat) -> fmpq_mat:
     return basis
 
 
-def _leading(reduced: fmpq_mat, rank: int) -> list[int]:
+def leading(reduced: fmpq_mat, rank: int) -> list[int]:
+    """The columns of the leading ones of a matrix in echelon form.
+
+    Parameters
+    ----------
+    reduced : fmpq_mat
+        In echelon form.
+    rank : int
+        Its number of rows that are not 0.
+    """
     return [next(j for j in range(reduced.ncols()) if reduced[i, j] != 0) for i in range(rank)]
 
 
-def require_equilibria(  # noqa: PLR0913  (the parts of one inequality)
-    asked: Asked,
-    shifted: Matrices,
-    scaled: tuple[list[list[fmpz]], int],
-    Pi: fmpq_mat,
-    theta: Sequence[Fraction],
-    zero: object,
-) -> list[int]:
-    """States that tell the equilibria of a certificate apart, after a check that the inequality is an equality there.
-
-    At ``A~ v = 0`` (discrete: ``v``) and ``psi = 0`` the form vanishes with its derivative if ``A~'Q v = 0`` (``Q v``)
-    and ``B~'Q v = Pi_21 C~ v``, where ``Pi_11 = 0``.
+def require_rests(
+    asked: Asked, shifted: Matrices, bounds: Sequence[tuple[Fraction, Fraction]], zero: object
+) -> tuple[fmpq_mat, fmpq_mat]:
+    """The states of the equilibria of a certificate, one column each, and their ``sigma``, which tells them apart.
 
     Parameters
     ----------
@@ -111,6 +112,52 @@ def require_equilibria(  # noqa: PLR0913  (the parts of one inequality)
         The plant and the classes.
     shifted : tuple of fmpq_mat
         ``A~, B~, C~, D~``.
+    bounds : sequence of pairs of Fraction
+        By whose lower ones the loop is shifted.
+    zero : object
+        The equilibria ``(x, phi)``, as they stand in the certificate.
+
+    Raises
+    ------
+    NotShown
+        One is none, or ``sigma`` is the same for some.
+    """
+    A, _, C, _ = shifted
+    n, m = A.nrows(), asked.D.nrows()
+    points = [numbers(v) for v in listed(zero)]
+    require(0 < len(points) <= m and all(len(v) == n + m for v in points), "the equilibria do not fit")
+    states, phi = (fmpq_mat([[to_fmpq(v[i]) for v in points] for i in part]) for part in (range(n), range(n, n + m)))
+    seen, turned = C * states, A - diagonal([Fraction(int(asked.discrete))] * n)
+    still = bool(turned * states == fmpq_mat(n, len(points)))
+    require(
+        still and bool(phi == diagonal([low for low, _ in bounds]) * seen), "an equilibrium is none with phi = L sigma"
+    )
+    require(seen.rank() == len(points), "sigma does not see all equilibria")
+    return states, seen
+
+
+def require_equilibria(  # noqa: PLR0913  (the parts of one inequality)
+    asked: Asked,
+    shifted: Matrices,
+    bounds: Sequence[tuple[Fraction, Fraction]],
+    scaled: tuple[list[list[fmpz]], int],
+    Pi: fmpq_mat,
+    theta: Sequence[Fraction],
+    zero: object,
+) -> list[int]:
+    """States that tell the equilibria of a certificate apart, after a check that the inequality is an equality there.
+
+    At ``A~ v = 0`` (discrete: ``v``) and ``psi = 0`` the form vanishes with its derivative if ``A~'Q v = -C~'Pi_11 C~
+    v`` (discrete: ``(A~ - 1)'Q v``) and ``B~'Q v = (Pi_21 - D~'Pi_11) C~ v``.
+
+    Parameters
+    ----------
+    asked : Asked
+        The plant and the classes.
+    shifted : tuple of fmpq_mat
+        ``A~, B~, C~, D~``.
+    bounds : sequence of pairs of Fraction
+        By whose lower ones the loop is shifted.
     scaled : tuple
         ``P`` and its exponent.
     Pi : fmpq_mat
@@ -125,21 +172,18 @@ def require_equilibria(  # noqa: PLR0913  (the parts of one inequality)
     NotShown
         It is not so, or ``sigma`` does not tell them apart.
     """
-    A, B, C, _ = shifted
+    A, B, C, D = shifted
     (rows, exponent), n, m = scaled, A.nrows(), asked.D.nrows()
-    turned = A - diagonal([Fraction(int(asked.discrete))] * n)
-    points = [numbers(v) for v in listed(zero)]
-    require(0 < len(points) <= m and all(len(v) == n + m for v in points), "the equilibria do not fit")
-    states, phi = (fmpq_mat([[to_fmpq(v[i]) for v in points] for i in part]) for part in (range(n), range(n, n + m)))
-    low, unit = diagonal([low for low, _ in asked.bounds]), fmpq(2) ** -exponent
+    states, seen = require_rests(asked, shifted, bounds, zero)
+    low, unit = diagonal([low for low, _ in bounds]), fmpq(2) ** -exponent
     P = fmpq_mat([[rows[max(i, j)][min(i, j)] * unit for j in range(n)] for i in range(n)])
-    flat, seen = (P + asked.C.transpose() * low * diagonal(theta) * asked.C) * states, C * states
-    none, side = fmpq_mat(n, len(points)), fmpq_mat([[Pi[m + i, j] for j in range(m)] for i in range(m)])
-    require(bool(turned * states == none) and bool(phi == low * seen), "an equilibrium is none with phi = L sigma")
-    require(bool(turned.transpose() * flat == none), "the inequality is no equality at an equilibrium")
-    require(bool(B.transpose() * flat == side * seen), "the inequality fails near an equilibrium")
-    require(seen.rank() == len(points), "sigma does not see all equilibria")
-    return _leading(*states.transpose().rref())
+    flat = (P + asked.C.transpose() * low * diagonal(theta) * asked.C) * states
+    square, side = (fmpq_mat([[Pi[top + i, j] for j in range(m)] for i in range(m)]) * seen for top in (0, m))
+    turned = A - diagonal([Fraction(int(asked.discrete))] * n)
+    level = bool(turned.transpose() * flat == -C.transpose() * square)
+    require(level, "the inequality is no equality at an equilibrium")
+    require(bool(B.transpose() * flat == side - D.transpose() * square), "the inequality fails near an equilibrium")
+    return leading(*states.transpose().rref())
 
 
 def without(M: arb_mat, left_out: Sequence[int]) -> arb_mat:

@@ -1,0 +1,136 @@
+"""Several nonlinearities: which multipliers the plant and the classes permit, and poles at 0 (z = 1) of the loop."""
+
+from __future__ import annotations
+
+import math
+
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.channels import Plant
+from lure.analysis.certificates.frequencies import shifted
+from lure.analysis.inequality.coupled_forms import Group
+from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
+from lure.analysis.questions.channel_problem import channel_plant, loop_plant
+from lure.analysis.questions.problem import Problem
+from lure.errors import AssumptionError, Reason
+from lure.plants.delay_matrix import DelayMatrix
+
+
+def free_channels(asked: Problem) -> list[bool]:
+    """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    plant = loop_plant(asked.plant)
+    static = [not any(line) for line in (plant.base if isinstance(plant, DelayMatrix) else plant).D]
+    functions = [not (one.time_varying or one.operator) for one in asked.classes.classes]
+    return [alone and one for alone, one in zip(static, functions, strict=True)]
+
+
+def modes_of(asked: Problem) -> ZeroModes | None:
+    """The eigenvalues 0 (z = 1) of the loop with the gains at the lower bounds; None if there are none.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+
+    Raises
+    ------
+    AssumptionError
+        No theorem covers them.
+    """
+    H = channel_plant(asked.plant)
+    A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
+    A, B, C, _ = shifted(Plant(A, B, C, D, H.dt is not None), list(asked.classes.lower))
+    return zero_modes(A, B, C, discrete=H.dt is not None)
+
+
+def is_critical(asked: Problem) -> bool:
+    """Whether with the gains at the lower bounds there are eigenvalues 0 (z = 1), covered by a theorem or not.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    try:
+        return modes_of(asked) is not None
+    except (AssumptionError, Rejected):
+        return True
+
+
+def require_no_zero(asked: Problem) -> None:
+    """Refuse a loop with such eigenvalues, for the theorems that need it stable.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+
+    Raises
+    ------
+    AssumptionError
+        It has some: LURE-I012.
+    """
+    if modes_of(asked) is not None:
+        raise AssumptionError(
+            "the loop with the gains at the lower bounds has an eigenvalue 0, or z = 1 (the critical case), left to "
+            "the circle criterion and Popov's with a multiplier for each channel, to kernels (in discrete time taps) "
+            "where all slopes are bounded, and to forms for ReLUs; give lower bounds above these",
+            code=Reason.CRITICAL,
+        )
+
+
+def rising(asked: Problem) -> bool:
+    """Whether every channel has slope bounds from the lower end on, at all times the same: kernels beside integrators.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    functions = [one for one in asked.classes.classes if one.operator != "performance"]
+    slopes = [one.slope.lower for one in functions if one.slope is not None and not one.time_varying]
+    finite = all(one.slope is not None and math.inf not in (-one.slope.lower, one.slope.upper) for one in functions)
+    return finite and slopes == [one.gains[0] for one in functions]
+
+
+def sloped_channels(asked: Problem) -> list[bool]:
+    """In which channels kernels are possible: the slope is bounded on both sides, and nothing depends on time.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    return [
+        one.slope is not None and not one.time_varying and math.inf not in (-one.slope.lower, one.slope.upper)
+        for one in asked.classes.classes
+    ]
+
+
+def groups_of(asked: Problem) -> list[Group]:
+    """The channels that one form is about: the ReLUs; those of one nonlinearity with slope bounds; each other one.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    classes, sloped, found = asked.classes.classes, sloped_channels(asked), list[Group]()
+    rectifiers = tuple(i for i, one in enumerate(classes) if one.rectifier)
+    if rectifiers:
+        found.append(Group("relu", rectifiers))
+    found += [Group("operator", tuple(block)) for block in asked.classes.operators]
+    for block in asked.classes.blocks:
+        one = classes[block[0]]
+        if one.rectifier or one.operator:
+            continue
+        if sloped[block[0]] and one.slope is not None and (one.slope.lower, one.slope.upper) == one.gains:
+            found.append(Group("odd" if one.odd else "monotone", tuple(block)))
+        else:
+            found += [Group("sector", (i,)) for i in block]
+    return found
