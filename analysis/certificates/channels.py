@@ -164,15 +164,22 @@ def triangle(given: Any, order: int) -> Rows:
     return [[half[max(i, j)][min(i, j)] for j in range(order)] for i in range(order)]
 
 
-def definite(Pi: Rows, view: Rows, where: str, less: Any = None) -> None:
-    """``view' Pi view``, less a matrix if there is one, is positive definite."""
+def definite(Pi: Rows, view: Rows, where: str, less: Any = None, resting: bool = False) -> None:
+    """``view' Pi view``, less a matrix if there is one, is positive definite, or ``resting`` semidefinite."""
     columns = [*zip(*view)]
     turned = [[dot(row, column) for row in Pi] for column in columns]
     inner = [[dot(row, column) for column in columns[: i + 1]] for i, row in enumerate(turned)]
     if less is not None:
         inner = [[v - w for v, w in zip(row, other)] for row, other in zip(inner, less)]
-    q = states.unit(inner)
-    need(positive_definite([[int(q * v) for v in row] for row in inner]), f"Pi is not positive definite {where}")
+    q, failure = states.unit(inner), f"Pi is not positive {'semi' * resting}definite {where}"
+    if not resting:
+        return need(positive_definite([[int(q * v) for v in row] for row in inner]), failure)
+    left = [[inner[max(i, j)][min(i, j)] for j in range(len(inner))] for i in range(len(inner))]
+    while left:
+        tick()
+        (pivot, *side), *rows = left
+        need(pivot > 0 or (pivot == 0 and not any(side)), failure)
+        left = [[v - first * u / pivot if pivot else v for v, u in zip(row, side)] for first, *row in rows]
 
 
 def closed_by(H: Plant, gains: list[Fraction]) -> Rows | None:

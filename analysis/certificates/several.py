@@ -226,7 +226,7 @@ def proved(
         if key == "forms":
             part, bounds = windows.static(given, asked)
         else:
-            part = full_block(given, turned[popov:], [bounds[i] for i in own])
+            part = full_block(given, turned[popov:], [bounds[i] for i in own], bool(zero))
         for i, row in zip(places, part):
             for j, v in zip(places, row):
                 Pi[i][j] += v
@@ -501,13 +501,13 @@ def diagonal(weights: list[Fraction], bounds: Any) -> Rows:
     return Pi
 
 
-def full_block(given: Any, parts: Any, bounds: Any) -> Rows:
+def full_block(given: Any, parts: Any, bounds: Any, resting: bool = False) -> Rows:
     """``Pi`` whose form is nonnegative for ``phi = Delta sigma``, ``Delta`` diagonal and within the bounds.
 
     At every vertex ``(1; Delta)' Pi (1; Delta) > 0``, and ``Pi`` has no entry > 0 on the diagonal of ``phi``: the form
     is concave in each ``Delta_ii``.  Or, with ``N``: ``phi_i - l_i sigma_i`` and ``u_i sigma_i - phi_i`` have one sign
     ``s_i``; times it both are ``y >= 0``, and the form in ``y`` less that of ``N``, entries ``>= 0``, is positive
-    definite for all signs, up to a common one.
+    definite for all signs, up to a common one.  With equilibria, ``resting``, all these are only semidefinite.
     """
     m = len(bounds)
     need(m <= MOST_VERTICES, f"full-block multipliers are for up to {MOST_VERTICES} channels")
@@ -516,7 +516,12 @@ def full_block(given: Any, parts: Any, bounds: Any) -> Rows:
         need(max(Pi[m + i][m + i] for i in range(m)) <= 0, "Pi is not concave in each gain")
         for ends in product(*bounds):
             view = [[Fraction(i == j) for j in range(m)] for i in range(m)]
-            definite(Pi, [*view, *([d * v for v in row] for d, row in zip(ends, view))], "at a vertex of the gains")
+            definite(
+                Pi,
+                [*view, *([d * v for v in row] for d, row in zip(ends, view))],
+                "at a vertex of the gains",
+                resting=resting,
+            )
         return Pi
     form(
         isinstance(parts[0], list) and len(parts[0]) == 2 ** (m - 1), f"N has one part for each of {2 ** (m - 1)} signs"
@@ -527,7 +532,7 @@ def full_block(given: Any, parts: Any, bounds: Any) -> Rows:
         for i, (sign, (l, u)) in enumerate(zip((1, *rest), bounds)):
             view[i][i] = view[i][m + i] = sign / (u - l)
             view[m + i][i], view[m + i][m + i] = sign * u / (u - l), sign * l / (u - l)
-        definite(Pi, view, "for one of the signs", N)
+        definite(Pi, view, "for one of the signs", N, resting)
     return Pi
 
 

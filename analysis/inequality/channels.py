@@ -66,7 +66,8 @@ class ChannelInequality(ShiftedLoop):
         """The largest factor for which multipliers were found; see :class:`ChannelSearch`."""
         top = min(most, LARGEST) * (1 - MEETING)
         search = dissipation.largest if dissipation.applies(self.cone) else KernelCone.largest
-        found = search(self.cone, widths, top if most < LARGEST else start or 1.0, top)
+        begin = start if start and widths(start).min() > 0 else max(1.0, 2 * start)
+        found = search(self.cone, widths, top if most < LARGEST else begin, top)
         return 0.0 if found is None else found.factor
 
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 from flint import fmpq, fmpq_mat
 
@@ -24,19 +24,22 @@ from lure.analysis.certificates.frequencies import shifted
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.coupled_forms import Cone, CoupledForms
 from lure.analysis.inequality.shifted_loop import Proposal
-from lure.analysis.inequality.zero_modes import ZeroModes, diagonal, doubles, exact, null_rows
+from lure.analysis.inequality.zero_modes import (
+    Exact,
+    Free,
+    Loop,
+    ZeroModes,
+    diagonal,
+    doubles,
+    exact,
+    floats,
+    fractions,
+    freed,
+)
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, np
 
 _SURE, _LARGEST, _LEAST, _BITS = 1e-7, 100.0, 1e-8, 56
-Exact: TypeAlias = "NDArray[np.object_]"  # of fractions
-
-
-class _Free(NamedTuple):
-    """What the equations leave free: the unknowns are ``basis`` times free ones; which of them are 0."""
-
-    basis: fmpq_mat
-    absent: set[int]
 
 
 class _Rest(NamedTuple):
@@ -67,29 +70,11 @@ class CriticalForms(CoupledForms):
     modes: ZeroModes = field()
 
     @cached_property
-    def _turn(self) -> fmpq_mat:
-        """``(x_0, x_1)`` of ``x``."""
-        N, K = self.modes.right, self.modes.left
-        n, r = N.nrows(), N.ncols()
-        right = (
-            N.tolist()
-            if n == r
-            else [a + b for a, b in zip(N.tolist(), null_rows(K).transpose().tolist(), strict=True)]
-        )
-        return fmpq_mat(right).inv()
-
-    @cached_property
-    def _loop(self) -> tuple[Exact, Exact, Exact, Exact]:
+    def _loop(self) -> Loop:
         """The loop shifted by the lower bounds, in the states ``(x_0, x_1)``."""
-        A, B, C, D = map(exact, shifted(self.plant, list(self.least)))
-        return (
-            _array(self._turn * A * self._turn.inv()),
-            _array(self._turn * B),
-            _array(C * self._turn.inv()),
-            _array(D),
-        )
+        return self.modes.apart(shifted(self.plant, list(self.least)))
 
-    def _window(self, loop: Sequence[Exact], samples: int) -> tuple[Exact, Exact]:
+    def _window(self, loop: Loop, samples: int) -> tuple[Exact, Exact]:
         """The next state (``x'``) and all ``sigma``, of ``(x, psi_1, .., psi_T)``."""
         A, B, C, D = loop
         n, m = B.shape
@@ -109,7 +94,7 @@ class CriticalForms(CoupledForms):
         u = np.eye(seen.shape[1], dtype=object)[len(self.A) :]
         return u, wide[:, None] * seen - u
 
-    def _freed(self, widths: Sequence[Fraction]) -> _Free:
+    def _freed(self, widths: Sequence[Fraction]) -> Free:
         """The equations: the columns of the inequality that belong to ``x_0`` are 0."""
         n, m, T, r = len(self.A), len(self.D), self.samples, self.modes.right.ncols()
         moved = self._window(self._loop, T)[0]
@@ -136,7 +121,7 @@ class CriticalForms(CoupledForms):
                     column = -one.sign * both
                 columns.append(column.ravel())
                 positive.append(not one.free)
-        return _solved(np.array(columns, dtype=object).T, positive)
+        return freed(np.array(columns, dtype=object).T, positive)
 
     @cached_property
     def _places(self) -> list[tuple[int, int]]:
@@ -148,17 +133,17 @@ class CriticalForms(CoupledForms):
         exactly = [Fraction(float(w)) for w in widths]
         return self._programme(exactly, self._freed(exactly)) is not None
 
-    def _programme(self, widths: Sequence[Fraction], given: _Free) -> _Rest | None:
+    def _programme(self, widths: Sequence[Fraction], given: Free) -> _Rest | None:
         """What is free, with a margin that is more than rounding; None if there is nothing, or too much."""
         if not self.possible:
             return None
         checkpoint()
         n, m, T, r, order = len(self.A), len(self.D), self.samples, self.modes.right.ncols(), self.order
         basis, wide, N = doubles(given.basis), np.array([float(w) for w in widths]), n + m * T
-        size, moved = self._sized(wide), _floats(self._window(self._loop, T)[0])
-        u, v = map(_floats, self._parts(widths, T))
+        size, moved = self._sized(wide), floats(self._window(self._loop, T)[0])
+        u, v = map(floats, self._parts(widths, T))
         inner, outer = self._unknowns(size)
-        C, turned = _floats(self._loop[2]) * size[:n], [i for i in range(m) if self.free[i]]
+        C, turned = floats(self._loop[2]) * size[:n], [i for i in range(m) if self.free[i]]
         forms = [-self._products(g, c, u, v, T) for g, c in zip(self.groups, self.cones, strict=True)]
         known = np.concatenate([self._falling(outer, moved), *forms]) * np.outer(size, size)
         rates = [-np.outer(np.eye(N)[n + i], C[i] @ (moved / size[:n, None])) * np.outer(size, size) for i in turned]
@@ -216,7 +201,7 @@ class CriticalForms(CoupledForms):
 
     def _sized(self, wide: Reals) -> Reals:
         """Units of ``x_0``, ``x_1`` and ``psi``: about as large as the inputs make them."""
-        A, B, C, D = map(_floats, self._loop)
+        A, B, C, D = map(floats, self._loop)
         r = self.modes.right.ncols()
         inner = CoupledForms(
             *(A[r:, r:], B[r:], C[:, r:], D, 0 * self.lower),
@@ -240,7 +225,7 @@ class CriticalForms(CoupledForms):
                 found.append(product + product.T)
         return np.array(found)
 
-    def _signed(self, given: _Free, basis: Reals, at: NDArray[np.intp]) -> tuple[Reals, Reals]:
+    def _signed(self, given: Free, basis: Reals, at: NDArray[np.intp]) -> tuple[Reals, Reals]:
         """Signs, sums and sizes, as rows and what these are at most; those of the equations with some room."""
         limits, total, place = Limits(int(at[-1])), int(at[-1]), len(self._places)
 
@@ -327,42 +312,9 @@ class CriticalForms(CoupledForms):
         """``(x_0, x_1, psi_1, .., psi_(T - 1))`` of ``(x, phi_1, .., phi_(T - 1))``."""
         n, m, T = len(self.A), len(self.D), self.samples - 1
         if not T:
-            return self._turn
-        sigma = self._window([_array(exact(side)) for side in self.plant[:4]], T)[1]
+            return self.modes.turn
+        sigma = self._window(Loop(*(fractions(exact(side)) for side in self.plant[:4])), T)[1]
         low = np.array([fmpq(v.numerator, v.denominator) for v in self.least] * T, dtype=object)
         psi = np.eye(n + m * T, dtype=object)[n:] - low[:, None] * sigma
-        top = [[*row, *[fmpq(0)] * (m * T)] for row in self._turn.tolist()]
+        top = [[*row, *[fmpq(0)] * (m * T)] for row in self.modes.turn.tolist()]
         return fmpq_mat([*top, *([fmpq(v) for v in row] for row in psi.tolist())])
-
-
-def _solved(rows: Exact, positive: Sequence[bool]) -> _Free:
-    """The solutions of equations in unknowns some of which are not negative."""
-    absent, count = set[int](), len(positive)
-    while True:
-        kept = [j for j in range(count) if j not in absent]
-        reduced, rank = fmpq_mat([[fmpq(row[j]) for j in kept] for row in rows.tolist()]).rref()
-        lines = [[(kept[j], reduced[i, j]) for j in range(len(kept)) if reduced[i, j] != 0] for i in range(rank)]
-        gone = set[int]()
-        for line in lines:
-            if all(positive[j] for j, _ in line) and all(v > 0 for _, v in line):
-                gone |= {j for j, _ in line}
-        if not gone:
-            break
-        absent |= gone
-    pivots = [line[0][0] for line in lines]
-    free = [j for j in kept if j not in pivots]
-    basis = fmpq_mat(count, len(free))
-    for k, j in enumerate(free):
-        basis[j, k] = fmpq(1)
-        for pivot, line in zip(pivots, lines, strict=True):
-            basis[pivot, k] = -dict(line).get(j, fmpq(0))
-    return _Free(basis, absent)
-
-
-def _array(M: fmpq_mat) -> Exact:
-    return np.array(M.tolist(), dtype=object).reshape(M.nrows(), M.ncols())
-
-
-def _floats(M: Exact) -> Reals:
-    flat = [float(Fraction(int(fmpq(v).p), int(fmpq(v).q))) for v in M.ravel()]
-    return np.array(flat).reshape(M.shape)

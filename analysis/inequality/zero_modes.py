@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple, TypeAlias
 
 from flint import fmpq, fmpq_mat, fmpq_poly
 
@@ -19,6 +20,23 @@ from lure.arrays import NDArray, np
 from lure.errors import AssumptionError, Reason
 
 Rows = Sequence[Sequence[Fraction]]
+Exact: TypeAlias = "NDArray[np.object_]"  # of fractions
+
+
+class Loop(NamedTuple):
+    """``A``, ``B``, ``C`` and ``D``, in fractions."""
+
+    A: Exact
+    B: Exact
+    C: Exact
+    D: Exact
+
+
+class Free(NamedTuple):
+    """What equations leave free: the unknowns are ``basis`` times free ones; which of them are 0."""
+
+    basis: fmpq_mat
+    absent: set[int]
 
 
 @dataclass(frozen=True)
@@ -45,6 +63,26 @@ class ZeroModes:
     def outputs(self) -> fmpq_mat:
         """(m, r) ``C N``."""
         return self.seen * self.right
+
+    @cached_property
+    def turn(self) -> fmpq_mat:
+        """(n, n) ``(x_0, x_1)`` of ``x``, ``x = N x_0 + X x_1`` with ``K X = 0``."""
+        beside = self.right.tolist()
+        if self.right.nrows() > self.right.ncols():
+            beside = [a + b for a, b in zip(beside, null_rows(self.left).transpose().tolist(), strict=True)]
+        return fmpq_mat(beside).inv()
+
+    def apart(self, loop: Sequence[Rows]) -> Loop:
+        """The loop in the states ``(x_0, x_1)``.
+
+        Parameters
+        ----------
+        loop : sequence of matrices
+            ``A``, ``B``, ``C`` and ``D``, shifted by the lower bounds.
+        """
+        A, B, C, D = map(exact, loop)
+        back = self.turn.inv()
+        return Loop(*map(fractions, (self.turn * A * back, self.turn * B, C * back, D)))
 
     def residue(self) -> NDArray[np.float64]:
         """``R`` (m, m) [unit of sigma / unit of mu / s; in discrete time without s]."""
@@ -185,10 +223,12 @@ def null_rows(M: fmpq_mat) -> fmpq_mat:
     Parameters
     ----------
     M : fmpq_mat
-        Square and singular.
+        Any; without a null space no rows.
     """
     reduced, rank = M.rref()
     n = M.ncols()
+    if rank == n:
+        return fmpq_mat(0, n)
     pivots = [next(j for j in range(n) if reduced[i, j] != 0) for i in range(rank)]
     basis = []
     for k in (j for j in range(n) if j not in pivots):
@@ -213,3 +253,65 @@ def diagonal(values: Sequence[Fraction]) -> fmpq_mat:
 def doubles(M: fmpq_mat) -> NDArray[np.float64]:
     """The entries, rounded."""
     return np.array([[float(Fraction(int(v.p), int(v.q))) for v in row] for row in M.tolist()])
+
+
+def freed(rows: Exact, positive: Sequence[bool]) -> Free:
+    """The solutions of equations in unknowns of which some are not negative: those of a row of one sign are 0.
+
+    Parameters
+    ----------
+    rows : ndarray
+        (equations, unknowns), of fractions.
+    positive : sequence of bool
+        Which unknowns are not negative.
+
+    Examples
+    --------
+    >>> rows = np.array([[1, -2, 0, 0], [0, 0, 1, 3]], dtype=object)
+    >>> found = freed(rows, [False, True, True, True])
+    >>> found.basis.tolist() == [[2], [1], [0], [0]], found.absent
+    (True, {2, 3})
+    """
+    absent, count = set[int](), len(positive)
+    while True:
+        kept = [j for j in range(count) if j not in absent]
+        reduced, rank = fmpq_mat([[fmpq(row[j]) for j in kept] for row in rows.tolist()]).rref()
+        lines = [[(kept[j], reduced[i, j]) for j in range(len(kept)) if reduced[i, j] != 0] for i in range(rank)]
+        gone = set[int]()
+        for line in lines:
+            if all(positive[j] for j, _ in line) and all(v > 0 for _, v in line):
+                gone |= {j for j, _ in line}
+        if not gone:
+            break
+        absent |= gone
+    pivots = [line[0][0] for line in lines]
+    free = [j for j in kept if j not in pivots]
+    basis = fmpq_mat(count, len(free))
+    for k, j in enumerate(free):
+        basis[j, k] = fmpq(1)
+        for pivot, line in zip(pivots, lines, strict=True):
+            basis[pivot, k] = -dict(line).get(j, fmpq(0))
+    return Free(basis, absent)
+
+
+def fractions(M: fmpq_mat) -> Exact:
+    """A matrix as an array of fractions.
+
+    Parameters
+    ----------
+    M : fmpq_mat
+        Any.
+    """
+    return np.array(M.tolist(), dtype=object).reshape(M.nrows(), M.ncols())
+
+
+def floats(M: Exact) -> NDArray[np.float64]:
+    """An array of fractions or integers, rounded.
+
+    Parameters
+    ----------
+    M : ndarray
+        Any.
+    """
+    flat = [float(Fraction(int(fmpq(v).p), int(fmpq(v).q))) for v in M.ravel()]
+    return np.array(flat).reshape(M.shape)

@@ -78,8 +78,8 @@ def require_no_zero(asked: Problem) -> None:
     if modes_of(asked) is not None:
         raise AssumptionError(
             "the loop with the gains at the lower bounds has an eigenvalue 0, or z = 1 (the critical case), left to "
-            "the circle criterion and Popov's with a multiplier for each channel, to kernels (in discrete time taps) "
-            "where all slopes are bounded, and to forms for ReLUs; give lower bounds above these",
+            "the circle criterion and Popov's, to kernels (in discrete time taps) where all slopes are bounded, and to "
+            "forms for ReLUs; give lower bounds above these",
             code=Reason.CRITICAL,
         )
 

@@ -14,11 +14,12 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Plant, from_rest
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked
-from lure.analysis.certificates.frequencies import MOST_CHANNELS
+from lure.analysis.certificates.frequencies import MOST_CHANNELS, shifted
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channel_windows import ChannelWindows
 from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
 from lure.analysis.inequality.coupled_forms import CoupledForms
+from lure.analysis.inequality.critical_block import CriticalBlock
 from lure.analysis.inequality.critical_forms import CriticalForms
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
@@ -138,7 +139,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             and (sloped or not x.row.slope or (x.kind == _KERNELS and bool(_fixed(asked))))
         ]
         if is_critical(asked):
-            kinds = {0, STORED, _COUPLED} | (
+            kinds = {0, STORED, _COUPLED, _FULL} | (
                 {_KERNELS} if rising(asked) and channel_plant(asked.plant).dt is None else set()
             )
             kinds |= {_WINDOWS} if rising(asked) or asked.classes.rectified else set()
@@ -200,7 +201,7 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     """
     before, asked = asked, without_delays(asked)
     H, popov = channel_plant(asked.plant), not criterion.row.time_varying
-    if criterion.row.linear or criterion.kind not in (0, STORED, _COUPLED, _WINDOWS):
+    if criterion.row.linear or criterion.kind not in (0, STORED, _COUPLED, _WINDOWS, _FULL):
         require_no_zero(asked)
     free, lower = [one and popov for one in free_channels(asked)], np.array([float(v) for v in asked.classes.lower])
     if criterion.row.linear:
@@ -242,18 +243,29 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     if criterion.kind == 0:
         yield ChannelInequality(*given, modes=modes_of(asked))
         return
-    for orthants in (False, True):
-        yield FullBlockInequality(*given, orthants=orthants)
+    modes = modes_of(asked)
+    if modes is None:
+        for orthants in (False, True):
+            yield FullBlockInequality(*given, orthants=orthants)
+    elif not operators:
+        plant = _exactly(asked)
+        exactly = shifted(plant, list(asked.classes.lower))
+        yield CriticalBlock(*given[:5], exactly, plant.C, modes, free, popov, H.dt is not None)
 
 
 def _coupled(asked: Problem, given: tuple[Any, ...]) -> CoupledForms:
     """The search for forms, beside eigenvalues 0 (1) that which solves for them in fractions."""
-    modes, H = modes_of(asked), channel_plant(asked.plant)
+    modes = modes_of(asked)
     if modes is None:
         return CoupledForms(*given)
+    return CriticalForms(*given, plant=_exactly(asked), least=asked.classes.lower, modes=modes)
+
+
+def _exactly(asked: Problem) -> Plant:
+    """The plant as the checkers have it."""
+    H = channel_plant(asked.plant)
     A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
-    plant = Plant(A, B, C, D, H.dt is not None)
-    return CriticalForms(*given, plant=plant, least=asked.classes.lower, modes=modes)
+    return Plant(A, B, C, D, H.dt is not None)
 
 
 def _moved_by_stops(asked: Problem, moved: Problem, operators: Sequence[int]) -> MovedByStops:

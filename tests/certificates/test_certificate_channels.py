@@ -307,8 +307,9 @@ def random_rows(rng, order, low, high):
 
 # whatever the checker takes for a multiplier has a form that is nonnegative for the gains of the class; the diagonal is
 # raised step by step, so that it is taken when it has barely become one
+@pytest.mark.parametrize("resting", [False, True])
 @pytest.mark.parametrize("parts", [False, True])
-def test_what_is_taken_for_a_multiplier_is_nonnegative_for_random_gains(parts):
+def test_what_is_taken_for_a_multiplier_is_nonnegative_for_random_gains(parts, resting):
     rng, taken = random.Random(20261122), 0
     for _ in range(12):
         bounds = [(F(rng.randint(-4, 2), 4), F(rng.randint(3, 9), 4)) for _ in range(2)]
@@ -321,7 +322,7 @@ def test_what_is_taken_for_a_multiplier_is_nonnegative_for_random_gains(parts):
             for i in range(4 if parts else 2):
                 tried[i][i] = str(F(given[i][i]) + raised)
             try:
-                Pi = several.full_block(tried, N, bounds)
+                Pi = several.full_block(tried, N, bounds, resting)
             except Rejected:
                 continue
             taken += 1

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 from depth import sampled
 from scipy.linalg import expm
+from tampering import assert_both_reject, edited
 
 from lure import Diagonal, NonlinearityClass, Sector, as_plant, certify, max_sector
 from lure.analysis import Verdict
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.counterexamples.switched import switched_witness
+from lure.analysis.questions.channel_proofs import Criterion, proved_whole
+from lure.analysis.questions.problem import Problem
+from lure.analysis.theorems.table import TABLE
 
 ONE = Sector(0, 1)
 MOVING = NonlinearityClass(sector=ONE, time_varying=True)
@@ -131,3 +135,65 @@ def test_one_gain_in_two_channels_is_proved_where_two_gains_destabilise():
     assert one.largest.low > 3
     assert one.refuted_at is None
     assert certify(plant, gains(0.9, 5)).verdict is Verdict.REFUTED
+
+
+# The plant of docs/theory/full-block.md in two channels, an integrator in a third: with full-block multipliers 2.51077,
+# as without it, diagonal ones end at 2.48705; in discrete time z = (1 + s)/(1 - s)
+PAIR = [["1/(s+1)", "2/(s+2)", "0"], ["-2/(s+3)", "1/(s+1)^2", "0"], ["0", "0", "1/(s*(s+100))"]]
+FULL = Criterion("full-block-circle", next(row for row in TABLE if row.name == "circle"))
+
+
+def beside_an_integrator(k, *, discrete=False, kinds=(MOVING,) * 3):
+    plant = [[one.replace("s", "((z-1)/(z+1))") if discrete else one for one in row] for row in PAIR]
+    asked = Problem(plant=as_plant(plant, dt=1 if discrete else None), classes=Diagonal(kinds), kind="class")
+    return proved_whole(asked.scaled(Fraction(k)), FULL)
+
+
+@pytest.fixture(scope="module")
+def integrating():
+    return beside_an_integrator("2.51")
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+def test_full_blocks_beside_an_integrator_reach_as_far_as_without(discrete, integrating):
+    shown = beside_an_integrator("2.51", discrete=True) if discrete else integrating
+    assert shown.certificate["conclusion"] == "every motion is bounded"
+    assert recheck(dict(shown.certificate)).accepted
+    assert beside_an_integrator("2.512", discrete=discrete) is None
+
+
+def test_functions_that_do_not_vary_converge():
+    shown = beside_an_integrator("2.5", kinds=(NonlinearityClass(sector=ONE),) * 3)
+    assert shown.certificate["conclusion"] == "every motion converges to the set of equilibria"
+
+
+def test_the_form_is_nonnegative_for_every_gain_of_the_class(integrating):
+    half = [[double(v) for v in row] for row in integrating.certificate["multiplier"]["Pi"]]
+    Pi = np.array([[half[max(i, j)][min(i, j)] for j in range(6)] for i in range(6)])
+    rng = np.random.default_rng(0)
+    sigma, gains = rng.normal(size=(2000, 3)), 2.51 * rng.choice([0, 1, 0.5, 0.9], size=(2000, 3))
+    w = np.hstack([sigma, gains * sigma])
+    values = np.einsum("ki,ij,kj->k", w, Pi, w) / np.abs(Pi).max()
+    assert values.min() > -1e-12
+    beyond = np.hstack([sigma, 2.6 * np.sign(gains) * sigma])  # not for larger gains
+    assert np.einsum("ki,ij,kj->k", beyond, Pi, beyond).min() < 0
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("multiplier", "Pi", 2, 2), "-1"),  # sigma_3^2: below 0 where the integrator rests
+        (("multiplier", "Pi", 2, 2), "1"),  # and the inequality is no equality there
+        (("multiplier", "Pi", 2, 0), "1"),
+        (("multiplier", "Pi", 5, 2), lambda v: str(Fraction(v) * 2)),
+        (("multiplier", "Pi", 3, 3), "1"),
+        (("multiplier", "Pi", 0, 0), lambda v: str(-Fraction(v))),
+        (("proof", "zero"), lambda rows: [*rows, rows[0]]),
+        (("proof", "zero", 0, 0), "1"),
+        (("proof",), lambda proof: {key: value for key, value in proof.items() if key != "zero"}),
+        (("laws", "channels", 0, "sector"), ["0", "3"]),
+        (("system", "C", 2, 5), lambda v: str(Fraction(v) + 1)),
+    ],
+)
+def test_a_full_block_beside_an_integrator_that_was_tampered_with_is_rejected_by_both(integrating, path, value):
+    assert_both_reject(edited(integrating.certificate, *path, value=value))

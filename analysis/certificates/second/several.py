@@ -186,6 +186,11 @@ def _proved(document: Document, asked: Asked) -> bool:
     rows, left_out = triangle(proof["P"], asked.A.nrows()), list[int]()
     if zero:
         left_out = require_equilibria(asked, shifted, bounds, (rows, exponent), Pi, theta, proof["zero"])
+        for form in needed:  # all roots are real: they are nonnegative if these signs are
+            signs = form.charpoly().coeffs()
+            nonnegative = all(c * (-1) ** (form.nrows() - i) >= 0 for i, c in enumerate(signs))
+            require(nonnegative, "the form of the multiplier is negative for some gains")
+        needed = []
     for bits in BITS:
         with working_precision(bits):
             least, whole = _forms((asked.C, bounds, asked.discrete), shifted, (rows, exponent), Pi, theta)
