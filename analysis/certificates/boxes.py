@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 from . import channels, states
 from .arithmetic import INF, MINUS, ZERO, Form, S, fields, form, homogeneous, integer, need, number, numbers, real, tick
 from .balls import box as covered
-from .balls import tail
+from .balls import dot, tail
 from .blocks import Block, over_s
-from .channels import MOST_CHANNELS, MOST_STATES, Plant, Rows, closed_by
+from .channels import MOST_CHANNELS, MOST_STATES, Plant, Rows, closed_by, moved, seen
 from .gains import MOST_STEPS
 from .parametric import coefficients
 
@@ -135,6 +135,34 @@ class Matrices(NamedTuple):
             once = 2 * moves if self.time == "discrete" else c + moves
             found.append(max(once + more, 2 * sees, 2 * c + more, moves + sees if turned else 0))
         return found
+
+
+class Integers(NamedTuple):
+    """The terms of plants of several channels in one unit: for each entry, row by row, what it is in each term.
+
+    The first is the common denominator, then there are the rows of ``(A, -B)`` and of ``(C, -D)``.
+    """
+
+    unit: int
+    terms: list[tuple[list[int], Fraction, list[Rows]]]
+    entries: list[list[int]]
+
+    @classmethod
+    def of(cls, H: Matrices) -> Integers:
+        """Those of these plants."""
+        parts = [Plant(sides[0], sides[1], sides[2], sides[3], discrete=False) for *_, sides in H.terms]
+        rows = [[c, *(v for row in moved(one) + seen(one) for v in row)] for (_, c, _), one in zip(H.terms, parts)]
+        unit = states.unit(rows)
+        return cls(unit, H.terms, [[int(unit * v) for v in entry] for entry in zip(*rows)])
+
+    def at(self, point: list[Fraction]) -> list[Any]:
+        """A number ``u``, and ``u`` times the denominator and the rows of the plant with these parameters."""
+        weights = weighed(self.terms, point)
+        unit = states.unit([weights])
+        shares = [int(unit * w) for w in weights]
+        c, *values = (dot(shares, entry) for entry in self.entries)
+        size = len(self.terms[0][2][0]) + len(self.terms[0][2][3])
+        return [unit * self.unit, c, *(values[k : k + size] for k in range(0, len(values), size))]
 
 
 class Rods(NamedTuple):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import pairwise, product
-from math import prod
+from math import lcm, prod
 from typing import Any
 
 from . import arithmetic as exact
@@ -299,6 +299,7 @@ def over_boxes(
     popov, n, m, count = name == "diagonal-popov", len(H.terms[0][2][0]), len(H.pattern), 0
     need(not (popov and H.time == "discrete"), f"{name} is for continuous time")
     bounds = [asked.bounds(i) for i in range(m)]
+    terms = boxes.Integers.of(H)
     need(not H.rates or (rate, asked.performance) == (None, None), "no gains and rates with parameters that change")
     for box, entry in boxes.leaves(tree, H.box, H.rates):
         given, *turned, half, exponent = fields(entry, "lambda", *["theta"] * popov, "P", "exponent")
@@ -312,23 +313,22 @@ def over_boxes(
         Pi, parts = diagonal(weights, bounds), [states.symmetric(one, [], n)[0] for one in half]
         weighed(Pi, theta, bounds, asked, rate or ZERO)
         falls, above, common = dict[Any, Rows](), dict[Any, Rows](), dict[Any, Rows]()
+        L = lcm(*degrees) or 1  # all of it L times, so that t and P are of integers
+        Pi, theta = [[L * v for v in row] for row in Pi], [L * v for v in theta]
         for node in product(*(range(d + 1) for d in degrees)):
-            t = [Fraction(i, max(d, 1)) for i, d in zip(node, degrees)]
-            point = [low + (high - low) * share for (low, high), share in zip(box, t)]
-            P = [[dot([1, *t], cell) for cell in zip(*rows)] for rows in zip(*parts)]
-            one, c = H.plant(point), H.common(point)
-            rows = [*moved(one), *seen(one)]
-            q = states.unit(rows)
-            whole = [[v.numerator * (q // v.denominator) for v in row] for row in rows]
+            t = [i * L // max(d, 1) for i, d in zip(node, degrees)]
+            point = [low + (high - low) * Fraction(share, L) for (low, high), share in zip(box, t)]
+            P = [[dot([L, *t], cell) for cell in zip(*rows)] for rows in zip(*parts)]
+            u, c, *rows = terms.at(point)  # c is the denominator u times
             for found, M in zip(
-                (falls, above), inequality(P, (whole[:n], whole[n:], q, e), Pi, theta, bounds, one.discrete)
+                (falls, above), inequality(P, (rows[:n], rows[n:], c, e), Pi, theta, bounds, H.time == "discrete")
             ):
-                found[node] = [[Fraction(v) * (c / q) ** 2 for v in row] for row in M]
-            common[node] = [[c]]
+                found[node] = [[Fraction(v, u * u) for v in row] for row in M]
+            common[node] = [[Fraction(c, u)]]
         signs = [c for ((c,),) in parametric.coefficients(common, degrees)]
         need(min(signs) > 0 or max(signs) < 0, "the common denominator may vanish for some parameters")
         w = states.unit([*Pi, theta, [min(t * l, t * u) for t, (l, u) in zip(theta, bounds)]])
-        for found in (above, *boxes.moving(H, box, parts, falls, common, w)):
+        for found in (above, *boxes.moving(H, box, parts, falls, common, w * L)):
             for M in parametric.coefficients(found, degrees):
                 parametric.definite(M)
         count += 1

@@ -22,6 +22,12 @@ from lure.plants.channel_family import ChannelFamily
 from lure.plants.parameters import Box
 
 _LARGEST, _SURE, _MOST, _BITS = 4e7, 1e-8, 1e5, 48
+_EACH, _MORE, _VIOLATED, _FALSE = (
+    8,
+    12,
+    1e-8,
+    1e-5,
+)  # to begin with every 8th inequality; 12 more at once, where violated
 _SLACK = 1e-8  # of the least square of a gain, in units of the plant
 
 
@@ -93,25 +99,25 @@ class BoxMatrices:
             (one.powers, float(one.common), [np.array([[float(v) for v in row] for row in side]) for side in one.sides])
             for one in self.family.terms
         ]
-        self.discrete = self.family.dt is not None
+        self.discrete, self.needed = self.family.dt is not None, dict[tuple[int, ...], list[set[int]]]()
         rates = enumerate(self.family.rates)
         self.jumping = [j for j, rate in rates if rate and (rate == inf or self.discrete)]  # P does not depend on these
 
-    def at(self, point: Sequence[float]) -> tuple[float, list[Reals]]:
-        """The common denominator, and ``A``, ``B``, ``C``, ``D`` times it.
+    def at(self, points: Reals) -> tuple[Reals, list[Reals]]:
+        """The common denominator, (N,), and ``A``, ``B``, ``C``, ``D`` times it, (N, .., ..).
 
         Parameters
         ----------
-        point : sequence of float
-            The parameters.
+        points : ndarray
+            (N, parameters).
         """
-        shares = [prod(v**e for v, e in zip(point, powers, strict=True)) for powers, *_ in self.terms]
-        common = sum(w * c for w, (_, c, _) in zip(shares, self.terms, strict=True))
-        return common, [sum(w * one[2][k] for w, one in zip(shares, self.terms, strict=True)) for k in range(4)]  # type: ignore[misc]
+        powers, common = np.array([one[0] for one in self.terms]), np.array([one[1] for one in self.terms])
+        shares = np.prod(points[:, None, :] ** powers, axis=2)
+        return shares @ common, [np.tensordot(shares, [one[2][k] for one in self.terms], 1) for k in range(4)]
 
-    def degrees(self) -> list[int]:
-        """Of the matrix in each parameter; see the checker, which counts them likewise."""
-        found, turned = list[int](), any(self.free)
+    def degrees(self) -> tuple[list[int], list[int]]:
+        """In each parameter: of the matrix, as the checker counts, and of what is below ``V``."""
+        found, below, turned = list[int](), list[int](), any(self.free)
         for j in range(len(self.family.names)):
             c = max((powers[j] for powers, share, _ in self.terms if share), default=0)
             moves, sees = (
@@ -120,7 +126,8 @@ class BoxMatrices:
             )
             once = 2 * moves if self.discrete else c + moves
             found.append(max(once + 1, 2 * sees, 2 * c + 1, moves + sees if turned else 0))
-        return found
+            below.append(found[-1] if self.family.rates else max(2 * c + 1, 2 * sees if turned else 0))
+        return found, below
 
     def solved(self, box: Box, ends: Reals, gain: float | None = None) -> Found | None:
         """What serves on a box with the largest margin; None if nothing was found, or the programme is too large.
@@ -137,7 +144,7 @@ class BoxMatrices:
         checkpoint()
         n, own = self.family.order, self.performance or range(0)
         functions = [block for block in self.blocks if block != self.performance]
-        state, degrees = symmetric_basis(n), self.degrees()
+        state, degrees = symmetric_basis(n), self.degrees()[0]
         whole_box = any(low < high for low, high in box)
         degrees = degrees if whole_box else [0] * len(box)
         q, k, order = len(state) * (1 + len(box) * whole_box), len(functions), n + len(ends)
@@ -148,14 +155,12 @@ class BoxMatrices:
         scaled = ends / np.maximum(np.abs(ends).max(axis=1), 1e-300)[:, None]
         falls, above = self._coefficients(box, (units, scaled), (functions, state, degrees))
         falls = self._drifting(box, (falls, above), len(state), units.time)
-        blocks = [Block(one[-1], np.concatenate([one[:-1], -np.eye(order)[None]])) for one in falls]
-        for one in above:
-            whole = np.zeros((total, n, n))
-            whole[:q], whole[q + 2 * k : q + 3 * k], whole[-1] = one[:q], one[q:], -np.eye(n)
-            blocks.append(Block(np.zeros((n, n)), whole))
-            below = np.zeros((total, n, n))
-            below[:q] = -one[:q]
-            blocks.append(Block(_MOST * np.eye(n), below))
+        moves = np.concatenate([falls[:, :-1], np.tile(-np.eye(order), (len(falls), 1, 1, 1))], axis=1)
+        whole = np.zeros((len(above), total, n, n))
+        whole[:, :q], whole[:, q + 2 * k : q + 3 * k], whole[:, -1] = above[:, :q], above[:, q:], -np.eye(n)
+        below = np.zeros((1, total, n, n))  # in the middle, so that it is at most twice as much at a vertex
+        below[0, :q] = -np.concatenate([state, *[state / 2] * (q // len(state) - 1)])
+        parts = [(falls[:, -1], moves), (np.zeros((len(above), n, n)), whole), (_MOST * np.eye(n)[None], below)]
         limits = Limits(total)
         for i in (i for j in self.jumping * whole_box for i in range(len(state) * (1 + j), len(state) * (2 + j))):
             for sign in (1.0, -1.0):
@@ -181,10 +186,29 @@ class BoxMatrices:
             level = 0.0 if gain is None else gain**2 / square
             limits.at_most({total - 2: 1.0}, level)
             limits.at_most({total - 2: -1.0}, -level)
-        found = proposed(cost, blocks, *limits.arrays())
+        found = self._in_stages(cost, parts, limits)
         if found is None or (cost[-1] and not found[-1] > _SURE):
             return None
         return self._restored(found, units, (functions, state), square)
+
+    def _in_stages(self, cost: Reals, parts: list[tuple[Reals, Reals]], limits: Limits) -> Reals | None:
+        """A solution with respect to few of the inequalities, and to those that it violated, until it violates none."""
+        shape = tuple(len(constant) for constant, _ in parts)
+        chosen, found = self.needed.setdefault(shape, [{*range(0, size, _EACH)} for size in shape]), None
+        while True:
+            checkpoint()
+            pairs = [(part, i) for part, own in zip(parts, chosen, strict=True) for i in sorted(own)]
+            found = proposed(cost, [Block(part[0][i], part[1][i]) for part, i in pairs], *limits.arrays())
+            if found is None or (cost[-1] and not found[-1] > _SURE):
+                return None  # more inequalities leave no more
+            more, worst = 0, 0.0
+            for (constant, slopes), own in zip(parts, chosen, strict=True):
+                least = np.linalg.eigvalsh(constant + np.tensordot(slopes, found, (1, 0)))[:, 0]
+                violated = [int(i) for i in np.argsort(least)[:_MORE] if least[i] < -_VIOLATED and int(i) not in own]
+                own.update(violated)
+                more, worst = more + len(violated), min(worst, float(least.min()))
+            if not more:
+                return found if worst > -_FALSE else None
 
     def _drifting(self, box: Box, sides: tuple[Reals, Reals], k: int, time: float) -> Reals:
         """``falls`` for the extremes of ``P'`` of parameters that change with bounded rates, in continuous time."""
@@ -213,8 +237,8 @@ class BoxMatrices:
         units = self._units(box, np.tile([0.0, 1.0], (len(self.family.pattern), 1)))
         changes = list[float]()
         for j, pair in enumerate(box):
-            ends = [self.at([*middle[:j], float(end), *middle[j + 1 :]]) for end in pair]
-            (A, B, C, D), (A1, B1, C1, D1) = ([side / c for side in sides] for c, sides in ends)
+            common, sides = self.at(np.array([[*middle[:j], float(end), *middle[j + 1 :]] for end in pair]))
+            (A, A1), (B, B1), (C, C1), (D, D1) = (side / common[:, None, None] for side in sides)
             state, seen = units.state, units.seen
             parts = [(A1 - A) / state[:, None] * state / units.time, (B1 - B) / state[:, None] * seen / units.time]
             parts += [(C1 - C) * state / seen[:, None], D1 - D]
@@ -242,8 +266,8 @@ class BoxMatrices:
 
     def _units(self, box: Box, ends: Reals) -> _Units:
         """Those in which the plant in the middle has matrices of about the size 1."""
-        common, sides = self.at([float(low + high) / 2 for low, high in box])
-        A, B, C, D = (side / common for side in sides)
+        common, sides = self.at(np.array([[float(low + high) / 2 for low, high in box]]))
+        A, B, C, D = (side[0] / common for side in sides)
         functions = [i for block in self.blocks if block != self.performance for i in block]
         lower = np.zeros(len(D))
         lower[functions] = ends[functions, 0]
@@ -264,77 +288,77 @@ class BoxMatrices:
     def _coefficients(
         self, box: Box, sizes: tuple[_Units, Reals], over: tuple[list[range], Reals, list[int]]
     ) -> tuple[Reals, Reals]:
-        """Bernstein coefficients: (nodes, slopes of the unknowns and what is constant, N, N), and those of ``V``."""
+        """Bernstein coefficients: (nodes, slopes of the unknowns and what is constant, N, N), and those of ``V``.
+
+        Those of ``V`` are of its own degrees: raised to the others, as the checkers take them, they are means of these.
+        """
         (units, ends), (functions, state, degrees) = sizes, over
-        shape = [d + 1 for d in degrees]
-        falls: dict[tuple[int, ...], Reals] = {}
-        above: dict[tuple[int, ...], Reals] = {}
-        for node in product(*map(range, shape)):
-            point = [
-                float(low) + float(high - low) * i / max(d, 1)
-                for (low, high), i, d in zip(box, node, degrees, strict=True)
-            ]
-            t = np.array([1.0, *(i / d for i, d in zip(node, degrees, strict=True) if d)])
-            falls[node], above[node] = self._node(point, units, ends, functions, state)
-            for values in (falls, above):
-                own, rest = np.split(values[node], [len(state)])
-                spread = (t[:, None, None, None] * own).reshape(-1, *own.shape[1:])
-                values[node] = np.concatenate([spread, rest])
+        low, width = (np.array([float(v) for v in side]) for side in zip(*((a, b - a) for a, b in box), strict=True))
         found = list[Reals]()
-        for values in (falls, above):
-            whole = np.array([values[node] for node in product(*map(range, shape))])
-            whole = whole.reshape(*shape, *whole.shape[1:])
-            for axis, d in enumerate(degrees):
-                if not d:
-                    continue
-                basis = [
-                    [comb(d, i) * (r / d) ** i * (1 - r / d) ** (d - i) for i in range(d + 1)] for r in range(d + 1)
-                ]
-                whole = np.moveaxis(np.tensordot(np.linalg.inv(np.array(basis)), whole, (1, axis)), 0, axis)
+        for part, own in enumerate((degrees, [min(d, e) for d, e in zip(degrees, self.degrees()[1], strict=True)])):
+            shape = [d + 1 for d in own]
+            t = np.stack(np.meshgrid(*(np.arange(d + 1) / max(d, 1) for d in own), indexing="ij"), -1)
+            t = t.reshape(-1, len(own))
+            values = self._nodes(low + width * t, units, ends, functions, state)[part]
+            if any(own):
+                shares = np.hstack([np.ones((len(t), 1)), t])
+                spread = np.einsum("nj,nqab->njqab", shares, values[:, : len(state)])
+                spread = spread.reshape(len(t), -1, *values.shape[2:])
+                values = np.concatenate([spread, values[:, len(state) :]], axis=1)
+            whole = values.reshape(*shape, *values.shape[1:])
+            for axis, d in enumerate(own):
+                if d:
+                    r = np.arange(d + 1)[:, None] / d
+                    basis = np.hstack([comb(d, i) * r**i * (1 - r) ** (d - i) for i in range(d + 1)])
+                    whole = np.moveaxis(np.tensordot(np.linalg.inv(basis), whole, (1, axis)), 0, axis)
             found.append(whole.reshape(-1, *whole.shape[-3:]))
         return found[0], found[1]
 
     def _growing(self, psi: Reals, sigma: Reals, j: int, width: float, units: _Units) -> Reals:
         """Half of what a rate adds to ``V'`` for ``theta_j = 1``: ``a psi (sigma - psi/w)``, or of a sector."""
         if not self.rate or not self.free[j]:
-            return np.zeros((len(psi), len(psi)))
+            return np.zeros((*psi.shape, psi.shape[-1]))
         a, rest = abs(self.rate) / units.time, sigma - psi / width
         first = psi if self.sloped[j] or self.rate < 0 else width * sigma
-        return np.asarray(a * np.outer(first, rest if self.sloped[j] or self.rate > 0 else sigma))
+        return a * _outer(first, rest if self.sloped[j] or self.rate > 0 else sigma)
 
-    def _node(
-        self, point: Sequence[float], units: _Units, ends: Reals, functions: Sequence[range], state: Reals
+    def _nodes(
+        self, points: Reals, units: _Units, ends: Reals, functions: Sequence[range], state: Reals
     ) -> tuple[Reals, Reals]:
-        """The same at a plant, times the square of the common denominator over that in the middle."""
-        c, (A, B, C, D) = self.at(point)
-        c0, _ = self.at([float(low + high) / 2 for low, high in self.family.box])
-        c, A, B, C, D = c / c0, A / c0, B / c0, C / c0, D / c0
-        n, m = len(A), len(D)
+        """The same at plants, one a row, times the square of the common denominator over that in the middle."""
+        c0, _ = self.at(np.array([[float(low + high) / 2 for low, high in self.family.box]]))
+        (c, sides), (n, m) = self.at(points), self.terms[0][2][1].shape
+        c, (A, B, C, D) = (c / c0)[:, None, None], (side / c0 for side in sides)
         A, B = A / units.state[:, None] * units.state / units.time, B / units.state[:, None] * units.force / units.time
         C, D = C * units.state / units.seen[:, None], D * units.force / units.seen[:, None]
         left, right = np.hstack([np.eye(n), np.zeros((n, m))]), np.hstack([np.zeros((m, n)), np.eye(m)])
-        R, S = np.hstack([A, -B]), np.hstack([C, -D])
-        keep = left.T @ state @ left
+        R, S = np.concatenate([A, -B], axis=2), np.concatenate([C, -D], axis=2)
+        slopes = np.zeros((len(points), len(state) + 3 * len(functions) + 2, n + m, n + m))
+        keep, q, k = left.T @ state @ left, len(state), len(functions)
         if self.discrete:
-            first = c**2 * keep - R.T @ state @ R
+            moved = R.swapaxes(1, 2)[:, None] @ state @ R[:, None]
+            slopes[:, :q] = (c**2)[:, None] * keep - moved
         else:
-            moves = c * (left.T @ state @ R)
-            first = -(moves + moves.swapaxes(1, 2))
-        weights, turns, least = list[Reals](), list[Reals](), list[Reals]()
-        for block in functions:
-            X, Y = np.zeros((n + m, n + m)), np.zeros((n + m, n + m))
+            moves = c[:, None] * (left.T @ state @ R[:, None])
+            slopes[:, :q] = -(moves + moves.swapaxes(2, 3))
+        above = np.concatenate([c[:, None] ** 2 * state, np.zeros((len(points), k, n, n))], axis=1)
+        for i, block in enumerate(functions):
+            X, Y = np.zeros((2, len(points), n + m, n + m))
             for j in block:
                 low, high = ends[j]
-                X -= np.outer(c * right[j] - low * S[j], high * S[j] - c * right[j])
-                Y -= np.outer(right[j], C[j] @ R) + self._growing(c * right[j] - low * S[j], S[j], j, high - low, units)
-            weights.append(X + X.T)
-            turns.append((Y + Y.T) * float(self.free[block[0]]))
-            least.append(C[block[0]][:, None] * C[block[0]])
-        bounds = np.zeros((len(functions), n + m, n + m))
-        square, constant = np.zeros((n + m, n + m)), np.zeros((n + m, n + m))
+                psi, width = c[:, 0] * right[j] - low * S[:, j], high - low
+                X = X - _outer(psi, high * S[:, j] - c[:, 0] * right[j])
+                Y = Y - _outer(np.broadcast_to(right[j], psi.shape), (C[:, j : j + 1] @ R)[:, 0])
+                Y = Y - self._growing(psi, S[:, j], j, width, units)
+            slopes[:, q + i] = X + X.swapaxes(1, 2)
+            slopes[:, q + k + i] = (Y + Y.swapaxes(1, 2)) * float(self.free[block[0]])
+            above[:, q + i] = _outer(C[:, block[0]], C[:, block[0]])
         for j in self.performance or ():
-            square += c**2 * np.outer(right[j], right[j])
-            constant -= np.outer(S[j], S[j])
-        slopes = [first, np.array(weights).reshape(-1, n + m, n + m), np.array(turns).reshape(-1, n + m, n + m), bounds]
-        whole = np.concatenate([*slopes, square[None], constant[None]])
-        return whole, np.concatenate([c**2 * state, np.array(least).reshape(-1, n, n)])
+            slopes[:, -2] += c**2 * np.outer(right[j], right[j])
+            slopes[:, -1] -= _outer(S[:, j], S[:, j])
+        return slopes, above
+
+
+def _outer(x: Reals, y: Reals) -> Reals:
+    """Products of each pair of rows."""
+    return np.asarray(x[..., :, None] * y[..., None, :])

@@ -126,27 +126,36 @@ def _solved(
     from scipy import sparse
 
     (rows, most), size = given, len(cost)
-    sides, limits = [sparse.csc_matrix(rows)], [most]
+    sides, limits = [_entries(rows)], [most]
     cones = [clarabel.NonnegativeConeT(len(most))]
     for constant, slopes in blocks:
         i, j = np.tril_indices(len(constant))  # row by row below is column by column above, as the cone has it
         scale = np.where(i == j, 1.0, np.sqrt(2.0))
-        sides.append(sparse.csc_matrix(-(slopes[:, i, j] * scale).T))
+        sides.append(_entries(-(slopes[:, i, j] * scale).T))
         limits.append(constant[i, j] * scale)
         cones.append(clarabel.PSDTriangleConeT(len(constant)))
     for under, over in logarithms:  # (x_j, 1, x_k) in the exponential cone
-        sides.append(sparse.csc_matrix(([-1.0, -1.0], ([0, 2], [under, over])), shape=(3, size)))
+        sides.append((np.array([0, 2]), np.array([under, over]), np.array([-1.0, -1.0])))
         limits.append(np.array([0.0, 1.0, 0.0]))
         cones.append(clarabel.ExponentialConeT())
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = digits
-    whole = sparse.vstack(sides, format="csc")
+    starts = np.cumsum([0, *map(len, limits)])
+    down, across, values = (np.concatenate(part) for part in zip(*sides, strict=True))
+    down = down + np.repeat(starts[:-1], [len(one[0]) for one in sides])
+    whole = sparse.csc_matrix((values, (down, across)), shape=(starts[-1], size))
     solver = clarabel.DefaultSolver(
         sparse.csc_matrix((size, size)), -np.asarray(cost), whole, np.concatenate(limits), cones, settings
     )
     found = np.array(solver.solve().x)
     return found if found.shape == (size,) and np.isfinite(found).all() else None
+
+
+def _entries(rows: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
+    """Where a matrix is not 0, and what it is there."""
+    down, across = np.nonzero(rows)
+    return down, across, rows[down, across]
 
 
 def hermitian_rows(X: NDArray[np.complex128]) -> NDArray[np.float64]:

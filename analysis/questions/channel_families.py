@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import count, islice
-from typing import Any
+from typing import Any, NamedTuple
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import complete_and_check, guarded
@@ -33,7 +33,8 @@ from lure.plants.multivariable import MultivariablePlant
 from lure.plants.parameters import Box, Point
 
 CIRCLE, POPOV = "diagonal-circle", "diagonal-popov"
-_MOST, _MEET, _CORNERS = 250, 2e-3, 8
+_MOST, _MEET, _CORNERS = 250, 2e-3, 64
+_WORTH = 0.02  # of what is to be taken off the largest gain: cuts that take less are not asked for
 _SHAPES, _SEED = 16, 20261123  # of constant gains at which plants are compared
 _STEPS = (1e-4, 1e-3, 1e-2, 0.1)
 _FACTORS = (1e-4, 1e-3, 1e-2, 0.1, 0.5)
@@ -297,51 +298,112 @@ class BoxSearch:
 
     def _least_gain(self, known: Fraction) -> tuple[Fraction, Proved] | None:
         """The same of a gain: the box with the largest is cut until that of a plant is met."""
-        ends, family = self._ends(Fraction(1)), family_of(self.asked)
-        order, unit = count(), Fraction(self.asked.classes.upper[-1])
-        floor, heap = 0.0, list[tuple[float, int, list[families.Tree]]]()
-
-        def gain_at(point: Point) -> float:
-            found = self._at(point, ends, None)
-            if found is None:
-                raise families.Short(point, family.words(point))
-            return found.gain
-
-        def push(box: Box) -> list[families.Tree]:
-            nonlocal floor
-            found = self.matrices.solved(box, ends, None)
-            if found is None:
-                floor = max(floor, gain_at(tuple((low + high) / 2 for low, high in box)))
-            place: list[families.Tree] = [families.Leaf(box)]
-            heapq.heappush(heap, (-math.inf if found is None else -found.gain, next(order), place))
-            return place
-
-        for point in (family.middle, *islice(family.corners, _CORNERS)):
-            floor = max(floor, gain_at(point))
-        root, parts = push(family.box), list[tuple[list[families.Tree], int, Fraction, list[Any], list[Any]]]()
-        while -heap[0][0] > floor * (1 + _MEET) and len(heap) < _MOST:
-            _, _, place = heapq.heappop(heap)
-            box = place[0].box
-            floor = max(floor, gain_at(tuple((low + high) / 2 for low, high in box)))
-            j = self.matrices.widest(box)
-            at = families.simplest(*box[j])
-            halves = [(*box[:j], pair, *box[j + 1 :]) for pair in ((box[j][0], at), (at, box[j][1]))]
-            parts.append((place, j, at, push(halves[0]), push(halves[1])))
-        if math.isinf(heap[0][0]):
-            raise families.too_many(family, heap[0][2][0].box, _MOST)
-        for place, j, at, below, above in reversed(parts):
-            place[0] = families.Cut(place[0].box, j, at, below[0], above[0])
+        unit = Fraction(self.asked.classes.upper[-1])
+        boxes = _GainTree(self)
+        largest, tree = boxes.grown()
+        if math.isinf(largest.gain):
+            raise families.too_many(boxes.family, largest.place[0].box, _MOST)
+        gain = max(largest.gain, boxes.floor)
         for step in _STEPS:
-            alpha = Fraction(double_below(1 / (unit * Fraction(max(-heap[0][0], floor) * (1 + step)))))
+            alpha = Fraction(double_below(1 / (unit * Fraction(gain * (1 + step)))))
             if alpha <= known:
                 return None
             try:
-                shown = self.accepted(alpha, self.tree(alpha, 1 / float(unit * alpha), root[0]))
+                shown = self.accepted(alpha, self.tree(alpha, 1 / float(unit * alpha), tree))
             except AssumptionError:
                 continue
             if shown is not None:
                 return alpha, shown
         raise AssumptionError("a gain was found that the checker does not accept", code=Reason.NO_MULTIPLIER)
+
+
+class _Half(NamedTuple):
+    """A box that is not cut yet: its place in the tree, and by how much cuts across each parameter lower its gain."""
+
+    place: list[families.Tree]
+    gain: float
+    worth: list[float]
+
+
+class _GainTree:
+    """Boxes, of which that with the largest gain is cut until the gain of some plant is met.
+
+    Parameters
+    ----------
+    search : BoxSearch
+        The question.
+    """
+
+    def __init__(self, search: BoxSearch) -> None:
+        self.search, self.family = search, family_of(search.asked)
+        self.ends, self.order = search._ends(Fraction(1)), count()
+        self.floor, self.worst = 0.0, self.family.middle
+        self.heap = list[tuple[float, int, _Half]]()
+
+    def _look(self, point: Point) -> None:
+        """The gain of a plant."""
+        found = self.search._at(point, self.ends, None)
+        if found is None:
+            raise families.Short(point, self.family.words(point))
+        if found.gain > self.floor:
+            self.floor, self.worst = found.gain, point
+
+    def _gain(self, box: Box) -> float:
+        found = self.search.matrices.solved(box, self.ends, None)
+        return math.inf if found is None else found.gain
+
+    def _push(self, box: Box, worth: list[float], gain: float | None = None) -> _Half:
+        one = _Half([families.Leaf(box)], self._gain(box) if gain is None else gain, worth)
+        if math.isinf(one.gain):
+            self._look(tuple((low + high) / 2 for low, high in box))
+        heapq.heappush(self.heap, (-one.gain, next(self.order), one))
+        return one
+
+    def _across(self, one: _Half) -> int:
+        """The parameter to cut: by what a cut there took off, or where that is too little the widest."""
+        j = max(range(len(one.worth)), key=one.worth.__getitem__)
+        enough = one.worth[j] > _WORTH * (one.gain - self.floor) and math.isfinite(one.gain)
+        return j if enough else self.search.matrices.widest(one.place[0].box)
+
+    def _towards(self, box: Box) -> list[float]:
+        """What each cut takes off the gain of the half where the worst plant known is."""
+        whole, found = self._gain(box), list[float]()
+        for j, (low, high) in enumerate(box if math.isfinite(whole) else ()):
+            at = families.simplest(low, high)
+            half = (low, at) if self.worst[j] <= at else (at, high)
+            found.append(max(whole - self._gain((*box[:j], half, *box[j + 1 :])), 0.0))
+        return found or [0.0] * len(box)
+
+    def grown(self) -> tuple[_Half, families.Tree]:
+        """The box with the largest gain, and all.
+
+        Raises
+        ------
+        AssumptionError
+            At some plant the theorem does not serve.
+        """
+        for point in (self.family.middle, *islice(self.family.corners, _CORNERS)):
+            self._look(point)
+        root = self._push(self.family.box, [0.0] * len(self.family.box))
+        if root.gain > self.floor * (1 + _MEET):
+            self.heap.clear()
+            root = self._push(self.family.box, self._towards(self.family.box), root.gain)
+        cuts = list[tuple[_Half, int, Fraction, _Half, _Half]]()
+        while -self.heap[0][0] > self.floor * (1 + _MEET) and len(self.heap) < _MOST:
+            one = heapq.heappop(self.heap)[-1]
+            box = one.place[0].box
+            self._look(tuple((low + high) / 2 for low, high in box))
+            j = self._across(one)
+            at, halves = families.simplest(*box[j]), list[_Half]()
+            for pair in ((box[j][0], at), (at, box[j][1])):
+                half = self._push((*box[:j], pair, *box[j + 1 :]), list(one.worth))
+                off = one.gain - half.gain
+                half.worth[j] = max(off, 0.0) / 4 if math.isfinite(off) else 0.0  # as the square of the width
+                halves.append(half)
+            cuts.append((one, j, at, halves[0], halves[1]))
+        for one, j, at, below, above in reversed(cuts):
+            one.place[0] = families.Cut(one.place[0].box, j, at, below.place[0], above.place[0])
+        return self.heap[0][-1], root.place[0]
 
 
 def _in(i: int, blocks: Sequence[range]) -> bool:

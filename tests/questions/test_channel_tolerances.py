@@ -53,6 +53,17 @@ def test_the_member_of_a_box_has_the_worst_gains_of_all_channels():
     assert 1.599 < found.gain.low < 1.6 <= found.gain.high < 1.61
 
 
+# m x'' + c x' + k x = -phi + m b w, z = x: with phi = 0 the largest of m b |1/(k - m v + i c sqrt(v))|, v >= 0, is
+# b m/(c sqrt(k/m - c^2/(4 m^2))), 3.651067 at b = 6/5, m = k = 3/2, c = 1/2.  That is the 13th of 16 corners
+def test_a_box_of_four_parameters_whose_last_corners_are_the_worst_is_not_cut():
+    box = {"m": ("0.5", "1.5"), "k": ("1.5", "2.5"), "c": ("0.5", "1.5")}
+    family = PlantFamily.of_matrices([[0, 1], ["-k/m", "-c/m"]], [0, "1/m"], [1, 0], 0, box)
+    through = {"Bw": [[0], ["b"]], "Cz": [[1, 0]], "parameters": {"b": ("0.8", "1.2")}}
+    found = l2_gain(family, [Sector(0, Fraction(1, 5))], through)
+    assert 3.65106 < found.gain.low < 3.651067 < found.gain.high < 3.655
+    assert list(found.certificates["high"]["proof"]["boxes"]) == ["multiplier"]  # none at all: no box is cut
+
+
 def test_no_gain_is_finite_where_one_plant_is_unstable():
     family = ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (Fraction(-1, 2), 1)})
     found = l2_gain(family, [Sector(0, Fraction(1, 4))], {"Bw": [[1]], "Cz": [[1]]})
