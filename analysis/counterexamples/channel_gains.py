@@ -8,6 +8,7 @@ from fractions import Fraction
 from itertools import product
 
 from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.zero_modes import exact
 from lure.arrays import NDArray, Reals, np
 
 _ALL_VERTICES, _DRAWN, _SCALES, _POLISHED, _SEED = 6, 40, 90, 2, 20261122
@@ -15,11 +16,43 @@ _STEPS, _TRIED, _NEAR, _ROUGHLY, _ENOUGH = 25, 8, 32, 5, 1e-9  # of the search t
 _BEYOND = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2)  # of the crossing, so that rounding does not hide it
 _WORK = 4e8  # evaluations times the cube of the order, for shapes and scales
 _STILL = 1e-8  # of the largest eigenvalue
+_MOST_CORNERS, _FARTHEST, _SHORT = 10, 1e12, 10**6  # nonlinearities, factors, denominators: where D has no solution
 _ZOOMS, _POINTS, _REFINED = 9, 16, 12  # of a crossing: 16^-9 of the interval
 
 
 @dataclass(frozen=True)
-class GainSearch:
+class GainsAround:
+    """A plant in floating point with linear gains around it.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray
+        (n, n), (n, m), (m, n) and (m, m).
+    """
+
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+    C: NDArray[np.float64]
+    D: NDArray[np.float64]
+
+    def closed_by(self, gains: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The matrices of the loop with ``mu = -g sigma``: (.., n, n); with huge entries where there is no solution.
+
+        Parameters
+        ----------
+        gains : ndarray
+            (.., m), one of each channel.
+        """
+        m = gains.shape[-1]
+        G = gains[..., None] * np.eye(m)
+        whole = np.eye(m) + self.D @ G
+        whole = np.where(np.abs(np.linalg.det(whole))[..., None, None] < 1e-300, whole + 1e-9 * np.eye(m), whole)
+        seen = np.linalg.solve(whole, np.broadcast_to(self.C, (*G.shape[:-2], *self.C.shape)))
+        return np.asarray(self.A - self.B @ G @ seen)
+
+
+@dataclass(frozen=True)
+class GainSearch(GainsAround):
     """Gains ``g_i = l_i + tau_i (alpha u_i - l_i)``, ``0 <= tau_i <= 1``, of the classes ``[l_i, alpha u_i]``.
 
     Parameters
@@ -36,10 +69,6 @@ class GainSearch:
         Whether the loop with the gains ``lower`` has an eigenvalue 0 (1).
     """
 
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    D: NDArray[np.float64]
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
     blocks: Sequence[Sequence[int]]
@@ -54,13 +83,7 @@ class GainSearch:
         gains : ndarray
             (.., m).
         """
-        m = gains.shape[-1]
-        G = gains[..., None] * np.eye(m)
-        whole = np.eye(m) + self.D @ G
-        whole = np.where(np.abs(np.linalg.det(whole))[..., None, None] < 1e-300, whole + 1e-9 * np.eye(m), whole)
-        values = np.linalg.eigvals(
-            self.A - self.B @ G @ np.linalg.solve(whole, np.broadcast_to(self.C, (*G.shape[:-2], *self.C.shape)))
-        )
+        values = np.linalg.eigvals(self.closed_by(gains))
         return np.asarray(self._grows(np.asarray(values, dtype=complex)).max(axis=-1))
 
     def _grows(self, values: NDArray[np.complex128]) -> Reals:
@@ -127,6 +150,60 @@ class GainSearch:
             j = 1 + (self.growth(self._gains(shapes[:, None], points[:, 1:])) > 0).argmax(axis=1)
             low, high = points[row, j - 1], points[row, j]
         return np.where(never, np.inf, high)
+
+    def unsolvable(self, most: float) -> tuple[float, Reals] | None:
+        """The smallest factor found at which ``det(1 + D G) = 0``, with its ``tau``, a vertex; None up to ``most``.
+
+        The determinant is affine in each gain of its own, so that it vanishes at a vertex first.
+
+        Parameters
+        ----------
+        most : float
+            The largest factor of interest.
+        """
+        if not self.D.any() or len(self.blocks) > _MOST_CORNERS:
+            return None
+        shapes, one = self._spread(np.array(list(product((0.0, 1.0), repeat=len(self.blocks))))), np.eye(len(self.D))
+        still, moved = (side[:, None, :] * self.D for side in ((1 - shapes) * self.lower, shapes * self.upper))
+        kept = np.abs(np.linalg.det(one + still)) > _STILL
+        values = np.linalg.eigvals(-np.linalg.solve(one + still[kept], moved[kept])).astype(complex)
+        real = (np.abs(values.imag) <= _STILL * np.abs(values)) & (values.real * _FARTHEST > 1)
+        first = 1 / np.where(real, values.real, 0.0).max(axis=1, initial=1 / _FARTHEST)
+        k = int(np.argmin(first)) if len(first) else 0
+        found = len(first) and first[k] < _FARTHEST and first[k] <= most * (1 + _STILL)
+        return (float(first[k]), shapes[kept][k]) if found else None
+
+    def singular(
+        self, D: Rows, ends: tuple[Sequence[Fraction], Sequence[Fraction]], found: tuple[float, Reals], *, most: float
+    ) -> Iterator[list[Fraction]]:
+        """Gains near a vertex with ``det(1 + D G) = 0`` exactly, within the class of the factor ``most``.
+
+        Parameters
+        ----------
+        D : sequence of sequence of Fraction
+            ``D``, exactly.
+        ends : tuple of sequence of Fraction
+            The bounds at ``alpha = 1``, exactly.
+        found : tuple
+            The factor and the shape of :meth:`unsolvable`.
+        most : float
+            The largest factor allowed.
+        """
+        alpha, shape = found
+        short = Fraction(alpha).limit_denominator(_SHORT)
+        tried = [short] * (abs(float(short) - alpha) < _BEYOND[0] * alpha)
+        tried += [Fraction(alpha * (1 + beyond)) for beyond in _BEYOND]
+        alone = [block[0] for block in self.blocks if len(block) == 1 and shape[block[0]] > 0]
+        for factor, i in product((one for one in tried if one <= most), alone):
+            gains = [high * factor if tau else low for low, high, tau in zip(*ends, shape, strict=True)]
+            values = []
+            for gains[i] in (Fraction(0), Fraction(1)):
+                rows = [[(r == c) + v * gains[c] for c, v in enumerate(row)] for r, row in enumerate(D)]
+                values.append(exact(rows).det())
+            if values[0] != values[1]:
+                root = values[0] / (values[0] - values[1])
+                gains[i] = Fraction(int(root.p), int(root.q))
+                yield gains
 
     def _rough(self, shapes: Reals, scales: Reals) -> Reals:
         """The smallest factor at which each shape destabilises, between two scales as if growth were a line."""

@@ -15,7 +15,8 @@ from fractions import Fraction
 from itertools import product
 from typing import NamedTuple
 
-from lure.analysis.counterexamples.channel_switching import GainsAround, exponentials
+from lure.analysis.counterexamples.channel_gains import GainsAround
+from lure.analysis.counterexamples.channel_switching import exponentials
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np, optimize
 

@@ -15,6 +15,7 @@ from fractions import Fraction
 from itertools import groupby, product
 from typing import NamedTuple
 
+from lure.analysis.counterexamples.channel_gains import GainsAround
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np, optimize
 
@@ -44,34 +45,6 @@ class Switching(NamedTuple):
     times: list[Fraction]
     squarings: int
     bits: int
-
-
-@dataclass(frozen=True)
-class GainsAround:
-    """A plant in floating point with linear gains around it.
-
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m).
-    """
-
-    A: Reals
-    B: Reals
-    C: Reals
-    D: Reals
-
-    def closed_by(self, gains: Reals) -> Reals:
-        """The matrices of the loop with ``mu = -g sigma``: (k, n, n).
-
-        Parameters
-        ----------
-        gains : ndarray
-            (k, m), one of each channel.
-        """
-        G = gains[:, :, None] * np.eye(gains.shape[1])
-        seen = np.linalg.solve(np.eye(gains.shape[1]) + self.D @ G, np.broadcast_to(self.C, (len(G), *self.C.shape)))
-        return np.asarray(self.A - self.B @ G @ seen)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lure.analysis.certificates.boxes import plants
-from lure.analysis.counterexamples.channel_switching import GainsAround
+from lure.analysis.counterexamples.channel_gains import GainsAround
 from lure.analysis.plots.style import BLUE, GREY, VERMILLION, axes_or_new, finish_axes, room_below
 from lure.analysis.questions.decay import RateBound
 from lure.analysis.questions.gain import GainBound

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from itertools import chain
 from typing import Any
 
 from lure.analysis.certificates.arithmetic import Rejected
@@ -66,8 +67,11 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
     memory = any(each.memory for each in asked.classes.classes)
     upper[[each.memory == "stop" for each in asked.classes.classes]] = 0.0  # what is left of it far from 0
     search = GainSearch(A, B, C, D, lower, upper, asked.classes.blocks, H.dt is not None, is_critical(asked))
-    found = search.found(double_above(asked.classes.least), most)
-    for gains in search.proposals(*found, most=most) if found is not None else ():
+    found, lost = search.found(double_above(asked.classes.least), most), search.unsolvable(most)
+    tried: Iterable[list[Fraction]] = search.proposals(*found, most=most) if found is not None else ()
+    if lost is not None and (found is None or lost[0] <= found[0]):
+        tried = chain(search.singular(H.D, (asked.classes.lower, one), lost, most=most), tried)
+    for gains in tried:
         least = max((g / u for g, u in zip(gains, one, strict=True) if u > 0), default=Fraction(0))
         if math.isinf(most) and least <= 0:  # no gain is positive: they lie in the classes of every factor
             alpha, of = Fraction(0), Fraction(1)

@@ -421,9 +421,16 @@ def proposals(
     Raises
     ------
     InputError
-        There is no such criterion, or the loop is not well posed with the gains at the lower bounds.
+        There is no such criterion, or the loop is not well posed with the gains at the lower bounds, and none is a
+        member.
     """
-    require_well_posed(asked)
+    try:
+        require_well_posed(asked)
+    except InputError:
+        if asked.classes.rectified:
+            raise
+        yield "constant gains", lambda: refutation(asked, Fraction(1), constant_gains(asked.classes.lower))
+        return
     own = asked.class_entry
     if asked.classes.rectified:  # what was proved of other factors says nothing about these
         rows = ()

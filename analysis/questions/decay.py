@@ -20,7 +20,7 @@ from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
-from lure.analysis.questions.decay_channels import SeveralChannels, accepted, jumps
+from lure.analysis.questions.decay_channels import SeveralChannels, accepted, jumps, require_states
 from lure.analysis.questions.decay_families import BoxOfChannels, BoxOfPlants, end_of
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
@@ -252,6 +252,7 @@ class _OneChannel:
             reasons = [one.detail for one in self.asked.refusals] or ["it is not known to be locally Lipschitz"]
             raise InputError(f"decay rates are shown of nonlinearities whose class is known: {reasons[0]}")
         self.asked = replace(self.asked, plant=plant)
+        require_states(plant.order)
         if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
             raise InputError(
                 f"the class {own} has no uniform rate without finite bounds; give a sector with two numbers"

@@ -14,11 +14,13 @@ from lure.analysis.certificates.blocks import paced
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import checked, guarded
 from lure.analysis.certificates.systems import texts
-from lure.analysis.counterexamples.channel_switching import MOST_STATES, GainsAround, Pattern, SwitchedGains
+from lure.analysis.counterexamples.channel_gains import GainsAround
+from lure.analysis.counterexamples.channel_switching import MOST_STATES, Pattern, SwitchedGains
 from lure.analysis.deadline import checkpoint
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import criteria_for, proved_whole
 from lure.analysis.questions.channel_rates import weighed_searches
+from lure.analysis.questions.channels import require_well_posed
 from lure.analysis.questions.problem import Problem
 from lure.analysis.wording import class_words
 from lure.arrays import NDArray, Reals, np
@@ -50,6 +52,23 @@ def accepted(draft: dict[str, Any]) -> Proved | Refuted | None:
         return None
 
 
+def require_states(order: int) -> None:
+    """Refuse a plant without states.
+
+    Parameters
+    ----------
+    order : int
+        Their number.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    if not order:
+        raise InputError("the plant has no states, so that nothing decays; give one that has, or ask lure certify")
+
+
 @dataclass
 class SeveralChannels:
     """The searches for several nonlinearities, at a rate.
@@ -68,6 +87,8 @@ class SeveralChannels:
                 "decay rates are not shown of operators, and a class here is one, such as a delay; lure certify and "
                 "lure max-sector decide whether the loop is stable"
             )
+        require_states(len(self.plant.A))
+        require_well_posed(self.asked)
 
     close = CLOSE
 

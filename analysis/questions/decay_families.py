@@ -13,7 +13,7 @@ from typing import Any
 from lure.analysis.certificates.blocks import paced
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.systems import class_entry, system_of, texts
-from lure.analysis.counterexamples.channel_switching import GainsAround
+from lure.analysis.counterexamples.channel_gains import GainsAround
 from lure.analysis.inequality.box_polynomials import poles
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.questions import channel_families, families

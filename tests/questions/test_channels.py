@@ -253,6 +253,30 @@ def test_gains_below_zero_destabilise_whatever_the_factor():
     assert "whatever the factor" in str(found)
 
 
+@pytest.mark.parametrize(
+    ("D", "classes", "factor"),
+    [
+        ([[-1, 0], [0, 0]], [ONE, ONE], 1),  # 1 - g1
+        ([[0, 1], [1, 0]], [SlopeBounds(0, 2)] * 2, Fraction(1, 2)),  # 1 - g1 g2
+        ([[0, 2], [1, 0]], [ONE, ONE], Fraction(1) / 2**0.5),  # 1 - 2 g1 g2
+    ],
+)
+def test_gains_for_which_the_loop_has_no_solution_refute(D, classes, factor):
+    # slower than its gains: x' = -10 x - ..., so that D alone decides
+    plant = as_plant(([[-10]], [["1/100", "1/100"]], [["1/100"], ["1/100"]], D))
+    found = second(max_sector(plant, classes))
+    assert found.largest.low < factor <= found.refuted_at < factor * (1 + 1e-6)
+    assert "exactly one solution" in str(found)
+    gains = [*map(Fraction, found.refutation.certificate["proof"]["gains"])]
+    assert (1 + D[0][0] * gains[0]) * (1 + D[1][1] * gains[1]) == D[0][1] * D[1][0] * gains[0] * gains[1]
+
+
+def test_lower_bounds_for_which_the_loop_has_no_solution_refute_the_class_as_it_is():
+    found = certify(ILL_POSED, [Sector(1, 2), ONE])
+    assert found.verdict is Verdict.REFUTED
+    assert found.certificate["proof"]["gains"] == ["1", "0"]
+
+
 def test_poles_at_zero_that_the_theorem_does_not_cover_are_refused_unless_the_lower_bounds_move_them():
     plant = as_plant([["1/s", "1/s"], ["1/(s+1)", "1/(s^2+s)"]])
     critical = certify(plant, [ONE] * 2)

@@ -220,11 +220,18 @@ def test_random_members_are_no_slower_than_what_is_proved(friction):
         ("exp(-s)/(s+1)", Sector(0, 1), "this one has a dead time; lure certify and"),
         (RationalPlant([1], [1, 1]), Quantiser(step=1), "locally Lipschitz"),
         (RationalPlant([1], [2, 1], dt=1), Quantiser(step=1), "locally Lipschitz"),
+        (RationalPlant([-1], [1]), Sector(0, 1), "has no states"),
+        (as_plant([["-s/(s+1)", "0"], ["0", "1/(s+2)"]]), [Sector(1, 2)] * 2, "not well posed"),
     ],
 )
 def test_what_has_no_rate_is_refused_in_a_sentence(plant, given, said):
     with pytest.raises(InputError, match=said):
         decay_rate(plant, given)
+
+
+def test_members_without_a_solution_do_not_end_the_search():
+    found = decay_rate(as_plant([["-1", "0"], ["0", "1/(s+2)"]]), [Sector(0, 1)] * 2)  # 1 - g1 = 0 for one of them
+    assert found.verdict.name == "INCONCLUSIVE"
 
 
 def test_the_command_prints_both_sides_and_writes_the_certificate(lure, tmp_path):
