@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import product
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.zero_modes import exact
+from lure.analysis.inequality.zero_modes import Rows, exact
 from lure.arrays import NDArray, Reals, np
 
 _ALL_VERTICES, _DRAWN, _SCALES, _POLISHED, _SEED = 6, 40, 90, 2, 20261122

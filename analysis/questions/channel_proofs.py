@@ -25,6 +25,7 @@ from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.gain_splines import SPLINES, GainSplines
 from lure.analysis.inequality.kernel_cone import KernelCone
+from lure.analysis.inequality.kernel_parts import farthest_kernels
 from lure.analysis.inequality.kernel_rounding import multiplier
 from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.many_channels import ManyChannels
@@ -53,7 +54,7 @@ from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
 
-_STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+_STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 2e-5, 4e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
 SCALINGS = "matrix-scalings"
 _MEETING = (1e-5, 2e-3)  # relative: how near the ends of a search are that asks for proofs at each step; of kernels
@@ -392,7 +393,7 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
     top = min(most * (1 - MEETING), LARGEST)
     if 4 * start > LARGEST:  # more is not asked
         return None
-    found = cone.largest(lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
+    found = farthest_kernels(cone, lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
     if found is None:
         return None
     for step in _STEPS_BACK:
@@ -429,7 +430,7 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
     if search is None:
         return None
     cone, widths = search
-    found = cone.largest(lambda factor: np.array([*map(float, widths(Fraction(factor)))]), 1.0, 1.001)
+    found = farthest_kernels(cone, lambda factor: np.array([*map(float, widths(Fraction(factor)))]), 1.0, 1.001)
     if found is None or found.factor <= 1:
         return None
     return _accepted(asked, criterion.name, one, _by_kernels(asked, cone, found, widths(one)))

@@ -249,14 +249,12 @@ class _OneChannel:
                 "lure max-sector decide whether the loop is stable"
             )
         if self.asked.refusals or self.asked.untested or self.asked.rough:
-            reasons = [one.detail for one in self.asked.refusals] or ["it is not known to be locally Lipschitz"]
-            raise InputError(f"decay rates are shown of nonlinearities whose class is known: {reasons[0]}")
-        self.asked = replace(self.asked, plant=plant)
+            why = next((one.detail for one in self.asked.refusals), "it is not known to be locally Lipschitz")
+            raise InputError(f"decay rates are shown of nonlinearities whose class is known: {why}")
         require_states(plant.order)
+        self.asked = replace(self.asked, plant=plant)
         if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
-            raise InputError(
-                f"the class {own} has no uniform rate without finite bounds; give a sector with two numbers"
-            )
+            raise InputError(f"the class {own} has no uniform rate without finite bounds; give a sector of two numbers")
 
     @cached_property
     def plant(self) -> RationalPlant:

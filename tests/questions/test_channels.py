@@ -108,6 +108,17 @@ def test_the_answer_for_channels_that_do_not_interact_is_the_least_of_theirs():
         assert found.largest.low < factor < found.refuted_at < factor * (1 + 1e-6)
 
 
+@pytest.mark.parametrize("odd", [False, True])
+def test_loops_side_by_side_have_kernels_of_their_own(odd):
+    # s^3 + (2 + k) s^2 + (1 - k/5) s + 1 - k/10 is stable up to (2 + k)(1 - k/5) = 1 - k/10, which kernels reach and
+    # Popov's terms, which serve the other loop up to 8, do not: they end at 1.76
+    plant = as_plant([["(s^2-s/5-1/10)/(s^3+2*s^2+s+1)", "0"], ["0", "1/(s+1)^3"]])
+    found = max_slope(plant, [NonlinearityClass.slope_restricted(0, 1, odd=odd)] * 2)
+    limit = (0.7 + (0.7**2 + 0.8) ** 0.5) / 0.4
+    assert found.largest.low == pytest.approx(limit, rel=1e-3)
+    assert found.largest.low < limit < found.refuted_at < limit * (1 + 1e-6)
+
+
 def test_permuted_and_scaled_channels_have_the_same_answer():
     A, B, C, D = VEENMAN.doubles()
     turn = np.array([2, 0, 1])

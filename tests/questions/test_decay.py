@@ -10,7 +10,7 @@ import pytest
 from scipy import integrate, optimize
 from tampering import assert_both_reject, edited
 
-from lure import InputError, NonlinearityClass, Quantiser, RationalPlant, Sector, SlopeBounds, methods
+from lure import InputError, NonlinearityClass, Quantiser, RationalPlant, Sector, SlopeBounds, as_plant, methods
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.blocks import masses
 from lure.analysis.certificates.checker import check
