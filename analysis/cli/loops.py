@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from lure.analysis.questions import StabilityBound
     from lure.analysis.theorems.kernel_limit import MultiplierLimit
     from lure.analysis.verdict import Bracket, Witness
+    from lure.classes import NonlinearityClass
     from lure.files.system import LoopSystem
     from lure.plants.rational import RationalPlant
 
@@ -248,15 +249,15 @@ def max_sector(
     several = _several(system, (num, den, transfer, dt), given)
     if several is not None:
         return _largest_factor(several, "sector", criterion, seconds, out)
-    block = block_of(num, den, transfer, dt, system)
+    block, own = block_of(num, den, transfer, dt, system), _class_of(system)
     from lure.analysis.questions import max_sector as run
 
     with out.progress() as tell:
         found = run(
             block,
             criterion=criterion,
-            lower=number_of(lower),
-            time_varying=time_varying,
+            lower=_lower(lower, own and own.gains[0]),
+            time_varying=time_varying or (own is not None and own.time_varying),
             search="full" if full else "linear",
             seconds=seconds,
             progress=tell,
@@ -286,13 +287,14 @@ def max_slope(
     several = _several(system, (num, den, transfer, dt), given)
     if several is not None:
         return _largest_factor(several, "slope", criterion, seconds, out)
-    block = block_of(num, den, transfer, dt, system)
+    block, own = block_of(num, den, transfer, dt, system), _class_of(system)
+    odd, least = odd or (own is not None and own.odd), _lower(lower, own and own.slope and own.slope.lower)
     if limits:
         _check_limits(block)
     from lure.analysis.questions import max_slope as run
 
     with out.progress() as tell:
-        found = run(block, odd=odd, criterion=criterion, lower=number_of(lower), seconds=seconds, progress=tell)
+        found = run(block, odd=odd, criterion=criterion, lower=least, seconds=seconds, progress=tell)
     if not limits:
         return _print(found, block, as_json=as_json)
     limit = _limit(found, block)
@@ -347,7 +349,9 @@ def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str
     from lure.plants.multivariable import MultivariablePlant
 
     found = loop_named(system, None)
-    if not isinstance(found.block, MultivariablePlant | ChannelFamily | DelayMatrix):
+    own = found.nonlinearity_class
+    alone = own is not None and (own.linear or (own.time_varying and own.slope is not None))  # as for several channels
+    if not alone and not isinstance(found.block, MultivariablePlant | ChannelFamily | DelayMatrix):
         return None
     for name, said in given.items():
         if said:
@@ -356,6 +360,17 @@ def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str
                 "[[class]] of each"
             )
     return found
+
+
+def _class_of(system: str | None) -> NonlinearityClass | None:
+    """The class of a system with one channel, which says what the options leave out; None if it has none."""
+    return None if system is None else loop_named(system, None).nonlinearity_class
+
+
+def _lower(text: str, own: Fraction | float | None) -> Fraction:
+    """The option ``--lower``; where it is 0, as by default, the finite lower bound of the class of the system."""
+    given = number_of(text)
+    return given if given or own is None or not math.isfinite(own) else Fraction(own)
 
 
 def _largest_factor(
@@ -370,7 +385,9 @@ def _largest_factor(
     from lure.analysis.questions.channel_problem import channel_problem
     from lure.analysis.questions.largest import StabilityBound
 
-    problem = channel_problem(system, None, kind=kind, criterion=criterion, late=True)
+    own = system.nonlinearity_class
+    plant, given = (system, None) if own is None else (system.block, [own])
+    problem = channel_problem(plant, given, kind=kind, criterion=criterion, late=True)
     with out.progress() as tell:
         found = answer(problem, seconds=seconds, progress=tell)
     assert isinstance(found, StabilityBound), "a largest factor was asked for"

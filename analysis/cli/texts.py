@@ -171,8 +171,9 @@ Examples:
 \b
 H is the block from mu to sigma, and mu = -phi(sigma) with
 K1 sigma^2 <= sigma phi(sigma) <= k sigma^2.  Numbers are exact: 0.1 is 1/10.
-Of a system with several channels the largest factor of all upper bounds of
-its classes is printed.
+Of a system with several channels, or a constant gain, the largest factor of
+all upper bounds of its classes is printed.  What the [class] of one channel
+says beside its upper bound holds: time_varying, the lower bound.
 
 \b
 When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
@@ -215,8 +216,9 @@ Examples:
 
 \b
 H is the block from mu to sigma, and mu = -phi(sigma) with phi(0) = 0 and
-every difference quotient of phi in [K1, k].  Without --odd nothing is assumed
-of the symmetry of phi, and a bound for odd phi need not hold.
+every difference quotient of phi in [K1, k].  Without --odd, or odd = true in
+the [class] of the system, nothing is assumed of the symmetry of phi, and a
+bound for odd phi need not hold.
 
 \b
 With --limits it is also said from which slope on no multiplier of Zames and

@@ -312,6 +312,32 @@ def test_bad_files_are_one_sentence_and_nothing_is_written(lure, tmp_path, name,
     assert names(tmp_path) == ["plant.toml"]
 
 
+@pytest.mark.parametrize(
+    ("command", "plant", "said", "words", "largest"),
+    [
+        # z + 1/2 + 2 k/5 has its root inside up to k = 5/4
+        (
+            "max-sector",
+            'transfer = "2/5/(z+1/2)"\ndt = 1',
+            "sector = [-1, 1]\ntime_varying = true",
+            "[-1, ",
+            (1.25,) * 2,
+        ),
+        # Re 1/(s+1)^3 >= -1/4, so that the circle criterion ends at 4, Popov's at 8
+        ("max-slope", 'transfer = "1/(s+1)^3"', "slope = [0, 1]\ntime_varying = true", "time-varying", (4, 4)),
+        ("max-slope", 'transfer = "1/(s+1)^3"', "slope = [0, 1]\nodd = true", "time-invariant", (8, 8)),
+        # stable with every gain, while the sector is destabilised
+        ("max-sector", 'transfer = "s^2/(s^4+0.0003*s^3+10*s^2+0.0021*s+9)"', "gain = [0, 1]", "linear", (1e5, 1e6)),
+    ],
+)
+def test_what_the_class_of_a_file_says_holds(lure, tmp_path, command, plant, said, words, largest):
+    (tmp_path / "plant.toml").write_text(f"[plant]\n{plant}\n[class]\n{said}\n")
+    found = json.loads(lure(command, "--system", "plant.toml", "--json")[1])
+    assert largest[0] * (1 - 1e-6) <= found["largest"][0] <= largest[1]
+    assert words in found["sentence"]
+    assert found["time_varying"] == ("time_varying" in said)
+
+
 def test_a_mode_that_no_feedback_reaches_is_named(lure, tmp_path):
     # A = diag(1, -1), the unstable mode neither driven nor seen
     (tmp_path / "plant.toml").write_text("[plant]\nA = [[1, 0], [0, -1]]\nB = [0, 1]\nC = [0, 1]\n")
