@@ -120,7 +120,7 @@ class GainSearch(GainsAround):
         )
         if self.critical:  # H is infinite there, which says nothing about gains
             size = np.abs(poles).max() or 1.0
-            away = np.abs(points[:, None] - poles).min(axis=1) > 1e-6 * size
+            away = np.abs(points[:, None] - poles).min(axis=1) > 1e-3 * size
             points = np.append(points[away], np.exp(1j) if self.discrete else 1j * size)
         with np.errstate(all="ignore"):
             shifted = points[:, None, None] * np.eye(len(self.A)) - self.A + 1e-9 * np.eye(len(self.A))
