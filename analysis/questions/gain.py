@@ -8,6 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast
 
+from lure.analysis.certificates.channels import within
 from lure.analysis.drawing import drawn
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.questions.answers import answer
@@ -23,7 +24,7 @@ from lure.errors import InputError
 from lure.files.system import LoopSystem
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.family import PlantFamily
-from lure.plants.multivariable import MultivariablePlant, every_state_seen
+from lure.plants.multivariable import MultivariablePlant, part_seen
 from lure.plants.performance import Performance
 from lure.record import Page, derived, plain, quantity
 
@@ -321,7 +322,7 @@ def gain_problem(
 
 
 def _unbounded(found: StabilityBound, H: MultivariablePlant | ChannelFamily, size: int) -> bool:
-    """Whether constant gains leave a loop that is unstable, and minimal from ``w`` to ``z``: then no gain is finite."""
+    """Whether constant gains leave a loop that is unstable in what ``w`` moves and ``z`` sees: no gain is finite."""
     proof = {} if found.refutation is None else found.refutation.certificate["proof"]
     if isinstance(H, ChannelFamily):
         if proof.get("method") != "member":
@@ -330,7 +331,8 @@ def _unbounded(found: StabilityBound, H: MultivariablePlant | ChannelFamily, siz
     if proof.get("method") != "linear-gains" or "growth" in proof:
         return False  # it jumps, or grows far from 0 alone
     gains = [Fraction(gain) for gain in proof["gains"]]
-    return not any(gains[-size:]) and every_state_seen(H, gains, size)
+    part = None if any(gains[-size:]) else part_seen(H, gains, size)
+    return bool(part) and not within([list(row) for row in part or ()], H.dt is not None)
 
 
 def _differences(classes: Diagonal) -> Diagonal:

@@ -332,8 +332,8 @@ def _observed(A: fmpq_mat, C: fmpq_mat) -> fmpq_mat:
     return fmpq_mat(kept)
 
 
-def every_state_seen(plant: MultivariablePlant, gains: Sequence[Fraction], size: int) -> bool:
-    """Whether the last inputs move, and the last outputs see, every state of ``mu = -K sigma``; by exact ranks.
+def part_seen(plant: MultivariablePlant, gains: Sequence[Fraction], size: int) -> Rows | None:
+    """The matrix of the states of ``mu = -K sigma`` that the last inputs move and the last outputs see, exactly.
 
     Parameters
     ----------
@@ -343,22 +343,33 @@ def every_state_seen(plant: MultivariablePlant, gains: Sequence[Fraction], size:
         The diagonal of ``K``.
     size : int
         How many of the channels are the last.
+
+    Returns
+    -------
+    tuple of tuples of Fraction, or None
+        Square, of the order of a minimal realisation; None if the loop has no solution.
     """
     from flint import fmpq_mat
 
     if not plant.order:
-        return True
+        return ()
     A, B, C, D = (_flint(rows) for rows in (plant.A, plant.B, plant.C, plant.D))
     m = len(gains)
     K = _flint([[gain if i == j else Fraction(0) for j in range(m)] for i, gain in enumerate(gains)])
     one = _flint([[Fraction(int(i == j)) for j in range(m)] for i in range(m)])
     if (one + D * K).rank() < m:
-        return False
+        return None
     closed = (one + D * K).inv() * C
     inner = A - B * K * closed
     entering = (B - B * K * (one + D * K).inv() * D).transpose().tolist()[m - size :]
-    sides = ((inner, closed.tolist()[m - size :]), (inner.transpose(), entering))
-    return all(_observed(matrix, fmpq_mat(rows)).nrows() == plant.order for matrix, rows in sides)
+    other = fmpq_mat(entering)
+    for seen in (fmpq_mat(closed.tolist()[m - size :]), None):  # what z sees, then what of that w moves
+        basis = _observed(inner, other if seen is None else seen)
+        if not basis.nrows():
+            return ()
+        right = basis.transpose() * (basis * basis.transpose()).inv()  # basis * right = 1
+        inner, other = (basis * inner * right).transpose(), other * basis.transpose()
+    return _rows(inner)
 
 
 def _flint(rows: Sequence[Sequence[Fraction]]) -> fmpq_mat:

@@ -418,6 +418,9 @@ def test_states_that_nobody_named_have_no_inputs(lure, tmp_path):
         (([[-1, 0], [0, 1]], [[1], [0]], [[1, 0]], [[0]]), {"Bw": [[1], [0]], "Cz": [[1, 0]]}, 0),
         (([[1]], [[1]], [[1]], [[0]]), {"Bw": [[0]], "Cz": [[1]]}, 0),
         (([[1]], [[1]], [[1]], [[0]]), {"Bw": [[1]], "Cz": [[1]]}, math.inf),
+        # beside it a state that decays and is not moved, and one that z does not see
+        (([[1, 0], [0, -2]], [[1], [0]], [[1, 0]], [[0]]), {"Bw": [[1], [0]], "Cz": [[1, 1]]}, math.inf),
+        (([[1, 0], [0, -2]], [[1], [0]], [[1, 0]], [[0]]), {"Bw": [[1], [1]], "Cz": [[0, 1]]}, 0),
     ],
 )
 def test_no_gain_is_called_infinite_unless_w_moves_and_z_sees_what_grows(plant, performance, low):
