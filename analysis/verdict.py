@@ -55,6 +55,7 @@ Kind = Literal[
     "simulated orbit",
     "disturbance",
     "delay",
+    "ray",
 ]
 
 

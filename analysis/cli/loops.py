@@ -100,15 +100,16 @@ def _factors(found: StabilityBound) -> list[str]:
     proved, refuted = found.verdict is Verdict.PROVED, found.verdict is Verdict.REFUTED
     tried = ", the largest tried" if found.search_limited else ""
     said = [f"Classes: {found.classes}; every upper bound times k."]
+    alone = found.classes is not None and found.classes.rectified
     if proved:
-        alone = found.classes is not None and found.classes.rectified
         span = f"for k = {found.proved_text} alone" if alone else f"up to k = {found.proved_text}{tried}"
         said.append(f"Proved {span}, by {found.criterion} ({found.evidence}).")
         said.append(found.conclusion.headline)
     else:
         said.append("Not stable whatever k." if refuted else f"Nothing is proved: {found.reason}.")
     if found.witness is not None:
-        where = "" if refuted else f"Refuted from k = {found.refuted_text} on: "
+        at = f"at k = {found.refuted_text}" if alone else f"from k = {found.refuted_text} on"
+        where = "" if refuted else f"Refuted {at}: "
         text = f"{where}{found.witness.description} ({found.witness.evidence})."
         said.append(f"{text[0].upper()}{text[1:]}")
     elif proved:

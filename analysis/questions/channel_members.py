@@ -35,6 +35,7 @@ from lure.errors import AssumptionError
 from lure.plants.delay_matrix import DelayMatrix
 
 _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+_FACTORS = (1e-6, 1e-4, 1e-2, 0.1, 1.0, 10.0, 100.0)  # of ReLUs, beyond what is proved: where a ray is looked for
 _SHAPES, _CORNERS, _LARGEST = 3, 4, 1e6
 _TRIED, _RADII = 20, (Fraction(1, 10**10), Fraction(1, 10**7))
 _NEAR, _SAMPLES, _LONG = 1e-4, 200, 1200
@@ -100,6 +101,26 @@ def _by_delays(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
         shown = refutation(asked, alpha, proof)
         if shown is not None:
             return alpha, shown
+    return None
+
+
+def rays_refuting(asked: Problem, known: Fraction) -> tuple[Fraction, Refuted] | None:
+    """A factor above what is known with a solution that grows along a ray, the first tried; about no other factor.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question, ReLUs among its classes.
+    known : Fraction
+        A factor that is proved; 0 where nothing is.
+    """
+    if asked.classes.operators or isinstance(asked.plant, DelayMatrix):
+        return None
+    for step in _FACTORS:
+        alpha = Fraction(double_above(known * Fraction(1 + step))) if known else Fraction(step)
+        found = _by_rays(asked.scaled(alpha))
+        if found is not None:
+            return alpha, found[1]
     return None
 
 

@@ -21,7 +21,7 @@ from lure.analysis.certificates.systems import class_entries
 from lure.analysis.inequality.shifted_loop import LARGEST
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions import channel_families
-from lure.analysis.questions.channel_members import members_refuting, orbits_refuting
+from lure.analysis.questions.channel_members import members_refuting, orbits_refuting, rays_refuting
 from lure.analysis.questions.channel_problem import channel_plant, loop_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
@@ -52,6 +52,7 @@ from lure.plants.delay_matrix import DelayMatrix
 
 Tell = Callable[[str, float], None]
 MOVING, ORBITS = ("switched-gains", RAMPS, MEMBERS), ("flow-orbit", "memory-orbit", "sampled-orbit")
+RAY = "relu-ray"
 _NO_MULTIPLIER = "no multiplier was found"
 _MOST_ROUTH = 40  # states; beyond them exact arrays take a minute, and come after the criteria
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
@@ -97,6 +98,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
     low = 0.0 if proof is None else double_below(proof[0])
     high = None if against is None else double_above(against[0])
     jumps = against is not None and method_of(against[1]) in (*MOVING, *ORBITS)
+    alone = asked.classes.rectified and not never  # ReLUs of other factors are other nonlinearities
     witness = None if against is None else _witness(against[1], double_above(against[0]))
     about = asked.scaled(Fraction(1) if proof is None else proof[0])
     told: tuple[Problem, Proved | Refuted | None] = (about, None if proof is None else proof[1])
@@ -119,8 +121,10 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
         critical=proof is not None and "residue" in proof[1].facts,
         proviso="" if proof is None else proviso(proof[1]),
         criterion="" if proof is None else proof[1].theorem,
-        largest=Bracket(low, math.inf if high is None else max(low, high)),
-        hurwitz=Bracket(0.0 if asked.classes.rectified else low, math.inf if high is None or jumps else max(low, high)),
+        largest=Bracket(low, math.inf if high is None or alone else max(low, high)),
+        hurwitz=Bracket(
+            0.0 if asked.classes.rectified else low, math.inf if high is None or jumps or alone else max(low, high)
+        ),
         verdict=concluded.verdict,
         evidence=Evidence.CERTIFIED,
         theta=None,
@@ -143,9 +147,10 @@ def _witness(shown: Refuted, factor: float) -> Witness:
         proof, at = proof["proof"], {"parameters": {name: value for (name, *_), value in named}}
     jumps, bends = (m := proof["method"]) in MOVING, m in ORBITS
     kinds: dict[str, Kind] = {RAMPS: "varying gain", "flow-orbit": "periodic orbit", "signal": "disturbance"}
-    kinds |= {"delayed-gains": "delay", "memory-orbit": "periodic orbit", "sampled-orbit": "periodic orbit"}
+    kinds |= {"delayed-gains": "delay", RAY: "ray", "memory-orbit": "periodic orbit", "sampled-orbit": "periodic orbit"}
     parts = {"flow-orbit": ("nonlinearities", "state", "durations"), "memory-orbit": ("gains", "state", "durations")}
     parts["sampled-orbit"] = ("nonlinearities", "state", "inputs")
+    said = counterexample(shown)
     names = parts.get(m, ("slopes", "inputs") if m == "signal" else ("gains",))
     return Witness(
         kind=kinds.get(m, "switched gain" if jumps else "linear gains"),
@@ -154,7 +159,7 @@ def _witness(shown: Refuted, factor: float) -> Witness:
         slope_restricted=True,
         odd=not bends or bool(proof["half"]),
         time_varying=jumps,
-        description=f"{counterexample(shown)} {destroys(shown)}",
+        description=f"a solution grows without bound, {said}" if m == RAY else f"{said} {destroys(shown)}",
         data=at | {name: proof[name] for name in names},
         refutation=shown,
     )
@@ -286,6 +291,10 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
         jumping = guarded("switched gains", search, passing=(TimeoutError,))
         found.against = jumping if isinstance(jumping, tuple) else found.against
 
+    def grow() -> None:
+        ray = guarded("rays of ReLUs", partial(rays_refuting, asked, found.known), passing=(TimeoutError,))
+        found.against = ray if isinstance(ray, tuple) else found.against
+
     def oscillate() -> None:
         orbits = guarded(
             "periodic solutions", partial(orbits_refuting, asked, found.known, most), passing=(TimeoutError,)
@@ -309,7 +318,9 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
         if late:
             yield "constant gains", afterwards
             most = math.inf if found.against is None else float(found.against[0])
-        if found.known < most * (1 - _NEAR):
+        if asked.classes.rectified and found.against is None:
+            yield "rays of ReLUs", grow
+        elif found.known < most * (1 - _NEAR):
             yield "switched gains", switch
         most = math.inf if found.against is None else float(found.against[0])
         if found.known < most * (1 - _OPEN) and not family:

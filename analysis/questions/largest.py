@@ -339,7 +339,9 @@ class StabilityBound(Record):
         elif self.verdict is Verdict.INCONCLUSIVE:
             parts.append(f"Nothing is proved for any factor ({self.reason})")
         if self.witness is not None and self.refuted_at is not None:
-            whole = "members whatever the factor" if self.refuted_at == 0 else f"within {self.refuted_text} times"
+            alone = self.classes is not None and self.classes.rectified
+            at = f"{'at' if alone else 'within'} {self.refuted_text} times"
+            whole = "members whatever the factor" if self.refuted_at == 0 else at
             said, _, does = self.witness.description.partition(" destabil")
             words = f"{said}, {whole}, destabil{does}" if does else f"{said} ({whole})"
             parts.append(f"{words} ({self.witness.evidence})")

@@ -341,6 +341,15 @@ def test_a_factor_of_rectifiers_is_proved_alone():
     assert not contains(found.proof.certificate["laws"], shown.problem.class_entry)
 
 
+def test_a_factor_of_rectifiers_is_refuted_alone():
+    # x_1' = -x_1 + k max(x_1, 0) grows for k > 1, the other one, x_2' = -2 x_2 + k max(x_2, 0), for k > 2
+    plant = as_plant(([[-1, 0], [0, -2]], [[-1, 0], [0, -1]], [[1, 0], [0, 1]]))
+    found = second(max_sector(plant, [NonlinearityClass.relu()] * 2))
+    assert found.largest.low < 1 < found.refuted_at < 1 + 2e-6
+    assert found.largest.high == float("inf")  # nothing is said of larger factors
+    assert f"at {found.refuted_text} times" in str(found)
+
+
 # orders of sums led to 4.3366, 4.3376 and 4.3381; the search goes on while its programmes say that more is to be had
 @pytest.mark.thorough
 def test_the_slope_of_three_channels_does_not_depend_on_the_order_of_sums():
