@@ -26,7 +26,7 @@ Rows = list[list[Fraction]]
 class Plant(NamedTuple):
     """``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x+``), ``mu_i = -phi_i(sigma_i)``.
 
-    To ``sigma(t)`` each ``(T, C_T)`` of ``late`` adds ``C_T x(t - T)``.
+    To ``sigma(t)`` each ``(T, C_T)`` of ``late`` adds ``C_T x(t - T)``, and ``A_T x(t - T)`` of ``inner`` to ``x'``.
     """
 
     A: Rows
@@ -35,6 +35,7 @@ class Plant(NamedTuple):
     D: Rows
     discrete: bool
     late: tuple[tuple[Fraction, Rows], ...] = ()
+    inner: tuple[Rows, ...] = ()
 
 
 class Channels(NamedTuple):
@@ -83,15 +84,17 @@ def plant(system: Any, late: bool = False) -> Plant:
     A, B, C, D = ([numbers(row, width) for row in side] for side, width in zip(sides, (n, m, n, m)))
     form(
         isinstance(listed, list) and len(listed) <= MOST_DELAYS and (not late or len(listed) > 0),
-        "late is a list of pairs",
+        "late is a list of pairs, or of triples",
     )
-    parts = list[tuple[Fraction, Rows]]()
+    parts, inner = list[tuple[Fraction, Rows]](), list[Rows]()
     for one in listed:
-        form(isinstance(one, list) and len(one) == 2, "a dead time has its C")
-        form(isinstance(one[1], list) and len(one[1]) == m, "C of a dead time has other rows")
+        form(isinstance(one, list) and len(one) == len(listed[0]) and len(one) in (2, 3), "a dead time has its C")
+        for side, rows in zip(one[1:], (m, n)):
+            form(isinstance(side, list) and len(side) == rows, "C or A of a dead time has other rows")
         parts.append((number(one[0]), [numbers(row, n) for row in one[1]]))
+        inner += [[numbers(row, n) for row in side] for side in one[2:]]
     form(all(a < b for a, b in pairwise([ZERO, *(tau for tau, _ in parts)])), "the dead times do not ascend from 0")
-    return Plant(A, B, C, D, domain == "discrete", tuple(parts))
+    return Plant(A, B, C, D, domain == "discrete", tuple(parts), tuple(inner))
 
 
 def channels(data: Any, m: int) -> Channels:
@@ -287,18 +290,19 @@ def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]
     """
     need(not any(family.relu or family.memory for family in asked.families), "no gain is such a member")
     need(asked.performance is None, "beside dead times gains from w to z are not covered")
-    m, (d, N) = len(H.D), pieces.quotients(H, [ZERO] * len(H.D))
-    need(m <= frequencies.MOST_CHANNELS, "there are too many channels for determinants")
+    need(len(H.D) <= frequencies.MOST_CHANNELS, "there are too many channels for determinants")
     if proof["method"] == "late-gains":
         return still(H, asked, proof)
     if proof["method"] == "late-turns":
         number, found = pieces.right_roots(H, member(fields(proof, "method", "gains")[1], asked))
         need(number > 0, "with these gains no root Re s > 0 is shown")
         return 1, {"root": f"{number} roots Re s > 0: {found}"}
+    H, inner = pieces.opened(H)
+    m, (d, N) = len(H.D), pieces.quotients(H, [ZERO] * len(H.D))
     one = [[d if i == j else exact.Form() for j in range(m)] for i in range(m)]
     _, given, where, turn = fields(proof, "method", "gains", "frequencies", "turn")
     form(isinstance(given, list) and len(given) == 2, "there are gains at two ends")
-    ends, (a, b), (x, y) = [member(row, asked) for row in given], numbers(where, 2), numbers(turn, 2)
+    ends, (a, b), (x, y) = [member(row, asked) + inner for row in given], numbers(where, 2), numbers(turn, 2)
     need(0 < a < b, "the frequencies are not in order")
     apart = [j for j in range(m) if ends[0][j] != ends[1][j]]
     sides = [[[u + real(g) * f for u, f, g in zip(*rows, row)] for rows in zip(one, N)] for row in ends]
@@ -327,9 +331,10 @@ def still(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
     """
     gains = member(fields(proof, "method", "gains")[1], asked)
     C = [[sum(v, ZERO) for v in zip(*rows)] for rows in zip(H.C, *(rows for _, rows in H.late))]
+    A = [[sum(v, ZERO) for v in zip(*rows)] for rows in zip(H.A, *H.inner)]
     G = [[g * (i == j) for j in range(len(gains))] for i, g in enumerate(gains)]
     found, far = (
-        closed_loop(H._replace(C=C), G),
+        closed_loop(H._replace(A=A, C=C), G),
         [[(i == j) + v * g for j, (v, g) in enumerate(zip(row, gains))] for i, row in enumerate(H.D)],
     )
     need(
@@ -337,7 +342,7 @@ def still(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
         "det(1 + D G) > 0 fails",
     )
     near = characteristic((found or H).A)[-1]  # chi(0)/det(1 + D G)
-    need(near < 0 or (near == 0 and within(H.A, False)), "no root s >= 0 is shown with these gains")
+    need(near < 0 or (near == 0 and not H.inner and within(H.A, False)), "no root s >= 0 is shown with these gains")
     return 1 if near else 2, {"root": f"det(s - A) det(1 + H(s) G) is {near} at 0, of its sign at infinity"}
 
 

@@ -278,11 +278,12 @@ CODES = (
     Code(
         reason=Reason.DEAD_TIME,
         title="dead time that is not covered",
-        happened="With dead time the theorems here need a strictly proper and stable block, or a simple pole at 0 "
-        "besides, and a class whose lower end is not negative.",
+        happened="With dead time the theorems here need a strictly proper block that is stable with the gain of the "
+        "class next to 0, or has a simple pole at 0 besides, and a class with two finite bounds.",
         means=_NOTHING,
         tries=(
-            "Close a loop with the lower gain in the model first, and let the class begin at 0.",
+            "Let the class begin at a gain with which the loop is stable: lure certify --transfer 'exp(-s/5)/(s-1)' "
+            "--sector 2 7",
             "Add a fast pole, so that the block is strictly proper: lure certify --transfer 'exp(-s)/(s+1)' --sector "
             "0 1",
         ),

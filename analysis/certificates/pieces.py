@@ -61,7 +61,7 @@ def axis_of(H: Any, low: list[Fraction], members: list[Member]) -> Axis:
 
 def quotients(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.Form]]]:
     """``d`` and ``N`` of the loop ``N/d`` after the shift by ``low``, on the axis."""
-    if H.late and any(low):
+    if H.inner or (H.late and any(low)):
         chi, seen = looped(H, low)
         return on_line(chi), [[on_line(f) for f in row] for row in seen]
     A, B, C, D = H[:4] if H.late else shifted(H, low)
@@ -84,8 +84,10 @@ def looped(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.For
     """``chi`` and ``N``: the plant with dead times and ``mu = w - L sigma`` is ``N/chi``, sums of ``s^n e^(-s tau)``.
 
     ``chi = det(s - A) det(1 + H L)``; forms in ``s`` here.  By Cramer's rule, each determinant of ``d + N L`` having
-    the factor ``d^(m - 1)``.
+    the factor ``d^(m - 1)``.  States that come back late do so through channels of their own, :func:`opened`.
     """
+    own_channels, (H, inner) = range(len(H.D)), opened(H)
+    low = low + inner
     m, (d, parts) = len(H.D), transfer_parts(H)
     own = exact.real(*d)
     N = [[exact.Form() for _ in range(m)] for _ in range(m)]
@@ -106,12 +108,26 @@ def looped(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.For
             found = found + wait * exact.real(*quotient(det.part(0, tau), more))
         return found
 
-    columns = [[row[j] for row in N] for j in range(m)]
+    columns = [[row[j] for row in N] for j in own_channels]
     over = [
         [reduced([[*row[:i], c, *row[i + 1 :]] for row, c in zip(whole, column)]) for column in columns]
-        for i in range(m)
+        for i in own_channels
     ]
     return reduced(whole), over
+
+
+def opened(H: Any) -> tuple[Any, list[Fraction]]:
+    """``mu_k`` for what comes late to ``x_i'``, ``sigma_k = -sum_T A_T x(t - T)``, row ``i``; and the gains 1."""
+    n, m = len(H.A), len(H.D)
+    fed = [i for i in range(n) if any(any(A[i]) for A in H.inner)]
+    if not H.inner:
+        return H, []
+    zeros = [ZERO] * len(fed)
+    B = [[*row, *(Fraction(i == k) for k in fed)] for i, row in enumerate(H.B)]
+    D = [[*row, *zeros] for row in H.D] + [[ZERO] * m + zeros for _ in fed]
+    late = [(tau, [*C, *([-v for v in A[i]] for i in fed)]) for (tau, C), A in zip(H.late, H.inner)]
+    whole = H._replace(B=B, C=[*H.C, *([ZERO] * n for _ in fed)], D=D, late=tuple(late), inner=())
+    return whole, [Fraction(1)] * len(fed)
 
 
 def on_line(p: exact.Form) -> exact.Form:
@@ -149,7 +165,8 @@ def right_roots(H: Any, low: list[Fraction]) -> tuple[int, str]:
     end = n - 4 * ((n - k + 1) // 4)  # the far direction is n, up to whole turns
     need(abs(end - k) <= 1, "the pieces do not go together")
     rise = f"rises by {end - start} of {n} quarter turns, on {pieces} pieces"
-    return (n - end + start) // 2, f"chi(i omega) = det(s - A) det(1 + H L) {rise}"
+    back = " - sum A_T e^(-s T)" * bool(H.inner)
+    return (n - end + start) // 2, f"chi(i omega) = det(s - A{back}) det(1 + H L) {rise}"
 
 
 def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:

@@ -448,7 +448,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
             need(y == 0 or free, "an operator has a real multiplier")
         same = all(row[i] == row[block[0]] for block in asked.operators for i in block if members[i].kind == "scaled")
         need(same, "the channels of an operator have different multipliers")
-    order, zeros, rest, shifted = len(H.A), 0, dict[str, str](), H.late and any(low)
+    order, zeros, rest, shifted = len(H.A), 0, dict[str, str](), bool(H.inner) or (H.late and any(low))
     if shifted:
         number, rest["stable"] = pieces.right_roots(H, low)
     stable = not number if shifted else within(frequencies.shifted(H, low)[0], H.discrete)

@@ -14,7 +14,7 @@ from lure.nonlinearities.base import NormalCompliance
 from lure.plants.block import StructuredPlant
 from lure.plants.channel_family import ChannelFamily, Term
 from lure.plants.delay import DelayPlant
-from lure.plants.delay_matrix import DelayMatrix
+from lure.plants.delay_matrix import DelayMatrix, one_channel_of
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -100,6 +100,8 @@ def system_of(block: object) -> dict[str, Any]:
         if isinstance(block, PlantFamily):
             return {**found, "kind": "delay-family", "delay": texts(block.delay)} if block.delay else found
         return {**found, "kind": "varying-family", "rates": texts(block.rates)} if block.rates else found
+    if isinstance(block, DelayPlant) and block.feedback:
+        return system_of(one_channel_of(block))
     if isinstance(block, DelayPlant):
         terms = [[str(delay), texts(top)] for delay, top in block.terms]
         return {"kind": "delay", "terms": terms, "denominator": texts(block.denominator)}
@@ -118,7 +120,11 @@ def system_of(block: object) -> dict[str, Any]:
         return {"kind": "multivariable", "time": time, **sides}
     if isinstance(block, DelayMatrix):
         sides = {name: [texts(row) for row in getattr(block.base, name)] for name in "ABCD"}
-        late = [[str(delay), [texts(row) for row in rows]] for delay, rows in block.late]
+        inner = [[[texts(row) for row in rows]] for rows in block.inner] or [[]] * len(block.late)
+        late = [
+            [str(delay), [texts(row) for row in rows], *back]
+            for (delay, rows), back in zip(block.late, inner, strict=True)
+        ]
         return {"kind": "multivariable delay", "time": "continuous", **sides, "late": late}
     if isinstance(block, StructuredPlant):
         return dict(block.certificate_system())

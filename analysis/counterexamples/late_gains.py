@@ -51,7 +51,8 @@ class LateGains:
     delay : float
         The longest dead time [s].
     base : ndarray
-        Gains of the class with which the loop is stable, but for poles at 0; others are added to these.
+        Gains of the class with which the loop is stable, but for poles at 0; others are added to these.  Channels in no
+        block have the gain 1.
     """
 
     transfer: Callable[[NDArray[np.complex128]], NDArray[np.complex128]]
@@ -164,17 +165,20 @@ class LateGains:
             optimize.minimize(factor, start.shares, method="Nelder-Mead", options={"maxfev": 40 * count, "xatol": 1e-9})
         return min(found, key=lambda one: one.factor, default=None)
 
-    def proofs(self, one: Crossing) -> Iterator[tuple[float, dict[str, Any]]]:
+    def proofs(self, one: Crossing, channels: int) -> Iterator[tuple[float, dict[str, Any]]]:
         """Factors, and proofs that gains of the classes of these have a root on the axis.
 
         Parameters
         ----------
         one : Crossing
             A crossing.
+        channels : int
+            Of so many, the first, the gains are stated.
         """
         G = one.size * self._gains(one.shares)
         for width in _WIDTHS:
-            ends = [[Fraction(v) for v in (self.base + G * (1 + step)).tolist()] for step in (-width, width)]
+            sides = ((self.base + G * (1 + step)).tolist()[:channels] for step in (-width, width))
+            ends = [[Fraction(v) for v in side] for side in sides]
             factor = one.factor * (1 + 2 * width)
             if one.omega == 0:
                 yield factor, {"method": "late-gains", "gains": [*map(str, ends[1])]}

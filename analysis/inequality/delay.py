@@ -82,6 +82,12 @@ class DelayResponse:
                 "or a simple pole at 0 besides, are covered: stabilise it by a loop around it first",
                 code=Reason.DEAD_TIME,
             )
+        if block.feedback:
+            raise AssumptionError(
+                f"the block {block} has dead time in its denominator, where classes with two finite bounds are "
+                "covered, by the circle criterion and Popov's; give such a class",
+                code=Reason.DEAD_TIME,
+            )
         if any(len(top) == len(block.denominator) for _, top in block.terms):
             raise AssumptionError(
                 f"the block {block} is not strictly proper; with dead time that is a neutral equation, which is not "

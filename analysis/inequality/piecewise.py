@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from lure.analysis.certificates.pieces import Axis, on_piece
 from lure.analysis.deadline import checkpoint
@@ -70,6 +70,8 @@ class Piecewise:
         Dead times [s], and what shows the states of that time to ``sigma``, (p, n).
     gains : sequence of float or None
         Beside dead times what the loop is shifted by.
+    inner : sequence of ndarray
+        (n, n) for each dead time, what shows the states of that time to themselves; or nothing.
     """
 
     A: NDArray[np.float64]
@@ -81,6 +83,7 @@ class Piecewise:
     discrete: bool
     late: Sequence[tuple[float, NDArray[np.float64]]] = ()
     gains: Sequence[float] | None = None
+    inner: Sequence[NDArray[np.float64]] = ()
 
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]
@@ -131,12 +134,15 @@ class Piecewise:
         if self.gains is not None:  # of the plant alone 0 may be a pole
             omega = np.maximum(omega, _AT_REST / self.late[-1][0])
             s = 1j * omega
-        states = np.linalg.solve(s[:, None, None] * np.eye(len(self.A)) - self.A, self.B.astype(complex))
+        waits = [np.exp(-1j * delay * omega)[:, None, None] for delay, _ in self.late]
+        A: NDArray[Any] = self.A
+        for wait, own in zip(waits, self.inner, strict=False):
+            A = A + wait * own
+        states = np.linalg.solve(s[:, None, None] * np.eye(len(self.A)) - A, self.B.astype(complex))
         states[far] = 0
-        H, turned = self.C @ states + self.D, self.C @ (self.A @ states + self.B)
-        for delay, outputs in self.late:
-            wait = np.exp(-1j * delay * omega)[:, None, None]
-            H, turned = H + wait * (outputs @ states), turned + wait * (outputs @ (self.A @ states + self.B))
+        H, turned = self.C @ states + self.D, self.C @ (A @ states + self.B)
+        for wait, (_, outputs) in zip(waits, self.late, strict=True):
+            H, turned = H + wait * (outputs @ states), turned + wait * (outputs @ (A @ states + self.B))
         if self.gains is not None:
             back = np.linalg.inv(np.eye(len(self.D)) + np.array(self.gains)[:, None] * H)
             H, turned = H @ back, turned @ back

@@ -56,17 +56,16 @@ class PiecewiseProofs:
         if self.late:
             _require_covered(plant, known)
         low = self._lower(known, shifted=False)
-        gains = [*map(float, low)] if self.late and any(low) else None
+        gains = [*map(float, low)] if plant.inner or (self.late and any(low)) else None
         if gains is not None:
             try:
                 number = pieces.right_roots(plant, low)[0]
             except Rejected as error:
                 raise AssumptionError(f"beside dead times: {error}", code=Reason.DEAD_TIME) from None
             if number:
+                shift = f"the loop is shifted by the gains {', '.join(f'{v:g}' for v in gains)}, with which it"
                 raise AssumptionError(
-                    f"beside dead times the loop is shifted by the gains {', '.join(f'{v:g}' for v in gains)}, with "
-                    "which it is not stable",
-                    code=Reason.DEAD_TIME,
+                    f"beside dead times {shift if any(gains) else 'the plant'} is not stable", code=Reason.DEAD_TIME
                 )
         found = (
             plant
@@ -80,7 +79,8 @@ class PiecewiseProofs:
             self._require_stable(plant, known, np.linalg.eigvals(A))
         blocks = known.operators
         late = [(float(delay), np.array([[*map(float, row)] for row in rows])) for delay, rows in plant.late]
-        self.search = Piecewise(A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late, gains)
+        inner = [np.array([[*map(float, row)] for row in rows]) for rows in plant.inner]
+        self.search = Piecewise(A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late, gains, inner)
 
     def _require_stable(self, plant: Plant, known: Channels, poles: NDArray[np.complex128]) -> None:
         """Refuse a loop at the lower bounds that is not stable, but for poles at 0 that a theorem covers."""

@@ -20,7 +20,7 @@ from lure.plants import as_plant
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import rational_if_moderate
 from lure.plants.delay import DelayPlant
-from lure.plants.delay_matrix import DelayMatrix, plant_of_delays
+from lure.plants.delay_matrix import DelayMatrix, one_channel_of
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -99,7 +99,7 @@ def _late_plant(source: object) -> DelayMatrix | None:
     """The plant with dead times that a source means, one with a single channel too; None if it has none."""
     found = source.block if isinstance(source, LoopSystem) else as_plant(source)
     if isinstance(found, DelayPlant):
-        found = plant_of_delays([[found]])
+        found = one_channel_of(found)
     return found if isinstance(found, DelayMatrix) else None
 
 

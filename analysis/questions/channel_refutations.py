@@ -97,6 +97,8 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
     """
     plant, classes = asked.plant, asked.classes
     assert isinstance(plant, DelayMatrix), "asked of such plants"
+    opened = plant.opened() if plant.inner else plant
+    more = np.zeros(opened.outputs - plant.outputs)
     poles = np.linalg.eigvals(plant.base.doubles()[0]).astype(complex)
     lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
     late = [one.operator in DELAYS for one in classes.classes]  # of which the gain 1 is one
@@ -107,18 +109,19 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
         return None
     signed = [bool(classes.classes[block[0]].operator) for block in classes.blocks]
     unstable = poles[poles != 0].real.max(initial=-1) >= 0
-    for method in ("late-gains", "late-turns") if base.any() or unstable else ():
+    for method in ("late-gains", "late-turns") if base.any() or unstable or plant.inner else ():
         never = refutation(asked, Fraction(1), {"method": method, "gains": [str(Fraction(v)) for v in base.tolist()]})
         if never is not None:
             return Fraction(0), never
-    if unstable and not base.any():
+    if unstable and not base.any() and not plant.inner:
         return None
     below = np.where(late, 0.0, np.minimum(lower, 0.0)) * (not base.any())
     upper = np.where(base < 0, lower, upper)
     for ends, signs in ((below, [False] * len(signed)), (upper, signed)):
-        search = LateGains(plant.transfer, ends, classes.blocks, signs, poles, float(plant.late[-1][0]), base)
+        whole, closed = np.append(ends, more), np.append(base, more + 1)
+        search = LateGains(opened.transfer, whole, classes.blocks, signs, poles, float(plant.late[-1][0]), closed)
         found, always = search.best() if ends.any() else None, ends is not upper  # below 0: in the classes of all
-        for factor, proof in search.proofs(found) if found is not None else ():
+        for factor, proof in search.proofs(found, len(base)) if found is not None else ():
             alpha = Fraction(double_above(Fraction(factor))) if math.isinf(most) else Fraction(most)
             if factor > (1 if always else alpha):
                 continue

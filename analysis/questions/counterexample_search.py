@@ -89,7 +89,7 @@ def critical(asked: Problem) -> bool:
     if isinstance(plant, RationalPlant):
         return TransferPolynomials.of(plant).shifted(asked.lower).case == "critical"
     if isinstance(plant, DelayPlant):
-        return plant.denominator[-1] == 0
+        return plant.denominator[-1] + sum(q[-1] for _, q in plant.feedback) == 0
     return isinstance(plant, StructuredPlant) and theory_of(plant).critical
 
 

@@ -23,7 +23,7 @@ from lure.analysis.verdict import Bracket, CriterionResult, Verdict
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, Reason
 from lure.plants.delay import DelayPlant
-from lure.plants.delay_matrix import plant_of_delays
+from lure.plants.delay_matrix import one_channel_of
 
 
 def as_one_channel(asked: Problem) -> Problem:
@@ -39,14 +39,15 @@ def as_one_channel(asked: Problem) -> Problem:
     plant, whole = asked.plant, asked.kind == "class"
     if not isinstance(plant, DelayPlant) or asked.endless_below:
         return asked
-    if asked.nonlinearity_class.sector.lower == 0 and not _unstable_from_zero(plant):
+    from_zero = asked.nonlinearity_class.sector.lower == 0
+    if from_zero and not plant.feedback and not _unstable_from_zero(plant):
         return asked
     one = asked.nonlinearity_class
     if whole and (one.gains[1] == math.inf or not asked.provable or asked.refusals or asked.method != BEST):
         return asked
     classes = Diagonal((one if whole else _with_top(one, top_of(asked)),))
     known = () if asked.nonlinearity is None else (asked.nonlinearity,)
-    listed = plant_of_delays([[plant]])
+    listed = one_channel_of(plant)
     return replace(asked, plant=listed, classes=classes, nonlinearity=None, membership=None, known=known)
 
 

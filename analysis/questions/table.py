@@ -86,7 +86,8 @@ def _loop(problem: Problem) -> dict[str, Any]:
         data["matrices"] = plant.to_dict()
     elif isinstance(plant, DelayMatrix):
         late = [[str(delay), [[str(v) for v in row] for row in rows]] for delay, rows in plant.late]
-        data["matrices"] = {**plant.base.to_dict(), "late": late}
+        inner = [[[str(v) for v in row] for row in rows] for rows in plant.inner]
+        data["matrices"] = {**plant.base.to_dict(), "late": late, **({"inner": inner} if inner else {})}
     elif isinstance(plant, PlantFamily | ChannelFamily):
         if isinstance(plant, PlantFamily):
             data["numerator"], data["denominator"] = plant.sides
@@ -102,6 +103,8 @@ def _loop(problem: Problem) -> dict[str, Any]:
             data["numerator"] = [str(c) for c in plant.numerator]
         else:
             data["terms"] = [[str(delay), [str(c) for c in top]] for delay, top in plant.terms]
+            if plant.feedback:
+                data["feedback"] = [[str(delay), [str(c) for c in top]] for delay, top in plant.feedback]
     return {
         "name": problem.name,
         "title": problem.title,
@@ -547,6 +550,8 @@ def _case(block: Plant, rows: list[StabilityBound]) -> Case:
         inside = poles.real < 0 if block.dt is None else np.abs(poles) < 1
         return "stable" if shown or inside.all() else "unstable"
     assert isinstance(block, RationalPlant | DelayPlant)
+    if isinstance(block, DelayPlant) and block.feedback:
+        return "stable" if any(row.verdict is Verdict.PROVED and row.lower == 0 for row in rows) else "unstable"
     rational = block if isinstance(block, RationalPlant) else RationalPlant([1], block.denominator)
     return TransferPolynomials.of(rational).case
 

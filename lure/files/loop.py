@@ -500,8 +500,11 @@ def _plant(system: LoopSystem) -> dict[str, object]:
     if isinstance(block, DelayMatrix):
         return {"transfer": block.formulas()}
     if isinstance(block, DelayPlant):
-        terms = [f"({_formula(top)})*exp(-({_text(delay)})*s)" for delay, top in block.terms]
-        return {"transfer": f"({' + '.join(terms)})/({_formula(block.denominator)})"}
+        above, below = (
+            [f"({_formula(top)})*exp(-({_text(delay)})*s)" for delay, top in terms]
+            for terms in (block.terms, block.feedback)
+        )
+        return {"transfer": f"({' + '.join(above)})/({' + '.join([_formula(block.denominator), *below])})"}
     if not isinstance(block, RationalPlant):
         raise InputError(f"the {block} is too large for a system file; keep its matrices elsewhere")
     plant: dict[str, object] = {"num": block.numerator, "den": block.denominator}

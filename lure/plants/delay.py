@@ -32,9 +32,9 @@ def require_pade_order(pade: int | None, what: str, instead: str = "") -> None:
 
 
 class DelayPlant(Record):
-    r"""A block ``H(s) = sum_j n_j(s) exp(-s T_j) / d(s)`` in continuous time, all coefficients and delays exact.
+    r"""A block ``H(s) = sum_j n_j(s) exp(-s T_j) / (d(s) + sum_k q_k(s) exp(-s T_k))`` in continuous time, exact.
 
-    Every ``n_j/d`` is proper.  Delays in the denominator (a delayed feedback inside the block) are not covered.
+    Every ``n_j/d`` is proper, every ``q_k/d`` strictly: with a delayed feedback inside, an equation of retarded type.
 
     Parameters
     ----------
@@ -42,36 +42,54 @@ class DelayPlant(Record):
         ``{T_j: n_j}``, delays [s] ``T_j >= 0`` to coefficients in descending powers.
     denominator : sequence of Fraction
         ``d``, descending powers.
+    feedback : mapping
+        ``{T_k: q_k}``, as ``terms``; ``T_k > 0``.
 
     Raises
     ------
     InputError
-        A delay is negative, a term improper, or everything is zero.
+        A delay is negative, a term improper, everything is zero, or a ``q_k`` has the degree of ``d``: the equation is
+        of neutral type.
 
     Examples
     --------
     >>> block = DelayPlant.parse("exp(-s/2)/(s + 1)")
     >>> print(block)
     exp(-0.5 s) / (s + 1)
+    >>> print(DelayPlant.parse("1/(s + 2*exp(-s/5))"))
+    1 / (s + 2 exp(-0.2 s))
     """
 
     terms: tuple[tuple[Fraction, tuple[Fraction, ...]], ...] = quantity(
         "", label="dead times", form=lambda terms: ", ".join(f"{float(delay):g} s" for delay, _ in terms)
     )
     denominator: tuple[Fraction, ...] = quantity("", label="order of d", form=lambda d: len(d) - 1)
+    feedback: tuple[tuple[Fraction, tuple[Fraction, ...]], ...] = quantity(
+        "",
+        label="dead times below",
+        form=lambda terms: ", ".join(f"{float(delay):g} s" for delay, _ in terms) or "none",
+    )
     dt: ClassVar[None] = None
     _kind, _said = "delay block", "text"
     _notes = ("From mu to sigma; in a loop mu = -phi(sigma).",)
 
-    def __init__(self, terms: Mapping[Fraction, tuple[Fraction, ...]], denominator: tuple[Fraction, ...]) -> None:
+    def __init__(
+        self,
+        terms: Mapping[Fraction, tuple[Fraction, ...]],
+        denominator: tuple[Fraction, ...],
+        feedback: Mapping[Fraction, tuple[Fraction, ...]] | None = None,
+    ) -> None:
         if any(delay < 0 for delay in terms):
             raise InputError(f"DelayPlant has the delay {float(min(terms)):g} s, which foresees; give delays >= 0")
         blocks = {delay: RationalPlant(top, denominator) for delay, top in sorted(terms.items())}
         kept = tuple((delay, block.numerator) for delay, block in blocks.items() if any(block.numerator))
         if not kept:
             raise InputError("DelayPlant is zero; give a transfer function that is not")
+        below = next(iter(blocks.values())).denominator
         object.__setattr__(self, "terms", kept)
-        object.__setattr__(self, "denominator", next(iter(blocks.values())).denominator)
+        object.__setattr__(self, "denominator", below)
+        lead = next(c for c in denominator if c)
+        object.__setattr__(self, "feedback", tuple(_inner(feedback or {}, lead, len(below) - 1)))
 
     @classmethod
     def parse(cls, text: str, *, field: str = "transfer") -> DelayPlant:
@@ -90,23 +108,29 @@ class DelayPlant(Record):
             It is not such a formula, or not proper.
         """
         top, bottom = _value(parse(text, variables=("s",), field=field), field)
-        return cls({delay: tuple(reversed(p)) for delay, p in top.items()}, tuple(reversed(bottom)))
+        above, below = ({delay: tuple(reversed(p)) for delay, p in side.items()} for side in (top, bottom))
+        return cls(above, below.pop(Fraction(0)), below)
 
     @property
     def delayless(self) -> RationalPlant | None:
         """The same block without the type, if no delay is left in it."""
-        if len(self.terms) == 1 and self.terms[0][0] == 0:
+        if len(self.terms) == 1 and self.terms[0][0] == 0 and not self.feedback:
             return RationalPlant(self.terms[0][1], self.denominator)
         return None
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H(s)``, elementwise, in floating point; not finite at a pole."""
         points = np.asarray(s, dtype=complex)
-        parts = [
-            RationalPlant(top, self.denominator).transfer(points) * np.exp(-float(delay) * points)
-            for delay, top in self.terms
-        ]
-        return np.asarray(sum(parts))
+
+        def over(terms: tuple[tuple[Fraction, Polynomial], ...]) -> NDArray[np.complex128]:
+            """These terms over ``d``."""
+            each = (
+                RationalPlant(top, self.denominator).transfer(points) * np.exp(-float(delay) * points)
+                for delay, top in terms
+            )
+            return np.asarray(sum(each, np.zeros(points.shape, dtype=complex)))
+
+        return over(self.terms) / (1 + over(self.feedback)) if self.feedback else over(self.terms)
 
     def to_control(self, *, pade: int | None = None) -> control.TransferFunction:
         """The block with each dead time replaced by its Pade approximation: python-control has no dead time.
@@ -125,11 +149,15 @@ class DelayPlant(Record):
         require_pade_order(pade, f"the block is {self}", ", or draw with popov_response(block).to_control()")
         import control
 
-        total = control.TransferFunction([0.0], [1.0])
+        below = control.TransferFunction([1.0], [float(c) for c in self.denominator])
+        above, inner = control.TransferFunction([0.0], [1.0]), control.TransferFunction([0.0], [1.0])
         for delay, top in self.terms:
             term = control.TransferFunction([float(c) for c in top], [1.0])
-            total = total + (term * control.TransferFunction(*control.pade(float(delay), pade)) if delay else term)
-        return total * control.TransferFunction([1.0], [float(c) for c in self.denominator])
+            above = above + (term * control.TransferFunction(*control.pade(float(delay), pade)) if delay else term)
+        for delay, top in self.feedback:
+            term = control.TransferFunction([float(c) for c in top], [1.0])
+            inner = inner + term * control.TransferFunction(*control.pade(float(delay), pade))
+        return above * control.feedback(below, inner) if self.feedback else above * below
 
     @property
     def _title(self) -> str:
@@ -140,29 +168,49 @@ class DelayPlant(Record):
         yield from super()._rows()
 
     def __str__(self) -> str:
-        parts = []
-        for delay, top in self.terms:
-            text = polynomial_text(top, "s")
-            text = f"({text})" if " " in text and len(top) > 1 else text
-            wait = f"exp(-{float(delay):g} s)"
-            parts.append(text if delay == 0 else wait if text == "1" else f"{text} {wait}")
-        joined = " + ".join(parts)
-        joined = f"({joined})" if len(parts) > 1 else joined
-        return f"{joined} / ({polynomial_text(self.denominator, 's')})"
+        parts = [_term_text(*term) for term in self.terms]
+        joined = f"({' + '.join(parts)})" if len(parts) > 1 else parts[0]
+        below = [polynomial_text(self.denominator, "s"), *(_term_text(*term) for term in self.feedback)]
+        return f"{joined} / ({' + '.join(below)})"
 
 
-Quasi = tuple[dict[Fraction, Polynomial], Polynomial]
+def _term_text(delay: Fraction, top: Polynomial) -> str:
+    text = polynomial_text(top, "s")
+    text = f"({text})" if " " in text and len(top) > 1 else text
+    wait = f"exp(-{float(delay):g} s)"
+    return text if delay == 0 else wait if text == "1" else f"{text} {wait}"
+
+
+def _inner(
+    feedback: Mapping[Fraction, Polynomial], lead: Fraction, degree: int
+) -> Iterator[tuple[Fraction, Polynomial]]:
+    """The terms of a delayed feedback, where ``d`` has this degree and is divided by its first coefficient."""
+    for delay, p in sorted(feedback.items()):
+        q = tuple(c / lead for c in p[next((k for k, c in enumerate(p) if c), len(p)) :])
+        if delay <= 0:
+            raise InputError(f"DelayPlant has the delay {float(delay):g} s in its denominator; give delays > 0 there")
+        if len(q) > degree:
+            raise InputError(
+                f"the denominator has dead time with s^{len(q) - 1} and s^{degree} without: a neutral equation, which "
+                "is not covered; give a higher power without dead time"
+            )
+        if q:
+            yield delay, q
+
+
+Sum = dict[Fraction, Polynomial]  # of polynomials times exp(-T s), by T
+Quasi = tuple[Sum, Sum]
+_ONE: Sum = {Fraction(0): (Fraction(1),)}
 
 
 def _value(node: Node, field: str) -> Quasi:
-    one: Polynomial = (Fraction(1),)
     if isinstance(node, Number):
-        return ({Fraction(0): (node.value,)} if node.value else {}), one
+        return ({Fraction(0): (node.value,)} if node.value else {}), _ONE
     if isinstance(node, Variable):
-        return {Fraction(0): (Fraction(0), Fraction(1))}, one
+        return {Fraction(0): (Fraction(0), Fraction(1))}, _ONE
     parts = node.arguments
     if node.operation == "exp":
-        return {_delay(_value(parts[0], field), field): one}, one
+        return {_delay(_value(parts[0], field), field): (Fraction(1),)}, _ONE
     if node.operation == "**":
         return _power(_value(parts[0], field), parts[1], field)
     values = [_value(part, field) for part in parts]
@@ -171,11 +219,10 @@ def _value(node: Node, field: str) -> Quasi:
     if node.operation in ("+", "-"):
         (a, p), (b, q) = values
         sign = Fraction(1 if node.operation == "+" else -1)
-        shared = _gcd(p, q)  # a pole of both summands is one pole of the formula
-        left, right = _divided(q, shared), _divided(p, shared)
-        return _sum(_scaled(a, left), _scaled(b, _times(right, (sign,)))), _times(p, left)
+        left, right = _apart(p, q)  # a pole of both summands is one pole of the formula
+        return _sum(_product(a, right), _scaled(_product(b, left), (sign,))), _product(p, right)
     if node.operation == "*":
-        return _product(values[0][0], values[1][0]), _times(values[0][1], values[1][1])
+        return _product(values[0][0], values[1][0]), _product(values[0][1], values[1][1])
     if node.operation == "/":
         return _quotient(values[0], values[1], field)
     raise InputError(f"{field}: {node.operation} is not part of a transfer function; use + - * / ** and exp(-T*s)")
@@ -185,9 +232,9 @@ def _delay(argument: Quasi, field: str) -> Fraction:
     top, bottom = argument
     if not top:
         return Fraction(0)
-    p = top.get(Fraction(0), ())
-    if len(top) == 1 and len(p) == 2 and p[0] == 0 and len(bottom) == 1:
-        return -p[1] / bottom[0]
+    p, q = top.get(Fraction(0), ()), bottom.get(Fraction(0), ())
+    if len(top) == len(bottom) == 1 and len(p) == 2 and p[0] == 0 and len(q) == 1:
+        return -p[1] / q[0]
     raise InputError(
         f"{field}: exp must have the form exp(-T*s) with a number T; no other function of s is a dead time"
     )
@@ -197,37 +244,44 @@ def _quotient(left: Quasi, right: Quasi, field: str) -> Quasi:
     (a, p), (b, q) = left, right
     if not b:
         raise InputError(f"{field}: the transfer function divides by zero; give a denominator that is not")
-    if len(b) > 1:
-        raise InputError(
-            f"{field}: a dead time in a sum in the denominator (delayed feedback) is not covered; give one in the "
-            "numerator"
-        )
-    delay, bottom = next(iter(b.items()))
-    return {time - delay: _times(c, q) for time, c in a.items()}, _times(p, bottom)
+    ours, theirs = _apart(p, q)
+    above, below = _product(a, theirs), _product(ours, b)
+    first = min(below)
+    return {time - first: c for time, c in above.items()}, {time - first: c for time, c in below.items()}
+
+
+def _apart(p: Sum, q: Sum) -> tuple[Sum, Sum]:
+    """Two denominators without what they share: a polynomial, or all of both."""
+    if p == q:
+        return _ONE, _ONE
+    shared: Polynomial = ()
+    for c in (*p.values(), *q.values()):
+        shared = _gcd(shared, c) if shared else c
+    ours, theirs = ({time: _divided(c, shared) for time, c in side.items()} for side in (p, q))
+    return ours, theirs
 
 
 def _power(base: Quasi, exponent: Node, field: str) -> Quasi:
     if not isinstance(exponent, Number) or exponent.value.denominator != 1:
         raise InputError(f"{field}: powers of a transfer function have whole exponents; write 1/(s + 1)**2")
     whole = exponent.value.numerator
-    one: Quasi = ({Fraction(0): (Fraction(1),)}, (Fraction(1),))
-    result = one
+    result: Quasi = (_ONE, _ONE)
     for _ in range(abs(whole)):
-        result = _product(result[0], base[0]), _times(result[1], base[1])
-    return _quotient(one, result, field) if whole < 0 else result
+        result = _product(result[0], base[0]), _product(result[1], base[1])
+    return _quotient((_ONE, _ONE), result, field) if whole < 0 else result
 
 
-def _sum(a: dict[Fraction, Polynomial], b: dict[Fraction, Polynomial]) -> dict[Fraction, Polynomial]:
+def _sum(a: Sum, b: Sum) -> Sum:
     total = {delay: _add(a.get(delay, ()), b.get(delay, ())) for delay in {*a, *b}}
     return {delay: p for delay, p in total.items() if p}
 
 
-def _scaled(a: dict[Fraction, Polynomial], factor: Polynomial) -> dict[Fraction, Polynomial]:
+def _scaled(a: Sum, factor: Polynomial) -> Sum:
     return {delay: _times(p, factor) for delay, p in a.items()}
 
 
-def _product(a: dict[Fraction, Polynomial], b: dict[Fraction, Polynomial]) -> dict[Fraction, Polynomial]:
-    total: dict[Fraction, Polynomial] = {}
+def _product(a: Sum, b: Sum) -> Sum:
+    total: Sum = {}
     for s, p in a.items():
         for t, q in b.items():
             total = _sum(total, {s + t: _times(p, q)})

@@ -25,7 +25,7 @@ class DelayMatrix(Record, kw_only=False):
     r"""``x' = A x + B mu``, ``sigma(t) = C x(t) + D mu(t) + sum_k C_k x(t - T_k)``, exact entries.
 
     In a loop ``mu_i = -phi_i(sigma_i)``, one nonlinearity a channel; the transfer matrix is ``H = C (sI - A)^{-1} B +
-    D + sum_k exp(-s T_k) C_k (sI - A)^{-1} B``.  A delay inside the plant, in a feedback of its own, is not covered.
+    D + sum_k exp(-s T_k) C_k (sI - A)^{-1} B``.  With ``inner`` ``x' = A x + sum_k A_k x(t - T_k) + B mu``.
 
     Parameters
     ----------
@@ -33,11 +33,13 @@ class DelayMatrix(Record, kw_only=False):
         The part without dead time, in continuous time.
     late : tuple
         Pairs of a dead time [s] and the rows of ``C_k``, (p, n); the dead times are above 0 and ascend.
+    inner : tuple
+        The rows of ``A_k``, (n, n), for each dead time, or nothing: what of the states comes back late.
 
     Raises
     ------
     InputError
-        The plant is in discrete time, a dead time is not above 0, or a ``C_k`` does not fit.
+        The plant is in discrete time, a dead time is not above 0, or a ``C_k`` or ``A_k`` does not fit.
 
     Examples
     --------
@@ -52,6 +54,9 @@ class DelayMatrix(Record, kw_only=False):
     base: MultivariablePlant = quantity("", label="without dead time", form=str)
     late: tuple[tuple[Fraction, Rows], ...] = quantity(
         "", label="dead times", form=lambda late: ", ".join(f"{float(delay):g} s" for delay, _ in late)
+    )
+    inner: tuple[Rows, ...] = quantity(
+        "", default=(), label="states that come back late", form=lambda inner: "yes" if inner else "none"
     )
     dt: ClassVar[None] = None
     _kind, _said = "plant with dead times", "text"
@@ -71,6 +76,9 @@ class DelayMatrix(Record, kw_only=False):
         for delay, rows in self.late:
             if len(rows) != self.outputs or any(len(row) != self.order for row in rows):
                 raise InputError(f"C of the dead time {float(delay):g} s does not fit; give a row for each output")
+        sizes = {(len(rows), *map(len, rows)) for rows in self.inner}
+        if self.inner and (len(self.inner) != len(self.late) or sizes != {(self.order,) * (self.order + 1)}):
+            raise InputError("inner does not fit; give a square matrix of the order for each dead time, or nothing")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -103,11 +111,36 @@ class DelayMatrix(Record, kw_only=False):
         """``H`` at complex ``s`` in floating point: the shape of ``s``, then (p, m)."""
         points = np.asarray(s, dtype=complex)
         (A, B, C, D), late = self._doubles
-        states = np.linalg.solve(points[..., None, None] * np.eye(self.order) - A, B.astype(complex))
+        back = points[..., None, None] * np.eye(self.order) - A
+        for (delay, _), own in zip(late, self.inner, strict=False):
+            back = back - np.exp(-delay * points)[..., None, None] * np.array(own, dtype=float)
+        states = np.linalg.solve(back, B.astype(complex))
         total = C @ states + D
         for delay, rows in late:
             total = total + np.exp(-delay * points)[..., None, None] * (rows @ states)
         return np.asarray(total)
+
+    def opened(self) -> DelayMatrix:
+        """The plant without ``inner``, with a channel for each state that has some: with gains 1 there it is this one.
+
+        They follow the other channels: ``mu`` is added to ``x_i'``, and ``sigma = -sum_k A_k x(t - T_k)``, row ``i``.
+        """
+        n, p = self.order, self.outputs
+        fed = [i for i in range(n) if any(any(rows[i]) for rows in self.inner)]
+        zero, width = Fraction(0), self.inputs + len(fed)
+        base = replace(
+            self.base,
+            B=tuple((*row, *(Fraction(int(i == k)) for k in fed)) for i, row in enumerate(self.base.B)),
+            C=(*self.base.C, *((zero,) * n for _ in fed)),
+            D=(*((*row, *(zero for _ in fed)) for row in self.base.D), *((zero,) * width for _ in fed)),
+            names=(),
+        )
+        inner = self.inner or [((zero,) * n,) * n] * len(self.late)
+        late = tuple(
+            (delay, (*rows[:p], *(tuple(-v for v in back[i]) for i in fed)))
+            for (delay, rows), back in zip(self.late, inner, strict=True)
+        )
+        return DelayMatrix(base, late)
 
     @cached_property
     def _doubles(self) -> tuple[tuple[NDArray[np.float64], ...], list[tuple[float, NDArray[np.float64]]]]:
@@ -119,8 +152,9 @@ class DelayMatrix(Record, kw_only=False):
         Raises
         ------
         InputError
-            A mode is in no entry: formulas do not say it.
+            A mode is in no entry: formulas do not say it.  Or states come back late.
         """
+        self._require_open()
         delays = [(Fraction(0), self.base.C), *self.late]
         found = [[list[str]() for _ in range(self.inputs)] for _ in range(self.outputs)]
         for delay, rows in delays:
@@ -149,6 +183,7 @@ class DelayMatrix(Record, kw_only=False):
         output, input_ : int
             Counted from 0.
         """
+        self._require_open()
         direct = self.base.channel(output, input_)
         found = {Fraction(0): direct.numerator}
         for delay, rows in self.late:
@@ -158,6 +193,10 @@ class DelayMatrix(Record, kw_only=False):
             return direct
         plant = DelayPlant(found, direct.denominator)
         return plant.delayless or plant
+
+    def _require_open(self) -> None:
+        if self.inner:
+            raise InputError("the plant has states that come back late, and no formulas for its entries; keep its own")
 
     def to_control(self, *, pade: int | None = None) -> control.StateSpace:
         """The plant with each dead time replaced by its Pade approximation: python-control has no dead time.
@@ -176,6 +215,11 @@ class DelayMatrix(Record, kw_only=False):
         require_pade_order(pade, f"the plant has {self}")
         import control
 
+        if self.inner:
+            p, opened = self.outputs, self.opened()
+            gains = np.diag([0.0] * p + [1.0] * (opened.outputs - p))
+            whole = control.feedback(opened.to_control(pade=pade), control.ss([], [], [], gains))
+            return whole[:p, : self.inputs]
         total, inner = self.base.to_control(), self.base.to_control()
         for delay, rows in self.late:
             wait = control.tf2ss(control.TransferFunction(*control.pade(float(delay), pade)))
@@ -185,7 +229,47 @@ class DelayMatrix(Record, kw_only=False):
 
     def __str__(self) -> str:
         delays = ", ".join(f"{float(delay):g}" for delay, _ in self.late)
-        return f"{self.base}, dead time{'s' * (len(self.late) > 1)} {delays} s"
+        return f"{self.base}, dead time{'s' * (len(self.late) > 1)} {delays} s{', of states too' * bool(self.inner)}"
+
+
+def one_channel_of(plant: DelayPlant) -> DelayMatrix:
+    """A realisation of a block with dead time, exactly, of the order of ``d``: all its modes stay, hidden ones too.
+
+    ``x_i' = x_(i+1)``, ``x_n' = mu`` less what ``d`` and the late terms of the denominator say of ``x``.
+
+    Parameters
+    ----------
+    plant : DelayPlant
+        The block; terms with dead time strictly proper.
+
+    Raises
+    ------
+    InputError
+        One is not (a neutral equation).
+    """
+    n, terms, feedback = len(plant.denominator) - 1, dict(plant.terms), dict(plant.feedback)
+
+    def row(p: Sequence[Fraction]) -> tuple[Fraction, ...]:
+        """The coefficients below ``s^n``, ascending."""
+        return (*reversed(p), *(Fraction(0),) * n)[:n]
+
+    direct = {delay: top[0] for delay, top in terms.items() if len(top) == n + 1}
+    if any(direct) or not n:
+        raise InputError(_NEUTRAL.format("transfer"), code=Reason.DEAD_TIME)
+    D = direct.get(Fraction(0), Fraction(0))
+    shift = tuple(tuple(Fraction(int(j == i + 1)) for j in range(n)) for i in range(n - 1))
+    base = MultivariablePlant(
+        (*shift, tuple(-c for c in row(plant.denominator))),
+        tuple((Fraction(int(i == n - 1)),) for i in range(n)),
+        (tuple(a - D * b for a, b in zip(row(terms.get(Fraction(0), ())), row(plant.denominator), strict=True)),),
+        ((D,),),
+    )
+    late, inner = list[tuple[Fraction, Rows]](), list[Rows]()
+    for delay in sorted({*terms, *feedback} - {Fraction(0)}):
+        back = row(feedback.get(delay, ()))
+        late.append((delay, (tuple(a - D * b for a, b in zip(row(terms.get(delay, ())), back, strict=True)),)))
+        inner.append((*((Fraction(0),) * n,) * (n - 1), tuple(-b for b in back)))
+    return DelayMatrix(base, tuple(late), tuple(inner) if feedback else ())
 
 
 def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> DelayMatrix | MultivariablePlant:
@@ -211,11 +295,7 @@ def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> 
     for i, row in enumerate(parts):
         for j, one in enumerate(row):
             if any(delay and part.feedthrough for delay, part in one.items()):
-                raise InputError(
-                    f"transfer[{i}][{j}] has dead time and is not strictly proper; that is a neutral equation, which "
-                    "is not covered: add a fast pole to the model",
-                    code=Reason.DEAD_TIME,
-                )
+                raise InputError(_NEUTRAL.format(f"transfer[{i}][{j}]"), code=Reason.DEAD_TIME)
     stacked = [[one.get(delay, _ZERO) for one in row] for delay in (Fraction(0), *delays) for row in parts]
     whole, p = plant_of_transfers(stacked), len(entries)
     base = replace(whole, C=whole.C[:p], D=whole.D[:p])
@@ -223,6 +303,10 @@ def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> 
 
 
 _ZERO = RationalPlant([0], [1])
+_NEUTRAL = (
+    "{} has dead time and is not strictly proper; that is a neutral equation, which is not covered: add a fast pole to "
+    "the model"
+)
 
 
 def _parts(entry: RationalPlant | DelayPlant, name: str) -> dict[Fraction, RationalPlant]:
@@ -231,6 +315,11 @@ def _parts(entry: RationalPlant | DelayPlant, name: str) -> dict[Fraction, Ratio
         if entry.dt is not None and entry.order:
             raise InputError(f"{name} is in discrete time, and another entry has dead time; write z**-n for a delay")
         return {Fraction(0): entry}
+    if entry.feedback:
+        raise InputError(
+            f"{name} has dead time in its denominator, which is covered in one channel alone; open the feedback "
+            "inside, and give it a channel with the class sector = [1, 1.000001]"
+        )
     bottom = polynomial_of(entry.denominator)
     tops = {delay: polynomial_of(top) for delay, top in entry.terms}
     shared = bottom

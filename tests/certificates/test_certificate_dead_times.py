@@ -123,7 +123,45 @@ LONGER = unknown(
         "frequencies": ["99999/100000", "100001/100000"],
     },
 )
+# 1/(s + 1 + exp(-s)/2): Re 1/H = 1 + cos(w)/2 > 0, so that the circle criterion holds for every k
+BACK = draft(
+    late([["-1"]], ONE, ONE, NO, ("1", NO, [["-1/2"]])),
+    [sector("0", "10")],
+    "piecewise-circle",
+    {"method": "pieces", "ends": [str(end) for end in (1, 2, 3, 4, 6, 8, 12, 16)]},
+    {"lambda": ["1"], "pieces": [[None]] * 9},
+)
+# s + 1 + 3 exp(-s): roots Re s > 0 where the delay is above arccos(-1/3)/sqrt(8) = .676; s + 3/2 - 2 < 0 at 0
+COMES = draft(
+    late([["-1"]], ONE, ONE, NO, ("1", NO, [["-3"]])),
+    [sector("0", "1/2")],
+    "counterexample",
+    {"method": "late-turns", "gains": ["1/4"]},
+)
+AWAY = draft(
+    late([["-1"]], [["-1"]], ONE, NO, ("1", NO, [["-1/2"]])),
+    [sector("0", "2")],
+    "counterexample",
+    {"method": "late-gains", "gains": ["2"]},
+)
+# s + a exp(-s) + g has the root i w, w = 2 pi/3 = 2.0944, for a = w/sin w = 2.4184, g = a/2 = 1.2092; there its
+# derivatives are 1 in g and i - i a exp(-i w) = -2.094 + 2.209 i in w, times s in the checker, which opens the feedback
+RETURNS = draft(
+    late([["0"]], ONE, ONE, NO, ("1", NO, [["-24184/10000"]])),
+    [sector("0", "2")],
+    "counterexample",
+    {
+        "method": "late-crossing",
+        "gains": [["12/10"], ["122/100"]],
+        "frequencies": ["2089/1000", "21/10"],
+        "turn": ["-2094/1000", "-2209/1000"],
+    },
+)
 ALL = {
+    "back": BACK,
+    "comes": COMES,
+    "away": AWAY,
+    "returns": RETURNS,
     "lower": LOWER,
     "turns": TURNS,
     "unknown": UNKNOWN,
@@ -150,7 +188,7 @@ def test_both_checkers_accept(name):
     jsonschema.Draft202012Validator(SCHEMA).validate(found)
     assert recheck(found).accepted, recheck(found).reason
     said = {"rest": "every motion converges to the set of equilibria"} | dict.fromkeys(
-        ("circle", "popov", "both", "lower", "unknown"), ATTRACTS
+        ("circle", "popov", "both", "lower", "unknown", "back"), ATTRACTS
     )
     moves = "a loop of the class has a motion that does not converge to an equilibrium"
     assert check(found).certificate["conclusion"] == said.get(name, moves)
@@ -249,6 +287,29 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("longer", "proof", "frequencies", ["1001/1000", "1002/1000"]),
         ("longer", "proof", "gains", ["0"]),
         ("longer", "system", "late", [["11/10", ONE]]),
+        ("back", "system", "late", [["1", NO, [["-3"]]]]),  # as in "comes"
+        ("back", "system", "late", [["1", NO, [["1"]]]]),  # s + 1 - exp(-s) is 0 at 0
+        ("back", "system", "late", [["1", NO, [["3/2"]]]]),
+        ("back", "system", "late", [["1", NO, [["-1/2", "0"]]]]),
+        ("back", "system", "late", [["1", NO, []]]),
+        ("back", "system", "late", [["1", NO, [["-1/2"]], NO]]),
+        ("back", "system", "late", [["1", NO, [["-1/2"]]], ["2", NO]]),
+        ("back", "system", "late", [["0", NO, [["-1/2"]]]]),
+        ("back", "system", "A", [["1"]]),
+        ("back", "system", "B", [["-1"]]),
+        ("back", "system", "D", [["-1/5"]]),
+        ("back", "multiplier", "lambda", ["0"]),
+        ("comes", "system", "late", [["1/2", NO, [["-3"]]]]),
+        ("comes", "proof", "gains", ["1"]),  # not of the class
+        ("comes", "system", "A", [["-4"]]),
+        ("away", "proof", "gains", ["1"]),
+        ("away", "system", "late", [["1", NO, [["-3/2"]]]]),
+        ("away", "system", "B", ONE),
+        ("returns", "system", "late", [["1", NO, [["-23/10"]]]]),
+        ("returns", "system", "late", [["11/10", NO, [["-24184/10000"]]]]),
+        ("returns", "proof", "gains", [["1"], ["11/10"]]),
+        ("returns", "proof", "gains", [["12/10"], ["21/10"]]),  # not of the class
+        ("returns", "proof", "frequencies", ["21/10", "211/100"]),
         ("grows", "proof", "at", "1/100"),
         ("grows", "proof", "gains", ["1/100"]),
         ("grows", "proof", "gains", ["0"]),

@@ -15,6 +15,7 @@ from lure.analysis.inequality.delay import Delayed
 from lure.analysis.theorems.other_plants import largest
 from lure.analysis.verdict import Evidence, Verdict
 from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import one_channel_of
 
 
 def circle_largest(block):
@@ -117,7 +118,9 @@ def test_with_a_pole_at_zero_the_circle_criterion_is_refused():
     [
         ("exp(s)/(s + 1)", "delays >= 0"),
         ("exp(-s*s)", r"exp\(-T\*s\)"),
-        ("1/(1 + exp(-s))", "delayed feedback"),
+        ("1/(1 + exp(-s))", "neutral equation"),
+        ("1/(s + 1 + s*exp(-s)/2)", "neutral equation"),
+        ("1/(s*exp(-s) + 1)", "neutral equation"),
         ("s", "improper"),
         ("1/(s - s)", "divides by zero"),
         ("0*s", "is zero"),
@@ -141,7 +144,35 @@ def test_a_formula_means_what_it_says():
     assert DelayPlant.parse("1/(s + 1)").delayless.order == 1
 
 
-@pytest.mark.parametrize("text", ["exp(-s)/(s + 1) + 2*exp(-3*s)/(s + 1)", "(s - 2)*exp(-s/2)/(s + 1)**2 + 1/(s + 1)"])
+def test_delays_in_the_denominator_are_states_that_come_back():
+    text = "(s + 2)*exp(-s)/(2*s**2 + s*exp(-2*s) + exp(-s)/3 + 1) + 1/2"
+    block, s = DelayPlant.parse(text), np.array([0.3 + 1j, -0.2 + 2j, 5j])
+    expected = (s + 2) * np.exp(-s) / (2 * s**2 + s * np.exp(-2 * s) + np.exp(-s) / 3 + 1) + 1 / 2
+    assert np.allclose(block.transfer(s), expected, rtol=1e-13)
+    whole = one_channel_of(block)
+    assert np.allclose(whole.transfer(s)[:, 0, 0], expected, rtol=1e-13)
+    opened = whole.opened()
+    back = np.linalg.inv(np.eye(2) + np.diag([0.0, 1.0]) @ opened.transfer(s))
+    assert np.allclose((opened.transfer(s) @ back)[:, 0, 0], expected, rtol=1e-13)
+    for one in (block, whole):
+        assert np.allclose([one.to_control(pade=12)(point) for point in s], expected, rtol=1e-9)
+    closed = DelayPlant.parse(
+        "exp(-s)/(s - 1)/(1 + 2*exp(-s)/(s - 1))"
+    )  # the pole 1 of both is one, which feedback moves
+    assert closed == DelayPlant.parse("exp(-s)/(s - 1 + 2*exp(-s))")
+    assert DelayPlant.parse("3/(s + exp(-s)) - exp(-s)/(s + exp(-s))") == DelayPlant.parse(
+        "(3 - exp(-s))/(s + exp(-s))"
+    )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "exp(-s)/(s + 1) + 2*exp(-3*s)/(s + 1)",
+        "(s - 2)*exp(-s/2)/(s + 1)**2 + 1/(s + 1)",
+        "exp(-s)/(s**2 + (s - 1)*exp(-s/2) + 3*exp(-s))",
+    ],
+)
 def test_a_block_prints_all_its_terms(text):
     block = DelayPlant.parse(text)
     printed = str(block).replace(" exp", " * exp").replace(" s)", "*s)").replace("^", "**")

@@ -33,6 +33,40 @@ def test_sectors_and_slopes_end_at_the_linear_gain(plant):
             assert recheck(shown.certificate).accepted
 
 
+@pytest.mark.parametrize(
+    ("plant", "lower", "end"),
+    [
+        ("exp(-s)/(s + exp(-s))", 0, math.pi / 2 - 1),  # exp(-s)/s with one more
+        ("-1/(s + 1 + exp(-s)/2)", 0, 1.5),  # s + 1 + exp(-s)/2 - k is 0 at 0
+        # 1 - 2 cos(w/10) = k cos(w), w - 2 sin(w/10) = k sin(w): w = 2.0896 and k = 1.9286788
+        ("exp(-s)/(s - 1 + 2*exp(-s/10))", 0, 1.9286788),
+        ("exp(-s)/(s - 1)/(1 + 2*exp(-s/10)/(s - 1))", 0, 1.9286788),
+    ],
+)
+def test_delays_in_the_denominator_end_at_the_linear_gain(plant, lower, end):
+    found = max_sector(plant, lower=lower)
+    assert found.verdict is Verdict.PROVED
+    assert end * (1 - 3e-5) < found.largest.low < end < found.refuted_at < end * (1 + 3e-5)
+    for shown in (found.proof, found.refutation):
+        assert check(shown.certificate)
+        assert recheck(shown.certificate).accepted
+
+
+def test_an_unstable_delay_in_the_denominator_is_refuted_and_a_gain_of_the_class_helps():
+    # s + 2 exp(-s): 2 > pi/2; 1/(s - 1 + exp(-s)/2): s - 1/2 at 0
+    for plant in ("1/(s + 2*exp(-s))", "1/(s - 1 + exp(-s)/2)"):
+        assert max_sector(plant).verdict is Verdict.REFUTED
+        assert certify(plant, SlopeBounds(0, 1)).verdict is Verdict.REFUTED
+    assert max_sector("1/(s + 2*exp(-s))", lower=3).largest.low > 100  # |i w + 3| > 2
+    assert (
+        max_sector("1/(s + 1 - exp(-s))").verdict is Verdict.INCONCLUSIVE
+    )  # a pole at 0, as in exp(-s)/(s + 2*exp(-s)) at -2
+    endless = certify("1/(s + 1 + exp(-s)/2)", Sector(0, math.inf))
+    assert endless.verdict is Verdict.INCONCLUSIVE
+    assert "denominator" in str(endless)
+    assert analyse("1/(s + 1 + exp(-s)/2)").case == "stable"
+
+
 def test_a_sector_that_varies_with_time_ends_where_the_circle_criterion_does():
     found, omega = max_sector("exp(-s)/s", lower=0.5, time_varying=True), np.linspace(1e-3, 50, 200_000)
     H = np.exp(-1j * omega) / (1j * omega)

@@ -53,6 +53,7 @@ class Asked:
     repeated: tuple[int, ...]
     delayed: bool = False  # whether delays were taken out of it: D had no cycle before
     late: tuple[tuple[Fraction, fmpq_mat], ...] = ()  # dead times T, and the C_T that shows x(t - T) to sigma
+    inner: tuple[fmpq_mat, ...] = ()  # for each of them the A_T that shows x(t - T) to x', if there are such
 
     @property
     def operators(self) -> list[list[int]]:
@@ -98,21 +99,26 @@ def read(document: Document) -> Asked:
     nonlinearities, repeated = read_classes(document, sides["D"].nrows())
     A, B, C, D = (sides[name] for name in "ABCD")
     found = Asked(A=A, B=B, C=C, D=D, discrete=discrete, nonlinearities=nonlinearities, repeated=repeated)
-    return replace(found, late=_late(document.system["late"], found)) if late else found
+    return _delayed(document.system["late"], found) if late else found
 
 
-def _late(value: object, asked: Asked) -> tuple[tuple[Fraction, fmpq_mat], ...]:
+def _delayed(value: object, asked: Asked) -> Asked:
+    """The plant with its dead times."""
     require(not asked.discrete, "dead times are of continuous time")
     found, n = list[tuple[Fraction, fmpq_mat]](), asked.A.nrows()
-    for one in listed(value):
-        pair = listed(one)
-        require(len(pair) == 2, "a dead time has its outputs")
-        rows = [numbers(row) for row in listed(pair[1])]
-        require(len(rows) == asked.D.nrows() and {len(row) for row in rows} == {n}, "outputs of a dead time do not fit")
-        found.append((number(pair[0]), fmpq_mat([[to_fmpq(v) for v in row] for row in rows])))
+    inner, whole = list[fmpq_mat](), [listed(one) for one in listed(value)]
+    require({len(one) for one in whole} in ({2}, {3}), "a dead time has its outputs, and perhaps what comes back")
+    for tau, *given in whole:
+        sides = list[fmpq_mat]()
+        for side, height in zip(given, (asked.D.nrows(), n), strict=False):
+            rows = [numbers(row) for row in listed(side)]
+            require(len(rows) == height and {len(row) for row in rows} == {n}, "matrices of a dead time do not fit")
+            sides.append(fmpq_mat([[to_fmpq(v) for v in row] for row in rows]))
+        found.append((number(tau), sides[0]))
+        inner += sides[1:]
     times = [Fraction(0), *(tau for tau, _ in found)]
     require(0 < len(found) <= LATEST and all(a < b for a, b in pairwise(times)), "the dead times do not ascend from 0")
-    return tuple(found)
+    return replace(asked, late=tuple(found), inner=tuple(inner))
 
 
 def matrices(document: Document, *, late: bool = False) -> tuple[dict[str, fmpq_mat], bool]:

@@ -14,7 +14,7 @@ from flint import acb, acb_series, arb, fmpq_poly
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channels import Asked, diagonal, member
 from lure.analysis.certificates.second.delays import refuted_by_delay
-from lure.analysis.certificates.second.late_loops import LateLoop
+from lure.analysis.certificates.second.late_loops import LateLoop, opened
 from lure.analysis.certificates.second.numerics import ball, half_plane_counts, working_precision
 from lure.analysis.certificates.second.pieces import numerators, require_pieces
 from lure.analysis.certificates.second.reading import Document, listed, numbers, record, require, tick
@@ -59,8 +59,8 @@ def _still(document: Document, asked: Asked) -> str:
     G, outputs = diagonal(gains), sum((late for _, late in asked.late), asked.C)
     whole = diagonal([Fraction(1)] * len(gains)) + asked.D * G
     require(bool(whole.det() > 0), "det(1 + D G) > 0 fails")
-    near = (asked.B * G * whole.inv() * outputs - asked.A).det()
-    regular = near != 0 or half_plane_counts(asked.A.charpoly()).left == n
+    near = (asked.B * G * whole.inv() * outputs - sum(asked.inner, asked.A)).det()
+    regular = near != 0 or (not asked.inner and half_plane_counts(asked.A.charpoly()).left == n)
     require(bool(near <= 0) and regular, "no root s >= 0 is shown")
     return claims.NO_REST if near != 0 else claims.OTHER_EQUILIBRIA
 
@@ -80,6 +80,8 @@ def _crossing(document: Document, asked: Asked) -> str:
     proof = record(document.proof, "method", "gains", "frequencies", "turn")
     require(proof["method"] == "late-crossing", "the method is not for dead times")
     rows, band = [member(row, asked) for row in listed(proof["gains"])], numbers(proof["frequencies"])
+    asked, inner = opened(asked)
+    rows = [row + inner for row in rows]
     require(len(rows) == len(band) == 2 and 0 < band[0] < band[1], "there are not two ends of each")
     numbers(proof["turn"])
     d = asked.A.charpoly()

@@ -1,18 +1,18 @@
 r"""A plant with dead times in feedback with constant gains, checked again: ``x'(t) = A x(t) + sum_k A_k x(t - T_k)``.
 
-With ``mu = w - L sigma`` and ``K = (1 + D L)^-1``, ``A - B L K C``, ``-B L K C_k``; its response is ``(K C + sum e^{-s
-T_k} K C_k)(s - M(s))^-1 B (1 - L K D) + K D``.
+With ``mu = w - L sigma`` and ``K = (1 + D L)^-1``, ``A - B L K C``, ``A_k - B L K C_k``; its response is ``(K C + sum
+e^{-s T_k} K C_k)(s - M(s))^-1 B (1 - L K D) + K D``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from flint import acb, acb_mat, acb_series, arb, fmpq_mat
 
-from lure.analysis.certificates.second.channels import Asked, diagonal
+from lure.analysis.certificates.second.channels import Asked, diagonal, stacked
 from lure.analysis.certificates.second.numerics import ball
 from lure.analysis.certificates.second.reading import require, tick
 
@@ -46,7 +46,8 @@ class LateLoop:
         require(bool(whole.det() != 0), "the loop with the gains by which it is shifted is not well posed")
         K = whole.inv()
         back = asked.B * L * K
-        late = tuple((tau, -back * C, K * C) for tau, C in asked.late)
+        inner = asked.inner or [0 * asked.A] * len(asked.late)
+        late = tuple((tau, own - back * C, K * C) for (tau, C), own in zip(asked.late, inner, strict=True))
         return cls(asked.A - back * asked.C, asked.B * (one - L * K * asked.D), K * asked.C, K * asked.D, late)
 
     def right_roots(self) -> int:
@@ -98,6 +99,30 @@ class LateLoop:
             return acb_mat.det(one * acb(omega) + M * acb(0, 1))
         small = acb(0, (1 / omega).union(arb(0)) if a is None else 1 / omega)
         return acb_mat.det(one + M * small)
+
+    def at_any_phase(self, u: arb) -> list[tuple[acb_mat, acb_mat]] | None:
+        """What arrives of ``H`` and of ``s H`` without dead time, and with each, ``|s| = 1/u``, for any waits inside.
+
+        Parameters
+        ----------
+        u : arb
+            ``1/omega``; it may contain 0.
+
+        Returns
+        -------
+        list of (acb_mat, acb_mat) or None
+            (p, m) each, without the phase of the output's own dead time; None if nothing is shown.
+        """
+        n, M, over = self.A.nrows(), acb_mat(self.A), acb(0, -u)
+        for _, A, _ in self.late:
+            M += acb_mat(A) * acb(arb(0, 1), arb(0, 1))
+        one = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        try:
+            states = (one - M * over).solve(acb_mat(self.B))
+        except ZeroDivisionError:
+            return None
+        sides = [acb_mat(C) * states for C in (self.C, *(C for _, _, C in self.late))]
+        return [(side * over + (acb_mat(self.D) if k == 0 else 0 * side), side) for k, side in enumerate(sides)]
 
     def at(self, omega: arb) -> acb_mat:
         """The transfer matrix at ``i omega``.
@@ -158,3 +183,26 @@ class LateLoop:
             ]
             for i in range(self.C.nrows())
         ]
+
+
+def opened(asked: Asked) -> tuple[Asked, list[Fraction]]:
+    """The plant with the late states as outputs and inputs of its own, one for each that comes back, and their gains.
+
+    ``x' = A x + B mu + sum_i e_i nu_i``, ``nu_i = -tau_i`` with ``tau_i = -sum_k e_i' A_k x(t - T_k)``.
+
+    Parameters
+    ----------
+    asked : Asked
+        The plant.
+    """
+    n, m = asked.A.nrows(), asked.D.nrows()
+    rows = [i for i in range(n) if any(A[i, j] != 0 for A in asked.inner for j in range(n))]
+    if not rows:
+        return asked, []
+    r = len(rows)
+    units = fmpq_mat([[int(i == k) for k in rows] for i in range(n)])
+    seen = [(tau, stacked(C, -units.transpose() * A)) for (tau, C), A in zip(asked.late, asked.inner, strict=True)]
+    B = stacked(asked.B.transpose(), units.transpose()).transpose()
+    D = stacked(stacked(asked.D.transpose(), fmpq_mat(r, m)).transpose(), fmpq_mat(r, m + r))
+    wider = replace(asked, B=B, C=stacked(asked.C, fmpq_mat(r, n)), D=D, late=tuple(seen), inner=())
+    return wider, [Fraction(1)] * r

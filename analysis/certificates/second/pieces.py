@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise, product
 
-from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.channels import Asked, acyclic
 from lure.analysis.certificates.second.classes import DELAYS
@@ -62,6 +62,7 @@ class _Loop:
     far: bool
     late: tuple[tuple[arb, Balls, Balls], ...] = ()  # dead times, and what arrives so late of N and of s N
     closed: LateLoop | None = None  # in place of all these
+    plant: LateLoop | None = None  # far out, where its states come back late
 
 
 def require_pieces(document: Document, asked: Asked) -> bool:
@@ -105,7 +106,7 @@ def require_pieces(document: Document, asked: Asked) -> bool:
     if asked.late:
         require(not asked.performance, "beside dead times gains are not covered")
         bounds = [(Fraction(0), Fraction(1))] * m
-    if any(gains):
+    if any(gains) or asked.inner:
         closed = LateLoop.of(asked, gains)
     shifted = shifted_by(asked, [(low, high) for low, high in bounds if low is not None and high is not None])
     stable = asked.discrete or closed is not None or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows()
@@ -132,7 +133,8 @@ def require_pieces(document: Document, asked: Asked) -> bool:
             return [[_reversed(f, n) for f in line] for line in part], turned
 
         late = tuple((ball(tau), *outward(part)) for tau, part in later)
-        return _Loop(_reversed(d, n), *outward(N), discrete=False, far=True, late=late)
+        plant = LateLoop.of(asked, [Fraction(0)] * m) if asked.inner else None
+        return _Loop(_reversed(d, n), *outward(N), discrete=False, far=True, late=late, plant=plant)
 
     with working_precision(_BITS):
         near, start = balls(near=True), Fraction(0)
@@ -386,8 +388,8 @@ def _compared(loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fracti
     Of delays ``x (|mu|^2 - |sigma|^2)``, of slow ones ``x |mu|^2 - x |sigma|^2/(1 - d) + y |mu + sigma|^2 - y h^2
     |sigma'|^2``.
     """
-    m, below = len(known), _value(loop.d, acb(u))
-    if below.contains(0):
+    m, arriving = len(known), _arriving(loop, u)
+    if arriving is None:
         return False
     first, late = [[acb(0)] * m for _ in known], [[arb(0)] * m for _ in known]
     less = [[arb(0)] * m for _ in known]
@@ -400,15 +402,14 @@ def _compared(loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fracti
             x, y = map(ball, pair)
             direct, factor = acb((x + y if one.kind == "slow" else x) / 2), acb(y)
             squares = [(x * ball(1 / (1 - one.rate))).abs_upper(), y * ball(one.width**2) * bool(one.kind == "slow")]
-        sides = [(loop.N[i], loop.turned[i]), *((part[i], moved[i]) for _, part, moved in loop.late)]
         sizes, rates = [arb(0)] * m, [arb(0)] * m
-        for k, (plain, turned) in enumerate(sides):
+        for k, (plain, turned) in enumerate(arriving):
             for j in range(m):
-                h = _value(plain[j], acb(u)) / below
-                value = factor * h + (_value(turned[j], acb(u)) / below * ball(one.theta) if one.theta else 0)
+                h = plain[i, j]
+                value = factor * h + (turned[i, j] * ball(one.theta) if one.theta else 0)
                 sizes[j] += h.abs_upper()
                 if squares[1] > 0:
-                    rates[j] += (_value(turned[j], acb(u)) / below).abs_upper()
+                    rates[j] += turned[i, j].abs_upper()
                 if k:
                     late[i][j] += value.abs_upper()
                 else:
@@ -432,6 +433,20 @@ def _compared(loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fracti
             factor_ik = rows[i][k] / rows[k][k]
             rows[i] = [v - factor_ik * w for v, w in zip(rows[i], rows[k], strict=True)]
     return True
+
+
+def _arriving(loop: _Loop, u: arb) -> list[tuple[acb_mat, acb_mat]] | None:
+    """``H`` and ``s H`` without dead time, and with each; None if ``d`` may vanish."""
+    if loop.plant is not None:
+        return loop.plant.at_any_phase(u)
+    below = _value(loop.d, acb(u))
+    if below.contains(0):
+        return None
+
+    def over(side: Balls) -> acb_mat:
+        return acb_mat([[_value(f, acb(u)) / below for f in row] for row in side])
+
+    return [(over(loop.N), over(loop.turned)), *((over(part), over(moved)) for _, part, moved in loop.late)]
 
 
 def _value(coefficients: Sequence[acb], s: acb) -> acb:
