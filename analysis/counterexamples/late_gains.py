@@ -92,7 +92,7 @@ class LateGains:
         """
         G = self._gains(shares)
         values = np.linalg.eigvals(-self.H * G)
-        still = values[0][np.abs(values[0].imag) < 1e-9 * (np.abs(values[0]) + 1e-300)].real
+        still = values[0][np.abs(values[0].imag) < _CLOSE * (np.abs(values[0]) + 1e-300)].real
         if self.critical:
             still = still[:0]
             rates = np.linalg.eigvals(-self.residue * G).real

@@ -197,9 +197,10 @@ def popov_infimum(response: DelayResponse, theta: arb, start: float) -> Minimum:
 SLACK = "1e-10"
 MAX_BOXES = 200_000
 SAMPLES = 20_001
+FARTHEST = 2**30
 
 
-def gain_limit(block: DelayPlant, response: DelayResponse, start: float) -> Bracket:
+def gain_limit(block: DelayPlant, response: DelayResponse, start: float, slowest: float) -> Bracket:
     r"""Bracket on the supremum of ``k`` such that ``1 + kappa H`` has all roots in ``Re s < 0`` for ``0 < kappa <= k``.
 
     The equation is of retarded type: its roots in ``Re s >= 0`` stay bounded and move continuously with the gain, and
@@ -213,13 +214,15 @@ def gain_limit(block: DelayPlant, response: DelayResponse, start: float) -> Brac
         Its response.
     start : float
         A frequency beyond all features [rad/s].
+    slowest : float
+        The frequency of the slowest of them [rad/s].
     """
-    best = _largest_crossing(block, response, start)
+    best = _largest_crossing(block, response, start, slowest)
     limit = best * (1 + arb(SLACK))
     end = start
     while not response.magnitude(arb(end)) < (limit if best > 0 else arb("1e-6")):
         end *= 2
-        if end > 1e9:
+        if end > start * FARTHEST:
             return Bracket(0.0, math.inf)
     if not best > 0:
         limit = arb("1e-6")
@@ -228,13 +231,14 @@ def gain_limit(block: DelayPlant, response: DelayResponse, start: float) -> Brac
     return outward(1 / limit, 1 / best if best > 0 else arb("inf"))
 
 
-def _largest_crossing(block: DelayPlant, response: DelayResponse, start: float) -> arb:
+def _largest_crossing(block: DelayPlant, response: DelayResponse, start: float, slowest: float) -> arb:
     """A lower bound, attained at a crossing, on ``-Re H`` over the crossings; 0 if none was found."""
     best = arb(0)
     if not response.critical:
         at_zero = -response.parts(arb(0))[0]
         best = at_zero.lower() if at_zero > 0 else best
-    omega = np.concatenate([np.geomspace(start * 1e-6, start, SAMPLES), np.linspace(start / SAMPLES, start, SAMPLES)])
+    low = min(slowest * 1e-2, start * 1e-6)
+    omega = np.concatenate([np.geomspace(low, start, SAMPLES), np.linspace(start / SAMPLES, start, SAMPLES)])
     omega.sort()
     values = block.transfer(1j * omega)
     turns = np.flatnonzero(np.diff(np.sign(values.imag)) != 0)
@@ -281,11 +285,12 @@ STEPS = 48
 
 @dataclass(frozen=True, slots=True)
 class Delayed:
-    """A block with dead time, its response, and a frequency beyond its features."""
+    """A block with dead time, its response, a frequency beyond its features, and that of the slowest."""
 
     block: DelayPlant
     response: DelayResponse
     start: float
+    slowest: float
 
     @classmethod
     def of(cls, block: DelayPlant) -> Delayed:
@@ -313,12 +318,12 @@ class Delayed:
             features = [1 / float(delay) for delay, _ in block.terms if delay > 0]
             for p in (response.bottom, *(term.top for term in response.terms)):
                 features += root_sizes(p)
-            return cls(block, response, 8 * max([1e-3, *features]))
+            return cls(block, response, 8 * max([1e-3, *features]), min(size for size in features if size > 0))
 
     def gains(self) -> Bracket:
         """Supremum of the ``k`` such that every linear gain in ``(0, k]`` is stable."""
         with working_precision(BITS):
-            return gain_limit(self.block, self.response, self.start)
+            return gain_limit(self.block, self.response, self.start, self.slowest)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from itertools import chain
+from itertools import chain, product
 from typing import Any
 
 from lure.analysis.certificates.arithmetic import Rejected
@@ -109,13 +109,14 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
         return None
     signed = [bool(classes.classes[block[0]].operator) for block in classes.blocks]
     unstable = poles[poles != 0].real.max(initial=-1) >= 0
-    for method in ("late-gains", "late-turns") if base.any() or unstable or plant.inner else ():
-        never = refutation(asked, Fraction(1), {"method": method, "gains": [str(Fraction(v)) for v in base.tolist()]})
+    below = np.where(late, 0.0, np.minimum(lower, 0.0)) * (not base.any())
+    starts = [base] * bool(base.any() or unstable or plant.inner) + [below] * bool(below.any())
+    for method, start in product(("late-gains", "late-turns"), starts):
+        never = refutation(asked, Fraction(1), {"method": method, "gains": [str(Fraction(v)) for v in start.tolist()]})
         if never is not None:
             return Fraction(0), never
     if unstable and not base.any() and not plant.inner:
         return None
-    below = np.where(late, 0.0, np.minimum(lower, 0.0)) * (not base.any())
     upper = np.where(base < 0, lower, upper)
     for ends, signs in ((below, [False] * len(signed)), (upper, signed)):
         whole, closed = np.append(ends, more), np.append(base, more + 1)

@@ -95,7 +95,8 @@ def bound_of_factors(asked: Problem, found: Factors) -> StabilityBound:
     if found.against is not None and witness is not None:
         factor, shown = found.against
         proof = shown.certificate["proof"]
-        end = top * factor if factor else max(Fraction(proof["gains"][0]), lower)
+        between = proof["method"] == "late-crossing"  # of gains below 0, by a certificate of the class up to the top
+        end = top * (factor or 1) if factor or between else max(Fraction(proof["gains"][0]), lower)
         high = double_above(end)
         witness = replace(witness, k=high)
         if row.verdict is Verdict.REFUTED:

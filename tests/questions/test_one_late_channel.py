@@ -38,6 +38,7 @@ def test_sectors_and_slopes_end_at_the_linear_gain(plant):
     [
         ("exp(-s)/(s + exp(-s))", 0, math.pi / 2 - 1),  # exp(-s)/s with one more
         ("-1/(s + 1 + exp(-s)/2)", 0, 1.5),  # s + 1 + exp(-s)/2 - k is 0 at 0
+        ("(0.4*s - 0.3)/(s^2 + 2.3*s + 2.2 - 1.5*(s + 1)*exp(-s/10))", 1, 7 / 3),  # 0.7 - 0.3 k at 0
         # 1 - 2 cos(w/10) = k cos(w), w - 2 sin(w/10) = k sin(w): w = 2.0896 and k = 1.9286788
         ("exp(-s)/(s - 1 + 2*exp(-s/10))", 0, 1.9286788),
         ("exp(-s)/(s - 1)/(1 + 2*exp(-s/10)/(s - 1))", 0, 1.9286788),
@@ -91,7 +92,7 @@ def test_one_class_is_decided_as_far_and_analysed():
 
 @pytest.mark.parametrize(
     ("plant", "lower", "gain"),
-    [("-exp(-s)/s", 0, 1e-6), ("exp(-s)/(s-1)", 0, 0), ("exp(-s)/(s-1)", 0.5, 0.5), ("exp(-s)/s", -0.5, 0)],
+    [("-exp(-s)/s", 0, 1e-6), ("exp(-s)/(s-1)", 0, 0), ("exp(-s)/(s-1)", 0.5, 0.5), ("exp(-s)/s", -0.5, -0.5)],
 )
 def test_plants_that_small_gains_destabilise_are_refuted(plant, lower, gain):
     # with s > 0: s = k exp(-s) has a root for every k > 0; s - 1 + k exp(-s) is below 0 at s = 0 for k < 1
@@ -103,6 +104,14 @@ def test_plants_that_small_gains_destabilise_are_refuted(plant, lower, gain):
     assert certify(plant, Sector(lower, 1)).verdict is Verdict.REFUTED
     varying = NonlinearityClass(sector=Sector(lower, 1), time_varying=True)
     assert analyse(plant, varying).verdict is Verdict.REFUTED
+
+
+def test_gains_below_0_may_refute_every_class():
+    # -exp(-s)/(s + 1) with -k is exp(-s)/(s + 1) with k: roots on the axis at 2.261826; at the gain 1 a root 0
+    found = max_sector("-exp(-s)/(s+1)", lower=-3)
+    assert found.verdict is Verdict.REFUTED
+    assert found.refuted_at == -3
+    assert max_sector("-exp(-s)/(s+1)", lower=-2).largest.low == pytest.approx(1, rel=1e-4)
 
 
 def test_more_than_the_certificate_shows_is_refused():
