@@ -322,10 +322,12 @@ class Piecewise:
         """The same, for the frequencies looked at alone."""
 
         def serves(factor: float) -> bool:
-            """Whether the programme has a positive margin."""
+            """Whether the programme has a positive margin; where there are no such classes nothing is against it."""
             checkpoint()
             self.channels = widths(factor)
-            found = self.constants() if self.channels else None
+            if not self.channels:
+                return True
+            found = self.constants()
             return found is not None and found[0] > (_EASY if self.local else _EASY * close)
 
         close = _CLOSE if self.local else _SHARP
@@ -340,7 +342,7 @@ class Piecewise:
         while high - low > close * high and high > 1 / LARGEST:
             middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
             low, high = (middle, high) if serves(middle) else (low, middle)
-        return low
+        return low if low and widths(low) else 0.0
 
     def proposal(self, exactly: Callable[[Sequence[Fraction], Sequence[Fraction]], Axis]) -> Proposal | None:
         """A multiplier by pieces, each of which passed its test; None if none was found.

@@ -14,7 +14,7 @@ from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.channel_delays import stated
 from lure.analysis.questions.problem import Problem
 from lure.arrays import NDArray, np
-from lure.errors import AssumptionError, Reason
+from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
 _FAR_BACK = (0.9, 0.99, 0.99)  # where the factor is bounded by numbers alone
@@ -126,7 +126,10 @@ class PiecewiseProofs:
 
     def _widths(self, alpha: Fraction) -> list[Channel]:
         """The channels of a factor; none where there are no such classes."""
-        plant, known = self._kept(alpha)
+        try:
+            plant, known = self._kept(alpha)
+        except InputError:  # the upper bounds are below lower ones above 0
+            return []
         found = list[Channel]()
         for i, one in enumerate(known.families):
             kind = self._kind(known, i)

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, cast
 
-from lure.analysis.questions import decay_rate, l2_gain
-from lure.analysis.questions.answers import answer, largest_plant, max_sector, max_slope
-from lure.analysis.questions.certify import ProofOptions, certify
-from lure.analysis.questions.problem import Problem
-from lure.analysis.questions.regions import region
-from lure.classes import NonlinearityClass
+from lure.analysis import questions  # each function is imported when a question needs it: processes start sooner
 from lure.errors import AssumptionError, InputError, Reason
 from lure.extensions import extension
 from lure.files.reading import SystemSource
-from lure.files.system import LoopSystem
 
 if TYPE_CHECKING:
     from lure.analysis.questions.largest import StabilityBound
+    from lure.classes import NonlinearityClass
+    from lure.files.system import LoopSystem
 
 Row = dict[str, Any]
 Kind = Literal["text", "number"]
@@ -178,6 +174,9 @@ def _largest(question: Literal["sector", "slope"]) -> Ask:
     """The largest sector or slope bound; with several channels the largest factor of the upper bounds."""
 
     def found(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
+        from lure.analysis.questions.answers import answer, largest_plant, max_sector, max_slope
+        from lure.analysis.questions.problem import Problem
+
         ask: Any = max_sector if question == "sector" else max_slope
         if system.classes is not None:
             bound = ask(system.block, system.classes, seconds=seconds)
@@ -215,6 +214,8 @@ def _said(question: str, given: NonlinearityClass) -> dict[str, Any]:
 
 def _class(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
     """The class of the file, or that of its nonlinearity."""
+    from lure.analysis.questions.certify import ProofOptions, certify
+
     found = certify(system, ways=ProofOptions(seconds=seconds))
     shown, code = found.shown, found.conclusion.code
     row = {
@@ -234,11 +235,11 @@ def _code(bound: Any, code: Any) -> str:  # noqa: ANN401  (any answer, and the c
     return "" if code is None else str(code.identifier)
 
 
-def _both_ways(question: Callable[..., Any], name: str) -> Ask:
+def _both_ways(question: Literal["l2_gain", "decay_rate"], name: str) -> Ask:
     """A question whose answer is a bracket: a gain or a rate."""
 
     def found(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
-        bound = question(system, seconds=seconds)
+        bound = getattr(questions, question)(system, seconds=seconds)
         bracket = getattr(bound, name)
         row = {
             "verdict": str(bound.verdict),
@@ -256,6 +257,8 @@ def _both_ways(question: Callable[..., Any], name: str) -> Ask:
 
 def _region(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
     """Length, area or volume of the region of attraction of 0."""
+    from lure.analysis.questions.regions import region
+
     found = region(system, seconds=seconds)
     low, high = found.area
     row = {
@@ -275,7 +278,7 @@ _ASKED: Mapping[str, Ask] = {
     "sector": _largest("sector"),
     "slope": _largest("slope"),
     "class": _class,
-    "gain": _both_ways(l2_gain, "gain"),
-    "rate": _both_ways(decay_rate, "rate"),
+    "gain": _both_ways("l2_gain", "gain"),
+    "rate": _both_ways("decay_rate", "rate"),
     "region": _region,
 }

@@ -18,8 +18,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from lure.analysis.certificates.checker import check
-from lure.analysis.certificates.second import recheck
 from lure.analysis.sweeps.boundary import halved
 from lure.analysis.sweeps.reading import read_study, study_of
 from lure.analysis.sweeps.rows import APART, Answered, Certificate, Row, answered
@@ -463,6 +461,9 @@ def _demand_agreement(store: Store, settings: list[str], found: Answered, kept: 
             raise RuntimeError(
                 f"{', '.join(settings)}: {name} is {value}, and {kept[name]} in {store.path}: please report it"
             )
+    from lure.analysis.certificates.checker import check
+    from lure.analysis.certificates.second import recheck
+
     for certificate in found.certificates:
         check(certificate)
         opinion = recheck(certificate)

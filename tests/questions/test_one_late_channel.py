@@ -10,6 +10,7 @@ import pytest
 from lure import NonlinearityClass, Sector, SlopeBounds
 from lure.analysis import analyse, certify, check, max_sector, max_slope
 from lure.analysis.certificates.second import recheck
+from lure.analysis.counterexamples.late_gains import LateGains
 from lure.analysis.questions.conclusion import MismatchError
 from lure.analysis.verdict import Verdict
 
@@ -104,6 +105,12 @@ def test_plants_that_small_gains_destabilise_are_refuted(plant, lower, gain):
     assert certify(plant, Sector(lower, 1)).verdict is Verdict.REFUTED
     varying = NonlinearityClass(sector=Sector(lower, 1), time_varying=True)
     assert analyse(plant, varying).verdict is Verdict.REFUTED
+
+
+def test_without_a_counterexample_the_search_begins_above_the_lower_bound(monkeypatch):
+    monkeypatch.setattr(LateGains, "best", lambda _search: None)
+    found = max_slope("exp(-s)/s", lower=0.5)
+    assert found.largest.low == pytest.approx(math.pi / 2, rel=1e-4)
 
 
 def test_gains_below_0_may_refute_every_class():
