@@ -411,7 +411,7 @@ def _grown(
         half = E.T @ basis @ F
         slopes[:s] = half + np.swapaxes(half, 1, 2) - rate * held
     slopes[np.arange(s, s + m), np.arange(n, n + m), np.arange(n, n + m)] = 1.0
-    blocks = [Block(-margin * rate * np.eye(n + m), slopes)]
+    blocks = [Block(-margin * np.eye(n + m), slopes)]  # in units of the rate
     block, logarithms = _log_det(count, unstable.T @ basis @ unstable, s + m)
     blocks.append(block)
     cost = np.zeros(count)
@@ -419,11 +419,11 @@ def _grown(
     sums, zero = np.zeros((m + 1, count)), np.zeros(m + 1)
     sums[0, s : s + m] = 1.0
     sums[np.arange(1, m + 1), np.arange(s, s + m)] = -1.0
-    zero[0] = rate * (1 - margin)
+    zero[0] = 1 - margin
     found = proposed(cost, blocks, sums, zero, logarithms=logarithms)
     if found is None:
         return None
     Q, weights = np.tensordot(found[:s], basis, 1), np.maximum(found[s : s + m], 0.0)
     if not weights.sum() or np.linalg.eigvalsh(unstable.T @ Q @ unstable)[0] <= 0:
         return None
-    return Growth(Q, rate, weights * min(1.0, rate / weights.sum()))
+    return Growth(rate * Q, rate, rate * weights * min(1.0, 1 / weights.sum()))
