@@ -21,6 +21,8 @@ from lure.analysis.nonlinearity.pieces import (
     domain,
     jumps_possible,
     known_nonlinearity,
+    of_tree,
+    tree_of,
 )
 from lure.analysis.nonlinearity.rational import (
     BITS,
@@ -28,6 +30,7 @@ from lure.analysis.nonlinearity.rational import (
     Cover,
     End,
     candidates,
+    interval_of,
     largest,
     least,
     limit,
@@ -40,9 +43,11 @@ from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError, demand_whole
 from lure.exact import exact_number
-from lure.expressions.regularity import hull, nature
-from lure.expressions.tree import ZERO, derivative
-from lure.nonlinearities import Quantiser
+from lure.expressions.regularity import hull, nature, smooth
+from lure.expressions.rigorous import ball
+from lure.expressions.tree import ZERO, Apply, Node, Number, Variable, derivative
+from lure.nonlinearities import MovedNonlinearity, Quantiser, Tanh
+from lure.nonlinearities.shifted import steepest_chord
 from lure.record.values import exact_text
 
 # Chords and slopes gathered over the pieces of a nonlinearity.
@@ -144,6 +149,124 @@ def _of_side(
         found.append(((n + 1) * nonlinearity.step / first, first, True))
         return found, first, True
     return found, None, True
+
+
+# A nonlinearity around a point that is known to within a radius.
+
+
+def moved_bounds(phi: MovedNonlinearity, low: End, high: End, effort: Effort | None = None) -> NonlinearityBounds:
+    r"""Sector and slope bounds of ``phi(s + sigma) - phi(s)`` that are true for every ``s`` in question.
+
+    Around the middle they are those of a known nonlinearity.  Where ``phi`` is smooth, chords and slopes change by no
+    more than :math:`\max|\phi''|` times the distance from there; of a piecewise linear one chords up to the next kink
+    do not change, and others by its ``spread``.
+
+    Parameters
+    ----------
+    phi : MovedNonlinearity
+        The nonlinearity.
+    low, high : Fraction, or an infinity
+        Its domain.
+    effort : Effort, optional
+        What may be spent.
+
+    Raises
+    ------
+    InputError
+        The nonlinearity is neither piecewise linear nor a smooth formula, or as for :func:`nonlinearity_bounds`.
+    """
+    if type(phi.nonlinearity) is Tanh and low < 0 < high:
+        return _of_tanh(phi, phi.nonlinearity, low, high)
+    if phi.centre is not None:
+        known = known_nonlinearity(phi.centre, low, high)
+        inside = max(-low, high) <= phi.room - phi.within
+        wide = Fraction(0) if inside else phi.spread
+    else:
+        tree = tree_of(phi.nonlinearity)
+        if tree is None or not smooth(tree):
+            raise InputError(f"{phi!s:.60} is no smooth formula, and what is counted from elsewhere has to be one")
+        there = _substituted(tree, Apply("+", (Variable("sigma"), Number(phi.at))))
+        known = of_tree(Apply("-", (there, _substituted(tree, Number(phi.at)))), str(phi), low, high)
+        bend = hull(derivative(derivative(tree, "sigma"), "sigma"), *_around(phi, low, high))
+        if math.isinf(max(map(abs, bend))):
+            raise InputError(f"the second derivative of {phi!s:.60} could not be bounded; ask on a smaller interval")
+        wide = max(map(abs, map(Fraction, bend))) * phi.within
+    assert known is not None, "a graph and a tree are known"
+    found, slopes = bounds_of_known(known, low, high, effort), Fraction(0) if phi.centre is not None else wide
+    return replace(
+        found,
+        nonlinearity=str(phi),
+        sector_lower=_wider(found.sector_lower, -wide),
+        sector_upper=_wider(found.sector_upper, wide),
+        slope_lower=found.slope_lower and _wider(found.slope_lower, -slopes),
+        slope_upper=found.slope_upper and _wider(found.slope_upper, slopes),
+    )
+
+
+def _of_tanh(phi: MovedNonlinearity, inner: Tanh, low: End, high: End) -> NonlinearityBounds:
+    """The same for ``tanh``, in closed form: chords rise up to the steepest one and fall beyond, slopes up to 0."""
+    sign = 1 if phi.at >= 0 else -1
+    at, within, unit = abs(phi.at) / inner.scale, phi.within / inner.scale, inner.gain / inner.scale
+    left, right = (end if isinstance(end, float) else end / inner.scale for end in sorted((sign * low, sign * high)))
+    chords, slopes = list[tuple[Fraction, Fraction]](), list[tuple[Fraction, Fraction]]()
+    with working_precision(BITS):
+        s = ball(at)
+        middle, falls = interval_of(1 - s.tanh() * s.tanh()), False
+        for x in (left, right):
+            if isinstance(x, float):
+                chords, slopes = [*chords, (Fraction(0),) * 2], [*slopes, (Fraction(0),) * 2]
+                continue
+            t = (s + ball(x)).tanh()
+            chord, slope = (t - s.tanh()) / ball(x), 1 - t * t
+            falls = falls or bool(x < 0 and slope > chord)  # all the way from the left end on
+            chords, slopes = [*chords, interval_of(chord)], [*slopes, interval_of(slope)]
+    chord, steepest = min(chords), chords[0][1] + within if falls else steepest_chord(at, within)
+    slope = min(slopes)
+    most = Fraction(1) if left <= -at else slopes[0][1] + within
+    seen = max(low_chord for low_chord, _ in (*chords, middle)) - within
+    a, b, c, d = (
+        Extreme(inner=unit * inner_bound, outer=unit * outer, at=place, attained=False)
+        for inner_bound, outer, place in (
+            (chord[1] + within, max(Fraction(0), chord[0] - within), "where chords are least steep"),
+            (min(seen, steepest), min(Fraction(1), steepest), "where chords are steepest"),
+            (slope[1] + within, max(Fraction(0), slope[0] - within), "at an end"),
+            (min(middle[0] - within, most), min(Fraction(1), most), "where it is steepest"),
+        )
+    )
+    whole = isinstance(low, float) or isinstance(high, float)
+    return NonlinearityBounds(
+        nonlinearity=str(phi),
+        sector_lower=a,
+        sector_upper=b,
+        slope_lower=c,
+        slope_upper=d,
+        evidence=Evidence.CERTIFIED,
+        on=None if whole else (Fraction(low), Fraction(high)),
+    )
+
+
+def _around(phi: MovedNonlinearity, low: End, high: End) -> tuple[End, End]:
+    """The domain in terms of the nonlinearity itself, wherever it is counted from; 0 belongs to it."""
+    ends = min(low, 0), max(high, 0)
+    a, b = (end if isinstance(end, float) else end + phi.at for end in ends)
+    return a if isinstance(a, float) else a - phi.within, b if isinstance(b, float) else b + phi.within
+
+
+def _substituted(node: Node, value: Node) -> Node:
+    """The tree with another one in the place of its variable."""
+    if isinstance(node, Variable):
+        return value
+    return Apply(node.operation, tuple(_substituted(part, value) for part in node.arguments)) if isinstance(
+        node, Apply
+    ) else node
+
+
+def _wider(bound: Extreme, by: Fraction) -> Extreme:
+    """A bound farther out, below for a negative width."""
+    if not by or math.isinf(bound.outer):
+        return bound
+    inner = bound.inner if isinstance(bound.inner, float) else bound.inner - by
+    return replace(bound, inner=inner, outer=Fraction(bound.outer) + by, attained=False)
 
 
 # Slope bounds of a nonlinearity from its pieces and its jumps.
@@ -297,6 +420,8 @@ def nonlinearity_bounds(
     low, high = (-math.inf, math.inf) if interval is None else interval
     if isinstance(nonlinearity, Quantiser):
         found = quantiser_bounds(nonlinearity, interval)
+    elif isinstance(nonlinearity, MovedNonlinearity):
+        found = moved_bounds(nonlinearity, low, high, effort)
     elif (known := known_nonlinearity(nonlinearity, low, high)) is not None:
         found = bounds_of_known(known, low, high, effort)
         if effort.late:

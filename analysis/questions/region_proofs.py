@@ -243,7 +243,8 @@ def _many_reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Go
     sides, discrete, m = plant.doubles(), plant.dt is not None, len(shapes)
     C = sides[2]
     own = [i for i, shape in enumerate(shapes) if shape.clip is None and C[i].any()]
-    groups = [[i for i in own if shapes[i].nonlinearity == one] for one in _different(shapes[i] for i in own)]
+    kinds = [shape.kind for shape in shapes]
+    groups = [[i for i in own if kinds[i] == one] for one in _different(kinds[i] for i in own)]
 
     def tried(wide: NDArray[np.float64]) -> tuple[float, Ellipsoid | None]:
         """The size with these intervals, and the set."""
@@ -280,11 +281,11 @@ def _many_reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Go
     return [Fraction(float(wide[i])).limit_denominator(10**9) if i in own else None for i in range(m)]
 
 
-def _different(shapes: Iterable[Shape]) -> list[Any]:
+def _different(given: Iterable[Any]) -> list[Any]:
     found = list[Any]()
-    for shape in shapes:
-        if shape.nonlinearity not in found:
-            found.append(shape.nonlinearity)
+    for one in given:
+        if one not in found:
+            found.append(one)
     return found
 
 

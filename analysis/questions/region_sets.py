@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise, product
 from typing import Any
@@ -27,12 +27,13 @@ from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.files.system import LoopSystem
-from lure.nonlinearities import ExpressionNonlinearity, Tanh
+from lure.nonlinearities import DeadZone, ExpressionNonlinearity, MovedNonlinearity, PiecewiseLinear, Tanh
 from lure.nonlinearities.local import LocalSector
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
 
 _BITS = 40
+_NARROW = 24  # bits: the width of a sector for what is left over of moved limits
 MOST_PIECES = 3000
 _GRID = np.concatenate([np.linspace(-1, -0.005, 200), np.linspace(0.005, 1, 200)])
 _FIXED = np.geomspace(1e-7, 1e7, 1400)
@@ -68,6 +69,11 @@ class Shape:
         if left[1] != right[1] or not low < 0 < high:
             return None
         return to_fraction(left[1]), to_fraction(middle[1]), min(-low, high)
+
+    @property
+    def kind(self) -> Any:  # noqa: ANN401  (a nonlinearity)
+        """The nonlinearity, or that which it is around another point."""
+        return self.nonlinearity.nonlinearity if isinstance(self.nonlinearity, MovedNonlinearity) else self.nonlinearity
 
     @property
     def steepest(self) -> Fraction:
@@ -168,6 +174,8 @@ def shape_of(nonlinearity: object) -> Shape:
     if isinstance(nonlinearity, LocalSector):
         own = nonlinearity
         return Shape(nonlinearity=own, sector=(own.lower, own.upper), reach=own.radius)
+    if isinstance(nonlinearity, MovedNonlinearity):
+        return Shape(nonlinearity=nonlinearity)
     known = known_nonlinearity(nonlinearity, -math.inf, math.inf)
     if known is None:
         raise InputError(
@@ -233,7 +241,39 @@ def loop_asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlan
             raise InputError(
                 f"the nonlinearity of channel {i}, {one}, is not known to be locally Lipschitz; give another"
             )
-    return found, [shape_of(one) for one in known]
+    return _parted(found, known)
+
+
+def _parted(plant: MultivariablePlant, known: Sequence[Any]) -> tuple[MultivariablePlant, list[Shape]]:
+    """The loop in which a line with limits that is moved to within a radius acts in two channels that see the same.
+
+    The first has limits that are near enough to be reached wherever it is counted from, exactly; what is left over is 0
+    between them and bounded beyond, and so lies in a narrow sector.  The second is this sector.
+    """
+    shapes, order = list[Shape](), list[int]()
+    for i, one in enumerate(known):
+        parts = _clip_and_rest(one) if isinstance(one, MovedNonlinearity) else None
+        shapes += [shape_of(one)] if parts is None else parts
+        order += [i] * (1 if parts is None else 2)
+    if len(order) == len(known):
+        return plant, shapes
+    B, D = (tuple(tuple(row[i] for i in order) for row in side) for side in (plant.B, plant.D))
+    return replace(plant, B=B, C=tuple(plant.C[i] for i in order), D=tuple(D[i] for i in order), names=()), shapes
+
+
+def _clip_and_rest(moved: MovedNonlinearity) -> list[Shape] | None:
+    """The two parts; None where it is no line with limits that holds 0 between them."""
+    around = None if moved.centre is None else shape_of(moved.centre)
+    if around is None or around.clip is None:
+        return None
+    outer, inner, _ = around.clip
+    low, high = around.cuts[0] + moved.within, around.cuts[1] - moved.within
+    points = [(low, inner * low), (Fraction(0), Fraction(0)), (high, inner * high)]
+    clip = PiecewiseLinear(points, left_slope=outer, right_slope=outer)
+    over = 2 * abs(inner - outer) * moved.within / min(-low, high)
+    wide = max(over, abs(inner - outer) / 2**_NARROW)
+    rest = DeadZone(width=min(-low, high), gain=wide)  # one of them, to be drawn
+    return [shape_of(clip), Shape(nonlinearity=rest, sector=(-wide, wide), reach=Fraction(2**_BITS))]
 
 
 def points_along(along: Sequence[Sequence[float | Fraction]], n: int) -> NDArray[np.float64]:

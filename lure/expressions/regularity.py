@@ -150,6 +150,20 @@ def nature(node: Node) -> Nature | None:
     return found if found.total else None
 
 
+_SMOOTH = ("+", "-", "*", "/", "**", "neg", "sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "atan", "pi")
+
+
+def smooth(node: Node) -> bool:
+    """Whether a formula is made of functions alone that are smooth wherever they and their derivatives have values.
+
+    Parameters
+    ----------
+    node : Node
+        The tree of the formula.
+    """
+    return not isinstance(node, Apply) or (node.operation in _SMOOTH and all(map(smooth, node.arguments)))
+
+
 def hull(node: Node, low: End, high: End) -> tuple[End, End]:
     """Bounds of every value that a formula has for a variable between two ends; infinite where its form says nothing.
 

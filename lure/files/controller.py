@@ -16,6 +16,7 @@ from lure.networks.reading import read_network
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.piecewise_linear import PiecewiseLinear
 from lure.nonlinearities.reading import nonlinearity_from_table
+from lure.nonlinearities.shifted import MovedNonlinearity
 from lure.plants.conversion import as_plant
 from lure.plants.multivariable import MultivariablePlant, counted
 from lure.plants.rational import RationalPlant
@@ -75,7 +76,8 @@ def with_network(  # noqa: PLR0913  (a plant, what closes it, where it stands, a
             "and x is counted from there, or train the network without biases"
         )
     moved = [_moved(one, phi) for one, phi in zip(each, found.nonlinearities, strict=True)]
-    title = f"{title}, x counted from {where}" if any(found.x) else title
+    near = f", to within {float(found.within):.1e}" if found.within else ""
+    title = f"{title}, x counted from {where}{near}" if any(found.x) else title
     return channel_system((name, title, source), found.plant, nonlinearity_tables=moved)
 
 
@@ -91,6 +93,8 @@ def _made(table: Table) -> Nonlinearity:
 
 def _moved(table: Table, phi: Nonlinearity) -> Table:
     """The table of a nonlinearity around the equilibrium."""
+    if isinstance(phi, MovedNonlinearity):
+        return {**table, "at": phi.at, "within": phi.within}
     if not isinstance(phi, PiecewiseLinear):
         return table
     points = [list(point) for point in phi.points]

@@ -20,6 +20,7 @@ from lure.nonlinearities.properties import nonlinearity_class as nonlinearity_cl
 from lure.nonlinearities.properties import properties as properties
 from lure.nonlinearities.reading import LAW_KINDS as LAW_KINDS
 from lure.nonlinearities.reading import nonlinearity_from_table as nonlinearity_from_table
+from lure.nonlinearities.shifted import MovedNonlinearity as MovedNonlinearity
 from lure.nonlinearities.shifted import ShiftedNonlinearity as ShiftedNonlinearity
 from lure.nonlinearities.shifted import shifted_class as shifted_class
 from lure.nonlinearities.shifted import shifted_nonlinearity as shifted_nonlinearity

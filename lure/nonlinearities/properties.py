@@ -18,7 +18,7 @@ from lure.nonlinearities.base import Nonlinearity, NormalCompliance
 from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.named import Cubic, Quantiser, Tanh
 from lure.nonlinearities.piecewise_linear import DeadZone, Graph, LeakyReLU, PiecewiseLinear, ReLU, Saturation
-from lure.nonlinearities.shifted import ShiftedNonlinearity
+from lure.nonlinearities.shifted import MovedNonlinearity, ShiftedNonlinearity
 from lure.record import Page, plain
 from lure.record.values import exact_text
 
@@ -295,6 +295,16 @@ def properties(nonlinearity: Nonlinearity) -> Properties:
                 how=inner.slope_bounds.how + note,
             ),
             odd=inner.odd,
+            regularity=inner.regularity,
+        )
+    if type(nonlinearity) is MovedNonlinearity:
+        inner = properties(nonlinearity.nonlinearity)
+        of, slope = inner.slope_bounds, nonlinearity.slope_bounds
+        how = "its chords are means of slopes" if slope is not None else "nothing is known of its chords"
+        return Properties(
+            sector=Property(value=nonlinearity.sector, provenance=of.provenance, how=f"{how}; {of.how}"),
+            slope_bounds=Property(value=slope, provenance=of.provenance, how=of.how),
+            odd=Property(value=False, provenance=Provenance.CHECKED, how="not known to be, where it is counted from"),
             regularity=inner.regularity,
         )
     if type(nonlinearity) is ExpressionNonlinearity and nonlinearity.graph is not None:

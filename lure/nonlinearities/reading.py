@@ -25,6 +25,7 @@ from lure.nonlinearities.piecewise_linear import (
     Saturation,
     relay_with_slope,
 )
+from lure.nonlinearities.shifted import MovedNonlinearity
 
 # Nonlinearities from the tables of a system file: a kind and named values.
 
@@ -128,7 +129,8 @@ def nonlinearity_from_table(kind: str, values: Mapping[str, object]) -> Nonlinea
         One of ``LAW_KINDS``, in small or capital letters; ``-`` and ``_`` count as a space.
     values : Mapping of str to object
         The nonlinearity's parameters by name.  Numbers are ints, Fractions or Decimals (a float means the double it
-        is); bounds are pairs, in which ``inf`` may stand; points are pairs.
+        is); bounds are pairs, in which ``inf`` may stand; points are pairs.  With ``at`` and ``within`` it is counted
+        from there: :class:`~lure.nonlinearities.MovedNonlinearity`.
 
     Raises
     ------
@@ -142,6 +144,9 @@ def nonlinearity_from_table(kind: str, values: Mapping[str, object]) -> Nonlinea
     """
     name = _kind(kind)
     entry, given = _KINDS[name], dict(values)
+    if "at" in given or "within" in given:
+        at, within = (exact_parameter(given.pop(key, 0), f"the nonlinearity's {key}") for key in ("at", "within"))
+        return MovedNonlinearity(nonlinearity_from_table(kind, given), at, within)
     if name == "relay with slope" and "gain" not in given and "slope" not in given:
         raise InputError(IDEAL_RELAY)
     for alias, key in entry.aliases.items():
