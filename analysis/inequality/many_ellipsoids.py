@@ -15,7 +15,7 @@ from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, Matrix, shifte
 from lure.analysis.numerics.semidefinite import symmetric_basis
 from lure.arrays import linalg, np
 
-MANY = 12  # channels, from which on this search is the faster one
+MANY = 6  # channels, from which on this search is the faster one
 _STEPS, _FACTOR = 120, 10.0
 _FALL = 1e-3  # of the barrier in a step, below which it is centred
 

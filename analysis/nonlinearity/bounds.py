@@ -187,12 +187,14 @@ def moved_bounds(phi: MovedNonlinearity, low: End, high: End, effort: Effort | N
             raise InputError(f"{phi!s:.60} is no smooth formula, and what is counted from elsewhere has to be one")
         there = _substituted(tree, Apply("+", (Variable("sigma"), Number(phi.at))))
         known = of_tree(Apply("-", (there, _substituted(tree, Number(phi.at)))), str(phi), low, high)
-        bend = hull(derivative(derivative(tree, "sigma"), "sigma"), *_around(phi, low, high))
-        if math.isinf(max(map(abs, bend))):
+        ends = hull(derivative(derivative(tree, "sigma"), "sigma"), *_around(phi, low, high))
+        bend = max(abs(ends[0]), abs(ends[1]))
+        if math.isinf(bend):
             raise InputError(f"the second derivative of {phi!s:.60} could not be bounded; ask on a smaller interval")
-        wide = max(map(abs, map(Fraction, bend))) * phi.within
+        wide = Fraction(bend) * phi.within
     assert known is not None, "a graph and a tree are known"
-    found, slopes = bounds_of_known(known, low, high, effort), Fraction(0) if phi.centre is not None else wide
+    found = bounds_of_known(known, low, high, effort)
+    slopes = Fraction(0) if phi.centre is not None or (low, high) == (-math.inf, math.inf) else wide
     return replace(
         found,
         nonlinearity=str(phi),
@@ -256,9 +258,11 @@ def _substituted(node: Node, value: Node) -> Node:
     """The tree with another one in the place of its variable."""
     if isinstance(node, Variable):
         return value
-    return Apply(node.operation, tuple(_substituted(part, value) for part in node.arguments)) if isinstance(
-        node, Apply
-    ) else node
+    return (
+        Apply(node.operation, tuple(_substituted(part, value) for part in node.arguments))
+        if isinstance(node, Apply)
+        else node
+    )
 
 
 def _wider(bound: Extreme, by: Fraction) -> Extreme:

@@ -24,6 +24,7 @@ from lure.errors import AssumptionError, InputError
 from lure.expressions.regularity import nature
 from lure.nonlinearities import (
     ExpressionNonlinearity,
+    MovedNonlinearity,
     Properties,
     Property,
     Provenance,
@@ -253,6 +254,8 @@ def _demand_true(found: Membership, words: str, fix: str) -> None:
 
 def _with_certified(phi: Nonlinearity) -> Nonlinearity:
     """A formula that declares no sector, with the sector, slope bounds and oddness that are certified."""
+    if type(phi) is MovedNonlinearity:
+        return MovedNonlinearity(_with_certified(phi.nonlinearity), phi.at, phi.within)
     if type(phi) is not ExpressionNonlinearity or phi.sector_declared or phi.sector != Sector(-math.inf, math.inf):
         return phi
     if phi.graph is not None and phi.graph.is_line:
@@ -422,9 +425,9 @@ def _bounds_of_text(text: str) -> NonlinearityBounds | None:
 
 
 def _bounds(phi: object) -> NonlinearityBounds | None:
-    if isinstance(phi, Quantiser):
-        return nonlinearity_bounds(phi)
     try:
+        if isinstance(phi, Quantiser | MovedNonlinearity):
+            return nonlinearity_bounds(phi)
         known = _known(phi)
         if known is None:
             return None
@@ -534,7 +537,7 @@ def _known_or_none(phi: object) -> Known | None:
 
 
 def _time_invariance(phi: Nonlinearity) -> MemberProperty:
-    if type(phi) in (Quantiser, ExpressionNonlinearity) or _known_or_none(phi) is not None:
+    if type(phi) in (Quantiser, ExpressionNonlinearity, MovedNonlinearity) or _known_or_none(phi) is not None:
         how = "a formula or a graph in sigma alone"
         return MemberProperty(name="time-invariance", status=Status.CHECKED, how=how)
     how = "a function known by its values is taken to give one value for each sigma"
@@ -546,13 +549,8 @@ def _regularity(phi: Nonlinearity, known_of: Properties | None) -> tuple[Regular
     jumping = "discontinuous" in f"{getattr(phi, 'regularity', '')}"
     declared = bool(getattr(phi, "locally_lipschitz", not jumping))  # one that says nothing is taken to be
     if known_of is not None and known_of.regularity.provenance is Provenance.CHECKED:
-        words: Regularity = (
-            "locally Lipschitz"
-            if declared
-            else "none"
-            if "discontinuous" in known_of.regularity.value
-            else "continuous"
-        )
+        rough: Regularity = "none" if "discontinuous" in known_of.regularity.value else "continuous"
+        words: Regularity = "locally Lipschitz" if declared else rough
         if words != "continuous" or type(phi) is not ExpressionNonlinearity:
             return words, _regular(Status.CHECKED, known_of.regularity.how)
     known = _known_or_none(phi)

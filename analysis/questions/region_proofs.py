@@ -32,6 +32,7 @@ from lure.plants.multivariable import MultivariablePlant
 MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
 _BITS = 40
 _TRIED = 8  # of the intervals proposed
+_MOST_DISTURBED = 12  # channels, from which on no disturbance is asked about
 _THIN, _LINE, _FLAT = Fraction(1, 1024), Fraction(1, 10**9), 1e14
 _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no state exceeds what reaches it
 
@@ -157,7 +158,7 @@ def _found(
 ) -> Ellipsoid | None:
     """About the largest ellipsoid, without a margin roughly: by the search that fits the number of channels."""
     local = used.local
-    if len(local) < MANY:
+    if len(local) < MANY or (isinstance(points, Disturbance) and len(local) < _MOST_DISTURBED):
         if margin is None:
             return ellipsoid(sides, local, discrete=discrete, points=points, turns=1)
         return ellipsoid(sides, local, discrete=discrete, points=points, margin=margin)

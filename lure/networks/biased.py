@@ -28,10 +28,10 @@ from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 
 if TYPE_CHECKING:
-    from flint import arb, arb_mat
+    from flint import arb, arb_mat, fmpq
 
-_TURNS, _STARTS, _SEED = 60, 20, 20261123
-_BITS, _GRID, _RADIUS = 256, 110, 100  # of the arithmetic, of a rational equilibrium, and of the box around it
+_TURNS, _STARTS, _SEED, _FAR = 60, 20, 20261123, 1e9
+_BITS, _GRID, _RADIUS, _REFINED = 256, 110, 100, 8  # of the arithmetic, a rational equilibrium, the box around it
 _NONE = (
     "no equilibrium of the loop with the biases was found, and there may be none; give a network that holds one, or "
     "train it without biases"
@@ -159,17 +159,15 @@ def _enclosed(
     n, found = H.order, _guess(H, phi, a, beta)
     if found is None:
         raise InputError(_NONE)
+    z, radius = [Fraction(float(v)) for v in found], Fraction(1, 2**_RADIUS)
     with ctx.workprec(_BITS):
-        z = [Fraction(float(v)) for v in found]
-        for _ in range(8):
+        for _ in range(_REFINED):
             moved = _step(H, phi, (a, beta), z, None)
             if moved is None:
-                raise InputError(_NONE)
-            near = [Fraction(round(v * 2**_GRID), 2**_GRID) for v in moved]
-            z, before = near, z
-            if max(abs(u - v) for u, v in zip(z, before, strict=True)) < Fraction(1, 2 ** (_RADIUS + 5)):
                 break
-        radius = Fraction(1, 2**_RADIUS)
+            z, before = [Fraction(round(v * 2**_GRID), 2**_GRID) for v in moved], z
+            if max(abs(u - v) for u, v in zip(z, before, strict=True)) < radius / 32:
+                break
         if _step(H, phi, (a, beta), z, radius) is None:
             raise InputError(
                 "an equilibrium of the loop with the biases was found near x = "
@@ -318,7 +316,7 @@ def _guess(
         for _ in range(_TURNS):
             now = residual(z)
             size = float(np.linalg.norm(now))
-            if not size < 1e100:
+            if not max(size, float(np.abs(z).max())) < _FAR:
                 break
             if size <= 1e-11 * (1 + float(np.linalg.norm(z))):
                 return z
@@ -336,7 +334,7 @@ def _sloped(phi: Nonlinearity) -> LibraryNonlinearity:
     return phi  # type: ignore[return-value]  # piecewise linear, tanh, cubic or a formula
 
 
-def _exact(rows: Sequence[Sequence[Fraction]]) -> list[list[object]]:
+def _exact(rows: Sequence[Sequence[Fraction]]) -> list[list[fmpq]]:
     from flint import fmpq
 
     return [[fmpq(Fraction(v).numerator, Fraction(v).denominator) for v in row] for row in rows]

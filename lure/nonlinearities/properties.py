@@ -299,11 +299,12 @@ def properties(nonlinearity: Nonlinearity) -> Properties:
         )
     if type(nonlinearity) is MovedNonlinearity:
         inner = properties(nonlinearity.nonlinearity)
-        of, slope = inner.slope_bounds, nonlinearity.slope_bounds
-        how = "its chords are means of slopes" if slope is not None else "nothing is known of its chords"
+        of = inner.slope_bounds
+        how = "chords of tanh are no steeper than a tangent" if type(nonlinearity.nonlinearity) is Tanh else ""
+        how = "read off the points" if nonlinearity.centre is not None else how or "chords are means of slopes"
         return Properties(
-            sector=Property(value=nonlinearity.sector, provenance=of.provenance, how=f"{how}; {of.how}"),
-            slope_bounds=Property(value=slope, provenance=of.provenance, how=of.how),
+            sector=Property(value=nonlinearity.sector, provenance=of.provenance, how=f"{of.how}; {how}"),
+            slope_bounds=Property(value=nonlinearity.slope_bounds, provenance=of.provenance, how=of.how),
             odd=Property(value=False, provenance=Provenance.CHECKED, how="not known to be, where it is counted from"),
             regularity=inner.regularity,
         )

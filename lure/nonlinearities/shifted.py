@@ -330,9 +330,9 @@ def steepest_chord(at: Fraction, within: Fraction) -> Fraction:
         t = (low + high) / 2
         low, high = (t, high) if math.tanh(s) - math.tanh(t) > (1 - math.tanh(t) ** 2) * (s - t) else (low, t)
     with ctx.workprec(_BITS):
-        x, t = arb(fmpq(at.numerator, at.denominator)), arb(low)
-        m = 1 - t.tanh() * t.tanh()
-        rest = x.tanh() - t.tanh() - m * (x - t)
+        x, touched = arb(fmpq(at.numerator, at.denominator)), arb(low)
+        m = 1 - touched.tanh() * touched.tanh()
+        rest = x.tanh() - touched.tanh() - m * (x - touched)
         bound = m + (rest.max(arb(0)) / x) + arb(fmpq(within.numerator, within.denominator))
         above = (bound * arb(2) ** 50).upper().ceil().unique_fmpz()
     return Fraction(1) if above is None else min(Fraction(1), Fraction(int(above), 2**50))

@@ -14,17 +14,19 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from tampering import assert_both_reject, edited
 
-from lure import InputError, Saturation, as_plant
+from lure import InputError, Quantiser, Saturation, as_plant
 from lure.analysis import certify, region
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
 from lure.analysis.inequality.ellipsoids import Local, ellipsoid, linear_ellipsoid
 from lure.analysis.inequality.many_ellipsoids import many_ellipsoid
+from lure.analysis.numerics.precision import working_precision
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_on
-from lure.analysis.questions.region_sets import matrix_of, shape_of, volume_below
+from lure.analysis.questions.region_sets import loop_asked, matrix_of, shape_of, volume_below
 from lure.analysis.questions.regions import AttractedSet, RegionOfAttraction
 from lure.analysis.verdict import Verdict
+from lure.expressions.rigorous import ball
 from lure.files import loop_to_toml, parse_system, read_system
 from lure.networks import Network, equilibrium, read_network
 from lure.plants.multivariable import MultivariablePlant
@@ -364,7 +366,7 @@ def test_a_network_with_biases_is_taken_around_its_equilibrium(tmp_path, capsys)
 
 # Around the equilibrium the loop of closed() moves as the plant and the network do, whatever the layers, in both times.
 @settings(max_examples=12, deadline=None)
-@given(seed=st.integers(0, 10**6), activation=st.sampled_from(["relu", "leaky relu", "saturation"]))
+@given(seed=st.integers(0, 10**6), activation=st.sampled_from(["tanh", "relu", "leaky relu", "saturation"]))
 def test_the_loop_around_an_equilibrium_moves_as_the_network_does(seed, activation):
     rng = np.random.default_rng(seed)
     sizes = [2, *rng.integers(1, 5, size=rng.integers(1, 3)), 1]
@@ -427,14 +429,114 @@ def test_a_region_is_found_wherever_neurons_are_lines(A, network):
     assert recheck(json.dumps(dict(found.certificate))).accepted
 
 
-def test_what_has_no_rational_equilibrium_is_refused():
+# x' = -x + 1 - tanh(x + 1/2) falls in x: it is positive below its one zero and negative above.
+def test_the_equilibrium_of_tanh_neurons_lies_where_it_is_said_to():
+    network = Network.given([[[1]], [[-1]]], [[Fraction(1, 2)], [1]], activation="tanh")
+    found = equilibrium(network, as_plant(([[-1]], [[1]], [[1]], 0)))
+    with working_precision(300):
+        for side in (1, -1):
+            x = found.x[0] - side * found.within
+            moved = 1 - ball(x) - (ball(x + Fraction(1, 2))).tanh()
+            assert moved * side > 0
+    assert found.within <= Fraction(1, 2**100)
+    assert found.nonlinearities[0].sector.upper < 1  # chords from 0.82 on are less steep than the tangent at 0
+
+
+BIASED_TANH = {
+    "weights": [[["0.8", "0.5"], ["-0.5", "1"]], [["-1.8", "-0.9"]]],
+    "biases": [["0.3", "-0.2"], ["0.4"]],
+    "activation": "tanh",
+}
+TANH_FILE = """
+[plant]
+A = [[0, 1], [1, 0]]
+B = [[0], [1]]
+C = [[1, 0]]
+[nonlinearity]
+kind = "expression"
+expression = "sigma - sin(sigma)"
+[controller]
+network = "tanh.json"
+saturation = 3
+Bu = [[0], [2]]
+origin = "equilibrium"
+"""
+
+
+@pytest.fixture(scope="module")
+def biased(tmp_path_factory):
+    """A pendulum held by two tanh neurons with biases, an output with a limit, and the proof of an ellipsoid."""
+    folder = tmp_path_factory.mktemp("biased")
+    (folder / "tanh.json").write_text(json.dumps(BIASED_TANH))
+    (folder / "loop.toml").write_text(TANH_FILE)
+    system = read_system(folder / "loop.toml")
+    plant, shapes = loop_asked(system, None)  # the limit acts in two channels: one that is exact, and what is left
+    assert plant.inputs == system.block.inputs + 1 == 5
+    reaches = [Fraction(12, 25), Fraction(43, 100), Fraction(6, 5)]
+    return system, proved_on(plant, shapes, [*reaches, None, None], None).certificate
+
+
+# x2' = sin(x1) + 2 sat(N(x)): counted from the equilibrium, where sin(x1) = -2 N(x), all motions in the set come back.
+def test_a_loop_of_tanh_neurons_with_biases_has_a_certified_region(biased):
+    system, certificate = biased
+    again = parse_system(loop_to_toml(system), name="again", source="a text")
+    assert (again.block, again.nonlinearities) == (system.block, system.nonlinearities)
+    assert recheck(json.dumps(dict(certificate))).accepted
+    network = Network.given(**BIASED_TANH, saturation=3)
+    low, high = 0.0, 1.0  # sin x + 2 N(x, 0) falls from positive to negative values
+    for _ in range(60):
+        x1 = (low + high) / 2
+        low, high = (x1, high) if np.sin(x1) + 2 * network([x1, 0.0])[0] > 0 else (low, x1)
+    assert f"x counted from ({x1:.6g}, 0), to within 7.9e-31" in system.title
+    P = np.array(matrix_of(certificate), dtype=float)
+    assert np.pi / np.sqrt(np.linalg.det(P)) > 1
+    z = np.random.default_rng(2).normal(size=(1000, 2))
+    rest = np.array([x1, 0.0])
+    x = np.linalg.solve(np.linalg.cholesky(P).T, (z / np.linalg.norm(z, axis=1)[:, None]).T).T + rest
+
+    def rate(x):
+        return np.stack([x[:, 1], np.sin(x[:, 0]) + 2 * network(x)[:, 0]], axis=1)
+
+    before = np.ones(len(x))
+    for _ in range(300):
+        half = x + 0.01 * rate(x)
+        x = x + 0.02 * rate(half)
+        now = np.einsum("ki,ij,kj->k", x - rest, P, x - rest)
+        assert np.all(now < before + 1e-9)
+        before = now
+    assert before.max() < 0.2
+
+
+def test_a_changed_region_of_a_biased_network_is_refused_by_both(biased):
+    good = biased[1]
+    assert {one["kind"] for one in good["laws"]["graphs"]} == {"sector", "piecewise-polynomial"}
+    for bad in (
+        edited(good, "proof", "P", 0, 0, value=lambda v: str(Fraction(v) / 2)),
+        edited(good, "multiplier", "terms", 1, "sector", 0, value=lambda v: str(Fraction(v) + Fraction(1, 50))),
+        edited(good, "laws", "graphs", 4, "sector", value=["-1", "1"]),  # more is left of the limit than was used
+        edited(good, "multiplier", "terms", value=good["multiplier"]["terms"][:4]),
+        edited(good, "laws", "graphs", 3, "cuts", 1, value=lambda v: str(Fraction(v) / 2)),
+        edited(good, "system", "D", 4, 1, value=lambda v: str(1000 * Fraction(v))),
+    ):
+        assert_both_reject(bad)
+
+
+def test_what_has_no_equilibrium_or_none_that_can_be_moved_to_is_refused():
     plant = as_plant(([[-1, 0], [0, -2]], [[1], [1]], [[1, 0]], 0))
-    with pytest.raises(InputError, match="no rational equilibrium"):
-        equilibrium(Network.given([[[1]], [[1]]], [[1], [0]], activation="tanh"), plant)
     # x1' = -x1 + |x1| + 1: none for x1 < 0, as -2 x1 + 1 > 0, nor for x1 > 0, where it is 1
     both = Network.given([[[1], [-1]], [[1, 1]]], [[0, 0], [1]], activation="relu")
     with pytest.raises(InputError, match="no equilibrium of the loop"):
         equilibrium(both, plant)
+    tanh = Network.given([[[1]], [[1]]], [[0], [2]], activation="tanh")  # x' = tanh(x) + 2 > 0
+    with pytest.raises(InputError, match="no equilibrium of the loop"):
+        equilibrium(tanh, as_plant(([[0]], [[1]], [[1]], 0)))
+    # x = 1 + tanh(0), at which a saturation of the plant that sees x has its kink
+    kink = Network.given([[[0]], [[1]]], [[0], [1]], activation="tanh")
+    own = as_plant(([[-1]], [[0, 1]], [[1], [1]], [[0, 0], [0, 0]]))
+    with pytest.raises(InputError, match="it may lie at a kink"):
+        equilibrium(kink, own, [Saturation(limit=1)])
+    with pytest.raises(InputError, match="only piecewise linear ones, tanh, cubics and smooth formulas are moved"):
+        equilibrium(kink, own, [Quantiser(step=1)])
 
 
 def test_texts_of_weights_are_the_decimals_they_say():
