@@ -189,7 +189,7 @@ class MovedNonlinearity(NamedNonlinearity, kw_only=False):
     Examples
     --------
     >>> moved = MovedNonlinearity(Tanh(), Fraction(1), Fraction(1, 10**20))
-    >>> print(moved, moved.sector.upper < Fraction(62, 100))
+    >>> print(moved, moved.sector.upper < Fraction(82, 100))
     tanh(sigma) around 1 True
     """
 
