@@ -190,9 +190,10 @@ def quadratic(*terms: tuple[Any, Any, Any]) -> Rows:
     """The matrix of ``sum w (f z)(g z)`` for terms ``w, f, g``."""
     found = [[ZERO] * len(terms[0][1]) for _ in terms[0][1]]
     for w, f, g in terms:
-        for i, row in enumerate(found):
-            for j in range(len(row)):
-                row[j] += w * (f[i] * g[j] + g[i] * f[j]) / 2
+        places = [k for k, pair in enumerate(zip(f, g)) if any(pair)]
+        for i in places:
+            for j in places:
+                found[i][j] += w * (f[i] * g[j] + g[i] * f[j]) / 2
     return found
 
 

@@ -137,7 +137,10 @@ class _Programme:
 
         value = whole(x)
         for _ in range(_STEPS):
-            gradient, hessian = self.derivatives(x, float(x[-1]) if slack is None else slack, moving=moving)
+            try:
+                gradient, hessian = self.derivatives(x, float(x[-1]) if slack is None else slack, moving=moving)
+            except np.linalg.LinAlgError:
+                break
             if sized:
                 _, slope, bend = self.volume(x)
                 gradient, hessian = gradient + t * slope, hessian + t * bend
@@ -208,6 +211,7 @@ def many_ellipsoid(  # noqa: PLR0913  (what a search needs)
     sides = shifted((back @ A @ scale, back @ B * own, C @ scale / own[:, None], D * own / own[:, None]), upper)
     strips = [C[i] @ scale / one.reach for i, one in enumerate(local) if one.limit is None and C[i].any()]
     free = [i for i, one in enumerate(local) if one.limit is not None]
+    turned = np.zeros((0, len(A))) if points is None else points @ back.T
     programme = _programme(
         sides,
         np.array([one.upper - one.lower for one in local]),
@@ -215,7 +219,7 @@ def many_ellipsoid(  # noqa: PLR0913  (what a search needs)
         discrete=discrete,
         strips=np.array(strips).reshape(-1, len(A)),
         limits=np.array([float(local[i].limit or 0.0) / own[i] for i in free]),
-        points=np.zeros((0, len(A))) if points is None else points @ back.T,
+        points=turned / np.linalg.norm(turned, axis=1).max(initial=1e-300),
     )
     x = _feasible(programme, margin)
     if x is None:

@@ -32,6 +32,7 @@ from lure.plants.multivariable import MultivariablePlant
 MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
 _BITS = 40
 _TRIED = 8  # of the intervals proposed
+_FARTHER = 1.01  # along an axis, for another ellipsoid to be worth its certificate
 _MOST_DISTURBED = 12  # channels, from which on no disturbance is asked about
 _THIN, _LINE, _FLAT = Fraction(1, 1024), Fraction(1, 10**9), 1e14
 _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no state exceeds what reaches it
@@ -42,7 +43,9 @@ _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no st
 Goal: TypeAlias = "NDArray[np.float64] | Disturbance | None"
 
 
-def proved_ellipsoid(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -> Proved | None:
+def proved_ellipsoid(
+    plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal, near: Proved | None = None
+) -> Proved | None:
     """A large ellipsoid whose solutions all tend to 0, accepted by the checker; None where none is found.
 
     Parameters
@@ -53,12 +56,36 @@ def proved_ellipsoid(plant: MultivariablePlant, shapes: Sequence[Shape], points:
         What is known of the nonlinearity of each channel.
     points : ndarray, Disturbance or None
         (k, n) points whose largest multiple it is to hold; None for the largest volume; or what ``w`` moves.
+    near : Proved or None
+        An ellipsoid with whose intervals the search begins, where there are many channels.
     """
-    for states in islice(_reaches(plant, shapes, points), _TRIED):
+    for states in islice(_reaches(plant, shapes, points, near), _TRIED):
         found = proved_on(plant, shapes, states, points)
         if found is not None:
             return found
     return None
+
+
+def ellipsoids_along(plant: MultivariablePlant, shapes: Sequence[Shape], first: Proved) -> Iterator[Proved]:
+    """Ellipsoids that go farther along an axis of a first one, with intervals of their own; the longest axis first.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part.
+    shapes : sequence of Shape
+        What is known of the nonlinearity of each channel.
+    first : Proved
+        The ellipsoid whose axes are looked along.
+    """
+    lengths, axes = np.linalg.eigh(np.array(matrix_of(first.certificate), dtype=float))
+    for length, axis in zip(lengths.tolist(), axes.T, strict=True):
+        end = axis[None] / math.sqrt(length)
+        found = proved_ellipsoid(plant, shapes, end, first)
+        if found is not None:
+            P = np.array(matrix_of(found.certificate), dtype=float)
+            if float(end[0] @ P @ end[0]) < _FARTHER**-2:
+                yield found
 
 
 def proved_on(
@@ -173,7 +200,9 @@ def _found(
     return guess
 
 
-def _reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -> Iterator[list[Fraction | None]]:
+def _reaches(
+    plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal, near: Proved | None
+) -> Iterator[list[Fraction | None]]:
     """For each sector the interval on which it is used: the best found, one after the other, by golden sections.
 
     Then those of smaller sets: where sets grow with the interval for ever, the largest are lost in rounding.
@@ -203,7 +232,7 @@ def _reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -
         yield [None] * len(shapes)  # channels that see no state have their intervals from those before them
         return
     if len(shapes) >= MANY:
-        many = _many_reaches(plant, shapes, points)
+        many = _many_reaches(plant, shapes, points, near)
         yield from [] if many is None else [many]
         return
     sizes = [(size([k] * len(own)), float(k)) for k in range(-24, 25, 2)]
@@ -236,7 +265,9 @@ def _size(found: Ellipsoid | None, points: Goal) -> float:
     return found.size if points is None else -max(0.5 * math.log(p @ found.P @ p) for p in points)
 
 
-def _many_reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal) -> list[Fraction | None] | None:
+def _many_reaches(
+    plant: MultivariablePlant, shapes: Sequence[Shape], points: Goal, near: Proved | None
+) -> list[Fraction | None] | None:
     """The same for many channels: one factor for those that share a nonlinearity, times how far the set goes.
 
     Where a set leaves room in an interval, its sectors are tightened to it before the next factor is tried.
@@ -261,15 +292,19 @@ def _many_reaches(plant: MultivariablePlant, shapes: Sequence[Shape], points: Go
 
     lengths = np.linalg.norm(C, axis=1)
     value, best, wide = -math.inf, None, lengths
-    for k in range(-12, 7, 2):  # near 0 all is as the linear loop
-        now, found = tried(lengths / lengths.max() * 2.0**k)
+    starts = [lengths / lengths.max() * 2.0**k for k in range(-12, 7, 2)]  # near 0 all is as the linear loop
+    if near is not None:
+        seen = _seen(plant, shapes, near.certificate["multiplier"]["terms"])
+        starts = [np.array([float(v or 0) for v in seen])]
+    for start in starts:
+        now, found = tried(start)
         if best is not None and now < value:
             break
         if found is not None:
-            value, best, wide = now, found, np.minimum(lengths / lengths.max() * 2.0**k, 1.0001 * spread(found))
+            value, best, wide = now, found, np.minimum(start, 1.0001 * spread(found))
     if best is None:
         return None
-    for factor in (1.5, 1.15, 1.04):
+    for factor in (1.5, 1.15, 1.04) if near is None else (1.3, 1.1):
         for group in [own, *groups] if len(groups) > 1 else groups:  # all together, then each
             for way in (factor, 1 / factor):
                 while True:

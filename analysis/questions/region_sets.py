@@ -33,6 +33,7 @@ from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
 
 _BITS = 40
+_TINY = Fraction(1, 2**100)
 _NARROW = 24  # bits: the width of a sector for what is left over of moved limits
 MOST_PIECES = 3000
 _GRID = np.concatenate([np.linspace(-1, -0.005, 200), np.linspace(0.005, 1, 200)])
@@ -139,7 +140,10 @@ class Shape:
         """The sector on ``|sigma| <= reach``, certified; None where there is none."""
         if self.sector is not None:
             return self.sector
-        found = nonlinearity_bounds(self.nonlinearity, on=(-reach, reach))
+        own = self.nonlinearity
+        if type(own) is Tanh:  # in closed form
+            own = MovedNonlinearity(own, Fraction(0), _TINY)
+        found = nonlinearity_bounds(own, on=(-reach, reach))
         low, high = found.sector_lower.outer, found.sector_upper.outer
         if found.evidence is not Evidence.CERTIFIED or not (math.isfinite(low) and math.isfinite(high)):
             return None

@@ -27,7 +27,12 @@ from lure.analysis.questions.region_curves import (
     within,
 )
 from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set
-from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth, proved_level_set
+from lure.analysis.questions.region_proofs import (
+    ellipsoids_along,
+    proved_ellipsoid,
+    proved_growth,
+    proved_level_set,
+)
 from lure.analysis.questions.region_sets import (
     Shape,
     equilibria,
@@ -57,6 +62,7 @@ if TYPE_CHECKING:
 Exactly = tuple[tuple[Fraction, ...], ...]
 Ends = tuple[Fraction | float, Fraction | float]
 _GLOBAL = 5.0  # [s] for a proof that the region is everything
+_UNITED = 3  # states, up to which several ellipsoids are looked for
 _SHOWN = 6  # states, up to which a matrix is written out
 
 
@@ -291,6 +297,8 @@ class RegionOfAttraction(TwoSided):
                 )
                 said = [f"PROVED: every solution that starts in {where} tends to 0; its {word} is at least {size}."]
                 said += _matrix_said(first)
+            if first.volume < self.area[0]:
+                said.append(f"Together with {len(self.sets) - 1} more the {word} is {text_below(self.area[0], 7)}.")
             if self.reach is not None:
                 said.append(f"It holds the points asked about times {text_below(self.reach, 7)}.")
         for one in self.outside:
@@ -423,11 +431,15 @@ def _answered(
         local = beyond is not None or any(shape.reach is not None for shape in shapes)
         whole = None if local else _everywhere(found, shapes)
         if whole is not None:
-            return _of_all(found.order, whole)
+            one = AttractedSet(kind="everything", volume=math.inf, proof=whole)
+            ends = (math.inf, math.inf)
+            return RegionOfAttraction(verdict=Verdict.PROVED, states=found.order, sets=(one,), area=ends)
         proof, late = proved_ellipsoid(found, shapes, points), False
-    outside, high = () if beyond is None else (_grown(beyond),), None
-    if beyond is not None and found.order == 2:
-        high = volume_above(matrix_of(beyond.certificate, "Q"))
+    outside, high = tuple[OutsideSet, ...](), None
+    if beyond is not None:
+        Q = matrix_of(beyond.certificate, "Q")
+        outside = (OutsideSet(kind="ellipsoid", Q=Q, proof=beyond),)
+        high = volume_above(Q) if found.order == 2 else None
     if proof is None:
         return RegionOfAttraction(
             verdict=Verdict.INCONCLUSIVE,
@@ -438,12 +450,16 @@ def _answered(
             reason="the time allowed is over" if late else "no invariant ellipsoid was found",
             stopped="time" if late else None,
         )
-    more, planar = None, PlanarSets((), None)
+    more, planar, along = None, PlanarSets((), None), list[Proved]()
     with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
         more = proved_level_set(found, shapes, proof, points)
     with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
         planar = planar_sets(found, shapes, proof)
-    sets = [_set_of(one, shapes) for one in (proof, more, *planar.inside) if one is not None]
+    with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
+        wanted = 1 < found.order <= _UNITED and points is None and planar.outside is None
+        for one in ellipsoids_along(found, shapes, proof) if wanted else ():
+            along.append(one)
+    sets = [_set_of(one, shapes) for one in (proof, more, *along, *planar.inside) if one is not None]
     sets.sort(key=lambda one: -one.volume)
     if planar.outside is not None:
         around = points_of(planar.outside)
@@ -453,8 +469,8 @@ def _answered(
     if planar.inside:
         polygons = [polygon_within(one.points or one.P or ()) for one in sets if one.kind != "level set"]
         low = max(low, double_below(union_below(polygons)))
-    elif found.order == 2 and len(sets) > 1 and all(one.convex for one in sets):
-        low = max(low, union_area([one.values for one in sets], _box(sets)))
+    elif found.order == 2 and len(convex := [one for one in sets if one.convex]) > 1:
+        low = max(low, union_area([one.values for one in convex], _box(convex)))
     return RegionOfAttraction(
         verdict=Verdict.PROVED,
         states=found.order,
@@ -526,15 +542,6 @@ def _everywhere(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Proved | 
         return None
     conclusion = shown.certificate["conclusion"]
     return shown if conclusion == ATTRACTS or (conclusion == CONVERGES and rests_at_0(plant, shapes)) else None
-
-
-def _of_all(states: int, proof: Proved) -> RegionOfAttraction:
-    one = AttractedSet(kind="everything", volume=math.inf, proof=proof)
-    return RegionOfAttraction(verdict=Verdict.PROVED, states=states, sets=(one,), area=(math.inf, math.inf))
-
-
-def _grown(shown: Refuted) -> OutsideSet:
-    return OutsideSet(kind="ellipsoid", Q=matrix_of(shown.certificate, "Q"), proof=shown)
 
 
 def _reach(one: AttractedSet, points: Reals) -> float:

@@ -186,7 +186,7 @@ def test_one_unstable_mode_of_a_saddle_is_bounded_by_its_left_eigenvector(saddle
 
 def test_integrals_make_a_set_larger_and_both_checkers_accept_it():
     found = region(TWO, LIMITS)
-    level, ellipse = found.sets
+    level, ellipse, *_ = found.sets
     assert (level.kind, ellipse.kind) == ("level set", "ellipsoid")
     assert level.volume > 1.01 * ellipse.volume
     assert found.area[0] >= level.volume
@@ -480,3 +480,19 @@ def test_bad_intervals_are_refused_in_a_sentence(tmp_path, capsys, old, new, wor
     file.write_text(LOCAL.replace(old, new))
     assert main(["region", str(file)]) == 2
     assert words in " ".join(capsys.readouterr().err.split())
+
+
+# x+ = x + 0.1 (y, -x - y) + 0.1 (0, x^3): ellipsoids with other intervals go farther along the axes of the largest one,
+# and where each of them holds a point the others do not, their union is larger.
+def test_ellipsoids_with_other_intervals_are_united():
+    loop = as_plant(([[1, "0.1"], ["-0.1", "0.9"]], [0, "0.1"], [1, 0], 0), dt=Fraction(1, 10))
+    found = region(loop, Cubic(linear=0, cubic=-1))
+    first, *more = found.sets
+    assert more
+    assert found.area[0] > 1.05 * first.volume
+    assert "Together with" in str(found)
+    for one in more:
+        assert recheck(json.dumps(dict(one.proof.certificate))).accepted
+        values, axes = np.linalg.eigh(np.array(first.P, dtype=float))
+        ends = (axes / np.sqrt(values)).T  # of the axes of the first
+        assert one.values(ends).min() < 0.99
