@@ -152,7 +152,7 @@ def in_units(
         The plant, what is used of each nonlinearity, and the units of ``sigma``, (m,).
     """
     A, B, C, D = plant
-    widths = np.array([max(one.upper - one.lower, _LEAST_WIDTH) for one in local])
+    widths = np.array([max(abs(one.upper - one.lower), _LEAST_WIDTH) for one in local])  # e > u in a dead zone
     b, back = a / widths, np.linalg.inv(scale)
     turned = [back @ A @ scale, back @ B * a, C @ scale / b[:, None], D * a / b[:, None]]
     own = [
@@ -195,7 +195,7 @@ def linear_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discret
     )
     reaches = np.where(np.isfinite(reaches), np.abs(reaches), 1.0)
     P = P * float(np.max(wide / reaches**2, initial=1e-300))
-    width = np.maximum(upper - low, _LEAST_WIDTH) * reaches
+    width = np.maximum(np.abs(upper - low), _LEAST_WIDTH) * reaches
     return Ellipsoid(P, 1 / width**2, np.zeros((len(local), len(A))))
 
 
