@@ -216,8 +216,9 @@ class Expression:
         shape = np.broadcast_shapes(*(value.shape for value in values.values())) if len(values) != 1 else None
         with np.errstate(all="ignore"):
             result = self._closure(values)
-        whole = next(iter(values.values())).shape if shape is None else shape
-        return np.array(result if np.shape(result) == whole else np.broadcast_to(result, whole), dtype=np.float64)
+        found = np.empty(next(iter(values.values())).shape if shape is None else shape)
+        found[...] = result
+        return found
 
     def exact(self, **fractions: Fraction | int) -> Fraction:
         """Exact value at rational values of the variables; a condition evaluates only the branch it selects.

@@ -191,8 +191,8 @@ def initial_state(scheme: UpwindScheme, scenario: Scenario) -> NDArray[np.float6
 def _finite(
     values: NDArray[np.float64], what: str, points: NDArray[np.float64], variable: str = "x", unit: str = "m"
 ) -> NDArray[np.float64]:
-    wrong = ~np.isfinite(values)
-    if wrong.any():
+    if not np.isfinite(values).all():
+        wrong = ~np.isfinite(values)
         where = f"{variable} = {points[wrong][0]:g} {unit}"
         raise InputError(f"{what} is {values[wrong][0]} at {where}; give a formula that is finite there")
     return values

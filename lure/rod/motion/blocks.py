@@ -328,7 +328,8 @@ def _shares(rows: Array, functions: Array | None, n: Array, count: int, shape: t
 def _seen(table: Array) -> int:
     """How many terms (J, m) of Chebyshev series are more than rounding."""
     size = np.maximum.reduce(np.abs(table), axis=1)
-    return int((size > _NOISE * size.max()).nonzero()[0].max(initial=0)) + 1
+    seen = (size > _NOISE * size.max()).nonzero()[0]
+    return int(seen[-1]) + 1 if len(seen) else 1
 
 
 def _levels(value: float, rest: float, gained: Array) -> Array:

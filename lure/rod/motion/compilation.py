@@ -16,7 +16,7 @@ from lure.rod.motion.kernel_series import PARTS
 if TYPE_CHECKING:
     from lure.rod.motion.sources import Problem
 
-COMPILE, LOAD = 20.0, 1.0  # [s] compilation; loading what was compiled
+COMPILE, LOAD = 25.0, 1.0  # [s] compilation; loading what was compiled
 Kernel = Callable[..., Any]
 _KERNELS: dict[Kernel, Kernel] = {}
 

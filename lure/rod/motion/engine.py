@@ -180,8 +180,7 @@ class Engine:
         AssumptionError
             Contact and flight alternate more than 4000 times in a round trip, or cannot be told apart.
         """
-        status = FULL
-        while status != DONE:
+        while self.q[TRIP] < self.q[TOTAL]:
             number, self.q[WINDOWS : IMPACTS + 1] = int(self.q[TRIP]), 0
             status = self._kernel()
             if not self.compiled and self._wish is None:

@@ -13,20 +13,13 @@ from numpy.typing import NDArray
 from lure.rod.motion.blocks import PARTS, Block, SeriesBlock, Steps, block_after, series_blocks
 from lure.rod.motion.event_free import EventFreeInterval, largest_value
 from lure.rod.motion.exponential_force import ExponentialForce
-from lure.rod.motion.kernel_free import LEAST, LOST, MARGIN, MISSED, SLOW, TOP
+from lure.rod.motion.kernel_free import LEAST, LOST, MARGIN, MISSED, TOP
 from lure.rod.motion.kernel_series import (
-    AREA,
     COEF,
     COUNT,
     DEGREE,
-    ECHO,
-    ENERGY,
-    ERROR,
     HIGH,
-    HIGHEST,
-    IMPEDANCE,
     IMPULSE,
-    LATER,
     LAW,
     LOW,
     MOBILITY,
@@ -39,28 +32,22 @@ from lure.rod.motion.kernel_series import (
     REST,
     SAVED,
     SAVED_F,
-    SCALE,
     SEGMENT,
     SEGMENT_SIZE,
     SINCE,
     SIZE,
     START,
     STOP,
-    STORED,
     STRESS,
     TOUCHING,
     TRANSIT,
     TRIP,
-    UNTIL,
     VALUE,
-    WORK,
-    WORK_REST,
-    WORST,
     Counts,
 )
-from lure.rod.motion.kernel_trip import stored
+from lure.rod.motion.kernel_walk import balanced, carried
 from lure.rod.motion.pieces import Array, basis, products
-from lure.rod.motion.trip_matrix import Setting, means, trip_matrix
+from lure.rod.motion.trip_matrix import Setting, trip_matrix
 from lure.rod.sampled import Contact
 
 _SHARES = np.arange(PARTS + 1.0) / PARTS
@@ -84,8 +71,6 @@ def searched(f: Array, q: Counts, force: ExponentialForce, most: int) -> EventFr
         _coming_back(f, q),
         _setting(f, q),
     )
-    if _crosses(setting, ends, back, float(f[VALUE])):
-        return None
     with np.errstate(over="ignore", invalid="ignore"):  # a wave that grows beyond the doubles has no bounds
         found = trip_matrix(setting, back, force, number)
         if found is None:
@@ -167,20 +152,6 @@ def _setting(f: Array, q: Counts) -> tuple[Setting, tuple[float, float]]:
         degree=width - COEF - 1,
     )
     return setting, (segment[LOW] - segment[ORIGIN], segment[HIGH] - segment[ORIGIN])
-
-
-def _crosses(setting: Setting, ends: tuple[float, float], back: Array, zeta: float) -> bool:
-    """Whether an end is likely to be passed within 16 round trips, by the wave that comes back: then none is tried.
-
-    What each round trip adds is taken for the same in all of them where that is nearly so, else for one of them.
-    """
-    speeds, low, high, place = (back @ means(back.shape[1])).tolist(), zeta, zeta, zeta
-    for speed, half in zip(speeds, setting.halves.tolist(), strict=True):
-        place += 2.0 * half * (setting.share * speed - setting.push)
-        low, high = min(low, place), max(high, place)
-    slow = setting.echo * (2.0 * setting.share - 1.0) > SLOW and setting.rate * setting.transit < 1.0 - SLOW
-    last = (LEAST if slow else 0) * (place - zeta)
-    return low + min(last, 0.0) < ends[0] or high + max(last, 0.0) > ends[1]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -398,41 +369,14 @@ class Walk:
         return best
 
 
-def _balanced(f: Array, q: Counts, walk: Walk, level: tuple[float, float]) -> None:
-    """The energy balance: the work follows from where the end begins and stops, up to the residual of its equation."""
-    setting, (value, rest) = walk.steps.trip.setting, level
-    first, last = float(f[VALUE] + f[REST]), value + rest
-    before = float(stored(f, q, setting.origin + first))
-    term = setting.push + 0.5 * setting.rate * (first + last)
-    term *= f[AREA] / f[MOBILITY] * (value - f[VALUE] + (rest - f[REST]))
-    push = abs(setting.push) + setting.rate * walk.size
-    off, total = f[WORK] + f[WORK_REST] - (before - f[STORED]), f[WORK] + term
-    square, residual = walk.passing()
-    imbalance = push * walk.count * f[AREA] / f[MOBILITY] * residual
-    f[WORST] = max(f[WORST], abs(off) + imbalance)
-    f[WORK_REST] += (f[WORK] - total) + term if abs(f[WORK]) >= abs(term) else (term - total) + f[WORK]
-    f[WORK] = total
-    f[ENERGY] = max(f[ENERGY], 0.25 * f[IMPEDANCE] * square, abs(before), abs(before + term), abs(f[STORED]))
-
-
 def _carried(f: Array, q: Counts, walk: Walk) -> None:
     """Put the motion after the interval in the place of that before it, and enter what it adds to the sums."""
-    trip, count = walk.steps.trip, walk.count
-    state, level = walk.end
-    _balanced(f, q, walk, level)
+    trip, count, setting = walk.steps.trip, walk.count, walk.steps.trip.setting
+    (state, level), (square, residual) = walk.end, walk.passing()
+    balanced(f, q, level, (square, count * residual * (abs(setting.push) + setting.rate * walk.size)))
     back, width, at = trip.returned(walk.last), int(q[DEGREE]) + 1 + COEF, int(q[OLD])
     pieces, sizes = f[at : at + width * len(back)].reshape(-1, width), np.abs(back).sum(axis=1)
     pieces[:, SIZE], pieces[:, COEF : COEF + back.shape[1]] = sizes, back
     q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(back)] = back.shape[1] - 1
-    f[VALUE], f[REST] = level
-    loading, transit, number = trip.setting.loading, trip.setting.transit, int(q[TRIP])
-    if loading > 0.0:
-        if q[OPEN] == 0:
-            q[OPEN], f[SINCE], f[PEAK] = 1, transit * 2.0 * number, -math.inf
-        f[UNTIL], f[IMPULSE] = transit * 2.0 * (number + count), state[trip.zeta + 1]
-        f[PEAK] = max(f[PEAK], trip.setting.push + trip.setting.rate * walk.peak())
-    q[TRIP] += count
-    f[SCALE] = max(abs(f[ECHO]) ** count * f[SCALE], sizes.max())
-    f[HIGHEST] = max(f[HIGHEST], walk.largest)
-    f[ERROR] += walk.missed * count + f[LATER] * transit
-    f[LATER] = 0.0
+    top = walk.peak() if setting.loading > 0.0 else 0.0
+    carried(f, q, count, level, (float(sizes.max()), walk.largest, walk.missed, float(state[trip.zeta + 1]), top))

@@ -29,6 +29,7 @@ from lure.rod.motion.kernel_series import (
     MOBILITY,
     NODES,
     OLD,
+    OLD_DEGREES,
     ORIGIN,
     PART,
     PRODUCTS,
@@ -46,6 +47,7 @@ from lure.rod.motion.kernel_series import (
     Counts,
     fitted,
     kernel,
+    mean,
 )
 from lure.rod.motion.pieces import Array
 
@@ -165,15 +167,17 @@ def force_at(force: Array, x: float, late: float) -> float:
 
 
 @kernel
-def likely_to_end(f: Array, q: Counts, g: Array, o: Counts) -> bool:
-    """Whether an end is likely to be passed within 16 round trips: see ``event_search``."""
-    law, zeta, size = q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[VALUE], q[DEGREE] + 1
+def likely_to_end(f: Array, q: Counts) -> bool:
+    """Whether an end is likely to be passed within 16 round trips, by the wave that comes back: then none is tried.
+
+    What each round trip adds is taken for the same in all of them where that is nearly so, else for one of them.
+    """
+    law, zeta = q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[VALUE]
     low, high, place = zeta, zeta, zeta
     for p in range(q[COUNT]):
-        speed = 0.0
-        for k in range(0, size, 2):
-            speed += g[o[BACK] + size * p + k] / (1.0 - float(k) * float(k))
-        place += 2.0 * g[o[HALVES] + p] * (f[SHARE] * speed - f[law + STRESS])
+        at = q[OLD] + (q[DEGREE] + 1 + COEF) * p
+        speed = mean(f, at + COEF, q[q[OLD_DEGREES] + p])
+        place += f[TRANSIT] * (f[at + STOP] - f[at + START]) * (f[SHARE] * speed - f[law + STRESS])
         low, high = min(low, place), max(high, place)
     slow = f[ECHO] * (2.0 * f[SHARE] - 1.0) > SLOW and f[law + RATE] * f[TRANSIT] < 1.0 - SLOW
     last = LEAST * (place - zeta) if slow else 0.0

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from types import FunctionType
 
-from lure.rod.motion.kernel_free import FROM, LEAST, MOST, MOST_FREE, NEXT, UP_TO, force_at
+from lure.rod.motion.kernel_free import FROM, LEAST, MOST, MOST_FREE, NEXT, UP_TO, force_at, likely_to_end
 from lure.rod.motion.kernel_piece import settled
 from lure.rod.motion.kernel_series import (
     ARCS,
@@ -115,7 +115,7 @@ def run(f: Array, q: Counts, given: tuple[Load, Load, Array, tuple[Array, Counts
         if q[TRIP] >= q[LOOK]:
             q[PACE] = min(2 * q[PACE], MOST_PACE)
             q[LOOK], most = q[TRIP] + q[PACE], int(force[MOST]) - q[TRIP]
-            if most >= LEAST and q[COUNT] <= MOST_FREE and clear(f, q):
+            if most >= LEAST and q[COUNT] <= MOST_FREE and clear(f, q) and not likely_to_end(f, q):
                 count = free_trips(f, q, found, force, most) if q[LOOPS] > 0 else -1
                 if count > 0:
                     q[LOOK], q[PACE] = q[TRIP], 2

@@ -48,7 +48,6 @@ from lure.rod.motion.kernel_free import (
     eliminated,
     flight_begun,
     force_columns,
-    likely_to_end,
     series_length,
     terms_made,
     trip_degrees,
@@ -353,19 +352,36 @@ def block_begun(g: Array, o: Counts, rate: float, C: int, place: tuple[int, int,
 
 
 @kernel
-def contact_kept(f: Array, q: Counts, g: Array, o: Counts, over: tuple[int, int, float]) -> None:
-    """Enter what a contact is about after so many blocks and round trips: until when, its impulse and its peak."""
-    (b, total, impulse), law, transit = over, q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[TRANSIT]
-    rate, top = f[law + RATE], -math.inf
+def top_of(f: Array, q: Counts, g: Array, o: Counts, b: int) -> float:
+    """The largest ``zeta`` of so many blocks."""
+    top = -math.inf
     for i in range(b):
         top = max(top, g[o[TOPS] + i])
     for i in range(b):
-        if rate != 0.0:
+        if f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE] != 0.0:
             top = highest(f, q, g, o, (i, top))
-    if q[OPEN] == 0:
-        q[OPEN], f[SINCE], f[PEAK] = 1, transit * 2.0 * q[TRIP], -math.inf
-    f[UNTIL], f[IMPULSE] = transit * 2.0 * (q[TRIP] + total), impulse
-    f[PEAK] = max(f[PEAK], f[law + STRESS] + rate * top)
+    return top
+
+
+@kernel
+def carried(
+    f: Array, q: Counts, total: int, level: tuple[float, float], found: tuple[float, float, float, float, float]
+) -> None:
+    """Go on after so many round trips from the wave that is there, with ``zeta``: what they add to the sums.
+
+    ``found``: size of the wave that comes back, largest wave, local error of a round trip, impulse, largest ``zeta``.
+    """
+    (scale, largest, missed, impulse, top), law, transit = found, q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[TRANSIT]
+    if f[law + TOUCHING] > 0.0:
+        if q[OPEN] == 0:
+            q[OPEN], f[SINCE], f[PEAK] = 1, transit * 2.0 * q[TRIP], -math.inf
+        f[UNTIL], f[IMPULSE] = transit * 2.0 * (q[TRIP] + total), impulse
+        f[PEAK] = max(f[PEAK], f[law + STRESS] + f[law + RATE] * top)
+    q[TRIP] += total
+    f[VALUE], f[REST] = level
+    f[SCALE], f[HIGHEST] = max(abs(f[ECHO]) ** total * f[SCALE], scale), max(f[HIGHEST], largest)
+    f[ERROR] += missed * total + f[LATER] * transit
+    f[LATER] = 0.0
 
 
 @kernel
@@ -396,8 +412,6 @@ def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, m
         g[o[HALVES] + p] = 0.5 * transit * (f[at + STOP] - f[at + START])
         for k in range(size):
             g[o[BACK] + size * p + k] = f[at + COEF + k] if k <= q[q[OLD_DEGREES] + p] else 0.0
-    if likely_to_end(f, q, g, o):
-        return 0
     degree = force_columns(f, q, g, o, force)
     if degree < 0:
         return 0
@@ -447,14 +461,10 @@ def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, m
     if total < LEAST:
         return 0
     balanced(f, q, (value, rest), (square, total * residual * (abs(f[law + STRESS]) + rate * reach)))
-    if f[law + TOUCHING] > 0.0:
-        contact_kept(f, q, g, o, (b, total, impulse))
+    top = top_of(f, q, g, o, b) if f[law + TOUCHING] > 0.0 else 0.0
     scale = returned(f, q, g, o)
-    q[TRIP] += total
-    f[VALUE], f[REST] = value, rest
-    f[SCALE], f[HIGHEST] = max(abs(f[ECHO]) ** total * f[SCALE], scale), max(f[HIGHEST], largest)
-    f[ERROR] += missed * total + f[LATER] * transit
-    f[LATER], g[MISSED], g[FOUND] = 0.0, missed, b
+    carried(f, q, total, (value, rest), (scale, largest, missed, impulse, top))
+    g[MISSED], g[FOUND] = missed, b
     return int(total)
 
 

@@ -210,14 +210,12 @@ class Numerics:
     on_progress : callable or None
         Called now and then with the time reached [s]; unlike ``on_window`` it costs nothing.
     compiled : bool or None
-        Whether numba compiles the kernel (``pip install "lure[fast]"``), which takes the round trips with events: half
-        a microsecond for each piece between kinks in the wave, in place of some 0.1 ms, for 15 s at the first call
-        ever, twice as long with power laws, which are kept on disk.  None compiles once a second was spent without, if
+        Whether numba compiles the kernel (``pip install "lure[fast]"``).  It takes half a microsecond for each piece
+        between kinks in the wave in a round trip with events, in place of some 0.1 ms, and a fifth of a millisecond for
+        thousands of round trips in which nothing happens, in place of one.  Compilation takes 25 s at the first call
+        ever, twice as long with power laws, and is kept on disk.  None compiles once a second was spent without, if
         what is left is likely to take longer than compilation, or than loading what an earlier process has compiled.
-        True also compiles the search for round trips in which nothing happens, for 10 s more, which takes a fifth of
-        a millisecond in place of one, and later motions of any process have it.
-        Either way gives the same numbers to rounding; ``Motion.compiled`` says which way was
-        taken in the end.
+        Either way gives the same numbers to rounding; ``Motion.compiled`` says which way was taken in the end.
     stretches : bool
         Whether round trips in which nothing can happen are taken together, up to thousands at once: without a body
         force, under a force that is a sum of exponentials, sines and powers between its breakpoints.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lure.rod.motion.compilation import reader
 from lure.rod.motion.kernel_walk import recorded
-from lure.rod.motion.pieces import Array
+from lure.rod.motion.pieces import Array, values
 from lure.rod.sampled import Contact
 
 Series = Literal["wave", "returned", "push", "z"]
@@ -81,13 +81,6 @@ class Level:
 
     value: float
     rest: float = 0.0
-
-    def plus(self, travel: float) -> Level:
-        """The sum, with what rounding lost kept in ``rest``."""
-        small = travel + self.rest
-        total = self.value + small
-        back = total - self.value
-        return Level(value=total, rest=(self.value - (total - back)) + (small - back))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -174,13 +167,7 @@ class Record:
         piece, local = self.found(t)
         low, high = self.low[piece], self.high[piece]
         x = np.minimum(np.maximum(((local - low) - (high - local)) / (high - low), -1.0), 1.0)
-        degree = self.degree[piece, column]
-        at = self.start[piece] + (self.degree[piece, :column] + 1).sum(axis=1)
-        total, before, doubled = np.zeros_like(x), np.zeros_like(x), 2.0 * x
-        for k in range(int(degree.max(initial=0)), 0, -1):
-            c = np.where(k <= degree, self.coef[at + np.minimum(k, degree)], 0.0)
-            total, before = doubled * total - before + c, total
-        return np.asarray(x * total - before + self.coef[at])
+        return values(self.rows(piece, column), x[:, None])[:, 0]
 
     def series(self, i: int, column: int) -> Array:
         """(m, N+1) coefficients on the pieces of the i-th round trip: of ``W`` (0), ``z`` (1) or ``d p`` (2)."""

@@ -22,7 +22,7 @@ import numpy as np
 
 from lure.rod.motion.exponential_force import ExponentialForce
 from lure.rod.motion.kernel_free import SEEN, SMALL, TOP, WAY_BACK
-from lure.rod.motion.pieces import Array
+from lure.rod.motion.pieces import Array, products
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -168,8 +168,8 @@ def trip_matrix(setting: Setting, back: Array, force: ExponentialForce, number: 
         echoes[:, 0, -1] += constant
         echoes[:, :, r + 2 : -1] += loads @ turned
         step[:r] += echoes.reshape(r, N)
-        shares = 2.0 * setting.loading * setting.rate * setting.halves
-        step[r + 1] += np.multiply.outer(shares, means(last + 1)).ravel() @ made.series.reshape(-1, N)
+        shares = setting.loading * setting.rate * setting.halves
+        step[r + 1] += np.multiply.outer(shares, products(last + 1)[0]).ravel() @ made.series.reshape(-1, N)
     return made, state
 
 
@@ -242,10 +242,3 @@ def _equations(n: int, last: int) -> tuple[Array, Array, Array]:
 def _signs(last: int) -> Array:
     """Values of the polynomials at -1."""
     return np.asarray((-1.0) ** np.arange(last + 1))
-
-
-@lru_cache(maxsize=64)
-def means(size: int) -> Array:
-    """Means (size,) of the polynomials over ``[-1, 1]``."""
-    k = np.arange(float(size))
-    return np.where(k % 2 == 0, 1.0 / (1.0 - k * k * (k % 2 == 0)), 0.0)
