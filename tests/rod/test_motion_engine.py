@@ -17,10 +17,12 @@ from motions import WITH_NUMBA, other_rod, unit_rod
 from lure import InputError, PiecewiseLinear
 from lure.rod import Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, compilation, engine, exact_motion, motion_windows
-from lure.rod.motion.kernel_run import run, run_powers
+from lure.rod.motion.exponential_force import ExponentialForces
+from lure.rod.motion.kernel_run import force_panels, run, run_powers
+from lure.rod.motion.kernel_series import growth
 from lure.rod.motion.motion import _problem
 from lure.rod.motion.record import Windows, record_of
-from lure.rod.motion.sources import Panels
+from lure.rod.motion.sources import Panels, load_of_a_block
 
 PLAIN, COMPILED = Numerics(compiled=False), Numerics(compiled=True)
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
@@ -241,6 +243,27 @@ def test_panels_hold_the_load(force):
     found = np.array([np.polynomial.chebyshev.chebval(a, row[4:21]) for a, row in zip(x, table[owner], strict=True)])
     expected = problem.sources.added(t)[0]
     assert found == pytest.approx(expected, abs=3e-13 * np.abs(expected).max())
+
+
+# Slow forces, which degree 16 resolves over 32 transits; a fast one, which it does not.
+@pytest.mark.parametrize("force", ["sin(0.05*t)", "2 + t**2", "exp(-t/20)*cos(0.05*t + 1)"])
+def test_a_panel_of_the_kernel_holds_a_sum_of_exponentials(force):
+    cases = [_problem(other_rod(), Scenario.parse(force=g), 200.0, Boundary(), 16) for g in (force, "sin(t)")]
+    kernel, (table, heads) = engine.Engine(cases[0], wish=False), load_of_a_block(16)
+    packed, fast = (ExponentialForces(problem.sources, 200.0).packed(0) for problem in cases)
+    for block in (0, 3):
+        assert force_panels(kernel.f, kernel.q, (table, heads), packed, block)
+        panels = table.reshape(2, 38)[heads[1] : heads[2]]
+        (low, high), degree = panels[-1, :2], heads[2 + len(panels)]
+        assert (heads[0], low, high) == (block, 0.0 if block else 1.0, 32.0)
+        assert block or panels[0, :3].tolist() == [0.0, 1.0, 0.0]  # the force is not yet there
+        t = np.random.default_rng(4).uniform(low, high, 400)
+        expected = cases[0].sources.added(32.0 * block + t)[0]
+        coefficients = panels[-1, 4 : 5 + degree]
+        found = np.polynomial.chebyshev.chebval((2.0 * t - low - high) / (high - low), coefficients)
+        assert found == pytest.approx(expected, abs=4e-15 * np.abs(expected).max())
+        assert panels[-1, 21:] == pytest.approx(growth(16)[:, : degree + 1] @ np.abs(coefficients), rel=1e-14)
+        assert not force_panels(kernel.f, kernel.q, (table, heads), fast, block)
 
 
 def test_compilation_is_chosen_where_it_pays(monkeypatch):
