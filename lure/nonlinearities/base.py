@@ -209,6 +209,12 @@ class NormalCompliance(NamedNonlinearity, kw_only=False):
         """Whether ``p`` is locally Lipschitz: ``m >= 1``."""
         return self.exact_exponent >= 1
 
+    def continued(self, r: float) -> tuple[float, float]:
+        """``c_n |r|^m sign r`` [Pa] and its slope: the smooth law of contact, for integrators that step beyond it."""
+        size, m = abs(r), self.exponent
+        steep = 1.0 if m == 1.0 else max(size, 1e-300) ** (m - 1.0)  # for m < 1 without bound at 0
+        return math.copysign(self.stiffness * size**m, r), self.stiffness * m * steep
+
     def __call__(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
         """Contact stress ``p(r)`` [Pa] at the penetration ``r`` [m], elementwise; ``inf`` above the largest double."""
         r = np.maximum(np.asarray(penetration, dtype=float), 0.0)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from functools import cache
+from itertools import pairwise
 from typing import Any, ClassVar
 
-from lure.arrays import Reals
+from lure.arrays import Reals, np
 from lure.record import Record, derived, quantity
 from lure.rod import datasets
 
@@ -92,3 +94,43 @@ class SampledMotion(Record, ABC):
 def number_of_contacts(contacts: int) -> str:
     """``no contact``, ``1 contact``, ``2 contacts``, ..."""
     return "no contact" if not contacts else "1 contact" if contacts == 1 else f"{contacts} contacts"
+
+
+# Where a step of an integrator ends a phase, contact or flight.
+
+
+def step_points(degree: int) -> Reals:
+    """Shares of a step, the Chebyshev points, at which :func:`turning_negative` wants a polynomial of that degree."""
+    return np.asarray(0.5 * (1.0 - np.cos((np.arange(degree + 1) + 0.5) * math.pi / (degree + 1))))
+
+
+@cache
+def _fit(count: int) -> Reals:
+    """Chebyshev coefficients from the values at so many points."""
+    return np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * step_points(count - 1) - 1.0, count - 1)))
+
+
+def turning_negative(values: Reals, noise: float) -> float | None:
+    """Share of a step from which on a polynomial is negative by more than noise; None if it never is.
+
+    It is looked at between its roots, so that no dip below zero is missed, however short.
+
+    Parameters
+    ----------
+    values : ndarray
+        At the points of :func:`step_points`.
+    noise : float
+        What rounding may have put below zero.
+    """
+    chebyshev, series = np.polynomial.chebyshev, _fit(len(values)) @ values
+    size = np.abs(series)
+    if series[0] > size[1:].sum():
+        return None
+    significant = np.flatnonzero(size > 1e-15 * size.max(initial=0.0))
+    series = series[: int(significant[-1]) + 1] if significant.size else series[:1]
+    roots = chebyshev.chebroots(series) if series.size > 1 else np.empty(0)
+    inside = np.sort(roots.real[(np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) < 1.0)])
+    for low, high in pairwise([-1.0, *inside, 1.0]):
+        if float(chebyshev.chebval(np.linspace(low, high, 5)[1:], series).min()) < -noise:
+            return float(0.5 * (low + 1.0))
+    return None

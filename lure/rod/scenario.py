@@ -13,6 +13,8 @@ from lure.record import Record
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 
+_MARGIN = 1e-12  # of the end of a span
+
 
 def _zero(*variables: str) -> Expression:
     return Expression.parse(0, variables=variables)
@@ -78,6 +80,45 @@ class Scenario(Record):
     def free(self) -> bool:
         """Whether no load acts: ``g = 0`` and ``f = 0``."""
         return self.force.is_zero and self.body_force.is_zero
+
+    def breaks(self, until: float) -> list[float]:
+        """Instants inside ``(0, until)`` at which a load may change its formula, as far as they are known [s]."""
+        loads = (load for load in (self.force, self.body_force) if not load.is_constant)
+        found = {float(point) for load in loads for point in load.breakpoints("t", 0, until) or ()}
+        return sorted(point for point in found if 0.0 < point < until)
+
+    def loads(
+        self, t: float, x: NDArray[np.float64], span: tuple[float, float]
+    ) -> tuple[float, NDArray[np.float64] | None]:
+        """``g`` [N] and ``f`` [N/m] at ``t``, read strictly inside ``span``, where formulas do not change.
+
+        Parameters
+        ----------
+        t : float
+            The instant [s].
+        x : ndarray
+            (n,) places [m] of the body force, which is None where there is none.
+        span : (float, float)
+            Two of :meth:`breaks`, or ends of the motion [s].
+
+        Raises
+        ------
+        InputError
+            A load is not finite there.
+        """
+        margin = _MARGIN * span[1]
+        t = min(max(t, span[0] + margin if span[0] else 0.0), span[1] - margin)
+        force = 0.0 if self.force.is_zero else float(self.force(t=t))
+        if not np.isfinite(force):
+            raise InputError(f"force.g is {force} at t = {t:g} s; give a formula that is finite over the run")
+        if self.body_force.is_zero:
+            return force, None
+        body = self.body_force(t=t, x=x)
+        if not np.isfinite(body).all():
+            raise InputError(
+                f"force.f is not finite at t = {t:g} s somewhere on the rod; give a formula that is finite over the run"
+            )
+        return force, body
 
     @cached_property
     def slope(self) -> Expression:

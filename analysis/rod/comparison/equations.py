@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.rod.energy import discrete_energy
-from lure.errors import InputError
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario, initial_state
 
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 BAND = 2
-_MARGIN = 1e-12
 _LOOKS = 1025
 
 
@@ -94,7 +92,7 @@ class SchemeEquations:
         """
         rod, N, s = self.scheme.rod, self.scheme.cells, self.scheme.rate
         force, body = self._loads(t, span)
-        push = rod.mobility * self._stress(float(y[-1])) if touching else 0.0
+        push = rod.mobility * rod.nonlinearity.continued(float(y[-1]))[0] if touching else 0.0
         change = np.empty(2 * N + 1)
         forward, backward = y[0 : 2 * N : 2], y[1 : 2 * N : 2]
         change[2 : 2 * N : 2] = s * (forward[:-1] - forward[1:])
@@ -112,13 +110,7 @@ class SchemeEquations:
         from scipy.sparse import coo_array
 
         rod, N, s = self.scheme.rod, self.scheme.cells, self.scheme.rate
-        nonlinearity = rod.nonlinearity
-        steep = rod.mobility * nonlinearity.stiffness * nonlinearity.exponent if touching else 0.0
-        slope = (
-            steep * abs(float(y[-1])) ** (nonlinearity.exponent - 1.0)
-            if steep and nonlinearity.exponent != 1.0
-            else steep
-        )
+        slope = rod.mobility * rod.nonlinearity.continued(float(y[-1]))[1] if touching else 0.0
         row = np.arange(2 * N)
         from_ = np.concatenate(([1], np.arange(0, 2 * N - 2, 2), np.arange(3, 2 * N, 2), [2 * N - 2]))
         to = np.concatenate((np.arange(0, 2 * N, 2), np.arange(1, 2 * N, 2)))
@@ -141,32 +133,9 @@ class SchemeEquations:
         carried = rod.travel_time * max(0.0 if body is None else float(np.abs(body).max()) for _, body in loads)
         return max(started, pushed, carried) or 1.0
 
-    def breaks(self, until: float) -> list[float]:
-        """Instants inside the run at which a load may change its formula, as far as they are known [s]."""
-        found: set[float] = set()
-        for load in (self.scenario.force, self.scenario.body_force):
-            if not load.is_constant:
-                found.update(float(point) for point in load.breakpoints("t", 0, until) or ())
-        return sorted(point for point in found if 0.0 < point < until)
-
-    def _stress(self, z: float) -> float:
-        nonlinearity = self.scheme.rod.nonlinearity
-        return float(np.copysign(nonlinearity.stiffness * abs(z) ** nonlinearity.exponent, z))
-
     def _loads(self, t: float, span: tuple[float, float]) -> tuple[float, Array | None]:
-        """``g`` [N] and ``f/(rho A)`` (N+1,) [m/s^2], read strictly inside ``span``, where formulas do not change."""
+        """``g`` [N] and ``f/(rho A)`` (N+1,) [m/s^2], as :meth:`.Scenario.loads` reads them."""
         if self.scenario.free:
             return 0.0, None
-        margin = _MARGIN * span[1]
-        t = min(max(t, span[0] + margin if span[0] else 0.0), span[1] - margin)
-        force = 0.0 if self.scenario.force.is_zero else float(self.scenario.force(t=t))
-        if not np.isfinite(force):
-            raise InputError(f"force.g is {force} at t = {t:g} s; give a formula that is finite over the run")
-        if self.scenario.body_force.is_zero:
-            return force, None
-        body = self.scenario.body_force(t=t, x=self._grid)
-        if not np.isfinite(body).all():
-            raise InputError(
-                f"force.f is not finite at t = {t:g} s somewhere on the rod; give a formula that is finite over the run"
-            )
-        return force, body / (self.scheme.rod.density * self.scheme.rod.area)
+        force, body = self.scenario.loads(t, self._grid, span)
+        return force, None if body is None else body / (self.scheme.rod.density * self.scheme.rod.area)

@@ -211,7 +211,7 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and five setting
         times=np.linspace(0.0, float(until), samples),
     )
     with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is looked at after each step
-        end = walk.go([0.0, *equations.breaks(until), float(until)])
+        end = walk.go([0.0, *scenario.breaks(until), float(until)])
     return SchemeRun(
         scheme=scheme,
         method=method,

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
@@ -13,13 +11,13 @@ from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.equations import BAND, SchemeEquations
 from lure.errors import InputError
+from lure.rod.sampled import step_points, turning_negative
 
 Array = NDArray[np.float64]
 ScipyMethod = Literal["RK45", "DOP853", "Radau", "BDF", "LSODA"]
 
 _DEGREE = 12  # the largest of scipy's interpolants: LSODA's, of its order
-_POINTS = 0.5 * (1.0 - np.cos((np.arange(_DEGREE + 1) + 0.5) * math.pi / (_DEGREE + 1)))
-_FIT = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _POINTS - 1.0, _DEGREE))
+_POINTS = step_points(_DEGREE)
 _NEAR = 2.0
 CvodeMethod = Literal["CVODE", "CVODE-Adams"]
 
@@ -220,18 +218,9 @@ def _near(solver: Any, before: Array) -> bool:  # noqa: ANN401  (scipy has no ty
 
 def _end_of_phase(dense: Callable[[Array], Array], start: float, end: float, leg: Leg) -> float | None:
     """Instant on the step from which ``z`` has the wrong sign by more than noise; None if it never has."""
-    series = _FIT @ leg.depth(np.asarray(dense(start + _POINTS * (end - start)))[-1])
-    size = np.abs(series)
-    if series[0] > size[1:].sum():
-        return None
-    significant = np.flatnonzero(size > 1e-15 * size.max(initial=0.0))
-    series = series[: int(significant[-1]) + 1] if significant.size else series[:1]
-    roots = np.polynomial.chebyshev.chebroots(series) if series.size > 1 else np.empty(0)
-    inside = np.sort(roots.real[(np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) < 1.0)])
-    for low, high in pairwise([-1.0, *inside, 1.0]):
-        if float(np.polynomial.chebyshev.chebval(np.linspace(low, high, 5)[1:], series).min()) < -leg.noise:
-            return float(start + 0.5 * (low + 1.0) * (end - start))
-    return None
+    z = np.asarray(dense(start + _POINTS * (end - start)))[-1]
+    share = turning_negative(leg.depth(z), leg.noise)
+    return None if share is None else start + share * (end - start)
 
 
 def cvode_leg(leg: Leg, method: CvodeMethod, *, depth: int = 0) -> Walked:

@@ -310,25 +310,9 @@ class Equations:
         InputError
             A load is not finite there.
         """
-        margin = _MARGIN * span[1]
-        t = min(max(t, span[0] + margin if span[0] else 0.0), span[1] - margin)
-        force = 0.0 if self.scenario.force.is_zero else float(self.scenario.force(t=t))
-        if not np.isfinite(force):
-            raise InputError(f"force.g is {force} at t = {t:g} s; give a formula that is finite over the run")
-        if self.scenario.body_force.is_zero:
-            return force, None, 0.0
         x, weight, gather = self._rule
-        body = self.scenario.body_force(t=t, x=x)
-        if not np.isfinite(body).all():
-            raise InputError(
-                f"force.f is not finite at t = {t:g} s somewhere on the rod; give a formula that is finite over the run"
-            )
-        return force, gather @ body, float(weight @ body**2)
-
-    def stress(self, z: float, touching: bool) -> float:  # noqa: FBT001  (which of two smooth pieces)
-        """Contact stress on the piece of the law that holds: 0 in flight, ``c_n |z|^m sign z`` in contact [Pa]."""
-        nonlinearity = self.model.rod.nonlinearity
-        return float(np.copysign(nonlinearity.stiffness * abs(z) ** nonlinearity.exponent, z)) if touching else 0.0
+        force, body = self.scenario.loads(t, x, span)
+        return (force, None, 0.0) if body is None else (force, gather @ body, float(weight @ body**2))
 
     def rate(self, t: float, y: Array, *, touching: bool, span: tuple[float, float]) -> Array:
         """``y'`` on one smooth piece."""
@@ -337,7 +321,7 @@ class Equations:
         a, b = y[:m], y[m : 2 * m]
         force, body, squared = self.loads(t, span)
         v0, z = float(left @ b), float(right @ a) - model.rod.gap
-        push = model.end_area * self.stress(z, touching)
+        push = model.end_area * model.rod.nonlinearity.continued(z)[0] if touching else 0.0
         inner = -(model.stiffness @ a) if body is None else body - model.stiffness @ a
         accelerations = model.solve_mass(inner) + (force - model.rod.damping * v0) * from_left - push * from_right
         supplied = force * v0 + (0.0 if body is None else float(body @ b))
@@ -349,14 +333,8 @@ class Equations:
         model, m = self.model, self.model.space.order
         left, right, from_left, from_right = self._ends
         force, body, _ = self.loads(t, span)
-        nonlinearity, z = model.rod.nonlinearity, float(right @ y[:m]) - model.rod.gap
-        slope = (
-            model.end_area
-            * nonlinearity.stiffness
-            * nonlinearity.exponent
-            * abs(z) ** (nonlinearity.exponent - 1)
-            * touching
-        )
+        z = float(right @ y[:m]) - model.rod.gap
+        slope = model.end_area * model.rod.nonlinearity.continued(z)[1] if touching else 0.0
         J = np.zeros((y.size, y.size))
         J[:m, m : 2 * m] = np.eye(m)
         J[m : 2 * m, :m] = -self._inverse_stiffness - slope * np.outer(from_right, right)

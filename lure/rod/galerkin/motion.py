@@ -16,7 +16,7 @@ from lure.errors import AssumptionError, InputError, Reason, demand_seconds, dem
 from lure.record import Column, Page, derived, numbered, plain, quantity
 from lure.rod import datasets
 from lure.rod.galerkin.model import INTEGRALS, Equations, GalerkinModel
-from lure.rod.sampled import Contact, SampledMotion, number_of_contacts
+from lure.rod.sampled import Contact, SampledMotion, number_of_contacts, step_points, turning_negative
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -281,8 +281,7 @@ _MOST_STEPS = 100_000
 _LARGEST_IMPLICIT = 300
 _LOOKS = 513
 _DEGREE = 7  # of scipy's interpolants: 7 for DOP853, 3 for Radau
-_POINTS = 0.5 * (1.0 - np.cos((np.arange(_DEGREE + 1) + 0.5) * math.pi / (_DEGREE + 1)))
-_FIT = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _POINTS - 1.0, _DEGREE))
+_POINTS = step_points(_DEGREE)
 
 
 def simulate(  # noqa: PLR0913  (what, from where, until when, and three settings with defaults)
@@ -335,7 +334,7 @@ def simulate(  # noqa: PLR0913  (what, from where, until when, and three setting
         rows=np.empty((samples, 2 * m + INTEGRALS)),
     )
     with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is looked at after each step
-        run.go(np.concatenate((a, b, np.zeros(INTEGRALS))), [0.0, *_breaks(scenario, until), until])
+        run.go(np.concatenate((a, b, np.zeros(INTEGRALS))), [0.0, *scenario.breaks(until), until])
     return GalerkinRun(
         model=model,
         scenario=scenario,
@@ -427,18 +426,9 @@ class _Integration:
         states = dense(start + _POINTS * (end - start))
         m, model = self.equations.model.space.order, self.equations.model
         position = model.space.right @ states[:m]
-        z = (position - model.rod.gap) * (1.0 if touching else -1.0)
         self.reach = max(self.reach, float(np.abs(position).max()))
-        series = _FIT @ z
-        if series[0] > np.abs(series[1:]).sum():
-            return None
         noise = 64 * np.finfo(float).eps * (self.reach + abs(model.rod.gap))
-        roots = np.polynomial.chebyshev.chebroots(series) if np.any(series[1:]) else np.empty(0)
-        inside = np.sort(roots.real[(np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) < 1.0)])
-        for low, high in pairwise([-1.0, *inside, 1.0]):
-            if float(np.polynomial.chebyshev.chebval(np.linspace(low, high, 5)[1:], series).min()) < -noise:
-                return float(0.5 * (low + 1.0))
-        return None
+        return turning_negative((position - model.rod.gap) * (1.0 if touching else -1.0), noise)
 
     def _record(self, dense: Callable[[Array], Array], stop: float) -> None:
         """Samples up to ``stop``."""
@@ -462,13 +452,6 @@ class _Integration:
         start = self.contacts.pop().start
         if t > start:
             self.contacts.append(Contact(start=start, end=t, closed=closed))
-
-
-def _breaks(scenario: Scenario, until: float) -> list[float]:
-    """Instants inside the run at which a load may change its formula, as far as they are known."""
-    loads: tuple[Any, ...] = (scenario.force, scenario.body_force)
-    found = (load.breakpoints("t", 0, until) or () for load in loads if not load.is_constant)
-    return sorted({float(point) for points in found for point in points if 0.0 < float(point) < until})
 
 
 def _transit(model: GalerkinModel) -> float:
