@@ -26,18 +26,18 @@ SLACK = Fraction(1, 10**12)
 STRUCTURE = {"method": "structure"}
 
 
-def energy_theorem_draft(block: UpwindScheme | RodPlant) -> dict[str, Any]:
-    """The energy theorem in the sector ``[0, inf]``, the rod's own contact law a member where it is piecewise linear.
+def energy_theorem_draft(block: UpwindScheme | RodPlant | RodFamily) -> dict[str, Any]:
+    """The energy theorem in the sector ``[0, inf]``, the contact law a member where it is one and piecewise linear.
 
     Parameters
     ----------
-    block : UpwindScheme or RodPlant
-        The scheme, or the rod itself.
+    block : UpwindScheme, RodPlant or RodFamily
+        The scheme, the rod itself, or all rods or schemes of a family.
     """
     nonlinearities = class_entry(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=True)
     draft = draft_of(block, "rod-energy", {}, nonlinearities)
-    rod = block.rod.exact
-    if rod["exponent"] == 1:
+    rod, varied = block.rod.exact, block.intervals if isinstance(block, RodFamily) else {}
+    if rod["exponent"] == 1 and "compliance" not in varied:
         kink = {"points": [["0", "0"]], "left": "0", "right": text(1 / rod["compliance"])}
         draft["law"] = {"kind": "piecewise-linear", **kink}
     return draft

@@ -11,7 +11,7 @@ from typing import Any
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import complete_and_check, guarded
 from lure.analysis.certificates.riccati import Rounded
-from lure.analysis.certificates.systems import class_entry, system_of, text
+from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.certificates.theory import Draft
 from lure.analysis.rod.certificates import (
     SLACK,
@@ -205,12 +205,7 @@ def energy_draft(family: RodFamily) -> Draft:
             f"{'' if low == high else f' to {float(high):g}'}, and with k <= 0 the energy does not fall",
             code=Reason.UNDAMPED,
         )
-    draft = draft_of(family, "rod-energy", {}, class_entry(_EVERY, unbounded=True))
-    exact = family.rod.exact
-    if exact["exponent"] == 1 and "compliance" not in family.intervals:
-        kink = {"points": [["0", "0"]], "left": "0", "right": text(1 / exact["compliance"])}
-        draft["law"] = {"kind": "piecewise-linear", **kink}
-    return draft
+    return energy_theorem_draft(family)
 
 
 def negative_draft(family: RodFamily) -> Draft | None:

@@ -14,6 +14,7 @@ from enum import Enum
 from fractions import Fraction
 from functools import cached_property
 from importlib import import_module
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeVar, cast, dataclass_transform
 
 from lure.record.values import Column, Towards, dataset, digest, html_table, numbered, plain, rounded, same
@@ -162,12 +163,14 @@ class Page(NamedTuple):
         cells = [
             [str(cell) for cell in row] for row in ([list(self.head)] if self.head else []) + list(map(list, self.rows))
         ]
-        widths = [max(map(len, column)) for column in zip(*cells, strict=False)]
-        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
-        below = map(str, self.below)
-        return "\n".join(
-            [f"{self.verdict} {self.title}".strip(), *(f"  {line}" for line in lines), *self.notes, *below]
-        )
+        lines = [f"  {line}" for line in aligned(cells)]
+        return "\n".join([f"{self.verdict} {self.title}".strip(), *lines, *self.notes, *map(str, self.below)])
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows of text as lines with their cells in columns; the last cells of a row may be missing."""
+    widths = [max(map(len, column)) for column in zip_longest(*rows, fillvalue="")]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
 
 @dataclass_transform(eq_default=False, frozen_default=True, kw_only_default=True, field_specifiers=(quantity, field))

@@ -17,6 +17,7 @@ from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
 from lure.errors import InputError, demand_seconds, demand_whole
 from lure.rod.discretisation import UpwindScheme, upwind
+from lure.rod.sampled import number_of_contacts
 from lure.rod.scenario import Scenario
 from lure.rod.scheme import structured_motion
 
@@ -77,8 +78,7 @@ class SchemeRun:
 
     def __str__(self) -> str:
         """One sentence."""
-        touched = len(self.contacts)
-        contact = "no contact" if not touched else "1 contact" if touched == 1 else f"{touched} contacts"
+        contact = number_of_contacts(len(self.contacts))
         work = "" if self.evaluations is None else f", {self.evaluations} evaluations"
         return (
             f"scheme of {self.scheme.cells} cells by {self.method} up to {self.t[-1]:.6g} s: {contact}{work}, "

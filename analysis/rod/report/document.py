@@ -16,8 +16,9 @@ from lure.analysis.rod.confirmation.result import Quantity, Rest
 from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import CriterionResult
 from lure.expressions.tree import decimal
-from lure.record import plain
+from lure.record import aligned, plain
 from lure.rod.parameters import PARAMETERS
+from lure.rod.sampled import number_of_contacts
 from lure.rod.systems import RodSystem
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ def confirmation_sentence(found: Confirmation) -> str:
     models = "exact motions of the rod and of its scheme" if scheme is not None else "exact motion of the rod"
     if not found.compared:
         return f"{models}: at rest throughout, which tests nothing"
-    followed = f"{models}, the rod up to {rod.until:.4g} s ({_contacts(rod)})"
+    followed = f"{models}, the rod up to {rod.until:.4g} s ({number_of_contacts(rod.contacts)})"
     if found.kind == "load":
         return f"{followed}; {_UNDER_LOAD} ({_residuals(found)})"
     assert rod.energy is not None
@@ -127,10 +128,6 @@ def _growth(energy: Quantity) -> str:
     """By how much, or to what: two numbers that look alike show no growth."""
     share = energy.end / energy.start - 1.0 if energy.start > 0.0 else 1.0
     return f" by {100.0 * share:.3g} %" if share < 1.0 else f" to {energy.end:.3g} J"
-
-
-def _contacts(side: Side) -> str:
-    return "no contact" if not side.contacts else f"{side.contacts} contact{'s' if side.contacts > 1 else ''}"
 
 
 def _residuals(found: Confirmation) -> str:
@@ -188,7 +185,7 @@ def summary(report: StabilityReport) -> str:
         _filled(report.conclusion.statement),
         _filled(f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, k in Pa/m")
         + "\n"
-        + _table([_HEAD, *(_row(result) for result in report.criteria)]),
+        + "\n".join(aligned([_HEAD, *(_row(result) for result in report.criteria)])),
         *(_filled(f"{reason}.") for reason in reasons),
         _filled(f"Spectrum: {report.spectrum}."),
         _filled(f"Simulation: {_simulated(report)}."),
@@ -211,12 +208,6 @@ def _row(result: CriterionResult) -> tuple[str, ...]:
         str(result.evidence_shown or "-"),
         *(f"{value:.4g}" for value in numbers if value is not None),
     )
-
-
-def _table(rows: list[tuple[str, ...]]) -> str:
-    widths = [max(len(row[i]) for row in rows if i < len(row)) for i in range(len(_HEAD))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows]
-    return "\n".join(line.rstrip() for line in lines)
 
 
 def _simulated(report: StabilityReport) -> str:
