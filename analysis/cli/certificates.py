@@ -276,14 +276,15 @@ def certify(
         check_target(output, force=force)
     from lure.analysis.questions.certify import ProofOptions, text_of
     from lure.analysis.questions.certify import certify as run
+    from lure.files.system import LoopSystem
 
     given: object = asked
-    if (channels := _channels(loop)) > 1:
-        given = None if asked is None else [asked] * channels
+    if isinstance(loop, LoopSystem) and loop.channels > 1:
+        given = None if asked is None else [asked] * loop.channels
         if method not in ("best", "matrix"):
             raise InputError(f"--method is {method!r}; several nonlinearities are proved by a matrix, so leave it out")
         if given is not None:
-            loop = loop.block  # type: ignore[attr-defined]  # a LoopSystem: it has channels
+            loop = loop.block
     kind = cast("Method", method)  # one of them: _check_options
     ways = ProofOptions(criterion=criterion, method=kind, finite=finite, seconds=seconds, numbers=_numbers(loop))
     with Output(quiet=quiet, verbose=verbose).progress() as tell:
@@ -353,16 +354,6 @@ def _has_class(loop: object) -> bool:
     from lure.rod.systems import RodSystem
 
     return isinstance(loop, RodSystem)
-
-
-def _channels(loop: object) -> int:
-    """How many nonlinearities close the loop."""
-    from lure.plants.channel_family import ChannelFamily
-    from lure.plants.delay_matrix import DelayMatrix
-    from lure.plants.multivariable import MultivariablePlant
-
-    block = getattr(loop, "block", None)
-    return block.inputs if isinstance(block, MultivariablePlant | ChannelFamily | DelayMatrix) else 1
 
 
 def _numbers(loop: object) -> Numbers:

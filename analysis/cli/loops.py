@@ -345,19 +345,15 @@ def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str
     """
     if system is None or any(part is not None for part in parts):
         return None
-    from lure.plants.channel_family import ChannelFamily
-    from lure.plants.delay_matrix import DelayMatrix
-    from lure.plants.multivariable import MultivariablePlant
-
     found = loop_named(system, None)
     own = found.nonlinearity_class
     alone = own is not None and (own.linear or (own.time_varying and own.slope is not None))  # as for several channels
-    if not alone and not isinstance(found.block, MultivariablePlant | ChannelFamily | DelayMatrix):
+    if not alone and not found.several:
         return None
     for name, said in given.items():
         if said:
             raise InputError(
-                f"{name} is for one nonlinearity, and {system} has {found.block.inputs} channels; say it in the "
+                f"{name} is for one nonlinearity, and {system} has {found.channels} channels; say it in the "
                 "[[class]] of each"
             )
     return found

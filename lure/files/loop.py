@@ -19,7 +19,7 @@ from lure.files.builtin import builtin_loop, loop_names
 from lure.files.controller import with_network
 from lure.files.kinds import FileKind
 from lure.files.schema import LAW_TEXTS, PLANT_TABLES, ClassTable, PlantTable, PlantTables
-from lure.files.system import Block, LoopSystem, channel_system, loop_system
+from lure.files.system import Block, LoopSystem, ManyChannels, channel_system, loop_system
 from lure.nonlinearities.local import LocalSector
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
@@ -118,7 +118,7 @@ def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -
     channels = (table.relu or _operates(table) or table.rate is not None for table in tables.nonlinearity_class)
     if any(channels):
         block = _only_channel(block, tables)  # what is known of these is known of channels
-    if isinstance(block, MultivariablePlant | ChannelFamily | DelayMatrix):
+    if isinstance(block, ManyChannels):
         return _with_channels(identity, block, tables, folder)
     for word, listed in (("class", tables.nonlinearity_class), ("nonlinearity", tables.nonlinearity)):
         if sum(table.repeated for table in listed) > 1:
@@ -136,9 +136,7 @@ def _closed(identity: tuple[str, str, str], tables: PlantTables, folder: Path) -
         raise InputError(f"nonlinearity: {error}") from None
 
 
-def _on_intervals(
-    identity: tuple[str, str, str], plant: MultivariablePlant | ChannelFamily | DelayMatrix, tables: PlantTables
-) -> LoopSystem:
+def _on_intervals(identity: tuple[str, str, str], plant: ManyChannels, tables: PlantTables) -> LoopSystem:
     """The loop of a file whose classes hold on intervals."""
     found = list[LocalSector]()
     if isinstance(plant, ChannelFamily):
@@ -176,7 +174,7 @@ def _local_sector(table: ClassTable) -> LocalSector:
     return LocalSector(*table.sector, reach)
 
 
-def _only_channel(block: Block, tables: PlantTables) -> MultivariablePlant | ChannelFamily | DelayMatrix:
+def _only_channel(block: Block, tables: PlantTables) -> ManyChannels:
     """The plant of a ReLU, a slow gain or an operator, which the theorems on several nonlinearities are about."""
     if isinstance(block, PlantFamily | ChannelFamily):
         return block.channels if isinstance(block, PlantFamily) else block
@@ -192,7 +190,7 @@ def _only_channel(block: Block, tables: PlantTables) -> MultivariablePlant | Cha
 
 def _with_channels(
     identity: tuple[str, str, str],
-    plant: MultivariablePlant | ChannelFamily | DelayMatrix,
+    plant: ManyChannels,
     tables: PlantTables,
     folder: Path,
 ) -> LoopSystem:

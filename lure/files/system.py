@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import control
 
 
+ManyChannels = MultivariablePlant | ChannelFamily | DelayMatrix
 Block = RationalPlant | DelayPlant | StateSpace | MultivariablePlant | DelayMatrix | PlantFamily | ChannelFamily
 
 
@@ -146,7 +147,7 @@ class LoopSystem(Record):
             at += size
         others = [] if self.classes is None else [(self.classes.classes[b[0]], len(b)) for b in self.classes.blocks]
         found = list[tuple[Nonlinearity | NonlinearityClass, int]]()
-        m = self.block.inputs if isinstance(self.block, MultivariablePlant | ChannelFamily | DelayMatrix) else 1
+        m = self.channels
         blocks, channel, taken = iter(others), 1, 0
         while channel <= m:
             one = known.get(channel) or next(blocks, None)
@@ -162,10 +163,20 @@ class LoopSystem(Record):
             )
         return found
 
+    @property
+    def several(self) -> bool:
+        """Whether the block is one of matrices, with a class for each channel, be it one."""
+        return isinstance(self.block, ManyChannels)
+
+    @property
+    def channels(self) -> int:
+        """How many nonlinearities close the loop."""
+        return self.block.inputs if isinstance(self.block, ManyChannels) else 1
+
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; ``classes`` and ``nonlinearities`` stand there for several channels."""
-        found, several = super().to_dict(), isinstance(self.block, MultivariablePlant | ChannelFamily | DelayMatrix)
-        left_out = [] if several else ["classes", "nonlinearities"]
+        found = super().to_dict()
+        left_out = [] if self.several else ["classes", "nonlinearities"]
         left_out += [name for name in ("performance", "forcing") if getattr(self, name) is None]
         left_out += [] if self.local else ["local"]
         return {key: value for key, value in found.items() if key not in left_out}
@@ -235,7 +246,7 @@ def loop_system(
 
 def channel_system(
     identity: tuple[str, str, str],
-    plant: MultivariablePlant | ChannelFamily | DelayMatrix,
+    plant: ManyChannels,
     *,
     classes: Diagonal | None = None,
     nonlinearity_tables: Sequence[Mapping[str, object]] = (),

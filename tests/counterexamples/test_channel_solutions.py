@@ -11,9 +11,9 @@ from lure import DeadZone, Diagonal, InputError, NonlinearityClass, Saturation, 
 from lure.analysis.counterexamples.channel_solutions import Hysteron, channel_solutions
 from lure.analysis.counterexamples.trajectories import Finding
 from lure.analysis.plots import plot_channels
-from lure.analysis.report.loop.build import build_loop_report
 from lure.analysis.report.loop.figures import loop_figures
 from lure.analysis.report.loop.observed import observed
+from lure.analysis.report.loop.write import build_loop_report
 from lure.analysis.report.parts import ContradictionError
 from lure.analysis.verdict import Verdict
 from lure.files.system import LoopSystem

@@ -16,7 +16,7 @@ from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.report.loop.build import build_loop_report
+from lure.analysis.report.loop.write import build_loop_report
 from lure.analysis.report.parts import ContradictionError
 from lure.analysis.rod.assembly import circle_reach, followed, of_the_rods, rods_at_rest, varying_pressures
 from lure.errors import AssumptionError, InputError
