@@ -16,7 +16,8 @@ from lure.analysis.rod.confirmation.result import Quantity, Rest
 from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import CriterionResult
 from lure.expressions.tree import decimal
-from lure.record import aligned, plain
+from lure.record import plain
+from lure.record.base import aligned
 from lure.rod.parameters import PARAMETERS
 from lure.rod.sampled import number_of_contacts
 from lure.rod.systems import RodSystem
