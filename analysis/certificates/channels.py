@@ -442,9 +442,14 @@ def storages(H: Plant, asked: Channels, theta: list[Fraction]) -> tuple[Any, Row
     sigma_i``.  ``V``, this and ``y'Py``, bounds ``phi_i`` where ``theta_i`` is not 0.
 
     With an eigenvalue 0, for stops: ``phi_i = f y`` if ``f A = 0``, ``f B = -e_i``; ``2 |theta_i| phi_i sigma_i'``.
+
+    In discrete time, ``psi`` the difference of ``phi`` and ``A - 1`` in place of ``A`` in ``H`` and ``eta``, ``sigma_i+
+    psi_i`` for play and ``phi_i+ (sigma_i+ - sigma_i)`` for stop are at least the difference of ``phi_i^2/2k`` and
+    ``psi_i^2/2k``: ``eta_i`` is that of the next sample for ``theta_i > 0``, and ``psi'Theta H(1) psi - sum |theta_i|
+    psi_i^2/k_i`` is added.
     """
     need(any(family.memory for family in asked.families), "storage functions are those of play and stop")
-    need(not H.discrete, "storage functions are for continuous time")
+    need(not (H.discrete and asked.operators), "storage functions beside a gain are for continuous time")
     n, m, used, own = len(H.A), len(H.D), [i for i, t in enumerate(theta) if t], asked.functions
     stops = [i for i in own if (asked.families[i].memory or ("",))[0] == "stop"]
     memory = all(asked.families[i].memory for i in own)
@@ -457,8 +462,10 @@ def storages(H: Plant, asked: Channels, theta: list[Fraction]) -> tuple[Any, Row
         need(not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
     columns, zeros, unit = [*zip(*H.B)], [ZERO] * m, [[Fraction(i == j) for j in range(m)] for i in range(m)]
     steep = {i: (asked.families[i].memory or ("", asked.families[i].slope[1]))[1] for i in used}
-    found = eliminated([list(column) for column in zip(*H.A)], [list(column) for column in zip(*H.C)])
+    T = [[v - (i == j) * H.discrete for j, v in enumerate(row)] for i, row in enumerate(H.A)]
+    found = eliminated([list(column) for column in zip(*T)], [list(column) for column in zip(*H.C)])
     if found is None:
+        need(not H.discrete, "storage functions do not cover an eigenvalue 1", exact.Critical)
         rows = [[*[ZERO] * n, *(Fraction(-(i == j)) for j in own)] for i in used]
         f = from_rest(H.A, [columns[j] for j in own], rows)
         need(bool(memory and f and {*used} <= {*stops}), "an eigenvalue 0 that these stops do not move", exact.Critical)
@@ -478,6 +485,10 @@ def storages(H: Plant, asked: Channels, theta: list[Fraction]) -> tuple[Any, Row
     side = [[min(theta[i], ZERO) * v for v in E[i]] for i in used]
     top = [[*[ZERO] * n, *(row[j] for row in side)] for j in range(n)]
     pairs = [([theta[i] * v for v in E[i]] + zeros, [ZERO] * n + unit[i]) for i in used]
+    for k, i in enumerate(used if H.discrete else ()):  # S = -Theta E B
+        after = [dot(E[i], column) for column in zip(*H.A)] if theta[i] > 0 else E[i]
+        beside = [(v - (i == j) * abs(theta[i]) / steep[i]) / 2 for j, v in enumerate(S[i])]
+        pairs[k] = [theta[i] * v for v in after] + beside, pairs[k][1]
     return pairs, top + [a + b for a, b in zip(side, V)]
 
 

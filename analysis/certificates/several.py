@@ -209,7 +209,7 @@ def proved(
     parts, beside = ["N"] * (key == "Pi" and isinstance(data, dict) and "N" in data), key != "lambda"
     given, *turned = fields(data, key, *["theta"] * popov, *parts, *["lambda"] * (beside and bool(asked.operators)))
     theta = numbers(turned[0], m) if popov else [ZERO] * m
-    need(not (popov and H.discrete), f"{name} is for continuous time")
+    need(not (popov and H.discrete) or name == "storage-circle", f"{name} is for continuous time")
     stored = storages(plant(system), before, theta) if name == "storage-circle" else None
     fitting(asked, [ZERO] * m if stored else theta, H.D)
     method, half, exponent, *zero = fields(proof, "method", "P", "exponent", *["zero"] * ("zero" in proof))
@@ -243,7 +243,7 @@ def proved(
     need(positive_definite(falls), "the inequality of P fails, or is undecided")
     posed, assumed = well_posed(H.D, asked) if key != "forms" else (solvable(H, asked, bounds), "")
     V = "V = x^T P x + 2 sum theta_i int phi_i" if any(theta) else "V = x^T P x"
-    V = "V = y^T P y + what is stored, y = A x - B phi," if stored else V
+    V = f"V = y^T P y + what is stored, y = {'x+ - x' if H.discrete else 'A x - B phi'}," if stored else V
     facts = {
         "stable": f"{V} is positive definite (order {n})",
         "inequality": f"the matrix of order {len(falls)} is positive definite: V falls",

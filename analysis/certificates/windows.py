@@ -30,6 +30,7 @@ from .channels import (
 )
 
 LONGEST = 40
+SIDED = ("rising", "odd rising", "falling", "odd falling")
 
 
 class Form(NamedTuple):
@@ -56,19 +57,23 @@ def coupled(
     sector: ``sum q_k u_k v_k``, ``q_k >= 0``.  monotone, odd: ``2 u'Q v`` of channels with one nonlinearity whose
     slopes are in ``[l, h]``; ``u`` and ``v`` ascend with ``sigma``, so that ``sum_k u_k v_k >= sum_k u_k v_p(k)`` for
     every permutation ``p``, of some of the samples too: ``Q`` doubly hyperdominant, for odd ones (``|u|``, ``|v|``
-    ascend with ``|sigma|``) doubly dominant.  relu: ``u >= 0 >= v`` and ``u_k v_k = 0`` of any ReLUs.  ``summed``: over
-    all time the sum of the form is nonnegative, by the same argument about all samples at once.  With a ``rate`` the
+    ascend with ``|sigma|``) doubly dominant.  rising: the same of ``2 u'Q (u + v)``, as ``u`` ascends where slopes are
+    at least ``l``, and ``u + v`` is ``(h - l) sigma``; falling: of ``2 v'Q (u + v)`` where they are at most ``h``; the
+    bounds are those of the sector then.  relu: ``u >= 0 >= v`` and ``u_k v_k = 0`` of any ReLUs.  ``summed``: over all
+    time the sum of the form is nonnegative, by the same argument about all samples at once.  With a ``rate`` the
     samples are those of ``phi`` times ``rate^-t``: :func:`dominant`.
     """
-    m, found, used = len(asked.families), list[Form](), set[int]()
+    m, found, used = len(asked.families), list[Form](), dict[int, bool]()
     bounds: list[tuple[Any, Any]] = [asked.bounds(i) for i in range(m)]
     form(isinstance(given, list), "the forms are no list")
     for one in given:
         kind, where, rows = fields(one, "kind", "channels", "rows")
         form(isinstance(where, list) and isinstance(rows, list) and where != [], "a form has channels and rows")
         channels = [integer(i, 1, m) - 1 for i in where]
-        need(len({*channels, *used}) == len(channels) + len(used), "a channel stands twice in the forms")
-        used.update(channels)
+        beside = kind in ("sector", *SIDED)  # about the bounds of the sector, of which there may be more than one
+        again = any(i in used and not (beside and used[i]) for i in channels)
+        need(len({*channels}) == len(channels) and not again, "a channel stands twice in the forms")
+        used.update(dict.fromkeys(channels, beside))
         families, p = [asked.families[i] for i in channels], samples * len(channels)
         need(not any(family.operator for family in families), "a form is of functions, an operator has a weight")
         if kind == "relu":
@@ -79,7 +84,8 @@ def coupled(
             right = (M[i][j] * sign[i] * sign[j] >= 0 for i in range(2 * p) for j in range(i + 1) if i != j + p)
             need(all(right), "an entry of a form for ReLUs has the wrong sign")
         else:
-            form(kind in ("sector", "monotone", "odd") and len(rows) == p, "a form has a kind, and a row each sample")
+            known = kind in ("sector", "monotone", "odd", *SIDED)
+            form(known and len(rows) == p, "a form has a kind, and a row each sample")
             Q = [numbers(row, p) for row in rows]
             if kind == "sector":
                 right = (v >= 0 if k == l else v == 0 for k, row in enumerate(Q) for l, v in enumerate(row))
@@ -88,12 +94,17 @@ def coupled(
                 same = any(set(channels) <= set(block) for block in asked.blocks)
                 need(same, "a form couples channels with different nonlinearities")
                 need(not any(family.varying for family in families), "nonlinearities fixed in time are needed")
-                need(kind != "odd" or families[0].odd, "a form needs an odd nonlinearity")
-                dominant(Q, len(channels), summed, kind == "odd", rate)
+                need("odd" not in kind or families[0].odd, "a form needs an odd nonlinearity")
+                dominant(Q, len(channels), summed, "odd" in kind, rate)
                 for i, family in zip(channels, families):
-                    bounds[i] = family.slope
-            across = [list(column) for column in zip(*Q)]
-            M = [*([ZERO] * p + row for row in Q), *(row + [ZERO] * p for row in across)]
+                    (low, high), (l, h) = family.slope, bounds[i]
+                    need("rising" not in kind or low >= l, "a form needs slopes above the lower bound")
+                    need("falling" not in kind or high <= h, "a form needs slopes below the upper bound")
+                    bounds[i] = bounds[i] if kind in SIDED else family.slope
+            across, none = [list(column) for column in zip(*Q)], [[ZERO] * p for _ in Q]
+            both = [[v + w for v, w in zip(*pair)] for pair in zip(Q, across)] if kind in SIDED else none
+            first, side, last = (none, across, both) if "falling" in kind else (both, Q, none)
+            M = [a + b for a, b in zip(first, side)] + [list(a) + b for a, b in zip(zip(*side), last)]
         found.append(Form(channels, M))
     need(not any(family.rough for family in asked.families), "locally Lipschitz nonlinearities are needed")
     for i, ends in enumerate(bounds):
@@ -292,13 +303,14 @@ def settling(H: Plant, asked: Channels, forms: list[Form], bounds: Any, P: Rows,
     """Beside eigenvalues 1, for forms summed over time: what makes the loop with ``l sigma + tau w sigma`` stable.
 
     On the equilibria ``V > 0``, and ``sum u' M_uv v > 0`` over the samples for ``u = v = w sigma``: with ``x_0+ = x_0 -
-    tau R x_0`` the former is ``P_0``, the latter ``He P_0 R``.  So for small ``tau > 0`` the inequality holds strictly
-    for slopes from ``l + tau w`` on, and ``sum |x_1|^2 + |phi|^2`` is bounded by one number for all ``tau``.
+    tau R x_0`` the former is ``P_0``, the latter, as ``M_vv = 0``, ``He P_0 R``.  So for small ``tau > 0`` the
+    inequality holds strictly for slopes from ``l + tau w`` on, and ``sum |x_1|^2 + |phi|^2`` is bounded by one number
+    for all ``tau``.
     """
     need(not asked.operators, "beside forms summed over time and an eigenvalue 1 there is an operator", exact.Critical)
     for i, one in each(asked):
-        rising = bounds[i][0] <= one.slope[0] and one.slope[1] < INF and not one.varying
-        need(rising, f"beside an eigenvalue 1 channel {i + 1} has no slope bounds", exact.Critical)
+        rising = bounds[i][0] <= one.slope[0] and not one.varying
+        need(rising, f"beside an eigenvalue 1 channel {i + 1} has no lower bound of its slope", exact.Critical)
     n, vectors = len(H.A), [numbers(v, len(H.A) + len(H.D)) for v in zero]
     whole = [v[:n] + v[n:] * ((len(P) - n) // len(H.D)) for v in vectors]
     wide = [[(h - l) * dot(row, v) for row, (l, h) in zip(seen(H), bounds)] for v in vectors]
@@ -308,6 +320,7 @@ def settling(H: Plant, asked: Channels, forms: list[Form], bounds: Any, P: Rows,
         for i, a in enumerate(turns):
             for j, b in enumerate(turns):
                 moves[i][j] += sum(x * dot(row[p:], b) for x, row in zip(a, M))
+        need(not any(v for row in M[p:] for v in row[p:]), "beside an eigenvalue 1 a form has v'M v", exact.Critical)
     energy = [[dot(a, [dot(row, b) for row in P]) for b in whole] for a in whole]
     need(positive(energy), "V > 0 fails at an equilibrium", exact.Critical)
     both = [[v + moves[j][i] for j, v in enumerate(row)] for i, row in enumerate(moves)]

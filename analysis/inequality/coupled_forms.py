@@ -5,8 +5,9 @@ channels.  The forms ``M`` in ``(u, v)`` are those that the checkers take (``lur
 
 ReLU: ``u >= 0 >= v``, ``u_k v_k = 0``, so that the entries of ``M`` have the sign of the product, and those of ``u_k
 v_k`` either sign.  One nonlinearity in all channels, slopes in ``[0, w]``: ``2 u'Q v``, ``Q`` doubly hyperdominant, for
-odd ones doubly dominant.  A sector: ``sum q_k u_k v_k``, ``q_k >= 0``.  An operator of norm ``w``: ``lambda (w^2
-|sigma|^2 - |psi|^2)`` of the last sample, which is nonnegative summed up to any time.
+odd ones doubly dominant.  Slopes bounded on one side, ``l`` or ``h`` of the sector: ``2 u'Q (u + v)``, or ``2 v'Q (u +
+v)``, which contains Tsypkin's and the Jury-Lee criterion.  A sector: ``sum q_k u_k v_k``, ``q_k >= 0``.  An operator of
+norm ``w``: ``lambda (w^2 |sigma|^2 - |psi|^2)`` of the last sample, which is nonnegative summed up to any time.
 
 With ReLUs, and with one sample, ``V`` is bounded from below, by forms of ``T - 1`` samples; entries between later
 samples alone are of no use then, as moving them to earlier ones changes ``V`` by what these forms hold.  Without ReLUs
@@ -22,14 +23,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, linalg, np
 
-Kind = Literal["relu", "monotone", "odd", "sector", "operator"]
+Kind = Literal["relu", "monotone", "odd", "sector", "operator", "rising", "odd rising", "falling", "odd falling"]
+Samples = TypeVar("Samples", bound="NDArray[Any]")
 MOST_UNKNOWNS, MOST_ROWS = 1500, 60
 _SURE, _LARGEST, _LARGEST_THETA, _BITS, _SMALL = 1e-7, 100.0, 1e4, 56, 1e-12
 
@@ -39,6 +41,16 @@ class Group(NamedTuple):
 
     kind: Kind
     channels: tuple[int, ...]
+
+    def sides(self, u: Samples, v: Samples) -> tuple[Samples, Samples]:
+        """What the products of the form are of.
+
+        Parameters
+        ----------
+        u, v : ndarray
+            The samples.
+        """
+        return (v, u + v) if "falling" in self.kind else (u, u + v) if "rising" in self.kind else (u, v)
 
 
 class Entry(NamedTuple):
@@ -80,7 +92,7 @@ def cone_of(  # noqa: PLR0913  (a form, and how it is summed)
 
     Parameters
     ----------
-    kind : {"relu", "monotone", "odd", "sector", "operator"}
+    kind : {"relu", "monotone", "odd", "sector", "operator", "rising", "odd rising", "falling", "odd falling"}
         The kind of form; of an operator there is one unknown, its weight.
     width, samples : int
         Numbers of channels and of samples.
@@ -108,7 +120,7 @@ def cone_of(  # noqa: PLR0913  (a form, and how it is summed)
     fold = width if summed else p
     for k in range(p):
         for j in (j for j in range(p) if not summed or used(k, j)):
-            for sign in (1,) if k == j else (-1, 1) if kind == "odd" else (-1,):
+            for sign in (1,) if k == j else (-1, 1) if "odd" in kind else (-1,):
                 a, b = k // width, j // width
                 weights = (rate ** (a - b), rate ** (b - a)) if summed else (rate ** (-a - b),) * 2
                 for sums, at, weight in zip((rows, columns), (k, j), weights, strict=True):
@@ -309,7 +321,7 @@ class CoupledForms(ChannelSearch):
             both = u[last] + v[last]  # w sigma
             return np.asarray(both.T @ both - u[last].T @ u[last])[None][: len(cone.entries)]
         places = [m * t + i for t in range(samples) for i in group.channels]
-        w = np.concatenate([u[places], v[places]])
+        w = np.concatenate(group.sides(u[places], v[places]))
         found = np.zeros((len(cone.entries), w.shape[1], w.shape[1]))
         for k, one in enumerate(cone.entries):
             product = one.sign * np.outer(w[one.row], w[one.column])

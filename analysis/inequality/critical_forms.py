@@ -110,7 +110,7 @@ class CriticalForms(CoupledForms):
             positive.append(False)
         for group, cone in zip(self.groups, self.cones, strict=True):
             places = [m * t + i for t in range(T) for i in group.channels]
-            w = np.concatenate([u[places], v[places]])
+            w = np.concatenate(group.sides(u[places], v[places]))
             for one in cone.entries:
                 if group.kind == "operator":
                     last = u[places[-len(group.channels) :]] + v[places[-len(group.channels) :]]

@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
+from itertools import product
 from typing import ClassVar
 
 from flint import fmpq, fmpq_mat
@@ -21,11 +23,12 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channels import ChannelInequality
 from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
-from lure.analysis.inequality.zero_modes import null_rows
+from lure.analysis.inequality.zero_modes import doubles, null_rows
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
-from lure.arrays import NDArray, np
+from lure.arrays import NDArray, Reals, linalg, np
 
 _LEAST = 1e-7  # of the largest entry that may be 1: what is positive
+_CHAINS = 3  # of channels, each with both signs
 _NOTHING = 1e-7  # relative: storage that is not worth its rounding
 
 
@@ -47,32 +50,13 @@ class StorageInequality(ChannelInequality):
     def __post_init__(self) -> None:
         super().__post_init__()
         cone = self.cone  # which theta there are
-        cone.turning = self._turning()
+        cone.turning = turning(self.free, self.still or fmpq_mat(0, 0))
         cone.theta_signs = [sign if free else 0 for sign, free in zip(self.signs, self.free, strict=True)]
 
     @property
     def rates(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """``C A^{-1}``, and nothing of the inputs."""
         return np.asarray(np.linalg.solve(self.A.T, self.own.T).T, dtype=float), np.zeros_like(self.D)
-
-    def _turning(self) -> list[tuple[int, list[Fraction]]]:
-        """``theta`` with ``Theta H(0)`` symmetric: channels that are free, and what others are of these."""
-        m = len(self.D)
-        assert self.still is not None, "H(0)"
-        rows = [[fmpq(0)] * m for _ in range(m * m)]
-        for i in range(m):
-            rows[i * m + i][i] = fmpq(int(not self.free[i]))
-            for j in range(i):
-                rows[i * m + j][i] = self.still[i, j]
-                rows[i * m + j][j] = -self.still[j, i]
-        basis = null_rows(fmpq_mat(rows))
-        found = list[tuple[int, list[Fraction]]]()
-        for k in range(basis.nrows()):
-            row = [Fraction(int(v.p), int(v.q)) for v in (basis[k, j] for j in range(m))]
-            alone = [not any(basis[i, j] for i in range(basis.nrows()) if i != k) for j in range(m)]
-            first = next(j for j, v in enumerate(row) if v == 1 and alone[j])
-            found.append((first, row))
-        return found
 
     def _exact(self, found: Found, digits: int) -> tuple[list[Fraction], list[Fraction]]:
         """``lambda`` and ``theta`` with so many digits; ``Theta H(0)`` symmetric exactly."""
@@ -96,6 +80,33 @@ class StorageInequality(ChannelInequality):
             stated = {"lambda": [*map(str, scaled)]} | self.popovs(theta)
             for proof in self.solutions(Pi, theta, lower):
                 yield Proposal(stated, proof)
+
+
+def turning(free: Sequence[bool], still: fmpq_mat) -> list[tuple[int, list[Fraction]]]:
+    """``theta`` with ``Theta H(0)`` symmetric: channels that are free, and what others are of these.
+
+    Parameters
+    ----------
+    free : sequence of bool
+        Which ``theta`` may differ from 0.
+    still : fmpq_mat
+        (m, m) ``H(0)``, in discrete time ``H(1)``.
+    """
+    m = len(free)
+    rows = [[fmpq(0)] * m for _ in range(m * m)]
+    for i in range(m):
+        rows[i * m + i][i] = fmpq(int(not free[i]))
+        for j in range(i):
+            rows[i * m + j][i] = still[i, j]
+            rows[i * m + j][j] = -still[j, i]
+    basis = null_rows(fmpq_mat(rows))
+    found = list[tuple[int, list[Fraction]]]()
+    for k in range(basis.nrows()):
+        row = [Fraction(int(v.p), int(v.q)) for v in (basis[k, j] for j in range(m))]
+        alone = [not any(basis[i, j] for i in range(basis.nrows()) if i != k) for j in range(m)]
+        first = next(j for j, v in enumerate(row) if v == 1 and alone[j])
+        found.append((first, row))
+    return found
 
 
 @dataclass
@@ -165,3 +176,101 @@ class MovedByStops(ChannelSearch):
         weights = np.array([max(x[K + i], 0.0) / widths[i] for i in range(m)])
         weights[out] = weights[out].mean() if out else 0.0
         return np.tensordot(x[:K], basis, 1), weights, theta
+
+
+@dataclass
+class SampledStorage(ChannelSearch):
+    """Storage functions in discrete time, of the loop of the differences, by semidefinite programmes in ``P``.
+
+    Parameters
+    ----------
+    free : sequence of bool
+        Which ``theta`` may differ from 0.
+    signs : sequence of int
+        Of each ``theta``: 1 for play, -1 for stop, 0 for either.
+    still : fmpq_mat
+        (m, m) ``H(1)``.
+    """
+
+    free: Sequence[bool]
+    signs: Sequence[int]
+    still: fmpq_mat
+    precision: ClassVar[float] = 1e-5
+
+    def serves(self, widths: NDArray[np.float64]) -> bool:
+        """Whether a programme has a solution; see :class:`ChannelSearch`."""
+        return any(self._solved(widths, given) is not None for given in self._choices)
+
+    @cached_property
+    def _choices(self) -> list[list[list[Fraction]]]:
+        """Which ``theta`` are tried together, up to positive factors: of all chains of channels, and of each alone."""
+        chains = list[list[list[Fraction]]]()
+        for _, row in turning(self.free, self.still):
+            fits = [s for s in (1, -1) if all(s * v * sign >= 0 for v, sign in zip(row, self.signs, strict=True))]
+            chains += [[[s * v for v in row] for s in fits]] if fits else []
+        whole = [list(one) for one in product(*chains)] if len(chains) <= _CHAINS else [[one[0] for one in chains]]
+        return whole + [[row] for one in chains for row in one if len(chains) > 1]
+
+    def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
+        """Solutions of the programmes, rounded."""
+        assert not any(lower), "of play and stop"
+        at = np.array([float(w) for w in widths])
+        for given in self._choices:
+            found = self._solved(at, given)
+            if found is None:
+                continue
+            P, weights, factors = found
+            exact = [Fraction(f"{v:.12g}") for v in factors]
+            theta = [
+                sum((f * v for f, v in zip(exact, column, strict=True)), Fraction(0))
+                for column in zip(*given, strict=True)
+            ]
+            stated = {"lambda": [str(Fraction(f"{v:.12g}")) for v in weights], "theta": [*map(str, theta)]}
+            exponent = max(0, 50 - int(np.floor(np.log2(max(np.abs(P).max(), 1e-300)))))
+            rows = [[str(round(Fraction(float(v)) * 2**exponent)) for v in row[: i + 1]] for i, row in enumerate(P)]
+            yield Proposal(stated, {"method": "matrix", "P": rows, "exponent": exponent})
+
+    @cached_property
+    def _even(self) -> tuple[Reals, Reals, Reals, Reals]:
+        """``A``, ``B`` and ``C`` in states that unit inputs make equally large, and these of the given ones."""
+        reached = linalg.solve_discrete_lyapunov(self.A, self.B @ self.B.T)
+        values, vectors = np.linalg.eigh((reached + reached.T) / 2)
+        sizes = np.sqrt(np.maximum(values, _LEAST**2 * values.max()))
+        turn, back = vectors.T / sizes[:, None], vectors * sizes
+        return turn @ self.A @ back, turn @ self.B, self.C @ back, turn
+
+    def _solved(
+        self, widths: NDArray[np.float64], given: Sequence[Sequence[Fraction]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] | None:
+        """``P``, ``lambda`` and factors of the ``theta`` that leave a margin; None if there are none."""
+        checkpoint()
+        (n, m), count, (A, B, C, turn) = self.B.shape, len(given), self._even
+        basis, flow, seen = symmetric_basis(n), np.hstack([A, -B]), np.hstack([C, -self.D])
+        states, inputs, K = np.eye(n, n + m), np.eye(m, n + m, n), len(basis)
+        slopes, V = np.zeros((K + m + count + 1, n + m, n + m)), np.zeros((K + m + count + 1, n + m, n + m))
+        slopes[:K] = states.T @ basis @ states - flow.T @ basis @ flow
+        for i in range(m):
+            slopes[K + i] = -2 * np.outer(inputs[i], widths[i] * seen[i] - inputs[i]) / widths[i]
+        E, still = np.linalg.solve((A - np.eye(n)).T, C.T).T, doubles(self.still)
+        for k, row in enumerate(given, K + m):
+            theta = np.array([float(v) for v in row])
+            falling, lost = np.diag(np.minimum(theta, 0)), np.diag(np.abs(theta) / widths)
+            S = np.diag(theta) @ still
+            eta = np.where(theta[:, None] > 0, E @ flow, E @ states)
+            half = theta[:, None] * eta - np.where(theta[:, None] > 0, S, 0) @ inputs
+            slopes[k] = -2 * inputs.T @ (half + (S - lost) @ inputs / 2)
+            V[k] = 2 * inputs.T @ falling @ (E @ states - still @ inputs) + inputs.T @ (S + lost) @ inputs
+        V[:K] = states.T @ basis @ states
+        slopes[-1], V[-1] = -np.eye(n + m), -np.eye(n + m)
+        used = [*range(n), *(n + i for i in range(m) if any(row[i] for row in given))]
+        both = [(side + side.swapaxes(1, 2)) / 2 for side in (slopes, V[np.ix_(range(len(V)), used, used)])]
+        rows = np.vstack([-np.eye(len(slopes))[K:], np.eye(len(slopes))[K:]])
+        limits = np.concatenate([np.zeros(m + count), np.full(m + count + 2, 1.0)])
+        x = proposed(np.eye(len(slopes))[-1], [Block(np.zeros(one.shape[1:]), one) for one in both], rows, limits)
+        if x is None or not x[-1] > _LEAST:
+            return None
+        return (
+            turn.T @ np.tensordot(x[:K], basis, 1) @ turn,
+            np.maximum(x[K : K + m], 0) / widths,
+            np.maximum(x[K + m : -1], 0),
+        )

@@ -7,10 +7,11 @@ import math
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Plant
 from lure.analysis.certificates.frequencies import shifted
-from lure.analysis.inequality.coupled_forms import Group
+from lure.analysis.inequality.coupled_forms import Group, Kind
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
 from lure.analysis.questions.channel_problem import channel_plant, loop_plant
 from lure.analysis.questions.problem import Problem
+from lure.classes import NonlinearityClass
 from lure.errors import AssumptionError, Reason
 from lure.plants.delay_matrix import DelayMatrix
 
@@ -129,8 +130,24 @@ def groups_of(asked: Problem) -> list[Group]:
         one = classes[block[0]]
         if one.rectifier or one.operator:
             continue
-        if sloped[block[0]] and one.slope is not None and (one.slope.lower, one.slope.upper) == one.gains:
+        slope = one.slope
+        if sloped[block[0]] and slope is not None and (slope.lower, slope.upper) == one.gains:
             found.append(Group("odd" if one.odd else "monotone", tuple(block)))
-        else:
-            found += [Group("sector", (i,)) for i in block]
+            continue
+        found += [Group("sector", (i,)) for i in block]
+        kinds: list[Kind] = ["odd rising" if one.odd else "rising", "odd falling" if one.odd else "falling"]
+        found += [Group(kind, tuple(block)) for kind, fits in zip(kinds, sides_of(one), strict=True) if fits]
     return found
+
+
+def sides_of(one: NonlinearityClass) -> tuple[bool, bool]:
+    """Whether the slope is at least the lower bound of the sector, and at most the upper one, at all times the same.
+
+    Parameters
+    ----------
+    one : NonlinearityClass
+        A class.
+    """
+    if one.slope is None or one.time_varying or one.operator:
+        return False, False
+    return one.slope.lower >= one.gains[0], one.slope.upper <= one.gains[1]

@@ -30,8 +30,8 @@ from lure.analysis.inequality.kernel_rounding import multiplier
 from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
-from lure.analysis.inequality.storage import MovedByStops, StorageInequality
-from lure.analysis.inequality.zero_modes import exact
+from lure.analysis.inequality.storage import MovedByStops, SampledStorage, StorageInequality
+from lure.analysis.inequality.zero_modes import diagonal, exact
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions import channel_families
 from lure.analysis.questions.channel_delays import delays_of, increments, stated, without_delays
@@ -42,6 +42,7 @@ from lure.analysis.questions.channel_hypotheses import (
     modes_of,
     require_no_zero,
     rising,
+    sides_of,
     sloped_channels,
 )
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
@@ -131,7 +132,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
         constant, functions = not any(free_channels(asked)), [one for one in asked.classes.classes if not one.operator]
         left = {_COUPLED} if not asked.classes.rectified else {_FULL, _ORDERS}
         left |= {_FULL} if len(functions) <= 1 else set()
-        sloped = any(sloped_channels(asked))
+        moving = time_of(asked.plant) == "discrete" and any(any(sides_of(one)) for one in asked.classes.classes)
+        sloped = any(sloped_channels(asked)) or moving
         found = [
             x
             for x in found
@@ -143,7 +145,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             kinds = {0, STORED, _COUPLED, _FULL} | (
                 {_KERNELS} if rising(asked) and channel_plant(asked.plant).dt is None else set()
             )
-            kinds |= {_WINDOWS} if rising(asked) or asked.classes.rectified else set()
+            ascending = all(sides_of(one)[0] for one in asked.classes.classes)
+            kinds |= {_WINDOWS} if ascending or asked.classes.rectified else set()
             found = [x for x in found if x.kind in kinds and not x.row.linear] or found
     if not found:
         names = ", ".join(name for row in rows for name in (row.name, *row.channels))
@@ -156,9 +159,10 @@ def criteria_for(asked: Problem) -> list[Criterion]:
 
 
 def _stored(asked: Problem) -> bool:
-    """Whether there are storage functions: those of play and stop, in continuous time, all lower bounds being 0."""
+    """Whether there are storage functions: of play and stop, all lower bounds being 0; of samples without a gain."""
     classes, flowing = asked.classes, channel_plant(asked.plant).dt is None
-    return flowing and any(one.memory for one in classes.classes) and not any(classes.lower)
+    covered = flowing or not classes.operators
+    return covered and any(one.memory for one in classes.classes) and not any(classes.lower)
 
 
 def _late_criteria(asked: Problem, wanted: str) -> list[Criterion]:
@@ -287,17 +291,22 @@ def _moved_by_stops(asked: Problem, moved: Problem, operators: Sequence[int]) ->
     return MovedByStops(*H.doubles(), np.zeros(m), moved=rows, operators=moved.classes.operators)
 
 
-def _by_storage(asked: Problem, moved: Problem) -> StorageInequality | MovedByStops:
+def _by_storage(asked: Problem, moved: Problem) -> ChannelSearch:
     """The search with storage functions, for the loop of the derivatives."""
     before, H, m = channel_plant(asked.plant), channel_plant(moved.plant), len(asked.classes.classes)
     operators = [i for block in asked.classes.operators for i in block]
     A, B, C, D = (exact(side) for side in (before.A, before.B, before.C, before.D))
-    if A.det() == 0:
+    T = A - diagonal([Fraction(int(before.dt is not None))] * len(before.A))
+    if T.det() == 0 and before.dt is not None:
+        raise AssumptionError("the plant has an eigenvalue 1 beside play and stop", code=Reason.CRITICAL)
+    if T.det() == 0:
         return _moved_by_stops(asked, moved, operators)
-    still = D - C * A.inv() * B
+    still = D - C * T.inv() * B
     free = [i not in operators and not any(row) for i, row in enumerate(before.D)]
     shown = fmpq_mat([[0 if i in operators or j in operators else still[i, j] for j in range(m)] for i in range(m)])
     signs = [{"play": 1, "stop": -1, "": 0}[one.memory] for one in asked.classes.classes]
+    if before.dt is not None:
+        return SampledStorage(*H.doubles(), np.zeros(m), free, signs, shown)
     loop = (*H.doubles(), np.zeros(m), free, True, False, moved.classes.operators)
     return StorageInequality(*loop, signs=signs, still=shown)
 

@@ -1,6 +1,7 @@
 """Forms that couple channels and samples: exact limits, what both checkers reject, and that no member breaks a form."""
 
 import json
+import math
 import random
 from fractions import Fraction as F
 from importlib import resources
@@ -10,7 +11,7 @@ import jsonschema
 import pytest
 from tampering import assert_both_reject, edited
 
-from lure import NonlinearityClass, SlopeBounds
+from lure import NonlinearityClass, Sector, SlopeBounds
 from lure.analysis import certify, max_sector
 from lure.analysis.certificates import windows
 from lure.analysis.certificates.arithmetic import Rejected
@@ -95,6 +96,53 @@ def test_taps_reach_the_limit_of_a_known_loop():
     plant = MultivariablePlant([[F(1, 2), 0], [1, 0]], [[1], [0]], [[2, F("0.92")]], [[0]], dt=1)
     found = max_sector(plant, classes=[SlopeBounds(0, 1)], criterion="coupled-windows")
     assert 175 / 192 * (1 - 1e-5) < found.largest.low < 175 / 192
+
+
+# Two loops beside each other, in other units: 0.1 z/(z - 0.9)^2 is proved up to 3.8 by Tsypkin's criterion for
+# nonlinearities that ascend, as steeply as they like, and by Jury and Lee's for slopes of at most k
+def beside_each_other(one, k):
+    ends = (0, math.inf) if one == "rising" else (-math.inf, k)
+    family = NonlinearityClass(sector=Sector(0, k), slope=SlopeBounds(*ends))
+    plant = MultivariablePlant(
+        [[0, 1, 0], [F(-81, 100), F(9, 5), 0], [0, 0, F(1, 2)]],
+        [[0, 0], [0, F(3, 70)], [1, 0]],
+        [[0, 0, F(1, 9)], [0, F(7, 3), 0]],
+        [[0, 0], [0, 0]],
+        dt=1,
+    )
+    return certify(plant, [family] * 2, ways=ProofOptions(criterion="coupled-windows")).shown
+
+
+@pytest.fixture(scope="module")
+def rising():
+    return beside_each_other("rising", F("3.799"))
+
+
+@pytest.mark.parametrize("one", ["rising", "falling"])
+def test_tsypkins_and_the_jury_lee_criterion_beside_another_loop(one, rising):
+    certificate = accepted_by_both(rising if one == "rising" else beside_each_other(one, F("3.799")))
+    assert one in {each["kind"] for each in certificate["multiplier"]["forms"]}
+    assert beside_each_other(one, F("3.801")) is None
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("laws", "channels", 1, "slope"), ["-1/100", "inf"]),
+        (("laws", "channels", 1, "slope"), None),
+        (("laws", "channels", 1, "sector"), ["0", "4"]),
+        (("laws", "channels", 1, "time_varying"), True),
+        (("multiplier", "forms", 3, "kind"), "falling"),
+        (("multiplier", "forms", 3, "kind"), "odd rising"),
+        (("multiplier", "forms", 3, "kind"), "monotone"),
+        (("multiplier", "forms", 3, "channels"), [1]),
+        (("multiplier", "forms", 3), lambda one: {**one, "channels": [2, 2]}),
+        (("multiplier", "forms", 3, "rows", 0, 0), "0"),
+    ],
+)
+def test_a_form_of_one_side_that_was_tampered_with_is_rejected_by_both(rising, path, value):
+    assert [one["channels"] for one in rising.certificate["multiplier"]["forms"]] == [[1], [1], [2], [2]]
+    assert_both_reject(edited(rising.certificate, *path, value=value))
 
 
 def negated(text):
@@ -230,7 +278,8 @@ def test_the_gain_of_the_network_is_certified(one, theorem, gamma):
 
 
 def classes_of(kind, *, same):
-    entry = {"sector": ["0", "2"], "slope": ["0", "2"], "odd": kind == "odd", "time_varying": False, "linear": False}
+    slope = ["0", "inf"] if "rising" in kind else ["-inf", "2"] if "falling" in kind else ["0", "2"]
+    entry = {"sector": ["0", "2"], "slope": slope, "odd": "odd" in kind, "time_varying": False, "linear": False}
     return {"channels": [entry | ({"relu": True} if kind == "relu" else {})] * 2, "repeated": same}
 
 
@@ -255,6 +304,11 @@ def member(rng, kind):
     """A random nonlinearity with slopes in [0, 2], phi(0) = 0, as a function of integers."""
     if kind == "relu":
         return lambda x: 2 * max(x, 0)
+    if "rising" in kind or "falling" in kind:  # 0 <= p(x)/x <= 2, and p ascends as steeply as this lets it
+        sides = [[max(rng.randint(0, 2 * n) for _ in range(2)) * (rng.random() < 0.5) for n in range(40)] for _ in "ab"]
+        up, down = ([max(side[: n + 1]) for n in range(40)] for side in (sides if "odd" not in kind else sides[:1] * 2))
+        p = lambda x: up[x] if x >= 0 else -down[-x]
+        return p if "rising" in kind else lambda x: 2 * x - p(x)
     steps = [rng.choice((0, 0, 1, 2, 2)) for _ in range(40)]
     other = steps if kind == "odd" else [rng.choice((0, 0, 1, 2, 2)) for _ in range(40)]
     return lambda x: sum(steps[:x]) if x > 0 else -sum(other[:-x])
@@ -291,13 +345,16 @@ def least_value(kind, *, samples, summed, members=None, twice=True, difference=F
     return least
 
 
-@pytest.mark.parametrize("kind", ["relu", "monotone", "odd", "sector"])
+SIDED = ["rising", "odd rising", "falling", "odd falling"]
+
+
+@pytest.mark.parametrize("kind", ["relu", "monotone", "odd", "sector", *SIDED])
 @pytest.mark.parametrize("samples", [1, 2])
 def test_no_member_makes_a_form_negative(kind, samples):
     assert least_value(kind, samples=samples, summed=False) == 0
 
 
-@pytest.mark.parametrize("kind", ["monotone", "odd", "sector"])
+@pytest.mark.parametrize("kind", ["monotone", "odd", "sector", *SIDED])
 def test_no_member_makes_a_form_negative_over_all_time(kind):
     assert least_value(kind, samples=2, summed=True) == 0
 
@@ -309,6 +366,12 @@ def test_no_member_makes_a_form_negative_over_all_time(kind):
     [
         {"kind": "relu", "members": "monotone"},
         {"kind": "odd", "members": "monotone"},
+        {"kind": "monotone", "members": "rising"},
+        {"kind": "monotone", "members": "falling"},
+        {"kind": "rising", "members": "falling"},
+        {"kind": "falling", "members": "rising"},
+        {"kind": "odd rising", "members": "rising"},
+        {"kind": "odd falling", "members": "falling"},
         {"kind": "monotone", "twice": False},
         {"kind": "monotone", "difference": True},
         {"kind": "relu", "difference": True},
@@ -331,8 +394,9 @@ def test_both_checkers_read_the_same_forms():
     system = {"kind": "multivariable", "time": "discrete"}
     system |= {name: [["0", "0"], ["0", "0"]] for name in "ABCD"}
     for trial in range(160):
-        kind, summed, same = rng.choice(("relu", "monotone", "odd", "sector")), rng.random() < 0.5, rng.random() < 0.8
-        given, samples = classes_of(kind, same=same), rng.choice((1, 2))
+        kind, summed, same = rng.choice(("relu", "monotone", "odd", *SIDED)), rng.random() < 0.5, rng.random() < 0.8
+        other = rng.choice((kind, kind, *SIDED)) if kind in SIDED else kind
+        given, samples = classes_of(other, same=same), rng.choice((1, 2))
         rows = random_form(rng, kind, samples, summed=summed)
         if trial % 2:
             i = rng.randrange(len(rows))

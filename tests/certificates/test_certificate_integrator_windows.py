@@ -1,5 +1,6 @@
 """Forms of several samples beside a pole at z = 1: loops with known answers, and what both checkers reject."""
 
+import math
 import random
 from fractions import Fraction as F
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 from tampering import assert_both_reject, edited
 
-from lure import NonlinearityClass, as_plant
+from lure import NonlinearityClass, Sector, SlopeBounds, as_plant
 from lure.analysis import certify, max_sector, max_slope
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import within
@@ -185,6 +186,21 @@ def test_a_multiplier_that_does_not_see_the_sign_of_the_residue_is_rejected(circ
     with pytest.raises(Rejected, match="V > 0 fails at an equilibrium"):
         check(certificate)
     assert_both_reject(certificate)
+
+
+# Tsypkin's criterion ends at 2.98764 for SLOW alone, more taps go farther; of forms of v V > 0 at rest says nothing
+def test_functions_that_ascend_have_taps_and_others_have_none():
+    plant = beside(SLOW, SLOW)
+    for slope, shown in (((0, math.inf), True), ((-math.inf, F("3.6")), False)):
+        one = NonlinearityClass(sector=Sector(0, F("3.6")), slope=SlopeBounds(*slope))
+        found = by_windows(plant, Diagonal((one,) * 2))
+        assert (found is not None) is shown
+        if found is not None:
+            certificate = twice_accepted(found)
+            kinds = [one["kind"] for one in certificate["multiplier"]["forms"]]
+            assert kinds == ["sector", "rising", "sector", "rising"]
+            low = edited(certificate, "laws", "channels", 0, "slope", value=["-1/10", "inf"])
+            assert_both_reject(low)
 
 
 def test_eigenvalues_are_divided_out():

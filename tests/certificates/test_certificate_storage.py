@@ -5,6 +5,7 @@ import json
 from fractions import Fraction
 from functools import cache
 from importlib import resources
+from itertools import pairwise
 
 import control
 import jsonschema
@@ -306,3 +307,103 @@ def test_an_integrator_beside_functions_and_a_stop_is_left_open():
     shape = stored(["-1", "0"], ["1/2", "1/2"], [["0"], ["0", "1"]])
     complete_and_check(draft(two, [channel("stop"), channel("stop")], **shape))
     assert_both_reject({**certificate("both"), **draft(two, [channel("stop"), channel("")], **shape)})
+
+
+# 1/(s + 1)^3 with s = 10 (z - 1): constant gains are stable up to 5.49820, where (10 (z - 1) + 1)^3 = -k has |z| = 1,
+# and the circle criterion ends at 3.45454 for play and stop
+SAMPLED = as_plant([["1/((10*(z - 1) + 1)^3)"]], dt=1)
+LIMIT = 5.498204
+
+
+@pytest.fixture(scope="module")
+def sampled():
+    return max_sector(SAMPLED, [STOP])
+
+
+def test_a_stop_in_discrete_time_is_proved_as_far_as_gains_are_stable(sampled):
+    z = np.roots([1000, -2700, 2430, -729 + LIMIT])
+    assert np.abs(z).max() == pytest.approx(1, abs=1e-6)
+    assert LIMIT * (1 - 1e-4) < sampled.largest.low < LIMIT
+    certificate = json.loads(json.dumps(dict(sampled.proof.certificate)))
+    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    assert certificate["theorem"] == "storage-circle"
+    assert certificate["conclusion"] == CONVERGES
+    assert recheck(certificate).accepted
+
+
+def test_a_stop_beside_a_function_in_discrete_time():
+    pair = as_plant([["1/((10*(z - 1) + 1)^3)", "0"], ["0", "1/((10*(z - 1) + 1)^3)"]], dt=1)
+    found = max_sector(pair, [STOP, NonlinearityClass.slope_restricted(0, 1)])
+    assert LIMIT * (1 - 1e-4) < found.largest.low < LIMIT < found.refuted_at * (1 + 1e-6)
+    assert recheck(dict(found.proof.certificate)).accepted
+
+
+@pytest.mark.parametrize("kind", ["play", "stop"])
+def test_random_operators_store_what_the_theorem_says_in_samples(kind):
+    rng, broken = np.random.default_rng(20261127), 0
+    for _ in range(40):
+        k, r = rng.uniform(0.2, 3), rng.uniform(0.1, 2)
+        sigma, p = rng.normal(scale=2, size=60), rng.normal()
+        p = np.clip(p, sigma[0] - r, sigma[0] + r)
+        phi = k * (p if kind == "play" else sigma[0] - p)
+        for before, after in pairwise(sigma):
+            p = np.clip(p, after - r, after + r)
+            moved = k * (p if kind == "play" else after - p)
+            stored = (moved**2 - phi**2 + (moved - phi) ** 2) / (2 * k)
+            supplied = after * (moved - phi) if kind == "play" else moved * (after - before)
+            assert supplied > stored - 1e-12
+            other = (
+                before * (moved - phi) if kind == "play" else phi * (after - before)
+            )  # the sample before is not enough
+            broken += other < (moved**2 - phi**2) / (2 * k) - 1e-9
+            phi = moved
+    assert broken > 50
+
+
+def test_what_is_stored_falls_along_every_solution(sampled):
+    """``V = y'P y + S phi^2 + |theta|/u phi^2 + 2 theta phi sigma`` of the certificate, for members of every width."""
+    proof, rng = sampled.proof.certificate, np.random.default_rng(7)
+    A, B, C = (np.array([[float(Fraction(v)) for v in row] for row in proof["system"][name]]) for name in "ABC")
+    half, unit = [[float(int(v)) for v in row] for row in proof["proof"]["P"]], 2.0 ** -proof["proof"]["exponent"]
+    P = unit * np.array([[half[max(i, j)][min(i, j)] for j in range(3)] for i in range(3)])
+    (theta,), u = map(float, map(Fraction, proof["multiplier"]["theta"])), sampled.largest.low
+    assert theta < 0
+    for k, r in zip(rng.uniform(0.1, 1, 12) * u, 10 ** rng.uniform(-2, 1, 12), strict=True):
+        x, p, values = rng.normal(size=3), 0.0, list[float]()
+        for _ in range(300):
+            sigma = float((C @ x)[0])
+            p = float(np.clip(p, sigma - r, sigma + r))
+            phi = k * (sigma - p)
+            after = A @ x - B[:, 0] * phi
+            y = after - x  # H(1) = 1
+            values.append(y @ P @ y + theta * phi**2 + abs(theta) / u * phi**2 + 2 * theta * phi * sigma)
+            values[-1] += (1 / k - 1 / u) * abs(theta) * phi**2  # of the slope of the member
+            x = after
+        assert max(np.diff(values)) < 1e-9 * max(map(abs, values))
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("laws", "channels", 0, "memory"), "play"),
+        (("laws", "channels", 0), lambda one: {key: value for key, value in one.items() if key != "memory"}),
+        (("laws", "channels", 0, "slope"), ["0", "11/2"]),
+        (("multiplier", "theta", 0), lambda v: str(-Fraction(v))),
+        (("multiplier", "theta", 0), "0"),
+        (("multiplier", "lambda", 0), lambda v: str(-Fraction(v))),
+        (("proof", "P", 0, 0), lambda v: str(-int(v))),
+        (("proof", "exponent"), lambda v: v + 1),
+        (("system", "time"), "continuous"),
+        (("system", "A", 2, 2), lambda v: str(Fraction(v) + Fraction(1, 50))),
+        (("system", "D"), [["1/10"]]),
+        (("system", "A"), [["0", "1", "0"], ["0", "0", "1"], ["1", "-3", "3"]]),  # z = 1
+    ],
+)
+def test_neither_accepts_what_was_changed_in_discrete_time(sampled, path, value):
+    assert_both_reject(edited(sampled.proof.certificate, *path, value=value))
+
+
+def test_an_eigenvalue_1_and_a_gain_beside_storage_are_left_open():
+    found = max_sector(as_plant([["1/((z - 1)*(2*z - 1))"]], dt=1), [STOP], criterion="storage-circle")
+    assert found.proof is None
+    assert "eigenvalue 1" in found.reason

@@ -6,7 +6,8 @@ with this ``phi``, and ``u = phi'``,
 .. math:: \dot v = A v - A^{-1} B u + B_w w, \quad \dot\sigma = C \dot v - (D - C A^{-1} B) u, \quad \eta = C v,
     \quad z = C_z v + D_{zw} w
 
-where ``H(0) = 0`` from ``mu`` to ``z``.  ``V = y'P y`` and what ``sum theta_i u_i eta_i`` stores in ``phi``.
+where ``H(0) = 0`` from ``mu`` to ``z``.  ``V = y'P y`` and what ``sum theta_i u_i eta_i`` stores in ``phi``.  In
+discrete time ``y = (A - 1) x - B phi``, ``v+ = A v - (A - 1)^{-1} B u`` and ``u = phi+ - phi``.
 """
 
 from __future__ import annotations
@@ -108,7 +109,7 @@ def require_storage(document: Document, asked: Asked) -> None:
     NotShown
         A hypothesis fails, or a matrix is not shown to be positive definite.
     """
-    require(remembering(asked) and not asked.discrete, "storage functions are those of memory in continuous time")
+    require(remembering(asked), "storage functions are those of memory")
     given, proof = record(document.multiplier, "lambda", "theta"), record(document.proof, "method", "P", "exponent")
     require(proof["method"] == "matrix", "the method does not fit the theorem")
     weights, theta, m, n = numbers(given["lambda"]), numbers(given["theta"]), asked.D.nrows(), asked.A.nrows()
@@ -120,11 +121,13 @@ def require_storage(document: Document, asked: Asked) -> None:
     bounded = all(one.memory is not None and one.memory[0] == "stop" for one in free)
     one_function = any(one.memory is None and not one.operator for one in asked.nonlinearities)
     require(bounded or not one_function, "solutions are not shown to be bounded")
-    if asked.A.det() == 0:
-        require(not one_function, "an eigenvalue 0 beside functions and memory")
+    T = asked.A - diagonal([Fraction(int(asked.discrete))] * n)
+    if T.det() == 0:
+        require(not (one_function or asked.discrete), "an eigenvalue 0 beside functions and memory, or an eigenvalue 1")
         _require_moved_by_stops(asked, moved, weights, (theta, steep), proof)
         return
-    back = asked.A.inv()
+    require(not (asked.discrete and out), "in discrete time there are no storage functions beside a gain")
+    back = T.inv()
     still = asked.D - asked.C * back * asked.B
     functions, through = _chosen(m, [i for i in range(m) if i not in out]), _chosen(m, out)
     turn = diagonal(theta)
@@ -132,7 +135,7 @@ def require_storage(document: Document, asked: Asked) -> None:
     require(bool(S.transpose() == S), "Theta H(0) is not symmetric")
     # in v = A^-1 y, u = phi' and w
     states, inputs = _unit_rows(n + m, 0, n), _unit_rows(n + m, n, m)
-    rate = asked.A * states + (asked.B * through - back * asked.B * functions) * inputs
+    rate = T * states + (asked.B * through - back * asked.B * functions) * inputs
     eta = asked.C * states
     sigma = functions * (asked.C * rate - still * functions * inputs)
     z = through * (eta + asked.D * through * inputs)
@@ -142,8 +145,13 @@ def require_storage(document: Document, asked: Asked) -> None:
     products = (u - low * sigma).transpose() * share * functions * (high * sigma - u)
     gain = z.transpose() * share * high * high * z - w.transpose() * share * w
     stored = u.transpose() * turn * eta
-    Q = asked.A.transpose() * _read_matrix(proof, n) * asked.A
-    half = states.transpose() * Q * rate + products + gain + stored
+    Q = T.transpose() * _read_matrix(proof, n) * T
+    change = states.transpose() * Q * rate
+    if asked.discrete:
+        after = asked.A * states - back * asked.B * u
+        change = (after.transpose() * Q * after - states.transpose() * Q * states) / 2
+        stored = _stored_in_samples(u, (eta, asked.C * after), (turn, S), steep)
+    half = change + products + gain + stored
     falls = -(half + half.transpose())
     kept = [i for i in range(m) if theta[i]]
     negative = diagonal([min(t, Fraction(0)) for t in theta])
@@ -152,6 +160,22 @@ def require_storage(document: Document, asked: Asked) -> None:
     corner += diagonal([abs(t) / k for t, k in zip(theta, steep, strict=True)])
     V = _without(joined(Q, edge.transpose(), corner), [n + i for i in range(m) if i not in kept])
     _require_definite(V, falls)
+
+
+def _stored_in_samples(
+    u: fmpq_mat, eta: tuple[fmpq_mat, fmpq_mat], turned: tuple[fmpq_mat, fmpq_mat], steep: list[Fraction]
+) -> fmpq_mat:
+    """Half of what is at least the difference of what is stored, ``u`` being ``phi+ - phi``.
+
+    ``2 theta u sigma+ >= theta ((phi^2)+ - phi^2 + u^2)/k`` for ``theta > 0``, else ``2 theta u sigma - 2 theta ((phi
+    sigma)+ - phi sigma) >= |theta| (the same)``; with ``eta = sigma + H(1) phi`` of these samples ``2 u'S phi`` is
+    ``(phi'S phi)+ - phi'S phi - u'S u``, and what is above that for the next sample ``2 u_i (S u)_i``.
+    """
+    (turn, S), m = turned, u.nrows()
+    up = diagonal([Fraction(int(turn[i, i] > 0)) for i in range(m)])
+    lost = diagonal([abs(Fraction(int(turn[i, i].p), int(turn[i, i].q))) / k for i, k in enumerate(steep)])
+    rest = turn * eta[0] + up * turn * (eta[1] - eta[0])
+    return u.transpose() * (rest + (S / 2 - up * S) * u - lost / 2 * u)
 
 
 def _require_moved_by_stops(

@@ -49,6 +49,7 @@ from lure.analysis.certificates.second.zero import leading, null_space, require_
 
 Bounds = tuple[Fraction, Fraction]
 MOST_SAMPLES = 100
+_ONE_SIDED = ("rising", "odd rising", "falling", "odd falling")
 
 
 @dataclass(frozen=True)
@@ -89,14 +90,16 @@ def read_forms(value: object, asked: Asked, samples: int, *, over_time: bool, ra
     NotShown
         A form is not nonnegative for every nonlinearity of the class.
     """
-    m, found, taken = asked.D.nrows(), list[Form](), list[int]()
+    m, found, taken, alone = asked.D.nrows(), list[Form](), list[int](), list[int]()
     sloped = dict[int, Bounds]()
     for one in map(mapping, listed(value)):
         given = record(one, "kind", "channels", "rows")
         channels = [count(i, least=1) - 1 for i in listed(given["channels"])]
         require(bool(channels) and max(channels) < m, "a form is about no channel, or one that there is not")
-        taken += channels
-        require(len(set(taken)) == len(taken), "a channel stands twice in the forms")
+        once = [i for i in channels if given["kind"] not in ("sector", *_ONE_SIDED)]
+        clash = {*once} & {*taken, *alone} or {*channels} & {*alone}
+        require(len(set(channels)) == len(channels) and not clash, "a channel stands twice in the forms")
+        taken, alone = [*taken, *channels], [*alone, *once]
         require(not any(asked.nonlinearities[i].operator for i in channels), "a form is about an operator")
         own, size = [asked.nonlinearities[i] for i in channels], samples * len(channels)
         if given["kind"] == "relu":
@@ -112,23 +115,42 @@ def read_forms(value: object, asked: Asked, samples: int, *, over_time: bool, ra
                     off and all(rows[i][i] >= 0 for i in range(size)), "the form of a sector is not diagonal, or < 0"
                 )
             else:
-                require(given["kind"] in ("monotone", "odd"), "the kind of a form is unknown")
+                kind = str(given["kind"]).removeprefix("odd ")
+                require(given["kind"] in ("monotone", "odd", *_ONE_SIDED), "the kind of a form is unknown")
                 require(len({asked.repeated[i] for i in channels}) == 1, "a form couples different nonlinearities")
-                require(given["kind"] == "monotone" or own[0].odd, "a form is for odd nonlinearities")
+                odd = str(given["kind"]).startswith("odd")
+                require(own[0].odd or not odd, "a form is for odd nonlinearities")
                 require(not own[0].time_varying, "the nonlinearities depend on time")
-                low, high = own[0].slope or (None, None)
-                if not (isinstance(low, Fraction) and isinstance(high, Fraction)):
-                    raise NotShown("a channel has no finite slope bounds")
-                sloped |= dict.fromkeys(channels, (low, high))
+                if kind in ("rising", "falling"):
+                    for i in channels:
+                        _require_side(asked, i, rising=kind == "rising")
+                else:
+                    low, high = own[0].slope or (None, None)
+                    if not (isinstance(low, Fraction) and isinstance(high, Fraction)):
+                        raise NotShown("a channel has no finite slope bounds")
+                    sloped |= dict.fromkeys(channels, (low, high))
                 turned = _slowed(rows, len(channels), rate)
-                _require_dominant(turned, len(channels), over_time=over_time, odd=given["kind"] == "odd", rate=rate)
+                _require_dominant(turned, len(channels), over_time=over_time, odd=odd, rate=rate)
             Q = fmpq_mat([[to_fmpq(v) for v in row] for row in rows])
             M = joined(0 * Q, Q, 0 * Q)
+            if given["kind"] in _ONE_SIDED:  # w sigma = u + v in place of the other
+                M = M if kind == "rising" else joined(0 * Q, Q.transpose(), 0 * Q)
+                square, none = Q + Q.transpose(), 0 * Q
+                M += joined(square, none, none) if kind == "rising" else joined(none, none, square)
         found.append(Form(channels, M))
     require(not any(one.rough for one in asked.nonlinearities), "the nonlinearities are locally Lipschitz")
     if len(sloped) < m:
         sloped = dict(enumerate(asked.bounds)) | sloped
     return Forms(samples, found, [sloped[i] for i in range(m)])
+
+
+def _require_side(asked: Asked, i: int, *, rising: bool) -> None:
+    """Check that ``phi - l sigma`` ascends, ``l`` the lower bound of the sector, or ``h sigma - phi``."""
+    (low, high), (least, most) = asked.bounds[i], asked.nonlinearities[i].slope or ("-inf", "inf")
+    if rising:
+        require(at_least(least, low), "a slope may be below the lower bound of its sector")
+    else:
+        require(isinstance(most, Fraction) and most <= high, "a slope may be above the upper bound of its sector")
 
 
 def _require_rectified(M: fmpq_mat, size: int) -> None:
@@ -322,9 +344,8 @@ def _require_settling(asked: Asked, A: fmpq_mat, forms: Forms, states: fmpq_mat,
     """
     require(not asked.operators, "there is an operator beside an eigenvalue 1")
     for one, (low, _) in zip(asked.nonlinearities, forms.bounds, strict=True):
-        steepest = "inf" if one.slope is None else one.slope[1]
         rising = one.slope is not None and at_least(one.slope[0], low) and not one.time_varying
-        require(rising and isinstance(steepest, Fraction), "an eigenvalue 1, and no slope bounds")
+        require(rising, "an eigenvalue 1, and no lower bound of a slope")
     unit = diagonal([Fraction(1)] * A.nrows())
     left = null_space((A - unit).transpose()).transpose()
     require(left.nrows() == states.ncols(), "there are more equilibria than those stated")
@@ -337,6 +358,8 @@ def _require_settling(asked: Asked, A: fmpq_mat, forms: Forms, states: fmpq_mat,
         rows = [to_fmpq(forms.bounds[i][1] - forms.bounds[i][0]) * cut(seen, i, 1) for i in each.channels]
         v = _rows(rows * forms.samples)
         p = v.nrows()
+        squares = (each.M[p + i, p + j] for i in range(p) for j in range(p))
+        require(all(one == 0 for one in squares), "a form has products of v, beside an eigenvalue 1")
         moves += v.transpose() * fmpq_mat([[each.M[i, p + j] for j in range(p)] for i in range(p)]) * v
     signs = (moves + moves.transpose()).charpoly().coeffs()  # all roots are real
     require(all(c * (-1) ** (r - i) > 0 for i, c in enumerate(signs)), "the forms do not move every equilibrium")
