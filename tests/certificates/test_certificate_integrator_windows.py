@@ -1,5 +1,6 @@
 """Forms of several samples beside a pole at z = 1: loops with known answers, and what both checkers reject."""
 
+import json
 import math
 import random
 from fractions import Fraction as F
@@ -14,7 +15,7 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import within
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.questions.channel_proofs import Criterion, proved_whole
+from lure.analysis.questions.channel_proofs import Criterion, proved_whole, searches
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import TABLE
 from lure.classes import Diagonal
@@ -45,9 +46,13 @@ def scaled(plant, ratio):
     return MultivariablePlant(*(side.tolist() for side in (A, B / by, C * by[:, None], D)), dt=1)
 
 
+WINDOWS = Criterion("coupled-windows", next(row for row in TABLE if "coupled-windows" in row.channels))
+
+
 def by_windows(plant, classes):
-    row = next(row for row in TABLE if "coupled-windows" in row.channels)
-    return proved_whole(Problem(plant=plant, classes=classes, kind="class"), Criterion("coupled-windows", row))
+    if not isinstance(plant, MultivariablePlant):
+        plant = MultivariablePlant.of_one_channel(plant)
+    return proved_whole(Problem(plant=plant, classes=classes, kind="class"), WINDOWS)
 
 
 def twice_accepted(shown):
@@ -185,6 +190,32 @@ def test_a_multiplier_that_does_not_see_the_sign_of_the_residue_is_rejected(circ
     }
     with pytest.raises(Rejected, match="V > 0 fails at an equilibrium"):
         check(certificate)
+    assert_both_reject(certificate)
+
+
+# Forms summed over time are proposed with P of either sign, for loops that are unstable and functions that fall, too
+@pytest.mark.parametrize(
+    ("other", "second", "failure"),
+    [
+        ("1/(z - 2)", NonlinearityClass.slope_restricted(0, F(1, 10)), "the loop with the least slopes is not stable"),
+        ("1/(z - 1/2)", NonlinearityClass(sector=Sector(0, F(1, 10))), "channel 2 has no lower bound of its slope"),
+    ],
+)
+def test_what_else_the_summed_forms_need(other, second, failure):
+    asked = Problem(
+        plant=beside(SLOW, other),
+        classes=Diagonal((NonlinearityClass.slope_restricted(0, F(1, 10)), second)),
+        kind="class",
+    )
+    search = next(searches(asked, WINDOWS))
+    one = next(search.proposals([F(1, 10)] * 2, [F(0)] * 2))
+    certificate = {
+        **dict(by_windows(beside(SLOW), Diagonal((NonlinearityClass.slope_restricted(0, 1),))).certificate),
+        **{"system": dict(asked.system), "laws": dict(asked.class_entry)},
+        **{"multiplier": one.multiplier, "proof": one.proof},
+    }
+    with pytest.raises(Rejected, match=failure):
+        check(json.loads(json.dumps(certificate)), draft=True)
     assert_both_reject(certificate)
 
 

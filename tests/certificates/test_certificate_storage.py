@@ -331,6 +331,14 @@ def test_a_stop_in_discrete_time_is_proved_as_far_as_gains_are_stable(sampled):
     assert recheck(certificate).accepted
 
 
+def test_a_play_in_discrete_time_has_a_little_more_than_the_circle_criterion():
+    found = max_sector(as_plant([["1/((100*(z - 1) + 1)^3)"]], dt=1), [PLAY])  # 3.93665 by the circle criterion
+    assert found.criterion == "storage-circle"
+    assert found.largest.low == pytest.approx(3.9403, abs=1e-4)
+    assert Fraction(found.proof.certificate["multiplier"]["theta"][0]) > 0
+    assert recheck(dict(found.proof.certificate)).accepted
+
+
 def test_a_stop_beside_a_function_in_discrete_time():
     pair = as_plant([["1/((10*(z - 1) + 1)^3)", "0"], ["0", "1/((10*(z - 1) + 1)^3)"]], dt=1)
     found = max_sector(pair, [STOP, NonlinearityClass.slope_restricted(0, 1)])
