@@ -373,8 +373,9 @@ def on_box(
         B = H.block([low + (high - low) * Fraction(i, d or 1) for (low, high), i, d in zip(box, node, degrees)], wait)
         found, full, same, _ = shows(B)
         need(same == critical, "the loop has a pole at 0 for some of the parameters only")
+        known = (0, wait) if H.delay else (0,)
+        need(all(tau in known for tau, _ in found), "kernels that are delays are not used with parameters")
         if H.delay:
-            need(all(tau in (0, wait) for tau, _ in found), "kernels that are delays are not used with parameters")
             sides = found.part(), found.part(0, wait), found.part(1, wait)
             late[node] = [[*side, *[ZERO] * (full + 1 - len(side))] for side in sides]
         F[node], apart[node] = [found.part()], [(c.conjugate() * lowest(B, l)).part()]

@@ -59,10 +59,11 @@ class Look:
         yield from islice(self.family.corners, MOST_CORNERS)
 
     def _sides(self, omega: Reals) -> Sides:
-        """``n_e`` and ``d_e`` of each term on the axis."""
+        """``n_e`` and ``d_e`` of each term on the axis, all over the largest coefficient."""
         s = 1j * omega
         z = s if self.family.dt is None else (1 + s) / (1 - s)
-        top, bottom = ([np.polyval([float(c) for c in term[i]], z) for term in self.family.terms] for i in (1, 2))
+        unit = max(abs(c) for term in self.family.terms for side in term[1:] for c in side)
+        top, bottom = ([np.polyval([float(c / unit) for c in one[i]], z) for one in self.family.terms] for i in (1, 2))
         return np.asarray(top, dtype=complex), np.asarray(bottom, dtype=complex)
 
     def _at(self, nodes: Reals, sides: Sides) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:

@@ -39,6 +39,7 @@ _SHAPES, _SEED = 16, 20261123  # of constant gains at which plants are compared
 _STEPS = (1e-4, 1e-3, 1e-2, 0.1)
 _FACTORS = (1e-4, 1e-3, 1e-2, 0.1, 0.5)
 _LARGE = (1.0, 1e-2, 1e-3, 1e-4, 3e-5, 1e-5, 3e-6)  # of the largest factor
+_AXIS = 1e-12  # relative: as far from it an eigenvalue may be one of 0, rounded
 _NEAR = 1e-4  # relative: to which the worst plant's factor is found
 
 
@@ -480,9 +481,10 @@ def _spread(shapes: Reals) -> Reals:
 
 
 def _norm(A: Reals, B: Reals, C: Reals, D: Reals, discrete: bool) -> float:  # noqa: FBT001
-    """About the largest gain over the frequencies; infinite for an unstable loop."""
+    """About the largest gain over the frequencies; infinite for a loop that is unstable, or nearly so."""
     poles = np.linalg.eigvals(A).astype(complex)
-    if (np.abs(poles).max() >= 1) if discrete else (poles.real.max() >= 0):
+    slowest = np.abs(poles).max() - 1 if discrete else poles.real.max()
+    if slowest > -_AXIS * max(float(np.abs(poles).max()), 1e-300):
         return math.inf
     size = np.abs(poles)[np.abs(poles) > 0] if poles.any() else np.ones(1)
     points = np.concatenate([np.geomspace(size.min() / 30, size.max() * 30, 120), np.abs(poles.imag), [0.0]])

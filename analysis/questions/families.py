@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from itertools import islice
 from random import Random
 from typing import Any, Protocol, TypeVar
@@ -233,12 +233,15 @@ class Search:
         Whether it may use that the nonlinearities are odd.
     most : int
         How many boxes the box may be cut into.
+    worst : tuple of Fraction or None
+        A plant whose multiplier is tried on all boxes, of criteria whose multipliers cost much.
     """
 
     family: PlantFamily
     row: Theorem
     odd: bool = False
     most: int = MOST_BOXES
+    worst: Point | None = None
     exact: bool = field(default=False, init=False)
 
     @cached_property
@@ -270,6 +273,10 @@ class Search:
         given = next(iter(multipliers(plant, answer, upper)), None)
         if answer.verdict is not Verdict.PROVED or given is None or "mirrored" in given:
             raise Short(point, self.family.words(point))
+        if any("delay" in one for one in given.get("kernels", ())):
+            raise AssumptionError(
+                f"with {self.family.words(point)} it takes kernels that are delays, for one plant only"
+            )
         return given
 
     def serves(self, laws: Mapping[str, Any], ends: tuple[Fraction, Upper], box: Box) -> bool:
@@ -339,15 +346,25 @@ class Search:
                 return False
             return True
 
+        lead = None if self.worst is None else self.decided(self.worst, lower, upper)
+
         def made(box: Box, known: Mapping[str, Any] | None) -> Tree:
             """The boxes for one."""
             count[0] += 1
             if count[0] > self.most:
                 raise too_many(self.family, box, self.most)
-            if known is not None and holds(box, known):
-                return Leaf(box, known)
-            own = self.decided(tuple((low + high) / 2 for low, high in box), lower, upper)
-            if own != known and holds(box, own):
+            given = [one for one in (known, lead if lead != known else None) if one is not None]
+            for one in given:
+                if holds(box, one):
+                    return Leaf(box, one)
+            middle = tuple((low + high) / 2 for low, high in box)
+            if lead is not None and box != self.family.box:  # a smaller box is enough, and cheaper than a multiplier
+                alone = tuple((v, v) for v in middle)
+                serves = next((one for one in given if look.passes(alone, one)), None)
+                if serves is not None:
+                    return cut(box, look.widest(box), partial(made, known=serves))
+            own = self.decided(middle, lower, upper)
+            if own not in given and holds(box, own):
                 return Leaf(box, own)
             return cut(box, look.widest(box), partial(made, known=own))
 
@@ -479,10 +496,15 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
 
     if family.order_changes:
         _ = Search(family, row, odd).tree(laws("finite")[1], lower, "finite")  # says so
-    worst, top = least(family, reach, looks=len(family.box) * 4 + 2 if row.stage else MOST_LOOKS)
+    costly = row.stage > 0 and not family.delay
+    if costly:  # what is worst for a cheap criterion, and if that is not all Short says where more is to be seen
+        top, worst = min((reach(family.at(point)), point) for point in (_cheaply_worst(family, lower), family.middle))
+    else:
+        worst, top = least(family, reach, looks=len(family.box) * 4 + 2 if row.stage else MOST_LOOKS)
     if top <= lower:
         raise AssumptionError(f"with {family.words(worst)} the criterion proves nothing")
-    search, kept, reason = Search(family, row, odd), list[tuple[Upper, Tree]](), ""
+    search = Search(family, row, odd, worst=worst if costly else None)
+    kept, reason = list[tuple[Upper, Tree]](), ""
 
     def tries(upper: Upper) -> bool:
         """Whether a class is shown, which is then kept."""
@@ -490,7 +512,9 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
         try:
             kept.append((upper, search.tree(laws(upper)[1], lower, upper, kept[-1][1] if kept else None)))
         except Short as short:
-            top, reason = min(top, reach(family.at(short.point))), str(short)
+            there, reason = reach(family.at(short.point)), str(short)
+            if there < top:
+                top, search.worst = there, short.point if costly else None
         except AssumptionError as refusal:
             reason = str(refusal)
         else:
@@ -529,6 +553,18 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
         search_limited=tried,
         shown=shown,
     )
+
+
+@lru_cache(maxsize=16)
+def _cheaply_worst(family: PlantFamily, lower: Fraction) -> Point:
+    """The plant for which the circle criterion, or Popov's, goes least far."""
+    row = next(row for row in TABLE if row.name == ("popov" if family.dt is None else "circle"))
+
+    def reach(plant: RationalPlant | DelayPlant) -> float:
+        found = guarded("the worst plant", lambda: row.answer(plant, lower=lower, odd=False), passing=(TimeoutError,))
+        return found.largest.low if isinstance(found, CriterionResult) else math.inf
+
+    return least(family, reach)[0]
 
 
 def _below(lower: Fraction, top: float, share: Fraction) -> Fraction:

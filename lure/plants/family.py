@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from math import prod
+from math import gcd, lcm, prod
 from typing import Literal
 
 from lure.errors import InputError
@@ -35,6 +35,7 @@ from lure.plants.text import Element, descending, parsed_quotient, step_of_formu
 from lure.record import Record, quantity
 
 MOST_ORDER = 40
+_LARGE = 10**60  # of coefficients, from which on they are freed of what they have in common
 _IMPROPER = "plant: it is improper; give a denominator of at least the degree of the numerator"
 Term = tuple[tuple[int, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
 
@@ -458,6 +459,10 @@ def _family(
     if not ring.parameters:
         n, d = table[()]
         return RationalPlant(n, d, dt)
+    numbers = [c for n, d in table.values() for c in (*n, *d) if c]
+    if max(map(abs, numbers), default=0) > _LARGE:  # the common denominator of many entries, to a high power
+        unit = Fraction(gcd(*(c.numerator for c in numbers)), lcm(*(c.denominator for c in numbers)))
+        table = {e: ([c / unit for c in n], [c / unit for c in d]) for e, (n, d) in table.items()}
     return PlantFamily(ring.parameters, [(e, tuple(n), tuple(d)) for e, (n, d) in table.items()], dt, delay=late)
 
 

@@ -94,6 +94,18 @@ def test_neither_accepts_a_change(proof, path, value):
     assert_both_reject(edited(proof, *path, value=value))
 
 
+# without the kernel F is that of Popov's criterion, which holds; the kernel's own part is no polynomial in omega
+def test_neither_accepts_a_kernel_that_is_a_delay():
+    kernels = [{"coefficient": "1/4", "delay": "1"}]
+    tree = {"multiplier": {"theta": "2", "kernels": kernels}}
+    sharp = draft(theorem="zames-falb", tree=tree, sector=["0", "1"], slope=["0", "1"])
+    with pytest.raises(Rejected, match="kernels that are delays"):
+        complete_and_check(sharp)
+    lagging = [{"coefficient": "1/4", "rate": "1", "order": 1, "side": "causal"}]
+    found = complete_and_check(edited(sharp, "proof", "boxes", "multiplier", "kernels", value=lagging)).certificate
+    assert_both_reject(edited(found, "proof", "boxes", "multiplier", "kernels", value=kernels))
+
+
 def test_neither_accepts_a_box_that_is_left_out_or_made_wider(proof):
     # b up to 10 keeps F > 0 by Popov's multiplier; a from 1/100 on does not with these two
     assert_both_reject(edited(edited(proof, "system", "parameters", 0, 1, value="-1/100"), "hypotheses", value={}))
