@@ -16,18 +16,12 @@ from math import comb, inf, prod
 from typing import Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
+from lure.analysis.numerics.semidefinite import Limits, in_stages, symmetric_basis
 from lure.arrays import Reals, balanced, np
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.parameters import Box
 
 _LARGEST, _SURE, _MOST, _BITS = 4e7, 1e-8, 1e5, 48
-_EACH, _MORE, _VIOLATED, _FALSE = (
-    8,
-    12,
-    1e-8,
-    1e-5,
-)  # to begin with every 8th inequality; 12 more at once, where violated
 _SLACK = 1e-8  # of the least square of a gain, in units of the plant
 
 
@@ -186,29 +180,11 @@ class BoxMatrices:
             level = 0.0 if gain is None else gain**2 / square
             limits.at_most({total - 2: 1.0}, level)
             limits.at_most({total - 2: -1.0}, -level)
-        found = self._in_stages(cost, parts, limits)
-        if found is None or (cost[-1] and not found[-1] > _SURE):
+        chosen = self.needed.setdefault(tuple(len(one) for one, _ in parts), [set() for _ in parts])
+        found = in_stages(cost, parts, limits, chosen, _SURE if cost[-1] else -inf)
+        if found is None:
             return None
         return self._restored(found, units, (functions, state), square)
-
-    def _in_stages(self, cost: Reals, parts: list[tuple[Reals, Reals]], limits: Limits) -> Reals | None:
-        """A solution with respect to few of the inequalities, and to those that it violated, until it violates none."""
-        shape = tuple(len(constant) for constant, _ in parts)
-        chosen, found = self.needed.setdefault(shape, [{*range(0, size, _EACH)} for size in shape]), None
-        while True:
-            checkpoint()
-            pairs = [(part, i) for part, own in zip(parts, chosen, strict=True) for i in sorted(own)]
-            found = proposed(cost, [Block(part[0][i], part[1][i]) for part, i in pairs], *limits.arrays())
-            if found is None or (cost[-1] and not found[-1] > _SURE):
-                return None  # more inequalities leave no more
-            more, worst = 0, 0.0
-            for (constant, slopes), own in zip(parts, chosen, strict=True):
-                least = np.linalg.eigvalsh(constant + np.tensordot(slopes, found, (1, 0)))[:, 0]
-                violated = [int(i) for i in np.argsort(least)[:_MORE] if least[i] < -_VIOLATED and int(i) not in own]
-                own.update(violated)
-                more, worst = more + len(violated), min(worst, float(least.min()))
-            if not more:
-                return found if worst > -_FALSE else None
 
     def _drifting(self, box: Box, sides: tuple[Reals, Reals], k: int, time: float) -> Reals:
         """``falls`` for the extremes of ``P'`` of parameters that change with bounded rates, in continuous time."""

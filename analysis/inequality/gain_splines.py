@@ -19,7 +19,7 @@ from typing import ClassVar, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
-from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
+from lure.analysis.numerics.semidefinite import Limits, in_stages, symmetric_basis
 from lure.arrays import NDArray, Reals, balanced, np
 
 SPLINES = {1: ((1, 1), (2, 4), (3, 16)), 2: ((1, 1), (2, 1), (2, 2)), 3: ((1, 1), (2, 1))}
@@ -61,6 +61,7 @@ class GainSplines(ChannelSearch):
     degree: int
     pieces: int
     known: dict[tuple[float, ...], _Found | None] = field(default_factory=dict, repr=False)
+    needed: dict[tuple[int, ...], list[set[int]]] = field(default_factory=dict, repr=False)
 
     precision: ClassVar[float] = 1e-4
 
@@ -119,22 +120,22 @@ class GainSplines(ChannelSearch):
             count = len(self.boxes) * (d + 2) ** p * 2**p
         if total * (count + 2 * len(self.indices)) * order**2 > _LARGEST_PROGRAMME:
             return None
-        blocks = list[Block]()
+        falls = list[Reals]()
         for box in range(len(self.boxes)):
             for local, slopes in self._falls(plant, box, starts):
-                for one in slopes:
-                    whole = np.zeros((total, order, order))
-                    np.add.at(whole, local, one)
-                    whole[-1] -= np.eye(order)
-                    blocks.append(Block(np.zeros((order, order)), whole))
-        own = plant.C[self.others]
-        for index in range(len(self.indices)):
-            whole = np.zeros((total, n, n))
-            whole[index * q : (index + 1) * q] = state
-            below = -whole
-            whole[starts[3] : starts[4]] = np.einsum("ki,kj->kij", own, own)
-            whole[-1] = -np.eye(n)
-            blocks += [Block(np.zeros((n, n)), whole), Block(np.eye(n), below)]
+                moved = np.zeros((len(slopes), total, order, order))
+                np.add.at(moved, (slice(None), local), slopes)
+                moved[:, -1] -= np.eye(order)
+                falls.append(moved)
+        own, size = plant.C[self.others], len(self.indices)
+        whole = np.zeros((size, total, n, n))
+        for index in range(size):
+            whole[index, index * q : (index + 1) * q] = state
+        below = -whole
+        whole[:, starts[3] : starts[4]] = np.einsum("ki,kj->kij", own, own)
+        whole[:, -1] = -np.eye(n)
+        parts = [(np.zeros((size, n, n)), whole), (np.tile(np.eye(n), (size, 1, 1)), below)]
+        parts.append((np.zeros((sum(map(len, falls)), order, order)), np.concatenate(falls)))
         limits = Limits(total)
         limits.at_most({total - 1: 1.0}, 1.0)
         for i in range(starts[1], starts[2]):
@@ -148,8 +149,11 @@ class GainSplines(ChannelSearch):
                 limits.at_most({least: 1.0, turn: -float(end)}, 0.0)
         cost = np.zeros(total)
         cost[-1] = 1.0
-        found = proposed(cost, blocks, *limits.arrays())
-        if found is None or found[-1] <= _SURE:
+        chosen = self.needed.setdefault(
+            tuple(len(one) for one, _ in parts), [set(range(size)), set(range(size)), set()]
+        )
+        found = in_stages(cost, parts, limits, chosen, _SURE)
+        if found is None:
             return None
         P = np.einsum("kq,qij->kij", found[: starts[1]].reshape(-1, q), state)
         P = P / units.state[:, None] / units.state[None, :]

@@ -6,9 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np
 
 _FEW, _MANY = 1e-4, 1e-8  # tolerances
+_EACH, _MORE, _VIOLATED, _FALSE = 8, 12, 1e-8, 1e-5  # to begin with every 8th inequality; 12 more where violated
 
 
 class Block(NamedTuple):
@@ -113,6 +115,46 @@ def roughly(
         (r, K) and (r,).
     """
     return _solved(cost, blocks, (rows, most), (), _FEW)
+
+
+def in_stages(
+    cost: NDArray[np.float64],
+    parts: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
+    limits: Limits,
+    chosen: Sequence[set[int]],
+    sure: float,
+) -> NDArray[np.float64] | None:
+    """As :func:`proposed`, with few of the inequalities first, and with those that a solution violates, till none is.
+
+    Parameters
+    ----------
+    cost : ndarray
+        (K,).
+    parts : sequence of (ndarray, ndarray)
+        Inequalities of one size each: constants (r, p, p), and slopes (r, K, p, p).
+    limits : Limits
+        The rows.
+    chosen : sequence of set of int
+        Which of each are to begin with besides every eighth; those that were needed are added.
+    sure : float
+        A solution of which the last unknown is no larger is none: with more inequalities it only falls.
+    """
+    for (constant, _), own in zip(parts, chosen, strict=True):
+        own.update(range(0, len(constant), _EACH))
+    while True:
+        checkpoint()
+        blocks = [Block(part[0][i], part[1][i]) for part, own in zip(parts, chosen, strict=True) for i in sorted(own)]
+        found = proposed(cost, blocks, *limits.arrays())
+        if found is None or not found[-1] > sure:
+            return None
+        more, worst = 0, 0.0
+        for (constant, slopes), own in zip(parts, chosen, strict=True):
+            least = np.linalg.eigvalsh(constant + np.tensordot(slopes, found, (1, 0)))[:, 0]
+            violated = [int(i) for i in np.argsort(least)[:_MORE] if least[i] < -_VIOLATED and int(i) not in own]
+            own.update(violated)
+            more, worst = more + len(violated), min(worst, float(least.min()))
+        if not more:
+            return found if worst > -_FALSE else None
 
 
 def _solved(
