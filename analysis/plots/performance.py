@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lure.analysis.certificates.boxes import plants
+from lure.analysis.certificates.boxes import CHANNELS, matrices, plants
 from lure.analysis.counterexamples.channel_gains import GainsAround
 from lure.analysis.plots.style import BLUE, GREY, VERMILLION, axes_or_new, finish_axes, room_below
 from lure.analysis.questions.decay import RateBound
@@ -204,8 +204,8 @@ def _rate(axes: Axes, rate: float, look: dict[str, Any], *, discrete: bool) -> N
 def _eigenvalues(certificate: Mapping[str, Any]) -> Reals:
     """The eigenvalues with gains of the class: one gain from end to end, several at random."""
     system, classes = certificate["system"], certificate["laws"]
-    if system["kind"] == "family":  # the plant in the middle of the box
-        H = plants(dict(system))
+    if system["kind"] in ("family", *CHANNELS):  # the plant in the middle of the box
+        H = plants(dict(system)) if system["kind"] == "family" else matrices(dict(system))
         system = H.at([(low + high) / 2 for low, high in H.box])
     if system["kind"] == "transfer":
         top, bottom = ([Fraction(c) for c in system[name]] for name in ("numerator", "denominator"))

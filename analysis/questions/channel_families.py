@@ -282,7 +282,7 @@ class BoxSearch:
         for point in (family.middle, *islice(family.corners, _CORNERS)):
             top = reach(point, top)
         refusal: AssumptionError | None = None
-        for share in [1 - step for step in _FACTORS] if top < LARGEST else _LARGE:
+        for share in (*(1 - step for step in _FACTORS), *_LARGE[1:]) if top < LARGEST else _LARGE:
             alpha = Fraction(double_below(Fraction(top) * Fraction(share)))
             if alpha <= max(known, least):
                 break
@@ -441,15 +441,23 @@ def refuting(asked: Problem, against: Against) -> tuple[Fraction, Refuted] | Non
 def _severe(asked: Problem) -> Iterator[Point]:
     """Plants that seem to be the worst."""
     family, seen = family_of(asked), set[Point]()
-    worst, _ = families.least(family, lambda plant: _slack(asked, plant), looks=30)
+    worst, _ = families.least(family, lambda plant: slack(asked, plant), looks=30)
     for point in (worst, family.middle, *islice(family.corners, 2)):
         if point not in seen:
             seen.add(point)
             yield point
 
 
-def _slack(asked: Problem, plant: MultivariablePlant) -> float:
-    """About the smallest factor at which constant gains destabilise; of a gain less that of linear members."""
+def slack(asked: Problem, plant: MultivariablePlant) -> float:
+    """About the smallest factor at which constant gains destabilise; of a gain less that of linear members.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    plant : MultivariablePlant
+        One plant of the box.
+    """
     own = [*(asked.classes.performance or ())]
     rest = [i for i in range(len(plant.D)) if i not in own]
     A, B, C, D = plant.doubles()

@@ -14,6 +14,7 @@ from lure.analysis.questions.answers import answer
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import DELAYS, Diagonal
 from lure.errors import InputError
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
 from lure.record import Record, quantity
 
@@ -130,7 +131,9 @@ def stability_map(
     if problem.classes.rectified:  # ReLUs of smaller slopes are others
         return None
     k1, k2 = problem.classes.upper
-    dear = isinstance(problem.plant, DelayMatrix) or any(one.rate is not None for one in problem.classes.classes)
+    dear = isinstance(problem.plant, DelayMatrix | ChannelFamily) or any(
+        one.rate is not None for one in problem.classes.classes
+    )
     along = _FEW if dear else _DIRECTIONS
     directions = [(k1 * Fraction(2 ** max(-e, 0.0)), k2 * Fraction(2 ** max(e, 0.0))) for e in along]
     rays, tell = list[Ray](), progress or (lambda _step, _done: None)

@@ -7,13 +7,17 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from itertools import islice
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.drawing import drawn
 from lure.analysis.numerics.evidence import Bracket, ends
-from lure.analysis.questions import families
+from lure.analysis.questions import channel_families, families
+from lure.analysis.questions.channel_kinds import has_channels
+from lure.analysis.questions.channel_members import members_refuting
+from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.conclusion import Certification
 from lure.analysis.questions.counterexample_search import hurwitz, linear_refutation, worst
 from lure.analysis.questions.largest import UNFINISHED, Stopped
@@ -23,10 +27,12 @@ from lure.analysis.theorems.table import BEST, Theorem, Upper, theorems_for
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import class_words, interval
 from lure.errors import InputError
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.family import Box, PlantFamily
 from lure.record import Page, Record, derived, quantity
 
-_ROUNDS = 4
+_NO_PARAMETERS = "tolerances are those of a plant with parameters; give their intervals in [plant.parameters]"
+_ROUNDS, _CORNERS = 4, 8
 MOST, CLOSE, LATE, PARTS = Fraction(32), Fraction(1, 100), 1, 48
 """How wide boxes get, in widths of the one given; how closely; the last stage of the criteria; into how many parts."""
 
@@ -47,12 +53,12 @@ class Margin(Record):
     refutation: Refuted | None = quantity("What the checker accepted of the latter", key="", label="", default=None)
     _title = "How much farther parameters may vary"
 
-    def words(self, family: PlantFamily) -> str:
+    def words(self, family: PlantFamily | ChannelFamily) -> str:
         """The margin in a sentence, in the units of the parameters.
 
         Parameters
         ----------
-        family : PlantFamily
+        family : PlantFamily or ChannelFamily
             The plants.
         """
         own = [family.names.index(name) for name in self.parameters]
@@ -67,13 +73,13 @@ class Margin(Record):
         return f"{who}: {', '.join(said) or 'nothing is shown'}"
 
 
-def _range(family: PlantFamily, j: int, box: Box, *, inwards: bool, named: bool) -> str:
+def _range(family: PlantFamily | ChannelFamily, j: int, box: Box, *, inwards: bool, named: bool) -> str:
     """An interval, rounded into itself where it is proved."""
     words = interval([str(end) for end in box[j]], inwards=inwards)
     return f"{family.names[j]} in {words}" if named else words
 
 
-def _percent(family: PlantFamily, j: int, box: Box) -> str:
+def _percent(family: PlantFamily | ChannelFamily, j: int, box: Box) -> str:
     """How much wider than given."""
     (low, high), (left, right) = family.box[j], box[j]
     more = float((right - left) / (high - low) - 1) * 100
@@ -83,7 +89,7 @@ def _percent(family: PlantFamily, j: int, box: Box) -> str:
 class Tolerances(TwoSided):
     r"""How much farther each parameter, and all, may vary about the middle of its interval, for one class."""
 
-    family: PlantFamily = quantity("The plants", key="plants")
+    family: PlantFamily | ChannelFamily = quantity("The plants", key="plants")
     verdict: Verdict = quantity("On the class for the box as it is given")
     nonlinearity_class: str = quantity("The class in words", key="class")
     margins: tuple[Margin, ...] = quantity("Of each parameter, and, where there are several, of all together the last")
@@ -145,7 +151,7 @@ def tolerances(
 
     Parameters
     ----------
-    loop : LoopSystem or PlantFamily
+    loop : LoopSystem, PlantFamily or ChannelFamily
         The plants, with the class.
     nonlinearity : object
         The class of nonlinearities, as for :func:`lure.analysis.certify`; by default that of the loop.
@@ -161,7 +167,8 @@ def tolerances(
 
     Notes
     -----
-    Zames-Falb multipliers are not asked: what is proved may be less than ``certify`` proves of the box.
+    Zames-Falb multipliers are not asked: what is proved may be less than ``certify`` proves of the box.  Of several
+    channels the circle criterion and Popov's are, and the plants that refute are looked for at corners of the boxes.
 
     Examples
     --------
@@ -173,10 +180,17 @@ def tolerances(
     >>> print([round(found.margins[0].width.low, 1), round(found.margins[0].width.high, 1)])
     [2.0, 2.0]
     """
+    if has_channels(loop, nonlinearity):
+        several = channel_problem(loop, nonlinearity)
+        if not isinstance(several.plant, ChannelFamily):
+            raise InputError(_NO_PARAMETERS)
+        if several.kind != "class":
+            raise InputError("no class of nonlinearities is given; give one for each channel, in order")
+        return _ChannelGrowth(several).answered(seconds, progress)
     given = class_given(nonlinearity)
     asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
     if not isinstance(asked.plant, PlantFamily):
-        raise InputError("tolerances are those of a plant with parameters; give their intervals in [plant.parameters]")
+        raise InputError(_NO_PARAMETERS)
     if asked.nonlinearity_class.gains[0] == -math.inf:
         raise InputError(f"the class {asked.nonlinearity_class} has no lower bound; give one")
     return _Growth(asked).answered(seconds, progress)
@@ -195,10 +209,15 @@ class _Growth:
         assert isinstance(self.asked.plant, PlantFamily), "looked at before"
         return self.asked.plant
 
+    @property
+    def plants(self) -> PlantFamily | ChannelFamily:
+        """The same, of several channels too."""
+        return self.family
+
     def box(self, own: Sequence[int], s: Fraction) -> Box:
         """The box with the intervals of some parameters ``s`` times as wide."""
         found = list[tuple[Fraction, Fraction]]()
-        for j, (low, high) in enumerate(self.family.box):
+        for j, (low, high) in enumerate(self.plants.box):
             half = (high - low) / 2 * (s if j in own else 1)
             found.append(((low + high) / 2 - half, (low + high) / 2 + half))
         return tuple(found)
@@ -211,7 +230,7 @@ class _Growth:
 
     def at(self, box: Box) -> Problem:
         """The question about another box."""
-        return replace(self.asked, plant=self.family.within(box))
+        return replace(self.asked, plant=self.plants.within(box))
 
     @property
     def rows(self) -> list[Theorem]:
@@ -282,7 +301,7 @@ class _Growth:
         proof = self._proved(own, end)
         low, high = (None if one is None else one[0] for one in (proof, against))
         return Margin(
-            parameters=tuple(self.family.names[j] for j in own),
+            parameters=tuple(self.plants.names[j] for j in own),
             width=Bracket(float(low or 0), math.inf if high is None else float(high)),
             proved=None if low is None else self.box(own, low),
             refuted=None if high is None else self.box(own, high),
@@ -334,7 +353,7 @@ class _Growth:
 
     def answered(self, seconds: float | None, progress: Callable[[str, float], None] | None) -> Tolerances:
         """The margins, one after the other."""
-        tell, names, stopped = progress or (lambda _step, _done: None), self.family.names, None
+        tell, names, stopped = progress or (lambda _step, _done: None), self.plants.names, None
         margins, verdict, reason = list[Margin](), Verdict.INCONCLUSIVE, "the time allowed is over"
         each = [(j,) for j in range(len(names))] + ([tuple(range(len(names)))] if len(names) > 1 else [])
         try:
@@ -347,7 +366,7 @@ class _Growth:
         except TimeoutError:
             stopped = "time"
         return Tolerances(
-            family=self.family,
+            family=self.plants,
             verdict=verdict,
             nonlinearity_class=class_words(self.asked.class_entry, spelled=self.asked.spelled),
             margins=tuple(margins),
@@ -362,3 +381,62 @@ class _Growth:
         found = answer(self.asked)
         assert isinstance(found, Certification), "one class is asked about"
         return found.conclusion.verdict, found.conclusion.reason
+
+
+@dataclass
+class _ChannelGrowth(_Growth):
+    """The same of several channels."""
+
+    @property
+    def plants(self) -> ChannelFamily:
+        """The plants."""
+        return channel_families.family_of(self.asked)
+
+    def most(self, own: Sequence[int]) -> Fraction:
+        """The largest width of interest."""
+        return MOST
+
+    def proved(self, box: Box) -> Proved | None:
+        """What is accepted of the classes for all plants of a box."""
+        for name in channel_families.criteria(self.asked):
+            found = guarded(name, channel_families.BoxSearch(self.at(box), name).whole, passing=(TimeoutError,))
+            if isinstance(found, Proved):
+                return found
+        return None
+
+    def likely(self, box: Box) -> bool:
+        """Whether floating point finds boxes for a criterion."""
+        checkpoint()
+        for name in channel_families.criteria(self.asked):
+            search = channel_families.BoxSearch(self.at(box), name)
+            if not isinstance(guarded(name, partial(search.tree, Fraction(1))), Failure):
+                return True
+        return False
+
+    def unstable(self, box: Box) -> bool:
+        """Whether constant gains of the classes are seen to be unstable with a plant in the middle or at a corner."""
+        checkpoint()
+        inside = self.plants.within(box)
+        points = (inside.middle, *islice(inside.corners, _CORNERS))
+        return any(channel_families.slack(self.asked, self.plants.at(point)) <= 1 for point in points)
+
+    def refuted(self, box: Box) -> Refuted | None:
+        """What is accepted against the classes, of a plant of a box."""
+        found = channel_families.refuting(self.at(box), partial(members_refuting, most=1.0))
+        return None if found is None else found[1]
+
+    def _worst_place(self, own: Sequence[int], s: Fraction) -> list[Fraction]:
+        """The corner, or the middle, of the box of a width where gains end first."""
+        inside = self.plants.within(self.box(own, s))
+        places = [(inside.middle, [Fraction(0)] * len(inside.box))]
+        for point in islice(inside.corners, _CORNERS):
+            ends = zip(point, inside.box, strict=True)
+            places.append((point, [Fraction(1 if v == high else -1) for v, (_, high) in ends]))
+        return min(places, key=lambda one: channel_families.slack(self.asked, self.plants.at(one[0])))[1]
+
+    def _moves(self, own: Sequence[int], place: Sequence[Fraction], s: Fraction) -> bool:
+        """Whether gains of the classes are seen to be unstable with the plant at a place of the box of a width."""
+        checkpoint()
+        ends = zip(self.box(own, s), place, strict=True)
+        plant = self.plants.at([(low + high + (high - low) * t) / 2 for (low, high), t in ends])
+        return channel_families.slack(self.asked, plant) <= 1

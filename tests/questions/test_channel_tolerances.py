@@ -13,8 +13,10 @@ from lure import NonlinearityClass, Sector, certify, max_sector
 from lure.analysis import l2_gain
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
+from lure.analysis.questions import tolerances
+from lure.analysis.questions.channel_families import BoxSearch
 from lure.analysis.verdict import Verdict
-from lure.errors import InputError
+from lure.errors import AssumptionError, InputError
 from lure.files.loop import loop_to_toml
 from lure.files.reading import parse_system
 from lure.plants.channel_family import ChannelFamily
@@ -86,6 +88,36 @@ def test_positive_systems_in_two_channels_reach_the_linear_gains_of_the_worst_pl
 
 # 1/(m s^2 + c s + k), |d|^2 = (k - m x)^2 + c^2 x: the circle criterion for [0, q] needs q (m x - k) < |d|^2, first
 # lost at q = c^2/m + 2 c sqrt(k/m): least at c = 1/2, k = 1, m = 5/4: 0.2 + sqrt(0.8)
+def test_the_intervals_of_several_channels_grow_up_to_the_plant_that_is_unstable():
+    # x' = -a x + phi_1, y' = -2 y - phi_2, phi in [0, 1]: stable for a > 1, a in 5/2 -+ s/2 for s < 3
+    sides = [["-a", 0], [0, -2]], [[-1, 0], [0, 1]], [[1, 0], [0, 1]], None
+    family = ChannelFamily.of_matrices(*sides, {"a": (2, 3)})
+    found = tolerances(family, [Sector(0, 1)] * 2)
+    assert found.verdict is Verdict.PROVED
+    (margin,) = found.margins
+    assert 2.97 < margin.width.low < 3 <= margin.width.high < 3.03
+    assert all(recheck(dict(one.certificate)).accepted for one in (margin.proof, margin.refutation))
+    assert "a: may be in [1.0" in str(found)
+    with pytest.raises(InputError, match="those of a plant with parameters"):
+        tolerances(([[-1]], [[1]], [[1]], 0), [Sector(0, 1)])
+    with pytest.raises(InputError, match="no class of nonlinearities"):
+        tolerances(family)
+
+
+def test_the_factor_of_a_box_is_sought_far_below_that_of_its_plants(monkeypatch):
+    # 1/(100 (s + a)^2) is served up to 800 a^2 by the circle criterion; boxes are said to fail from 50 on
+    family = ChannelFamily.of_matrices([["-a", 1], [0, "-a"]], [[0], [1]], [["1/100", 0]], None, {"a": (1, 2)})
+    tree = BoxSearch.tree
+
+    def failing(search, alpha, *rest):
+        if alpha > 50:
+            raise AssumptionError("lost in rounding")
+        return tree(search, alpha, *rest)
+
+    monkeypatch.setattr(BoxSearch, "tree", failing)
+    assert 5 < max_sector(family, [VARYING]).largest.low <= 50
+
+
 def test_masses_are_divided_by_and_popov_needs_no_bound():
     box = {"m": (Fraction(3, 4), Fraction(5, 4)), "c": (Fraction(1, 2), 1), "k": (1, 2)}
     family = ChannelFamily.of_matrices([[0, 1], ["-k/m", "-c/m"]], [[0], ["1/m"]], [[1, 0]], None, box)

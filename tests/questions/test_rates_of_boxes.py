@@ -37,6 +37,7 @@ def test_two_channels_have_the_rate_of_the_slowest_plant(pair):
     assert pair.verdict is Verdict.PROVED
     assert 0.999 < pair.rate.low <= 1.0 <= pair.rate.high < 1 + 1e-9
     assert "a = 1" in pair.witness
+    assert pair.plot().lines  # of the plant in the middle
     for shown in (pair.proof, pair.refutation):
         assert recheck(dict(shown.certificate)).accepted
 
