@@ -201,7 +201,9 @@ class MemberSearch:
         kept, at = np.zeros(shape, dtype=complex), 0.0
 
         def turned(H: Complexes, Delta: Complexes) -> tuple[Reals, Complexes]:
-            """The moduli, and what enlarges them; the last Delta is that of the moduli, times a phase."""
+            """The moduli, and what enlarges them, real where H is; the last is that of the moduli, times a phase."""
+            still = np.abs(H.imag).max(axis=(1, 2)) <= _EDGE * np.abs(H).max(axis=(1, 2))
+            Delta = np.where(still[:, None, None], Delta.real, Delta)
             for last in (*[False] * _POWERS, True):
                 values, right = np.linalg.eig(H @ Delta)
                 k, each = np.abs(values).argmax(axis=1), np.arange(len(H))
@@ -222,12 +224,17 @@ class MemberSearch:
                     Delta[where] = radius * one * (turn / np.maximum(size, 1e-300))[:, None, None]
             return np.abs(value), -Delta * turn.conj()[:, None, None]
 
-        for _ in range(_SPINS):
+        for spin in range(_SPINS):
             checkpoint()
             first = np.zeros((len(self.H), *shape), dtype=complex)
             for block, radius in zip(blocks, radii, strict=True):
+                where = np.ix_(range(len(first)), block, block)
+                if not spin and block not in self.scalar:  # the worst of the block alone
+                    u, _, v = np.linalg.svd(self.H[where])
+                    first[where] = radius * (u[:, :, :1] @ v[:, :1]).conj().swapaxes(1, 2)
+                    continue
                 u, v = rng.normal(size=(2, len(block), 2)) @ np.array([1, 1j])
-                first[np.ix_(range(len(first)), block, block)] = (
+                first[where] = (
                     radius * u[0] / abs(u[0]) * np.eye(len(block))
                     if block in self.scalar
                     else radius * np.outer(u, v) / (np.linalg.norm(u) * np.linalg.norm(v))

@@ -29,6 +29,14 @@ def test_one_operator_alone_reaches_the_inverse_of_the_norm_from_both_sides(one,
     assert found.largest.low * largest_singular_value(plant, points) == pytest.approx(1, abs=1e-6)
 
 
+# singular values that are equal, at a frequency where H is real: M/(s + 1) with M normal, |M| at omega = 0
+@pytest.mark.parametrize(("M", "size"), [([[1, 0], [0, 1]], 1), ([[1, 2], [-2, 1]], 5**0.5)])
+def test_an_operator_around_a_normal_matrix_is_refuted_at_the_norm(M, size):
+    plant = as_plant(([[-1, 0], [0, -1]], M, [[1, 0], [0, 1]], [[0, 0], [0, 0]]))
+    found = max_sector(plant, Diagonal((ANY, ANY), repeated=True))
+    assert found.largest.low < 1 / size < found.refuted_at < (1 + 1e-6) / size
+
+
 # three operators: scalings for each frequency leave nothing open (Packard and Doyle 1993), so both sides meet
 @pytest.mark.parametrize(
     "seed", [2, pytest.param(1, marks=pytest.mark.thorough), pytest.param(6, marks=pytest.mark.thorough)]
