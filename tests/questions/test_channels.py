@@ -305,6 +305,7 @@ def test_a_rectifier_around_one_channel():
     assert found.verdict is Verdict.PROVED
     assert str(found).startswith("PROVED")
     assert certify(plant, Sector(0, 2)).verdict is Verdict.REFUTED
+    assert max_sector(plant, [NonlinearityClass.relu()]).largest.low > 100  # the largest ones are lost in rounding
     assert certify("exp(-s)/(s+1)", relu).verdict is Verdict.PROVED  # gains are stable below 2.2618
     # the certificate speaks of no slope class, nor that of a slope class of more than its bounds
     about = found.shown.certificate["laws"]
