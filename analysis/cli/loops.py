@@ -257,7 +257,7 @@ def max_sector(
         found = run(
             block,
             criterion=criterion,
-            lower=_lower(lower, own and own.gains[0]),
+            lower=_lower(lower, None if own is None else own.gains[0]),
             time_varying=time_varying or (own is not None and own.time_varying),
             search="full" if full else "linear",
             seconds=seconds,
@@ -289,7 +289,8 @@ def max_slope(
     if several is not None:
         return _largest_factor(several, "slope", criterion, seconds, out)
     block, own = block_of(num, den, transfer, dt, system), _class_of(system)
-    odd, least = odd or (own is not None and own.odd), _lower(lower, own and own.slope and own.slope.lower)
+    slope = None if own is None else own.slope
+    odd, least = odd or (own is not None and own.odd), _lower(lower, None if slope is None else slope.lower)
     if limits:
         _check_limits(block)
     from lure.analysis.questions import max_slope as run
@@ -352,10 +353,8 @@ def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str
         return None
     for name, said in given.items():
         if said:
-            raise InputError(
-                f"{name} is for one nonlinearity, and {system} has {found.channels} channels; say it in the "
-                "[[class]] of each"
-            )
+            whose = f"says of its own that it is {own}" if alone else f"has {found.channels} channels"
+            raise InputError(f"{name} is for one nonlinearity, and {system} {whose}; say it in the [[class]] of each")
     return found
 
 

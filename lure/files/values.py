@@ -56,13 +56,16 @@ def shown(value: object) -> str:
 
     >>> shown(True), shown({}), shown(chr(27) + "[2J")
     ('true', 'a table', "'\\x1b[2J'")
+    >>> shown([0, "a"]), shown([[1, 2]])
+    ("[0, 'a']", 'an array')
     """
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, list):
-        return "an array"
+        inner = f"[{', '.join(map(shown, value[:_WIDTH]))}]"
+        return "an array" if len(inner) > _WIDTH or any(isinstance(one, list | dict) for one in value) else inner
     if isinstance(value, int) and value.bit_length() > _PRINTED_BITS:
         return "a whole number of more than 60 digits"
     text = repr(value) if isinstance(value, str) else str(value)

@@ -87,9 +87,7 @@ def test_what_must_be_positive_is_refused_at_zero_and_below(key, value):
 )
 def test_what_is_not_a_finite_number_is_refused_by_name(key, value, sentence):
     if key in ("gap", "exponent"):  # these have no intervals
-        sentence = sentence.replace(
-            "an array of 1; give a number, or an interval [low, high]", "an array; give a number"
-        )
+        sentence = sentence.replace("an array of 1; give a number, or an interval [low, high]", "[1]; give a number")
     assert refused(with_line(f"{key} = {value}")) == sentence.format(key)
 
 

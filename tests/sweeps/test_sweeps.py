@@ -267,7 +267,7 @@ def test_points_are_drawn_alike_for_one_seed(tmp_path):
         ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 2, "spacing": "log"}}}, "give positive ends"),
         ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 0}}}, "over.rod.damping.count is 0"),
         ({"over": {"rod.damping": {"from": 0, "to": 1, "step": 2}}}, "unknown key over.rod.damping.step"),
-        ({"draw": {"count": 3}}, "over.rod.damping is an array; with [draw] give"),
+        ({"draw": {"count": 3}}, "over.rod.damping is [-0.0001, 0, 0.0002, 0.001]; with [draw] give"),
         ({"draw": {"count": 3}, "over": {"rod.damping": {"between": [2, 1]}}}, "give the smaller end first"),
         ({"ask": []}, "ask is an empty array"),
         ({"over": {"rod.damping": [1e-4, 1e-4]}}, "over.rod.damping has a value twice"),
