@@ -16,6 +16,7 @@ from tampering import assert_both_reject, edited
 from lure import NonlinearityClass, Sector, as_plant, max_sector
 from lure.analysis import l2_gain
 from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.channels import Plant, channels, storages
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
@@ -366,6 +367,32 @@ def test_random_operators_store_what_the_theorem_says_in_samples(kind):
             broken += other < (moved**2 - phi**2) / (2 * k) - 1e-9
             phi = moved
     assert broken > 50
+
+
+@pytest.mark.parametrize(("kind", "theta"), [("play", 1), ("stop", -1)])
+def test_what_the_checker_adds_is_at_least_what_is_stored(kind, theta):
+    A, B, C = [[0, 1], [Fraction("-0.8"), Fraction("1.7")]], [[0], [1]], [[Fraction("0.3"), Fraction("0.4")]]
+    H = Plant(
+        [[Fraction(v) for v in row] for row in A], [[Fraction(v) for v in row] for row in B], C, [[Fraction(0)]], True
+    )
+    asked = channels({"channels": [channel(kind)], "repeated": False}, 1)
+    ((a, b),), extra = storages(H, asked, [Fraction(theta)])
+    rng, spare = np.random.default_rng(3), []
+    for r in 10 ** rng.uniform(-1, 1, 20):
+        x, p, before = rng.normal(size=2), 0.0, None
+        for _ in range(80):  # the loop of slope 1 oscillates
+            sigma = float((np.array(C, dtype=float) @ x)[0])
+            p = float(np.clip(p, sigma - r, sigma + r))
+            phi = p if kind == "play" else sigma - p
+            after = np.array(A, dtype=float) @ x - np.array(B, dtype=float)[:, 0] * phi
+            now = np.append(after - x, phi)
+            if before is not None:
+                z, E = np.append(before[:2], phi - before[2]), np.array(extra, dtype=float)
+                supplied = 2 * (np.array(a, dtype=float) @ z) * (np.array(b, dtype=float) @ z)
+                spare.append((supplied - now @ E @ now + before @ E @ before) / (1 + now @ now + before @ before))
+            x, before = after, now
+    assert min(spare) > -1e-12
+    assert min(spare) < 1e-9  # where the operator slides or rests nothing is lost
 
 
 def test_what_is_stored_falls_along_every_solution(sampled):
