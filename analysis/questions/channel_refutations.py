@@ -28,6 +28,7 @@ from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
 
 RAMPS, MEMBERS = "ramped-gains", "members"
+_ON_AXIS, _LITTLE = 1e-9, 1e-6  # how near to the axis a pole is, and a factor with little gain
 _SURE = 1e-6  # of the largest entry: a growth below is more than rounding
 
 
@@ -108,13 +109,20 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
     if classes.rectified:
         return None
     signed = [bool(classes.classes[block[0]].operator) for block in classes.blocks]
-    unstable = poles[poles != 0].real.max(initial=-1) >= 0
+    unstable = poles[poles != 0].real.max(initial=-1) >= -_ON_AXIS * np.abs(poles).max()
+    resting = len(poles) - np.count_nonzero(poles)
     below = np.where(late, 0.0, np.minimum(lower, 0.0)) * (not base.any())
     starts = [base] * bool(base.any() or unstable or plant.inner) + [below] * bool(below.any())
     for method, start in product(("late-gains", "late-turns"), starts):
         never = refutation(asked, Fraction(1), {"method": method, "gains": [str(Fraction(v)) for v in start.tolist()]})
         if never is not None:
             return Fraction(0), never
+    alpha = Fraction(_LITTLE) if math.isinf(most) else Fraction(most)
+    if (unstable or resting > len(lower)) and not base.any() and alpha >= _LITTLE:
+        gains = [str(Fraction(v)) for v in (_LITTLE / 2 * upper).tolist()]
+        small = refutation(asked, alpha, {"method": "late-turns", "gains": gains})
+        if small is not None:
+            return alpha, small
     if unstable and not base.any() and not plant.inner:
         return None
     upper = np.where(base < 0, lower, upper)

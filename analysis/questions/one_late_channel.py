@@ -57,7 +57,8 @@ def _unstable_from_zero(plant: object) -> str:
     try:
         Delayed.of(plant)
     except AssumptionError as refused:
-        unstable = refused.code is Reason.RESIDUE or root_counts(from_descending(plant.denominator)).right
+        roots = root_counts(from_descending(plant.denominator))
+        unstable = refused.code is Reason.RESIDUE or roots.right or roots.axis
         return str(refused) if unstable else ""
     return ""
 

@@ -93,10 +93,17 @@ def test_one_class_is_decided_as_far_and_analysed():
 
 @pytest.mark.parametrize(
     ("plant", "lower", "gain"),
-    [("-exp(-s)/s", 0, 1e-6), ("exp(-s)/(s-1)", 0, 0), ("exp(-s)/(s-1)", 0.5, 0.5), ("exp(-s)/s", -0.5, -0.5)],
+    [
+        ("exp(-s)/s^2", 0, 1e-6),
+        ("-exp(-s)/s", 0, 1e-6),
+        ("exp(-s)/(s-1)", 0, 0),
+        ("exp(-s)/(s-1)", 0.5, 0.5),
+        ("exp(-s)/s", -0.5, -0.5),
+    ],
 )
 def test_plants_that_small_gains_destabilise_are_refuted(plant, lower, gain):
-    # with s > 0: s = k exp(-s) has a root for every k > 0; s - 1 + k exp(-s) is below 0 at s = 0 for k < 1
+    # with s > 0: s = k exp(-s) has a root for every k > 0; s - 1 + k exp(-s) is below 0 at s = 0 for k < 1; s^2 + k
+    # exp(-s) has the roots i sqrt(k) exp(-s/2), of real part about k/2
     found = max_sector(plant, lower=lower)
     assert found.verdict is Verdict.REFUTED
     assert found.refuted_at == pytest.approx(gain, abs=1e-6)
