@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.checker import Refuted
-from lure.analysis.certificates.drafts import Failure, check_for_class, guarded
+from lure.analysis.certificates.drafts import Failure, check_for_class, complete_and_check, guarded
+from lure.analysis.certificates.systems import class_entry
 from lure.analysis.certificates.theory import theory_of
 from lure.analysis.inequality.gains import hurwitz_limit, unstable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
@@ -21,6 +22,7 @@ from lure.analysis.questions import families
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.proofs import EXPECTED
 from lure.analysis.verdict import Bracket, Evidence, Witness
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, Reason
 from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
@@ -109,8 +111,36 @@ def linear_witnesses(asked: Problem, limit: Bracket) -> list[Witness]:
         one, point = _at_worst(asked)
         own = hurwitz(one) if isinstance(one.plant, DelayPlant) else limit
         return [families.refuted_at(asked.plant, point, witness) for witness in linear_witnesses(one, own)]
+    if isinstance(asked.plant, StructuredPlant):
+        return _of_structure(asked.plant)
     found = _smallest_gain(asked.plant, asked.lower, limit)
     return [] if found is None else [accepted_witness(asked.plant, found)]
+
+
+def _of_structure(plant: StructuredPlant) -> list[Witness]:
+    """What the structure of a plant refutes, the gain 0: a dashpot of a rod that feeds energy in."""
+    draft, least = (
+        theory_of(plant).refutation(),
+        NonlinearityClass(slope=SlopeBounds(0, 1), sector=Sector(0, 1), odd=True),
+    )
+    if draft is None:
+        return []
+    stated = {**draft, "laws": class_entry(least, unbounded=False)}
+    shown = guarded("linear gain", lambda: complete_and_check(stated), passing=(TimeoutError,))
+    if not isinstance(shown, Refuted) or shown.certificate["proof"]["method"] != "structure":
+        return []
+    return [
+        Witness(
+            kind="linear gain",
+            k=0.0,
+            evidence=Evidence.CERTIFIED,
+            slope_restricted=True,
+            odd=True,
+            description="phi = 0: the loop is not asymptotically stable",
+            data={"lower": "0", "gain": "0"},
+            refutation=shown,
+        )
+    ]
 
 
 def _smallest_gain(plant: object, lower: Fraction, limit: Bracket | None = None) -> Witness | None:

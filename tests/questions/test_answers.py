@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -20,6 +21,7 @@ from lure import (
     Sector,
     SlopeBounds,
 )
+from lure.analysis.certificates.second import recheck
 from lure.analysis.questions import analyse, answers, max_sector, max_slope, search
 from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Bracket, Evidence, Verdict
@@ -227,6 +229,14 @@ def test_the_scheme_and_the_rod_are_proved_each_by_its_theorem():
     assert not varying.conclusion.attracts
     # (1 - |a|)^2/(4 |a| d T) of the paper's rod
     assert itself.largest.low == pytest.approx(8.0000002, rel=1e-7)
+
+
+def test_a_dashpot_that_feeds_energy_in_refutes_every_class():
+    rod = replace(builtin_system("paper-rod").rod, damping=-1e-4)
+    for plant in (upwind(rod, 10), RodPlant(rod)):
+        found = [max_sector(plant), max_slope(plant, odd=True), max_sector(plant, time_varying=True)]
+        assert {(one.verdict, one.refuted_at) for one in found} == {(Verdict.REFUTED, 0.0)}
+        assert recheck(found[0].refutation.certificate).accepted
 
 
 def test_blocks_too_large_for_exact_polynomials_are_certified_by_matrices_from_both_sides():
