@@ -190,7 +190,12 @@ def _solved(
     solver = clarabel.DefaultSolver(
         sparse.csc_matrix((size, size)), -np.asarray(cost), whole, np.concatenate(limits), cones, settings
     )
-    found = np.array(solver.solve().x)
+    try:
+        found = np.array(solver.solve().x)
+    except BaseException as error:  # a panic of the compiled solver is no Exception
+        if type(error).__name__ != "PanicException":
+            raise
+        return None
     return found if found.shape == (size,) and np.isfinite(found).all() else None
 
 
