@@ -57,9 +57,9 @@ def proved_ellipsoid(
     points : ndarray, Disturbance or None
         (k, n) points whose largest multiple it is to hold; None for the largest volume; or what ``w`` moves.
     near : Proved or None
-        An ellipsoid with whose intervals the search begins, where there are many channels.
+        An ellipsoid, of which another one is looked for: where there are many channels with its intervals at first.
     """
-    for states in islice(_reaches(plant, shapes, points, near), _TRIED):
+    for states in islice(_reaches(plant, shapes, points, near), _TRIED if near is None else 1):
         found = proved_on(plant, shapes, states, points)
         if found is not None:
             return found
@@ -235,11 +235,15 @@ def _reaches(
         many = _many_reaches(plant, shapes, points, near)
         yield from [] if many is None else [many]
         return
-    sizes = [(size([k] * len(own)), float(k)) for k in range(-24, 25, 2)]
+    starts = [[float(k)] * len(own) for k in range(-24, 25, 2)]
+    if near is not None:
+        seen = _seen(plant, shapes, near.certificate["multiplier"]["terms"])
+        starts = [[math.log2(seen[i] or 1) + k for i in own] for k in (-1, 0, 1)]
+    sizes = [(size(start), start) for start in starts]
     value, start = max(sizes)
     if value == -math.inf:
         return
-    logs = [start] * len(own)
+    logs = [*start]
     for width in (2.0, 1.0) if len(own) > 1 else (2.0,):
         for place in range(len(own)):
 
@@ -251,9 +255,9 @@ def _reaches(
             if along(best) >= value:
                 logs[place], value = best, along(best)
     yield exactly(logs)
-    for value, log in sorted(sizes, reverse=True):
+    for value, start in sorted(sizes, reverse=True):
         if value > -math.inf:
-            yield exactly([log] * len(own))
+            yield exactly(start)
 
 
 def _size(found: Ellipsoid | None, points: Goal) -> float:

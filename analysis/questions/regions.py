@@ -298,7 +298,7 @@ class RegionOfAttraction(TwoSided):
                 said = [f"PROVED: every solution that starts in {where} tends to 0; its {word} is at least {size}."]
                 said += _matrix_said(first)
             if first.volume < self.area[0]:
-                said.append(f"Together with {len(self.sets) - 1} more the {word} is {text_below(self.area[0], 7)}.")
+                said.append(f"Together with {len(self.sets) - 1} more the {word} is at least {text_below(self.area[0], 7)}.")
             if self.reach is not None:
                 said.append(f"It holds the points asked about times {text_below(self.reach, 7)}.")
         for one in self.outside:

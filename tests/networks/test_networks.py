@@ -91,7 +91,7 @@ def test_the_limit_of_the_output_counts():
 
 # Two inputs, limits 5 and 2 (Tarbouriech et al. 2011), and a cubic of a discrete loop.
 @pytest.mark.parametrize("discrete", [False, True])
-@pytest.mark.parametrize("points", [None, np.array([[1.0, 1.0], [1.0, -1.0]])])
+@pytest.mark.parametrize("points", [None, np.array([[1.0, 1.0], [1.0, -1.0]]), np.array([[1e9, 1e9], [1e9, -1e9]])])
 def test_both_searches_find_the_same_ellipsoid(discrete, points):
     A, B = np.array([[0.1, -0.1], [0.1, -3.0]]), np.array([[5.0, 0.0], [0.0, 1.0]])
     C = np.array([[0.7283, 0.0338], [0.0135, 1.3583]])

@@ -15,7 +15,7 @@ from lure.analysis import check, region
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
-from lure.analysis.questions.region_proofs import proved_ellipsoid
+from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth
 from lure.analysis.questions.region_sets import matrix_of, rests_at_0, shape_of, volume_below
 from lure.analysis.verdict import Verdict
 from lure.files import loop_to_toml, parse_system, read_system
@@ -496,3 +496,42 @@ def test_ellipsoids_with_other_intervals_are_united():
         values, axes = np.linalg.eigh(np.array(first.P, dtype=float))
         ends = (axes / np.sqrt(values)).T  # of the axes of the first
         assert one.values(ends).min() < 0.99
+
+
+# sat(sigma) = sigma - dz(sigma): (A, B, C) with a saturation is (A - B C, -B, C) with a dead zone, whose slope falls
+# from 0 to 1 outward: a line of slope 1 with limits, where that of a saturation has slope 0.
+@pytest.mark.parametrize(
+    ("A", "B", "dt"),
+    [([[0, 1], [1, 0]], [0, 1], None), ([["1", "0.1"], ["0.1", "1"]], ["0", "0.1"], Fraction(1, 10))],
+)
+def test_a_dead_zone_around_the_closed_loop_is_a_saturation(A, B, dt):
+    C, b = [3, 4], [Fraction(v) for v in B]
+    closed = [[Fraction(v) - u * c for v, c in zip(row, C, strict=True)] for row, u in zip(A, b, strict=True)]
+    saturated = MultivariablePlant.of_one_channel(as_plant((A, B, C, 0), dt=dt))
+    around = MultivariablePlant.of_one_channel(as_plant((closed, [-v for v in b], C, 0), dt=dt))
+    loops = (saturated, shape_of(Saturation())), (around, shape_of(DeadZone(width=1, gain=1)))
+    inside = [proved_ellipsoid(plant, [shape], None) for plant, shape in loops]
+    sizes = [volume_below(matrix_of(one.certificate)) for one in inside]
+    assert sizes[0] == pytest.approx(sizes[1], rel=1e-3)
+    outside = [proved_growth(plant, [shape]) for plant, shape in loops]
+    assert np.allclose(
+        *(np.array(matrix_of(one.certificate, "Q"), dtype=float) for one in outside), rtol=1e-2, atol=1e-4
+    )
+    for one in (*inside, *outside):
+        assert recheck(json.dumps(dict(one.certificate))).accepted
+
+
+def test_a_panic_of_the_solver_ends_the_search_and_no_more(monkeypatch):
+    class PanicException(BaseException):  # what a compiled solver raises is no Exception
+        pass
+
+    class Solver:
+        def __init__(self, *_):
+            pass
+
+        def solve(self):
+            raise PanicException("Eigval error")
+
+    monkeypatch.setattr("clarabel.DefaultSolver", Solver)
+    found = region(as_plant(([[0, 1], [1, 0]], [0, 1], [3, 4], 0)), Saturation())
+    assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "no invariant ellipsoid was found")
