@@ -188,7 +188,7 @@ def moved_bounds(phi: MovedNonlinearity, low: End, high: End, effort: Effort | N
         there = _substituted(tree, Apply("+", (Variable("sigma"), Number(phi.at))))
         known = of_tree(Apply("-", (there, _substituted(tree, Number(phi.at)))), str(phi), low, high)
         ends = hull(derivative(derivative(tree, "sigma"), "sigma"), *_around(phi, low, high))
-        bend = max(abs(ends[0]), abs(ends[1]))
+        bend = ends[1] if -ends[0] <= ends[1] else -ends[0]
         if math.isinf(bend):
             raise InputError(f"the second derivative of {phi!s:.60} could not be bounded; ask on a smaller interval")
         wide = Fraction(bend) * phi.within

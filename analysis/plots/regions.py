@@ -62,7 +62,8 @@ def plot_region(found: RegionOfAttraction, *, plane: tuple[int, int] = (1, 2), a
         values = np.minimum(one.values(points).reshape(shape), 4.0) if one.bounded else np.zeros(shape)
         axes.contourf(x, y, values, levels=[-1e300, 1.0], colors=[BLUE], alpha=0.35)
         axes.contour(x, y, values, levels=[1.0], colors=[BLUE], linestyles=["-", "--", "-."][number % 3])
-        axes.fill_between([], [], [], color=BLUE, alpha=0.35, label=f"tends to 0 ({one.kind})")
+        if one.kind not in (before.kind for before in found.sets[:number]):
+            axes.fill_between([], [], [], color=BLUE, alpha=0.35, label=f"tends to 0 ({one.kind})")
     rate = _rate(found)
     if found.states == 2 and rate is not None:
         if not found.discrete:

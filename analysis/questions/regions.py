@@ -298,7 +298,9 @@ class RegionOfAttraction(TwoSided):
                 said = [f"PROVED: every solution that starts in {where} tends to 0; its {word} is at least {size}."]
                 said += _matrix_said(first)
             if first.volume < self.area[0]:
-                said.append(f"Together with {len(self.sets) - 1} more the {word} is at least {text_below(self.area[0], 7)}.")
+                said.append(
+                    f"Together with {len(self.sets) - 1} more the {word} is at least {text_below(self.area[0], 7)}."
+                )
             if self.reach is not None:
                 said.append(f"It holds the points asked about times {text_below(self.reach, 7)}.")
         for one in self.outside:
@@ -457,8 +459,8 @@ def _answered(
         planar = planar_sets(found, shapes, proof)
     with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
         wanted = 1 < found.order <= _UNITED and points is None and planar.outside is None
-        for one in ellipsoids_along(found, shapes, proof) if wanted else ():
-            along.append(one)
+        for longer in ellipsoids_along(found, shapes, proof) if wanted else ():
+            along.append(longer)
     sets = [_set_of(one, shapes) for one in (proof, more, *along, *planar.inside) if one is not None]
     sets.sort(key=lambda one: -one.volume)
     if planar.outside is not None:
