@@ -109,9 +109,15 @@ POPOV = {
     "theorem": "popov",
     "multiplier": {"theta": "3/2"},
 }
-file = text_of(
-    complete_and_check({**POPOV, "proof": {"method": "polynomial"}}).certificate
-)
+BY_POLYNOMIAL = {"proof": {"method": "polynomial"}}
+
+
+def checked(**changes):
+    """That claim, with changes, completed and checked."""
+    return complete_and_check({**POPOV, **changes})
+
+
+file = text_of(checked(**BY_POLYNOMIAL).certificate)
 print(file)
 
 # %% [markdown]
@@ -125,10 +131,8 @@ n, d = (
     [Fraction(x) for x in reversed(claim["system"][key])]
     for key in ("numerator", "denominator")
 )
-k, theta = (
-    Fraction(claim["laws"]["sector"][1]),
-    Fraction(claim["multiplier"]["theta"]),
-)
+k = Fraction(claim["laws"]["sector"][1])
+theta = Fraction(claim["multiplier"]["theta"])
 
 
 def on_axis(p):
@@ -216,11 +220,7 @@ dead_zone = {
     "left": "0",
     "right": "1",
 }
-say(
-    complete_and_check(
-        {**POPOV, "law": dead_zone, "proof": {"method": "polynomial"}}
-    ).facts["law"]
-)
+say(checked(law=dead_zone, **BY_POLYNOMIAL).facts["law"])
 # d sigma = n mu with all derivatives zero
 assert d[0] * Fraction(1, 2) == n[0] * -max(Fraction(1, 2) - 1, 0)
 
@@ -265,7 +265,7 @@ for other in (Fraction(-5), Fraction(0), Fraction(1, 7), Fraction(1000)):
     )
 six = {**SECTOR, "sector": ["0", "6"]}
 try:
-    complete_and_check({**POPOV, "laws": six, "proof": {"method": "polynomial"}})
+    checked(laws=six, **BY_POLYNOMIAL)
     refusal = None
 except checker.Rejected as reason:
     refusal = str(reason)
@@ -279,15 +279,13 @@ print("Rejected:", refusal)
 
 # %%
 assert times([3, 1], [2, 0, 1]) == plus(d, [6 * a for a in n])
+AGAINST = {"verdict": "REFUTED", "theorem": "counterexample"}
 gain = {
-    "verdict": "REFUTED",
     "system": PLANT,
     "laws": six,
-    "theorem": "counterexample",
+    "proof": {"method": "linear-gain", "gain": "6"},
 }
-refuted = complete_and_check(
-    {**gain, "proof": {"method": "linear-gain", "gain": "6"}}
-)
+refuted = complete_and_check({**AGAINST, **gain})
 say(f"{type(refuted).__name__}: {refuted.claim}")
 say(refuted.facts["root"])
 
@@ -308,14 +306,8 @@ for upper, colour in ((k, BLUE), (Fraction(6), VERMILLION)):
     right.plot(
         X, value(drawn, X), color=colour, lw=1.4, label=f"k = {float(upper):g}"
     )
-right.plot(
-    [77 / 40],
-    [471 / 1600],
-    "o",
-    ms=5,
-    color=GREEN,
-    label="minimum 471/1600 at 77/40",
-)
+least = {"label": "minimum 471/1600 at 77/40"}
+right.plot([77 / 40], [471 / 1600], "o", ms=5, color=GREEN, **least)
 right.axhline(0, color=GREY, lw=0.6)
 right.set(xlabel="X = ω² [rad²/s²]", ylabel="F/ω² [rad⁴/s⁴]", xlim=(0, 4.2))
 finish_axes(right)
@@ -323,10 +315,8 @@ right.legend(frameon=False)
 plt.show()
 
 # %%
-assert (claim["proof"]["coefficients"], claim["proof"]["limits"]) == (
-    ["80", "-77", "20"],
-    ["4", "1"],
-)
+assert claim["proof"]["coefficients"] == ["80", "-77", "20"]
+assert claim["proof"]["limits"] == ["4", "1"]
 assert [20 * a for a in f] == [80, -77, 20]
 assert [str(f[0]), str(f[-1])] == claim["proof"]["limits"]
 assert chain == [
@@ -387,10 +377,8 @@ def pivots(M):
 
 def dyadic(proof):
     """P of a certificate: rows of the lower triangle, times 2^exponent."""
-    rows, unit = (
-        [[Fraction(x) for x in row] for row in proof["P"]],
-        Fraction(1, 2 ** proof["exponent"]),
-    )
+    rows = [[Fraction(x) for x in row] for row in proof["P"]]
+    unit = Fraction(1, 2 ** proof["exponent"])
     return [
         [rows[max(i, j)][min(i, j)] * unit for j in range(len(rows))]
         for i in range(len(rows))
@@ -405,17 +393,8 @@ principal = pivots(P), pivots(M)
 print("pivots of P", words(principal[0]), " of M", words(principal[1]))
 damped = {**PLANT, "denominator": ["1", "1", "1"]}
 wide = {**SECTOR, "sector": ["0", "10"]}
-say(
-    complete_and_check(
-        {
-            **POPOV,
-            "system": damped,
-            "laws": wide,
-            "multiplier": {"theta": "1"},
-            "proof": plain,
-        }
-    ).claim
-)
+asked = {"system": damped, "laws": wide, "multiplier": {"theta": "1"}}
+say(checked(**asked, proof=plain).claim)
 
 # %% [markdown]
 # With a pole at zero no $P$ makes $A^TP + PA$ definite: $Ax_0 = 0$. The critical case is **deflated**. The file names
@@ -442,29 +421,17 @@ rest, p = (1, 2), zero["pivot"]
 small_A = [[A[i][j] - x0[i] / x0[p] * A[p][j] for j in rest] for i in rest]
 small_b = [b[i] - x0[i] / x0[p] * b[p] for i in rest]
 small_c = [c[i] - weight * left_null[i] for i in rest]
-print(
-    "A",
-    *map(words, small_A),
-    " b",
-    words(small_b),
-    " c",
-    words(small_c),
-    " rho",
-    rho,
-)
+print("A", *map(words, small_A), " b", words(small_b), end=" ")
+print(" c", words(small_c), " rho", rho)
 
-critical = {
-    "method": "matrix",
-    "P": [["131"], ["1", "64"]],
-    "exponent": 7,
-    "zero": zero,
-}
+critical = {"method": "matrix", "P": [["131"], ["1", "64"]], "exponent": 7}
+critical |= {"zero": zero}
 P = dyadic(critical)
 M = formed(P, (small_A, small_b, small_c, rho), k, theta)
 print(*map(words, M), sep="\n")
 deflated_pivots = pivots(P), pivots(M)
 print("pivots of P", words(deflated_pivots[0]), " of M", words(deflated_pivots[1]))
-by_matrix = complete_and_check({**POPOV, "proof": critical})
+by_matrix = checked(proof=critical)
 say(by_matrix.claim)
 
 # %% [markdown]
@@ -567,9 +534,7 @@ discrete = {
 orbit = {"method": "orbit", "points": points, "left": "0", "right": "0"}
 orbit |= {"u": [str(x) for x in mu[1:4]], "sigma": [str(x) for x in sigma[:3]]}
 example = {"system": discrete, "laws": monotone, "proof": orbit}
-refuted = complete_and_check(
-    {"verdict": "REFUTED", "theorem": "counterexample", **example}
-)
+refuted = complete_and_check({**AGAINST, **example})
 say(f"{type(refuted).__name__}: {refuted.claim}")
 
 # %%
@@ -595,20 +560,17 @@ assert all(mu[i + 1] == -phi(x) for i, x in enumerate(sigma))
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
 # %%
-BESIDE = (
-    *("arithmetic", "balls", "blocks", "boxes", "channels", "frequencies"),
-    *(
-        "gains",
-        "parametric",
-        "pieces",
-        "powers",
-        "regions",
-        "several",
-        "signals",
-        "states",
-        "windows",
-    ),
-)
+BESIDE = [
+    "arithmetic",
+    "balls",
+    "blocks",
+    "boxes",
+    "channels",
+    "frequencies",
+    "gains",
+    "parametric",
+]
+BESIDE += ["pieces", "powers", "regions", "several", "signals", "states", "windows"]
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")
     kernel.mkdir()
@@ -617,14 +579,8 @@ with tempfile.TemporaryDirectory() as folder:
     statuses = []
     for text in (file, file.replace('"-77"', '"-76"'), "trust me"):
         Path(folder, "certificate.json").write_text(text, encoding="utf-8")
-        command = [
-            sys.executable,
-            "-S",
-            "-E",
-            "-I",
-            "kernel/checker.py",
-            "certificate.json",
-        ]
+        alone = ["-S", "-E", "-I", "kernel/checker.py", "certificate.json"]
+        command = [sys.executable, *alone]
         done = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, check=False
         )
