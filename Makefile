@@ -62,7 +62,8 @@ notebooks: .venv/.test ## run the notebooks; what they show is then in build/not
 build/notebooks/.run: $(wildcard notebooks/*.py)
 	@$(MAKE) --no-print-directory notebooks ARGS=
 
-docs: .venv/.docs build/notebooks/.run ## the documentation, into build/docs/index.html; its notebooks are run first
+docs: .venv/.docs build/notebooks/.run ## the documentation, into build/docs/index.html; its notebooks and pages are run first
+	$(TESTS) --dist worksteal -m pages tests/house/test_docs.py
 	$(ONE_THREAD) $(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs build/docs
 	$(BIN)/python docs/links.py build/docs
 

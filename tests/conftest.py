@@ -20,7 +20,7 @@ from lure.rod.motion import engine
 
 os.environ["MPLBACKEND"] = "agg"  # figures are files, also where a display is at hand
 
-settings.register_profile("dev", max_examples=10, derandomize=True, deadline=None)
+settings.register_profile("dev", max_examples=6, derandomize=True, deadline=None)
 settings.register_profile(THOROUGH, max_examples=1000, deadline=None, print_blob=True)
 settings.load_profile("dev")
 
@@ -64,16 +64,16 @@ def pytest_collect_file():
 
 
 def pytest_collection_modifyitems(config, items):
-    """Begin with the tests of compiled code, so that one process compiles; leave thorough ones to `make thorough`, and
-    those in a browser to `make explore-test`.
+    """Begin with the tests of compiled code, so that one process compiles; leave thorough ones to `make thorough`, those
+    in a browser to `make explore-test`, and the pages to `make docs`.
     """
     items.sort(key=lambda item: not item.path.stem.startswith("test_motion"))
-    if "browser" not in config.getoption("markexpr"):
-        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("browser")])
-        items[:] = [item for item in items if not item.get_closest_marker("browser")]
-    if not thorough():
-        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker(THOROUGH)])
-        items[:] = [item for item in items if not item.get_closest_marker(THOROUGH)]
+    asked = config.getoption("markexpr")
+    elsewhere = [name for name in ("browser", "pages") if name not in asked] + [THOROUGH] * (not thorough())
+    left = [item for item in items if any(item.get_closest_marker(name) for name in elsewhere)]
+    config.hook.pytest_deselected(items=left)
+    gone = set(left)
+    items[:] = [item for item in items if item not in gone]
 
 
 @pytest.hookimpl(trylast=True)

@@ -1,4 +1,4 @@
-"""The documentation: every block of code on every page is run, and the pages fit; ``make docs`` builds them."""
+"""The documentation: ``make docs`` runs every block of code on every page, and builds them; the pages fit."""
 
 import json
 import re
@@ -13,12 +13,11 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 COLLECTED = {"notebooks", "notes", "project", "pictures", "_ext", "_static", "_templates"}
 PAGES = sorted(path for path in DOCS.rglob("*.md") if path.relative_to(DOCS).parts[0] not in COLLECTED)
-SLOW = {"gallery", "tutorial", "report-a-rod", "simulate-the-rod"}
 
 
 def named(path):
-    """A page as a parameter; those that take more than a few seconds are marked."""
-    return pytest.param(path, id=path.relative_to(DOCS).as_posix(), marks=[pytest.mark.slow] * (path.stem in SLOW))
+    """A page as a parameter."""
+    return pytest.param(path, id=path.relative_to(DOCS).as_posix())
 
 
 def module(name, path):
@@ -32,6 +31,7 @@ def module(name, path):
 links = module("docs_links", DOCS / "links.py")
 
 
+@pytest.mark.pages
 @pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize("path", [named(path) for path in PAGES])
 def test_what_a_page_shows_is_what_happens(path, tmp_path):

@@ -120,7 +120,7 @@ RANDOM = {
 }
 
 
-FEW = settings(max_examples=sampled(8, of=1000))  # for each row
+FEW = settings(max_examples=sampled(4, of=1000))  # for each row
 
 
 @pytest.mark.parametrize(("row", "time"), RANDOMLY)
