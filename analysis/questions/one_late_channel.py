@@ -40,7 +40,8 @@ def as_one_channel(asked: Problem) -> Problem:
     if not isinstance(plant, DelayPlant) or asked.endless_below:
         return asked
     from_zero = asked.nonlinearity_class.sector.lower == 0
-    if from_zero and not plant.feedback and not _unstable_from_zero(plant):
+    direct = any(delay == 0 and len(top) == len(plant.denominator) for delay, top in plant.terms)
+    if from_zero and not (plant.feedback or direct) and not _unstable_from_zero(plant):
         return asked
     one = asked.nonlinearity_class
     if whole and (one.gains[1] == math.inf or not asked.provable or asked.refusals or asked.method != BEST):

@@ -157,7 +157,16 @@ RETURNS = draft(
         "turn": ["-2094/1000", "-2209/1000"],
     },
 )
+# -1/2 - exp(-s)/(s + 3): 1 + Re H >= 1 - 1/2 - 1/3; sigma - phi(sigma)/2 = y has one solution, for slopes up to 1
+DIRECT = draft(
+    late([["-3"]], ONE, NO, [["-1/2"]], ("1", [["-1"]])),
+    [sector("0", "1", slope=["0", "1"], time_varying=False)],
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["1", "2", "4", "8", "16"]},
+    {"lambda": ["1"], "pieces": [[None]] * 6},
+)
 ALL = {
+    "direct": DIRECT,
     "back": BACK,
     "comes": COMES,
     "away": AWAY,
@@ -188,7 +197,7 @@ def test_both_checkers_accept(name):
     jsonschema.Draft202012Validator(SCHEMA).validate(found)
     assert recheck(found).accepted, recheck(found).reason
     said = {"rest": "every motion converges to the set of equilibria"} | dict.fromkeys(
-        ("circle", "popov", "both", "lower", "unknown", "back"), ATTRACTS
+        ("circle", "popov", "both", "lower", "unknown", "back", "direct"), ATTRACTS
     )
     moves = "a loop of the class has a motion that does not converge to an equilibrium"
     assert check(found).certificate["conclusion"] == said.get(name, moves)
@@ -287,6 +296,11 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("longer", "proof", "frequencies", ["1001/1000", "1002/1000"]),
         ("longer", "proof", "gains", ["0"]),
         ("longer", "system", "late", [["11/10", ONE]]),
+        ("direct", *CLASS, "slope", None),
+        ("direct", *CLASS, "slope", ["0", "3/2"]),
+        ("direct", *CLASS, "slope", ["-1", "1"]),
+        ("direct", "system", "D", [["-1"]]),
+        ("direct", "system", "D", [["-7/10"]]),
         ("back", "system", "late", [["1", NO, [["-3"]]]]),  # as in "comes"
         ("back", "system", "late", [["1", NO, [["1"]]]]),  # s + 1 - exp(-s) is 0 at 0
         ("back", "system", "late", [["1", NO, [["3/2"]]]]),

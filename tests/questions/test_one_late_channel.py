@@ -54,6 +54,16 @@ def test_delays_in_the_denominator_end_at_the_linear_gain(plant, lower, end):
         assert recheck(shown.certificate).accepted
 
 
+@pytest.mark.parametrize("text", ["-1/2 - exp(-s)/(s + 3)", "-1/2 - 2/3/(s + 3 - exp(-s))"])
+def test_a_direct_term_without_dead_time_needs_slopes(text):
+    # H(0) = -1/2 - 1/3, and Re H is least there: the gain 6/5 puts a root at 0
+    found = max_slope(text)
+    assert found.largest.low == pytest.approx(1.2, rel=1e-4)
+    assert found.refuted_at == pytest.approx(1.2, rel=1e-4)
+    assert recheck(found.proof.certificate).accepted
+    assert max_sector(text).verdict is not Verdict.PROVED
+
+
 def test_an_unstable_delay_in_the_denominator_is_refuted_and_a_gain_of_the_class_helps():
     # s + 2 exp(-s): 2 > pi/2; 1/(s - 1 + exp(-s)/2): s - 1/2 at 0
     for plant in ("1/(s + 2*exp(-s))", "1/(s - 1 + exp(-s)/2)"):

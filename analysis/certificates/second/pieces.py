@@ -31,7 +31,7 @@ from lure.analysis.certificates.second.numerics import (
     working_precision,
 )
 from lure.analysis.certificates.second.reading import Document, NotShown, listed, numbers, record, require, tick
-from lure.analysis.certificates.second.zero import shifted_by
+from lure.analysis.certificates.second.zero import require_one_solution, shifted_by
 
 _BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS = 192, 20_000, 2**36, 6, 500, 40
 _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
@@ -89,7 +89,11 @@ def require_pieces(document: Document, asked: Asked) -> bool:
     theta, ends = numbers(given["theta"]) if popov else [Fraction(0)] * m, numbers(proof["ends"])
     require(proof["method"] == "pieces" and len(weights) == len(theta) == m, "there is not one multiplier a channel")
     require(not (popov and asked.discrete), "Popov's criterion is for continuous time")
-    require(acyclic(asked), "D has a cycle of channels")
+    if not acyclic(asked):
+        sides = [one.ends for one in asked.nonlinearities if not one.operator]
+        plain = [(low, high) for low, high in sides if low is not None and high is not None]
+        require(len(plain) == m, "D has a cycle of channels beside operators, or of such without bounds")
+        require_one_solution(asked, plain)
     known = _channels(asked, weights, theta)
     rows = [[_pair(one) for one in listed(row)] for row in listed(given["pieces"])]
     require(all(len(row) == m for row in rows), "a piece has not one multiplier for each channel")

@@ -29,7 +29,6 @@ from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import refuted, require_gains
 from lure.analysis.certificates.second.channels import (
     Asked,
-    acyclic,
     balls,
     diagonal,
     joined,
@@ -45,7 +44,6 @@ from lure.analysis.certificates.second.frequencies import (
     Multiplier,
     read_multiplier,
     require_frequencies,
-    require_vertices,
     require_weights,
     still,
 )
@@ -69,9 +67,15 @@ from lure.analysis.certificates.second.reading import (
 )
 from lure.analysis.certificates.second.signals import refuted_by_signal
 from lure.analysis.certificates.second.windows import require_windows, static_form
-from lure.analysis.certificates.second.zero import integrators_apart, require_equilibria, shifted_by, without
+from lure.analysis.certificates.second.zero import (
+    MOST_VERTICES,
+    integrators_apart,
+    require_equilibria,
+    require_one_solution,
+    shifted_by,
+    without,
+)
 
-MOST_VERTICES = 10
 _MULTIPLIERS = {"diagonal": "lambda", "coupled": "forms", "full-block": "Pi"}
 
 
@@ -174,7 +178,7 @@ def _proved(document: Document, asked: Asked) -> bool:
         require(bool(rest) and all(weights[i] == 0 for i in rest), "a full block and weights for the same channels")
     if kind == "coupled":
         part, bounds = static_form(given["forms"], asked)
-        _require_one_solution(asked, bounds)
+        require_one_solution(asked, bounds)
         Pi += part
     elif full:
         part, needed = _full_block(given, [asked.bounds[i] for i in rest])
@@ -299,7 +303,7 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
                 require(rising and isinstance(steepest, Fraction), "kernels, an eigenvalue 0, and no slope bounds")
     require_frequencies(shifted, own.C, widths, given, jump)
     if document.theorem.startswith("matrix"):
-        _require_one_solution(asked, bounds)
+        require_one_solution(asked, bounds)
     return critical
 
 
@@ -309,21 +313,6 @@ def _require_scalings(given: Multiplier, asked: Asked) -> None:
     for chain in given.chains:
         one = asked.nonlinearities[chain.column]
         require(one.linear or one.operator != "", "a kernel is not one of a gain or an operator")
-
-
-def _require_one_solution(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> None:
-    """Check that ``sigma + D phi(sigma) = y`` has one solution, whatever the multiplier says about differences."""
-    if acyclic(asked):
-        return
-    own = [i for i in range(len(bounds)) if i not in asked.performance]
-    for i in own:
-        require(asked.nonlinearities[i].slopes_within(*bounds[i]), "D has a cycle, and a slope is outside the bounds")
-    require(len(own) <= MOST_VERTICES, "D has a cycle, and there are too many channels")
-    direct = fmpq_mat([[asked.D[i, j] for j in own] for i in own])
-    low, one = diagonal([bounds[i][0] for i in own]), diagonal([Fraction(1)] * len(own))
-    whole = one + direct * low
-    require(bool(whole.det() != 0), "the loop is not well posed at the lower bounds")
-    require_vertices(whole.inv() * direct, [bounds[i][1] - bounds[i][0] for i in own])
 
 
 def _forms(

@@ -13,10 +13,12 @@ from fractions import Fraction
 
 from flint import arb_mat, fmpq, fmpq_mat, fmpz
 
-from lure.analysis.certificates.second.channels import Asked, diagonal
-from lure.analysis.certificates.second.frequencies import Matrices
+from lure.analysis.certificates.second.channels import Asked, acyclic, diagonal
+from lure.analysis.certificates.second.frequencies import Matrices, require_vertices
 from lure.analysis.certificates.second.numerics import to_fmpq
 from lure.analysis.certificates.second.reading import listed, numbers, require
+
+MOST_VERTICES = 10
 
 
 def shifted_by(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> Matrices:
@@ -198,3 +200,31 @@ def without(M: arb_mat, left_out: Sequence[int]) -> arb_mat:
     """
     kept = [i for i in range(M.nrows()) if i not in left_out]
     return arb_mat([[M[i, j] for j in kept] for i in kept]) if left_out else M
+
+
+def require_one_solution(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> None:
+    """Check that ``sigma + D phi(sigma) = y`` has one solution, whatever the multiplier says about differences.
+
+    Parameters
+    ----------
+    asked : Asked
+        The plant and its classes.
+    bounds : sequence of pairs of Fraction
+        Of each channel.
+
+    Raises
+    ------
+    NotShown
+        It is not shown.
+    """
+    if acyclic(asked):
+        return
+    own = [i for i in range(len(bounds)) if i not in asked.performance]
+    for i in own:
+        require(asked.nonlinearities[i].slopes_within(*bounds[i]), "D has a cycle, and a slope is outside the bounds")
+    require(len(own) <= MOST_VERTICES, "D has a cycle, and there are too many channels")
+    direct = fmpq_mat([[asked.D[i, j] for j in own] for i in own])
+    low, one = diagonal([bounds[i][0] for i in own]), diagonal([Fraction(1)] * len(own))
+    whole = one + direct * low
+    require(bool(whole.det() != 0), "the loop is not well posed at the lower bounds")
+    require_vertices(whole.inv() * direct, [bounds[i][1] - bounds[i][0] for i in own])
