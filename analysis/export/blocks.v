@@ -78,14 +78,6 @@ Proof.
   destruct H as [_ H]; cbn [length]; rewrite (IH y H); lia.
 Qed.
 
-Lemma between_ends : forall l u d, l <= d <= u -> exists t, 0 <= t <= 1 /\ d = t * u + (1 - t) * l.
-Proof.
-  intros l u d D; destruct (Req_dec u l) as [e|ne].
-  - exists 0; split; [lra|]; rewrite e in *; lra.
-  - exists ((d - l) / (u - l)); split; [|field; lra].
-    assert (P : 0 < u - l) by lra; split; apply (Rmult_le_reg_r (u - l)); try exact P;
-      unfold Rdiv; rewrite ?Rmult_assoc, ?Rinv_l; lra.
-Qed.
 Lemma vertices_sound : forall Pi bounds fixed s y, at_vertices Pi fixed bounds = true -> length s = length fixed ->
   within_gains bounds y -> 0 <= V Pi (at_ (with_gains fixed) s ++ y).
 Proof.
@@ -125,15 +117,6 @@ Proof.
 Qed.
 
 (* For every sigma_i, phi_i in their sectors, each pair of rows times a whole number. *)
-Lemma gain_of : forall l u phi y p, in_sector l u phi -> l <= u -> phi y = p -> exists d, l <= d <= u /\ p = d * y.
-Proof.
-  intros l u phi y p [Z H] lu <-; destruct (Req_dec y 0) as [->|N].
-  - exists l; rewrite Z; split; [lra|ring].
-  - exists (phi y / y); split; [|field; exact N].
-    assert (P : 0 < y * y) by nra; pose proof (H y).
-    split; apply (Rmult_le_reg_r (y * y)); try exact P;
-      replace (phi y / y * (y * y)) with (y * phi y) by (field; exact N); lra.
-Qed.
 Lemma scaled_gain : forall q d x p X P, p = d * x -> X = q * x -> P = q * p -> P = d * X.
 Proof. intros q d x p X P -> -> ->; ring. Qed.
 Lemma in_block : forall Pi bounds pairs z, at_vertices Pi [] bounds = true -> within_gains bounds (at_ pairs z) ->

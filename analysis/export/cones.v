@@ -38,11 +38,6 @@ Proof.
 Qed.
 Lemma nth_bump : forall i j r z, i <> j -> nth j (bump i r z) 0 = nth j z 0.
 Proof. induction i as [|i IH]; intros [|j] r [|x z] N; cbn [bump nth]; auto; contradiction. Qed.
-Lemma dot_place : forall j c z, (j < length z)%nat -> dot (repeat 0%Z j ++ [c]) z = IZR c * nth j z 0.
-Proof.
-  induction j as [|j IH]; intros c [|x z] L; cbn [repeat app dot nth length] in *; try lia; [ring|].
-  rewrite IH by lia; ring.
-Qed.
 Lemma at_join : forall i j rows z, (i < length z)%nat -> (j < length z)%nat -> i <> j ->
   at_ (map (join i j) rows) (bump i (- nth j z 0) z) = at_ rows z.
 Proof.

@@ -6,11 +6,17 @@ which are the same for every loop.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+from lure.analysis.certificates.arithmetic import number
 from lure.analysis.certificates.checker import Checked, Proved
 from lure.analysis.export.decaying import decaying_text
 from lure.analysis.export.falling import falling_text
+from lure.analysis.export.feedthrough import through_text
 from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.orbits import orbit_text
+from lure.analysis.export.powers import powers_text
 from lure.analysis.export.relying import THEOREMS, relying_text
 from lure.analysis.export.switching import switched_text
 
@@ -40,5 +46,17 @@ def coq_text(shown: Checked) -> str:
         return written(data, shown.claim)
     if "rate" in data:
         return decaying_text(data, shown.claim)
+    if data["proof"]["method"] == "powers":
+        return powers_text(data, shown.claim)
     relying = data["theorem"] in THEOREMS and data["proof"]["method"] == "polynomial"
-    return (relying_text if relying else falling_text)(data, shown.claim)
+    if relying:
+        return relying_text(data, shown.claim)
+    return (through_text if _has_feedthrough(data) else falling_text)(data, shown.claim)
+
+
+def _has_feedthrough(data: Mapping[str, Any]) -> bool:
+    """Whether Popov's term meets a feedthrough of two polynomials."""
+    system = data["system"]
+    if data["theorem"] != "popov" or system["kind"] != "transfer" or not number(data["multiplier"]["theta"]):
+        return False
+    return len(system["numerator"]) == len(system["denominator"]) and number(system["numerator"][0]) != 0

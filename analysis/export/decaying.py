@@ -121,7 +121,8 @@ class _Decay(FallingTheorem):
     """The words of one file."""
 
     def __init__(self, data: Mapping[str, Any], loop: Loop, rate: Fraction, written: Forms, above: int) -> None:
-        super().__init__(data, loop, written)
+        super().__init__(data, loop)
+        self.forms = written
         self.rate, self.above = rate, above
         self.factor = f"({above} / {written.times})"
 

@@ -31,15 +31,19 @@ def falling_text(data: Mapping[str, Any], claim: str) -> str:
     for loop in candidates(data):
         written = forms(loop)
         if written is not None:
-            return FallingTheorem(data, loop, written).text(claim)
+            theorem = FallingTheorem(data, loop)
+            theorem.forms = written
+            return theorem.text(claim)
     raise refused("no quadratic form of few enough digits was found; a slightly smaller sector has one")
 
 
 class FallingTheorem:
     """The words of one file."""
 
-    def __init__(self, data: Mapping[str, Any], loop: Loop, written: Forms) -> None:
-        self.data, self.loop, self.forms = data, loop, written
+    forms: Forms
+
+    def __init__(self, data: Mapping[str, Any], loop: Loop) -> None:
+        self.data, self.loop = data, loop
         several = isinstance(data["laws"], dict) and "channels" in data["laws"]
         given = data["laws"]["channels"] if several else [data["laws"]]
         self.families: list[Family] = [classes(one, several=several) for one in given]
@@ -216,7 +220,7 @@ class FallingTheorem:
         lines.append("    unfold pairs, box, at_; cbn [map within_gains].")
         opened = f"unfold z, {', '.join('sigma' + s for s in self.own)}; cbn [dot]"
         for i, s in enumerate(self.own):
-            low, high = map(Fraction, self.loop.bounds[i])
+            low, high = self.loop.bounds[i][0], Fraction(self.loop.bounds[i][1])
             held = f"(class{s} t)" if self.families[i].varying else f"class{s}"
             value = f"(eq_sym (value{s} {at}))"
             lines += [

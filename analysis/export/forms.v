@@ -177,6 +177,9 @@ Proof.
   rewrite IH, dot_combine; ring.
 Qed.
 
+Lemma dot_place : forall i c z, dot (repeat 0%Z i ++ [c]) z = IZR c * nth i z 0.
+Proof. induction i as [|i IH]; intros c [|x z]; cbn [repeat app dot nth]; try ring; rewrite IH; ring. Qed.
+
 (* Combinations of two vectors. *)
 Fixpoint lcomb (a b : R) (u v : list R) : list R :=
   match u, v with x :: u', y :: v' => (a * x + b * y) :: lcomb a b u' v' | _, _ => [] end.
@@ -225,6 +228,24 @@ Qed.
 Lemma half_line : forall l phi y p, above l phi -> phi y = p -> 0 <= (p - l * y) * y.
 Proof. intros l phi y p [_ H] <-; pose proof (H y); nra. Qed.
 
+Lemma between_ends : forall l u d, l <= d <= u -> exists t, 0 <= t <= 1 /\ d = t * u + (1 - t) * l.
+Proof.
+  intros l u d D; destruct (Req_dec u l) as [e|ne].
+  - exists 0; split; [lra|]; rewrite e in *; lra.
+  - exists ((d - l) / (u - l)); split; [|field; lra].
+    assert (P : 0 < u - l) by lra; split; apply (Rmult_le_reg_r (u - l)); try exact P;
+      unfold Rdiv; rewrite ?Rmult_assoc, ?Rinv_l; lra.
+Qed.
+Lemma gain_of : forall l u phi y p, in_sector l u phi -> l <= u -> phi y = p -> exists d, l <= d <= u /\ p = d * y.
+Proof.
+  intros l u phi y p [Z H] lu <-; destruct (Req_dec y 0) as [->|N].
+  - exists l; rewrite Z; split; [lra|ring].
+  - exists (phi y / y); split; [|field; exact N].
+    assert (P : 0 < y * y) by nra; pose proof (H y).
+    split; apply (Rmult_le_reg_r (y * y)); try exact P;
+      replace (phi y / y * (y * y)) with (y * phi y) by (field; exact N); lra.
+Qed.
+
 (* ---- Discrete time: V >= 0 falls by at least a multiple of |z|^2 where the products of the class are >= 0 ---- *)
 
 (* Weights, and pairs of linear forms whose products are nonnegative for the class. *)
@@ -241,6 +262,11 @@ Qed.
 
 Lemma squares_nonneg : forall fs z, 0 <= value (squares fs) z.
 Proof. induction fs as [|f fs IH]; intros z; simpl; [lra|]. specialize (IH z); nra. Qed.
+Lemma squares_at : forall fs z, value (squares fs) z = norm2 (at_ fs z).
+Proof.
+  induction fs as [|f fs IH]; intro z; [reflexivity|]; cbn [squares map value norm2 at_].
+  unfold squares, at_ in IH; rewrite IH; ring.
+Qed.
 Lemma squares_in : forall fs f z, In f fs -> dot f z * dot f z <= value (squares fs) z.
 Proof.
   induction fs as [|g fs IH]; intros f z; [easy|]; intros [->|H]; cbn [squares map value].

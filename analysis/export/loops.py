@@ -78,7 +78,7 @@ def _one(certificate: Data) -> Iterator[Loop]:
     if name not in ("circle", "popov") or system["kind"] not in ("transfer", "state-space"):
         raise refused(
             f"{name} by {proof['method']} has no export for a plant of the kind {system['kind']}; circle and popov "
-            "have one, and by a polynomial park, off-axis-circle, zames-falb, tsypkin and jury-lee"
+            "have one, and by a polynomial park, off-axis-circle, zames-falb, order-cone, tsypkin and jury-lee"
         )
     if certificate["multiplier"].get("mirrored"):
         raise refused("its class has no lower bound; certify one with a lower bound")
@@ -86,7 +86,7 @@ def _one(certificate: Data) -> Iterator[Loop]:
     low, high = classes(certificate["laws"]).sector
     A, b, c, d, discrete = realised(system, low)
     if theta and d:
-        raise refused("its block has a feedthrough, which Popov's term does not cover; export a circle criterion")
+        raise refused("its matrices have a feedthrough, which Popov's term does not cover; export a circle criterion")
     if len(A) > MOST_STATES:
         raise refused(f"its plant has {len(A)} states, above {MOST_STATES}")
     width = None if high == INF else high - low

@@ -102,7 +102,7 @@ class _Mode:
         if abs(self.low) == INF:
             raise refused("its class has no lower bound")
         gains = [proof["gain"]] if "gain" in proof else proof["gains"]
-        self.gain = sum(map(exact, gains)) / len(gains)
+        self.gain = sum(map(exact, gains), Fraction(0)) / len(gains)
 
     def value(self, p: list[Fraction], s: Fraction) -> Fraction:
         """A polynomial at a rational point."""
@@ -137,8 +137,9 @@ class _Mode:
         """The gain with which constants are solutions, if there is one in the class."""
         s = Fraction(int(self.discrete))
         n, d = self.value(self.num, s), self.value(self.den, s)
-        found = self.gain if n == d == 0 else -d / n if n else self.low - 1
-        return found if self.contains(found) else None
+        if not n:
+            return None if d else self.gain
+        return -d / n if self.contains(-d / n) else None
 
     def factor(self) -> tuple[Fraction, Fraction, Poly] | None:
         """``c``, ``r > 0`` and ``q`` with ``d + g n = ((s - c)^2 + r) q``, roots that are not inside."""

@@ -64,8 +64,6 @@ Proof.
 Qed.
 Lemma norm2_scaled : forall c z, norm2 (map (Rmult c) z) = c * c * norm2 z.
 Proof. intros c z; induction z as [|x z IH]; cbn [map norm2]; [ring|]; rewrite IH; ring. Qed.
-Lemma squares_at : forall fs z, value (squares fs) z = norm2 (at_ fs z).
-Proof. induction fs as [|f fs IH]; intro z; [reflexivity|]; cbn [squares map value norm2 at_]; unfold squares, at_ in IH; rewrite IH; ring. Qed.
 
 Lemma grows_without_end : forall (Q : nat -> list (list Z)) (x : nat -> list R) N K, 0 < N -> 0 < K ->
   (forall t, norm2 (x t) <= N * (V (Q t) (x t) - V (Q (S t)) (x (S t)))) ->
@@ -130,10 +128,8 @@ Definition grows (n : nat) (N K : Z) (ps : list phase) : bool :=
 Lemma at_scaled_units : forall n d z, length z = n -> at_ (scaled_units n d) z = map (Rmult (IZR d)) z.
 Proof.
   intros n d z <-; unfold at_, scaled_units; rewrite map_map.
-  assert (P : forall z' i, dot (repeat 0%Z i ++ [d]) z' = IZR d * nth i z' 0).
-  { induction z' as [|x z' IH]; intros [|i]; cbn [repeat app dot nth]; try ring; rewrite IH; ring. }
-  rewrite (map_ext _ (fun i => IZR d * nth i z 0)) by (intro; apply P).
-  clear P; induction z as [|x z IH]; [reflexivity|]; cbn [length seq map nth]; f_equal.
+  rewrite (map_ext _ (fun i => IZR d * nth i z 0)) by (intro; apply dot_place).
+  induction z as [|x z IH]; [reflexivity|]; cbn [length seq map nth]; f_equal.
   rewrite <- seq_shift, map_map; exact IH.
 Qed.
 Lemma phase_mod : forall ps t, ps <> [] -> phase_at ps (S (t mod length ps)) = phase_at ps (S t).

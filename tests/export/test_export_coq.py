@@ -26,17 +26,8 @@ from lure.files.builtin import builtin_loop, loop_names
 
 KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
 LIBRARIES = (
-    "forms",
-    "flow",
-    "orbits",
-    "frequencies",
-    "rates",
-    "modes",
-    "cones",
-    "blocks",
-    "orders",
-    "circle",
-    "switching",
+    *("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle"),
+    *("switching", "powers", "feedthrough"),
 )
 LOOP = "(* ---- This loop ---- *)"
 AXIOMS = {
@@ -279,7 +270,7 @@ def test_gains_with_roots_of_other_kinds_compile(library):
         assert ok, said
 
 
-# z^2 - z/2 + g, gains 3/2, 0, 3/2 in turn: det = 0, so that the trace of the period, 15/16, ... tells
+# z^2 - z/2 + g, gains 3/2, 0, 3/2 in turn: the period has the eigenvalues -11/8 and 0
 @needs_coq
 @pytest.mark.thorough
 def test_gains_in_turn_compile_in_discrete_time_and_falsified_ones_do_not(library):
@@ -297,6 +288,34 @@ def test_gains_in_turn_compile_in_discrete_time_and_falsified_ones_do_not(librar
         assert not compiled(library, changed(text, right, wrong))[0]
     with pytest.raises(InputError, match="switched gains in continuous time"):
         coq_text(check(KEPT["switched gain"]))
+
+
+# 1 + 2/(s + 1), theta = 1/4: 1/3 + 1 + Re (1 + i w/4) 2/(1 + i w) = 4/3 + (2 + w^2/2)/(1 + w^2) > 0; psi in [0, 3/4]
+@needs_coq
+@pytest.mark.thorough
+def test_popov_with_a_feedthrough_compiles_and_falsified_files_do_not(library):
+    plant = {"kind": "transfer", "time": "continuous", "numerator": ["1", "3"], "denominator": ["1", "1"]}
+    text = coq_text(proved(plant, "3", "popov", {"theta": "1/4"}))
+    assert "(in_sector 0 3 phi) ->\n  (forall s, psi (s + 1 * phi s) = phi s) ->" in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    for right, wrong in (("in_sector 0 3 phi", "in_sector 0 4 phi"), ("psi (s + 1 * phi s)", "psi (s + 2 * phi s)")):
+        assert not compiled(library, changed(text, right, wrong))[0]
+
+
+@needs_coq
+@pytest.mark.thorough
+def test_forms_of_higher_degree_compile_and_falsified_ones_do_not(library):
+    text = coq_text(check(KEPT["homogeneous-lyapunov"]))  # s^2 + s + 1 in [0, 7/2]; the circle criterion ends at 3
+    assert "(forall t, in_sector 0 (7 / 2) (phi t)) ->" in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    for right, wrong in (
+        ("in_sector 0 (7 / 2)", "in_sector 0 (9 / 2)"),
+        ("+ 1 * xi 1%nat t", "+ (-1) * xi 1%nat t"),
+        ("Definition P : list (list Z) := [[", "Definition P : list (list Z) := [[-"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0]
 
 
 @needs_coq

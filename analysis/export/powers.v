@@ -1,0 +1,203 @@
+(* ---- V = m'P m of the products m of powers of the state: it falls with the gains at both ends ---- *)
+
+Fixpoint mono (e : list nat) (x : list R) : R :=
+  match e, x with a :: e', y :: x' => y ^ a * mono e' x' | _, _ => 1 end.
+(* The derivative along x'. *)
+Fixpoint dmono (e : list nat) (x x' : list R) : R :=
+  match e, x, x' with
+  | a :: e', y :: r, y' :: r' => INR a * y ^ pred a * y' * mono e' r + y ^ a * dmono e' r r'
+  | _, _, _ => 0
+  end.
+Lemma dmono_lcomb : forall e x a b u v, length u = length v ->
+  dmono e x (lcomb a b u v) = a * dmono e x u + b * dmono e x v.
+Proof.
+  induction e as [|c e IH]; intros [|y x] a b [|p u] [|q v] E; cbn [dmono lcomb length] in *; try discriminate; try ring.
+  rewrite IH by lia; ring.
+Qed.
+Lemma mono_derivable : forall e (x x' : list (R -> R)) t,
+  Forall2 (fun f g => derivable_pt_lim f t (g t)) x x' ->
+  derivable_pt_lim (fun s => mono e (map (fun f => f s) x)) t (dmono e (map (fun f => f t) x) (map (fun f => f t) x')).
+Proof.
+  induction e as [|a e IH]; intros x x' t F; destruct F as [|f g x x' D F]; cbn [map mono dmono];
+    try apply derivable_pt_lim_const.
+  apply (derivable_pt_lim_mult (fun s => f s ^ a) (fun s => mono e (map (fun f => f s) x))); [|now apply IH].
+  apply (derivable_pt_lim_comp f (fun y => y ^ a)); [exact D|apply derivable_pt_lim_pow].
+Qed.
+
+Definition places (n from : nat) (d : Z) : list (list Z) := map (fun i => repeat 0%Z (from + i) ++ [d]) (seq 0 n).
+Definition falls_at_end (n : nat) (P L : list (list Z)) (zero : list term) (d K : Z) : bool :=
+  nonneg n (times K (times (-1) (bilinear P (places n 0 d) L ++ bilinear P L (places n 0 d)) ++ zero)
+            ++ times (-1) (squares (places n 0 d) ++ squares L)).
+Definition nothing (n : nat) : list term := [(0%Z, (repeat 0%Z (2 * n), repeat 0%Z (2 * n)))].
+Definition powers_fall (n : nat) (P L M : list (list Z)) (zero_l zero_k : list term) (d K : Z) : bool :=
+  (0 <? d)%Z && (0 <? K)%Z && (length L =? n)%nat && (length M =? n)%nat &&
+  nonneg (2 * n) (bilinear P (places n 0 d) (places n 0 d) ++ nothing n) && falls_at_end n P L zero_l d K && falls_at_end n P M zero_k d K.
+
+Lemma at_places : forall d u v, at_ (places (length v) (length u) d) (u ++ v) = map (Rmult (IZR d)) v.
+Proof.
+  intros d u v; unfold at_, places; rewrite map_map.
+  rewrite (map_ext _ (fun i => IZR d * nth i v 0)).
+  - induction v as [|x v IH]; [reflexivity|]; cbn [length seq map nth]; f_equal; rewrite <- seq_shift, map_map; exact IH.
+  - intro i; rewrite dot_place, app_nth2 by lia; do 2 f_equal; lia.
+Qed.
+Lemma at_places_first : forall d u v, at_ (places (length u) 0 d) (u ++ v) = map (Rmult (IZR d)) u.
+Proof.
+  intros d u v; unfold at_, places; rewrite map_map; cbn [Nat.add].
+  rewrite (map_ext_in _ (fun i => IZR d * nth i u 0)).
+  - induction u as [|x u IH]; [reflexivity|]; cbn [length seq map nth]; f_equal; rewrite <- seq_shift, map_map; exact IH.
+  - intros i I; apply in_seq in I; rewrite dot_place, app_nth1 by lia; reflexivity.
+Qed.
+Lemma norm2_convex : forall t u v, length u = length v -> 0 <= t <= 1 ->
+  norm2 (lcomb t (1 - t) u v) <= t * norm2 u + (1 - t) * norm2 v.
+Proof.
+  intros t; induction u as [|x u IH]; intros [|y v] E T; cbn [lcomb norm2 length] in *; try discriminate; [lra|].
+  specialize (IH v ltac:(lia) T); assert (A : 0 <= t * (1 - t)) by (apply Rmult_le_pos; lra).
+  pose proof (Rle_0_sqr (x - y)) as B; unfold Rsqr in B; pose proof (Rmult_le_pos _ _ A B); lra.
+Qed.
+Lemma at_mixed : forall rows fs z, at_ (mixed rows fs) z = at_ rows (at_ fs z).
+Proof. intros; unfold at_ at 1 2, mixed; rewrite map_map; apply map_ext; intro; apply dot_combine. Qed.
+Lemma map_one : forall z, map (Rmult 1) z = z.
+Proof. induction z as [|x z IH]; cbn [map]; [reflexivity|]; rewrite IH; f_equal; ring. Qed.
+
+Lemma Forall2_map : forall (A B : Type) (P : B -> B -> Prop) (f g : A -> B) l, (forall i, In i l -> P (f i) (g i)) ->
+  Forall2 P (map f l) (map g l).
+Proof. intros A B P f g; induction l as [|i l IH]; intro H; constructor; [apply H; left; reflexivity|]; apply IH; intros; apply H; now right. Qed.
+
+Theorem powers_in_time : forall n P L M zero_l zero_k d K (m m' : R -> list R),
+  powers_fall n P L M zero_l zero_k d K = true ->
+  (forall t, length (m t) = n) -> (forall t, length (m' t) = n) ->
+  (forall i t, (i < n)%nat -> 0 < t -> derivable_pt_lim (fun s => nth i (m s) 0) t (nth i (m' t) 0)) ->
+  (forall t, value zero_l (m t) = 0 /\ value zero_k (m t) = 0) ->
+  (forall t, 0 < t -> exists r, 0 <= r <= 1 /\
+    map (Rmult (IZR d)) (m' t) = lcomb r (1 - r) (at_ M (m t)) (at_ L (m t))) ->
+  forall i, (i < n)%nat -> tends_to (fun t => nth i (m t) 0) 0.
+Proof.
+  intros n P L M zero_l zero_k d K m m' test len len' D Z0 mix i I; unfold powers_fall in test.
+  rewrite !andb_true_iff, !Z.ltb_lt, !Nat.eqb_eq in test.
+  destruct test as [[[[[[dp Kp] lL] lM] low] fall_l] fall_k]; apply IZR_lt in dp, Kp.
+  pose (z := fun t => m t ++ map (Rmult (IZR d)) (m' t)).
+  pose (fs := places n 0 d); pose (gs := places n n 1); pose (rows := places n 0 1).
+  assert (F : forall t, at_ fs (z t) = map (Rmult (IZR d)) (m t)).
+  { intro t; unfold fs, z; rewrite <- (len t) at 1; apply at_places_first. }
+  assert (G : forall t, at_ gs (z t) = map (Rmult (IZR d)) (m' t)).
+  { intro t; pose proof (at_places 1 (m t) (map (Rmult (IZR d)) (m' t))) as H.
+    rewrite map_length, len, len', map_one in H; exact H. }
+  assert (Rw : forall w, length w = n -> at_ rows w = w).
+  { intros w E; unfold rows; rewrite <- (app_nil_r w) at 1; rewrite <- E, at_places_first; apply map_one. }
+  assert (end_falls : forall N_ zero, falls_at_end n P N_ zero d K = true -> forall t, value zero (m t) = 0 ->
+    norm2 (map (Rmult (IZR d)) (m t)) + norm2 (at_ N_ (m t))
+    <= - (IZR K * (sumprod (map (Rmult (IZR d)) (m t)) (map (fun r => dot r (at_ N_ (m t))) P)
+      + sumprod (at_ N_ (m t)) (map (fun r => dot r (map (Rmult (IZR d)) (m t))) P)))).
+  { intros N_ zero test t z0; pose proof (nonneg_sound n _ (m t) test (len t)) as H.
+    repeat (rewrite value_app in H || rewrite value_times in H); rewrite !value_bilinear, !squares_at, z0 in H.
+    replace (at_ (places n 0 d) (m t)) with (map (Rmult (IZR d)) (m t)) in H; [lra|].
+    rewrite <- (app_nil_r (m t)) at 2; rewrite <- (len t), at_places_first; reflexivity. }
+  assert (lim : forall row, In row rows -> tends_to (fun t => dot row (at_ fs (z t))) 0).
+  { apply (in_time_by (2 * n) P fs gs rows (nothing n) [] (IZR K) z (fun _ => 0)); try exact Kp.
+    - exact low.
+    - intro t; unfold z; rewrite app_length, map_length, len, len'; lia.
+    - unfold flows, fs, gs, places; apply Forall2_map; intros j J t T; apply in_seq in J.
+      apply (derivable_same (fun s => IZR d * nth j (m s) 0) _ t (IZR d * nth j (m' t) 0)).
+      + intro s; rewrite dot_place; unfold z; rewrite app_nth1; [reflexivity|rewrite len; lia].
+      + rewrite dot_place; unfold z; rewrite app_nth2, len by (rewrite len; lia).
+        replace (n + j - n)%nat with j by lia.
+        rewrite (nth_indep (map (Rmult (IZR d)) (m' t)) 0 (IZR d * 0)) by (rewrite map_length, len'; lia).
+        rewrite (map_nth (Rmult (IZR d))); ring.
+      + apply (derivable_pt_lim_scal (fun s => nth j (m s) 0)); apply D; [lia|exact T].
+    - intros; unfold nothing; cbn [value]; lra.
+    - intros; cbn; apply derivable_pt_lim_const.
+    - intros t T; rewrite !squares_at, !at_mixed, F, G, !Rw by (rewrite ?map_length, ?len, ?len'; reflexivity).
+      rewrite !value_bilinear, F, G; destruct (mix t T) as [r [R01 E]]; rewrite E.
+      destruct (Z0 t) as [zl zk].
+      pose proof (end_falls L zero_l fall_l t zl) as A; pose proof (end_falls M zero_k fall_k t zk) as B.
+      assert (EL : length (at_ M (m t)) = length (at_ L (m t))) by (unfold at_; rewrite !map_length; lia).
+      pose proof (norm2_convex r _ _ EL R01) as C.
+      rewrite sumprod_left, sumprod_right by exact EL; cbn [value].
+      set (w := map (Rmult (IZR d)) (m t)) in *.
+      set (a := sumprod w (map (fun r0 => dot r0 (at_ L (m t))) P)) in *.
+      set (b := sumprod w (map (fun r0 => dot r0 (at_ M (m t))) P)) in *.
+      set (a' := sumprod (at_ L (m t)) (map (fun r0 => dot r0 w) P)) in *.
+      set (b' := sumprod (at_ M (m t)) (map (fun r0 => dot r0 w) P)) in *.
+      assert (r * (norm2 w + norm2 (at_ M (m t))) <= r * - (IZR K * (b + b'))) by (apply Rmult_le_compat_l; lra).
+      assert ((1 - r) * (norm2 w + norm2 (at_ L (m t))) <= (1 - r) * - (IZR K * (a + a')))
+        by (apply Rmult_le_compat_l; lra).
+      lra. }
+  assert (J : In (repeat 0%Z i ++ [1%Z]) rows).
+  { unfold rows, places; apply in_map_iff; exists i; split; [reflexivity|apply in_seq; lia]. }
+  apply (tends_to_part (IZR d) _ (fun t => dot (repeat 0%Z i ++ [1%Z]) (at_ fs (z t)))); [|intro t|exact (lim _ J)].
+  - apply (IZR_le 1); apply lt_IZR in dp; lia.
+  - rewrite dot_place, F.
+    rewrite (nth_indep (map (Rmult (IZR d)) (m t)) 0 (IZR d * 0)) by (rewrite map_length, len; lia).
+    rewrite (map_nth (Rmult (IZR d))); ring.
+Qed.
+
+(* Forms that vanish, product by product: coefficients and places of pairs of monomials with one product. *)
+Fixpoint plus (e f : list nat) : list nat :=
+  match e, f with a :: e', b :: f' => (a + b)%nat :: plus e' f' | [], _ => f | _, [] => e end.
+Definition pair_ := (Z * (nat * nat))%type.
+Definition vanishing (es : list (list nat)) (group : list pair_) : bool :=
+  (fold_right (fun p s => (fst p + s)%Z) 0%Z group =? 0)%Z &&
+  match group with
+  | (_, (i, j)) :: _ =>
+      let g := plus (nth i es []) (nth j es []) in
+      forallb (fun p => let '(_, (h, k)) := p in
+        (if list_eq_dec Nat.eq_dec (plus (nth h es []) (nth k es [])) g then true else false)
+        && (h <? length es)%nat && (k <? length es)%nat) group
+  | [] => true
+  end.
+Definition vanishing_term (p : pair_) : term :=
+  let '(c, (i, j)) := p in (c, (repeat 0%Z i ++ [1%Z], repeat 0%Z j ++ [1%Z])).
+Definition vanishing_terms (groups : list (list pair_)) : list term := map vanishing_term (concat groups).
+Lemma mono_plus : forall e f x, mono (plus e f) x = mono e x * mono f x.
+Proof.
+  induction e as [|a e IH]; intros [|b f] [|y x]; cbn [plus mono]; try ring; rewrite IH, pow_add; ring.
+Qed.
+Lemma vanishing_sound : forall es groups x, forallb (vanishing es) groups = true ->
+  value (vanishing_terms groups) (map (fun e => mono e x) es) = 0.
+Proof.
+  intros es groups x; induction groups as [|group groups IH]; intro H; [reflexivity|].
+  cbn [forallb] in H; apply andb_true_iff in H as [A H]; specialize (IH H); unfold vanishing_terms in *; cbn [concat].
+  rewrite map_app, value_app, IH.
+  unfold vanishing in A; apply andb_true_iff in A as [S0 A]; apply Z.eqb_eq in S0.
+  destruct group as [|[c0 [i0 j0]] group]; [cbn; ring|].
+  set (g := plus (nth i0 es []) (nth j0 es [])) in A; rewrite forallb_forall in A.
+  assert (E : forall ps, (forall p, In p ps -> In p ((c0, (i0, j0)) :: group)) ->
+    value (map vanishing_term ps) (map (fun e => mono e x) es) = IZR (fold_right (fun p s => (fst p + s)%Z) 0%Z ps) * mono g x).
+  { induction ps as [|[c [i j]] ps IHp]; intro K; cbn [map value fold_right fst vanishing_term]; [ring|].
+    rewrite IHp by (intros p I; apply K; now right); rewrite !dot_place, plus_IZR.
+    pose proof (A _ (K (c, (i, j)) (or_introl eq_refl))) as B; cbv beta iota in B.
+    destruct (list_eq_dec _ _ _) as [e|]; [|discriminate]; cbn [andb] in B.
+    apply andb_true_iff in B as [B1 B2]; apply Nat.ltb_lt in B1, B2.
+    assert (M : forall h, (h < length es)%nat -> nth h (map (fun e => mono e x) es) 0 = mono (nth h es []) x).
+    { intros h L; rewrite (nth_indep _ 0 (mono [] x)) by (rewrite map_length; exact L).
+      apply (map_nth (fun e => mono e x)). }
+    rewrite (M i B1), (M j B2), <- e, mono_plus; ring. }
+  rewrite Rplus_0_r; etransitivity; [exact (E _ (fun p I => I))|].
+  match goal with |- IZR ?s * _ = 0 => replace s with 0%Z by (symmetry; exact S0) end; ring.
+Qed.
+
+Lemma monos_derivable : forall es (x x' : list (R -> R)), (forall t, 0 < t ->
+    Forall2 (fun f g => derivable_pt_lim f t (g t)) x x') -> forall i t, (i < length es)%nat -> 0 < t ->
+  derivable_pt_lim (fun s => nth i (map (fun e => mono e (map (fun f => f s) x)) es) 0) t
+    (nth i (map (fun e => dmono e (map (fun f => f t) x) (map (fun f => f t) x')) es) 0).
+Proof.
+  intros es x x' D; induction es as [|e es IH]; intros [|i] t L T; cbn [length map nth] in *; try lia.
+  - now apply mono_derivable, D.
+  - apply IH; [lia|exact T].
+Qed.
+Lemma mixed_ends : forall es x u v w d r L M, length u = length v -> w = lcomb r (1 - r) v u ->
+  at_ L (map (fun e => mono e x) es) = map (fun e => d * dmono e x u) es ->
+  at_ M (map (fun e => mono e x) es) = map (fun e => d * dmono e x v) es ->
+  map (Rmult d) (map (fun e => dmono e x w) es)
+  = lcomb r (1 - r) (at_ M (map (fun e => mono e x) es)) (at_ L (map (fun e => mono e x) es)).
+Proof.
+  intros es x u v w d r L M E -> -> ->; induction es as [|e es IH]; [reflexivity|]; cbn [map lcomb]; rewrite IH; f_equal.
+  rewrite dmono_lcomb by congruence; ring.
+Qed.
+Lemma tends_to_power : forall f p, (0 < p)%nat -> tends_to (fun t => f t ^ p) 0 -> tends_to f 0.
+Proof.
+  intros f p pp H eps epos; destruct (H (eps ^ p)) as [T HT]; [now apply pow_lt|]; exists T; intros t Ht.
+  specialize (HT t Ht); rewrite Rminus_0_r in *; rewrite <- RPow_abs in HT.
+  destruct (Rlt_or_le (Rabs (f t)) eps) as [L|L]; [exact L|exfalso].
+  pose proof (pow_incr eps (Rabs (f t)) p ltac:(lra)); lra.
+Qed.
