@@ -17,7 +17,7 @@ from typer.core import TyperGroup
 from lure.analysis.cli.options import app
 
 # as ``lure --help`` lists them
-for _commands in ("commands", "loops", "performance", "sweeps", "certificates", "sectors", "rods"):
+for _commands in ("commands", "loops", "certificates", "performance", "sweeps", "sectors", "rods"):
     import_module(f"lure.analysis.cli.{_commands}")  # puts its commands on the one app
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
 USAGE_ERROR = cast(
