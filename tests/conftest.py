@@ -64,8 +64,9 @@ def pytest_collect_file():
 
 
 def pytest_collection_modifyitems(config, items):
-    """Begin with the tests of compiled code, so that one process compiles; leave thorough ones to `make thorough`, those
-    in a browser to `make explore-test`, and the pages to `make docs`.
+    """Begin with the tests of compiled code, so that one process compiles; leave thorough ones to `make thorough`.
+
+    Those in a browser are left to `make explore-test`, and the pages to `make docs`.
     """
     items.sort(key=lambda item: not item.path.stem.startswith("test_motion"))
     asked = config.getoption("markexpr")
