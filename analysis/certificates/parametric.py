@@ -93,7 +93,7 @@ def proved(H: Plant, data: Any, asked: Channels, proof: Any) -> dict[str, str]:
             definite(falls)
     still = "" if any(rates) else " that does not change"
     return {
-        "stable": f"V is positive definite: the {len(P.at)} coefficients of P, of degree {d} in the gains, are",
+        "stable": f"V is positive definite, as the {len(P.at)} coefficients of P, of degree {d} in the gains, are",
         "inequality": f"V falls for every gain{still}: the coefficients on {len(boxes)} boxes are positive definite",
     }
 

@@ -48,9 +48,9 @@ def channel_plant(source: object) -> MultivariablePlant:
         )
     if isinstance(found, DelayMatrix | DelayPlant):
         raise InputError(
-            f"the plant has {found if isinstance(found, DelayMatrix) else 'dead time'}; with dead time several "
-            "nonlinearities are asked for their largest classes and for one class (max_sector, max_slope, certify, "
-            "analyse), nothing else yet"
+            f"the plant has {found if isinstance(found, DelayMatrix) else 'dead time'}; with dead time the largest "
+            "classes and one class are asked about (max_sector, max_slope, certify, analyse), nothing else yet; leave "
+            "the dead time out, or put a rational factor in its place"
         )
     if not isinstance(found, MultivariablePlant):
         raise InputError(

@@ -75,7 +75,7 @@ def test_one_channel_with_dead_time_is_a_matrix_like_others():
     assert 1.999 < found.largest.low < 2 < found.refuted_at < 2.0001
     assert "the gain about -1, within 2.000000004 times, destabilises" in str(found)
     assert certify("exp(-s)/s", [NonlinearityClass.norm_bounded(0.5)]).verdict.name == "REFUTED"
-    with pytest.raises(InputError, match="the plant has dead time; with dead time several"):
+    with pytest.raises(InputError, match="the plant has dead time; with dead time the largest"):
         decay_rate("exp(-s)/(s+1)", [Sector(0, 1)])
 
 
