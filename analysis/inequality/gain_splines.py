@@ -124,7 +124,8 @@ class GainSplines(ChannelSearch):
         for box in range(len(self.boxes)):
             for local, slopes in self._falls(plant, box, starts):
                 moved = np.zeros((len(slopes), total, order, order))
-                np.add.at(moved, (slice(None), local), slopes)
+                for whole, one in zip(moved, slopes, strict=True):
+                    np.add.at(whole, local, one)
                 moved[:, -1] -= np.eye(order)
                 falls.append(moved)
         own, size = plant.C[self.others], len(self.indices)

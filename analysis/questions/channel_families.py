@@ -24,6 +24,7 @@ from lure.analysis.inequality.shifted_loop import LARGEST
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions import families
 from lure.analysis.questions.problem import Problem
+from lure.analysis.questions.worst_plants import least
 from lure.analysis.theorems.table import BEST
 from lure.arrays import Reals, np
 from lure.classes import DELAYS
@@ -441,7 +442,7 @@ def refuting(asked: Problem, against: Against) -> tuple[Fraction, Refuted] | Non
 def _severe(asked: Problem) -> Iterator[Point]:
     """Plants that seem to be the worst."""
     family, seen = family_of(asked), set[Point]()
-    worst, _ = families.least(family, lambda plant: slack(asked, plant), looks=30)
+    worst, _ = least(family, lambda plant: slack(asked, plant), looks=30)
     for point in (worst, family.middle, *islice(family.corners, 2)):
         if point not in seen:
             seen.add(point)

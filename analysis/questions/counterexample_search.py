@@ -21,6 +21,7 @@ from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.questions import families
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.proofs import EXPECTED
+from lure.analysis.questions.worst_plants import least
 from lure.analysis.verdict import Bracket, Evidence, Witness
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, Reason
@@ -48,7 +49,7 @@ def worst(family: PlantFamily, lower: Fraction) -> tuple[Point, float]:
     lower : Fraction
         The gain to begin with.
     """
-    return families.least(family, lambda plant: hurwitz(Problem.largest(plant, "sector", lower=lower)).high)
+    return least(family, lambda plant: hurwitz(Problem.largest(plant, "sector", lower=lower)).high)
 
 
 def _at_worst(asked: Problem) -> tuple[Problem, Point]:

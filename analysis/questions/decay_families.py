@@ -20,6 +20,7 @@ from lure.analysis.questions import channel_families, families
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.decay_channels import SeveralChannels, accepted
 from lure.analysis.questions.problem import Problem
+from lure.analysis.questions.worst_plants import least
 from lure.analysis.theorems.table import row_of
 from lure.analysis.theorems.weighted import WeightedCircle
 from lure.analysis.wording import class_words, plants_words
@@ -123,7 +124,7 @@ class BoxOfPlants:
         """A plant and a constant gain with the slowest mode found, and its rate in floating point."""
         low, high = (Fraction(end) for end in self.asked.nonlinearity_class.gains)
         gains = [low + (high - low) * Fraction(i, _GAINS - 1) for i in range(_GAINS)]
-        found = [(families.least(self.plants, partial(self._rate, gain)), gain) for gain in gains]
+        found = [(least(self.plants, partial(self._rate, gain)), gain) for gain in gains]
         ((point, rate), gain) = min(found, key=lambda one: one[0][1])
         return point, gain, rate
 
@@ -286,7 +287,7 @@ class BoxOfChannels:
             values = np.linalg.eigvals(GainsAround(*plant.doubles()).closed_by(gains))
             return -float((np.abs(values) if self.discrete else values.real).max())
 
-        point, _ = families.least(self.plants, slowness)
+        point, _ = least(self.plants, slowness)
         rate, found = SeveralChannels(replace(self.asked, plant=self.plants.at(point))).slowest
         return point, found, rate
 

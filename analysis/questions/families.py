@@ -10,10 +10,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property, lru_cache, partial
-from itertools import islice
-from random import Random
-from typing import Any, Protocol, TypeVar
+from functools import cached_property, partial
+from typing import Any
 
 from lure.analysis.certificates import boxes
 from lure.analysis.certificates.arithmetic import Rejected
@@ -23,9 +21,10 @@ from lure.analysis.certificates.multipliers import multipliers
 from lure.analysis.certificates.states import classes
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.box_polynomials import MOST_CORNERS, Look
+from lure.analysis.inequality.box_polynomials import Look
 from lure.analysis.inequality.late_boxes import LateLook, best_theta, likeliest
 from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.questions.worst_plants import MOST_LOOKS, cheaply_worst, least
 from lure.analysis.theorems.table import TABLE, Theorem, Upper
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
@@ -35,80 +34,12 @@ from lure.plants.delay import DelayPlant
 from lure.plants.family import Box, PlantFamily, Point
 from lure.plants.rational import RationalPlant
 
-MOST_BOXES, MOST_LOOKS, RANDOM, MOST_LATE = 400, 40, 4, 20
+MOST_BOXES, MOST_LATE = 400, 20
 NEAR = (Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000), Fraction(1, 10**5), Fraction(1, 5 * 10**6))
 FAR = (Fraction(1, 4), Fraction(1, 2), Fraction(3, 4), Fraction(19, 20), Fraction(999, 1000))
 LARGE = (10**9, 10**6, 10**3)
-One = TypeVar("One", covariant=True)
 UNUSED = tuple(row.name for row in TABLE if not row.family)
 """Criteria that are not shown of plants with parameters."""
-
-
-# Where in the box a number is least: the corners, the middle, a few more points, then along one parameter at a time.
-
-
-class Many(Protocol[One]):
-    """Plants with parameters in a box."""
-
-    @property
-    def box(self) -> Box:
-        """The bounds of the parameters."""
-
-    @property
-    def middle(self) -> Point:
-        """The middle of the box."""
-
-    @property
-    def corners(self) -> Iterator[Point]:
-        """The corners of the box."""
-
-    def at(self, point: Point, /) -> One:
-        """The plant with these parameters.
-
-        Parameters
-        ----------
-        point : tuple of Fraction
-            The parameters.
-        """
-
-
-def least(family: Many[One], value: Callable[[One], float], *, looks: int = MOST_LOOKS) -> tuple[Point, float]:
-    """A point of the box at which a number is about least, and the number.
-
-    Parameters
-    ----------
-    family : PlantFamily or ChannelFamily
-        The plants.
-    value : callable
-        The number for a plant.
-    looks : int
-        How many plants are looked at.
-    """
-    seen = dict[Point, float]()
-
-    def at(point: Point) -> float:
-        """The number at a point."""
-        checkpoint()
-        if point not in seen:
-            seen[point] = value(family.at(point))
-        return seen[point]
-
-    dice = Random(1)
-    points = [family.middle, *islice(family.corners, MOST_CORNERS)]
-    for _ in range(RANDOM):
-        points.append(tuple(low + (high - low) * Fraction(dice.randrange(65), 64) for low, high in family.box))
-    best = min(points, key=at)
-    step = Fraction(1, 4)
-    while len(seen) < looks and step > Fraction(1, 2**20):
-        near = [_moved(best, j, family.box, sign * step) for j in range(len(best)) for sign in (1, -1)]
-        better = min(near, key=at)
-        best, step = (better, step) if at(better) < at(best) else (best, step / 4)
-    return best, at(best)
-
-
-def _moved(point: Point, j: int, box: Box, share: Fraction) -> Point:
-    low, high = box[j]
-    return (*point[:j], min(max(point[j] + share * (high - low), low), high), *point[j + 1 :])
 
 
 # One class for all plants of the box.
@@ -498,7 +429,7 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
         _ = Search(family, row, odd).tree(laws("finite")[1], lower, "finite")  # says so
     costly = row.stage > 0 and not family.delay
     if costly:  # what is worst for a cheap criterion, and if that is not all Short says where more is to be seen
-        top, worst = min((reach(family.at(point)), point) for point in (_cheaply_worst(family, lower), family.middle))
+        top, worst = min((reach(family.at(point)), point) for point in (cheaply_worst(family, lower), family.middle))
     else:
         worst, top = least(family, reach, looks=len(family.box) * 4 + 2 if row.stage else MOST_LOOKS)
     if top <= lower:
@@ -553,18 +484,6 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
         search_limited=tried,
         shown=shown,
     )
-
-
-@lru_cache(maxsize=16)
-def _cheaply_worst(family: PlantFamily, lower: Fraction) -> Point:
-    """The plant for which the circle criterion, or Popov's, goes least far."""
-    row = next(row for row in TABLE if row.name == ("popov" if family.dt is None else "circle"))
-
-    def reach(plant: RationalPlant | DelayPlant) -> float:
-        found = guarded("the worst plant", lambda: row.answer(plant, lower=lower, odd=False), passing=(TimeoutError,))
-        return found.largest.low if isinstance(found, CriterionResult) else math.inf
-
-    return least(family, reach)[0]
 
 
 def _below(lower: Fraction, top: float, share: Fraction) -> Fraction:
