@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -26,7 +27,7 @@ from lure.analysis.cli.options import (
     loop_named,
     option,
 )
-from lure.errors import InputError
+from lure.errors import AssumptionError, InputError
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
     from lure.analysis.questions.overshoot import Overshoot
     from lure.analysis.questions.steady import SteadyResponse
     from lure.files.system import LoopSystem
+
+_SHARES = (0.9, 0.5, 0.1)  # of the rate, at which a number c is looked for
 
 
 def _certificate(text: str) -> object:
@@ -107,7 +110,7 @@ def rate(
     output: Annotated[Path | None, _certificate("Write the certificate of the rate, or that there is none.")] = None,
     force: Force = False,
     constant: Annotated[
-        bool, typer.Option("--constant", help="Also the number c, at nine tenths of the rate; needs A, B, C.")
+        bool, typer.Option("--constant", help="Also the number c, at .9 of the rate or less; needs A, B, C.")
     ] = False,
     set_: Settings = None,
     seconds: Seconds = None,
@@ -128,8 +131,7 @@ def rate(
     out = Output(as_json=as_json, quiet=quiet, verbose=verbose, replace=force)
     with out.progress() as tell:
         found = decay_rate(chosen, seconds=seconds, progress=tell)
-        beside = _constant(chosen, found) if constant else None
-    said = str(beside) if beside else "No number c is given, since no decay is proved."
+        beside, said = _constant(chosen, found) if constant else (None, "")
     more = {"constant": beside.to_dict() if beside else None} if constant else {}
     out.results(found.to_dict() | more, [str(found), *([said] if constant else [])])
     shown, what, begin = _shown(found)
@@ -150,15 +152,19 @@ def _shown(found: RateBound) -> tuple[Proved | Refuted | None, str, str]:
     return shown, what if shown else "of a rate", "No decay is proved; the"
 
 
-def _constant(loop: LoopSystem, found: RateBound) -> Overshoot | None:
-    """The number ``c`` at nine tenths of a decay that is proved."""
+def _constant(loop: LoopSystem, found: RateBound) -> tuple[Overshoot | None, str]:
+    """The number ``c`` at nine tenths of a decay that is proved, or at less of it, and a sentence about it."""
     from lure.analysis.questions.overshoot import overshoot
     from lure.analysis.verdict import Verdict
 
     if found.verdict is not Verdict.PROVED:
-        return None
-    rate = Fraction(f"{found.rate.high**0.9 if found.time == 'discrete' else 0.9 * found.rate.low:.6g}")
-    return overshoot(loop, rate=rate)
+        return None, "No number c is given, since no decay is proved."
+    for share in _SHARES:
+        rate = found.rate.high**share if found.time == "discrete" else share * found.rate.low
+        with suppress(AssumptionError):
+            shown = overshoot(loop, rate=Fraction(f"{rate:.6g}"))
+            return shown, str(shown)
+    return None, f"No number c is given: no quadratic function shows even {_SHARES[-1]:g} of the rate."
 
 
 @app.command(help=texts.STEADY)

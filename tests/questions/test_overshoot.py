@@ -77,5 +77,9 @@ def test_the_command_says_it_at_nine_tenths_of_the_rate(lure, tmp_path):
     assert status == 0
     assert F(data["constant"]["rate"]) == pytest.approx(0.9 * data["rate"][0], rel=1e-5)
     assert 1 < data["constant"]["constant"] < 4
+    loop = (tmp_path / "loop.toml").read_text()  # of the rate by Popov's criterion no quadratic function shows .9
+    (tmp_path / "still.toml").write_text(loop.replace("0.5]", "1]").replace("time_varying = true", ""))
+    data = json.loads(lure("rate", "still.toml", "--constant", "--json")[1])
+    assert F(data["constant"]["rate"]) == pytest.approx(0.5 * data["rate"][0], rel=1e-5)
     (tmp_path / "bare.toml").write_text("[plant]\nnum = [1]\nden = [1, 1]\n[class]\nsector = [0, 0.5]\n")
     assert lure("rate", "bare.toml", "--constant")[2].startswith("lure: the number c is about states")
