@@ -11,7 +11,7 @@ import jsonschema
 import pytest
 from tampering import assert_both_reject, edited
 
-from lure import NonlinearityClass, Sector, SlopeBounds
+from lure import NonlinearityClass, Sector, SlopeBounds, as_plant
 from lure.analysis import certify, max_sector
 from lure.analysis.certificates import windows
 from lure.analysis.certificates.arithmetic import Rejected
@@ -217,6 +217,22 @@ def test_taps_that_were_tampered_with_are_rejected_by_both(network, path, value)
 )
 def test_a_static_form_that_was_tampered_with_is_rejected_by_both(inhibition, path, value):
     assert_both_reject(edited(inhibition.certificate, *path, value=value))
+
+
+# Mutual inhibition beside an integrator with a ReLU: x' = -k max(x/100, 0) and faster states, which come to rest
+def test_a_static_form_beside_an_integrator():
+    rows = [["0", "1/(s+1)", "0"], ["1/(s+1)", "0", "0"], ["0", "0", "1/(s*(s+100))"]]
+    shown = certify(as_plant(rows), [NonlinearityClass.relu(0, 20)] * 3).shown
+    certificate = accepted_by_both(shown)
+    assert certificate["theorem"] == "coupled-popov"
+    assert certificate["conclusion"] == "every motion converges to the set of equilibria"
+    for path, value in [
+        (("proof", "zero"), lambda rows: [*rows, rows[0]]),
+        (("proof", "P", 0, 0), lambda v: str(-int(v))),
+        (("multiplier", "forms", 0, "rows", 5, 5), "1"),  # v_3 v_3: not 0 where the integrator rests
+        (("multiplier", "forms", 0, "rows", 5, 2), lambda v: str(2 * F(v))),
+    ]:
+        assert_both_reject(edited(certificate, *path, value=value))
 
 
 def test_gains_do_not_refute_rectifiers(inhibition):
