@@ -418,13 +418,7 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
     if row.name in UNUSED:
         raise AssumptionError(f"the criterion {row.name} is not shown of plants with parameters; try best")
 
-    def reach(plant: RationalPlant | DelayPlant) -> float:
-        """How far it goes for one plant."""
-        if isinstance(plant, DelayPlant):
-            return best_theta(plant, turned=row.name == "popov")[1]
-        answer = row.answer(plant, lower=lower, odd=odd)
-        return answer.largest.low if answer.verdict is Verdict.PROVED else -math.inf
-
+    reach = partial(_reach, row, lower, odd=odd)
     if family.order_changes:
         _ = Search(family, row, odd).tree(laws("finite")[1], lower, "finite")  # says so
     costly = row.stage > 0 and not family.delay
@@ -469,21 +463,36 @@ def largest(family: PlantFamily, row: Theorem, lower: Fraction, laws: Laws, *, o
     end = math.inf if isinstance(upper, str) else float(upper)
     tried = top == math.inf and not isinstance(upper, str)
     return replace(
-        row.answer(family.central, lower=lower, odd=odd),
+        _of_all(row.answer(family.central, lower=lower, odd=odd), family, shown),
         nonlinearity_class=nonlinearity_class,
+        largest=Bracket(end, max(end, double_above(Fraction(top)) if top < math.inf else top)),
+        reason=f"{end:g} is the largest k for which a certificate was tried" if tried else reason,
+        search_limited=tried,
+    )
+
+
+def _of_all(answer: CriterionResult, family: PlantFamily, shown: Proved) -> CriterionResult:
+    """An answer about the plant in the middle, of which stays what holds for all plants by what was accepted."""
+    return replace(
+        answer,
         verdict=Verdict.PROVED,
         evidence=Evidence.CERTIFIED,
-        largest=Bracket(end, max(end, double_above(Fraction(top)) if top < math.inf else top)),
         theta=None,
         multiplier=None,
         parameters={name: [str(low), str(high)] for name, (low, high) in zip(family.names, family.box, strict=True)},
         margin=None,
         worst_frequency=None,
         hypotheses=tuple(f"{name}: {fact}" for name, fact in shown.facts.items()),
-        reason=f"{end:g} is the largest k for which a certificate was tried" if tried else reason,
-        search_limited=tried,
         shown=shown,
     )
+
+
+def _reach(row: Theorem, lower: Fraction, plant: RationalPlant | DelayPlant, *, odd: bool) -> float:
+    """How far a criterion goes for one plant."""
+    if isinstance(plant, DelayPlant):
+        return best_theta(plant, turned=row.name == "popov")[1]
+    answer = row.answer(plant, lower=lower, odd=odd)
+    return answer.largest.low if answer.verdict is Verdict.PROVED else -math.inf
 
 
 def _below(lower: Fraction, top: float, share: Fraction) -> Fraction:
