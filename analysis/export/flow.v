@@ -148,7 +148,7 @@ Definition falls_in_time (n : nat) (P fs gs rows : list (list Z)) (low turn S : 
             ++ times (-1) (squares (mixed rows fs) ++ squares (mixed rows gs))).
 
 Lemma in_time_by : forall n P fs gs rows low turn N (z : R -> list R) (J : R -> R), 0 < N ->
-  nonneg n (bilinear P fs fs ++ low) = true ->
+  (forall w, length w = n -> 0 <= value (bilinear P fs fs ++ low) w) ->
   (forall t, length (z t) = n) -> flows z fs gs ->
   (forall t, 0 < t -> value low (z t) <= J t) ->
   (forall t, 0 < t -> derivable_pt_lim J t (value turn (z t))) ->
@@ -168,7 +168,7 @@ Proof.
       apply (derivable_pt_lim_plus (fun t => value (bilinear P fs fs) (z t)) J); auto.
       now apply flow_bilinear.
     - now apply flow_squares.
-    - intros t Ht; pose proof (nonneg_sound n _ (z t) nn (len t)) as M; rewrite value_app in M.
+    - intros t Ht; pose proof (nn (z t) (len t)) as M; rewrite value_app in M.
       pose proof (above t Ht); unfold v; nra.
     - intros t _; apply squares_nonneg.
     - intros t Ht; pose proof (bound t Ht); pose proof (squares_nonneg small' (z t)); unfold v'; lra.
@@ -192,6 +192,7 @@ Proof.
   intros n P fs gs rows low turn S N z J check len F above DJ class.
   unfold falls_in_time in check; rewrite !andb_true_iff, Z.ltb_lt in check.
   destruct check as [[pos nn] falls]; apply IZR_lt in pos.
+  assert (nn' := fun w => nonneg_sound n _ w nn).
   apply (in_time_by n P fs gs rows low turn (IZR N) z J); auto; intros t Ht.
   pose proof (nonneg_sound n _ (z t) falls (len t)) as M.
   rewrite !value_app, !value_times, !value_app, !value_times, !value_app in M.
@@ -217,6 +218,7 @@ Proof.
   unfold falls_for_each_bound in check; rewrite !andb_true_iff, !Z.ltb_lt in check.
   destruct check as [[[[[cp p0] p1] nn] least] falls]; apply IZR_lt in cp, p0, p1.
   assert (Q : 0 < IZR N1 / (IZR c * k)) by (apply Rdiv_lt_0_compat; nra).
+  assert (nn' := fun w => nonneg_sound n _ w nn).
   apply (in_time_by n P fs gs rows low turn (IZR N0 + IZR N1 / (IZR c * k)) z J); auto; [lra|]; intros t Ht.
   pose proof (nonneg_sound n _ (z t) least (len t)) as L.
   pose proof (nonneg_sound n _ (z t) falls (len t)) as M.

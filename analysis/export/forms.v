@@ -177,6 +177,17 @@ Proof.
   rewrite IH, dot_combine; ring.
 Qed.
 
+Lemma V_scaled : forall P c z, V P (map (Rmult c) z) = c * c * V P z.
+Proof.
+  intros P c z; unfold V.
+  assert (D : forall row us, dot row (map (Rmult c) us) = c * dot row us).
+  { induction row as [|a row IH]; intros [|x us]; cbn [dot map]; try ring; rewrite IH; ring. }
+  rewrite (map_ext (fun row => dot row (map (Rmult c) z)) (fun row => c * dot row z)) by (intro; apply D).
+  generalize P; generalize z at 1 3 as us; induction us as [|x us IH]; intros [|row P']; cbn [map sumprod]; try ring.
+  rewrite IH; ring.
+Qed.
+Lemma norm2_scaled : forall c z, norm2 (map (Rmult c) z) = c * c * norm2 z.
+Proof. intros c z; induction z as [|x z IH]; cbn [map norm2]; [ring|]; rewrite IH; ring. Qed.
 Lemma dot_place : forall i c z, dot (repeat 0%Z i ++ [c]) z = IZR c * nth i z 0.
 Proof. induction i as [|i IH]; intros c [|x z]; cbn [repeat app dot nth]; try ring; rewrite IH; ring. Qed.
 

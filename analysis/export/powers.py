@@ -85,7 +85,7 @@ class _Powers(FallingTheorem):
         shared, n = math.gcd(*entries), len(size)
         flat = [[v // shared for v in entries[i : i + n]] for i in range(0, len(entries), n)]
         forms = [flat[i : i + n] for i in range(0, 3 * n, n)]
-        return forms[0], [[[self.unit**2 * v for v in row] for row in M] for M in forms[1:]]
+        return forms[0], [[[self.unit * v for v in row] for row in M] for M in forms[1:]]
 
     def alike(self) -> list[list[tuple[int, int]]]:
         """The places of a form, product by product of the monomials."""
@@ -101,12 +101,16 @@ class _Powers(FallingTheorem):
 
     def _times(self) -> int:
         """By which the fall of ``V`` is above the squares; 0 if that is not shown."""
-        n, d = len(self.exponents), self.unit
-        now, places = ([[c * (i == j) for j in range(n)] for i in range(n)] for c in (d, 1))
+        n = len(self.exponents)
+        places = [[int(i == j) for j in range(n)] for i in range(n)]
         sides = list[tuple[list[Term], list[Term]]]()
         for rows, Z in zip(self.rows, self.zero, strict=True):
-            falls = [*bilinear(self.P, now, rows, -1), *bilinear(self.P, rows, now, -1), *bilinear(Z, places, places)]
-            sides.append((falls, [(-1, row, row) for row in (*now, *rows)]))
+            falls = [
+                *bilinear(self.P, places, rows, -1),
+                *bilinear(self.P, rows, places, -1),
+                *bilinear(Z, places, places),
+            ]
+            sides.append((falls, [(-1, row, row) for row in (*places, *rows)]))
         if not nonnegative(bilinear(self.P, places, places), n) or not all(nonnegative(V, n) for V, _ in sides):
             return 0
         for power in range(0, MOST_SCALE, 4):

@@ -25,13 +25,12 @@ Proof.
 Qed.
 
 Definition places (n from : nat) (d : Z) : list (list Z) := map (fun i => repeat 0%Z (from + i) ++ [d]) (seq 0 n).
-Definition falls_at_end (n : nat) (P L : list (list Z)) (zero : list term) (d K : Z) : bool :=
-  nonneg n (times K (times (-1) (bilinear P (places n 0 d) L ++ bilinear P L (places n 0 d)) ++ zero)
-            ++ times (-1) (squares (places n 0 d) ++ squares L)).
-Definition nothing (n : nat) : list term := [(0%Z, (repeat 0%Z (2 * n), repeat 0%Z (2 * n)))].
+Definition falls_at_end (n : nat) (P L : list (list Z)) (zero : list term) (K : Z) : bool :=
+  nonneg n (times K (times (-1) (bilinear P (places n 0 1) L ++ bilinear P L (places n 0 1)) ++ zero)
+            ++ times (-1) (squares (places n 0 1) ++ squares L)).
 Definition powers_fall (n : nat) (P L M : list (list Z)) (zero_l zero_k : list term) (d K : Z) : bool :=
   (0 <? d)%Z && (0 <? K)%Z && (length L =? n)%nat && (length M =? n)%nat &&
-  nonneg (2 * n) (bilinear P (places n 0 d) (places n 0 d) ++ nothing n) && falls_at_end n P L zero_l d K && falls_at_end n P M zero_k d K.
+  nonneg n (bilinear P (places n 0 1) (places n 0 1)) && falls_at_end n P L zero_l K && falls_at_end n P M zero_k K.
 
 Lemma at_places : forall d u v, at_ (places (length v) (length u) d) (u ++ v) = map (Rmult (IZR d)) v.
 Proof.
@@ -84,17 +83,28 @@ Proof.
     rewrite map_length, len, len', map_one in H; exact H. }
   assert (Rw : forall w, length w = n -> at_ rows w = w).
   { intros w E; unfold rows; rewrite <- (app_nil_r w) at 1; rewrite <- E, at_places_first; apply map_one. }
-  assert (end_falls : forall N_ zero, falls_at_end n P N_ zero d K = true -> forall t, value zero (m t) = 0 ->
-    norm2 (map (Rmult (IZR d)) (m t)) + norm2 (at_ N_ (m t))
-    <= - (IZR K * (sumprod (map (Rmult (IZR d)) (m t)) (map (fun r => dot r (at_ N_ (m t))) P)
-      + sumprod (at_ N_ (m t)) (map (fun r => dot r (map (Rmult (IZR d)) (m t))) P)))).
+  assert (own : forall w, length w = n -> at_ (places n 0 1) w = w) by exact Rw.
+  assert (end_falls : forall N_ zero, falls_at_end n P N_ zero K = true -> forall t, value zero (m t) = 0 ->
+    norm2 (m t) + norm2 (at_ N_ (m t))
+    <= - (IZR K * (sumprod (m t) (map (fun r => dot r (at_ N_ (m t))) P)
+      + sumprod (at_ N_ (m t)) (map (fun r => dot r (m t)) P)))).
   { intros N_ zero test t z0; pose proof (nonneg_sound n _ (m t) test (len t)) as H.
     repeat (rewrite value_app in H || rewrite value_times in H); rewrite !value_bilinear, !squares_at, z0 in H.
-    replace (at_ (places n 0 d) (m t)) with (map (Rmult (IZR d)) (m t)) in H; [lra|].
-    rewrite <- (app_nil_r (m t)) at 2; rewrite <- (len t), at_places_first; reflexivity. }
+    rewrite !own in H by apply len; lra. }
+  assert (scaled : forall r us, dot r (map (Rmult (IZR d)) us) = IZR d * dot r us).
+  { induction r as [|a row IH]; intros [|x us]; cbn [dot map]; try ring; rewrite IH; ring. }
+  assert (first : forall us vs, sumprod (map (Rmult (IZR d)) us) vs = IZR d * sumprod us vs).
+  { induction us as [|x us IH]; intros [|y vs]; cbn [sumprod map]; try ring; rewrite IH; ring. }
+  assert (second : forall us vs, sumprod us (map (Rmult (IZR d)) vs) = IZR d * sumprod us vs).
+  { induction us as [|x us IH]; intros [|y vs]; cbn [sumprod map]; try ring; rewrite IH; ring. }
   assert (lim : forall row, In row rows -> tends_to (fun t => dot row (at_ fs (z t))) 0).
-  { apply (in_time_by (2 * n) P fs gs rows (nothing n) [] (IZR K) z (fun _ => 0)); try exact Kp.
-    - exact low.
+  { apply (in_time_by (2 * n) P fs gs rows [] [] (IZR K * IZR d) z (fun _ => 0)).
+    - apply Rmult_lt_0_compat; assumption.
+    - intros w Lw; rewrite app_nil_r, value_bilinear; fold (V P (at_ fs w)).
+      assert (Lu : length (firstn n w) = n) by (rewrite firstn_length; lia).
+      rewrite <- (firstn_skipn n w); unfold fs; rewrite <- Lu at 1; rewrite at_places_first, V_scaled.
+      apply Rmult_le_pos; [apply Rlt_le; now apply Rmult_lt_0_compat|].
+      pose proof (nonneg_sound n _ (firstn n w) low Lu) as H; rewrite value_bilinear, Rw in H by exact Lu; exact H.
     - intro t; unfold z; rewrite app_length, map_length, len, len'; lia.
     - unfold flows, fs, gs, places; apply Forall2_map; intros j J t T; apply in_seq in J.
       apply (derivable_same (fun s => IZR d * nth j (m s) 0) _ t (IZR d * nth j (m' t) 0)).
@@ -104,7 +114,7 @@ Proof.
         rewrite (nth_indep (map (Rmult (IZR d)) (m' t)) 0 (IZR d * 0)) by (rewrite map_length, len'; lia).
         rewrite (map_nth (Rmult (IZR d))); ring.
       + apply (derivable_pt_lim_scal (fun s => nth j (m s) 0)); apply D; [lia|exact T].
-    - intros; unfold nothing; cbn [value]; lra.
+    - intros; cbn; lra.
     - intros; cbn; apply derivable_pt_lim_const.
     - intros t T; rewrite !squares_at, !at_mixed, F, G, !Rw by (rewrite ?map_length, ?len, ?len'; reflexivity).
       rewrite !value_bilinear, F, G; destruct (mix t T) as [r [R01 E]]; rewrite E.
@@ -113,14 +123,21 @@ Proof.
       assert (EL : length (at_ M (m t)) = length (at_ L (m t))) by (unfold at_; rewrite !map_length; lia).
       pose proof (norm2_convex r _ _ EL R01) as C.
       rewrite sumprod_left, sumprod_right by exact EL; cbn [value].
-      set (w := map (Rmult (IZR d)) (m t)) in *.
-      set (a := sumprod w (map (fun r0 => dot r0 (at_ L (m t))) P)) in *.
-      set (b := sumprod w (map (fun r0 => dot r0 (at_ M (m t))) P)) in *.
-      set (a' := sumprod (at_ L (m t)) (map (fun r0 => dot r0 w) P)) in *.
-      set (b' := sumprod (at_ M (m t)) (map (fun r0 => dot r0 w) P)) in *.
-      assert (r * (norm2 w + norm2 (at_ M (m t))) <= r * - (IZR K * (b + b'))) by (apply Rmult_le_compat_l; lra).
-      assert ((1 - r) * (norm2 w + norm2 (at_ L (m t))) <= (1 - r) * - (IZR K * (a + a')))
+      set (u := at_ L (m t)) in *; set (v := at_ M (m t)) in *.
+      rewrite (map_ext (fun r0 => dot r0 (map (Rmult (IZR d)) (m t))) (fun r0 => IZR d * dot r0 (m t))) by (intro; apply scaled).
+      rewrite <- (map_map (fun r0 => dot r0 (m t)) (Rmult (IZR d))), !first, !second, norm2_scaled.
+      set (a := sumprod (m t) (map (fun r0 => dot r0 u) P)) in *; set (b := sumprod (m t) (map (fun r0 => dot r0 v) P)) in *.
+      set (a' := sumprod u (map (fun r0 => dot r0 (m t)) P)) in *; set (b' := sumprod v (map (fun r0 => dot r0 (m t)) P)) in *.
+      set (c := norm2 (lcomb r (1 - r) v u)) in *; set (w := norm2 (m t)) in *.
+      assert (H1 : r * (w + norm2 v) <= r * - (IZR K * (b + b'))) by (apply Rmult_le_compat_l; lra).
+      assert (H2 : (1 - r) * (w + norm2 u) <= (1 - r) * - (IZR K * (a + a'))) by (apply Rmult_le_compat_l; lra).
+      assert (H3 : w + c <= - (IZR K * (r * (b + b') + (1 - r) * (a + a')))) by lra.
+      assert (d1 : 1 <= IZR d) by (apply (IZR_le 1); apply lt_IZR in dp; lia).
+      assert (cpos : 0 <= c) by (unfold c; clear; induction (lcomb r (1 - r) v u) as [|x0 y0 IH]; cbn; nra).
+      assert (D2 : 1 <= IZR d * IZR d) by nra.
+      assert (H4 : IZR d * IZR d * (w + c) <= IZR d * IZR d * - (IZR K * (r * (b + b') + (1 - r) * (a + a'))))
         by (apply Rmult_le_compat_l; lra).
+      assert (H5 : 1 * c <= IZR d * IZR d * c) by (apply Rmult_le_compat_r; assumption).
       lra. }
   assert (J : In (repeat 0%Z i ++ [1%Z]) rows).
   { unfold rows, places; apply in_map_iff; exists i; split; [reflexivity|apply in_seq; lia]. }

@@ -53,17 +53,6 @@ Qed.
 Definition growth_step (n : nat) (N K : Z) (now next : list (list Z)) (Q after : list (list Z)) : bool :=
   nonneg n (times N (bilinear Q now now ++ times (-1) (bilinear after next next)) ++ times (-1) (squares now)) &&
   nonneg n (bilinear Q now now ++ times K (squares now)).
-Lemma V_scaled : forall P c z, V P (map (Rmult c) z) = c * c * V P z.
-Proof.
-  intros P c z; unfold V.
-  assert (D : forall row us, dot row (map (Rmult c) us) = c * dot row us).
-  { induction row as [|a row IH]; intros [|x us]; cbn [dot map]; try ring; rewrite IH; ring. }
-  rewrite (map_ext (fun row => dot row (map (Rmult c) z)) (fun row => c * dot row z)) by (intro; apply D).
-  generalize P; generalize z at 1 3 as us; induction us as [|x us IH]; intros [|row P']; cbn [map sumprod]; try ring.
-  rewrite IH; ring.
-Qed.
-Lemma norm2_scaled : forall c z, norm2 (map (Rmult c) z) = c * c * norm2 z.
-Proof. intros c z; induction z as [|x z IH]; cbn [map norm2]; [ring|]; rewrite IH; ring. Qed.
 
 Lemma grows_without_end : forall (Q : nat -> list (list Z)) (x : nat -> list R) N K, 0 < N -> 0 < K ->
   (forall t, norm2 (x t) <= N * (V (Q t) (x t) - V (Q (S t)) (x (S t)))) ->
