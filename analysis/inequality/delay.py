@@ -318,7 +318,9 @@ class Delayed:
             features = [1 / float(delay) for delay, _ in block.terms if delay > 0]
             for p in (response.bottom, *(term.top for term in response.terms)):
                 features += root_sizes(p)
-            return cls(block, response, 8 * max([1e-3, *features]), min(size for size in features if size > 0))
+            return cls(
+                block, response, 8 * max([1e-3, *features]), min((size for size in features if size > 0), default=1.0)
+            )
 
     def gains(self) -> Bracket:
         """Supremum of the ``k`` such that every linear gain in ``(0, k]`` is stable."""
