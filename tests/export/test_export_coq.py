@@ -76,6 +76,7 @@ def compiled(folder, text):
 
 
 @needs_coq
+@pytest.mark.thorough
 def test_popov_in_the_critical_case_compiles_and_rests_on_the_axioms_of_the_reals_alone(library):
     text = coq_text(popov())
     assert "1 * xi 3%nat t + 3 * xi 2%nat t + 2 * xi 1%nat t" in text  # the plant's own coefficients
@@ -173,6 +174,7 @@ def orbit():
 
 
 @needs_coq
+@pytest.mark.thorough
 def test_an_orbit_compiles_and_another_does_not(orbit, library):
     assert "exists (phi : R -> R) (sigma : nat -> R)," in orbit
     ok, said = compiled(library, orbit)
@@ -189,6 +191,7 @@ def changed(text, right, wrong):
 
 # 2 xi(t+1) - xi(t) = -phi: gains from 0 to 1/2 leave (1 - g)/2, from 1/4 to 1/2, so that 1/2 is the rate of the class.
 @needs_coq
+@pytest.mark.thorough
 def test_a_rate_in_discrete_time_compiles_and_a_faster_one_does_not(library):
     system = {"kind": "transfer", "time": "discrete", "numerator": ["1"], "denominator": ["2", "-1"]}
     text = coq_text(proved(system, "1/2", varying=True, rate="3/5"))
@@ -237,6 +240,7 @@ def unstable(n, d, upper, gain, time="continuous"):
 
 # (s + 1)^3 + 8 has the roots +-i sqrt 3.
 @needs_coq
+@pytest.mark.thorough
 def test_a_gain_with_a_pair_of_roots_on_the_axis_compiles(library):
     text = coq_text(check(KEPT["linear gain"]))
     assert "  0 <= g <= 9 /\\\n" in text
