@@ -313,7 +313,7 @@ def over_boxes(
         Pi, parts = diagonal(weights, bounds), [states.symmetric(one, [], n)[0] for one in half]
         weighed(Pi, theta, bounds, asked, rate or ZERO)
         falls, above, common = dict[Any, Rows](), dict[Any, Rows](), dict[Any, Rows]()
-        L = lcm(*degrees) or 1  # all of it L times, so that t and P are of integers
+        L = lcm(*(max(d, 1) for d in degrees))  # all of it L times, so that t and P are of integers
         Pi, theta = [[L * v for v in row] for row in Pi], [L * v for v in theta]
         for node in product(*(range(d + 1) for d in degrees)):
             t = [i * L // max(d, 1) for i, d in zip(node, degrees)]

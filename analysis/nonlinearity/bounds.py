@@ -195,13 +195,23 @@ def moved_bounds(phi: MovedNonlinearity, low: End, high: End, effort: Effort | N
     assert known is not None, "a graph and a tree are known"
     found = bounds_of_known(known, low, high, effort)
     slopes = Fraction(0) if phi.centre is not None or (low, high) == (-math.inf, math.inf) else wide
+    least, most = found.slope_lower, found.slope_upper
+    if phi.centre is not None:  # a kink just beyond the domain may lie in it
+        ends = low - phi.within, high + phi.within
+        beyond = known_nonlinearity(phi.centre, *ends)
+        assert beyond is not None, "a graph is known"
+        more = bounds_of_known(beyond, *ends, effort)
+        least, most = (
+            one and other and replace(one, outer=other.outer, attained=one.attained and one.outer == other.outer)
+            for one, other in ((least, more.slope_lower), (most, more.slope_upper))
+        )
     return replace(
         found,
         nonlinearity=str(phi),
         sector_lower=_wider(found.sector_lower, -wide),
         sector_upper=_wider(found.sector_upper, wide),
-        slope_lower=found.slope_lower and _wider(found.slope_lower, -slopes),
-        slope_upper=found.slope_upper and _wider(found.slope_upper, slopes),
+        slope_lower=least and _wider(least, -slopes),
+        slope_upper=most and _wider(most, slopes),
     )
 
 

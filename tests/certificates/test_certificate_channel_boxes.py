@@ -117,6 +117,23 @@ def test_a_plant_between_the_corners_is_not_overlooked():
                 complete_and_check(draft(family, tree))
 
 
+def test_a_parameter_that_no_entry_has_leaves_the_others_their_values():
+    # x' = (8 p (1 - p) - 1) x: -1 at p = 0 and 1, 1 in the middle; with q the degrees of p and q are 2 and 0
+    entry = leaf([[["1"]]], "1")
+    for a, stable in (("8*p*(1 - p) - 1", False), ("p*(1 - p) - 1", True)):
+        family = ChannelFamily.of_matrices([[a]], [[1]], [[1]], None, {"p": (0, 1)})
+        alone = draft(family, entry)
+        system = edited(alone["system"], "parameters", value=lambda rows: [*rows, ["q", "0", "1"]])
+        for term in system["terms"]:
+            term["powers"].append(0)
+        both = {**alone, "system": system}
+        if stable:
+            assert recheck(complete_and_check(both).certificate).accepted
+        else:
+            with pytest.raises(Rejected):
+                complete_and_check(both)
+
+
 def test_a_gain_is_that_of_every_plant_and_its_member_one_of_the_box():
     # x' = -a x + w - phi, z = x: 1/a with phi = 0, and the circle criterion proves no more than 1 at a = 1
     family = ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (1, 2)})

@@ -38,12 +38,20 @@ def test_bounds_around_a_point_hold_for_every_point_within_the_radius(phi, at, o
         assert float(found.sector_lower.outer) - 1e-9 <= chords.min()
         assert chords.max() <= float(found.sector_upper.outer) + 1e-9
         assert found.sector_lower.inner + 1e-2 >= chords.min() - 1e-9
-        if not isinstance(phi, Saturation):  # whose kinks move with s
-            assert float(found.slope_lower.outer) - 1e-9 <= slopes.min()
-            assert slopes.max() <= float(found.slope_upper.outer) + 1e-9
+        assert float(found.slope_lower.outer) - 1e-9 <= slopes.min()
+        assert slopes.max() <= float(found.slope_upper.outer) + 1e-9
         if s == at:
             assert chords.min() - float(found.sector_lower.outer) <= 3e-2
             assert float(found.sector_upper.outer) - chords.max() <= 3e-2
+
+
+# The kink at 1 is 0.49 away from s = 0.51, and 0.5 from the middle: slopes from there on are 0.
+def test_a_kink_just_beyond_the_domain_counts():
+    moved = MovedNonlinearity(Saturation(limit=1), Fraction(1, 2), Fraction(1, 100))
+    for end, slope in ((Fraction(489, 1000), 1), (Fraction(495, 1000), 0)):
+        found = nonlinearity_bounds(moved, on=(Fraction(-2, 5), end))
+        assert (found.slope_lower.outer, found.slope_upper.outer) == (slope, 1)
+        assert found.slope_lower.attained is (slope == 1)
 
 
 # The tangent from (1, tanh 1) touches at t < 0 with tanh(1) - tanh(t) = (1 - tanh(t)^2)(1 - t): t = -0.4589, and its
