@@ -20,7 +20,7 @@ from lure.rod.motion import engine
 
 os.environ["MPLBACKEND"] = "agg"  # figures are files, also where a display is at hand
 
-settings.register_profile("dev", max_examples=6, derandomize=True, deadline=None)
+settings.register_profile("dev", max_examples=10, derandomize=True, deadline=None)
 settings.register_profile(THOROUGH, max_examples=1000, deadline=None, print_blob=True)
 settings.load_profile("dev")
 

@@ -74,7 +74,7 @@ def accepted_by_both(shown):
 def test_a_rectifier_is_proved_up_to_its_exact_limit_where_gains_fail_earlier(turning):
     assert turning.largest.low == pytest.approx(1.5, abs=1e-5)
     assert turning.largest.low < 1.5
-    assert turning.refuted_at is None  # no gain is a ReLU
+    assert 1.5 < turning.refuted_at == pytest.approx(1.5, abs=1e-5)  # by a solution along a ray; no gain is a ReLU
     accepted_by_both(turning.proof)
 
 

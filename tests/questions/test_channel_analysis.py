@@ -114,9 +114,9 @@ def test_classes_beside_a_loop_that_has_its_own_are_refused():
 
 
 def test_the_report_has_the_channels_and_the_map(found, tmp_path, monkeypatch):
-    from lure.analysis.report.loop import build
+    from lure.analysis.report.loop import write
 
-    monkeypatch.setattr(build, "analyse", lambda *_args, **_options: found)
+    monkeypatch.setattr(write, "analyse", lambda *_args, **_options: found)
     report(RING, output=tmp_path / "out")
     page = (tmp_path / "out" / "report.html").read_text()
     assert "<h2>The channels</h2>" in page

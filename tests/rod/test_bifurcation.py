@@ -235,12 +235,17 @@ def test_the_bound_is_nearly_reached_by_a_rod_that_bounces_back():
     assert brief.low <= final.low <= 0.97 * brief.low
 
 
+def within_units(number):
+    """Not so small that a rod refuses it: 0, or at least 1e-9."""
+    return number == 0 or abs(number) >= 1e-9
+
+
 @settings(max_examples=12)
 @given(
     damping=st.sampled_from([0.6, 0.9, 1.0, 3.0]),
-    velocity=st.floats(-1, 2),
+    velocity=st.floats(-1, 2).filter(within_units),
     until=st.floats(2, 20),
-    gap=st.floats(-0.2, 0.5),
+    gap=st.floats(-0.2, 0.5).filter(within_units),
 )
 def test_bounds_of_a_short_look_hold_what_a_long_one_finds(damping, velocity, until, gap):
     rod = unit_rod(damping=damping, compliance=0.05, gap=gap)

@@ -59,6 +59,7 @@ from lure.files import find_system
 from lure.files.builtin import builtin_loops
 from lure.files.system import LoopSystem
 from lure.nonlinearities import shifted_nonlinearity
+from lure.nonlinearities.shifted import MovedNonlinearity
 from lure.rod import Scenario, builtin_system, exact_motion, upwind
 from lure.rod.assembly import RodAssembly
 from lure.rod.assembly_motion import assembly_motion
@@ -340,6 +341,7 @@ SYSTEMS = {
     "formula": lure.ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
     "contradicted": lure.ExpressionNonlinearity("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
     "shifted": shifted_nonlinearity(lure.Tanh(), 1),
+    "moved": MovedNonlinearity(lure.Tanh(), Fraction(1), Fraction(1, 2**100)),
     "normal compliance": lure.rod.NormalCompliance(Fraction(4), 2),
     "loop": lure.Loop(THIRD, lure.Saturation()),
     "loop of a stranger": lure.Loop(THIRD, Odd()),

@@ -42,18 +42,19 @@ def response(block):
 def stable_blocks(draw, *, largest=6):
     """Stable blocks: poles from well damped to nearly on the axis, sometimes a factor that nearly cancels."""
     order = draw(st.integers(1, largest))
-    numerator, denominator = [1.0], [1.0]
+    numerator, denominator = [F(1)], np.array([F(1)])  # exact: rounding may put close pairs on the axis
     while len(denominator) <= order:
         size, damping = draw(st.sampled_from([0.25, 0.5, 1.0, 3.0])), draw(st.sampled_from([0.75, 0.125, 2.0**-20]))
         pair = len(denominator) < order and draw(st.booleans())
-        denominator = list(np.convolve(denominator, [1, 2 * damping * size, size**2] if pair else [1, size]))
+        factor = [1, 2 * F(damping) * F(size), F(size) ** 2] if pair else [1, F(size)]
+        denominator = np.convolve(denominator, np.array(factor, dtype=object))
     numerator = draw(st.lists(st.integers(-8, 8), min_size=1, max_size=order + 1))
     if draw(st.booleans()):
         zero = draw(st.sampled_from([0.5, 2.0]))
         numerator = list(np.convolve(numerator, [1, zero]))
-        denominator = list(np.convolve(denominator, [1, zero + 2.0**-30]))
+        denominator = np.convolve(denominator, np.array([1, F(zero) + F(1, 2**30)], dtype=object))
     assume(any(numerator))
-    return RationalPlant([float(c) for c in numerator], [float(c) for c in denominator])
+    return RationalPlant([F(c) for c in numerator], list(denominator))
 
 
 # continuous time: 1/(s+1)^3: Re = (1 - 3x)/(1 + x)^3 is least at x = 1, -1/4; 1/(s(s+1)(s+2)): the limit at 0, -3/4
