@@ -17,6 +17,7 @@ from lure.analysis.export.loops import of_transfer
 from lure.analysis.export.quadratic import Loop, Term, bilinear, nonnegative, rounded, whole
 from lure.analysis.export.words import folded, integers, number, refused, whole_file
 
+MOST_PRODUCTS = 15  # more take Coq minutes
 MOST_SCALE, BITS = 400, (12, 16, 20, 24, 32, 48, 64, 96)
 Rows = list[list[int]]
 
@@ -34,7 +35,7 @@ def powers_text(data: Mapping[str, Any], claim: str) -> str:
     Raises
     ------
     refused
-        An ``InputError``: its plant has matrices or a feedthrough, or it leaves too little room.
+        An ``InputError``: its plant has matrices or a feedthrough, it has many products, or it leaves too little room.
     """
     top, den, _ = coefficients(data["system"]) if data["system"]["kind"] == "transfer" else ([], [], False)
     if not top or len(top[0][1]) == len(den):
@@ -51,6 +52,11 @@ class _Powers(FallingTheorem):
         super().__init__(data, loop)
         self.low, self.high, proof = low, high, data["proof"]
         self.exponents = monomials(self.order, proof["power"])
+        if len(self.exponents) > MOST_PRODUCTS:
+            raise refused(
+                f"a form in {len(self.exponents)} products of powers takes Coq minutes; those in up to {MOST_PRODUCTS} "
+                "have an export"
+            )
         self.last = [[v / loop.phi[0][-1] for v in self._closed(g)] for g in (low, high)]
         units = [[Fraction(j == i + 1) for j in range(self.order)] for i in range(self.order - 1)]
         given = [lifted([*units, row], self.exponents) for row in self.last]

@@ -17,7 +17,7 @@ from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.systems import system_of
-from lure.analysis.export import coq_text
+from lure.analysis.export import coq_text, powers
 from lure.analysis.export.circle import tree
 from lure.analysis.export.ordering import halves
 from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
@@ -466,6 +466,12 @@ def test_what_has_no_export_is_refused_in_a_sentence():
     refuted = next(c for c in KEPT.values() if c["proof"]["method"] == "flow-orbit")
     with pytest.raises(InputError, match="it is a refutation by flow-orbit"):
         coq_text(check(refuted))
+
+
+def test_a_form_that_would_take_coq_minutes_is_refused(monkeypatch):
+    monkeypatch.setattr(powers, "MOST_PRODUCTS", 2)  # the kept form, of degree 4 in two states, is in x^2, x y and y^2
+    with pytest.raises(InputError, match="a form in 3 products of powers takes Coq minutes; those in up to 2 have"):
+        coq_text(check(KEPT["homogeneous-lyapunov"]))
 
 
 def test_the_command_writes_a_file_and_refuses_names_that_coqc_does_not_take(lure, tmp_path, monkeypatch):
