@@ -205,7 +205,9 @@ class RegionOfAttraction(TwoSided):
     verdict: Verdict = quantity("PROVED: some set is; else INCONCLUSIVE", label="")
     evidence: Evidence = quantity("of the sets", default=Evidence.CERTIFIED)
     states: int = quantity("number of states")
-    sets: tuple[AttractedSet, ...] = quantity("inside the region, the largest first", label="")
+    sets: tuple[AttractedSet, ...] = quantity(
+        "inside the region, the largest first; where points are asked about that which holds most of them", label=""
+    )
     outside: tuple[OutsideSet, ...] = quantity("outside of it", label="", default=())
     equilibria: tuple[tuple[Fraction, ...], ...] = quantity(
         "other than 0, exactly, where every nonlinearity is on a line: they are not attracted", label="", default=()
@@ -462,12 +464,13 @@ def _answered(
         for longer in ellipsoids_along(found, shapes, proof) if wanted else ():
             along.append(longer)
     sets = [_set_of(one, shapes) for one in (proof, more, *along, *planar.inside) if one is not None]
-    sets.sort(key=lambda one: -one.volume)
+    sizes = [one.volume if points is None else _reach(one, points) for one in sets]
+    sets = [one for _, one in sorted(zip(sizes, sets, strict=True), key=lambda pair: -pair[0])]
     if planar.outside is not None:
         around = points_of(planar.outside)
         high = min(double_above(area(around)), math.inf if high is None else high)
         outside = (OutsideSet(kind="curve", points=around, proof=planar.outside), *outside)
-    low = sets[0].volume
+    low = max(one.volume for one in sets)
     if planar.inside:
         polygons = [polygon_within(one.points or one.P or ()) for one in sets if one.kind != "level set"]
         low = max(low, double_below(union_below(polygons)))
@@ -479,7 +482,7 @@ def _answered(
         sets=tuple(sets),
         outside=outside,
         area=(low, high),
-        reach=None if points is None else max(_reach(one, points) for one in sets),
+        reach=None if points is None else max(sizes),
     )
 
 

@@ -210,6 +210,19 @@ def test_integrals_make_a_set_larger_and_both_checkers_accept_it():
     assert np.all(level.values(starts) <= 1)
 
 
+def test_what_holds_the_points_is_the_set_that_is_named(saddle, monkeypatch):
+    # the set that goes farthest towards them may be a smaller one: a curve beside a larger ellipsoid, say
+    long = region(SADDLE, Saturation(), along=[[1, 0]]).proof
+    monkeypatch.setattr("lure.analysis.questions.regions.proved_ellipsoid", lambda *_: saddle.proof)
+    monkeypatch.setattr("lure.analysis.questions.regions.proved_level_set", lambda *_: long)
+    found = region(SADDLE, Saturation(), along=[[1, 0]])
+    first, larger = found.sets
+    assert larger.volume > 1.3 * first.volume
+    assert found.area[0] >= larger.volume
+    assert [one.contains([found.reach, 0]) for one in found.sets] == [True, False]
+    assert f"its area is at least {first.volume:.6g}"[:-1] in str(found)
+
+
 def test_equilibria_are_found_exactly(saddle):
     # x' = y, y' = x - sat(3 x + 4 y): y = 0 and x = +-1; in discrete time x+ = 1.5 x - sat(1.5 x): x = 2 (x - 1) etc.
     assert saddle.equilibria == ((-1, 0), (1, 0))
