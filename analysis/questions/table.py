@@ -460,7 +460,7 @@ def analyse(
         asked=None if given is None else row_asked(rows, given),
         conclusion=conclusion,
         hints=hints(problem, rows, gains or (), conclusion),
-        not_shown=_not_shown(rows, conclusion),
+        not_shown=_not_shown(problem.plant, rows, conclusion),
     )
 
 
@@ -502,7 +502,7 @@ def _of_channels(problem: Problem, seconds: float | None, progress: Progress | N
         asked=row if asked else None,
         conclusion=conclusion,
         hints=channel_hints(problem, row, rows, conclusion) if asked else (),
-        not_shown=_not_shown(rows, conclusion),
+        not_shown=_not_shown(problem.plant, rows, conclusion),
         map=map_of_two,
     )
 
@@ -561,7 +561,7 @@ def _start(bounds: Sector | SlopeBounds) -> Fraction:
     return Fraction(0) if bounds.lower == -math.inf else exact_number(bounds.lower, "lower")
 
 
-def _not_shown(rows: list[StabilityBound], found: Conclusion) -> tuple[str, ...]:
+def _not_shown(plant: Plant, rows: list[StabilityBound], found: Conclusion) -> tuple[str, ...]:
     notes = ["a rate of decay, a bound on the size of the solution, anything about external inputs"]
     if found.shown is None or found.shown.certificate["laws"].get("regularity") is None:
         notes.insert(0, "anything about nonlinearities that are not locally Lipschitz")
@@ -569,8 +569,8 @@ def _not_shown(rows: list[StabilityBound], found: Conclusion) -> tuple[str, ...]
         of = f" with another phi than {found.nonlinearity}" if found.attracts and found.nonlinearity else ""
         notes.insert(
             0,
-            f"that 0 attracts every solution{of}: the loop with the smallest gain of the class has a pole at 0, and "
-            f"the "
-            "class contains nonlinearities with more equilibria than 0",
+            f"that 0 attracts every solution{of}: the loop with the smallest gain of the class has a pole at "
+            f"{'0' if plant.dt is None else 'z = 1'}, and the class contains nonlinearities with more equilibria than "
+            "0",
         )
     return tuple(notes)

@@ -303,7 +303,7 @@ def test_with_a_sector_above_the_critical_gain_0_is_the_only_equilibrium():
         says = "converges to 0 for every phi" if only else "converges to the set of equilibria for every phi"
         assert found.sentence.startswith(f"Every solution {says} with slope in [0, 2]")
         assert found.attracts is only
-        assert table._not_shown(rows, found)[0].startswith("that 0 attracts") is not only
+        assert table._not_shown(THIRD, rows, found)[0].startswith("that 0 attracts") is not only
 
 
 def test_a_class_whose_slopes_are_not_its_sector_is_proved_by_the_analysis_as_by_itself():

@@ -104,6 +104,8 @@ def test_an_analysis_says_that_the_plant_has_integrators():
     found = analyse(as_plant(([[0, 0]] * 2, ((2, 1), (1, 2)), ((1, 0), (0, 1)), [[0, 0]] * 2)), [ONE] * 2)
     assert (found.case, found.verdict) == ("critical", Verdict.PROVED)
     assert "the loop with the smallest gain of the class has a pole at 0" in found.not_shown[0]
+    sampled = analyse(as_plant("1/(10*(z-1))", dt=1), ONE)
+    assert "the loop with the smallest gain of the class has a pole at z = 1, and the class" in sampled.not_shown[0]
 
 
 def matrices(B, C, A=((0, 0, 0), (0, 0, 0), (0, 0, -1))):
