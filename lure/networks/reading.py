@@ -11,11 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from lure.arrays import np
-from lure.errors import InputError
+from lure.errors import InputError, did_you_mean
 from lure.networks.network import Network
 
 MAX_BYTES = 1 << 24
 _TOLD = ("activation", "negative_slope", "saturation")
+_KEYS = ("weights", "biases", *_TOLD)
+_BESIDE = ("source", "licence", "license", "name", "title", "comment")  # which say nothing of the network
 
 
 def read_network(path: str | Path, **told: object) -> Network:
@@ -74,13 +76,27 @@ def read_network(path: str | Path, **told: object) -> Network:
 
 
 def _json(path: Path) -> dict[str, Any]:
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        """An object without two values of one key, of which one would be left out."""
+        if len(dict(pairs)) < len(pairs):
+            raise ValueError("a key is there twice")
+        return dict(pairs)
+
     try:
-        found = json.loads(path.read_text("utf-8"), parse_float=Decimal)
+        found = json.loads(path.read_text("utf-8"), parse_float=Decimal, object_pairs_hook=once)
     except (OSError, ValueError, RecursionError, ArithmeticError):  # the last of exponents beyond those of decimals
-        raise InputError(f"{path.name} is no JSON; give an object with weights, a list of matrices") from None
+        raise InputError(
+            f"{path.name} is no JSON with each key once; give an object with weights, a list of matrices"
+        ) from None
     if not isinstance(found, dict) or not isinstance(found.get("weights"), list):
         raise InputError(f"{path.name} has no list of weights; give an object with weights, a list of matrices")
-    kept = {key: found[key] for key in ("weights", "biases", *_TOLD) if key in found}
+    for key in found.keys() - {*_KEYS, *_BESIDE}:
+        hint = did_you_mean(key.lower(), _KEYS)
+        raise InputError(
+            f"{path.name} has the unknown key {key!r:.40}; {hint}it takes {', '.join(_KEYS)}, and beside these "
+            f"{', '.join(_BESIDE)}"
+        )
+    kept = {key: found[key] for key in _KEYS if key in found}
     if not isinstance(kept.get("biases", []), list) or not all(isinstance(b, list) for b in kept.get("biases", [])):
         raise InputError(f"{path.name}: biases are a list of vectors, one for each layer")
     return kept
@@ -89,13 +105,14 @@ def _json(path: Path) -> dict[str, Any]:
 def _npz(path: Path) -> dict[str, Any]:
     try:
         with np.load(path, allow_pickle=False) as arrays:
-            return _of_arrays(path, {name: arrays[name] for name in arrays.files})
+            found = {name: arrays[name] for name in arrays.files}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile):
         raise InputError(f"{path.name} is no archive of arrays; write it by numpy.savez(file, W1=W1, W2=W2)") from None
+    return _of_arrays(path, found)
 
 
 def _of_arrays(path: Path, arrays: Mapping[str, Any]) -> dict[str, Any]:
-    """Matrices and vectors in the order of the numbers in their names."""
+    """Matrices and vectors in the order of the numbers in their names, which have nothing else of their own."""
 
     def place(name: str) -> list[int]:
         """The numbers in a name."""
@@ -105,6 +122,13 @@ def _of_arrays(path: Path, arrays: Mapping[str, Any]) -> dict[str, Any]:
     wrong = next((name for name in names if np.ndim(arrays[name]) not in (1, 2)), None)
     if wrong is not None or len({tuple(place(name)) for name in names if np.ndim(arrays[name]) == 2}) < 2:
         raise InputError(f"{path.name} has no matrices of two layers or more; name them W1, W2, and the biases b1, b2")
+    for size in (2, 1):  # of networks side by side, or of one that feeds back, some would be left out
+        own = [name for name in names if np.ndim(arrays[name]) == size]
+        if len({re.sub(r"\d+", "", name) for name in own}) > 1 or len({tuple(place(name)) for name in own}) < len(own):
+            raise InputError(
+                f"{path.name} has {', '.join(own)!s:.80}, which are not told apart by numbers alone; write the layers "
+                "of one network, such as W1, b1, W2 and b2"
+            )
     weights = {tuple(place(name)): arrays[name] for name in names if np.ndim(arrays[name]) == 2}
     given = {tuple(place(name)): arrays[name] for name in names if np.ndim(arrays[name]) == 1}
     if not given.keys() <= weights.keys():
@@ -138,7 +162,7 @@ def _onnx(path: Path) -> dict[str, Any]:
     try:
         graph = onnx.load(path).graph
         arrays = {one.name: numpy_helper.to_array(one) for one in graph.initializer}
-        return _of_nodes(path, graph.node, arrays)
+        return _of_nodes(path, graph, arrays)
     except InputError:
         raise
     except Exception:  # whatever that package raises
@@ -148,11 +172,11 @@ def _onnx(path: Path) -> dict[str, Any]:
 _ACTIVATIONS = {"Tanh": "tanh", "Relu": "relu", "LeakyRelu": "leaky relu"}
 
 
-def _of_nodes(path: Path, nodes: Any, arrays: dict[str, Any]) -> dict[str, Any]:  # noqa: ANN401  (of that package)
+def _of_nodes(path: Path, graph: Any, arrays: dict[str, Any]) -> dict[str, Any]:  # noqa: ANN401  (of that package)
     """A chain of ``Gemm``, or ``MatMul`` and ``Add``, with activations between them."""
     weights, biases, told = list[Any](), list[Any](), list[tuple[str, float | None]]()
     value = None  # what the node before puts out
-    for node in nodes:
+    for node in graph.node:
         settings = {one.name: one for one in node.attribute}
         given = [name for name in node.input if name in arrays]
         free = [name for name in node.input if name and name not in arrays]
@@ -170,6 +194,8 @@ def _of_nodes(path: Path, nodes: Any, arrays: dict[str, Any]) -> dict[str, Any]:
             weights.append(W if turned or left else W.T)
             biases.append(np.ravel(arrays[given[1]]) if len(given) > 1 else np.zeros(len(weights[-1])))
         elif node.op_type == "Add" and not turn and len(given) == 1:
+            if np.any(biases[-1]):
+                raise InputError(f"{path.name} adds two biases behind one layer; export it as W x + b")
             biases[-1] = np.ravel(arrays[given[0]])
         elif node.op_type in _ACTIVATIONS and not turn:
             slope = (settings["alpha"].f if "alpha" in settings else 0.01) if node.op_type == "LeakyRelu" else None
@@ -179,6 +205,8 @@ def _of_nodes(path: Path, nodes: Any, arrays: dict[str, Any]) -> dict[str, Any]:
                 f"{path.name} has a layer {node.op_type!r:.40}; linear layers are taken, with Tanh, Relu or LeakyRelu "
                 "between them"
             )
+    if [one.name for one in graph.output] != [value]:
+        raise InputError(f"{path.name} puts out something else than its last layer; export the chain of layers alone")
     if len(set(told)) != 1 or len(told) != len(weights) - 1:
         raise InputError(f"{path.name} has not one and the same activation behind each layer but the last")
     return {"weights": weights, "biases": biases, "activation": told[0][0], "negative_slope": told[0][1]}

@@ -294,6 +294,7 @@ def test_bad_controllers_are_refused_in_a_sentence(folder, capsys, old, new, wor
         ({"weights": [[["x"]], [[1]]]}, "layer 1 of the network, row 1, column 1 is 'x'; give a number"),
         ({"weights": [[[1]], [[1]]], "biases": [[1]]}, "biases are given of 1 layer of 2; give all, or none"),
         ({"weights": [[[1]], [[1]]], "biases": [[1, 2], [0]]}, "layer 1 .* 1 output and biases of length 2; give one"),
+        ({"weights": [[[1]], [[1]]], "bias": [[1], [0]]}, "has the unknown key 'bias'; did you mean 'biases'"),
         ({"weights": 3}, "no list of weights"),
         ([], "no list of weights"),
     ],
@@ -305,6 +306,60 @@ def test_bad_weights_are_refused_in_a_sentence(tmp_path, network, words):
     (tmp_path / "net.npz").write_text("none")
     with pytest.raises(InputError, match="no archive of arrays"):
         read_network(tmp_path / "net.npz", activation="tanh")
+
+
+def test_a_key_that_is_there_twice_is_refused(tmp_path):
+    (tmp_path / "net.json").write_text('{"weights": [[[1]], [[1]]], "weights": [[[1]], [[-9]]]}')
+    with pytest.raises(InputError, match=r"net\.json is no JSON with each key once"):
+        read_network(tmp_path / "net.json", activation="tanh")
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("actor.0.weight", "actor.2.weight", "critic.0.weight", "critic.2.weight"),  # the critic was read
+        ("weight_ih_l0", "weight_hh_l0", "weight_ih_l1", "weight_hh_l1"),  # and a recurrent network for a chain
+        ("fc1.weight", "fc2.weight", "out.weight"),  # and the last layer for the first
+    ],
+)
+def test_arrays_that_numbers_do_not_put_in_order_are_refused(tmp_path, names):
+    np.savez(tmp_path / "net.npz", **{name: np.eye(2) * (k + 1) for k, name in enumerate(names)})
+    with pytest.raises(InputError, match="not told apart by numbers alone; write the layers of one network"):
+        read_network(tmp_path / "net.npz", activation="tanh")
+
+
+def test_a_chain_of_nodes_is_read_as_the_network_it_is(tmp_path, monkeypatch):
+    # ONNX itself is no dependency: in its place stands what the reader asks of it
+    one, two, b, c = np.array([[1.0, 2.0], [0.0, 1.0]]), np.array([[0.5, -1.0]]), np.array([1.0, 2.0]), np.array([3.0])
+    arrays = {"W": one, "V": two.T, "b": b, "c": c}
+
+    def node(kind, taken, put, **settings):
+        kept = [SimpleNamespace(name=key, i=value, f=value) for key, value in settings.items()]
+        return SimpleNamespace(op_type=kind, input=taken.split(), output=[put], attribute=kept)
+
+    chain = [node("Gemm", "y W b", "p", transB=1), node("Tanh", "p", "q"), node("MatMul", "q V", "r")]
+    model, end = SimpleNamespace(), node("Add", "r c", "u")
+    stored = [SimpleNamespace(name=name, values=values) for name, values in arrays.items()]
+
+    def read(nodes, output="u"):
+        model.graph = SimpleNamespace(node=nodes, initializer=stored, output=[SimpleNamespace(name=output)])
+        return read_network(tmp_path / "net.onnx")
+
+    helper = SimpleNamespace(to_array=lambda one: one.values)
+    monkeypatch.setitem(sys.modules, "onnx", SimpleNamespace(load=lambda _: model, numpy_helper=helper))
+    (tmp_path / "net.onnx").write_text("")
+    assert read([*chain, end]) == Network.given([one, two], [b, c], activation="tanh")
+    for nodes, output, words in (
+        ([*chain, end, node("Add", "u c", "v")], "v", "adds two biases behind one layer"),
+        ([chain[0], node("Add", "p b", "s"), node("Tanh", "s", "q"), *chain[2:]], "r", "adds two biases"),
+        ([*chain, end], "r", "puts out something else than its last layer"),
+        ([node("Gemm", "y W b", "p", transB=1, alpha=2.0), *chain[1:]], "r", "a Gemm with factors"),
+        ([*chain, node("Tanh", "r", "u")], "u", "not one and the same activation behind each layer but the last"),
+        ([chain[0], node("Sigmoid", "p", "q"), chain[2]], "r", "has a layer 'Sigmoid'"),
+        ([*chain, node("Add", "r p", "u")], "u", "no chain of layers"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read(nodes, output)
 
 
 def test_a_state_dict_is_read_in_the_order_of_its_layers(tmp_path, monkeypatch):
