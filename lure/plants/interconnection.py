@@ -96,8 +96,8 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
     Returns
     -------
     MultivariablePlant, RationalPlant, DelayMatrix or DelayPlant
-        The second and the last for one channel, the last two where there is dead time.  ``names`` are those of the
-        channels, in order; classes may be given by name.
+        The second and the last for one channel, unless states come back late; the last two where there is dead time.
+        ``names`` are those of the channels, in order; classes may be given by name.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
     found = as_plant(plant, dt=dt)
     if isinstance(found, RationalPlant):
         found = MultivariablePlant.of_one_channel(found)
-    late = found.late if isinstance(found, DelayMatrix) else ()
+    late, inner = (found.late, found.inner) if isinstance(found, DelayMatrix) else ((), ())
     found = found.base if isinstance(found, DelayMatrix) else found
     if not isinstance(found, MultivariablePlant):
         raise InputError(f"lft needs a plant with exact entries and channels, and this is a {type(found).__name__}")
@@ -138,9 +138,9 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
         names=names,
     )
     moved = [(delay, tuple(side[i] for i in rows)) for delay, side in late]
-    moved = [(delay, side) for delay, side in moved if any(map(any, side))]
-    whole = DelayMatrix(chosen, tuple(moved)) if moved else chosen
-    return whole.channel(0, 0) if len(pairs) == 1 else whole
+    moved = moved if inner else [(delay, side) for delay, side in moved if any(map(any, side))]
+    whole = DelayMatrix(chosen, tuple(moved), inner) if moved else chosen
+    return whole.channel(0, 0) if len(pairs) == 1 and not inner else whole
 
 
 def _labels(plant: object, given: Sequence[str] | None, word: str, number: int) -> list[str]:

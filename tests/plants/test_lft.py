@@ -6,7 +6,9 @@ import control
 import numpy as np
 import pytest
 
-from lure import InputError, Sector, as_plant, lft, max_sector
+from lure import InputError, Sector, as_plant, certify, lft, max_sector
+from lure.analysis.verdict import Verdict
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant
 
 # x1' = -x1 + u + d, x2' = x1 - 2 x2 + v; y1 = x1, y2 = x2, z = x1 + x2 + v
@@ -42,6 +44,18 @@ def test_one_channel_is_a_plant_of_one_channel_and_keeps_its_hidden_modes():
     found = lft(PLANT, [("y1", "u")])
     assert found.denominator == (1, 3, 2)  # the pole -2 is not seen in y1
     assert found == as_plant(([[-1, 0], [1, -2]], [1, 0], [1, 0]))
+
+
+def test_states_that_come_back_late_stay():
+    # x' = -x + 2 x(t - 1) + mu is unstable; without what comes back it would be stable
+    base = MultivariablePlant(((Fraction(-1),),), ((1, 1),), ((1,), (1,)), ((0, 0), (0, 0)))
+    whole = DelayMatrix(base, ((Fraction(1), ((0,), (0,))),), ((((Fraction(2),),)),))
+    s = 0.3 + 0.7j
+    for pairs in ([(1, 0), (0, 1)], [(1, 0)]):
+        found = lft(whole, pairs)
+        assert found.inner == whole.inner
+        assert found.transfer(s) == pytest.approx(1 / (s + 1 - 2 * np.exp(-s)))
+        assert certify(found, [Sector(0, Fraction(1, 2))] * len(pairs)).verdict is Verdict.REFUTED
 
 
 def test_classes_by_the_names_of_the_channels():
