@@ -14,7 +14,7 @@ from lure import NonlinearityClass, Sector, analyse, certify, max_sector, max_sl
 from lure.analysis import decay_rate
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
-from lure.analysis.questions import tolerances
+from lure.analysis.questions import margins, tolerances
 from lure.analysis.questions.certify import ProofOptions
 from lure.analysis.report.loop.asked import accepted, answers, pictures
 from lure.analysis.verdict import Verdict
@@ -227,6 +227,15 @@ def test_a_dead_time_may_grow_as_far_as_linear_gains_allow():
     (margin,) = tolerances(family, Sector(0, 1)).margins
     assert pi - 2 - 0.02 < margin.width.low < pi - 2 < margin.width.high < pi - 2 + 0.02
     assert all(recheck(one.certificate).accepted for one in (margin.proof, margin.refutation))
+
+
+def test_beside_a_dead_time_intervals_that_hold_an_unstable_plant_are_not_refuted_and_no_error(monkeypatch):
+    # a up to 5/4 + 4 (3/4) and down to 5/4 - 3, where exp(-s/10)/(s + a) has a pole to the right
+    monkeypatch.setattr(margins._Growth, "_proved", lambda *_: None)
+    family = PlantFamily.of_formula("exp(-s/10)/(s + a)", {"a": (Fraction(1, 2), 2)})
+    (margin,) = tolerances(family, Sector(0, Fraction(1, 2))).margins
+    assert margin.refuted is None
+    assert margin.words(family) == "a: nothing is shown"
 
 
 def test_an_interval_of_a_dead_time_grows_down_to_0_and_no_farther():
