@@ -186,7 +186,7 @@ class CoupledForms(ChannelSearch):
             if self.bounded and T > 1
         ]
         self.order = n + len(self.D) * (T - 1)
-        self.unit = float(np.abs(np.linalg.eigvals(self.A)).max() or 1.0) ** -1
+        self.unit = float(np.abs(np.linalg.eigvals(self.A)).max(initial=0.0) or 1.0) ** -1
 
     @property
     def possible(self) -> bool:

@@ -117,6 +117,12 @@ def test_rectifiers_beside_an_integrator_have_a_form_at_the_start(relu):
     assert twice_accepted(relu.proof)["multiplier"]["start"] is not None
 
 
+def test_a_rectifier_beside_integrators_alone_is_proved_beyond_its_sector():
+    # x+ = x - 3 max(x, 0): from x > 0 to -2 x, where it rests; a function of the sector [0, 3] is proved up to 2
+    found = certify(as_plant("1/(z - 1)", dt=1), [NonlinearityClass.relu(0, 3)])
+    assert twice_accepted(found.shown)["theorem"] == "coupled-windows"
+
+
 def test_lower_bounds_are_taken_out_first():
     # LEARNING as states, and A + B C/10 for A: with the gain 1/10 it is LEARNING again
     A, B, C = (F("0.5"), 0, 0), (1, 0, 1), (2, F("0.92"), F("0.1"))
