@@ -24,6 +24,9 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     "a loop of the class has a motion that does not converge to an equilibrium": "destabilises the loop",
     "a loop of the class has equilibria other than 0": "gives the loop other equilibria than 0",
     "the L2 gain from w to z is above gamma in a loop of the class": "gives the loop a larger L2 gain",
+    "no L2 gain from w to z is finite for all loops of the class": (
+        "gives the loop a transfer function from w to z with a pole that is not strictly stable"
+    ),
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
 _ORBITS = ("orbit", "flow-orbit", "memory-orbit", "sampled-orbit")

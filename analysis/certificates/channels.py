@@ -177,12 +177,19 @@ def definite(Pi: Rows, view: Rows, where: str, less: Any = None, resting: bool =
     q, failure = states.unit(inner), f"Pi is not positive {'semi' * resting}definite {where}"
     if not resting:
         return need(positive_definite([[int(q * v) for v in row] for row in inner]), failure)
-    left = [[inner[max(i, j)][min(i, j)] for j in range(len(inner))] for i in range(len(inner))]
+    need(semidefinite(inner), failure)
+
+
+def semidefinite(half: Any) -> bool:
+    """Whether the matrix of a lower triangle is positive semidefinite, by elimination in fractions."""
+    left = [[Fraction(half[max(i, j)][min(i, j)]) for j in range(len(half))] for i in range(len(half))]
     while left:
         tick()
         (pivot, *side), *rows = left
-        need(pivot > 0 or (pivot == 0 and not any(side)), failure)
+        if pivot < 0 or (pivot == 0 and any(side)):
+            return False
         left = [[v - first * u / pivot if pivot else v for v, u in zip(row, side)] for first, *row in rows]
+    return True
 
 
 def closed_by(H: Plant, gains: list[Fraction]) -> Rows | None:
@@ -213,14 +220,19 @@ def closed_loop(H: Plant, G: Rows) -> Plant | None:
 
 def within(A: Rows, discrete: bool, zeros: int = 0) -> bool:
     """Whether all eigenvalues but so many, which are 0 (in discrete time 1), are strictly inside, by Routh's array."""
-    found, n = characteristic(A), len(A) - zeros
+    found = characteristic(A)
     for _ in range(zeros):
         *found, rest = accumulate(found, lambda high, c: high + c if discrete else c)
         if rest:
             return False
+    return inside(found, discrete)
+
+
+def inside(p: list[Fraction], discrete: bool) -> bool:
+    """Whether all roots of a polynomial, descending, are strictly inside, by Routh's array."""
     up, down = (real(1) + S, real(1) + exact.MINUS * S) if discrete else (S, real(1))
-    inner = exact.homogeneous(found, up, down, n)
-    return len(exact.primitive(exact.ascending(inner))) == n + 1 and exact.hurwitz(inner)
+    inner = exact.homogeneous(p, up, down, len(p) - 1)
+    return len(exact.primitive(exact.ascending(inner))) == len(p) and exact.hurwitz(inner)
 
 
 def characteristic(A: Rows) -> list[Fraction]:

@@ -58,6 +58,7 @@ GAIN = "the L2 gain from w to z is at most gamma in every loop of the class"
 DECAYS = "|x(t)| <= c |x(0)| {} for every motion of every loop of the class, with one c"
 SLOWER = "a loop of the class has a motion for which {} does not tend to 0"
 EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
+UNLIMITED = "no L2 gain from w to z is finite for all loops of the class"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
@@ -353,8 +354,8 @@ def judged(
     """The same of the loop with this system, which with a rate is that of the solutions times ``r^-t``."""
     if isinstance(given, dict) and "channels" in given:
         kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof, rate)
-        ends = ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET, FINITE_ENERGY
-        return (Proved if kind else Refuted), ends[end], found, assumed
+        ends = [ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET]
+        return (Proved if kind else Refuted), [*ends, FINITE_ENERGY, UNLIMITED][end], found, assumed
     if isinstance(given, dict) and "graphs" in given:
         kind, conclusion, found = regions.examined(verdict, name, data, system, given, phi, proof)
         return (Proved if kind else Refuted), conclusion, found, ""

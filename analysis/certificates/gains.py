@@ -25,6 +25,7 @@ from .channels import (
     crossing,
     delayed_members,
     each,
+    inside,
     member,
     plant,
     rank,
@@ -66,6 +67,8 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     if method == "sampled-orbit":
         return 1, sampled(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
+    if "unlimited" in proof:
+        return 11, unlimited(H, asked, proof)
     _, data, *growth = fields(proof, "method", "gains", *["growth"] * ("growth" in proof))
     gains = member(data, asked, bool(growth))
     words, closed = ", ".join(map(str, gains)), closed_by(H, gains)
@@ -99,6 +102,36 @@ def unstable(H: Plant, closed: Rows, words: str) -> tuple[int, dict[str, str]]:
             return 1, {"root": f"with the gains {words} the eigenvalue {at} of the loop has too few eigenvectors"}
         return 2, {"root": f"with the gains {words} the loop has an eigenvalue {at}, the others strictly inside"}
     return 1, {"root": f"with the gains {words} the loop has an eigenvalue not strictly inside, by Routh's array"}
+
+
+def unlimited(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """Constant gains for which the transfer function from one ``w_j`` to one ``z_i`` has a pole not strictly inside.
+
+    Its numerator is ``det(s - A + b c) - det(s - A)`` up to the direct term, and what it shares with ``det(s - A)`` is
+    divided out.  So some ``w`` of finite energy leaves ``z`` without: the gain of these members is infinite, or of
+    those that come near to them, above every number.
+    """
+    _, data, pair = fields(proof, "method", "gains", "unlimited")
+    form(isinstance(pair, list) and len(pair) == 2, "an output and an input are named")
+    gains, own = member(data, asked, near=True), list(asked.performance or ())
+    need(bool(own), "a gain is asked of a performance channel")
+    i, j = (own[integer(v, 1, len(own)) - 1] for v in pair)
+    found = closed_loop(H, [[g * (k == h) for h in range(len(gains))] for k, g in enumerate(gains)])
+    need(found is not None, "the loop with these gains has no solution", exact.IllPosed)
+    assert found is not None
+    below = characteristic(found.A)
+    moved = characteristic([[v - row[j] * c for v, c in zip(a, found.C[i])] for a, row in zip(found.A, found.B)])
+    above = exact.primitive([v - u for u, v in zip(below, moved)][::-1])
+    left, rest = exact.chain(exact.primitive(below[::-1]), above)[-1] if above else below[::-1], below[::-1]
+    poles = list[Fraction]()  # below/left, descending
+    while len(rest) >= len(left):
+        poles.append(Fraction(rest[-1]) / left[-1])
+        rest = [v - poles[-1] * u for v, u in zip(rest, [*[ZERO] * (len(rest) - len(left)), *left])][:-1]
+    need(len(poles) > 1 and not inside(poles, H.discrete), "w does not move, or z not see, what does not fall")
+    words = ", ".join(map(str, gains))
+    return {
+        "pole": f"with the gains {words} a pole from w_{pair[1]} to z_{pair[0]} not strictly inside, by Routh's array"
+    }
 
 
 def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:

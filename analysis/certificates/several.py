@@ -30,6 +30,7 @@ from .channels import (
     ordered,
     plant,
     seen,
+    semidefinite,
     storages,
     triangle,
     undelayed,
@@ -63,7 +64,7 @@ def examined(
 
     4: all converge to the set of equilibria, 5: they are bounded, 6: rods come to rest.  Of a gain, 7: it is at most
     that of the class, 8: one is above.  9: rods come to rest whose pressures may depend on time.
-    10: 0 attracts all with inputs of finite energy.
+    10: 0 attracts all with inputs of finite energy.  11: no gain is finite.
 
     And how every hypothesis was found to hold, and what is assumed.
     """
@@ -212,8 +213,11 @@ def proved(
     need(not (popov and H.discrete) or name == "storage-circle", f"{name} is for continuous time")
     stored = storages(plant(system), before, theta) if name == "storage-circle" else None
     fitting(asked, [ZERO] * m if stored else theta, H.D)
-    method, half, exponent, *zero = fields(proof, "method", "P", "exponent", *["zero"] * ("zero" in proof))
-    form(method == "matrix", "several nonlinearities are proved by a matrix")
+    more = [key for key in ("zero", "semidefinite") if key in proof]
+    method, half, exponent, *zero = fields(proof, "method", "P", "exponent", *more)
+    form(method == "matrix" and len(more) < 2, "several nonlinearities are proved by a matrix")
+    resting = more == ["semidefinite"]
+    form(not resting or zero.pop() is True, "semidefinite is true or absent")
     P, q, rows = states.symmetric(half, [*moved(H), *seen(H)], n)
     R, Z, e = rows[:n], rows[n:], integer(exponent, 0, 10**5)  # q (A, -B) and q (C, -D)
     bounds = [asked.bounds(i) for i in range(m)]
@@ -239,6 +243,8 @@ def proved(
     if zero:
         falls = windows.at_rest(falls, H, [l for l, _ in bounds], zero[0])
         rest["residue"] = windows.rested(zero[0])
+    if resting:
+        return unsettled(H, asked, name, falls, above)
     need(positive_definite(above), "V > 0 fails, or is undecided")
     need(positive_definite(falls), "the inequality of P fails, or is undecided")
     posed, assumed = well_posed(H.D, asked) if key != "forms" else (solvable(H, asked, bounds), "")
@@ -250,6 +256,23 @@ def proved(
         "well-posed": posed,
     }
     return facts | rest, assumed
+
+
+def unsettled(H: Plant, asked: Channels, name: str, falls: Rows, above: Rows) -> tuple[dict[str, str], str]:
+    """A gain by forms that are only semidefinite: ``V(T) >= 0 = V(0)`` bounds ``|z|^2`` up to every ``T``.
+
+    Nothing is said without ``w``.  Solutions exist at all times, ``phi`` being bounded by ``k |sigma|``.
+    """
+    need(asked.performance is not None and len(asked.operators) == 1, "a form that is semidefinite bounds a gain alone")
+    need(name in ("diagonal-circle", "diagonal-popov"), f"{name!r:.40} has no semidefinite form")
+    need(ordered(H.D, asked), "D has a cycle of channels")
+    need(semidefinite(above), "V >= 0 fails")
+    need(semidefinite(falls), "the inequality of P fails")
+    return {
+        "storage": f"V is positive semidefinite (order {len(H.A)}), and 0 where x = 0",
+        "inequality": f"the matrix of order {len(falls)} is positive semidefinite: V rises by no more than w lets it",
+        "well-posed": "sigma is given channel after channel: D has no cycle",
+    }, ""
 
 
 def fitting(asked: Channels, theta: list[Fraction], D: Rows) -> None:

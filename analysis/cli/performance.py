@@ -100,7 +100,7 @@ def _side(found: GainBound, shown: Proved | Refuted | None) -> str:
     if shown is found.proof:
         return f"that the gain is at most {bound_above(found.gain.high)}"
     if found.factors.verdict is Verdict.REFUTED:
-        return "of the unstable member"
+        return "that no gain is finite" if found.verdict is Verdict.REFUTED else "of the unstable member"
     return f"that a member has a gain above {bound_below(found.gain.low)}"
 
 

@@ -252,7 +252,7 @@ that the gain of some member exceeds, each with a certificate.  Where no bound
 is proved -o writes that of the member, and says so.
 
 \b
-Exit status: 0 a bound is proved, 10 none is, 11 a member is unstable,
+Exit status: 0 a bound is proved, 10 none is, 11 the gain is infinite,
 2 bad input, 130 interrupted before anything was found.
 """
 

@@ -161,7 +161,10 @@ class ShiftedLoop(ChannelSearch):
         if not inside:
             raise AssumptionError("the loop with the gains at the lower bounds is not asymptotically stable")
         self.omega = self._frequencies(poles)
-        self.states, self.H = self.response(self.omega)
+        try:
+            self.states, self.H = self.response(self.omega)
+        except np.linalg.LinAlgError:  # an eigenvalue 0 that rounding has put inside
+            raise AssumptionError("the loop with the gains at the lower bounds has an eigenvalue on the axis") from None
         self.unit = float(np.abs(poles).min() or 1.0) ** -1 if not self.discrete else 1.0
 
     def _apart(self) -> NDArray[np.float64]:

@@ -65,7 +65,7 @@ def plot_gain(found: GainBound, *, ax: Axes | None = None) -> Axes:
         axes.axhline(high, color=BLUE, lw=2, label=f"no member has more than {rounded(high, 'above', 4)}, certified")
     else:
         unstable = found.verdict is Verdict.REFUTED
-        axes.plot([], [], " ", label="a member is unstable: no bound" if unstable else "no bound is proved")
+        axes.plot([], [], " ", label="the gain is infinite: no bound" if unstable else "no bound is proved")
     if H.dt is None:
         axes.set_xscale("log")
     axes.set_ylim(

@@ -27,7 +27,13 @@ from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_delays import delays_of, delays_refuting, stated, without_delays
 from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_problem import channel_plant
-from lure.analysis.questions.channel_refutations import constant_gains, gains_refuting, late_gains_refuting, refutation
+from lure.analysis.questions.channel_refutations import (
+    constant_gains,
+    gains_refuting,
+    late_gains_refuting,
+    refutation,
+    unlimited,
+)
 from lure.analysis.questions.problem import Problem
 from lure.arrays import Reals, np, optimize
 from lure.classes import SCALAR
@@ -283,7 +289,7 @@ def _unstable(asked: Problem) -> tuple[Fraction, Refuted] | None:
         whole = list(asked.classes.lower)
         for i, gain in zip(own, gains, strict=True):
             whole[i] = gain
-        shown = refutation(asked, Fraction(1), constant_gains(whole))
+        shown = unlimited(asked, [whole]) or refutation(asked, Fraction(1), constant_gains(whole))
         if shown is not None:
             return Fraction(0), shown
     return None

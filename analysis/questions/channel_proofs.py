@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from flint import fmpq_mat
 
 from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.channels import Plant, from_rest
+from lure.analysis.certificates.channels import Plant, from_rest, ordered
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.frequencies import MOST_CHANNELS, shifted
@@ -29,6 +29,7 @@ from lure.analysis.inequality.kernel_parts import farthest_kernels
 from lure.analysis.inequality.kernel_rounding import multiplier
 from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.many_channels import ManyChannels
+from lure.analysis.inequality.resting_gain import RestingGain
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.storage import MovedByStops, SampledStorage, StorageInequality
 from lure.analysis.inequality.zero_modes import diagonal, exact
@@ -203,6 +204,11 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         The question.
     criterion : Criterion
         The criterion.
+
+    Raises
+    ------
+    AssumptionError
+        The loop with the gains at the lower bounds has eigenvalues 0 (z = 1) that no theorem covers.
     """
     before, asked = asked, without_delays(asked)
     H, popov = channel_plant(asked.plant), not criterion.row.time_varying
@@ -246,7 +252,15 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
             yield ManyChannels(*given)
         return
     if criterion.kind == 0:
-        yield ChannelInequality(*given, modes=modes_of(asked))
+        try:
+            modes = modes_of(asked)
+        except AssumptionError:
+            loose = _resting_gain(before, asked, free, popov=popov)
+            if loose is None:
+                raise
+            yield loose
+            return
+        yield ChannelInequality(*given, modes=modes)
         return
     modes = modes_of(asked)
     if modes is None:
@@ -256,6 +270,19 @@ def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
         plant = _exactly(asked)
         exactly = shifted(plant, list(asked.classes.lower))
         yield CriticalBlock(*given[:5], exactly, plant.C, modes, free, popov, H.dt is not None)
+
+
+def _resting_gain(before: Problem, asked: Problem, free: list[bool], *, popov: bool) -> RestingGain | None:
+    """The search for a gain beside eigenvalues 0 that no other theorem covers; None where none is asked for."""
+    out, (plant, known) = asked.classes.performance, stated(before)
+    memory = any(family.memory for family in known.families)
+    if out is None or len(known.operators) > 1 or memory or not ordered(plant.D, known):
+        return None
+    lower = np.array([float(v) for v in asked.classes.lower])
+    doubles = channel_plant(asked.plant).doubles()
+    loop = shifted(plant, list(asked.classes.lower))
+    search = RestingGain(*doubles, lower, loop, plant.C, out, free, popov, plant.discrete)
+    return search if search.possible else None
 
 
 def _coupled(asked: Problem, given: tuple[Any, ...]) -> CoupledForms:

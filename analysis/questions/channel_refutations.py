@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import chain, product
 from typing import Any
@@ -17,6 +17,7 @@ from lure.analysis.counterexamples.channel_ramps import RampedGains
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.counterexamples.late_gains import LateGains
 from lure.analysis.counterexamples.moving_parameters import MovingParameters
+from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_problem import channel_plant
@@ -29,6 +30,7 @@ from lure.plants.delay_matrix import DelayMatrix
 
 RAMPS, MEMBERS = "ramped-gains", "members"
 _ON_AXIS, _LITTLE = 1e-9, 1e-6  # how near to the axis a pole is, and a factor with little gain
+_POLES, _NEARBY, _CORNERS = 3, 1e-4, 6  # poles that are looked at, how near to them; channels of which all corners are
 _SURE = 1e-6  # of the largest entry: a growth below is more than rounding
 
 
@@ -232,6 +234,62 @@ def _ramps_refuting(asked: Problem, known: Fraction, most: float, *, whole: bool
         if shown is not None:
             return alpha, shown
     return None
+
+
+def unlimited(asked: Problem, tried: Iterable[Sequence[Fraction]] = ()) -> Refuted | None:
+    """Constant gains with which no gain from ``w`` to ``z`` is finite: a pole on the axis or beyond that ``z`` sees.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question, about a gain.
+    tried : iterable of sequences of Fraction
+        Gains, one for each channel; by default those at the ends of the classes.
+    """
+    H, classes = channel_plant(asked.plant), asked.classes
+    own = [*(classes.performance or ())]
+    for gains in tried or _ends(asked):
+        checkpoint()
+        A, B, C, D = H.doubles()
+        G, one = np.diag([*map(float, gains)]), np.eye(len(D))
+        if abs(np.linalg.det(one + D @ G)) < _ON_AXIS or not len(A):
+            continue
+        E = np.linalg.inv(one + D @ G)
+        A, B, C = A - B @ G @ E @ C, (B @ (one - G @ E @ D))[:, own], (E @ C)[own]
+        poles = np.linalg.eigvals(A).astype(complex)
+        size, away = float(np.abs(poles).max()) or 1.0, np.abs(poles) - 1 if H.dt is not None else poles.real
+        places = list[tuple[int, ...]]()
+        for pole in poles[away >= -_SURE * size][:_POLES]:  # where is its part the largest nearby?
+            near = pole + _NEARBY * size * (pole / (abs(pole) or 1.0) if H.dt is not None else 1.0)
+            seen = np.abs(C @ np.linalg.solve(near * np.eye(len(A)) - A, B.astype(complex)))
+            places.append(np.unravel_index(int(seen.argmax()), seen.shape))
+        for i, j in dict.fromkeys(places):
+            pair = {"unlimited": [int(i) + 1, int(j) + 1]}
+            shown = refutation(asked, Fraction(1), constant_gains(gains) | pair)
+            if shown is not None:
+                return shown
+    return None
+
+
+def _ends(asked: Problem) -> Iterator[list[Fraction]]:
+    """The gains at the ends of the classes, of play and stop those that they come near to; 0 of operators."""
+    classes, free = asked.classes, list[range]()
+    start = [
+        Fraction(0 if one.memory else 1 if one.operator in DELAYS else low)
+        for one, low in zip(classes.classes, classes.lower, strict=True)
+    ]
+    free = [b for b in classes.blocks if not classes.classes[b[0]].operator]
+    most = (
+        product((False, True), repeat=len(free))
+        if len(free) <= _CORNERS
+        else ((up,) * len(free) for up in (False, True))
+    )
+    for corner in most:
+        gains = list(start)
+        for up, block in zip(corner, free, strict=True):
+            for i in block if up else ():
+                gains[i] = classes.upper[i]
+        yield gains
 
 
 def constant_gains(gains: Sequence[Fraction]) -> dict[str, Any]:

@@ -39,6 +39,7 @@ from lure.analysis.questions.channel_refutations import (
     parameters_refuting,
     refutation,
     switching_refuting,
+    unlimited,
     unsettled,
 )
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of, undecided
@@ -377,6 +378,9 @@ def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, R
             return alpha, shown
     if isinstance(asked.plant, ChannelFamily):
         return channel_families.refuting(asked, partial(_against, before=None))
+    endless = unlimited(asked) if asked.classes.performance is not None and not asked.classes.rectified else None
+    if endless is not None:
+        return Fraction(0), endless
     never = refutation(asked, Fraction(1), constant_gains(asked.classes.lower)) if unsettled(asked) else None
     return (Fraction(0), never) if never is not None else members_refuting(asked, most=math.inf)
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast
 
-from lure.analysis.certificates.channels import within
+from lure.analysis.certificates.checker import UNLIMITED
 from lure.analysis.drawing import drawn
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.questions.answers import answer
@@ -24,7 +24,7 @@ from lure.errors import InputError
 from lure.files.system import LoopSystem
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.family import PlantFamily
-from lure.plants.multivariable import MultivariablePlant, part_seen
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.performance import Performance
 from lure.record import Page, derived, plain, quantity
 
@@ -40,8 +40,8 @@ class GainBound(TwoSided):
     r"""Bounds of the least ``gamma`` with :math:`\int |z|^2 \le \gamma^2 \int |w|^2`, ``x(0) = 0``, for all members."""
 
     gain: Bracket = quantity(
-        "``low``: some member has a gain above it; ``high``: none has.  Infinite both where a linear member is "
-        "unstable in a state that ``w`` moves and ``z`` sees",
+        "``low``: some member has a gain above it; ``high``: none has.  Infinite both where with a linear "
+        "member ``z`` has a pole from ``w`` that is not strictly stable",
         plainly=lambda bounds: [plain(bounds.low), plain(bounds.high)],
     )
     classes: Diagonal = quantity("The classes of the channels, without that from ``z`` to ``w``")
@@ -253,7 +253,8 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     problem = replace(problem, window=_window(window, problem), worst=bool(worst))
     found = cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
     unit, H = Fraction(problem.classes.classes[-1].sector.upper), cast("Whole", problem.plant)
-    low = math.inf if found.refuted_at == 0 and _unbounded(found, H, len(problem.classes.blocks[-1])) else 0.0
+    endless = found.refutation is not None and found.refutation.certificate["conclusion"] == UNLIMITED
+    low = math.inf if endless else 0.0
     if found.refuted_at:
         low = double_below(1 / (unit * Fraction(found.refuted_at)))
     proved = found.verdict is Verdict.PROVED and found.largest.low > 0
@@ -319,20 +320,6 @@ def gain_problem(
     sizes = (*(len(block) for block in asked.classes.blocks), size)
     both = Diagonal((*asked.classes.classes, *[channel] * size), repeated=sizes)
     return replace(asked, plant=whole, classes=both, known=()), found, own
-
-
-def _unbounded(found: StabilityBound, H: MultivariablePlant | ChannelFamily, size: int) -> bool:
-    """Whether constant gains leave a loop that is unstable in what ``w`` moves and ``z`` sees: no gain is finite."""
-    proof = {} if found.refutation is None else found.refutation.certificate["proof"]
-    if isinstance(H, ChannelFamily):
-        if proof.get("method") != "member":
-            return False
-        H, proof = H.at([Fraction(v) for v in proof["at"]]), proof["proof"]
-    if proof.get("method") != "linear-gains" or "growth" in proof:
-        return False  # it jumps, or grows far from 0 alone
-    gains = [Fraction(gain) for gain in proof["gains"]]
-    part = None if any(gains[-size:]) else part_seen(H, gains, size)
-    return bool(part) and not within([list(row) for row in part or ()], H.dt is not None)
 
 
 def _differences(classes: Diagonal) -> Diagonal:

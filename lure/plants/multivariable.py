@@ -332,46 +332,6 @@ def _observed(A: fmpq_mat, C: fmpq_mat) -> fmpq_mat:
     return fmpq_mat(kept)
 
 
-def part_seen(plant: MultivariablePlant, gains: Sequence[Fraction], size: int) -> Rows | None:
-    """The matrix of the states of ``mu = -K sigma`` that the last inputs move and the last outputs see, exactly.
-
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The plant; of its channels the last have the gain 0.
-    gains : sequence of Fraction
-        The diagonal of ``K``.
-    size : int
-        How many of the channels are the last.
-
-    Returns
-    -------
-    tuple of tuples of Fraction, or None
-        Square, of the order of a minimal realisation; None if the loop has no solution.
-    """
-    from flint import fmpq_mat
-
-    if not plant.order:
-        return ()
-    A, B, C, D = (_flint(rows) for rows in (plant.A, plant.B, plant.C, plant.D))
-    m = len(gains)
-    K = _flint([[gain if i == j else Fraction(0) for j in range(m)] for i, gain in enumerate(gains)])
-    one = _flint([[Fraction(int(i == j)) for j in range(m)] for i in range(m)])
-    if (one + D * K).rank() < m:
-        return None
-    closed = (one + D * K).inv() * C
-    inner = A - B * K * closed
-    entering = (B - B * K * (one + D * K).inv() * D).transpose().tolist()[m - size :]
-    other = fmpq_mat(entering)
-    for seen in (fmpq_mat(closed.tolist()[m - size :]), None):  # what z sees, then what of that w moves
-        basis = _observed(inner, other if seen is None else seen)
-        if not basis.nrows():
-            return ()
-        right = basis.transpose() * (basis * basis.transpose()).inv()  # basis * right = 1
-        inner, other = (basis * inner * right).transpose(), other * basis.transpose()
-    return _rows(inner)
-
-
 def _flint(rows: Sequence[Sequence[Fraction]]) -> fmpq_mat:
     from flint import fmpq, fmpq_mat
 

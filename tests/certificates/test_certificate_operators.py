@@ -17,6 +17,7 @@ from lure.analysis.certificates.second.opinion import recheck
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 ATTRACTS, GAIN = "0 attracts every motion", "the L2 gain from w to z is at most gamma in every loop of the class"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
+UNLIMITED = "no L2 gain from w to z is finite for all loops of the class"
 EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
 
 
@@ -87,7 +88,18 @@ PERFORMANCE = draft(
     LOOP, [function(0, 1), operator("performance", "9/10")], "diagonal-circle", {"lambda": ["1", "1/2"]}, P1
 )
 OVER_ALL = PERFORMANCE | {"proof": {"method": "determinant"}}
+# q' = v, v' = -v - phi(q) + w, z = v: w moves q, which z does not see.  V = v^2 + 2 int phi, lambda of w to z 1/2,
+# gamma = 1: 2 v^2 - 2 v w - (v^2 - w^2) = (v - w)^2
+SERVO = loop([[0, 1], [0, -1]], [[0, 0], [1, 1]], [[1, 0], [0, 1]], [[0, 0], [0, 0]])
+RESTING = draft(
+    SERVO,
+    [function(0, 5), operator("performance", 1)],
+    "diagonal-popov",
+    {"lambda": ["0", "1/2"], "theta": ["1", "0"]},
+    {"method": "matrix", "P": [["0"], ["0", "1"]], "exponent": 0, "semidefinite": True},
+)
 PROOFS = {
+    "resting gain": (RESTING, GAIN),
     "any": (ANY, ATTRACTS),
     "invariant": (INVARIANT, ATTRACTS),
     "scaled": (SCALED, ATTRACTS),
@@ -120,6 +132,20 @@ BELOW = ABOVE | {
     "laws": {"channels": [operator("performance", "8/5")], "repeated": False},
     "proof": {"method": "linear-members", "gains": ["0"], "operators": [], "omega": None, "input": [["1", "2"]]},
 }
+# x' = w, z = x with phi = 0; x+ = -x + w, of which z = -1 is the pole; and the second of two states from w_2 to z_1
+DRIFTS = draft(
+    loop([[0]], [[1, 1]], [[1], [1]], [[0, 0], [0, 0]]),
+    [function(0, 1), operator("performance", 1)],
+    "counterexample",
+    {},
+    {"method": "linear-gains", "gains": ["0", "0"], "unlimited": [1, 1]},
+)
+TURNS = DRIFTS | {"system": loop([[-1]], [[1, 1]], [[1], [1]], [[0, 0], [0, 0]], "discrete")}
+CROSSES = DRIFTS | {
+    "system": loop([[-1, 0], [0, 0]], [[1, 1, 0], [0, 0, 1]], [[1, 0], [1, 1], [1, 0]], [[0] * 3] * 3),
+    "laws": {"channels": [function(0, 1), *[operator("performance", 1)] * 2], "repeated": [1, 2]},
+    "proof": {"method": "linear-gains", "gains": ["0", "0", "0"], "unlimited": [1, 2]},
+}
 
 
 @pytest.mark.parametrize("name", PROOFS)
@@ -131,7 +157,10 @@ def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(name)
     jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
 
 
-@pytest.mark.parametrize(("one", "conclusion"), [(ABOVE, EXCEEDED), (PASSES, MOVES), (BELOW, EXCEEDED)])
+@pytest.mark.parametrize(
+    ("one", "conclusion"),
+    [(ABOVE, EXCEEDED), (PASSES, MOVES), (BELOW, EXCEEDED), *((one, UNLIMITED) for one in (DRIFTS, TURNS, CROSSES))],
+)
 def test_linear_members_refute_for_both_checkers(one, conclusion):
     shown = complete_and_check(one)
     assert shown.certificate["conclusion"] == conclusion
@@ -172,6 +201,22 @@ TAMPERED = [
     (PASSES, "proof", "operators", 0, "left", [["-2", "2"]]),
     (PASSES, "proof", "operators", []),
     (PASSES, "conclusion", EXCEEDED),
+    (RESTING, "laws", "channels", 1, operator("performance", "11/10")),
+    (RESTING, "laws", "channels", 0, function(0, 5, time_varying=True)),
+    (RESTING, "laws", "channels", 0, function(-1, 5)),  # V < 0 where phi = -sigma
+    (RESTING, "multiplier", "theta", ["99/100", "0"]),
+    (RESTING, "proof", "P", [["-1"], ["0", "1"]]),
+    (RESTING, "proof", "semidefinite", False),
+    (RESTING, "proof", {"method": "matrix", "P": [["0"], ["0", "1"]], "exponent": 0}),
+    (RESTING, "system", "D", [["0", "0"], ["1", "0"]]),
+    (RESTING, "conclusion", ATTRACTS),
+    (DRIFTS, "proof", "gains", ["1/2", "0"]),  # 1/(s + 1/2)
+    (DRIFTS, "proof", "gains", ["-1/2", "0"]),
+    (DRIFTS, "proof", "unlimited", [1, 2]),
+    (DRIFTS, "system", "C", [["1"], ["0"]]),  # which z does not see
+    (DRIFTS, "system", "B", [["1", "0"]]),  # which w does not move
+    (DRIFTS, "conclusion", EXCEEDED),
+    (CROSSES, "proof", "unlimited", [1, 1]),  # 1/(s + 1)
 ]
 
 

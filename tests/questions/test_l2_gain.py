@@ -263,11 +263,31 @@ def test_no_gain_that_jumps_and_no_constant_one_gets_more_through():
         assert np.abs(z).max() < H
 
 
+# x' = -phi + w: with z = phi, V = 2 int phi has V' = 2 phi (w - phi) <= w^2 - phi^2, and phi = sigma has the gain 1 at
+# omega = 0; with z = x it is w/s where phi = 0.  A mass 1 with the damper 1/2, from force to speed: 2, by its energy,
+# as with phi = 0, and in discrete time beside x+ = x - phi the filter 1/(z - 1/2), 2 at z = 1
+@pytest.mark.parametrize(
+    ("plant", "performance", "gain"),
+    [
+        (([[0]], [[1]], [[1]], [[0]]), {"Bw": [[1]], "Dzmu": [[1]]}, 1),
+        (([[0]], [[1]], [[1]], [[0]]), {"Bw": [[1]], "Cz": [[1]]}, math.inf),
+        (([[0, 1], [0, F(-1, 2)]], [[0], [1]], [[1, 0]], [[0]]), {"Bw": [[0], [1]], "Cz": [[0, 1]]}, 2),
+        (as_plant(([[1]], [[1]], [[1]], [[0]]), dt=1), {"Bw": [[1]], "Cz": [[1]]}, math.inf),
+    ],
+)
+def test_beside_an_eigenvalue_0_a_gain_is_infinite_where_z_sees_what_w_moves_and_else_may_be_bounded(
+    plant, performance, gain
+):
+    found = l2_gain(plant, [Sector(0, 1)], performance)
+    assert str(found.verdict) == ("REFUTED" if math.isinf(gain) else "PROVED")
+    assert (found.gain.low, found.gain.high) == pytest.approx((gain, gain), rel=1e-6)
+    assert "a pole that is not strictly stable" in str(found) or math.isfinite(gain)
+
+
 def test_an_eigenvalue_0_at_the_lower_bounds_is_left_open_with_its_reason():
-    found = l2_gain(([[0]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Dzmu": [[1]]})
-    assert found.verdict.name == "INCONCLUSIVE"
-    assert found.gain.high == math.inf
-    assert "the critical case" in found.reason
+    # sigma = x + w, so that Popov's term is no function of the state
+    found = l2_gain(([[0]], [[1]], [[1]], [[0]]), [Sector(0, 1)], {"Bw": [[1]], "Dzmu": [[1]], "Dsigmaw": [[1]]})
+    assert (found.verdict.name, found.gain.high) == ("INCONCLUSIVE", math.inf)
 
 
 def test_the_last_channels_of_a_larger_plant_are_w_and_z():
@@ -446,13 +466,15 @@ def test_what_the_theorem_assumes_is_said():
 def test_the_figure_and_the_sentence_leave_out_an_unstable_member():
     # x' = x - phi + w, z = x: 1 - k, unstable with phi = 0, with phi = 2 sigma 1/(s + 1)
     found = l2_gain(([[1]], [[1]], [[1]], [[0]]), [Sector(0, 2)], {"Bw": [[1]], "Cz": [[1]]})
-    assert str(found).endswith(": phi = 0 destabilises the loop.")
+    assert str(found).endswith(
+        ": phi = 0 gives the loop a transfer function from w to z with a pole that is not strictly stable."
+    )
     extremes, largest = gain_curves(found)
     assert len(extremes) == 1
     assert max(extremes[0]) == pytest.approx(1, rel=1e-3)
     assert largest is None
     (_, unbounded), words = plot_gain(found, ax=Figure().add_subplot()).get_legend_handles_labels()
-    assert words == ["gains at the ends of the class", "a member is unstable: no bound"]
+    assert words == ["gains at the ends of the class", "the gain is infinite: no bound"]
     assert unbounded.get_linestyle() == "None"
     assert caption_of("gain", found) == "Grey: stable linear members, in floating point."
     # x' = -x - phi + w: at most 1, with phi = 0

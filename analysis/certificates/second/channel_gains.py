@@ -144,6 +144,9 @@ def refuted(document: Document, asked: Asked) -> str:
     if document.proof.get("method") == "sampled-orbit":
         _require_repetition(document, asked)
         return claims.NO_REST
+    if "unlimited" in document.proof:
+        _require_unlimited(document, asked)
+        return claims.UNLIMITED
     grows = "growth" in document.proof
     proof = record(document.proof, "method", "gains", *(["growth"] if grows else []))
     require(proof["method"] == "linear-gains", "the method is unknown for several nonlinearities")
@@ -151,6 +154,42 @@ def refuted(document: Document, asked: Asked) -> str:
         return _growing(asked, growing_member(proof["gains"], asked), number(proof["growth"]))
     closed = closed_by(asked, member(proof["gains"], asked))
     return claims.NO_SOLUTION if closed is None else unstable(closed, discrete=asked.discrete)
+
+
+def _require_unlimited(document: Document, asked: Asked) -> None:
+    """Check that constant gains leave a pole in what ``z`` sees of ``w`` that is not strictly inside.
+
+    With ``y = (1 + D G)^-1 (C x + D w)``, ``x' = A x + B (w - G y)``, what is seen of ``w_j`` is ``c (s - A)^-1 b``
+    of a certain row and column; its numerator has the coefficients ``sum a_l c A^(k-l) b``, those of ``det(s - A)``
+    being ``a_l``.
+
+    Raises
+    ------
+    NotShown
+        They are not of the class, or all that ``z`` sees of ``w`` is stable.
+    """
+    proof = record(document.proof, "method", "gains", "unlimited")
+    require(proof["method"] == "linear-gains" and bool(asked.performance), "no gain is asked for")
+    gains, places = nearby_member(proof["gains"], asked), [count(v, least=1) for v in listed(proof["unlimited"])]
+    require(len(places) == 2 and max(places) <= len(asked.performance), "an output and an input are named")
+    closed, own = closed_by(asked, gains), sorted(asked.performance)
+    if closed is None or not closed.nrows():
+        raise NotShown("the loop with these gains has no solution, or no state")
+    G, one = diagonal(gains), diagonal([Fraction(1)] * len(gains))
+    E, (i, j), n = (one + asked.D * G).inv(), (own[place - 1] for place in places), closed.nrows()
+    into, seen = asked.B * (one - G * E * asked.D), E * asked.C
+    state, row = fmpq_mat([[into[k, j]] for k in range(n)]), fmpq_mat([[seen[i, k] for k in range(n)]])
+    p, markov = closed.charpoly(), list[fmpq]()
+    for _ in range(n):
+        tick()
+        markov.append((row * state)[0, 0])
+        state = closed * state
+    top = [sum((p[k + 1 + h] * markov[h] for h in range(n - k)), fmpq(0)) for k in range(n)]
+    poles = p // p.gcd(fmpq_poly(top))
+    inner = mapped(poles, poles.degree()) if asked.discrete else poles
+    counts = half_plane_counts(inner)
+    lost = poles.degree() - inner.degree()  # z = -1
+    require(counts.right + counts.axis + lost > 0, "all that z sees of w is stable")
 
 
 def _growing(asked: Asked, gains: Sequence[Fraction], rate: Fraction) -> str:

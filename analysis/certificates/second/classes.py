@@ -27,6 +27,7 @@ GAINS = "every constant gain of the class makes the loop asymptotically stable"
 NO_REST = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHER_EQUILIBRIA = "a loop of the class has equilibria other than 0"
 GAIN = "the L2 gain from w to z is at most gamma in every loop of the class"
+UNLIMITED = "no L2 gain from w to z is finite for all loops of the class"
 EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
 NO_SOLUTION = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 

@@ -22,14 +22,14 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import product
 
-from flint import arb, arb_mat, fmpq_mat, fmpz
+from flint import arb_mat, fmpq, fmpq_mat, fmpz
 
 from lure.analysis.certificates.second import channel_boxes
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import refuted, require_gains
 from lure.analysis.certificates.second.channels import (
     Asked,
-    balls,
+    acyclic,
     diagonal,
     joined,
     on_axis,
@@ -164,8 +164,8 @@ def _proved(document: Document, asked: Asked) -> bool:
             theta[i] == 0 or (state_only and not nonlinearities.time_varying and not nonlinearities.operator),
             "Popov's term does not fit its channel",
         )
-    zero = ("zero",) if "zero" in mapping(document.proof) else ()
-    proof = record(document.proof, "method", "P", "exponent", *zero)
+    zero, loose = (("zero",) if "zero" in mapping(document.proof) else ()), "semidefinite" in mapping(document.proof)
+    proof = record(document.proof, "method", "P", "exponent", *zero, *(("semidefinite",) if loose else ()))
     require(proof["method"] == "matrix", "the method does not fit the theorem")
     exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
     require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
@@ -188,19 +188,27 @@ def _proved(document: Document, asked: Asked) -> bool:
         Pi += _with_rate(theta, document.rate, bounds, asked)
     shifted = shifted_by(asked, bounds)
     rows, left_out = triangle(proof["P"], asked.A.nrows()), list[int]()
+    least, whole = _forms((asked.C, bounds, asked.discrete), shifted, (rows, exponent), Pi, theta)
+    if loose:
+        require(proof["semidefinite"] is True and not zero and kind == "diagonal", "no form may be semidefinite here")
+        require(len(asked.operators) == 1 == bool(asked.performance) and acyclic(asked), "no gain, or D has a cycle")
+        require(_nonnegative(least) and _nonnegative(whole), "V or its fall is negative somewhere")
+        return False
     if zero:
         left_out = require_equilibria(asked, shifted, bounds, (rows, exponent), Pi, theta, proof["zero"])
-        for form in needed:  # all roots are real: they are nonnegative if these signs are
-            signs = form.charpoly().coeffs()
-            nonnegative = all(c * (-1) ** (form.nrows() - i) >= 0 for i, c in enumerate(signs))
-            require(nonnegative, "the form of the multiplier is negative for some gains")
+        require(all(map(_nonnegative, needed)), "the form of the multiplier is negative for some gains")
         needed = []
     for bits in BITS:
         with working_precision(bits):
-            least, whole = _forms((asked.C, bounds, asked.discrete), shifted, (rows, exponent), Pi, theta)
-            if all(map(positive_definite, (least, without(whole, left_out), *map(arb_mat, needed)))):
+            falls = without(arb_mat(whole), left_out)
+            if all(map(positive_definite, (arb_mat(least), falls, *map(arb_mat, needed)))):
                 return bool(zero)
     raise NotShown("V, the multiplier or the matrix of the inequality is not shown to be positive definite")
+
+
+def _nonnegative(form: fmpq_mat) -> bool:
+    """Whether a symmetric matrix is positive semidefinite: all roots are real, and nonnegative if these signs are."""
+    return all(c * (-1) ** (form.nrows() - i) >= 0 for i, c in enumerate(form.charpoly().coeffs()))
 
 
 def _diagonal_multiplier(weights: Sequence[Fraction], asked: Asked) -> fmpq_mat:
@@ -321,17 +329,15 @@ def _forms(
     scaled: tuple[list[list[fmpz]], int],
     multiplier: fmpq_mat,
     theta: Sequence[Fraction],
-) -> tuple[arb_mat, arb_mat]:
-    """At the working precision what has to be positive definite: for ``V``, and for its fall."""
-    (rows, exponent), (seen_by, bounds, discrete), n, m = scaled, loop, shifted[0].nrows(), shifted[3].nrows()
-    A, B, C, D = map(arb_mat, shifted)
-    own, unit = arb_mat(seen_by), arb(2) ** -exponent
-    P = arb_mat([[arb(rows[max(i, j)][min(i, j)]) * unit for j in range(n)] for i in range(n)])
+) -> tuple[fmpq_mat, fmpq_mat]:
+    """What has to be positive definite: for ``V``, and for its fall."""
+    (rows, exponent), (own, bounds, discrete), n, m = scaled, loop, shifted[0].nrows(), shifted[3].nrows()
+    (A, B, C, D), unit, turn = shifted, fmpq(2) ** -exponent, diagonal(theta)
+    P = fmpq_mat([[rows[max(i, j)][min(i, j)] * unit for j in range(n)] for i in range(n)])
     low, width = [low for low, _ in bounds], [high - low for low, high in bounds]
-    turn, Pi = balls(theta), arb_mat(multiplier)
-    square, cross, last = (_part(Pi, *at, m) for at in ((0, 0), (0, m), (m, m)))
-    Q = P + own.transpose() * balls([t * v for t, v in zip(theta, low, strict=True)]) * own
-    least = Q + own.transpose() * balls([min(t, Fraction(0)) * v for t, v in zip(theta, width, strict=True)]) * own
+    square, cross, last = (_part(multiplier, *at, m) for at in ((0, 0), (0, m), (m, m)))
+    Q = P + own.transpose() * diagonal([t * v for t, v in zip(theta, low, strict=True)]) * own
+    least = Q + own.transpose() * diagonal([min(t, Fraction(0)) * v for t, v in zip(theta, width, strict=True)]) * own
     moved = A.transpose() * Q
     side, seen = C.transpose() * (cross - square * D), C.transpose() * square * C
     both = cross.transpose() * D
@@ -344,8 +350,8 @@ def _forms(
         corner = corner + rate + rate.transpose()
     top = [[*(main[i, j] for j in range(n)), *(edge[i, j] for j in range(m))] for i in range(n)]
     bottom = [[*(edge[j, i] for j in range(n)), *(corner[i, j] for j in range(m))] for i in range(m)]
-    return least, arb_mat([*top, *bottom])
+    return least, fmpq_mat([*top, *bottom])
 
 
-def _part(M: arb_mat, top: int, left: int, m: int) -> arb_mat:
-    return arb_mat([[M[top + i, left + j] for j in range(m)] for i in range(m)])
+def _part(M: fmpq_mat, top: int, left: int, m: int) -> fmpq_mat:
+    return fmpq_mat([[M[top + i, left + j] for j in range(m)] for i in range(m)])
