@@ -1,1 +1,1 @@
-from lure.analysis.cli.entry import main as main
+from lure.analysis.cli.__main__ import main as main

@@ -10,7 +10,7 @@ import pytest
 from lure import Cubic, DeadZone, InputError, Saturation, SlopeBounds, Tanh
 from lure.analysis import Verdict, steady_response
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.cli.entry import main
+from lure.analysis.cli import main
 from lure.analysis.forced.balance import Balanced, Wave
 from lure.analysis.forced.band import residual
 from lure.analysis.forced.loop import ForcedLoop

@@ -16,7 +16,7 @@ def names() -> list[str]:
     """Every command, in the order of ``lure --help``."""
     import typer
 
-    from lure.analysis.cli.entry import app
+    from lure.analysis.cli.__main__ import app
 
     return list(getattr(typer.main.get_command(app), "commands"))  # noqa: B009  # not of every command's type
 
