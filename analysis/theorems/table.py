@@ -6,7 +6,6 @@ named as text and imported when a criterion is asked.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from typing import Any, Literal
 from lure.analysis.inequality.protocol import ScalarPlant
 from lure.analysis.verdict import CriterionResult
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, did_you_mean
 from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
@@ -452,8 +451,7 @@ def theorems_for(
     wanted = criterion.replace("_", "-").lower()
     wanted = next((row.name for row in TABLE if wanted in row.aliases), wanted)
     if wanted != BEST and wanted not in CRITERIA:
-        near = difflib.get_close_matches(wanted, CRITERIA, n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        hint = did_you_mean(wanted, CRITERIA, cutoff=0.6)
         raise InputError(f"there is no criterion {criterion!r}; {hint}choose from {BEST}, {', '.join(CRITERIA)}")
     exact = isinstance(block, RationalPlant) or (isinstance(block, PlantFamily) and not block.delay)  # else for sectors
     late = isinstance(block, DelayPlant)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Literal, cast
 
-from lure.errors import InputError
+from lure.errors import InputError, did_you_mean
 from lure.plants.conversion import as_plant
 from lure.plants.delay import DelayPlant
 from lure.plants.delay_matrix import DelayMatrix
@@ -157,6 +156,6 @@ def _place(name: Place, labels: Sequence[str], word: str) -> int:
         return name
     if name in labels:
         return labels.index(str(name))
-    near = difflib.get_close_matches(str(name), labels, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}? " if near else ""
-    raise InputError(f"there is no {word} {name!r:.40}; {hint}choose from {', '.join(labels)}")
+    raise InputError(
+        f"there is no {word} {name!r:.40}; {did_you_mean(str(name), labels)}choose from {', '.join(labels)}"
+    )
