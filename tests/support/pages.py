@@ -37,8 +37,9 @@ def read(page):
     return reader.tags, "".join(reader.words)
 
 
-def page_and_data_agree(found):
-    """A result is a page that says what it does not show, and plain data with the same sentence."""
+def page_with_its_data(found):
+    """The text of a result's page, which says what it does not show; plain data has the same sentence."""
     _, text = read(found._repr_html_())
     assert "Not shown" in text or "proves nothing" in text
     assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["sentence"] == str(found)
+    return text
