@@ -214,13 +214,7 @@ def lifted(
         closed = closed_by(H, lower)
         need(closed is not None and within(closed, True, rests), "the loop with the least slopes is not stable")
     N = n + m * samples
-    phi = [[Fraction(i == n + j) for i in range(N)] for j in range(m * samples)]
-    x, after, sigma = [[Fraction(i == j) for i in range(N)] for j in range(n)], Rows(), Rows()
-    for t in range(samples):
-        x = [*x, *([-v for v in row] for row in phi[m * t : m * (t + 1)])]  # (x, mu)
-        sigma += [[dot(row, column) for column in zip(*x)] for row in ([*c, *d] for c, d in zip(H.C, H.D))]
-        x = [[dot(row, column) for column in zip(*x)] for row in ([*a, *b] for a, b in zip(H.A, H.B))]
-        after = after or [*x, *phi[m:]]
+    phi, sigma, after = signals(H, samples)
     order = N - m
     form(method == "matrix", "several nonlinearities are proved by a matrix")
     whole, e = states.symmetric(half, [[ZERO] * order], order)[0], integer(exponent, 0, 10**5)
@@ -266,6 +260,20 @@ def lifted(
         "well-posed": "sigma is given channel after channel: D has no cycle",
     }
     return facts | residue, existing(asked)
+
+
+def signals(H: Plant, samples: int) -> tuple[Rows, Rows, Rows]:
+    """Rows of ``phi`` and ``sigma``, sample after sample, and of ``xi+``, in ``(x_1, phi_1, .., phi_T)``."""
+    n, m = len(H.A), len(H.D)
+    N = n + m * samples
+    phi = [[Fraction(i == n + j) for i in range(N)] for j in range(m * samples)]
+    x, after, sigma = [[Fraction(i == j) for i in range(N)] for j in range(n)], Rows(), Rows()
+    for t in range(samples):
+        x = [*x, *([-v for v in row] for row in phi[m * t : m * (t + 1)])]  # (x, mu)
+        sigma += [[dot(row, column) for column in zip(*x)] for row in ([*c, *d] for c, d in zip(H.C, H.D))]
+        x = [[dot(row, column) for column in zip(*x)] for row in ([*a, *b] for a, b in zip(H.A, H.B))]
+        after = after or [*x, *phi[m:]]
+    return phi, sigma, after
 
 
 def at_rest(M: Any, H: Plant, low: list[Fraction], zero: Any, samples: int = 1) -> Any:

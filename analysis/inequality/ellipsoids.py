@@ -263,15 +263,20 @@ def _solved(
         cost[-1] = -1.0
         blocks += [] if isinstance(points, Disturbance) else [_holding(point, count, basis) for point in points]
     found = proposed(cost, blocks, np.zeros((0, count)), np.zeros(0), logarithms=logarithms)
-    if found is None:
-        return None
+    return None if found is None or not _held(blocks, found) else _read(found, basis, Y, disturbed=p > 0)
+
+
+def _read(found: Matrix, basis: Matrix, Y: Matrix, *, disturbed: bool) -> Ellipsoid | None:
+    """The ellipsoid of values of ``W``, ``Y`` and ``S``, if ``W`` and ``S`` are positive definite."""
+    s, k, m = len(basis), len(basis) + len(Y), Y.shape[1]
     W = np.tensordot(found[:s], basis, 1)
     least = np.linalg.eigvalsh(W)
-    if least[0] <= 1e-14 * least[-1] or min(found[k : k + m]) <= 0 or not _held(blocks, found):
+    if least[0] <= 1e-14 * least[-1] or min(found[k : k + m]) <= 0:
         return None
     P = np.linalg.inv(W)
-    h = np.tensordot(found[s:k], Y, 1) @ P if free else np.zeros((m, n))
-    return Ellipsoid((P + P.T) / 2, 1 / found[k : k + m], h, 1 / max(float(found[-1]), 1e-300) if p else 0.0)
+    h = np.tensordot(found[s:k], Y, 1) @ P
+    energy = 1 / max(float(found[-1]), 1e-300) if disturbed else 0.0
+    return Ellipsoid((P + P.T) / 2, 1 / found[k : k + m], h, energy)
 
 
 def even(block: Block, start: Matrix) -> Block:

@@ -98,15 +98,7 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
     m = len(odd)
     if theorem not in ("matrix-zames-falb", "matrix-scalings"):
         require(theorem in ("diagonal-circle", "diagonal-popov"), "the theorem is not one over frequencies")
-        names = ("lambda", "theta") if theorem == "diagonal-popov" else ("lambda",)
-        found = {name: numbers(side) for name, side in record(mapping(value), *names).items()}
-        weights, turn = found["lambda"], found.get("theta", [Fraction(0)] * m)
-        require(
-            len(weights) == m == len(turn) and min(weights) >= 0, "the multipliers are not one for each channel, >= 0"
-        )
-        gamma = [[v * (i == j) for j in range(m)] for i, v in enumerate(weights)]
-        owed = {i: (-v, -v) for i, v in enumerate(weights) if not gains[i]}
-        return Multiplier(gamma, turn, [], frozenset(), owed)
+        return _one_each(value, gains, turned=theorem == "diagonal-popov")
     given = record(mapping(value), "gamma", "theta", "kernels")
     gamma, theta = [numbers(row) for row in listed(given["gamma"])], numbers(given["theta"])
     require(len(gamma) == len(theta) == m and all(len(row) == m for row in gamma), "gamma or theta does not fit")
@@ -158,6 +150,16 @@ def read_multiplier(  # noqa: PLR0913  (a multiplier, and what is known of each 
         owed[i] = into[i] - gamma[i][i], out[i] - gamma[i][i]
         require(rate is not None or max(owed[i]) <= 0, "the kernels of a row or a column outweigh gamma")
     return replace(made, owed=owed)
+
+
+def _one_each(value: object, gains: Sequence[bool], *, turned: bool) -> Multiplier:
+    """One multiplier for each channel, and one of Popov's where that is the theorem."""
+    m, names = len(gains), ("lambda", "theta") if turned else ("lambda",)
+    found = {name: numbers(side) for name, side in record(mapping(value), *names).items()}
+    weights, theta = found["lambda"], found.get("theta", [Fraction(0)] * m)
+    require(len(weights) == m == len(theta) and min(weights) >= 0, "the multipliers are not one for each channel, >= 0")
+    gamma = [[v * (i == j) for j in range(m)] for i, v in enumerate(weights)]
+    return Multiplier(gamma, theta, [], frozenset(), {i: (-v, -v) for i, v in enumerate(weights) if not gains[i]})
 
 
 def require_weights(given: Multiplier, widths: Sequence[Fraction], rate: Fraction) -> None:

@@ -49,6 +49,7 @@ class _Channel:
 
 
 Balls = list[list[list[acb]]]
+_Row = Sequence[tuple[Fraction, Fraction] | None]  # multipliers of the channels on a piece
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,29 +83,8 @@ def require_pieces(document: Document, asked: Asked) -> bool:
     NotShown
         It is not so, or a multiplier is none for its channel.
     """
-    popov = document.theorem == "piecewise-popov"
-    given = record(document.multiplier, "lambda", "pieces", *(["theta"] if popov else []))
-    proof = record(document.proof, "method", "ends")
-    m, weights = asked.D.nrows(), numbers(given["lambda"])
-    theta, ends = numbers(given["theta"]) if popov else [Fraction(0)] * m, numbers(proof["ends"])
-    require(proof["method"] == "pieces" and len(weights) == len(theta) == m, "there is not one multiplier a channel")
-    require(not (popov and asked.discrete), "Popov's criterion is for continuous time")
-    if not acyclic(asked):
-        sides = [one.ends for one in asked.nonlinearities if not one.operator]
-        plain = [(low, high) for low, high in sides if low is not None and high is not None]
-        require(len(plain) == m, "D has a cycle of channels beside operators, or of such without bounds")
-        require_one_solution(asked, plain)
-    known = _channels(asked, weights, theta)
-    rows = [[_pair(one) for one in listed(row)] for row in listed(given["pieces"])]
-    require(all(len(row) == m for row in rows), "a piece has not one multiplier for each channel")
-    require(len(rows) == len(ends) + (not asked.discrete), "there is not one multiplier for each piece")
-    require(all(a < b for a, b in pairwise([Fraction(0), *ends])), "the pieces do not follow one another")
-    require(not asked.discrete or ends[-1] >= _HALF, "the pieces end before pi")
-    for i, one in enumerate(known):
-        same = one.kind != "slow" or all(row[i] == rows[0][i] for row in rows)
-        require(same, "a delay that varies has several multipliers")
-    for k, row in enumerate(rows):
-        _require_row(asked, known, row, ends[k] if k < len(ends) else None)
+    known, rows, ends = _read(document, asked)
+    m = len(known)
     bounds = [(Fraction(1), Fraction(2)) if one.operator in DELAYS else one.ends for one in asked.nonlinearities]
     closed, gains = None, [one.shift for one in known]
     if asked.late:
@@ -157,6 +137,34 @@ def require_pieces(document: Document, asked: Asked) -> bool:
             if not asked.late:
                 _require_piece(outer, known, rows[-1], Fraction(0), 1 / end)
     return not stable
+
+
+def _read(document: Document, asked: Asked) -> tuple[list[_Channel], list[_Row], list[Fraction]]:
+    """The channels, the multipliers of each piece and where the pieces end, if they are such of these classes."""
+    popov = document.theorem == "piecewise-popov"
+    given = record(document.multiplier, "lambda", "pieces", *(["theta"] if popov else []))
+    proof = record(document.proof, "method", "ends")
+    m, weights = asked.D.nrows(), numbers(given["lambda"])
+    theta, ends = numbers(given["theta"]) if popov else [Fraction(0)] * m, numbers(proof["ends"])
+    require(proof["method"] == "pieces" and len(weights) == len(theta) == m, "there is not one multiplier a channel")
+    require(not (popov and asked.discrete), "Popov's criterion is for continuous time")
+    if not acyclic(asked):
+        sides = [one.ends for one in asked.nonlinearities if not one.operator]
+        plain = [(low, high) for low, high in sides if low is not None and high is not None]
+        require(len(plain) == m, "D has a cycle of channels beside operators, or of such without bounds")
+        require_one_solution(asked, plain)
+    known = _channels(asked, weights, theta)
+    rows: list[_Row] = [[_pair(one) for one in listed(row)] for row in listed(given["pieces"])]
+    require(all(len(row) == m for row in rows), "a piece has not one multiplier for each channel")
+    require(len(rows) == len(ends) + (not asked.discrete), "there is not one multiplier for each piece")
+    require(all(a < b for a, b in pairwise([Fraction(0), *ends])), "the pieces do not follow one another")
+    require(not asked.discrete or ends[-1] >= _HALF, "the pieces end before pi")
+    for i, one in enumerate(known):
+        same = one.kind != "slow" or all(row[i] == rows[0][i] for row in rows)
+        require(same, "a delay that varies has several multipliers")
+    for k, row in enumerate(rows):
+        _require_row(asked, known, row, ends[k] if k < len(ends) else None)
+    return known, rows, ends
 
 
 def _past_zero(
@@ -265,9 +273,7 @@ def _channels(asked: Asked, weights: Sequence[Fraction], theta: Sequence[Fractio
     return found
 
 
-def _require_row(
-    asked: Asked, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], end: Fraction | None
-) -> None:
+def _require_row(asked: Asked, known: Sequence[_Channel], row: _Row, end: Fraction | None) -> None:
     """Check the signs of one piece, which ends at ``end``."""
     for i, (one, pair) in enumerate(zip(known, row, strict=True)):
         require((pair is None) is (one.kind == ""), "a multiplier by pieces does not fit its channel")
@@ -327,7 +333,7 @@ def _reversed(p: fmpq_poly, n: int) -> list[acb]:
 def _require_piece(
     loop: _Loop,
     known: Sequence[_Channel],
-    row: Sequence[tuple[Fraction, Fraction] | None],
+    row: _Row,
     low: Fraction,
     high: Fraction,
 ) -> None:
@@ -346,9 +352,7 @@ def _require_piece(
     require(not stack, "F > 0 is not shown on a piece")
 
 
-def _positive(
-    loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], a: Fraction, b: Fraction
-) -> bool:
+def _positive(loop: _Loop, known: Sequence[_Channel], row: _Row, a: Fraction, b: Fraction) -> bool:
     """Whether ``F > 0`` is shown on ``[a, b]``: each pivot of its elimination is, as a function of the frequency."""
     m, middle, radius = len(known), ball((a + b) / 2), ball((b - a) / 2).upper()
     here = _series(loop, known, row, acb_series([acb(middle), acb(1)]))
@@ -367,9 +371,7 @@ def _positive(
     return True
 
 
-def _at_any_phase(
-    loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], most: Fraction
-) -> bool:
+def _at_any_phase(loop: _Loop, known: Sequence[_Channel], row: _Row, most: Fraction) -> bool:
     """Whether ``F > 0`` for ``1/omega`` in ``[0, most]`` whatever phases the dead times give.
 
     With ``Y = Y_0 + sum w_k Y_k``, ``|w_k| = 1``, ``x^* F x`` is at least the form of ``|x|`` with ``2 Re Y_0 - 2 sum
@@ -386,7 +388,7 @@ def _at_any_phase(
     return False
 
 
-def _compared(loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], u: arb) -> bool:
+def _compared(loop: _Loop, known: Sequence[_Channel], row: _Row, u: arb) -> bool:
     """Whether the form of ``|x|`` is positive definite there, in ``mu`` before any shift: ``(e + l H)* x (e + u H)``.
 
     Of delays ``x (|mu|^2 - |sigma|^2)``, of slow ones ``x |mu|^2 - x |sigma|^2/(1 - d) + y |mu + sigma|^2 - y h^2
@@ -470,9 +472,7 @@ def _bound(here: acb_series, wide: acb_series, radius: arb) -> acb:
     return total
 
 
-def _series(
-    loop: _Loop, known: Sequence[_Channel], row: Sequence[tuple[Fraction, Fraction] | None], t: acb_series
-) -> list[list[acb_series]] | None:
+def _series(loop: _Loop, known: Sequence[_Channel], row: _Row, t: acb_series) -> list[list[acb_series]] | None:
     """``F`` as series in ``omega``, or in ``1/omega``; None if ``d`` may vanish.
 
     Less ``x d/(1 - d) H_i^* H_i + y h^2 (s H_i)^* (s H_i)`` for the slow delays.

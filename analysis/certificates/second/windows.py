@@ -252,6 +252,29 @@ def _ordered_forms(given: Mapping[str, object], asked: Asked) -> Forms:
     return Forms(T, forms, [(Fraction(low), Fraction(high)) for low, high in ends])
 
 
+def _read(document: Document, asked: Asked) -> tuple[list[Fraction], Forms, Forms | None]:
+    """The weights of the operators, the forms, and those at the start if there are such."""
+    stated, weights = dict(document.multiplier), [Fraction(0)] * asked.D.nrows()
+    if asked.operators:
+        require("lambda" in stated, "the operators have no weights")
+        weights = numbers(stated.pop("lambda"))
+        others = [i for i, one in enumerate(asked.nonlinearities) if not one.operator]
+        require(len(weights) == asked.D.nrows() and not any(weights[i] for i in others), "a weight is of no operator")
+    require_uniform(weights, asked)
+    if document.theorem == "order-cones":
+        return weights, _ordered_forms(stated, asked), None
+    given = record(stated, "samples", "forms", "start")
+    T = count(given["samples"], least=2)
+    require(T <= MOST_SAMPLES, "there are too many samples")
+    rate = document.rate or Fraction(1)
+    forms = read_forms(given["forms"], asked, T, over_time=given["start"] is None, rate=rate)
+    if given["start"] is None:
+        return weights, forms, None
+    start = read_forms(given["start"], asked, T - 1, over_time=False, rate=rate)
+    require(start.bounds == forms.bounds, "the forms at the start are about other bounds")
+    return weights, forms, start
+
+
 def require_windows(document: Document, asked: Asked) -> bool:
     """Forms of ``T`` samples: ``V(xi+) - V(xi) + sum w' M w < 0``, nonnegative along solutions, or summed over time.
 
@@ -267,25 +290,7 @@ def require_windows(document: Document, asked: Asked) -> bool:
     proof = record(document.proof, "method", "P", "exponent", *zero)
     require(proof["method"] == "matrix" and asked.discrete, "forms of several samples: by matrices, in discrete time")
     require(acyclic(asked), "D has a cycle of channels")
-    start: Forms | None = None
-    stated, weights = dict(document.multiplier), [Fraction(0)] * asked.D.nrows()
-    if asked.operators:
-        require("lambda" in stated, "the operators have no weights")
-        weights = numbers(stated.pop("lambda"))
-        others = [i for i, one in enumerate(asked.nonlinearities) if not one.operator]
-        require(len(weights) == asked.D.nrows() and not any(weights[i] for i in others), "a weight is of no operator")
-    require_uniform(weights, asked)
-    if document.theorem == "order-cones":
-        forms = _ordered_forms(stated, asked)
-    else:
-        given = record(stated, "samples", "forms", "start")
-        T = count(given["samples"], least=2)
-        require(T <= MOST_SAMPLES, "there are too many samples")
-        rate = document.rate or Fraction(1)
-        forms = read_forms(given["forms"], asked, T, over_time=given["start"] is None, rate=rate)
-        if given["start"] is not None:
-            start = read_forms(given["start"], asked, T - 1, over_time=False, rate=rate)
-            require(start.bounds == forms.bounds, "the forms at the start are about other bounds")
+    weights, forms, start = _read(document, asked)
     both = zip(asked.nonlinearities, forms.bounds, strict=True)
     ends = [(Fraction(0) if one.operator else low, high) for one, (low, high) in both]
     loop = shifted_by(asked, ends) if zero else None
