@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import reprlib
-from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -20,77 +19,8 @@ if TYPE_CHECKING:
     import control
     from scipy.sparse import csr_array
 
-# Cloning templates of the rod's network and the block they assemble to, in the paper's three orderings.
-
 Ordering = Literal["eq39", "eq42", "eq48"]
 ORDERINGS: tuple[Ordering, ...] = ("eq39", "eq42", "eq48")
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class CloningTemplate:
-    """One row rule of the network: ``cell' = sum_j weights[j] * state[cell + offsets[j]]``.
-
-    ``offsets`` count along the ring of the ordering (42), so that offset -1 of the first cell is the last one.
-
-    Attributes
-    ----------
-    cells : range or tuple of int
-        Cells, counted from zero in the ordering (42), that the rule serves.
-    offsets : tuple of int
-        Neighbours read, relative to the cell.
-    weights : tuple of float
-        Weight of each neighbour [1/s].
-    """
-
-    cells: range | tuple[int, ...]
-    offsets: tuple[int, ...]
-    weights: tuple[float, ...]
-
-
-def rod_templates(cells: int, rate: float, reflection: float) -> tuple[CloningTemplate, ...]:
-    r"""Templates (44)-(47) of the rod's ring of ``2N`` cells.
-
-    Inner cells ``2..2N`` carry ``T^AC = [s, -s, 0]`` (45); the corner cell 1 reads the last cell with weight ``-s a``
-    in place of ``s`` (47).  The matrix is f-circulant with ``f = -a``, and circulant (as the paper says) only for
-    ``a = -1``, that is ``k = 0``.
-
-    Parameters
-    ----------
-    cells : int
-        ``N >= 1``.
-    rate : float
-        ``s = c N / L`` [1/s].
-    reflection : float
-        ``a`` [-].
-    """
-    return (
-        CloningTemplate(cells=(0,), offsets=(-1, 0), weights=(-rate * reflection, -rate)),
-        CloningTemplate(cells=range(1, 2 * cells), offsets=(-1, 0), weights=(rate, -rate)),
-    )
-
-
-def assemble_ring(cells: int, templates: tuple[CloningTemplate, ...]) -> csr_array:
-    """Interconnection matrix (2N, 2N) of the ring, in the ordering (42) [1/s].
-
-    Parameters
-    ----------
-    cells : int
-        ``N``.
-    templates : tuple of CloningTemplate
-        The rules, each with the cells it serves; those of :func:`rod_templates` for the rod.
-    """
-    from scipy.sparse import coo_array
-
-    size = 2 * cells
-    rows, columns, weights = [], [], []
-    for template in templates:
-        served = np.asarray(template.cells)
-        for offset, weight in zip(template.offsets, template.weights, strict=True):
-            rows.append(served)
-            columns.append((served + offset) % size)
-            weights.append(np.full(served.shape, weight))
-    entries = (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns)))
-    return coo_array(entries, shape=(size, size)).tocsr()
 
 
 def ordering_permutation(cells: int, ordering: Ordering) -> NDArray[np.intp]:
@@ -220,8 +150,11 @@ class UpwindScheme(Record, StructuredPlant, kw_only=False):
         """The block ``(A, b1, b2, c)``, sparse, assembled from the cloning templates."""
         from scipy.sparse import block_array, coo_array
 
+        from lure.rod.cellular.gallery import rod_template
+        from lure.rod.cellular.network import interconnection
+
         N, s, rod = self.cells, self.rate, self.rod
-        ring = assemble_ring(N, rod_templates(N, s, rod.reflection))
+        ring = interconnection(rod_template(s, rod.reflection), (2 * N,), "periodic")[:, : 2 * N]
         pick = coo_array(([1.0], ([0], [N - 1])), shape=(1, 2 * N))
         A = block_array([[ring, None], [pick, coo_array((1, 1))]], format="csr")
         b1, b2, c = np.zeros(2 * N + 1), np.zeros(2 * N + 1), np.zeros(2 * N + 1)

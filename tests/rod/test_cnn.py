@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 
 from lure import InputError
 from lure.rod import upwind
-from lure.rod.discretisation import ORDERINGS, CloningTemplate, assemble_ring, ordering_permutation, rod_templates
+from lure.rod.cellular.gallery import rod_template
+from lure.rod.cellular.network import interconnection
+from lure.rod.discretisation import ORDERINGS, ordering_permutation
 from lure.rod.systems import paper_rod
 
 cells = st.integers(1, 40)
@@ -16,14 +18,16 @@ integers = st.integers(-9, 9)
 
 
 def ring(N, rate, reflection):
-    return assemble_ring(N, rod_templates(N, rate, reflection)).toarray()
+    return interconnection(rod_template(rate, reflection), (2 * N,), "periodic").toarray()[:, :-1]
 
 
 def test_the_templates_are_those_of_the_paper():
-    corner, inner = rod_templates(5, 3.0, -0.5)
+    template = rod_template(3.0, -0.5)
+    before, own = template.weights
     # (47): T_1^A = -s a on the last cell, T_1^C = s; (45): T^AC = [s, -s, 0] for the cells 2..2N
-    assert corner == CloningTemplate(cells=(0,), offsets=(-1, 0), weights=(1.5, -3.0))
-    assert inner == CloningTemplate(cells=range(1, 10), offsets=(-1, 0), weights=(3.0, -3.0))
+    assert template.offsets == ((-1,), (0,))
+    assert before(np.arange(10)).tolist() == [1.5] + [3.0] * 9
+    assert own == -3.0
 
 
 def test_the_ring_of_two_cells_by_hand():
@@ -35,7 +39,7 @@ def test_the_ring_of_two_cells_by_hand():
 @given(N=cells, a=integers.filter(bool))
 def test_the_ring_is_f_circulant_with_f_minus_a(N, a):
     # S = ring + I shifts the ring by one cell, and by -a where it closes: once around is S^{2N} = -a I (exact integers)
-    S = ring(N, 1, a) + np.eye(2 * N, dtype=int)
+    S = ring(N, 1, a).astype(int) + np.eye(2 * N, dtype=int)
     assert np.array_equal(np.linalg.matrix_power(S.astype(object), 2 * N), -a * np.eye(2 * N, dtype=int))
 
 
@@ -52,7 +56,7 @@ def test_the_ring_is_circulant_without_damping_only(N, a):
 # a = 0 cuts the ring: 2N cells in a row, (M + s I)/s is the nilpotent shift, one Jordan block of size 2N
 @given(N=cells, rate=st.integers(1, 9))
 def test_for_the_matched_rod_the_ring_is_one_jordan_block(N, rate):
-    shift = (ring(N, rate, 0) + rate * np.eye(2 * N, dtype=int)).astype(object)
+    shift = (ring(N, rate, 0).astype(int) + rate * np.eye(2 * N, dtype=int)).astype(object)
     last = np.linalg.matrix_power(shift, 2 * N - 1)
     assert last[-1, 0] == rate ** (2 * N - 1)
     assert np.count_nonzero(last) == 1

@@ -9,9 +9,8 @@ import sympy as sp
 
 from lure import Expression, InputError
 from lure.analysis.rod.simulation import simulate
-from lure.rod import Rod, Scenario, builtin_system, upwind
-from lure.rod.free_motion import free_motion
-from lure.rod.galerkin import KnownState, NonuniformRod, convergence, formula_state, free_state, galerkin, state_error
+from lure.rod import Rod, Scenario, builtin_system, exact_motion, upwind
+from lure.rod.galerkin import KnownState, NonuniformRod, convergence, exact_state, formula_state, galerkin, state_error
 
 # c = 2, Z = 1, T = 3/2
 ROD = Rod(youngs_modulus=4, density=1, length=3, area=0.5, damping=0.3, compliance=0.25, gap=5)
@@ -69,13 +68,13 @@ def assert_orders(result, space):
 def smooth_flight():
     """Smooth data, released: the end stays free, the wave has met the dashpot by 0.9 s and both ends by 1.95 s."""
     scenario = Scenario.parse(displacement="(x*(3 - x))**4/25")
-    return scenario, free_motion(ROD, scenario, 5.0)
+    return scenario, exact_motion(ROD, scenario, 5.0)
 
 
 @pytest.mark.parametrize("space", FAMILIES)
-def test_the_order_against_the_exact_free_motion(space):
+def test_the_order_against_the_exact_motion(space):
     scenario, motion = smooth_flight()
-    result = convergence(family(ROD, space, FAMILIES), scenario, free_state(motion, 0.9), until=0.9)
+    result = convergence(family(ROD, space, FAMILIES), scenario, exact_state(motion, 0.9), until=0.9)
     assert_orders(result, space)
 
 
@@ -136,7 +135,7 @@ def test_behind_a_kink_the_order_drops_to_what_it_is(space, low, high):
     # the paper's rod, released: u_x jumps at both ends at t = 0 and the jumps travel; no space bends to them
     system = builtin_system("paper-rod")
     until = 0.4 * system.rod.travel_time
-    known = free_state(free_motion(system.rod, system.scenario, 5 * system.rod.travel_time), until)
+    known = exact_state(exact_motion(system.rod, system.scenario, 5 * system.rod.travel_time), until)
     result = convergence(family(system.rod, space, FAMILIES), system.scenario, known, until=until)
     assert low < result.h1_orders.mean() < high
 
@@ -203,4 +202,4 @@ def test_a_family_that_does_not_grow_is_refused():
     scenario, motion = smooth_flight()
     models = [galerkin(ROD, order=order) for order in (9, 9)]
     with pytest.raises(InputError, match=r"give at least two spaces, each finer than the one before"):
-        convergence(models, scenario, free_state(motion, 0.9), until=0.9)
+        convergence(models, scenario, exact_state(motion, 0.9), until=0.9)

@@ -9,7 +9,6 @@ import pytest
 from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
 from lure import AssumptionError, PiecewiseLinear
-from lure.analysis.rod.paper.runs import rod_run
 from lure.analysis.rod.simulation import simulate
 from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.motion import Boundary, Numerics, exact_motion
@@ -219,14 +218,3 @@ def test_the_scheme_converges_to_it_at_first_order():
     assert 1.7 < errors[0] / errors[1] < 2.2
     assert 1.8 < errors[1] / errors[2] < 2.2
     assert errors[2] < 1e-2
-
-
-def test_the_shift_by_whole_cells_agrees_within_its_own_error():
-    system = builtin_system("paper-rod")
-    rod = rod_from_exact({**system.rod.exact, "gap": Fraction("0.00005")})
-    scenario = Scenario.parse(displacement="0.0001 - 0.0002*x", force="0.00001*sin(40*t)")
-    run = rod_run(rod, scenario, 0.02, cells=8)
-    motion = exact_motion(rod, scenario, 0.02)
-    inside = run.t <= 0.02
-    assert run.z[inside] == pytest.approx(motion.z(run.t[inside]), abs=4 * run.error + 1e-15)
-    assert len(motion.impacts) == len(run.contacts)

@@ -25,7 +25,8 @@ from reference import (
 
 from lure import InputError
 from lure.rod import RodPlant, UpwindScheme, upwind
-from lure.rod.discretisation import assemble_ring, rod_templates
+from lure.rod.cellular.gallery import rod_template
+from lure.rod.cellular.network import interconnection
 from lure.rod.systems import paper_rod, rod_from_exact
 
 EPS = 2.0**-52
@@ -205,12 +206,11 @@ def test_nothing_overflows_however_far_from_the_origin():
 @pytest.mark.parametrize("a", [Fraction(-3, 5), Fraction(0), Fraction(1, 3), Fraction(-1), Fraction(7, 2)])
 def test_the_characteristic_polynomial_is_that_of_the_f_circulant_ring(N, a):
     s = Fraction(7, 3)
-    ring = np.zeros((2 * N, 2 * N), dtype=object)
-    for template in rod_templates(N, s, a):
-        for cell in template.cells:
-            for offset, weight in zip(template.offsets, template.weights, strict=True):
-                ring[cell, (cell + offset) % (2 * N)] += weight
-    assembled = assemble_ring(N, rod_templates(N, float(s), float(a))).toarray()
+    ring, cells = np.zeros((2 * N, 2 * N), dtype=object), np.arange(2 * N)
+    template = rod_template(s, a)
+    for (offset,), weight in zip(template.offsets, template.weights, strict=True):
+        ring[cells, (cells + offset) % (2 * N)] += weight(cells) if callable(weight) else weight
+    assembled = interconnection(rod_template(float(s), float(a)), (2 * N,), "periodic").toarray()[:, :-1]
     assert np.allclose(ring.astype(float), assembled, rtol=1e-15, atol=0)
     matrix = fmpq_mat([[fmpq(Fraction(v).numerator, Fraction(v).denominator) for v in row] for row in ring])
     rate, f = fmpq(s.numerator, s.denominator), fmpq(a.numerator, a.denominator)

@@ -49,7 +49,7 @@ def _rest(runs: PaperRuns) -> PaperClaim:
 def _matched(runs: PaperRuns) -> PaperClaim:
     found = matching(runs.release.rod, runs.release.scenario)
     off = f"off by {abs(found.dashpot):.4g} N at x = 0 and {abs(found.contact):.4g} Pa at x = L"
-    step = abs(float(runs.exact.end_wave(0.0))) * 2
+    step = abs(float(runs.exact.end_velocity(0.0))) * 2
     return PaperClaim(
         key="matched",
         where="below (37), (50)",
@@ -224,14 +224,17 @@ def _ms(seconds: float) -> str:
 
 def _free_release(runs: PaperRuns) -> PaperClaim:
     coarse, fine = float(runs.coarse.max_gap_coordinate), float(runs.fine.max_gap_coordinate)
+    exact, step = runs.exact, runs.exact.rod.travel_time / 16
+    t = np.arange(0.0, exact.until, step)
+    largest = float(exact.z(t).max()) + 0.5 * step * float(np.abs(exact.end_velocity(t)).max())
     return PaperClaim(
         key="free-release",
         where="section 5, figures 6 and 7",
         claim="without force the rod does not reach the obstacle",
         as_printed=f"N = 10: largest z {coarse:.6g} m up to 2.5e-3 s (no force: as corrected)",
         corrected=f"N = 200: largest z {fine:.6g} m",
-        rod=f"largest z at most {runs.exact.largest_z:.6g} m up to {runs.exact.until:g} s",
-        survives=max(coarse, fine, runs.exact.largest_z) < 0,
+        rod=f"largest z at most {largest:.6g} m up to {exact.until:g} s",
+        survives=max(coarse, fine, largest) < 0,
         sentence="Survives: the end swings between -1e-4 and 1e-4 m, and the gap is 0.02 m.",
         evidence=Evidence.COMPUTED,
     )

@@ -16,116 +16,10 @@ from lure.analysis.rod.simulation import Trajectory, simulate
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError
 from lure.rod.discretisation import Form, upwind
-from lure.rod.free_motion import FreeMotion, free_motion
+from lure.rod.motion import Motion, exact_motion
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.systems import RodSystem, builtin_system
-
-# The rod itself with contact: waves shifted by whole cells (Courant number one), the contact solved in each cell.
-
-CELLS_PER_TRANSIT = 4
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RodRun:
-    """A motion of the rod itself.
-
-    Attributes
-    ----------
-    t, z : ndarray
-        (n,) times [s] and contact coordinate ``u(t, L) - gap`` [m] there.
-    contacts : tuple of (float, float)
-        Intervals with ``z > 0`` [s]; one still open at the end is closed there.
-    largest_z : float
-        Largest ``z`` [m].
-    error : float
-        Largest change of ``z`` at common times when the step is halved [m].
-    """
-
-    t: NDArray[np.float64]
-    z: NDArray[np.float64]
-    contacts: tuple[tuple[float, float], ...]
-    largest_z: float
-    error: float
-
-
-def rod_run(rod: Rod, scenario: Scenario, until: float, *, cells: int = CELLS_PER_TRANSIT) -> RodRun:
-    r"""Motion of the rod with contact, from its delay equation.
-
-    .. math:: W(t) = -a\,V(t - 2T) + 2 b\,g(t - T), \quad z' = W - d\,p(z), \quad V = W - 2 d\,p(z) = 2 z' - W.
-
-    Waves are constant on cells of length ``T/cells`` and move by whole cells, which is exact: no numerical damping.  In
-    each cell ``z`` is solved exactly for that ``W`` (linear contact law), and ``V`` takes the mean of ``2 z' - W``.
-    The only errors are those of replacing ``g``, ``u1 -+ c u0'`` and ``V`` by their cell values: second order, none for
-    the paper's initial data.
-
-    Parameters
-    ----------
-    rod : Rod
-        The rod, with exponent ``m = 1``.
-    scenario : Scenario
-        Loads (``f = 0``) and initial data.
-    until : float
-        End of the span [s].
-    cells : int
-        Cells per transit; the run is repeated with twice as many, which is returned, and the change is ``error``.
-
-    Raises
-    ------
-    AssumptionError
-        ``m`` is not 1, or there is a body force.
-
-    Notes
-    -----
-    Evidence: COMPUTED, with ``error`` as the estimate.
-    """
-    if rod.exponent != 1 or not scenario.body_force.is_zero:
-        raise AssumptionError(
-            f"rod_run needs the linear contact law and no body force; got m = {rod.exponent:g}, f = "
-            f"{scenario.body_force}"
-        )
-    coarse, _ = _shifted(rod, scenario, until, cells)
-    z, contacts = _shifted(rod, scenario, until, 2 * cells)
-    t: NDArray[np.float64] = np.arange(len(z), dtype=np.float64) * (rod.travel_time / (2 * cells))
-    common = min(len(coarse), (len(z) + 1) // 2)
-    error = float(np.abs(coarse[:common] - z[: 2 * common : 2]).max())
-    return RodRun(t=t, z=z, contacts=contacts, largest_z=float(z.max()), error=error)
-
-
-def _shifted(
-    rod: Rod, scenario: Scenario, until: float, cells: int
-) -> tuple[NDArray[np.float64], tuple[tuple[float, float], ...]]:
-    step = rod.travel_time / cells
-    count = math.ceil(until / step)
-    middle: NDArray[np.float64] = (np.arange(cells, dtype=np.float64) + 0.5) * (rod.length / cells)
-    forward, backward = scenario.waves(rod, middle)
-    sent = 2 * rod.input_gain * scenario.force(t=(np.arange(count) + 0.5) * step)
-    # what arrives at x = L: the initial waves during (0, 2T), then echoes
-    incoming: list[float] = [*forward[::-1].tolist(), *(-rod.reflection * backward).tolist()]
-    push = [0.0] * cells + sent.tolist()
-    rate = rod.mobility / rod.compliance
-    decay, gain = math.exp(-rate * step), -math.expm1(-rate * step) / rate
-    echo, z = -rod.reflection, scenario.contact_coordinate(rod)
-    entered = 0.0 if z > 0 else None
-    path, contacts = [z], []
-    for i, (back, pushed) in enumerate(zip(incoming, push[:count], strict=False)):  # what comes back grows on the way
-        w = back + pushed
-        after = decay * z + gain * w if z > 0 else z + step * w
-        if (after > 0) != (z > 0):  # the obstacle is reached or left inside the cell
-            part = -z / w if z <= 0 else math.log1p(-rate * z / w) / rate
-            after = -math.expm1(-rate * (step - part)) / rate * w if z <= 0 else (step - part) * w
-            if z <= 0:
-                entered = i * step + part
-            elif entered is not None:
-                contacts.append((entered, i * step + part))
-                entered = None
-        incoming.append(echo * (2 * (after - z) / step - w))
-        z = after
-        path.append(z)
-    if entered is not None:
-        contacts.append((entered, count * step))
-    return np.array(path), tuple(contacts)
-
 
 # Long harmonic runs of the scheme by its eigenvectors: time stepping would take billions of updates.
 
@@ -340,6 +234,7 @@ FORCED = (8, 9, 10)
 AMPLITUDES = {8: 2.0, 9: 5.0, 10: 2.0}
 OMEGA = 4.0
 _SAMPLES = 5000
+_PER_TRANSIT = 8
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -394,8 +289,8 @@ class PaperRuns:
         Figures 3 to 7.
     coarse, fine : Trajectory
         Its scheme with ``N = 10`` and ``N = 200``, up to 2.5e-3 s, with frames.
-    exact : FreeMotion
-        Its exact motion, up to 5 s.
+    exact : Motion
+        The exact motion of its rod, up to 5 s.
     settling : tuple of Settling
         ``N = 10``, ``N = 200``, the rod.
     forced : tuple of ForcedRun
@@ -405,7 +300,7 @@ class PaperRuns:
     release: RodSystem
     coarse: Trajectory
     fine: Trajectory
-    exact: FreeMotion
+    exact: Motion
     settling: tuple[Settling, ...]
     forced: tuple[ForcedRun, ...]
 
@@ -438,7 +333,7 @@ def paper_runs(*, progress: Progress | None = None) -> PaperRuns:
         scheme_settling(rod, scenario, FINE),
         rod_settling(rod, scenario),
     )
-    exact = free_motion(rod, scenario, 5.0)
+    exact = exact_motion(rod, scenario, 5.0)
     forced: list[ForcedRun] = []
     bases: dict[tuple[Rod, int], ModalBasis] = {}
     for i, figure in enumerate(FORCED):
@@ -456,10 +351,12 @@ def _forced_run(figure: int, system: RodSystem, case: _Case, bases: dict[tuple[R
     displacement = system.scenario.displacement.source
     if case.cells is None or case.form is None:
         scenario = Scenario.parse(force=f"{amplitude!r}*sin({OMEGA!r}*t)", displacement=displacement)
-        rod = rod_run(system.rod, scenario, system.until)
-        kept = slice(None, None, max(1, len(rod.t) // _SAMPLES))
-        t, z, contacts = rod.t[kept], rod.z[kept], rod.contacts
-        at, largest = float(rod.t[np.argmax(rod.z)]), rod.largest_z
+        motion, step = exact_motion(system.rod, scenario, system.until), system.rod.travel_time / _PER_TRANSIT
+        fine: NDArray[np.float64] = step * np.arange(math.floor(system.until / step) + 1, dtype=np.float64)
+        every = motion.z(fine)
+        kept = slice(None, None, max(1, len(fine) // _SAMPLES))
+        t, z, contacts = fine[kept], every[kept], tuple((hit.start, hit.end) for hit in motion.impacts)
+        at, largest = float(fine[np.argmax(every)]), float(every.max())
     else:
         release = Scenario.parse(displacement=displacement)
         force = HarmonicForce(amplitude=amplitude, omega=OMEGA)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lure.errors import AssumptionError
 from lure.record import Record, quantity
 from lure.rod.discretisation import UpwindScheme, upwind
-from lure.rod.free_motion import free_motion
+from lure.rod.motion import Motion, exact_motion
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.transfer import RodPlant
@@ -129,7 +129,7 @@ def rod_settling(rod: Rod, scenario: Scenario) -> Settling:
     T = rod.travel_time
     decay = RodPlant(rod).log_reflection / (2 * T)
     late = [T * math.ceil(math.log(band) / decay / T + 2) for band in BANDS]  # q has its kinks at multiples of T
-    motion = free_motion(rod, scenario, max(late) + 2 * T)
+    motion = _in_free_flight(rod, scenario, max(late) + 2 * T)
     start, back = motion.end_displacement([0.0, 2 * T])
     rest = float(start + (back - start) / (2 * rod.damping * rod.input_gain))
     nodes, gauss = np.polynomial.legendre.leggauss(8)
@@ -153,6 +153,21 @@ def rod_settling(rod: Rod, scenario: Scenario) -> Settling:
         band_2=band_2,
         left=_largest_after(signal, rod) / size,
     )
+
+
+def _in_free_flight(rod: Rod, scenario: Scenario, until: float) -> Motion:
+    """The exact motion, in longer and longer parts: one that touches is not followed for long after."""
+    span = 8 * rod.travel_time
+    while True:
+        motion = exact_motion(rod, scenario, min(span, until))
+        if motion.impacts:
+            raise AssumptionError(
+                f"settling is that of a rod in free flight; its end reaches the obstacle at t = "
+                f"{motion.impacts[0].start:.6g} s"
+            )
+        if span >= until:
+            return motion
+        span *= 4
 
 
 def _check(rod: Rod, scenario: Scenario) -> None:

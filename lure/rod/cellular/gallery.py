@@ -91,6 +91,23 @@ def edge_network(shape: tuple[int, int]) -> CellularNetwork:
     )
 
 
+def rod_template(rate: float, reflection: float) -> Template:
+    r"""Templates (44)-(47) of the rod's ring of ``2N`` cells, ``T^AC = T^A - T^C``.
+
+    Inner cells ``2..2N`` carry ``[s, -s, 0]`` (45); the corner cell 1 reads the last cell with weight ``-s a`` in place
+    of ``s`` (47).  Laid over the ring by :func:`.interconnection` it is f-circulant with ``f = -a``, and circulant (as
+    the paper says) only for ``a = -1``, that is ``k = 0``.
+
+    Parameters
+    ----------
+    rate : float
+        ``s = c N / L`` [1/s].
+    reflection : float
+        ``a`` [-].
+    """
+    return Template(((-1,), (0,)), (lambda i: np.where(i == 0, -rate * reflection, rate), -rate))
+
+
 def rod_ring(scheme: UpwindScheme) -> CellularNetwork:
     r"""The ring of ``2N`` cells (42), templates (44)-(47), without the contact coordinate.
 

@@ -2,8 +2,8 @@ from lure.rod.galerkin.error import Convergence as Convergence
 from lure.rod.galerkin.error import KnownState as KnownState
 from lure.rod.galerkin.error import StateError as StateError
 from lure.rod.galerkin.error import convergence as convergence
+from lure.rod.galerkin.error import exact_state as exact_state
 from lure.rod.galerkin.error import formula_state as formula_state
-from lure.rod.galerkin.error import free_state as free_state
 from lure.rod.galerkin.error import state_error as state_error
 from lure.rod.galerkin.model import GalerkinModel as GalerkinModel
 from lure.rod.galerkin.model import galerkin as galerkin

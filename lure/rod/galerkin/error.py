@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.record import Column, Page, Record, derived, quantity
-from lure.rod.free_motion import FreeMotion
 from lure.rod.galerkin.model import GalerkinModel
 from lure.rod.galerkin.spaces import quadrature
+from lure.rod.motion import Motion
 from lure.rod.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -164,27 +164,27 @@ def formula_state(motion: Expression, t: float, length: float) -> KnownState:
     )
 
 
-def free_state(motion: FreeMotion, t: float) -> KnownState:
-    """State of the exact free motion of the uniform rod: ``u_x = (r2 - r1)/(2c)``, ``u_t = (r1 + r2)/2``.
+def exact_state(motion: Motion, t: float) -> KnownState:
+    """State of the uniform rod itself: its strain and velocity, between the places at which its waves have kinks.
 
     Parameters
     ----------
-    motion : FreeMotion
-        See :func:`lure.rod.free_motion.free_motion`.
+    motion : Motion
+        See :func:`lure.rod.exact_motion`.
     t : float
-        The instant [s], at most ``until`` less one transit.
+        The instant [s].
+
+    Raises
+    ------
+    InputError
+        The motion was not kept, or not followed, at that instant.
     """
-
-    def slope(x: Array) -> Array:
-        """``u_x = (r2 - r1)/(2 c)``."""
-        forward, backward = motion.waves(t, x)
-        return np.asarray((backward - forward) / (2.0 * motion.rod.wave_speed))
-
-    L, c = motion.rod.length, motion.rod.wave_speed
-    fold = (c * t) % L  # the waves of the ends at t = 0 have come to fold and to L - fold
-    kinks = tuple(sorted({fold, L - fold})) if 0.0 < fold < L else ()
+    kinks = motion.fields.breaks(t / motion.rod.travel_time)[1:-1]
     return KnownState(
-        slope=slope, velocity=lambda x: motion.velocity(t, x), end=float(motion.end_displacement(t)), kinks=kinks
+        slope=lambda x: motion.strain(t, x),
+        velocity=lambda x: motion.velocity(t, x),
+        end=float(motion.end_displacement(t)),
+        kinks=tuple(kinks.tolist()),
     )
 
 
