@@ -9,9 +9,9 @@ from typing import Any
 
 from lure.analysis.certificates.riccati import Rounded
 from lure.analysis.certificates.systems import class_entry, system_of, text
+from lure.analysis.rod.energy import energy_theta as least_theta
 from lure.analysis.theorems.table import Upper
 from lure.analysis.verdict import CriterionResult
-from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.rod.discretisation import UpwindScheme
@@ -216,7 +216,7 @@ def energy_theta(scheme: UpwindScheme) -> Fraction:
             f"rod.damping is {scheme.rod.damping:g}, and the energy falls only for a positive one; give one",
             code=Reason.UNDAMPED,
         )
-    size = Fraction(SCHEME_ENERGY_EASE * _least(scheme)) / _unit(scheme)
+    size = Fraction(SCHEME_ENERGY_EASE * least_theta(scheme)) / _unit(scheme)
     step = Fraction(2) ** (math.floor(math.log2(size)) + 1 - PLACES)
     return _unit(scheme) * step * math.ceil(size / step)
 
@@ -231,7 +231,7 @@ def energy_matrix(scheme: UpwindScheme, theta: Fraction) -> Rounded | None:
     theta : Fraction
         Popov's multiplier.
     """
-    if not (scheme.rod.damping > 0 and theta > _least(scheme)):
+    if not (scheme.rod.damping > 0 and theta > least_theta(scheme)):
         return None
     size = theta / _unit(scheme)
     exponent = max(0, BITS + math.floor(1 / size).bit_length() - math.floor(size).bit_length())
@@ -239,20 +239,6 @@ def energy_matrix(scheme: UpwindScheme, theta: Fraction) -> Rounded | None:
     while exponent and whole % 2 == 0:
         whole, exponent = whole // 2, exponent - 1
     return Rounded(rows=[[0] * i + [whole] for i in range(2 * scheme.cells)], exponent=exponent)
-
-
-def _least(scheme: UpwindScheme) -> float:
-    """The least ``theta``, for ``k > 0``."""
-    a, d, cells = scheme.rod.reflection, scheme.rod.mobility, scheme.cells
-    jumps = np.zeros((2 * cells + 1, 2 * cells + 1))  # of (y, phi)
-    for i in range(2 * cells):
-        jumps[i, i] -= 1.0
-        jumps[i, i - 1 if i else 2 * cells - 1] += 1.0 if i else -a
-    jumps[cells, 2 * cells] = -2.0 * d
-    jumps[2 * cells, 2 * cells - 1] = math.sqrt((1.0 - a) * (1.0 + a))
-    w = np.append(np.repeat([1.0, -a], cells) / (scheme.rate * (1.0 + a)), 0.0)
-    alpha, beta = np.linalg.solve(jumps.T, np.column_stack([w, np.eye(2 * cells + 1)[-1]])).T
-    return 2.0 * d * float(np.linalg.norm(alpha) * np.linalg.norm(beta) - alpha @ beta)
 
 
 def _unit(scheme: UpwindScheme) -> Fraction:

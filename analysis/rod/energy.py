@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, Reals, np
 from lure.errors import AssumptionError, Reason
 from lure.rod.discretisation import UpwindScheme
 
-Array = NDArray[np.float64]
 
-
-def split_state(scheme: UpwindScheme, y: ArrayLike) -> tuple[Array, Array]:
+def split_state(scheme: UpwindScheme, y: ArrayLike) -> tuple[Reals, Reals]:
     """Waves and contact coordinate of states in the ordering of the scheme.
 
     Parameters
@@ -36,7 +32,7 @@ def split_state(scheme: UpwindScheme, y: ArrayLike) -> tuple[Array, Array]:
     return states[..., :-1], states[..., -1]
 
 
-def discrete_energy(scheme: UpwindScheme, y: ArrayLike) -> Array:
+def discrete_energy(scheme: UpwindScheme, y: ArrayLike) -> Reals:
     r"""Energy of the scheme, waves and contact.
 
     .. math:: E = \tfrac14 A \rho h \sum_{i=1}^{2N} y_i^2 + A P(z), \qquad h = L/N, \quad P' = p,
@@ -63,7 +59,7 @@ def discrete_energy(scheme: UpwindScheme, y: ArrayLike) -> Array:
 
 def energy_balance(
     scheme: UpwindScheme, y: ArrayLike, force: ArrayLike = 0.0, body_force: ArrayLike | None = None
-) -> tuple[Array, Array]:
+) -> tuple[Reals, Reals]:
     r"""Power lost and power supplied: ``E' = supply - dissipation`` along every motion of the scheme.
 
     Multiply row ``i`` by ``y_i`` and telescope around the ring.  With ``prev_1 = -a y_{2N} + 2 b g``,
@@ -112,7 +108,7 @@ def energy_balance(
     return np.asarray(0.5 * Z * lost), np.asarray(0.5 * Z * given)
 
 
-def zeta_weights(scheme: UpwindScheme) -> Array:
+def zeta_weights(scheme: UpwindScheme) -> Reals:
     r"""Weights of the deflated coordinate, the left null vector of ``A`` that is 1 at ``z``.
 
     ``1/(s(1+a))`` on the forward waves, ``-a/(s(1+a))`` on the backward ones, with ``1 + a = 2k/(k+Z)``.
@@ -143,7 +139,7 @@ def zeta_weights(scheme: UpwindScheme) -> Array:
     return np.asarray(weights[scheme.permutation])
 
 
-def deflated_coordinate(scheme: UpwindScheme, y: ArrayLike) -> Array:
+def deflated_coordinate(scheme: UpwindScheme, y: ArrayLike) -> Reals:
     r"""Coordinate ``zeta`` that waves do not move: where ``z`` goes if no contact is to come.
 
     .. math:: \zeta = z + \frac{1}{s(1+a)}\Big(\sum_{i \le N} y_i - a \sum_{i > N} y_i\Big), \qquad
@@ -215,7 +211,7 @@ def energy_theta(scheme: UpwindScheme) -> float:
     return area2 / (norms + product)
 
 
-def lyapunov_function(scheme: UpwindScheme, y: ArrayLike, theta: float) -> Array:
+def lyapunov_function(scheme: UpwindScheme, y: ArrayLike, theta: float) -> Reals:
     r"""Popov-Lyapunov function of the loop without loads.
 
     .. math:: V = \frac{\theta}{2 s d} \sum_i y_i^2 + 2\theta P(z) + \frac{\zeta^2}{\rho_0}, \qquad \rho_0 = A/k.

@@ -133,8 +133,8 @@ class Scenario(Record):
         InputError
             ``u1`` or the slope of ``u0`` is not a finite number at one of the points.
         """
-        speed = rod.wave_speed * _finite(self.slope(x=x), "the slope of initial.u0", x)
-        velocity = _finite(self.velocity(x=x), "initial.u1", x)
+        speed = rod.wave_speed * finite(self.slope(x=x), "the slope of initial.u0", x)
+        velocity = finite(self.velocity(x=x), "initial.u1", x)
         return velocity - speed, velocity + speed
 
     def contact_coordinate(self, rod: Rod) -> float:
@@ -146,7 +146,7 @@ class Scenario(Record):
             ``u0(L)`` is not a finite number.
         """
         end = np.array([rod.length])
-        return float(_finite(self.displacement(x=end), "initial.u0", end)[0]) - rod.gap
+        return float(finite(self.displacement(x=end), "initial.u0", end)[0]) - rod.gap
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -195,9 +195,9 @@ def matching(rod: Rod, scenario: Scenario) -> Matching:
         One of these is not a finite number.
     """
     ends = np.array([0.0, rod.length])
-    strain = _finite(scenario.slope(x=ends), "the slope of initial.u0", ends)
-    velocity = _finite(scenario.velocity(x=ends), "initial.u1", ends)
-    force = float(_finite(scenario.force(t=np.zeros(1)), "force.g", np.zeros(1), "t", "s")[0])
+    strain = finite(scenario.slope(x=ends), "the slope of initial.u0", ends)
+    velocity = finite(scenario.velocity(x=ends), "initial.u1", ends)
+    force = float(finite(scenario.force(t=np.zeros(1)), "force.g", np.zeros(1), "t", "s")[0])
     left = (rod.area * rod.youngs_modulus * strain[0], -rod.damping * velocity[0], force)
     right = (rod.youngs_modulus * strain[1], float(rod.nonlinearity(scenario.contact_coordinate(rod))))
     gaps = [float(sum(left)), float(sum(right))]
@@ -229,9 +229,16 @@ def initial_state(scheme: UpwindScheme, scenario: Scenario) -> NDArray[np.float6
     return np.concatenate((forward[1:], backward[N - 1 :: -1], contact))[scheme.permutation]
 
 
-def _finite(
+def finite(
     values: NDArray[np.float64], what: str, points: NDArray[np.float64], variable: str = "x", unit: str = "m"
 ) -> NDArray[np.float64]:
+    """The values, or a refusal that says what is not finite and where.
+
+    Raises
+    ------
+    InputError
+        One of them is not finite.
+    """
     if not np.isfinite(values).all():
         wrong = ~np.isfinite(values)
         where = f"{variable} = {points[wrong][0]:g} {unit}"

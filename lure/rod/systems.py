@@ -114,17 +114,12 @@ _PAPER = "Danciu, Matei, Micu and Roventa, section 5; gap 0.02 m and displacemen
 
 def paper_rod(damping: str = "2e-4") -> Rod:
     """The rod of the paper's section 5, with exact decimals; ``damping`` is 2e-4 or 8e-4 N s/m there."""
-    values = {
-        "youngs_modulus": "288e6",
-        "density": "8",
-        "length": "1",
-        "area": "0.25e-4",
-        "damping": damping,
-        "compliance": "1",
-        "exponent": "1",
-        "gap": "0.02",
-    }
-    return rod_from_exact({name: Fraction(text) for name, text in values.items()})
+    return _written("288e6", "8", "1", "0.25e-4", damping, "1", "1", "0.02")
+
+
+def _written(*values: str) -> Rod:
+    """A rod from decimals, in the order of the parameters."""
+    return rod_from_exact({name: Fraction(text) for name, text in zip(PARAMETERS, values, strict=True)})
 
 
 def rod_from_exact(values: Mapping[str, Fraction]) -> Rod:
@@ -164,20 +159,10 @@ _FIGURES: tuple[tuple[str, str, str, str, float, Form], ...] = (
 
 def _steel_rod() -> RodSystem:
     """A bar of steel against a stop: its response to the force repeats every second period of it."""
-    values = {
-        "youngs_modulus": "210e9",
-        "density": "7850",
-        "length": "1",
-        "area": "1e-4",
-        "damping": "800",
-        "compliance": "5e-14",
-        "exponent": "1",
-        "gap": "0",
-    }
     return RodSystem(
         name="steel-rod",
         title="a steel bar pressed against a stiff stop and shaken",
-        rod=rod_from_exact({name: Fraction(text) for name, text in values.items()}),
+        rod=_written("210e9", "7850", "1", "1e-4", "800", "5e-14", "1", "0"),
         scenario=Scenario.parse(force="300 + 700*sin(2600*t)"),
         cells=10,
         form="corrected",

@@ -13,7 +13,7 @@ from results import FREE, RESULTS, STRUCK, cells, scheme
 
 from lure.analysis.measured import Measurements, report_from_data, sector_from_data
 from lure.analysis.rod.plots.motion import plot_convergence, plot_motion
-from lure.analysis.rod.runs import motion_dataset, run_dataset, sampled_motion
+from lure.analysis.rod.runs import sampled_motion
 from lure.rod import Numerics, Scenario, exact_motion, initial_state
 from lure.rod.galerkin import NonuniformRod, galerkin
 from lure.rod.motion import Boundary
@@ -71,8 +71,7 @@ def test_cells_have_outputs_and_no_inputs():
 def test_the_exact_motion_and_its_samples_are_one_dataset():
     motion = RESULTS["exact motion"]()
     found = motion.to_xarray(21, places=3)
-    xarray.testing.assert_identical(run_dataset(sampled_motion(motion, 21, places=3)), found)
-    xarray.testing.assert_identical(motion_dataset(motion, 21, places=3), found)
+    xarray.testing.assert_identical(sampled_motion(motion, 21, places=3).to_xarray(), found)
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import other_rod, unit_rod
 
-from lure.analysis.rod.confirmation.follow import MOST_TRIPS, closed_form_error, flight_after, follow, ringing, supremum
+from lure.analysis.rod.confirmation.follow import MOST_TRIPS, closed_form_error, flight_after, follow, ringing
 from lure.analysis.rod.confirmation.rest import initial_zeta, rest_of_rod, rest_of_scheme
 from lure.analysis.rod.simulation import simulate
 from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.motion import exact_motion, motion_windows
+from lure.rod.motion.pieces import supremum
 from lure.rod.systems import rod_from_exact
 
 DATA = Scenario.parse(displacement="0.05*x - 0.03*x**2", velocity="0.3*sin(3*x) + 0.2")

@@ -12,7 +12,7 @@ from runs import thrown, thrown_dashpot, thrown_end, thrown_energy, thrown_stres
 
 import lure
 from lure.analysis.output import check_targets, written
-from lure.analysis.rod.runs import Request, methods, motion_dataset, perform, run_dataset, sampled_motion, write_dataset
+from lure.analysis.rod.runs import Request, methods, perform, sampled_motion, write_dataset
 from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_integration, sampled_scheme
 from lure.analysis.rod.runs.sampled import summary_dict, summary_lines
 from lure.analysis.verdict import Evidence
@@ -37,7 +37,7 @@ def quiet(t):
 
 
 def test_a_file_holds_the_motion_known_in_closed_form(tmp_path):
-    found = reopened(motion_dataset(thrown(), 301), tmp_path)
+    found = reopened(thrown().to_xarray(301), tmp_path)
     t = found.t.values
     sure = quiet(t)
     for name, formula in [
@@ -53,7 +53,7 @@ def test_a_file_holds_the_motion_known_in_closed_form(tmp_path):
 
 
 def test_the_impact_of_the_file_is_the_one_known_in_closed_form(tmp_path):
-    found = reopened(motion_dataset(thrown(), 5), tmp_path)
+    found = reopened(thrown().to_xarray(5), tmp_path)
     assert found.impacts.item() == 1
     assert found.impact.values.tolist() == [1]
     numbers = [found[f"impact_{name}"].item() for name in ("start", "end", "impulse", "peak_stress")]
@@ -64,7 +64,7 @@ def test_the_impact_of_the_file_is_the_one_known_in_closed_form(tmp_path):
 @pytest.mark.parametrize("samples", [2, 101])
 def test_every_series_is_the_motion_at_the_samples(samples):
     motion = exact_motion(other_rod(damping=0.7), Scenario.parse(force="sin(3*t)", displacement="0.1*x"), 7.3)
-    found, t = motion_dataset(motion, samples, places=7), np.linspace(0.0, 7.3, samples)
+    found, t = motion.to_xarray(samples, places=7), np.linspace(0.0, 7.3, samples)
     x = np.linspace(0.0, 2.0, 7)
     assert found.t.values.tolist() == t.tolist()
     pairs = {
@@ -87,13 +87,13 @@ def test_every_series_is_the_motion_at_the_samples(samples):
 
 
 def test_what_was_written_is_what_is_read(tmp_path):
-    dataset = motion_dataset(thrown(), 11, places=4)
+    dataset = thrown().to_xarray(11, places=4)
     assert reopened(dataset, tmp_path).identical(dataset)
 
 
 def test_a_motion_without_contact_is_a_file_without_impacts(tmp_path):
     system = builtin_system("paper-rod")
-    dataset = run_dataset(perform(system, Request(until=1e-3, samples=3)).run)
+    dataset = perform(system, Request(until=1e-3, samples=3)).run.to_xarray()
     found = reopened(dataset, tmp_path)
     assert found.identical(dataset)
     assert found.sizes["impact"] == 0
@@ -103,12 +103,12 @@ def test_a_motion_without_contact_is_a_file_without_impacts(tmp_path):
 
 def test_two_files_of_one_motion_have_the_same_bytes(tmp_path):
     for name in ("a.nc", "b.nc"):
-        write_dataset(motion_dataset(thrown(), 11, places=4), tmp_path / name)
+        write_dataset(thrown().to_xarray(11, places=4), tmp_path / name)
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
 
 
 def test_every_variable_has_a_unit_or_flags_and_a_meaning():
-    for name, variable in motion_dataset(thrown(), 3, places=2).variables.items():
+    for name, variable in thrown().to_xarray(3, places=2).variables.items():
         assert variable.attrs["long_name"], name
         assert variable.attrs.get("units") or variable.attrs["flag_meanings"], name
 
@@ -131,13 +131,13 @@ def test_every_variable_has_a_unit_or_flags_and_a_meaning():
     ],
 )
 def test_units(name, unit):
-    assert motion_dataset(thrown(), 3, places=2)[name].attrs["units"] == unit
+    assert thrown().to_xarray(3, places=2)[name].attrs["units"] == unit
 
 
 def test_the_attributes_tell_what_went_in_exactly():
     system = find_system("paper-rod", ["rod.gap=0.1", "force.g=0.25*sin(4*t)", "initial.u1=x"])
-    attrs = run_dataset(perform(system, Request(until=1e-3, samples=3)).run, title="a title").attrs
-    assert attrs["title"] == "a title"
+    attrs = perform(system, Request(until=1e-3, samples=3)).run.to_xarray().attrs
+    assert attrs["title"] == "Motion of a rod against an obstacle"
     assert attrs["Conventions"] == "CF-1.11"
     assert attrs["lure_version"] == lure.__version__
     assert attrs["source"].startswith(f"lure {lure.__version__}: exact")
@@ -159,7 +159,7 @@ def test_the_attributes_tell_what_went_in_exactly():
 )
 def test_the_file_and_the_summary_say_which_object_moved(request_, subject, evidence):
     run = perform(STRUCK, request_).run
-    attrs = run_dataset(run).attrs
+    attrs = run.to_xarray().attrs
     assert (attrs["subject"], attrs["evidence"]) == (subject, evidence)
     said = " ".join(summary_lines(run, "name"))
     denied = subject != "rod"
@@ -259,7 +259,7 @@ def test_a_contact_from_the_start_is_closed_when_the_end_has_left(options):
 
 def test_a_clamped_rod_has_no_dashpot_force():
     motion = exact_motion(unit_rod(), Scenario.parse(velocity="x"), 2.0, boundary=Boundary(clamped=True))
-    found = motion_dataset(motion, 5)
+    found = motion.to_xarray(5)
     assert "dashpot_force" not in found
     assert (found.v_0.values == 0).all()
     assert found.attrs["method_boundary_at_0"] == "clamped"
@@ -285,14 +285,14 @@ def test_boundaries_change_the_damping_of_the_rod(boundary, damping):
 def test_the_printed_form_is_not_mistaken_for_the_rod():
     run = perform(builtin_system("paper-rod-figure-8"), Request(until=1e-3, samples=2)).run
     assert "as printed" in run.note
-    assert run.note in run_dataset(run).attrs["note"]
+    assert run.note in run.to_xarray().attrs["note"]
     assert perform(builtin_system("paper-rod"), Request(until=1e-3, samples=14)).run.note == ""
 
 
 def test_samples_that_miss_waves_are_said_to():
     # 1e-3 s are 6 transits of 1/6000 s: 13 steps are less than half a transit each, 11 are more
     said = perform(builtin_system("paper-rod"), Request(until=1e-3, samples=12)).run
-    assert "the samples are 0.545 transits L/c apart" in run_dataset(said).attrs["note"]
+    assert "the samples are 0.545 transits L/c apart" in said.to_xarray().attrs["note"]
 
 
 def test_plain_data_have_no_nan():
@@ -348,13 +348,13 @@ def test_many_cells_take_a_force_at_the_end_and_none_along_the_rod():
 
 @pytest.mark.parametrize("name", ["xarray", "netCDF4"])
 def test_a_missing_package_is_named_with_what_installs_it(name, monkeypatch, tmp_path):
-    dataset = motion_dataset(thrown(), 3)
+    dataset = thrown().to_xarray(3)
     monkeypatch.setitem(sys.modules, name, None)
     assert refusal(write_dataset, dataset, tmp_path / "run.nc") == (
         f'a netCDF file needs {name}: pip install "lure[netcdf]"'
     )
     if name == "xarray":
-        assert refusal(motion_dataset, thrown(), 3) == 'a Dataset needs xarray: pip install "lure[netcdf]"'
+        assert refusal(thrown().to_xarray, 3) == 'a Dataset needs xarray: pip install "lure[netcdf]"'
     assert list(tmp_path.iterdir()) == []
 
 

@@ -10,14 +10,13 @@ import numpy as np
 from lure.analysis.rod.confirmation.functionals import zeta_gain
 from lure.errors import AssumptionError, InputError
 from lure.rod.motion import Window, motion_windows
-from lure.rod.motion.pieces import Array, basis, restricted, right_ends, upper_bounds
+from lure.rod.motion.pieces import Array, basis, right_ends, supremum
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.transfer import RodPlant
 
 # Whether a rod that moves freely can still reach the obstacle: bounds on whole intervals, not on samples.
 
-_HALVINGS = 44
 _ROUNDING = 32.0 * np.finfo(float).eps
 
 
@@ -92,40 +91,6 @@ def flight_after(rod: Rod, window: Window) -> Flight:
         highest_low=zeta + max(0.0, low),
         highest_high=zeta + max(0.0, high) + _ROUNDING * size,
     )
-
-
-def supremum(series: Array) -> tuple[float, float]:
-    """Bracket on the largest value of a piecewise polynomial.
-
-    Parameters
-    ----------
-    series : ndarray
-        (m, N+1) Chebyshev coefficients.
-
-    Returns
-    -------
-    low, high : float
-        A value that is taken, and a bound that no value exceeds, up to rounding.
-
-    Examples
-    --------
-    >>> low, high = supremum(np.array([[0.0, 0.5, -0.5]]))  # -x^2 + x/2 + 1/2 is largest at x = 1/4
-    >>> low, bool(high - low < 1e-12)
-    (0.5625, True)
-    """
-    space = basis(series.shape[1] - 1)
-    size = float(np.abs(series).sum(axis=1).max())
-    low, high = -np.inf, -np.inf
-    for _ in range(_HALVINGS):
-        low = max(low, float((series @ space.at_ends.T).max()))
-        tops = upper_bounds(series)
-        open_ = tops > low + 1e-15 * size
-        high = max(high, float(tops[~open_].max(initial=-np.inf)))
-        if not open_.any():
-            return low, max(low, high)
-        left, right = np.full(int(open_.sum()), -1.0), np.zeros(int(open_.sum()))
-        series = np.concatenate((restricted(series[open_], left, right), restricted(series[open_], right, -left)))
-    return low, max(low, high, float(upper_bounds(series).max()))
 
 
 # The exact motion of the rod followed as far as is needed, and no further than is quick.

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lure.analysis.rod.confirmation.follow import Followed, follow, momentum_allowance, supremum
+from lure.analysis.rod.confirmation.follow import Followed, follow, momentum_allowance
 from lure.analysis.rod.confirmation.functionals import (
     Track,
     lyapunov_theta,
@@ -19,7 +19,7 @@ from lure.analysis.rod.confirmation.functionals import (
 from lure.analysis.rod.confirmation.rest import rest_of_rod
 from lure.analysis.rod.confirmation.result import AGREEMENT, Array, Curves, Kind, Quantity, Side
 from lure.rod.motion import Window
-from lure.rod.motion.pieces import right_ends
+from lure.rod.motion.pieces import right_ends, supremum
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 

@@ -5,5 +5,3 @@ from lure.analysis.rod.runs.request import Request as Request
 from lure.analysis.rod.runs.request import perform as perform
 from lure.analysis.rod.runs.sampled import Along as Along
 from lure.analysis.rod.runs.sampled import SampledRun as SampledRun
-from lure.analysis.rod.runs.sampled import motion_dataset as motion_dataset
-from lure.analysis.rod.runs.sampled import run_dataset as run_dataset

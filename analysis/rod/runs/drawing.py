@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lure.analysis.rod.runs.methods import MOST_ENERGIES, along_motion, motion_at, sampled_motion
 from lure.analysis.rod.runs.request import Performed, Request
-from lure.analysis.rod.runs.sampled import Along, SampledRun, run_dataset
+from lure.analysis.rod.runs.sampled import Along, SampledRun
 from lure.errors import InputError
 from lure.rod.motion import Motion
 
@@ -61,7 +61,7 @@ def write_dataset(dataset: xarray.Dataset, path: Path) -> None:
     Parameters
     ----------
     dataset : xarray.Dataset
-        From :func:`lure.analysis.rod.runs.run_dataset`.
+        Of a motion.
     path : Path
         The file; one that exists is replaced.
 
@@ -332,7 +332,7 @@ def write_results(done: Performed, wanted: Wanted, *, tell: Callable[..., None] 
     if "output" in places:
         say("netCDF")
         run = done.run if wanted.fields else replace(done.run, along=None)
-        write_dataset(run_dataset(run, title=title), places["output"])
+        write_dataset(run.to_xarray().assign_attrs(title=title), places["output"])
     if "plot" in places:
         from lure.analysis.rod.plots.run import run_page
 

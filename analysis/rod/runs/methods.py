@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.integrators import SchemeMethod, integrate
-from lure.analysis.rod.runs.sampled import Along, SampledRun, check_places, check_samples, instants
+from lure.analysis.rod.runs.sampled import Along, SampledRun, check_places, check_samples
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, in_steps, simulate
 from lure.analysis.rod.simulation.trajectory import Trajectory
 from lure.analysis.verdict import Evidence
@@ -65,7 +65,8 @@ def sampled_motion(
     InputError
         ``samples``, ``places`` or ``span`` is out of range.
     """
-    t = instants(*(span or (whole_rod_since(motion), motion.until)), samples)
+    check_samples(samples)
+    t = np.linspace(*(span or (whole_rod_since(motion), motion.until)), samples)
     run = motion_at(motion, t)
     return replace(
         run,

@@ -15,7 +15,7 @@ from lure.analysis.verdict import Evidence
 from lure.record import Column, Page, Record, finite, plain, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SERIES, STRESS, what_it_shows
-from lure.rod.motion import Contact, Motion
+from lure.rod.motion import Contact
 from lure.rod.motion.sampling import check_places as check_places
 from lure.rod.motion.sampling import check_samples as check_samples
 from lure.rod.parameters import Rod
@@ -23,7 +23,6 @@ from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
     import control
-    import xarray
 
 
 Array = NDArray[np.float64]
@@ -43,7 +42,14 @@ class Along(Record):
 
 
 class SampledRun(Record):
-    """One motion at increasing instants, with its contacts; it shows this motion and proves nothing of others."""
+    """One motion at increasing instants, with its contacts; it shows this motion and proves nothing of others.
+
+    ``to_xarray`` gives the same bytes for the same motion, since no clock time is in it: dimensions ``t`` (samples),
+    ``impact`` and, if fields were kept, ``x``.  Each variable has ``units`` and a ``long_name`` with its sign.
+    ``impacts`` is the number of contacts; ``impact_*`` describe each, nan where the method does not tell.  The
+    attributes name the object that moved, the evidence, the method with its error, the rod (doubles, and exact
+    fractions as text), the formulas of loads and data, and the version of lure.
+    """
 
     subject: Subject = quantity(
         "Which object moved. A motion of the scheme or of a Galerkin space is not one of the rod"
@@ -130,18 +136,6 @@ class SampledRun(Record):
         return summary_page(self)
 
 
-def instants(since: float, until: float, samples: int) -> Array:
-    """Evenly spaced samples [s].
-
-    Raises
-    ------
-    InputError
-        ``samples`` is not a whole number from 2 to 1000000.
-    """
-    check_samples(samples)
-    return np.linspace(since, until, samples)
-
-
 def sparse(until: float, samples: int, rod: Rod) -> str:
     """A warning where waves pass the end unseen between two samples: more than half a transit apart; else nothing.
 
@@ -158,66 +152,6 @@ def sparse(until: float, samples: int, rod: Rod) -> str:
     if apart <= _APART:
         return ""
     return f"the samples are {apart:.3g} transits L/c apart, and what the waves do between them is not in the samples"
-
-
-def motion_dataset(motion: Motion, samples: int = 2001, *, places: int = 0) -> xarray.Dataset:
-    """The exact motion of a rod as a Dataset, evenly sampled.
-
-    Parameters
-    ----------
-    motion : Motion
-        From :func:`lure.rod.motion.exact_motion`.
-    samples : int
-        Number of instants.
-    places : int
-        Number of places along the rod at which velocity, strain and displacement are kept; 0 for none.
-
-    Returns
-    -------
-    xarray.Dataset
-        As :func:`run_dataset` has it.
-
-    Raises
-    ------
-    InputError
-        ``samples`` or ``places`` is out of range, or xarray is not installed.
-
-    Examples
-    --------
-    >>> from lure.rod import builtin_system
-    >>> from lure.rod.motion import exact_motion
-    >>> system = builtin_system("paper-rod")
-    >>> found = motion_dataset(exact_motion(system.rod, system.scenario, 1e-3), samples=5)
-    >>> found.u_end.attrs["units"], dict(found.sizes), found.attrs["evidence"]
-    ('m', {'t': 5, 'impact': 0}, 'computed')
-    """
-    return motion.to_xarray(samples, places=places)
-
-
-def run_dataset(run: SampledRun, *, title: str = "Motion of a rod against an obstacle") -> xarray.Dataset:
-    """A sampled motion as a Dataset: the same bytes for the same motion, since no clock time is in it.
-
-    Parameters
-    ----------
-    run : SampledRun
-        The motion.
-    title : str
-        Attribute ``title``.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions ``t`` (samples), ``impact`` and, if fields were kept, ``x``.  Each variable has ``units`` and a
-        ``long_name`` with its sign.  ``impacts`` is the number of contacts; ``impact_*`` describe each, nan where the
-        method does not tell.  The attributes name the object that moved, the evidence, the method with its error, the
-        rod (doubles, and exact fractions as text), the formulas of loads and data, and the version of lure.
-
-    Raises
-    ------
-    InputError
-        xarray is not installed.
-    """
-    return run.to_xarray().assign_attrs(title=title)
 
 
 def summary_lines(run: SampledRun, name: str) -> list[str]:

@@ -185,8 +185,6 @@ class Riemann:
         ``M`` in ``(v, w)_t + M (v, w)_x = (f/(rho A), 0)``, shape (2, 2).
     symmetriser : sympy.ImmutableMatrix
         ``diag(1, c^2)``: makes ``M`` symmetric (Friedrichs).
-    speeds : tuple of sympy.Expr
-        ``(c, -c)``, speeds of the forward and the backward wave [m/s].
     invariants : tuple of sympy.Expr
         ``r1 = v - c w`` and ``r2 = v + c w`` (29) [m/s]: left eigenvectors of ``M`` applied to ``(v, w)``.
     sources : tuple of sympy.Expr
@@ -201,7 +199,6 @@ class Riemann:
 
     matrix: sp.ImmutableMatrix
     symmetriser: sp.ImmutableMatrix
-    speeds: tuple[sp.Expr, sp.Expr]
     invariants: tuple[sp.Expr, sp.Expr]
     sources: tuple[sp.Expr, sp.Expr]
     transport: tuple[sp.Expr, sp.Expr]
@@ -283,7 +280,6 @@ def riemann() -> Riemann:
     return Riemann(
         matrix=matrix,
         symmetriser=sp.ImmutableMatrix(sp.diag(1, c**2)),
-        speeds=(c, -c),
         invariants=(invariants[0], invariants[1]),
         sources=(sources[0], sources[1]),
         transport=(sp.expand(transport[0]), sp.expand(transport[1])),

@@ -14,7 +14,7 @@ from lure.expressions import Expression
 from lure.record import Record, quantity
 from lure.rod.galerkin.spaces import NonuniformRod, Quadrature, Space, SpaceName, interior_breakpoints, quadrature
 from lure.rod.parameters import Rod
-from lure.rod.scenario import Scenario
+from lure.rod.scenario import Scenario, finite
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -243,22 +243,6 @@ def refuse_jumps(u0: Expression, length: float) -> None:
             raise InputError(
                 f"initial.u0 jumps by {jump:g} m at x = {place:g} m; give a displacement that is continuous, as H1 asks"
             )
-
-
-def finite(values: Array, what: str, points: Array) -> Array:
-    """The values, or a refusal that says what is not finite and where.
-
-    Raises
-    ------
-    InputError
-        One of them is not finite.
-    """
-    wrong = ~np.isfinite(values)
-    if wrong.any():
-        raise InputError(
-            f"{what} is {values[wrong][0]} at x = {points[wrong][0]:g} m; give a formula that is finite there"
-        )
-    return values
 
 
 INTEGRALS = 5

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
+from lure.rod.motion import kernel_series as k
 from lure.rod.motion.compilation import LOAD, compilation_pays, compiled_kernel, kernel_of
 from lure.rod.motion.event_free import EventFreeInterval
 from lure.rod.motion.event_search import passed_over, searched
@@ -19,57 +20,7 @@ from lure.rod.motion.exponential_force import MOST_COLUMNS, ExponentialForces
 from lure.rod.motion.kernel_free import MOST, MOST_FREE, layout
 from lure.rod.motion.kernel_piece import MOST_POWERED
 from lure.rod.motion.kernel_run import FORCE, FREE, LOADS, SEARCH, run, run_powers
-from lure.rod.motion.kernel_series import (
-    BLOCK,
-    COEF,
-    COUNT,
-    CROSSINGS,
-    ENDINGS,
-    ENDS,
-    ENERGY,
-    ERROR,
-    HIGHEST,
-    IMPACT,
-    IMPACTS,
-    LARGEST,
-    LATER,
-    LAW,
-    LOOK,
-    LOOPS,
-    MARKS,
-    MERGED,
-    OLD,
-    OLD_DEGREES,
-    OUT_ENDINGS,
-    OUT_ENDS,
-    OUT_IMPACTS,
-    OUT_MARKS,
-    OUT_NUMBERS,
-    OUT_PIECES,
-    PACE,
-    PIECE,
-    PIECES,
-    REST,
-    SCALE,
-    SEGMENT,
-    SEGMENT_SIZE,
-    SEGMENTS,
-    SIZE,
-    START,
-    STATE,
-    STOP,
-    STORED,
-    TOTAL,
-    TRANSIT,
-    TRANSITS,
-    TRIP,
-    VALUE,
-    WAVE,
-    WINDOWS,
-    WORST,
-    Room,
-    memory,
-)
+from lure.rod.motion.kernel_series import Room, memory
 from lure.rod.motion.kernel_trip import CHATTER, DONE, FULL, HUGE, LARGEST_WAVE, MANY, NEAR, STIFF, stored
 from lure.rod.motion.pieces import NOISE, Pieces, largest
 from lure.rod.motion.record import Level, Record, State
@@ -109,8 +60,8 @@ class Engine:
         self._panels = Panels(sources=problem.sources, transits=problem.transits, scale=largest(wave.series))
         self._begin(wave, error)
         self._forces = ExponentialForces(problem.sources, problem.transits, known=stretches)
-        self.q[TOTAL], self.q[PACE] = math.ceil(0.5 * problem.transits), 1
-        self.q[LOOK] = 1 if self._forces.known else self.q[TOTAL]
+        self.q[k.TOTAL], self.q[k.PACE] = math.ceil(0.5 * problem.transits), 1
+        self.q[k.LOOK] = 1 if self._forces.known else self.q[k.TOTAL]
         self._loads = NO_LOAD, NO_LOAD if problem.sources.scenario.free else load_of_a_block(room.degree)
         self._force, self._found = self._forces.packed(0), NO_LOAD
         self._given()
@@ -126,9 +77,9 @@ class Engine:
 
     def _given(self) -> None:
         """What the kernel is given beside its memory, after a change: as arrays, or as it stands in lists."""
-        if self.compiled and self._forces.known and not self.q[LOOPS]:
+        if self.compiled and self._forces.known and not self.q[k.LOOPS]:
             places = layout(MOST_FREE, MOST_COLUMNS, self._room.degree + 1)
-            self._found, self.q[LOOPS] = (np.empty(places[-1]), places), 1
+            self._found, self.q[k.LOOPS] = (np.empty(places[-1]), places), 1
         self._others: Any = *self._loads, self._force, self._found
         if not self.compiled:
             lists = ((load.tolist(), heads.tolist()) for load, heads in self._loads)
@@ -144,7 +95,7 @@ class Engine:
     def _begin(self, wave: Pieces, error: float) -> None:
         f, q, problem = self.f, self.q, self._problem
         rod, first = problem.sources.rod, first_state(problem)
-        f[TRANSIT : TRANSITS + 1] = (
+        f[k.TRANSIT : k.TRANSITS + 1] = (
             rod.travel_time,
             problem.share,
             problem.sources.echo,
@@ -158,17 +109,17 @@ class Engine:
             for s in problem.nonlinearity.segments
             for x in (s.low, s.high, s.origin, s.push, s.rate, s.power, s.touching)
         ]
-        f[q[LAW] : q[LAW] + len(nonlinearity)] = nonlinearity
-        q[SEGMENT], q[COUNT], q[MERGED] = first.segment, len(wave.series), 8
-        f[VALUE], f[REST], f[LATER] = first.zeta.value, first.zeta.rest, error
-        f[STORED] = stored(f, q, problem.nonlinearity.segments[first.segment].origin + first.zeta.value)
+        f[q[k.LAW] : q[k.LAW] + len(nonlinearity)] = nonlinearity
+        q[k.SEGMENT], q[k.COUNT], q[k.MERGED] = first.segment, len(wave.series), 8
+        f[k.VALUE], f[k.REST], f[k.LATER] = first.zeta.value, first.zeta.rest, error
+        f[k.STORED] = stored(f, q, problem.nonlinearity.segments[first.segment].origin + first.zeta.value)
         size = np.abs(wave.series)
-        seen, width = size > NOISE * self._panels.scale, self._room.degree + 1 + COEF
-        pieces = f[q[OLD] : q[OLD] + width * len(size)].reshape(-1, width)
-        pieces[:, START], pieces[:, STOP], pieces[:, COEF:] = wave.edges[:-1], wave.edges[1:], wave.series
-        pieces[:, SIZE] = size.sum(axis=1)
+        seen, width = size > NOISE * self._panels.scale, self._room.degree + 1 + k.COEF
+        pieces = f[q[k.OLD] : q[k.OLD] + width * len(size)].reshape(-1, width)
+        pieces[:, k.START], pieces[:, k.STOP], pieces[:, k.COEF :] = wave.edges[:-1], wave.edges[1:], wave.series
+        pieces[:, k.SIZE] = size.sum(axis=1)
         degree = np.where(seen.any(axis=1), self._room.degree - seen[:, ::-1].argmax(axis=1), 0)
-        q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(size)] = degree
+        q[q[k.OLD_DEGREES] : q[k.OLD_DEGREES] + len(size)] = degree
 
     def records(self) -> Iterator[Record | EventFreeInterval]:
         """The round trips, many at a time.
@@ -180,12 +131,12 @@ class Engine:
         AssumptionError
             Contact and flight alternate more than 4000 times in a round trip, or cannot be told apart.
         """
-        while self.q[TRIP] < self.q[TOTAL]:
-            number, self.q[WINDOWS : IMPACTS + 1] = int(self.q[TRIP]), 0
+        while self.q[k.TRIP] < self.q[k.TOTAL]:
+            number, self.q[k.WINDOWS : k.IMPACTS + 1] = int(self.q[k.TRIP]), 0
             status = self._kernel()
             if not self.compiled and self._wish is None:
                 self._reconsider()
-            if self.q[WINDOWS]:
+            if self.q[k.WINDOWS]:
                 yield self._record(number)
             if status == FREE:
                 yield passed_over(self.f, self.q, self._found)
@@ -194,28 +145,28 @@ class Engine:
             elif status == LOADS:
                 self._make_panels()
             elif status == FORCE:
-                self._force = self._forces.packed(int(self.q[TRIP]))
+                self._force = self._forces.packed(int(self.q[k.TRIP]))
                 self._given()
-            elif status == FULL and not self.q[WINDOWS]:
+            elif status == FULL and not self.q[k.WINDOWS]:
                 self._enlarge()
             elif status not in (DONE, FULL):
                 raise self._refusal(status)
 
     def _searched(self) -> Iterator[EventFreeInterval]:
         """The interval that arrays find, if there is one."""
-        trip = int(self.q[TRIP])
+        trip = int(self.q[k.TRIP])
         force = self._forces.over(trip)[0]
         assert force is not None, "else none is looked for"
         found = searched(self.f, self.q, force, int(self._force[MOST]) - trip)
         if found is not None:
-            self.q[LOOK], self.q[PACE] = self.q[TRIP], 2
+            self.q[k.LOOK], self.q[k.PACE] = self.q[k.TRIP], 2
             yield found
 
     def _make_panels(self) -> None:
         """The panels from the next round trip on: as many as are needed; at first few, until it is known how many."""
         q = self.q
-        block, stop = int(q[TRIP]) // BLOCK, int(min(q[LOOK], q[TOTAL]))
-        count = min(max(-(-stop // BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
+        block, stop = int(q[k.TRIP]) // k.BLOCK, int(min(q[k.LOOK], q[k.TOTAL]))
+        count = min(max(-(-stop // k.BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
         count = min(count, self._most_blocks)
         load = self._panels.over(block, count)
         many = max(1, (len(load[1]) - count - 2) // count)
@@ -225,8 +176,8 @@ class Engine:
 
     def _reconsider(self) -> None:
         """Compile from here on if that is likely to take less time than it saves."""
-        self._spent += int(self.q[PIECES]) * (_PIECE if kernel_of(self._problem) is run else _POWERED)
-        trip = int(self.q[TRIP])
+        self._spent += int(self.q[k.PIECES]) * (_PIECE if kernel_of(self._problem) is run else _POWERED)
+        trip = int(self.q[k.TRIP])
         if self._spent > LOAD and trip:
             left = self._spent * (0.5 * self._problem.transits / trip - 1.0)
             self.compiled = compilation_pays(self._problem, None, left)
@@ -234,14 +185,14 @@ class Engine:
 
     def _record(self, number: int) -> Record:
         f, q = self.f, self.q
-        windows, pieces, numbers, impacts = q[WINDOWS : IMPACTS + 1].tolist()
+        windows, pieces, numbers, impacts = q[k.WINDOWS : k.IMPACTS + 1].tolist()
 
         def table(source: NDArray[Any], start: int, rows: int, width: int) -> NDArray[Any]:
             """A copy of what is filled."""
             return source[q[start] : q[start] + rows * width].reshape(rows, width).copy()
 
-        heads, marks = table(q, OUT_PIECES, pieces, PIECE), table(q, OUT_MARKS, windows, MARKS)
-        ends, first = table(f, OUT_ENDS, pieces, ENDS), np.empty(windows + 1, dtype=np.int64)
+        heads, marks = table(q, k.OUT_PIECES, pieces, k.PIECE), table(q, k.OUT_MARKS, windows, k.MARKS)
+        ends, first = table(f, k.OUT_ENDS, pieces, k.ENDS), np.empty(windows + 1, dtype=np.int64)
         first[:-1], first[-1] = marks[:, 4], pieces
         return Record(
             number=number,
@@ -252,10 +203,10 @@ class Engine:
             high=ends[:, 1],
             start=heads[:, 0],
             degree=heads[:, 1:],
-            coef=table(f, OUT_NUMBERS, numbers, 1)[:, 0],
-            endings=table(f, OUT_ENDINGS, windows, ENDINGS),
+            coef=table(f, k.OUT_NUMBERS, numbers, 1)[:, 0],
+            endings=table(f, k.OUT_ENDINGS, windows, k.ENDINGS),
             marks=marks[:, :4],
-            impacts=table(f, OUT_IMPACTS, impacts, IMPACT),
+            impacts=table(f, k.OUT_IMPACTS, impacts, k.IMPACT),
         )
 
     def _enlarge(self) -> None:
@@ -263,20 +214,24 @@ class Engine:
         f, q = self.f, self.q
         pieces = 2 * self._room.pieces
         self._remember(replace(self._room, pieces=pieces, recorded=max(self._room.recorded, 4 * pieces)))
-        self.f[:WAVE], self.q[:STATE], self.q[TOTAL : LOOPS + 1] = f[:WAVE], q[:STATE], q[TOTAL : LOOPS + 1]
+        self.f[: k.WAVE], self.q[: k.STATE], self.q[k.TOTAL : k.LOOPS + 1] = (
+            f[: k.WAVE],
+            q[: k.STATE],
+            q[k.TOTAL : k.LOOPS + 1],
+        )
         for old, new, name, length in (
-            (f, self.f, LAW, SEGMENT_SIZE * int(q[SEGMENTS])),
-            (f, self.f, OLD, int(q[COUNT]) * (self._room.degree + 1 + COEF)),
-            (q, self.q, OLD_DEGREES, int(q[COUNT])),
+            (f, self.f, k.LAW, k.SEGMENT_SIZE * int(q[k.SEGMENTS])),
+            (f, self.f, k.OLD, int(q[k.COUNT]) * (self._room.degree + 1 + k.COEF)),
+            (q, self.q, k.OLD_DEGREES, int(q[k.COUNT])),
         ):
             new[self.q[name] : self.q[name] + length] = old[q[name] : q[name] + length]
 
     def _refusal(self, status: int) -> Exception:
-        trip, wave = int(self.q[TRIP]), self._problem.share * float(self.f[LARGEST])
-        power = self._problem.nonlinearity.segments[int(self.q[SEGMENT])].power
+        trip, wave = int(self.q[k.TRIP]), self._problem.share * float(self.f[k.LARGEST])
+        power = self._problem.nonlinearity.segments[int(self.q[k.SEGMENT])].power
         if status == HUGE:
             return InputError(
-                f"the wave in round trip {trip} is {self.f[SCALE]:.3g} m/s, more than 1e+100; give smaller "
+                f"the wave in round trip {trip} is {self.f[k.SCALE]:.3g} m/s, more than 1e+100; give smaller "
                 "data or loads"
             )
         return AssumptionError(
@@ -295,22 +250,22 @@ class Engine:
     @property
     def crossings(self) -> int:
         """Passages between segments of the nonlinearity."""
-        return int(self.q[CROSSINGS])
+        return int(self.q[k.CROSSINGS])
 
     @property
     def error(self) -> float:
         """Sum of the estimates of the local errors [m]."""
-        return float(self.f[ERROR])
+        return float(self.f[k.ERROR])
 
     @property
     def largest_wave(self) -> float:
         """[m/s]."""
-        return float(self.f[HIGHEST])
+        return float(self.f[k.HIGHEST])
 
     @property
     def energy_residual(self) -> float:
         """Largest imbalance, relative to the largest energy of a round trip."""
-        return float(self.f[WORST] / max(self.f[ENERGY], LEAST_ENERGY))
+        return float(self.f[k.WORST] / max(self.f[k.ENERGY], LEAST_ENERGY))
 
 
 def first_state(problem: Problem) -> State:

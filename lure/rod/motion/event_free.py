@@ -10,7 +10,7 @@ import numpy as np
 from lure.rod.motion.blocks import MANY, Block, Counts, SeriesBlock
 from lure.rod.motion.compilation import reader
 from lure.rod.motion.kernel_walk import sampled
-from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds, values
+from lure.rod.motion.pieces import Array, left_ends, right_ends, supremum, upper_bounds, values
 from lure.rod.motion.record import Record, Series, Window
 from lure.rod.motion.trip_matrix import Setting
 from lure.rod.sampled import Contact
@@ -235,27 +235,7 @@ def running_peaks(interval: EventFreeInterval) -> Array:
         most = upper_bounds(flat).reshape(push.shape[:2]).max(axis=1)
         before = np.maximum.accumulate(np.append(best, least))[:-1]
         for i in np.flatnonzero(most > np.maximum(before, least)):
-            least[i] = max(least[i], largest_value(push[i]))
+            least[i] = max(least[i], supremum(push[i])[0])
         found.append(np.maximum.accumulate(np.append(best, least))[1:])
         best = float(found[-1][-1])
     return np.concatenate(found) / interval.mobility
-
-
-def largest_value(series: Array) -> float:
-    """The largest value on any piece, to rounding: pieces that may hold it are halved while a bound exceeds the best.
-
-    >>> largest_value(np.array([[0.0, 0.5, -0.5]]))  # -x^2 + x/2 + 1/2 is largest at x = 1/4
-    0.5625
-    """
-    space = basis(series.shape[1] - 1)
-    best = -np.inf
-    for _ in range(40):
-        sampled = series @ space.at_ends.T
-        best = max(best, float(sampled.max(initial=-np.inf)))
-        size = float(np.abs(series).sum(axis=1).max(initial=0.0))
-        open_ = series[upper_bounds(series) > best + 1e-15 * size]
-        if not len(open_):
-            break
-        low, high = np.full(len(open_), -1.0), np.zeros(len(open_))
-        series = np.concatenate((restricted(open_, low, high), restricted(open_, high, -low)))
-    return best

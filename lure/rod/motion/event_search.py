@@ -10,43 +10,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.rod.motion import kernel_series as k
 from lure.rod.motion.blocks import PARTS, Block, SeriesBlock, Steps, block_after, series_blocks
-from lure.rod.motion.event_free import EventFreeInterval, largest_value
+from lure.rod.motion.event_free import EventFreeInterval
 from lure.rod.motion.exponential_force import ExponentialForce
 from lure.rod.motion.kernel_free import LEAST, LOST, MARGIN, MISSED, TOP
-from lure.rod.motion.kernel_series import (
-    COEF,
-    COUNT,
-    DEGREE,
-    HIGH,
-    IMPULSE,
-    LAW,
-    LOW,
-    MOBILITY,
-    OLD,
-    OLD_DEGREES,
-    OPEN,
-    ORIGIN,
-    PEAK,
-    RATE,
-    REST,
-    SAVED,
-    SAVED_F,
-    SEGMENT,
-    SEGMENT_SIZE,
-    SINCE,
-    SIZE,
-    START,
-    STOP,
-    STRESS,
-    TOUCHING,
-    TRANSIT,
-    TRIP,
-    VALUE,
-    Counts,
-)
+from lure.rod.motion.kernel_series import Counts
 from lure.rod.motion.kernel_walk import balanced, carried
-from lure.rod.motion.pieces import Array, basis, products
+from lure.rod.motion.pieces import Array, basis, products, supremum
 from lure.rod.motion.trip_matrix import Setting, trip_matrix
 from lure.rod.sampled import Contact
 
@@ -66,8 +37,8 @@ def searched(f: Array, q: Counts, force: ExponentialForce, most: int) -> EventFr
         How many round trips there may be.
     """
     number, impact, back, (setting, ends) = (
-        int(q[TRIP]),
-        open_impact(f, q, float(f[MOBILITY])),
+        int(q[k.TRIP]),
+        open_impact(f, q, float(f[k.MOBILITY])),
         _coming_back(f, q),
         _setting(f, q),
     )
@@ -76,7 +47,7 @@ def searched(f: Array, q: Counts, force: ExponentialForce, most: int) -> EventFr
         if found is None:
             return None
         walk = Walk(Steps(found[0]), ends, most)
-        walk.go(found[1], (float(f[VALUE]), float(f[REST])), float(f[IMPULSE]) if q[OPEN] else 0.0)
+        walk.go(found[1], (float(f[k.VALUE]), float(f[k.REST])), float(f[k.IMPULSE]) if q[k.OPEN] else 0.0)
     if walk.count < LEAST:
         return None
     _carried(f, q, walk)
@@ -85,8 +56,8 @@ def searched(f: Array, q: Counts, force: ExponentialForce, most: int) -> EventFr
 
 def passed_over(f: Array, q: Counts, found: tuple[Array, Counts]) -> EventFreeInterval:
     """The interval that :func:`lure.rod.motion.kernel_walk.free_trips` has just entered."""
-    before = int(q[SAVED + TRIP]), open_impact(f[SAVED_F:], q[SAVED:], float(f[MOBILITY]))
-    return _interval(f, q, before, float(found[0][MISSED]), series_blocks(*found, int(q[COUNT])))
+    before = int(q[k.SAVED + k.TRIP]), open_impact(f[k.SAVED_F :], q[k.SAVED :], float(f[k.MOBILITY]))
+    return _interval(f, q, before, float(found[0][MISSED]), series_blocks(*found, int(q[k.COUNT])))
 
 
 def _interval(
@@ -99,10 +70,10 @@ def _interval(
     """That which ends where the motion is: from where it began and the impact there, its error and its blocks."""
     return EventFreeInterval(
         number=before[0],
-        count=int(q[TRIP]) - before[0],
-        index=int(q[SEGMENT]),
+        count=int(q[k.TRIP]) - before[0],
+        index=int(q[k.SEGMENT]),
         impact=before[1],
-        mobility=float(f[MOBILITY]),
+        mobility=float(f[k.MOBILITY]),
         error=missed,
         setting=_setting(f, q)[0],
         blocks=blocks,
@@ -111,18 +82,18 @@ def _interval(
 
 def open_impact(f: Array, q: Counts, mobility: float) -> Contact | None:
     """The contact that goes on, of the state that begins there."""
-    if not q[OPEN]:
+    if not q[k.OPEN]:
         return None
-    start, end, impulse, peak = f[SINCE : PEAK + 1].tolist()
+    start, end, impulse, peak = f[k.SINCE : k.PEAK + 1].tolist()
     return Contact(start=start, end=end, impulse=impulse, peak_stress=peak / mobility, closed=False)
 
 
 def _coming_back(f: Array, q: Counts) -> Array:
     """The coefficients (P, degree+1) of the wave that comes back."""
-    width, at = int(q[DEGREE]) + 1 + COEF, int(q[OLD])
-    pieces = f[at : at + width * int(q[COUNT])].reshape(-1, width)[:, COEF:]
-    degrees = q[q[OLD_DEGREES] : q[OLD_DEGREES] + q[COUNT]]
-    return np.where(_places(width - COEF) <= degrees[:, None], pieces, 0.0)
+    width, at = int(q[k.DEGREE]) + 1 + k.COEF, int(q[k.OLD])
+    pieces = f[at : at + width * int(q[k.COUNT])].reshape(-1, width)[:, k.COEF :]
+    degrees = q[q[k.OLD_DEGREES] : q[k.OLD_DEGREES] + q[k.COUNT]]
+    return np.where(_places(width - k.COEF) <= degrees[:, None], pieces, 0.0)
 
 
 @lru_cache(maxsize=4)
@@ -132,26 +103,26 @@ def _places(size: int) -> Counts:
 
 def _setting(f: Array, q: Counts) -> tuple[Setting, tuple[float, float]]:
     """What does not change from here on; bounds on ``zeta``."""
-    width, at = int(q[DEGREE]) + 1 + COEF, int(q[OLD])
-    pieces = f[at : at + width * int(q[COUNT])].reshape(-1, width)
+    width, at = int(q[k.DEGREE]) + 1 + k.COEF, int(q[k.OLD])
+    pieces = f[at : at + width * int(q[k.COUNT])].reshape(-1, width)
     edges = np.empty(len(pieces) + 1)
-    edges[:-1], edges[-1] = pieces[:, START], pieces[-1, STOP]
-    place = int(q[LAW] + SEGMENT_SIZE * q[SEGMENT])
-    segment = f[place : place + SEGMENT_SIZE].tolist()
-    transit, share, echo, _, area, mobility = f[TRANSIT : MOBILITY + 1].tolist()
+    edges[:-1], edges[-1] = pieces[:, k.START], pieces[-1, k.STOP]
+    place = int(q[k.LAW] + k.SEGMENT_SIZE * q[k.SEGMENT])
+    segment = f[place : place + k.SEGMENT_SIZE].tolist()
+    transit, share, echo, _, area, mobility = f[k.TRANSIT : k.MOBILITY + 1].tolist()
     setting = Setting(
         edges=edges,
         halves=0.5 * transit * (edges[1:] - edges[:-1]),
-        origin=segment[ORIGIN],
-        push=segment[STRESS],
-        rate=segment[RATE],
+        origin=segment[k.ORIGIN],
+        push=segment[k.STRESS],
+        rate=segment[k.RATE],
         transit=transit,
         share=share,
         echo=echo,
-        loading=area / mobility if segment[TOUCHING] > 0.0 else 0.0,
-        degree=width - COEF - 1,
+        loading=area / mobility if segment[k.TOUCHING] > 0.0 else 0.0,
+        degree=width - k.COEF - 1,
     )
-    return setting, (segment[LOW] - segment[ORIGIN], segment[HIGH] - segment[ORIGIN])
+    return setting, (segment[k.LOW] - segment[k.ORIGIN], segment[k.HIGH] - segment[k.ORIGIN])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -365,7 +336,7 @@ class Walk:
             if len(near):
                 states = span.block.at(near, span.block.table())
                 series = np.einsum("pkn,in->ipk", self.steps.trip.series, states)
-                best = max(best, largest_value(series.reshape(-1, series.shape[2])))
+                best = max(best, supremum(series.reshape(-1, series.shape[2]))[0])
         return best
 
 
@@ -374,9 +345,9 @@ def _carried(f: Array, q: Counts, walk: Walk) -> None:
     trip, count, setting = walk.steps.trip, walk.count, walk.steps.trip.setting
     (state, level), (square, residual) = walk.end, walk.passing()
     balanced(f, q, level, (square, count * residual * (abs(setting.push) + setting.rate * walk.size)))
-    back, width, at = trip.returned(walk.last), int(q[DEGREE]) + 1 + COEF, int(q[OLD])
+    back, width, at = trip.returned(walk.last), int(q[k.DEGREE]) + 1 + k.COEF, int(q[k.OLD])
     pieces, sizes = f[at : at + width * len(back)].reshape(-1, width), np.abs(back).sum(axis=1)
-    pieces[:, SIZE], pieces[:, COEF : COEF + back.shape[1]] = sizes, back
-    q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(back)] = back.shape[1] - 1
+    pieces[:, k.SIZE], pieces[:, k.COEF : k.COEF + back.shape[1]] = sizes, back
+    q[q[k.OLD_DEGREES] : q[k.OLD_DEGREES] + len(back)] = back.shape[1] - 1
     top = walk.peak() if setting.loading > 0.0 else 0.0
     carried(f, q, count, level, (float(sizes.max()), walk.largest, walk.missed, float(state[trip.zeta + 1]), top))

@@ -15,6 +15,7 @@ from lure.errors import InputError
 Array = NDArray[np.float64]
 SAME = 2e-15  # edges closer than this, of a window of length 2, are one
 NARROWEST = 1e-13
+_HALVINGS = 44
 _MOST = 5000
 _CHECKS = np.array([-0.97, -0.43, 0.11, 0.71])
 LOOKS = 2048
@@ -165,6 +166,40 @@ def directions(series: Array) -> Array:
     slope = series @ basis(series.shape[1] - 1).derivative.T
     rest = np.abs(slope[:, 1:]).sum(axis=1)
     return np.where(np.abs(slope[:, 0]) >= rest, np.sign(slope[:, 0]), 0.0)
+
+
+def supremum(series: Array) -> tuple[float, float]:
+    """Bracket on the largest value of a piecewise polynomial.
+
+    Parameters
+    ----------
+    series : ndarray
+        (m, N+1) Chebyshev coefficients.
+
+    Returns
+    -------
+    low, high : float
+        A value that is taken, and a bound that no value exceeds, up to rounding.
+
+    Examples
+    --------
+    >>> low, high = supremum(np.array([[0.0, 0.5, -0.5]]))  # -x^2 + x/2 + 1/2 is largest at x = 1/4
+    >>> low, bool(high - low < 1e-12)
+    (0.5625, True)
+    """
+    space = basis(series.shape[1] - 1)
+    size = float(np.abs(series).sum(axis=1).max())
+    low, high = -np.inf, -np.inf
+    for _ in range(_HALVINGS):
+        low = max(low, float((series @ space.at_ends.T).max()))
+        tops = upper_bounds(series)
+        open_ = tops > low + 1e-15 * size
+        high = max(high, float(tops[~open_].max(initial=-np.inf)))
+        if not open_.any():
+            return low, max(low, high)
+        left, right = np.full(int(open_.sum()), -1.0), np.zeros(int(open_.sum()))
+        series = np.concatenate((restricted(series[open_], left, right), restricted(series[open_], right, -left)))
+    return low, max(low, high, float(upper_bounds(series).max()))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
