@@ -199,13 +199,11 @@ class DescribingHint(Record):
     block: RationalPlant | None = quantity("The block it is about", hidden=True, default=None)
     nonlinearity: Nonlinearity | None = quantity("The nonlinearity it is about", hidden=True, default=None)
     _kind, _said = "hint, not a verdict", "sentence"
+    _no_truth = "a describing function is a hint, not a verdict; look at hint.balances"
 
     def __post_init__(self) -> None:
         if self.evidence is not Evidence.OBSERVED:
             raise ValueError("a describing function is never more than observed")
-
-    def __bool__(self) -> bool:
-        raise TypeError("a describing function is a hint, not a verdict; look at hint.balances")
 
     def __str__(self) -> str:
         if not self.balances:

@@ -194,6 +194,7 @@ class CriterionResult(Record):
     classes: Diagonal | None = quantity(
         "With several channels their classes at the factor ``largest.low``", key="", label="", default=None
     )
+    _no_truth = "a criterion has three answers; compare result.verdict"
 
     @property
     @derived(key="class", label="")
@@ -238,9 +239,6 @@ class CriterionResult(Record):
             found |= {"name": self.criterion, "model": self.model, "sector": plain(self.sector)}
             found |= {"smallest_theta": plain(self.smallest_theta), "largest_sector": found["largest"]}
         return found
-
-    def __bool__(self) -> bool:
-        raise TypeError("a criterion has three answers; compare result.verdict")
 
     def __str__(self) -> str:
         about = f", {self.model}, sector {self.sector}" if self.model else ""

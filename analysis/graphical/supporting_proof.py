@@ -72,6 +72,7 @@ class Drawn(Record, ABC):
     _said = "sentence"
     _criterion: ClassVar[str] = ""
     _drawn: ClassVar[tuple[str, ...]] = ()
+    _no_truth = "a drawing proves nothing; look at response.answer or response.found"
 
     @property
     @derived("1", dims="omega", key="real")
@@ -133,9 +134,6 @@ class Drawn(Record, ABC):
         """What proves the sector, or that nothing here does, and why."""
         proved, words = self.support
         return f"what does: {words}" if proved else f"nor does anything here: {words}"
-
-    def __bool__(self) -> bool:
-        raise TypeError("a drawing proves nothing; look at response.answer or response.found")
 
     plot = drawn("The curve, what is forbidden to it, the sector and the least distance seen.")
 

@@ -113,6 +113,7 @@ class Certification(Record):
         default=(),
     )
     _said = "sentence"
+    _no_truth = "a certification has three outcomes; compare certification.verdict"
 
     @property
     @derived()
@@ -142,9 +143,6 @@ class Certification(Record):
     def certificate(self) -> Mapping[str, Any] | None:
         """The certificate, ready to be written as JSON; None if there is none."""
         return None if self.shown is None else self.shown.certificate
-
-    def __bool__(self) -> bool:
-        raise TypeError("a certification has three outcomes; compare certification.verdict")
 
     def __str__(self) -> str:
         return f"{self.verdict}: {self.detail}" if self.code is None else f"{self.verdict} ({self.code}): {self.detail}"

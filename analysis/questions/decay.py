@@ -82,6 +82,7 @@ class RateBound(TwoSided):
         "What ended the search before it was complete; what is claimed was shown all the same", default=None
     )
     _schema, _kind, _said = "lure-rate/1", "decay rate", "sentence"
+    _no_truth = "a rate has bounds and no truth value; compare result.verdict"
 
     @property
     @derived()
@@ -123,9 +124,6 @@ class RateBound(TwoSided):
     plot = drawn(
         "The eigenvalues with constant gains of the class, and both rates; see :func:`lure.analysis.plots.plot_rate`."
     )
-
-    def __bool__(self) -> bool:
-        raise TypeError("a rate has bounds and no truth value; compare result.verdict")
 
     def __str__(self) -> str:
         said = f"No rate is proved for {self.nonlinearity_class}: {self.reason}"

@@ -52,6 +52,7 @@ class GainBound(TwoSided):
         "The answer about the loop with a channel from ``z`` to ``w`` of norm ``1/gamma``", key="", label=""
     )
     _schema, _kind, _said = "lure-gain/1", "L2 gain", "sentence"
+    _no_truth = "a gain has bounds and no truth value; compare result.verdict"
 
     @property
     @derived()
@@ -141,9 +142,6 @@ class GainBound(TwoSided):
         members = [(kind, Fraction(gain)) for kind, gain in zip(kinds, gains, strict=False) if kind]
         large = [(kind, (kind == "stop") is (gain > 0)) for kind, gain in members]
         return ", ".join(f"a {kind} of {'large' if wide else 'small'} width" for kind, wide in large)
-
-    def __bool__(self) -> bool:
-        raise TypeError("a gain has bounds and no truth value; compare result.verdict")
 
     def __str__(self) -> str:
         low, high = self.gain.low, self.gain.high

@@ -174,6 +174,7 @@ class StabilityBound(Record):
         default=None,
     )
     _said = "sentence"
+    _no_truth = "an answer has three values; compare result.verdict"
 
     @property
     @derived()
@@ -295,9 +296,6 @@ class StabilityBound(Record):
         """What the checker accepted of ``witness`` and of ``trivial``, in that order."""
         both = (one.refutation for one in (self.witness, self.trivial) if one is not None)
         return tuple(one for one in both if one is not None)
-
-    def __bool__(self) -> bool:
-        raise TypeError("an answer has three values; compare result.verdict")
 
     @property
     def meaning(self) -> str:

@@ -96,6 +96,7 @@ class Tolerances(TwoSided):
     reason: str = quantity("Why nothing is proved of the box given; empty if it is", default="")
     stopped: Stopped | None = quantity("What ended the search before it was complete", default=None)
     _schema, _kind, _said = "lure-tolerances/1", "tolerances", "sentence"
+    _no_truth = "tolerances have no truth value; compare result.verdict"
 
     @property
     def proof(self) -> Proved | None:
@@ -117,9 +118,6 @@ class Tolerances(TwoSided):
         """What the margins rest on; None where there is none."""
         shown = any(one.proof is not None or one.refutation is not None for one in self.margins)
         return Evidence.CERTIFIED if shown else None
-
-    def __bool__(self) -> bool:
-        raise TypeError("tolerances have no truth value; compare result.verdict")
 
     def __str__(self) -> str:
         head = {Verdict.PROVED: "Proved", Verdict.REFUTED: "Refuted"}.get(self.verdict, "Undecided")

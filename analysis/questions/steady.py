@@ -137,6 +137,7 @@ class SteadyResponse(TwoSided):
     open_reason: str = quantity("Why the response is not enclosed; empty if it is", key="", label="", default="")
     stopped: Stopped | None = quantity("What ended the search before it was complete", default=None)
     _schema, _kind, _said = "lure-steady/1", "steady response", "sentence"
+    _no_truth = "a steady response has a verdict and no truth value; compare result.verdict"
 
     @property
     @derived()
@@ -229,9 +230,6 @@ class SteadyResponse(TwoSided):
         """
         made: Axes = drawing(self)(self, ax=ax)
         return made
-
-    def __bool__(self) -> bool:
-        raise TypeError("a steady response has a verdict and no truth value; compare result.verdict")
 
     @property
     def _of(self) -> str:

@@ -300,6 +300,7 @@ class LoopAnalysis(Record):
         "With two channels, for which upper bounds of the two the loop is proved stable, refuted, or neither",
         default=None,
     )
+    _no_truth = "an analysis has three answers; compare analysis.verdict"
 
     @property
     def verdict(self) -> Verdict:
@@ -342,9 +343,6 @@ class LoopAnalysis(Record):
     def stopped(self) -> Stopped | None:
         """What ended the search for a row before it was complete; None if nothing did."""
         return next((row.stopped for row in self.rows if row.stopped is not None), None)
-
-    def __bool__(self) -> bool:
-        raise TypeError("an analysis has three answers; compare analysis.verdict")
 
     def __str__(self) -> str:
 

@@ -38,13 +38,11 @@ class Passivity(Record):
     _kind, _said = "passivity", "sentence"
     _title = "H is positive real"
     _notes = ("From rest, between input and output: nothing is said about hidden modes.",)
+    _no_truth = "passivity has several answers; compare passivity.positive_real or the indices"
 
     @property
     def _verdict(self) -> str:
         return str(self.positive_real)
-
-    def __bool__(self) -> bool:
-        raise TypeError("passivity has several answers; compare passivity.positive_real or the indices")
 
     def __str__(self) -> str:
         rho = "none" if self.output_feedback is None else f"{self.output_feedback}"

@@ -202,6 +202,7 @@ class Record:
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
     _kind: ClassVar[str] = ""
     _said: ClassVar[str] = ""
+    _no_truth: ClassVar[str] = ""
 
     def __init_subclass__(cls, *, kw_only: bool = True) -> None:
         super().__init_subclass__()
@@ -214,6 +215,11 @@ class Record:
 
     def __hash__(self) -> int:
         return self._hashed
+
+    def __bool__(self) -> bool:
+        if self._no_truth:
+            raise TypeError(self._no_truth)
+        return True
 
     @cached_property
     def _hashed(self) -> int:

@@ -51,14 +51,12 @@ class LoopReport(Record):
         label="",
         default=(),
     )
+    _no_truth = "a report has three answers; compare report.verdict"
 
     @property
     def verdict(self) -> Verdict:
         """Verdict of the analysis, which decides the exit status of the command."""
         return self.analysis.verdict
-
-    def __bool__(self) -> bool:
-        raise TypeError("a report has three answers; compare report.verdict")
 
     def __str__(self) -> str:
         lines = [f"Observed: {text}" for text in self.observed] + [f"Hint: {text}" for text in self.hints]
