@@ -9,7 +9,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,9 +30,6 @@ from lure.analysis.measured.table import (
 from lure.errors import InputError
 from lure.files.values import shown
 from lure.record import Column, Page, Record, quantity
-
-if TYPE_CHECKING:
-    pass
 
 # Pairs of displacement and load in SI units, with the lines they came from and the branches they form.
 

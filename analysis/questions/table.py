@@ -155,9 +155,6 @@ def class_dict(nonlinearity_class: NonlinearityClass) -> dict[str, Any]:
 
 # A loop's analysis as plain text, at most 100 columns wide.
 
-if TYPE_CHECKING:
-    pass
-
 WIDTH = 100
 HEAD = ("class", "criterion", "proved up to", "evidence", "refuted at", "by", "gap")
 

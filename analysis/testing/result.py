@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from lure.analysis.drawing import drawing, drawn
 from lure.analysis.testing.search import NotANumber, Subject
@@ -18,9 +17,6 @@ from lure.arrays import Reals, np
 from lure.record import Page, Record
 from lure.record import quantity as declared
 from lure.record.values import exact_text
-
-if TYPE_CHECKING:
-    pass
 
 # What an assertion about a nonlinearity returns, and what it raises.
 
