@@ -426,8 +426,7 @@ def said(reports: dict[str, object]) -> list[str]:
     from markupsafe import Markup
 
     from lure.analysis import analyse, max_slope
-    from lure.analysis.report.loop.document import loop_document
-    from lure.analysis.report.loop.model import LoopReport
+    from lure.analysis.report.loop.model import LoopReport, loop_document
     from lure.analysis.report.loop.write import loop_page
     from lure.analysis.report.parts import certificate_files
     from lure.analysis.rod.conclusion import conclusion

@@ -31,7 +31,7 @@ from scipy.linalg import expm
 from lure import Diagonal, NonlinearityClass, Sector, as_plant, builtin_loop
 from lure.analysis import analyse, max_sector, max_slope
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.plots.boxes import plot_map
+from lure.analysis.plots.regions import plot_map
 from lure.analysis.plots.style import BLUE, LEGEND, VERMILLION, finish_axes
 
 

@@ -32,8 +32,8 @@ from lure.errors import AssumptionError, InputError
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.questions.decay import RateBound
+    from lure.analysis.questions.energy import Overshoot
     from lure.analysis.questions.gain import GainBound
-    from lure.analysis.questions.overshoot import Overshoot
     from lure.analysis.questions.steady import SteadyResponse
     from lure.files.system import LoopSystem
 
@@ -154,7 +154,7 @@ def _shown(found: RateBound) -> tuple[Proved | Refuted | None, str, str]:
 
 def _constant(loop: LoopSystem, found: RateBound) -> tuple[Overshoot | None, str]:
     """The number ``c`` at nine tenths of a decay that is proved, or at less of it, and a sentence about it."""
-    from lure.analysis.questions.overshoot import overshoot
+    from lure.analysis.questions.energy import overshoot
     from lure.analysis.verdict import Verdict
 
     if found.verdict is not Verdict.PROVED:

@@ -12,8 +12,7 @@ from typing import Any
 from lure.analysis.certificates.arithmetic import number
 from lure.analysis.certificates.checker import Checked, Proved
 from lure.analysis.export.decaying import decaying_text
-from lure.analysis.export.falling import falling_text
-from lure.analysis.export.feedthrough import through_text
+from lure.analysis.export.falling import falling_text, through_text
 from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.orbits import orbit_text
 from lure.analysis.export.powers import powers_text

@@ -12,8 +12,7 @@ from flint import acb, acb_mat, arb, fmpq
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.forced.balance import Balanced
-from lure.analysis.forced.curves import Curve
-from lure.analysis.forced.loop import ForcedLoop
+from lure.analysis.forced.loop import Curve, ForcedLoop
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Bracket
 from lure.arrays import Reals, np

@@ -21,8 +21,7 @@ from flint import acb, acb_mat, arb
 from lure.analysis.deadline import checkpoint
 from lure.analysis.forced.balance import Balanced
 from lure.analysis.forced.band import BITS, NotEnclosed, Residual, Sampled, above, around, peak, residual
-from lure.analysis.forced.curves import Curve
-from lure.analysis.forced.loop import ForcedLoop
+from lure.analysis.forced.loop import Curve, ForcedLoop
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.verdict import Bracket
 from lure.arrays import Complexes, np

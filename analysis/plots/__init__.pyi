@@ -1,6 +1,4 @@
 from lure.analysis.graphical.axis import drawing_frequencies as drawing_frequencies
-from lure.analysis.plots.boxes import plot_map as plot_map
-from lure.analysis.plots.boxes import plot_tolerances as plot_tolerances
 from lure.analysis.plots.frequency import plot_nyquist as plot_nyquist
 from lure.analysis.plots.frequency import plot_popov as plot_popov
 from lure.analysis.plots.frequency import plot_popov_expression as plot_popov_expression
@@ -16,7 +14,9 @@ from lure.analysis.plots.measured import plot_measurements as plot_measurements
 from lure.analysis.plots.performance import plot_gain as plot_gain
 from lure.analysis.plots.performance import plot_rate as plot_rate
 from lure.analysis.plots.performance import plot_steady as plot_steady
+from lure.analysis.plots.regions import plot_map as plot_map
 from lure.analysis.plots.regions import plot_region as plot_region
+from lure.analysis.plots.regions import plot_tolerances as plot_tolerances
 from lure.analysis.plots.responses import plot_hint as plot_hint
 from lure.analysis.plots.responses import plot_nyquist_response as plot_nyquist_response
 from lure.analysis.plots.responses import plot_popov_response as plot_popov_response

@@ -28,7 +28,7 @@ from lure.errors import InputError
 from lure.exact import exact_number
 from lure.files.system import LoopSystem
 from lure.nonlinearities import DeadZone, ExpressionNonlinearity, MovedNonlinearity, PiecewiseLinear, Tanh
-from lure.nonlinearities.local import LocalSector
+from lure.nonlinearities.base import LocalSector
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
 

@@ -364,7 +364,7 @@ def region(
         function is realised in companion form, whose states are then meant.
     nonlinearities : object
         One nonlinearity, or a list of one for each channel: objects, or formulas as text; by default that of the
-        system.  Or a :class:`~lure.nonlinearities.local.LocalSector`, a class known on an interval only.
+        system.  Or a :class:`~lure.nonlinearities.base.LocalSector`, a class known on an interval only.
     along : sequence of sequences, optional
         Points of the state space: the largest multiple of them that an ellipsoid holds is asked for, instead of the
         largest volume.

@@ -36,9 +36,8 @@ from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
 from lure.plants.conversion import rational_if_moderate
-from lure.plants.forcing import Forcing
 from lure.plants.multivariable import MultivariablePlant
-from lure.plants.performance import Performance
+from lure.plants.performance import Forcing, Performance
 from lure.plants.rational import RationalPlant
 from lure.record import Page, Record, derived, quantity
 

@@ -20,7 +20,7 @@ from lure.files.controller import with_network
 from lure.files.kinds import FileKind
 from lure.files.schema import LAW_TEXTS, PLANT_TABLES, ClassTable, PlantTable, PlantTables
 from lure.files.system import Block, LoopSystem, ManyChannels, channel_system, loop_system
-from lure.nonlinearities.local import LocalSector
+from lure.nonlinearities.base import LocalSector
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
 from lure.plants.channel_family import ChannelFamily
@@ -28,11 +28,10 @@ from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
 from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
-from lure.plants.forcing import Forcing
 from lure.plants.interconnection import padded
 from lure.plants.multivariable import MultivariablePlant, counted
 from lure.plants.parameters import flat, names_in
-from lure.plants.performance import Performance
+from lure.plants.performance import Forcing, Performance
 from lure.plants.rational import RationalPlant
 
 # From checked tables to a :class:`lure.files.system.LoopSystem`, with the checks that concern several keys at once.

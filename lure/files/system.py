@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Any
 from lure.classes import Diagonal, NonlinearityClass
 from lure.errors import InputError
 from lure.loop import Loop, loop_rows
-from lure.nonlinearities.base import Nonlinearity
-from lure.nonlinearities.local import LocalSector
+from lure.nonlinearities.base import LocalSector, Nonlinearity
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
 from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
-from lure.plants.forcing import Forcing
 from lure.plants.multivariable import MultivariablePlant
-from lure.plants.performance import Performance
+from lure.plants.performance import Forcing, Performance
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 from lure.record import Record, quantity

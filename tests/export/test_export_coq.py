@@ -19,8 +19,8 @@ from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.export import coq_text, powers
 from lure.analysis.export.circle import tree
-from lure.analysis.export.ordering import halves
 from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
+from lure.analysis.export.relying import halves
 from lure.errors import InputError
 from lure.files.builtin import builtin_loop, loop_names
 

@@ -17,7 +17,7 @@ from markupsafe import Markup
 from reports import loop_report, rod_report
 
 from lure.analysis import analyse, max_sector, max_slope
-from lure.analysis.report.loop.document import loop_document
+from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.write import loop_page
 from lure.analysis.report.parts import certificate_files
 from lure.analysis.rod.report import claims

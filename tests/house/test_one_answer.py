@@ -17,7 +17,7 @@ from reports import loop_report, rod_report
 from lure import StateSpace
 from lure.analysis import analyse, max_sector, max_slope
 from lure.analysis.certificates.refutations import growing_gain
-from lure.analysis.report.loop.document import loop_document
+from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.write import loop_page
 from lure.analysis.rod.report import claims
 from lure.analysis.rod.report.document import document

@@ -11,7 +11,7 @@ from lure.analysis.plots import plot_largest
 from lure.analysis.questions.largest import proved_up_to
 from lure.analysis.questions.table import table
 from lure.analysis.report.loop import build_loop_report
-from lure.analysis.report.loop.document import loop_document
+from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.write import loop_page
 from lure.files.builtin import builtin_loop
 

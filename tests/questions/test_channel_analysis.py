@@ -20,7 +20,7 @@ from lure import (
 )
 from lure.analysis import Verdict
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.plots.boxes import plot_map
+from lure.analysis.plots.regions import plot_map
 from lure.analysis.questions import channel_map
 from lure.analysis.questions.channel_kinds import kind_name
 from lure.analysis.questions.channel_problem import channel_problem

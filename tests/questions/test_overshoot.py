@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from lure import AssumptionError, InputError, NonlinearityClass, RationalPlant, Sector, as_plant
 from lure.analysis.certificates.second import recheck
-from lure.analysis.questions.overshoot import overshoot
+from lure.analysis.questions.energy import overshoot
 
 F = Fraction
 VARYING = NonlinearityClass(sector=Sector(0, F(1, 2)), time_varying=True)

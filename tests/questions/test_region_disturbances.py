@@ -11,7 +11,7 @@ from lure.analysis import region
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.files import parse_system
-from lure.nonlinearities.local import LocalSector
+from lure.nonlinearities.base import LocalSector
 
 # x'' = x'/2 - x - sat(x + 2 x') + w
 HELD = as_plant(([[0, 1], [-1, "0.5"]], [0, 1], [1, 2], 0))

@@ -20,7 +20,7 @@ from lure.analysis.questions.region_sets import matrix_of, rests_at_0, shape_of,
 from lure.analysis.verdict import Verdict
 from lure.files import loop_to_toml, parse_system, read_system
 from lure.nonlinearities import Cubic, DeadZone
-from lure.nonlinearities.local import LocalSector
+from lure.nonlinearities.base import LocalSector
 from lure.plants.multivariable import MultivariablePlant
 
 

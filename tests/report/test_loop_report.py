@@ -19,8 +19,8 @@ from lure.analysis import nyquist_response, popov_response
 from lure.analysis.graphical.axis import OnAxis
 from lure.analysis.plots.loops import plot_largest, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
-from lure.analysis.report.loop.document import balance_hints, inputs_sha256, loop_document, nonlinearity_text
 from lure.analysis.report.loop.figures import loop_figures
+from lure.analysis.report.loop.model import balance_hints, inputs_sha256, loop_document, nonlinearity_text
 from lure.analysis.report.loop.words import (
     asked_about,
     class_words,
@@ -311,7 +311,7 @@ def test_the_describing_function_is_a_hint_for_odd_laws_in_continuous_time(repor
 @pytest.mark.parametrize(("number", "said"), [(1, "b0; it"), (4, "b0; b1; b2; b3; it"), (6, "b3; and 2 more; it")])
 def test_of_many_balances_four_are_listed_and_the_others_counted(reports, monkeypatch, number, said):
     found = SimpleNamespace(balances=tuple(f"b{i}" for i in range(number)))
-    monkeypatch.setattr("lure.analysis.report.loop.document.describing_hint", lambda block, nonlinearity: found)
+    monkeypatch.setattr("lure.analysis.report.loop.model.describing_hint", lambda block, nonlinearity: found)
     assert said in balance_hints(reports["law"].analysis.problem)[0]
 
 

@@ -12,7 +12,7 @@ from lure import DeadZone, Saturation, Sector, Tanh
 from lure.analysis.plots.loops import plot_largest
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph, raised
 from lure.analysis.report.loop import build_loop_report, write_loop_report
-from lure.analysis.report.loop.document import loop_document
+from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.observed import _sentence
 from lure.analysis.report.loop.write import bar
 from lure.classes import NonlinearityClass

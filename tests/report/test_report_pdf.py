@@ -9,8 +9,8 @@ import pytest
 from lure.analysis.cli import main
 from lure.analysis.report.diagram import block_diagram, class_graph
 from lure.analysis.report.loop import build_loop_report
-from lure.analysis.report.loop.document import loop_document
 from lure.analysis.report.loop.figures import loop_figures
+from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.write import loop_diagram, loop_page
 from lure.analysis.report.pdf import MARK, pdf_of, printed_diagram
 from lure.errors import InputError

@@ -35,8 +35,7 @@ from lure.analysis.measured import (
 from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 from lure.analysis.questions import tolerances
 from lure.analysis.questions.channel_map import Ray, StabilityMap
-from lure.analysis.questions.energy import energy_bounds
-from lure.analysis.questions.overshoot import overshoot
+from lure.analysis.questions.energy import energy_bounds, overshoot
 from lure.analysis.report.loop import LoopReport
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.comparison.modes import from_closed_form

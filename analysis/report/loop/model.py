@@ -1,13 +1,28 @@
-"""The report on a loop as an object."""
+"""The report on a loop, as an object and as plain data."""
 
 from __future__ import annotations
 
+import dataclasses
+import hashlib
+import json
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from lure.analysis.certificates.checker import Checked, Proved
+from lure.analysis.describing import describing_hint
+from lure.analysis.nonlinearity.membership import certified_properties
 from lure.analysis.questions import LoopAnalysis
+from lure.analysis.questions.problem import Problem
+from lure.analysis.questions.table import analysis_dict
+from lure.analysis.report.loop.asked import not_answered
+from lure.analysis.report.parts import SCHEMA, certificate_list
 from lure.analysis.verdict import Verdict
+from lure.errors import AssumptionError, InputError
+from lure.loop import sector_shift
+from lure.nonlinearities import Property
+from lure.nonlinearities.base import Nonlinearity
+from lure.plants.rational import RationalPlant
 from lure.record import Column, Page, Record, quantity
 
 if TYPE_CHECKING:
@@ -86,8 +101,6 @@ class LoopReport(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """``report.json`` as plain data, with its published schema."""
-        from lure.analysis.report.loop.document import loop_document
-
         return loop_document(self)
 
     def _columns(self) -> dict[str, Column]:
@@ -102,3 +115,138 @@ class LoopReport(Record):
         note = "One solution proves nothing about another, and a hint proves nothing at all."
         below = [Page("Simulations and hints", rows, verdict="OBSERVED", notes=[note])] if rows else []
         return self.analysis._page()._replace(below=below)
+
+
+# The report as plain data: what goes into report.json and what the page prints.
+
+# What the describing function suggests for the nonlinearity of a report: a hint, never a verdict.
+
+
+def balance_hints(about: Problem) -> tuple[str, ...]:
+    """One sentence on harmonic balance; empty for blocks with dead time, in discrete time, or without a nonlinearity.
+
+    Parameters
+    ----------
+    about : Problem
+        The loop.
+    """
+    block, nonlinearity = about.plant, about.nonlinearity
+    if nonlinearity is None or not isinstance(block, RationalPlant) or block.dt is not None:
+        return ()
+    if not getattr(nonlinearity, "odd", False):
+        return (
+            "there is no describing function to look at: it is for odd nonlinearities, and this one is not known to be "
+            "odd",
+        )
+    try:
+        hint = describing_hint(block, nonlinearity)
+    except (AssumptionError, InputError) as refused:
+        return (f"no describing function: {refused}",)
+    if not hint.balances:
+        return ("the describing function shows no harmonic balance, which does not exclude an oscillation",)
+    listed = "; ".join(map(str, hint.balances[:4]))
+    more = f"; and {len(hint.balances) - 4} more" if len(hint.balances) > 4 else ""
+    return (f"the describing function suggests an oscillation of {listed}{more}; it neglects all harmonics",)
+
+
+_KEYS = "verdict evidence statement headline meaning law_class membership attracts reason code hints not_shown stopped"
+
+
+def loop_document(report: LoopReport) -> dict[str, Any]:
+    """``report.json`` as a dictionary of plain values, described by ``schema.json`` of :mod:`lure.analysis.report`.
+
+    Parameters
+    ----------
+    report : LoopReport
+        The report.
+    """
+    about = report.analysis.problem
+    found = analysis_dict(report.analysis)
+    keys: tuple[str, ...] = ("name", "title", "source", "block", "case", "class")
+    keys += tuple(key for key in ("channels", "repeated", "classes", "map") if key in found)
+    system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
+    found["not_shown"] = [not_answered(text, report.asked) for text in found["not_shown"]]
+    beyond = {"beyond": report.beyond, "beyond_observed": list(report.beyond_observed)}
+    more: dict[str, Any] = {key: said for key, said in beyond.items() if said}
+    if report.asked:
+        more["asked"] = {name: answer.to_dict() for name, answer in report.asked.items()}
+    return more | {
+        "schema": SCHEMA,
+        "system": system,
+        "conclusion": {key: found[key] for key in _KEYS.split()},
+        "transformation": list(transformation(about)),
+        "gains": found["gains"] if isinstance(about.plant, RationalPlant) else None,
+        "answers": found["answers"],
+        "certificates": certificate_list(report.certificates),
+        "observed": list(report.observed),
+        "hints": list(report.hints),
+        "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(about, found)},
+        "versions": dict(report.versions),
+    }
+
+
+def transformation(about: Problem) -> tuple[str, ...]:
+    """The sector shift behind the answers, step by step; empty if the class begins at 0 or nothing was shifted.
+
+    Parameters
+    ----------
+    about : Problem
+        The loop.
+    """
+    block, asked = about.plant, about.given
+    if not isinstance(block, RationalPlant) or asked is None or asked.sector.lower in (0, -math.inf):
+        return ()
+    return sector_shift(block, asked).steps
+
+
+def inputs_sha256(about: Problem, found: dict[str, Any]) -> str:
+    """Fingerprint of everything that was put in: the block to the last digit, the nonlinearity, the class.
+
+    Parameters
+    ----------
+    about : Problem
+        The loop.
+    found : dict
+        Its analysis as plain data.
+    """
+    nonlinearity = about.nonlinearity
+    exact = (
+        repr(nonlinearity)
+        if dataclasses.is_dataclass(nonlinearity)
+        else None
+        if nonlinearity is None
+        else nonlinearity_text(nonlinearity)
+    )
+    inputs = {"kind": "loop", "block": found["block"], "class": found["class"], "law": exact}
+    inputs |= {key: found[key] for key in ("channels", "repeated") if key in found}
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def nonlinearity_text(nonlinearity: Nonlinearity) -> str:
+    """A nonlinearity in words: what it prints, or the name of its class if it prints nothing of use.
+
+    Parameters
+    ----------
+    nonlinearity : Nonlinearity
+        Any nonlinearity.
+    """
+    own = type(nonlinearity).__str__ is not object.__str__ or type(nonlinearity).__repr__ is not object.__repr__
+    return str(nonlinearity) if own else type(nonlinearity).__name__
+
+
+def _nonlinearity(nonlinearity: Nonlinearity | None) -> dict[str, Any] | None:
+    if nonlinearity is None:
+        return None
+    known = certified_properties(nonlinearity)
+    slope = known.slope_bounds
+    return {
+        "text": nonlinearity_text(nonlinearity),
+        "sector": _property(known.sector, str(known.sector.value)),
+        "slope": _property(slope, "not known to be bounded" if slope.value is None else str(slope.value)),
+        "odd": _property(known.odd, "yes" if known.odd.value else "not known to be"),
+        "regularity": _property(known.regularity, known.regularity.value),
+    }
+
+
+def _property(known: Property[Any], value: str) -> dict[str, str]:
+    return {"value": value, "standing": str(known.provenance), "how": known.how}

@@ -18,9 +18,8 @@ from lure.analysis.questions.largest import UNFINISHED
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph
 from lure.analysis.report.html import glyphs, inline, lowered, prose, shown, template
 from lure.analysis.report.loop.asked import answers
-from lure.analysis.report.loop.document import balance_hints, loop_document, nonlinearity_text
 from lure.analysis.report.loop.figures import loop_figures
-from lure.analysis.report.loop.model import LoopReport
+from lure.analysis.report.loop.model import LoopReport, balance_hints, loop_document, nonlinearity_text
 from lure.analysis.report.loop.observed import observed
 from lure.analysis.report.loop.words import (
     asked_about,
@@ -244,7 +243,7 @@ def loop_page(data: Data, figures: tuple[Figure, ...], diagram: Markup, *, paper
     Parameters
     ----------
     data : dict
-        From :func:`lure.analysis.report.loop.document.loop_document`.
+        From :func:`lure.analysis.report.loop.model.loop_document`.
     figures : tuple of Figure
         Figures, in order.
     diagram : Markup
