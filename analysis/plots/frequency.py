@@ -72,20 +72,54 @@ def boundary_name(axes: Axes, boundary: float, letter: str, *, above: bool) -> N
                   ha="left" if tight else "right", va="bottom" if above else "top")  # fmt: skip
 
 
-def margin_arrow(axes: Axes, ends: tuple[float, float], height: float) -> None:
-    """A double arrow from the boundary to the curve, unless they are too close to see it."""
-    low, high = axes.get_xlim()
-    if abs(ends[1] - ends[0]) < 0.03 * (high - low):
+def margin_arrow(axes: Axes, ends: tuple[float, float], height: float, *, named: bool = True) -> None:
+    """A double arrow from the boundary to the curve, unless they are too close to see it, or out of the picture."""
+    (low, high), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    inside = low <= min(ends) and max(ends) <= high and bottom <= height <= top
+    if not inside or abs(ends[1] - ends[0]) < 0.03 * (high - low):
         return
-    axes.annotate(
-        "",
-        (ends[0], height),
-        xytext=(ends[1], height),
-        arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.0, "shrinkA": 0, "shrinkB": 0},
-    )
-    middle = (0.5 * (ends[0] + ends[1]), height)
-    label = "margin" if ends[1] > ends[0] else "short by"
-    axes.annotate(label, middle, xytext=(0, 3), textcoords="offset points", ha="center", color=GREEN)
+    arrow = {"arrowstyle": "<->", "color": GREEN, "lw": 1.0, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", (ends[0], height), xytext=(ends[1], height), arrowprops=arrow)
+    if named:
+        middle, label = (0.5 * (ends[0] + ends[1]), height), "margin" if ends[1] > ends[0] else "short by"
+        axes.annotate(label, middle, xytext=(0, 3), textcoords="offset points", ha="center", color=GREEN)
+
+
+def popov_line(axes: Axes, boundary: float, theta: float, label: str, letter: str = "k") -> None:
+    """The line ``Re H = theta omega Im H + boundary`` on axes whose limits are settled, and what lies left of it."""
+    low, ends = axes.get_xlim()[0], np.array(axes.get_ylim())
+    line = theta * ends + boundary
+    axes.plot(line, ends, color=VERMILLION, lw=1.3, label=label)
+    axes.fill_betweenx(ends, np.minimum(low, line), line, color=VERMILLION, alpha=0.14, lw=0)
+    axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=VERMILLION, zorder=4)
+    boundary_name(axes, boundary, letter, above=theta >= 0)
+
+
+def half_plane(axes: Axes, boundary: float, *, left: bool = True) -> None:
+    """The half-plane that the circle criterion forbids, on axes whose limits are settled."""
+    low, high = axes.get_xlim()
+    axes.axvspan(*((low, boundary) if left else (boundary, high)), color=VERMILLION, alpha=0.14, lw=0)
+    label = f"forbidden: Re H {'≤' if left else '≥'} {number(boundary)}"
+    axes.axvline(boundary, color=VERMILLION, lw=1.3, label=label)
+
+
+def disc(axes: Axes, ends: tuple[float, float], *, inside: bool = False) -> None:
+    """The disc whose diameter is an interval of the real axis, forbidden or the only place where the curve may be."""
+    from matplotlib.patches import Circle
+
+    centre, radius = (0.5 * (ends[0] + ends[1]), 0.0), 0.5 * (ends[1] - ends[0])
+    words = "the curve belongs inside" if inside else "forbidden disc"
+    axes.add_patch(
+        Circle(centre, radius, facecolor="none" if inside else VERMILLION, alpha=1.0 if inside else 0.3, lw=1.3,
+               edgecolor=VERMILLION, label=words)
+    )  # fmt: skip
+
+
+def axes_cross(axes: Axes, limits: tuple[float, float, float, float]) -> None:
+    """The two axes through the origin, within limits as :func:`window` gives them."""
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.axvline(0.0, color=GREY, lw=0.6)
+    axes.set(xlim=limits[:2], ylim=limits[2:])
 
 
 def plot_popov(
@@ -129,16 +163,9 @@ def plot_popov(
     bottom, top = padded(min(float(np.nanmin(y)), 0.0), max(float(np.nanmax(y)), 0.0), 0.12)
     bottom = room_below(bottom, top, 3 if near else 0)
     axes.plot(x, y, color=BLUE, lw=1.2, marker=".", markevery=[0, -1], label="H(iω), ω > 0")
-    axes.axhline(0.0, color=GREY, lw=0.6)
-    axes.axvline(0.0, color=GREY, lw=0.6)
-    axes.set(xlim=(low, high), ylim=(bottom, top))
-    line_y = np.array([bottom, top])
-    line_x = theta * line_y + boundary
+    axes_cross(axes, (low, high, bottom, top))
     if near:
-        axes.plot(line_x, line_y, color=VERMILLION, lw=1.2, label=f"Popov line, θ = {number(theta)} s")
-        axes.fill_betweenx(line_y, np.minimum(low, line_x), line_x, color=VERMILLION, alpha=0.18, lw=0)
-        axes.plot([boundary], [0.0], marker="D", ms=4, color=VERMILLION)
-        boundary_name(axes, boundary, upper_end(block), above=True)
+        popov_line(axes, boundary, theta, f"Popov line, θ = {number(theta)} s", upper_end(block))
         _popov_witness(axes, block, result, float(frequencies[0]))
     else:
         note(axes, f"Popov line through Re H = {number(boundary)}, far to the left")
@@ -294,35 +321,24 @@ def plot_nyquist(
     axes.plot(x, y, color=BLUE, lw=1.2, label="H(iω), ω > 0")
     if sector.lower > 0:
         axes.plot(x, -y, color=BLUE, lw=0.8, ls="--", label="ω < 0")
-    axes.axhline(0.0, color=GREY, lw=0.6)
-    axes.axvline(0.0, color=GREY, lw=0.6)
     bottom = min(float(np.nanmin(y)), 0.0)
     bottom = bottom if -bottom <= 3.0 * (high - low) else -0.8 * (high - low)
     bottom = min(bottom, -0.1 * (high - low))  # a curve along the real axis
-    axes.set_xlim(low, high)
     top = -bottom if sector.lower > 0 else max(float(np.nanmax(y)), 0.0)
     bottom, top = padded(bottom, top, 0.08 if near else 0.15)
-    axes.set_ylim(room_below(bottom, top, 3 if near else 0), top)
+    axes_cross(axes, (low, high, room_below(bottom, top, 3 if near else 0), top))
     if not near:
         note(axes, f"forbidden: Re H ≤ {number(boundary)}, far to the left")
     elif sector.lower > 0:
-        _disk(axes, left, boundary)
+        disc(axes, (left, boundary))
+        axes.set_aspect("equal", adjustable="datalim")
     else:
-        axes.axvspan(low, boundary, color=VERMILLION, alpha=0.18, lw=0, label=f"forbidden: Re H ≤ {number(boundary)}")
-        axes.axvline(boundary, color=VERMILLION, lw=1.0)
+        half_plane(axes, boundary)
     if worst is not None and near and sector.lower == 0:
         _nyquist_witness(axes, block, worst, (float(frequencies[0]), boundary))
     return finish_axes(
         axes, f"Re H(iω) [{unit(block)}]", f"Im H(iω) [{unit(block)}]", legend="best" if near else "upper right"
     )
-
-
-def _disk(axes: Axes, left: float, right: float) -> None:
-    from matplotlib.patches import Circle
-
-    centre, radius = (0.5 * (left + right), 0.0), 0.5 * (right - left)
-    axes.add_patch(Circle(centre, radius, color=VERMILLION, alpha=0.3, label="forbidden disk"))
-    axes.set_aspect("equal", adjustable="datalim")
 
 
 def _nyquist_witness(axes: Axes, block: Plant, worst: float, ends: tuple[float, float]) -> None:

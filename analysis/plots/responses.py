@@ -11,11 +11,19 @@ from numpy.typing import NDArray
 from lure.analysis.describing import DescribingHint, HarmonicBalance, amplitudes, real_describing_function
 from lure.analysis.graphical.axis import axis_values
 from lure.analysis.numerics.doubles import text_below
-from lure.analysis.plots.frequency import FAR, boundary_name, unit
+from lure.analysis.plots.frequency import (
+    FAR,
+    axes_cross,
+    boundary_name,
+    disc,
+    half_plane,
+    margin_arrow,
+    popov_line,
+    unit,
+)
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,
-    GREY,
     PURPLE,
     VERMILLION,
     axes_or_new,
@@ -145,16 +153,11 @@ def plot_popov_response(response: PopovResponse, *, ax: Axes | None = None) -> A
     curve_with_arrow(axes, x, y, "H(iω), ω > 0")
     if boundary is not None and theta is not None:
         if near:
-            ends = np.array([bottom, top])
-            line = theta * ends + boundary
-            axes.plot(line, ends, color=VERMILLION, lw=1.3, label=f"line of slope 1/θ, θ = {number(theta)} s")
-            axes.fill_betweenx(ends, np.minimum(low, line), line, color=VERMILLION, alpha=0.14, lw=0)
-            axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=VERMILLION, zorder=4)
-            boundary_name(axes, boundary, "k", above=theta >= 0)
+            popov_line(axes, boundary, theta, f"line of slope 1/θ, θ = {number(theta)} s")
             _least(axes, response.worst, (x, y), response.omega, response.margin_seen)
             if response.worst is not None:
                 height = float(y[response.worst])
-                _arrow(axes, (theta * height + boundary, float(x[response.worst])), height)
+                margin_arrow(axes, (theta * height + boundary, float(x[response.worst])), height, named=False)
         else:
             note(axes, f"line through Re H = {number(boundary)}, far to the left")
         axes.set_title(_sector_title(0.0, k, f"θ = {number(theta)} s"), fontsize="medium")
@@ -197,12 +200,9 @@ def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) 
         axes.plot(x, -y, color=BLUE, lw=0.9, ls="--", label="ω < 0")
     near = k is not None and all(low <= mark <= high for mark in marks if mark is not None)
     if near and ends is not None:
-        _disc(axes, ends, inside=response.inside)
+        disc(axes, ends, inside=response.inside)
     elif near and boundary is not None:
-        side = (low, boundary) if response.lower == 0 else (boundary, high)
-        axes.axvspan(*side, color=VERMILLION, alpha=0.14, lw=0)
-        sign = "≤" if response.lower == 0 else "≥"
-        axes.axvline(boundary, color=VERMILLION, lw=1.3, label=f"forbidden: Re H {sign} {number(boundary)}")
+        half_plane(axes, boundary, left=response.lower == 0)
         axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=VERMILLION, zorder=4)
         boundary_name(axes, boundary, "k", above=True)
     elif k is not None:
@@ -246,13 +246,6 @@ def _kept(size: Floats) -> NDArray[np.bool_]:
     return size <= 50 * typical if runs_off or size[place] > 1e8 * typical else size >= 0
 
 
-def axes_cross(axes: Axes, limits: tuple[float, float, float, float]) -> None:
-    """The two axes through the origin, within limits as :func:`window` gives them."""
-    axes.axhline(0.0, color=GREY, lw=0.6)
-    axes.axvline(0.0, color=GREY, lw=0.6)
-    axes.set(xlim=limits[:2], ylim=limits[2:])
-
-
 def curve_with_arrow(axes: Axes, x: Floats, y: Floats, label: str) -> None:
     """The curve with an arrow in the direction of growing frequency, in the middle of what is seen of it."""
     axes.plot(x, y, color=BLUE, lw=1.4, label=label)
@@ -270,32 +263,12 @@ def curve_with_arrow(axes: Axes, x: Floats, y: Floats, label: str) -> None:
         axes.annotate("", (x[place + 1], y[place + 1]), xytext=(x[start], y[start]), arrowprops=arrow)
 
 
-def _arrow(axes: Axes, ends: tuple[float, float], height: float) -> None:
-    """From the line to the point that comes closest, unless that is too short to be seen or out of the picture."""
-    (low, high), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    inside = low <= min(ends) and max(ends) <= high and bottom <= height <= top
-    if inside and abs(ends[1] - ends[0]) > 0.03 * (high - low):
-        arrow = {"arrowstyle": "<->", "color": GREEN, "lw": 1.0, "shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", (ends[0], height), xytext=(ends[1], height), arrowprops=arrow)
-
-
 def _least(axes: Axes, worst: int | None, curve: tuple[Floats, Floats], omega: Floats, margin: float | None) -> None:
     """The point drawn that comes closest, with its distance."""
     if worst is None or margin is None:
         return
     label = f"least distance seen: {number(margin, 3)}\nat {number(float(omega[worst]), 3)} rad/s"
     axes.plot([curve[0][worst]], [curve[1][worst]], marker="o", ms=5, ls="", color=GREEN, label=label, zorder=5)
-
-
-def _disc(axes: Axes, ends: tuple[float, float], *, inside: bool) -> None:
-    from matplotlib.patches import Circle
-
-    centre, radius = (0.5 * (ends[0] + ends[1]), 0.0), 0.5 * (ends[1] - ends[0])
-    words = "the curve belongs inside" if inside else "forbidden disc"
-    axes.add_patch(
-        Circle(centre, radius, facecolor="none" if inside else VERMILLION, alpha=1.0 if inside else 0.3, lw=1.3,
-               edgecolor=VERMILLION, label=words)
-    )  # fmt: skip
 
 
 def _sector_title(lower: float, k: float | None, more: str) -> str:
