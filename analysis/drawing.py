@@ -39,7 +39,7 @@ def drawing(of: object, *, task: str = "drawing") -> Callable[..., Any]:
     return found
 
 
-def drawn(says: str) -> Callable[..., Axes]:
+def drawn(says: str) -> Callable[..., Any]:
     """The method ``plot`` of a result: it draws by the function that is registered for its type.
 
     Parameters
@@ -48,9 +48,8 @@ def drawn(says: str) -> Callable[..., Axes]:
         What is drawn, the first line of its docstring.
     """
 
-    def plot(self: object, ax: Axes | None = None) -> Axes:
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
+    def plot(self: object, ax: Axes | None = None) -> Any:  # noqa: ANN401  (the axes, or all of them)
+        return drawing(self)(self, ax=ax)
 
     plot.__doc__ = (
         f"{says}\n\nParameters\n----------\nax : Axes, optional\n    Where to draw; by default a new figure.\n"

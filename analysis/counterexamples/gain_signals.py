@@ -139,9 +139,9 @@ def best_signals(loop: Loop, slopes: Reals) -> Iterator[tuple[float, list[list[F
 
 # Disturbances with gains that go with them: what comes far through a loop whose gains may jump at any time.
 #
-# Along gains ``g_i(t)`` at an end of their classes the loop is linear, ``z = T w``; ``T' z`` is the next signal, and each
-# gain goes to the end at which more comes through, by the sign of ``-sigma_i (T' z)_i``.  Nothing rests on what is found
-# here: a checker follows signal and gains again.
+# Along gains ``g_i(t)`` at an end of their classes the loop is linear, ``z = T w``; ``T' z`` is the next signal, and
+# each gain goes to the end at which more comes through, by the sign of ``-sigma_i (T' z)_i``.  Nothing rests on what is
+# found here: a checker follows signal and gains again.
 
 MOST_CHANNELS = 5
 _MOVING_STARTS, _MOVING_TURNS, _MOVING_SEED, _MOVING_PATIENCE, _MOVING_GAINED = 8, 40, 20261123, 5, 1e-3

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.measured.mean_nonlinearity import Noise, mean_nonlinearity, noise_of, one_thread
 from lure.analysis.measured.measured_sector import Outlier, left_out
 from lure.analysis.measured.reading import Direction, Measurements
@@ -20,7 +20,7 @@ from lure.nonlinearities.base import NormalCompliance
 from lure.record import Column, Page, Record, derived, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.drawing import Axes
+    pass
 
 # A fitted law of normal compliance with what is known of its parameters.
 
@@ -106,16 +106,9 @@ class ComplianceFit(Record):
             f"{_span(m.joint)}; {sure}"
         )
 
-    def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """The data, the fitted nonlinearity and the residuals; see :func:`lure.analysis.plots.plot_compliance`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: tuple[Axes, Axes] = drawing(self)(self, ax=ax)
-        return made
+    plot = drawn(
+        "The data, the fitted nonlinearity and the residuals; see :func:`lure.analysis.plots.plot_compliance`."
+    )
 
     def to_dict(self) -> dict[str, Any]:
         """The fit as plain data; infinite numbers are the text ``inf``."""

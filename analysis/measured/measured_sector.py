@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.measured.mean_nonlinearity import BENT, MeanNonlinearity
 from lure.analysis.measured.reading import SHOWN, Measurements
 from lure.analysis.numerics.doubles import text_below
@@ -19,7 +19,6 @@ from lure.errors import AssumptionError
 from lure.record import Column, Page, Record, derived, plain, quantity, rounded
 
 if TYPE_CHECKING:
-    from lure.analysis.drawing import Axes
     from lure.analysis.questions import StabilityBound
     from lure.plants.block import Plant
     from lure.record.values import Towards
@@ -204,16 +203,9 @@ class MeasuredSector(Record):
             f"{data.displacement_unit}, which is {100 * h.share:.3g} % of the largest load."
         )
 
-    def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """Data, nonlinearity with its band, sector and residuals; see :func:`lure.analysis.plots.plot_measured`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: tuple[Axes, Axes] = drawing(self)(self, ax=ax)
-        return made
+    plot = drawn(
+        "Data, nonlinearity with its band, sector and residuals; see :func:`lure.analysis.plots.plot_measured`."
+    )
 
     def to_dict(self) -> dict[str, Any]:
         """The result as plain data; infinite numbers are the text ``inf``."""

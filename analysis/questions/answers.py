@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any, cast, overload
+from typing import TYPE_CHECKING, Any, cast
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import Failure
@@ -39,31 +39,6 @@ if TYPE_CHECKING:
 
 class ContradictionError(RuntimeError):
     """A proof and a refutation of the same class: one of the two is wrong, and neither is reported."""
-
-
-@overload
-def max_sector(
-    block: object,
-    classes: None = None,
-    *,
-    criterion: str = BEST,
-    lower: Exact = 0,
-    time_varying: bool = False,
-    search: Search = "linear",
-    seconds: float | None = None,
-    progress: Tell | None = None,
-) -> StabilityBound: ...
-
-
-@overload
-def max_sector(
-    block: object,
-    classes: Sequence[object] | Diagonal,
-    *,
-    criterion: str = BEST,
-    seconds: float | None = None,
-    progress: Tell | None = None,
-) -> StabilityBound: ...
 
 
 def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaults)
@@ -143,31 +118,6 @@ def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaul
     more: dict[str, Any] = {"time_varying": time_varying, "criterion": criterion, "search": search}
     problem = Problem.largest(largest_plant(block), "sector", lower=exact_number(lower, "lower"), **more)
     return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
-
-
-@overload
-def max_slope(
-    block: object,
-    classes: None = None,
-    *,
-    odd: bool = False,
-    criterion: str = BEST,
-    lower: Exact = 0,
-    search: Search = "full",
-    seconds: float | None = None,
-    progress: Tell | None = None,
-) -> StabilityBound: ...
-
-
-@overload
-def max_slope(
-    block: object,
-    classes: Sequence[object] | Diagonal,
-    *,
-    criterion: str = BEST,
-    seconds: float | None = None,
-    progress: Tell | None = None,
-) -> StabilityBound: ...
 
 
 def max_slope(  # noqa: PLR0913  (a block, classes and six settings with defaults)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.deadline import checkpoint, time_limit
-from lure.analysis.drawing import drawing
+from lure.analysis.drawing import drawn
 from lure.analysis.forced.balance import Balanced, Wave, balanced
 from lure.analysis.forced.band import Band, NotEnclosed, band
 from lure.analysis.forced.existence import Existing, existing
@@ -43,7 +43,6 @@ from lure.record import Page, Record, derived, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
-    from lure.analysis.drawing import Axes
 
 _COUNTS, _WIDTH = (8, 16, 32, 64, 128), 1e-4  # harmonics; of the band, relative, where no more are taken
 _NAMED = 12  # responses that are all in the sentence
@@ -214,21 +213,12 @@ class SteadyResponse(TwoSided):
         sides = self.proof, self.refutation
         return sides[::-1] if self.differences is not None and self.differences.time == "discrete" else sides
 
+    plot = drawn("The amplitude over frequency with its band; see :func:`lure.analysis.plots.plot_steady`.")
+
     @property
     def drawn(self) -> bool:
         """Whether there is a frequency to draw."""
         return any(row.omega and row.computed > 0 for row in self.response)
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """The amplitude over frequency with its band; see :func:`lure.analysis.plots.plot_steady`.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
 
     @property
     def _of(self) -> str:

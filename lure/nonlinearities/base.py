@@ -170,6 +170,7 @@ class NormalCompliance(NamedNonlinearity, kw_only=False):
     exponent: float = 1.0
     exact_stiffness: Fraction = quantity("", init=False)
     exact_exponent: Fraction = quantity("", init=False)
+    odd = False  # it pushes one way only
 
     def __post_init__(self) -> None:
 
@@ -187,11 +188,6 @@ class NormalCompliance(NamedNonlinearity, kw_only=False):
     def slope_bounds(self) -> SlopeBounds:
         """``[0, c_n]`` for ``m = 1``, else ``[0, inf]`` [Pa/m]."""
         return SlopeBounds(0, self.exact_stiffness if self.exact_exponent == 1 else math.inf)
-
-    @property
-    def odd(self) -> bool:
-        """False: the nonlinearity pushes one way only."""
-        return False
 
     @property
     def regularity(self) -> str:

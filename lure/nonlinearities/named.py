@@ -52,6 +52,8 @@ class Quantiser(NamedNonlinearity):
 
     step: Fraction
     kind: QuantiserKind
+    slope_bounds = None  # a jump has no finite slope
+    odd, locally_lipschitz, regularity = True, False, "piecewise constant, discontinuous"
 
     def __init__(self, *, step: Parameter = 1, kind: QuantiserKind = "mid-tread") -> None:
         if kind != "mid-tread":
@@ -65,26 +67,6 @@ class Quantiser(NamedNonlinearity):
     def sector(self) -> Sector:
         """``[0, 2]``: 0 up to half a step, 2 at half a step."""
         return Sector(0, 2)
-
-    @property
-    def slope_bounds(self) -> None:
-        """None: a jump has no finite slope."""
-        return
-
-    @property
-    def odd(self) -> bool:
-        """True: halves are rounded away from 0."""
-        return True
-
-    @property
-    def regularity(self) -> str:
-        """Continuity in words."""
-        return "piecewise constant, discontinuous"
-
-    @property
-    def locally_lipschitz(self) -> bool:
-        """False."""
-        return False
 
     def exact(self, sigma: Fraction) -> Fraction:
         """Value at an exact point, exactly."""
@@ -144,6 +126,7 @@ class Cubic(NamedNonlinearity):
 
     linear: Fraction
     cubic: Fraction
+    odd, locally_lipschitz, regularity = True, True, "polynomial, locally Lipschitz"
 
     def __init__(self, *, linear: Parameter = 0, cubic: Parameter = 1) -> None:
         a, b = exact_parameter(linear, "Cubic.linear"), exact_parameter(cubic, "Cubic.cubic")
@@ -160,21 +143,6 @@ class Cubic(NamedNonlinearity):
     def slope_bounds(self) -> SlopeBounds:
         """``[linear, inf]`` or ``[-inf, linear]``."""
         return SlopeBounds(self.sector.lower, self.sector.upper)
-
-    @property
-    def odd(self) -> bool:
-        """True."""
-        return True
-
-    @property
-    def regularity(self) -> str:
-        """Smoothness in words."""
-        return "polynomial, locally Lipschitz"
-
-    @property
-    def locally_lipschitz(self) -> bool:
-        """True."""
-        return True
 
     def exact(self, sigma: Fraction) -> Fraction:
         """Value at an exact point, exactly."""
@@ -232,6 +200,7 @@ class Tanh(NamedNonlinearity):
 
     scale: Fraction
     gain: Fraction
+    odd, locally_lipschitz, regularity = True, True, "analytic, globally Lipschitz"
 
     def __init__(self, *, scale: Parameter = 1, gain: Parameter = 1) -> None:
         d, g = positive(scale, "Tanh.scale"), positive(gain, "Tanh.gain")
@@ -247,21 +216,6 @@ class Tanh(NamedNonlinearity):
     def slope_bounds(self) -> SlopeBounds:
         """``[0, gain/scale]``."""
         return SlopeBounds(0, self.gain / self.scale)
-
-    @property
-    def odd(self) -> bool:
-        """True."""
-        return True
-
-    @property
-    def regularity(self) -> str:
-        """Smoothness in words."""
-        return "analytic, globally Lipschitz"
-
-    @property
-    def locally_lipschitz(self) -> bool:
-        """True."""
-        return True
 
     def __call__(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
         """Values ``phi(sigma)``, elementwise."""

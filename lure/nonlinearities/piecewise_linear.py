@@ -174,6 +174,7 @@ class GraphNonlinearity(NamedNonlinearity):
     """
 
     graph: Graph = quantity("", hidden=True, init=False)
+    locally_lipschitz, regularity = True, "piecewise linear, globally Lipschitz"
 
     @property
     def sector(self) -> Sector:
@@ -189,16 +190,6 @@ class GraphNonlinearity(NamedNonlinearity):
     def odd(self) -> bool:
         """Whether the nonlinearity is odd, from its points."""
         return self.graph.odd
-
-    @property
-    def regularity(self) -> str:
-        """Continuity in words."""
-        return "piecewise linear, globally Lipschitz"
-
-    @property
-    def locally_lipschitz(self) -> bool:
-        """True."""
-        return True
 
     @property
     def breakpoints(self) -> tuple[Fraction, ...]:

@@ -197,6 +197,7 @@ class MovedNonlinearity(NamedNonlinearity, kw_only=False):
     at: Fraction
     within: Fraction
     centre: PiecewiseLinear | None = quantity("that of a piecewise linear one around the middle", init=False)
+    odd = False  # it is not known to be
 
     def __post_init__(self) -> None:
         if not self.within > 0:
@@ -245,11 +246,6 @@ class MovedNonlinearity(NamedNonlinearity, kw_only=False):
     def slope_bounds(self) -> SlopeBounds | None:
         """Those of the nonlinearity."""
         return getattr(self.nonlinearity, "slope_bounds", None)
-
-    @property
-    def odd(self) -> bool:
-        """False: it is not known to be."""
-        return False
 
     @property
     def regularity(self) -> str:
