@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import guarded
-from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.drawing import drawn
 from lure.analysis.inequality.gains import simplest_between
@@ -20,16 +19,15 @@ from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
-from lure.analysis.questions.decay_channels import SeveralChannels, accepted, jumps, require_states
+from lure.analysis.questions.decay_channels import RateSearch, SeveralChannels, accepted, jumps, require_states
 from lure.analysis.questions.decay_families import BoxOfChannels, BoxOfPlants, end_of
 from lure.analysis.questions.largest import UNFINISHED, Stopped
-from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
+from lure.analysis.questions.problem import by_matrices, class_given, loop_given, posed
 from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.theorems.table import BEST
 from lure.analysis.theorems.weighted import WeightedCircle, WeightedKernels, WeightedTaps, closest
 from lure.analysis.theorems.zames_falb_discrete import NAME as ZAMES_FALB
 from lure.analysis.verdict import Evidence, Verdict
-from lure.analysis.wording import class_words
 from lure.analysis.wording import counterexample as counterexample_in_words
 from lure.arrays import Reals, np
 from lure.classes import Diagonal
@@ -230,11 +228,9 @@ def decay_rate(
     return _answered(of_one(asked), seconds, progress)
 
 
-@dataclass
-class _OneChannel:
+class _OneChannel(RateSearch):
     """The searches for one nonlinearity, at a rate."""
 
-    asked: Problem
     close = CLOSE
 
     def __post_init__(self) -> None:
@@ -259,27 +255,6 @@ class _OneChannel:
         plant = self.asked.plant
         assert isinstance(plant, RationalPlant), "looked at when it was made"
         return plant
-
-    @property
-    def discrete(self) -> bool:
-        """Whether in discrete time."""
-        return self.plant.dt is not None
-
-    @cached_property
-    def base(self) -> dict[str, Any]:
-        """What all drafts have in common."""
-        entry = class_entry(self.asked.nonlinearity_class, unbounded=True, linear=self.asked.linear)
-        return {"system": system_of(self.plant), "laws": entry}
-
-    @property
-    def classes(self) -> Diagonal:
-        """The class."""
-        return Diagonal((self.asked.nonlinearity_class,))
-
-    @property
-    def words(self) -> str:
-        """The class in words."""
-        return class_words(self.base["laws"])
 
     def prove(self, rate: Fraction) -> Proved | None:
         """What is accepted of a rate."""
@@ -384,17 +359,9 @@ class _OneChannel:
         exact = next(as_slow, min(max(Fraction(gain), low), high))
         return (best if self.discrete else -best), exact
 
-    @property
-    def fastest(self) -> float:
-        """A rate that no proof exceeds, where no gain has one: nothing is then proved."""
-        return 0.0
-
     def refute(self, rate: Fraction) -> Refuted | None:
         """What is accepted against a rate."""
-        proof = {"method": "linear-gain", "gain": str(self.slowest[1])}
-        draft = {"verdict": "REFUTED", **self.base, "theorem": "counterexample", "proof": proof}
-        found = accepted({**draft, "rate": str(rate)}) if rate else accepted(draft) or accepted({**draft, "rate": "0"})
-        return found if isinstance(found, Refuted) else None
+        return self.refuted_by(rate, {"method": "linear-gain", "gain": str(self.slowest[1])})
 
 
 _Loop: TypeAlias = _OneChannel | BoxOfPlants | BoxOfChannels | SeveralChannels
@@ -450,7 +417,7 @@ def _answered(
     return RateBound(
         time="discrete" if discrete else "continuous",
         rate=bounds,
-        classes=loop.classes,
+        classes=loop.asked.classes,
         nonlinearity_class=loop.words,
         proof=None if proof is None else proof[1],
         refutation=None if refuted is None else refuted[1],

@@ -22,9 +22,8 @@ from lure.analysis.questions.channel_proofs import criteria_for, proved_whole
 from lure.analysis.questions.channel_rates import weighed_searches
 from lure.analysis.questions.channels import require_well_posed
 from lure.analysis.questions.problem import Problem
-from lure.analysis.wording import class_words
+from lure.analysis.wording import class_words, plants_words
 from lure.arrays import NDArray, Reals, np
-from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
 
@@ -70,37 +69,22 @@ def require_states(order: int) -> None:
 
 
 @dataclass
-class SeveralChannels:
-    """The searches for several nonlinearities, at a rate.
+class RateSearch:
+    """The searches for a rate, and what those about all kinds of plants have in common.
 
-    Parameters
+    Attributes
     ----------
     asked : Problem
         The question about the classes as they are.
     """
 
     asked: Problem
-
-    def __post_init__(self) -> None:
-        if self.asked.classes.operators:
-            raise InputError(
-                "decay rates are not shown of operators, and a class here is one, such as a delay; lure certify and "
-                "lure max-sector decide whether the loop is stable"
-            )
-        require_states(len(self.plant.A))
-        require_well_posed(self.asked)
-
     close = CLOSE
-
-    @cached_property
-    def plant(self) -> MultivariablePlant:
-        """The plant."""
-        return channel_plant(self.asked.plant)
 
     @property
     def discrete(self) -> bool:
         """Whether in discrete time."""
-        return self.plant.dt is not None
+        return self.asked.plant.dt is not None
 
     @cached_property
     def base(self) -> dict[str, Any]:
@@ -108,14 +92,71 @@ class SeveralChannels:
         return {"system": dict(self.asked.system), "laws": dict(self.asked.class_entry)}
 
     @property
-    def classes(self) -> Diagonal:
-        """The classes."""
-        return self.asked.classes
+    def words(self) -> str:
+        """The classes in words, and the box where there is one."""
+        return class_words(self.base["laws"]) + plants_words(self.base["system"])
+
+    def require_functions(self) -> None:
+        """Refuse classes of operators.
+
+        Raises
+        ------
+        InputError
+            A class is one.
+        """
+        if self.asked.classes.operators:
+            raise InputError(
+                "decay rates are not shown of operators, and a class here is one, such as a delay; lure certify and "
+                "lure max-sector decide whether the loop is stable"
+            )
 
     @property
-    def words(self) -> str:
-        """The classes in words."""
-        return class_words(self.base["laws"])
+    def fastest(self) -> float:
+        """A rate that no proof exceeds, where no gain has one: nothing is then proved."""
+        return 0.0
+
+    def refuted_by(self, rate: Fraction, proof: Mapping[str, Any], **more: object) -> Refuted | None:
+        """What is accepted against a rate.
+
+        Parameters
+        ----------
+        rate : Fraction
+            The rate; 0 in continuous time for the loop itself.
+        proof : Mapping
+            The proof of the certificate.
+        **more
+            What else stands in it.
+        """
+        draft = {"verdict": "REFUTED", **self.base, "theorem": "counterexample", "proof": dict(proof), **more}
+        found = accepted({**draft, "rate": str(rate)}) if rate else accepted(draft) or accepted({**draft, "rate": "0"})
+        return found if isinstance(found, Refuted) else None
+
+    def expected(self, _easy: Fraction, hard: Fraction) -> float:
+        """Where the criteria seem to end between two rates; as here, that may not be known beforehand."""
+        return float(hard)
+
+    @property
+    def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
+        """Rates that gains that jump seem to have, and their proofs; here they are not looked at."""
+        return iter(())
+
+    def lasting(self) -> Refuted | None:
+        """A member with a solution that does not decay, no constant gain; here none is looked for."""
+        return None
+
+
+class SeveralChannels(RateSearch):
+    """The searches for several nonlinearities, at a rate."""
+
+    def __post_init__(self) -> None:
+        self.require_functions()
+        require_states(len(self.plant.A))
+        require_well_posed(self.asked)
+
+    @cached_property
+    def plant(self) -> MultivariablePlant:
+        """The plant."""
+        return channel_plant(self.asked.plant)
 
     def prove(self, rate: Fraction) -> Proved | None:
         """What is accepted of a rate, by the matrices of the weighted loop.
@@ -205,14 +246,7 @@ class SeveralChannels:
         rate : Fraction
             The rate; 0 in continuous time for the loop itself.
         """
-        proof = {"method": "linear-gains", "gains": texts(self.slowest[1])}
-        draft = {"verdict": "REFUTED", **self.base, "theorem": "counterexample", "proof": proof}
-        found = accepted({**draft, "rate": str(rate)}) if rate else accepted(draft) or accepted({**draft, "rate": "0"})
-        return found if isinstance(found, Refuted) else None
-
-    def expected(self, _easy: Fraction, hard: Fraction) -> float:
-        """Where the criteria end is not known beforehand."""
-        return float(hard)
+        return self.refuted_by(rate, {"method": "linear-gains", "gains": texts(self.slowest[1])})
 
     @property
     def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
@@ -236,10 +270,6 @@ class SeveralChannels:
                     known = rate
                     yield rate, shown
                     break
-
-    def lasting(self) -> Refuted | None:
-        """Nothing but gains is looked at."""
-        return None
 
 
 def jumps(

@@ -4,28 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
 from itertools import islice, product
-from typing import Any
 
 from lure.analysis.certificates.blocks import paced
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.systems import class_entry, system_of, texts
+from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainsAround
 from lure.analysis.inequality.box_polynomials import poles
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.questions import channel_families, families
 from lure.analysis.questions.channel_problem import channel_problem
-from lure.analysis.questions.decay_channels import SeveralChannels, accepted
-from lure.analysis.questions.problem import Problem
+from lure.analysis.questions.decay_channels import RateSearch, SeveralChannels, accepted
 from lure.analysis.questions.worst_plants import least
 from lure.analysis.theorems.table import row_of
 from lure.analysis.theorems.weighted import WeightedCircle
-from lure.analysis.wording import class_words, plants_words
 from lure.arrays import np, optimize
-from lure.classes import Diagonal
 from lure.errors import AssumptionError, InputError
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.channel_family import Term as ChannelTerm
@@ -38,18 +34,8 @@ _GAINS, _CORNERS, _VERTICES = 9, 16, 64
 _BACK, _STEPS = 1e-4, (1e-4, 1e-3, 1e-2, 0.1, 0.5)  # relative: from what is refuted, and from where a theorem ends
 
 
-@dataclass
-class BoxOfPlants:
-    """The searches for one nonlinearity and plants with parameters, at a rate.
-
-    Attributes
-    ----------
-    asked : Problem
-        The question, about a ``PlantFamily`` and a class with finite bounds.
-    """
-
-    asked: Problem
-    close = Fraction(1, 10**4)
+class BoxOfPlants(RateSearch):
+    """The searches for one nonlinearity with finite bounds and plants with parameters, a ``PlantFamily``, at a rate."""
 
     def __post_init__(self) -> None:
         own = self.asked.nonlinearity_class
@@ -67,26 +53,6 @@ class BoxOfPlants:
         """The plants."""
         assert isinstance(self.asked.plant, PlantFamily), "made for those"
         return self.asked.plant
-
-    @property
-    def discrete(self) -> bool:
-        """Whether in discrete time."""
-        return self.plants.dt is not None
-
-    @cached_property
-    def base(self) -> dict[str, Any]:
-        """What all drafts have in common."""
-        return {"system": system_of(self.plants), "laws": class_entry(self.asked.nonlinearity_class, unbounded=True)}
-
-    @property
-    def classes(self) -> Diagonal:
-        """The class."""
-        return Diagonal((self.asked.nonlinearity_class,))
-
-    @property
-    def words(self) -> str:
-        """The class and the box in words."""
-        return class_words(self.base["laws"]) + plants_words(self.base["system"])
 
     def prove(self, rate: Fraction) -> Proved | None:
         """What is accepted of a rate."""
@@ -139,24 +105,11 @@ class BoxOfPlants:
         _, gain, rate = self._slowest
         return (-rate if self.discrete else rate), gain
 
-    @property
-    def fastest(self) -> float:
-        """A rate that no proof exceeds, where no gain has one: nothing is then proved."""
-        return 0.0
-
     def refute(self, rate: Fraction) -> Refuted | None:
         """What is accepted against a rate."""
         point, gain, _ = self._slowest
         inner = {"proof": {"method": "linear-gain", "gain": str(gain)}}
-        draft = {**families.member_draft(self.plants, point, inner), **self.base}
-        draft |= {"verdict": "REFUTED", "theorem": "counterexample"}
-        found = accepted({**draft, "rate": str(rate)}) if rate else accepted(draft) or accepted({**draft, "rate": "0"})
-        return found if isinstance(found, Refuted) else None
-
-    @property
-    def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
-        """Gains that jump are not looked at."""
-        return iter(())
+        return self.refuted_by(rate, families.member_draft(self.plants, point, inner)["proof"])
 
     def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
         """What Popov's terms prove of the plants as ones of several channels, better than what is known."""
@@ -168,29 +121,12 @@ class BoxOfPlants:
             if known is None or rate > known:
                 yield rate, shown
 
-    def lasting(self) -> None:
-        """Members that do not decay, but for constant gains, are not looked at."""
 
-
-@dataclass
-class BoxOfChannels:
-    """The searches for several nonlinearities and plants with parameters, at a rate.
-
-    Attributes
-    ----------
-    asked : Problem
-        The question, about a ``ChannelFamily``.
-    """
-
-    asked: Problem
-    close = Fraction(1, 10**4)
+class BoxOfChannels(RateSearch):
+    """The searches for several nonlinearities and plants with parameters, a ``ChannelFamily``, at a rate."""
 
     def __post_init__(self) -> None:
-        if self.asked.classes.operators:
-            raise InputError(
-                "decay rates are not shown of operators, and a class here is one, such as a delay; lure certify and "
-                "lure max-sector decide whether the loop is stable"
-            )
+        self.require_functions()
         if self.plants.rates:
             raise InputError("no rate of decay is asked of plants whose parameters change with time; give constants")
         self.theorem = channel_families.criteria(self.asked)[0]
@@ -199,26 +135,6 @@ class BoxOfChannels:
     def plants(self) -> ChannelFamily:
         """The plants."""
         return channel_families.family_of(self.asked)
-
-    @property
-    def discrete(self) -> bool:
-        """Whether in discrete time."""
-        return self.plants.dt is not None
-
-    @cached_property
-    def base(self) -> dict[str, Any]:
-        """What all drafts have in common."""
-        return {"system": system_of(self.plants), "laws": dict(self.asked.class_entry)}
-
-    @property
-    def classes(self) -> Diagonal:
-        """The classes."""
-        return self.asked.classes
-
-    @property
-    def words(self) -> str:
-        """The classes and the box in words."""
-        return class_words(self.base["laws"]) + plants_words(self.base["system"])
 
     def _search(self, rate: float | Fraction) -> channel_families.BoxSearch:
         """That for the plants of the solutions times ``e^(a t)``, or ``r^-t``."""
@@ -274,8 +190,10 @@ class BoxOfChannels:
     @cached_property
     def _slowest(self) -> tuple[Point, Sequence[Fraction], float]:
         """A plant and constant gains with the slowest mode found, and its rate in floating point."""
-        lower, upper = (np.array([float(v) for v in side]) for side in (self.classes.lower, self.classes.upper))
-        blocks = self.classes.blocks
+        lower, upper = (
+            np.array([float(v) for v in side]) for side in (self.asked.classes.lower, self.asked.classes.upper)
+        )
+        blocks = self.asked.classes.blocks
         shares = np.array(
             [*islice(product((0.0, 1.0), repeat=len(blocks)), _VERTICES), *np.full((1, len(blocks)), 0.5)]
         )
@@ -297,11 +215,6 @@ class BoxOfChannels:
         _, gains, rate = self._slowest
         return rate, gains
 
-    @property
-    def fastest(self) -> float:
-        """A rate that no proof exceeds."""
-        return 0.0
-
     def refute(self, rate: Fraction) -> Refuted | None:
         """What is accepted against a rate.
 
@@ -312,22 +225,11 @@ class BoxOfChannels:
         """
         point, gains, _ = self._slowest
         inner = {"proof": {"method": "linear-gains", "gains": texts(gains)}}
-        draft = {**families.member_draft(self.plants, point, inner), **self.base}
-        draft |= {"verdict": "REFUTED", "theorem": "counterexample", "multiplier": {}}
-        found = accepted({**draft, "rate": str(rate)}) if rate else accepted(draft) or accepted({**draft, "rate": "0"})
-        return found if isinstance(found, Refuted) else None
-
-    @property
-    def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
-        """Gains that jump are not looked at."""
-        return iter(())
+        return self.refuted_by(rate, families.member_draft(self.plants, point, inner)["proof"], multiplier={})
 
     def by_multipliers(self, _end: Fraction | None, _known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
         """Kernels are not looked at."""
         return iter(())
-
-    def lasting(self) -> None:
-        """Members that do not decay, but for constant gains, are not looked at."""
 
 
 def end_of(circle: WeightedCircle, easy: Fraction, hard: Fraction) -> float:
