@@ -14,10 +14,9 @@ from lure.analysis.certificates.checker import Checked, Proved
 from lure.analysis.export.decaying import decaying_text
 from lure.analysis.export.falling import falling_text, through_text
 from lure.analysis.export.modes import METHODS, mode_text
-from lure.analysis.export.orbits import orbit_text
 from lure.analysis.export.powers import powers_text
 from lure.analysis.export.relying import THEOREMS, relying_text
-from lure.analysis.export.switching import switched_text
+from lure.analysis.export.switching import orbit_text, switched_text
 
 
 def coq_text(shown: Checked) -> str:

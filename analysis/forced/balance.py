@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -178,3 +179,178 @@ def _newton(loop: ForcedLoop, inner: Complexes, sigma: Reals, off: Complexes, po
     found[kept] = np.linalg.lstsq(left[np.ix_(kept, kept)], right[kept], rcond=None)[0]
     step = found.reshape(m, size, 2)
     return np.asarray(step[..., 0] + 1j * step[..., 1])
+
+
+# Several steady solutions of one loop: by simulation from many starts and harmonic balance, in floating point.
+
+_STARTS, _PERIODS, _PER_PERIOD, _FASTEST, _LONGEST, _FORGOTTEN = 24, (60, 240), 48, 8.0, 3, 6.0
+_COUNT, _FINER, _MISSED, _ALIKE, _SETTLED, _SEED, _RANDOM = 20, (64, 192), 1e-9, 1e-3, 0.02, 20261123, 16
+_FAR = 1e100
+
+
+def solutions(loop: ForcedLoop, wave: Wave) -> list[Balanced]:
+    """Steady solutions with up to three periods of the input, no two alike, the smallest first.
+
+    Parameters
+    ----------
+    loop : ForcedLoop
+        The loop, in continuous time.
+    wave : Wave
+        The input.
+    """
+    found = list[Balanced]()
+    for start in (*_settled(loop, wave), *_random(loop, wave)):
+        checkpoint()
+        first = balanced(loop, start.wave, start.psi, _COUNT * start.wave.periods)
+        if not _good(first) or any(_alike(first, other) for other in found):
+            continue
+        finer = balanced(loop, start.wave, first.psi, _FINER[0])
+        if finer.missed > _MISSED * finer.peak:
+            finer = balanced(loop, start.wave, finer.psi, _FINER[1])
+        if _good(finer) and not any(_alike(finer, other) for other in found):
+            found.append(finer)
+    return sorted(found, key=lambda one: one.peak)
+
+
+def multiplier(loop: ForcedLoop, found: Balanced) -> float:
+    """The largest modulus of the Floquet multipliers over a period of the solution: below 1 it attracts what is near.
+
+    Parameters
+    ----------
+    loop : ForcedLoop
+        The loop.
+    found : Balanced
+        The solution.
+    """
+    A, B, C, _, _, _ = loop.doubles
+    m = loop.channels
+    T = 2 * math.pi / float(found.wave.base)
+    steps = 2 * math.ceil(max(256.0 * found.wave.periods, 4 * T * _fastest(A)))
+    sigma = _signal(loop, found, steps)
+    slopes = [
+        np.asarray(phi.slope(s)) - float(g)  # type: ignore[attr-defined]  # what has an enclosure has one
+        for phi, s, g in zip(loop.nonlinearities, sigma, loop.gains, strict=True)
+    ]
+    a = np.array(slopes)
+
+    def inner(k: int) -> Reals:
+        return np.asarray(A - (B[:, :m] * a[:, k % steps]) @ C[:m])
+
+    whole, step = np.eye(len(A)), 2 * T / steps
+    with np.errstate(all="ignore"):
+        for k in range(0, steps, 2):
+            first, middle, last = inner(k), inner(k + 1), inner(k + 2)
+            one = first @ whole
+            two = middle @ (whole + step / 2 * one)
+            three = middle @ (whole + step / 2 * two)
+            whole = whole + step / 6 * (one + 2 * two + 2 * three + last @ (whole + step * three))
+        return float(np.abs(np.linalg.eigvals(whole)).max()) if np.isfinite(whole).all() else math.inf
+
+
+def _fastest(A: Reals) -> float:
+    return float(np.abs(np.linalg.eigvals(A)).max())
+
+
+def _signal(loop: ForcedLoop, found: Balanced, points: int) -> Reals:
+    """Samples of ``sigma``."""
+    inner, outer = loop.responses(float(found.wave.base), found.count)
+    rows = np.einsum("kij,jk->ik", outer, found.wave.harmonics(found.count)) - np.einsum("kij,jk->ik", inner, found.psi)
+    return sampled(rows[: loop.channels], points)
+
+
+def _good(found: Balanced) -> bool:
+    return bool((np.abs(found.psi) < _FAR).all()) and found.residual < _MISSED * max(
+        1.0, float(np.abs(found.psi).max())
+    )
+
+
+def _alike(one: Balanced, other: Balanced) -> bool:
+    """Whether they are the same, perhaps some periods of the input later."""
+    if one.wave.periods != other.wave.periods:
+        short, long = sorted((one, other), key=lambda each: each.wave.periods)
+        n, spread = long.wave.periods, np.zeros_like(long.psi)
+        kept = min(long.count // n, short.count)
+        spread[:, : n * kept + 1 : n] = short.psi[:, : kept + 1]
+        return short.wave.periods == 1 and _near(long.psi, spread)
+    n, size = one.wave.periods, min(one.count, other.count) + 1
+    turn = np.exp(2j * math.pi * np.arange(size) / n)
+    return any(_near(one.psi[:, :size], other.psi[:, :size] * turn**k) for k in range(n))
+
+
+def _near(one: Complexes, other: Complexes) -> bool:
+    return float(np.linalg.norm(one - other)) <= _ALIKE * max(float(np.linalg.norm(side)) for side in (one, other))
+
+
+def _settled(loop: ForcedLoop, wave: Wave) -> Iterator[Balanced]:
+    """What simulations from many starts come to, as harmonics of ``psi``."""
+    A, B, C, _, E, F = loop.doubles
+    m, T = loop.channels, 2 * math.pi / float(wave.omega)
+    fast = max(1.0, _fastest(A) * T / _FASTEST)
+    steps = 2 ** math.ceil(math.log2(_PER_PERIOD * fast))
+    constant, amplitude = (np.array([float(v) for v in side]) for side in (wave.constant, wave.amplitude))
+    inputs = constant + np.sin(np.arange(2 * steps) * (math.pi / steps))[:, None] * amplitude
+    pushed, seen = inputs @ E.T, inputs @ F[:m].T
+    decay = -float(np.linalg.eigvals(A).real.max())
+    length = int(np.clip(_FORGOTTEN / max(decay * T, 1e-9), *_PERIODS))
+    x = _starts(loop, wave)
+    kept = np.empty((_LONGEST * steps, len(x), m))
+    step = T / steps
+    every = (loop.nonlinearities, loop.gains)
+
+    def psi(x: Reals, k: int) -> Reals:
+        sigma = x @ C[:m].T + seen[k]
+        return np.stack([np.asarray(phi(s)) - float(g) * s for phi, g, s in zip(*every, sigma.T, strict=True)], axis=1)
+
+    def rate(x: Reals, k: int) -> Reals:
+        return np.asarray(x @ A.T - psi(x, k) @ B.T + pushed[k])
+
+    states = list[Reals]()
+    with np.errstate(all="ignore"):
+        for period in range(length):
+            checkpoint()
+            states = [*states[-_LONGEST:], x]
+            for j in range(steps):
+                k = 2 * j
+                one = rate(x, k)
+                two = rate(x + step / 2 * one, k + 1)
+                three = rate(x + step / 2 * two, k + 1)
+                if period >= length - _LONGEST:
+                    kept[(period - length + _LONGEST) * steps + j] = psi(x, k)
+                x = x + step / 6 * (one + 2 * two + 2 * three + rate(x + step * three, (k + 2) % (2 * steps)))
+    ended = (np.abs(x) < _FAR).all(axis=1) & (np.abs(kept) < _FAR).all(axis=(0, 2))
+    for i in np.flatnonzero(ended):
+        sizes = [float(np.linalg.norm(x[i] - states[-n][i])) for n in range(1, _LONGEST + 1)]
+        n = next(
+            (n for n, off in enumerate(sizes, 1) if off < _SETTLED * np.linalg.norm(x[i])), int(np.argmin(sizes)) + 1
+        )
+        whole = np.fft.rfft(kept[-n * steps :, i], axis=0).T * (2 / (n * steps))
+        psi_of = whole[:, : _COUNT * n + 1].copy()
+        psi_of[:, 0] = psi_of[:, 0].real / 2
+        yield Balanced(Wave(wave.constant, wave.amplitude, wave.omega, n), psi_of, 0.0, 0.0, 0.0)
+
+
+def _starts(loop: ForcedLoop, wave: Wave) -> Reals:
+    """States of the sizes that the input makes of the loop, and larger and smaller ones."""
+    A, _, _, _, E, _ = loop.doubles
+    rng = np.random.default_rng(_SEED)
+    at = 1j * float(wave.omega) * np.eye(len(A)) - A
+    size = np.abs(np.linalg.solve(at, E @ np.array([float(v) for v in wave.amplitude]).astype(complex))) + 1e-3
+    return np.asarray(rng.normal(size=(_STARTS, len(A))) * size * 10 ** rng.uniform(-1.5, 1.5, (_STARTS, 1)))
+
+
+def _random(loop: ForcedLoop, wave: Wave) -> Iterator[Balanced]:
+    """Random first harmonics of ``sigma``, and what ``psi`` makes of them: for solutions that attract nothing."""
+    rng, points = np.random.default_rng(_SEED), 256
+    _, outer = loop.responses(float(wave.base), _COUNT)
+    driven = np.einsum("kij,jk->ik", outer, wave.harmonics(_COUNT))[: loop.channels]
+    size = max(float(np.abs(driven).max()), 1e-3)
+    angle = np.exp(2j * math.pi * np.arange(points) / points)
+    for _ in range(_RANDOM):
+        first = size * 10 ** rng.uniform(-1.5, 1.0) * np.exp(2j * math.pi * rng.random(loop.channels))
+        sigma = (first[:, None] * angle).real + driven[:, :1].real
+        values = np.array(
+            [np.asarray(p(s)) - float(g) * s for p, g, s in zip(loop.nonlinearities, loop.gains, sigma, strict=True)]
+        )
+        psi = np.fft.rfft(values, axis=1)[:, : _COUNT + 1] * (2 / points)
+        psi[:, 0] = psi[:, 0].real / 2
+        yield Balanced(wave, psi, 0.0, 0.0, 0.0)

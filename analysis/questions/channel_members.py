@@ -13,12 +13,11 @@ from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_gains import GainSearch
-from lure.analysis.counterexamples.channel_orbits import near_fold, proofs
+from lure.analysis.counterexamples.channel_orbits import MemoryLoop, memory_proofs, near_fold, proofs
 from lure.analysis.counterexamples.channel_samples import SampledOrbits
 from lure.analysis.counterexamples.flow_signals import Cut, followed
 from lure.analysis.counterexamples.gain_signals import MOST_CHANNELS, Loop, best_signals, moving, signals
 from lure.analysis.counterexamples.linear_members import DelayedMembers, Found, MemberSearch
-from lure.analysis.counterexamples.memory_orbits import MemoryLoop, memory_proofs
 from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above

@@ -12,11 +12,9 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import OTHERS, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import texts
-from lure.analysis.counterexamples.channel_gains import GainSearch
-from lure.analysis.counterexamples.channel_ramps import RampedGains
+from lure.analysis.counterexamples.channel_gains import GainSearch, LateGains
+from lure.analysis.counterexamples.channel_ramps import MovingParameters, RampedGains
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
-from lure.analysis.counterexamples.late_gains import LateGains
-from lure.analysis.counterexamples.moving_parameters import MovingParameters
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_hypotheses import is_critical

@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.drawing import drawn
-from lure.analysis.forced.balance import Balanced, Wave, balanced
+from lure.analysis.forced.balance import Balanced, Wave, balanced, multiplier, solutions
 from lure.analysis.forced.band import Band, NotEnclosed, band
 from lure.analysis.forced.existence import Existing, existing
 from lure.analysis.forced.loop import ForcedLoop
 from lure.analysis.forced.samples import Falling, falling, sample_band, settled
-from lure.analysis.forced.search import multiplier, solutions
 from lure.analysis.nonlinearity.membership import Status, examined, membership
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.analysis.questions.channel_problem import channel_plant, channel_problem

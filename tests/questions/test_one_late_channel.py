@@ -10,7 +10,7 @@ import pytest
 from lure import NonlinearityClass, Sector, SlopeBounds
 from lure.analysis import analyse, certify, check, max_sector, max_slope
 from lure.analysis.certificates.second import recheck
-from lure.analysis.counterexamples.late_gains import LateGains
+from lure.analysis.counterexamples.channel_gains import LateGains
 from lure.analysis.questions.conclusion import MismatchError
 from lure.analysis.verdict import Verdict
 

@@ -21,7 +21,7 @@ from lure.analysis.plots.loops import plot_largest, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
 from lure.analysis.report.loop.figures import loop_figures
 from lure.analysis.report.loop.model import balance_hints, inputs_sha256, loop_document, nonlinearity_text
-from lure.analysis.report.loop.words import (
+from lure.analysis.report.loop.write import (
     asked_about,
     class_words,
     counterexamples,
