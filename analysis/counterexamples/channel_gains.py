@@ -305,8 +305,8 @@ class GainSearch(GainsAround):
 #
 # With gains ``alpha G`` the loop has a root ``i omega`` where ``1/alpha`` is an eigenvalue of ``-H G``: real ones are
 # looked for along the frequency, and directions ``G`` with a large one; beside poles at 0 those of ``-lim s H G``, near
-# which there are roots ``s > 0`` for every ``alpha``.  Nothing here is believed: a rectangle of gains and frequencies is
-# proposed, and checked.
+# which there are roots ``s > 0`` for every ``alpha``.  Nothing here is believed: a rectangle of gains and frequencies
+# is proposed, and checked.
 
 _GRID, _MOST_PATTERNS, _RANDOM, _TIMES_FINER, _NEWTONS = 900, 64, 16, 2, 60
 _WIDTHS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5)

@@ -464,8 +464,7 @@ def _answered(
         for longer in ellipsoids_along(found, shapes, proof) if wanted else ():
             along.append(longer)
     sets = [_set_of(one, shapes) for one in (proof, more, *along, *planar.inside) if one is not None]
-    sizes = [one.volume if points is None else _reach(one, points) for one in sets]
-    sets = [one for _, one in sorted(zip(sizes, sets, strict=True), key=lambda pair: -pair[0])]
+    sets.sort(key=lambda one: -(one.volume if points is None else _reach(one, points)))
     if planar.outside is not None:
         around = points_of(planar.outside)
         high = min(double_above(area(around)), math.inf if high is None else high)
@@ -482,7 +481,7 @@ def _answered(
         sets=tuple(sets),
         outside=outside,
         area=(low, high),
-        reach=None if points is None else max(sizes),
+        reach=None if points is None else _reach(sets[0], points),
     )
 
 
