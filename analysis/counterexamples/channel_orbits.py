@@ -353,7 +353,10 @@ def proofs(found: Found) -> Iterator[dict[str, Any]]:
         The solution.
     """
     for bits in LADDER[:2]:
-        numbers = found.course.numbers(bits)
+        try:
+            numbers = found.course.numbers(bits)
+        except ZeroDivisionError:  # the solution is not isolated
+            return
         for share in SHARES:
             around = {"radius": str(Fraction(1, 2 ** int(bits * share))), "bits": bits}
             shape = {"method": "flow-orbit", "nonlinearities": found.graphs.data, "pieces": found.pieces}
@@ -522,7 +525,10 @@ def memory_proofs(course: Course, gains: list[Fraction]) -> Iterator[dict[str, A
         One for each channel, the slope of the play or stop among them.
     """
     for bits in LADDER[:2]:
-        numbers = course.numbers(bits)
+        try:
+            numbers = course.numbers(bits)
+        except ZeroDivisionError:  # the solution is not isolated
+            return
         for share in SHARES:
             around = {"radius": str(Fraction(1, 2 ** int(bits * share))), "bits": bits}
             yield {"method": "memory-orbit", "gains": [*map(str, gains)], **numbers, **around}
