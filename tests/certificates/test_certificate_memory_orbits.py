@@ -102,6 +102,6 @@ def test_one_class_is_refuted_as_it_stands_and_beside_a_function():
 
 
 def test_a_solution_that_is_not_isolated_is_no_error_of_the_search():
-    # -3/(s + 2) with the mode -2 twice: rests where a stop holds it, and what closes is found beside another of the kind
+    # -3/(s + 2), the mode -2 twice: it rests where a stop holds it, and what closes is found beside others of the kind
     plant = as_plant(([[-2, 0], [0, -2]], [[-1], ["3/2"]], [["-3/2", -3]], 0))
     assert "no multiplier" in certify(plant, [NonlinearityClass.hysteretic("stop")]).conclusion.reason
