@@ -2,13 +2,17 @@
 
 import cmath
 from fractions import Fraction as F
+from math import pi
 
+import numpy as np
 import pytest
-from flint import fmpq, fmpq_poly
+from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lure.analysis.certificates.second.channels import Asked, cut, joined, stacked
 from lure.analysis.certificates.second.classes import graph
+from lure.analysis.certificates.second.late_loops import LateLoop, opened
 from lure.analysis.certificates.second.numerics import (
     Counts,
     Laurent,
@@ -23,6 +27,7 @@ from lure.analysis.certificates.second.numerics import (
     to_fmpq,
 )
 from lure.analysis.certificates.second.systems import Plant
+from lure.analysis.certificates.second.zero import leading, null_space
 
 ONE = fmpq_poly([1])
 
@@ -122,3 +127,114 @@ def test_a_law_gets_the_origin_and_its_kinks():
     assert not nonlinearity.odd
     assert graph([["-1", "-1"], ["1", "1"]], "0", "0").odd
     assert to_fmpq(F(2, 3)) == fmpq(2, 3)
+
+
+# x + 2 y + 3 z = 0 is a plane; of [[2, 4, 6], [1, 2, 5]] the null space is a line, of a matrix of full rank 0 alone
+@pytest.mark.parametrize(("rows", "size"), [([[1, 2, 3]], 2), ([[2, 4, 6], [1, 2, 5]], 1), ([[1, 2], [3, 5]], 0)])
+def test_a_null_space_is_what_a_matrix_takes_to_0(rows, size):
+    M = fmpq_mat(rows)
+    basis = null_space(M)
+    assert (basis.nrows(), basis.ncols()) == (M.ncols(), size)
+    if size:
+        assert basis.rank() == size
+        assert M * basis == fmpq_mat(M.nrows(), size)
+    assert len(leading(*M.rref())) == M.ncols() - size
+
+
+def test_matrices_are_put_together_and_cut():
+    a, b = fmpq_mat([[1, 2]]), fmpq_mat([[3, 4], [5, 6]])
+    assert stacked(a, b) == fmpq_mat([[1, 2], [3, 4], [5, 6]])
+    assert cut(stacked(a, b), 1, 2) == b
+    whole = joined(b, 2 * b, 3 * b, lower_left=4 * b)
+    assert [[whole[i, j] / b[i % 2, j % 2] for j in (0, 2)] for i in (0, 2)] == [[1, 2], [4, 3]]
+
+
+# A plant with two states, dead times 1/2 and 3/2, states that come back late, D, and mu = w - L sigma.
+SIDES = {
+    "A": [[F(-1), F(2, 3)], [F(-3, 2), F(-2)]],
+    "B": [[F(1), F(1, 2)], [F(-2), F(3)]],
+    "C": [[F(2), F(-1, 3)], [F(1, 4), F(1)]],
+    "D": [[F(0), F(1, 5)], [F(-1, 2), F(2)]],
+}
+LATE = [(F(1, 2), [[F(0), F(5, 2)], [F(-1), F(1, 3)]]), (F(3, 2), [[F(2, 7), F(0)], [F(3), F(-1, 2)]])]
+INNER = [[[F(0), F(0)], [F(1, 3), F(-3, 4)]], [[F(0), F(0)], [F(-2, 3), F(1, 5)]]]
+GAINS = [F(1, 3), F(-2, 5)]
+
+
+def flint(rows):
+    return fmpq_mat([[to_fmpq(v) for v in row] for row in rows])
+
+
+def late_plant():
+    sides = {name: flint(rows) for name, rows in SIDES.items()}
+    late, inner = tuple((tau, flint(rows)) for tau, rows in LATE), tuple(map(flint, INNER))
+    return Asked(**sides, discrete=False, nonlinearities=(), repeated=(0, 1), late=late, inner=inner)
+
+
+def closed_response(s):
+    """``H (1 + L H)^-1`` by the formulas of the plant."""
+    A, B, C, D = (np.array(SIDES[name], dtype=float) for name in "ABCD")
+    waits = [(np.exp(-float(tau) * s), np.array(rows, dtype=float)) for tau, rows in LATE]
+    back = s * np.eye(2) - A - sum(w * np.array(one, dtype=float) for (w, _), one in zip(waits, INNER, strict=True))
+    H = (C + sum(w * rows for w, rows in waits)) @ np.linalg.solve(back, B) + D
+    return H @ np.linalg.inv(np.eye(2) + np.diag([float(g) for g in GAINS]) @ H)
+
+
+def numbers_of(matrix):
+    return np.array([[complex(v.mid()) for v in row] for row in matrix.tolist()])
+
+
+def test_a_late_plant_closed_by_gains_has_the_response_of_its_formulas():
+    loop, omega, h = LateLoop.of(late_plant(), GAINS), 1.75, 1e-6
+    assert numbers_of(loop.at(arb(omega))) == pytest.approx(closed_response(1j * omega))
+    rows = loop.response(acb_series([acb(0, omega), acb(0, 1)]))  # in omega
+    values, slopes = (np.array([[complex(f[k].mid()) for f in row] for row in rows]) for k in (0, 1))
+    assert values == pytest.approx(closed_response(1j * omega))
+    by_difference = (closed_response(1j * (omega + h)) - closed_response(1j * (omega - h))) / (2 * h)
+    assert slopes == pytest.approx(by_difference, rel=1e-6, abs=1e-8)
+    assert loop.at_any_phase(arb(1 / omega)) is None  # the phases may be any there
+    omega = 64.0
+    parts = loop.at_any_phase(arb(1 / omega))
+    waits = [1, *(np.exp(-1j * float(tau) * omega) for tau, _ in LATE)]
+    true = closed_response(1j * omega)
+    for i in range(2):
+        for j in range(2):
+            for power, side in enumerate((0, 1)):  # H, and s H less what D makes of it
+                value = sum((acb(w) * part[side][i, j] for w, part in zip(waits, parts, strict=True)), acb(0))
+                direct = complex(loop.D[i, j].p) / complex(loop.D[i, j].q)
+                wanted = true[i, j] if not power else 1j * omega * (true[i, j] - direct)
+                assert value.real.contains(arb(wanted.real, 1e-9))
+                assert value.imag.contains(arb(wanted.imag, 1e-9))
+
+
+def test_states_that_come_back_late_may_be_channels_with_the_gain_1():
+    wider, inner = opened(late_plant())
+    assert inner == [1]  # of the second state alone
+    found = LateLoop.of(wider, [*GAINS, F(1)])
+    assert numbers_of(found.at(arb(0.6)))[:2, :2] == pytest.approx(closed_response(0.6j))
+
+
+# s + K e^-s has 2 roots to the right for K between pi/2 and 5 pi/2, 2 more with every 2 pi; of s - 1 + K e^-s/10 the
+# one at 1 comes back for K > 1
+@pytest.mark.parametrize(
+    ("a", "back", "delay", "roots"),
+    [
+        (0, 1, 1, 0),
+        (0, F(8, 5), 1, 2),
+        (0, 9, 1, 4),
+        (0, 15, 1, 6),
+        (0, -1, 1, 1),
+        (1, F(1, 2), F(1, 10), 1),
+        (1, 2, F(1, 10), 0),
+        (-1, 0, 1, 0),
+        (1, 0, 1, 1),
+    ],
+)
+def test_roots_of_late_loops_are_counted(a, back, delay, roots):
+    assert (roots > 1) == (back > pi / 2 and delay == 1)
+    one, none = flint([[1]]), flint([[0]])
+    plant = Asked(
+        A=flint([[a]]), B=one, C=none, D=none, discrete=False, nonlinearities=(), repeated=(0,),
+        late=((F(delay), none),), inner=(flint([[-F(back)]]),),
+    )  # fmt: skip
+    assert LateLoop.of(plant, [F(0)]).right_roots() == roots

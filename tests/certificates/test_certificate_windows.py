@@ -7,10 +7,11 @@ from fractions import Fraction as F
 import pytest
 from tampering import assert_both_reject, edited
 
-from lure import SlopeBounds
-from lure.analysis import max_slope
+from lure import SlopeBounds, as_plant
+from lure.analysis import certify, max_slope
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.questions.certify import ProofOptions
 from lure.plants.multivariable import MultivariablePlant
 
 SIXTH = ([[F(1, 2), 0], [1, 0]], [[1], [0]], [[2, F("0.92")]], [[0]])  # example 6: (2 z + 0.92)/(z^2 - z/2)
@@ -59,6 +60,16 @@ def test_two_loops_side_by_side_are_proved_as_far_as_one(found):
 )
 def test_what_was_tampered_with_is_rejected_by_both(found, path, value):
     assert_both_reject(edited(found.proof.certificate, *path, value=value))
+
+
+def test_a_direct_term_from_one_channel_to_the_next_counts():
+    # proved up to .8743 with two samples: of another D the inequality fails, of a cycle of channels all
+    plant = as_plant([["(2*z + 0.92)/(z^2 - z/2)", "1/(5*z)"], ["1/2", "1/(2*z - 1)"]], dt=1)
+    ways = ProofOptions(criterion="coupled-windows")
+    shown = certify(plant, [SlopeBounds(0, F("0.874"))] * 2, ways=ways).shown
+    assert recheck(shown.certificate).accepted
+    for D in ([["0", "0"], ["-1/2", "0"]], [["0", "0"], ["3/5", "0"]], [["0", "1/5"], ["1/2", "0"]]):
+        assert_both_reject(edited(shown.certificate, "system", "D", value=D))
 
 
 # P has either sign, so that a mode which nothing sees or drives can satisfy the inequality and grow: x+ = 2 x with
