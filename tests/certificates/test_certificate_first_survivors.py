@@ -5,9 +5,9 @@ from fractions import Fraction as F
 import pytest
 from certificate_family import draft, nonlinearities
 
-from lure.analysis.certificates import windows
+from lure.analysis.certificates import pieces, windows
 from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.channels import channels, from_rest
+from lure.analysis.certificates.channels import Plant, channels, from_rest
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second import recheck
@@ -21,6 +21,27 @@ def test_each_row_has_to_fit():
     assert from_rest(*rows, [[F(1), F(1)]]) == [[F(1)]]
     assert from_rest(*rows, [[F(1), F(1)], [F(1), F(0)]]) is None
     assert from_rest(*rows, [[F(1), F(0)], [F(1), F(1)]]) is None
+
+
+# s + K e^-s has 2 roots to the right for K between pi/2 and 5 pi/2, 2 more with every 2 pi; s - 1 + g e^-s/10 has one for
+# g < 1, and none just beyond; what comes back late in the state counts as the gain does
+@pytest.mark.parametrize(
+    ("A", "back", "delay", "gain", "roots"),
+    [
+        (0, 0, 1, F(1), 0),
+        (0, 0, 1, F(2), 2),
+        (0, 0, 1, F(9), 4),
+        (0, 0, 1, F(-1), 1),
+        (1, 0, F(1, 10), F(1, 2), 1),
+        (1, 0, F(1, 10), F(2), 0),
+        (0, -9, 1, F(0), 4),
+        (1, F(1, 2), F(1, 10), F(0), 1),
+    ],
+)
+def test_roots_of_a_loop_with_dead_time_are_counted(A, back, delay, gain, roots):
+    inner = ([[F(back)]],) if back else ()
+    plant = Plant([[F(A)]], [[F(1)]], [[F(0)]], [[F(0)]], False, ((F(delay), [[F(1)]]),), inner)
+    assert pieces.right_roots(plant, [gain])[0] == roots
 
 
 # (s - 2)/(s + 1), gains from 1/4 on: (1 + g) s + 1 - 2 g, a pole at 0 for g = 1/2; V = x^2, and H(inf) = 1

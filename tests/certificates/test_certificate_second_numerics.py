@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_series, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -26,8 +26,9 @@ from lure.analysis.certificates.second.numerics import (
     positive_roots,
     to_fmpq,
 )
+from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.systems import Plant
-from lure.analysis.certificates.second.zero import leading, null_space
+from lure.analysis.certificates.second.zero import integrators_apart, leading, null_space
 
 ONE = fmpq_poly([1])
 
@@ -205,6 +206,51 @@ def test_a_late_plant_closed_by_gains_has_the_response_of_its_formulas():
                 wanted = true[i, j] if not power else 1j * omega * (true[i, j] - direct)
                 assert value.real.contains(arb(wanted.real, 1e-9))
                 assert value.imag.contains(arb(wanted.imag, 1e-9))
+
+
+def test_the_angle_of_a_late_loop_is_enclosed_on_pieces_and_far_out():
+    loop = LateLoop.of(late_plant(), [F(0), F(0)])
+    A = np.array(SIDES["A"], dtype=float)
+
+    def g(omega, power):
+        """``det(s - M)``, over ``s^2``, or from 0 on over ``i^2``."""
+        late = zip(LATE, INNER, strict=True)
+        M = A + sum(np.exp(-1j * float(tau) * omega) * np.array(one, dtype=float) for (tau, _), one in late)
+        return np.linalg.det(1j * omega * np.eye(2) - M) / (1j * omega**power) ** 2
+
+    for a, b, power in ((F(0), F(1, 64), 0), (F(3), F(193, 64), 1), (None, F(50), 1)):
+        enclosed = loop._turn(a, b)
+        for share in (0.0, 0.3, 1.0):
+            omega = float(a) + share * float(b - a) if a is not None else float(b) * (1 + 3 * share)
+            value = g(max(omega, 1e-12), power)
+            assert enclosed.real.contains(arb(value.real, 1e-9))
+            assert enclosed.imag.contains(arb(value.imag, 1e-9))
+        assert enclosed.real.rad() < (1 if a is None else 0.2)
+
+
+# x_0' = b mu, sigma = c x_0 beside 1/(s + 1) in the same channel: R = b c, H_1 = 1/(s + 1)
+def test_integrators_are_taken_apart_where_small_gains_stabilise():
+    def apart(b, c, A=((0, 0), (0, -1))):
+        shifted = fmpq_mat(A), fmpq_mat([[b], [1]]), fmpq_mat([[c, 1]]), fmpq_mat([[0]])
+        return integrators_apart(shifted, fmpq_mat([[2]]))
+
+    (A, B, C, _), R = apart(fmpq(1, 10), 3, ((0, 1), (0, -1)))  # 0 has the left vector (1, 1): R = 3 (1/10 + 1)
+    assert fmpq_mat([[fmpq(33, 10)]]) == R
+    s = 0.4 + 0.9j
+    inner = np.linalg.solve(s * np.eye(2) - numbers_of(arb_mat(A)).real, numbers_of(arb_mat(B)))
+    by_hand = np.array([[3, 1]]) @ np.linalg.solve(s * np.eye(2) - np.array([[0, 1], [0, -1]]), np.array([[0.1], [1]]))
+    assert numbers_of(arb_mat(C)) @ inner + 3.3 / s == pytest.approx(by_hand)
+    for b, c, why in ((fmpq(-1, 10), 3, "too few positive"), (0, 3, "too few positive"), (1, 0, "too few positive")):
+        with pytest.raises(NotShown, match=why):
+            apart(b, c)
+    with pytest.raises(NotShown, match="too few eigenvectors"):
+        apart(1, 1, ((0, 1), (0, 0)))
+    both = fmpq_mat(2, 2), fmpq_mat([[1, 0], [0, 1]]), fmpq_mat([[1, 0], [0, 1]]), fmpq_mat(2, 2)
+    assert integrators_apart(both, fmpq_mat([[1, 0], [0, 3]]))[1] == both[1]
+    with pytest.raises(NotShown, match="not symmetric"):
+        integrators_apart(both, fmpq_mat([[1, 1], [0, 1]]))
+    with pytest.raises(NotShown, match="too few positive"):
+        integrators_apart(both, fmpq_mat([[fmpq(1, 9), 0], [0, fmpq(-1, 9)]]))
 
 
 def test_states_that_come_back_late_may_be_channels_with_the_gain_1():
