@@ -60,7 +60,7 @@ arithmetic balls states blocks frequencies channels gains windows parametric pow
 _OF_CHECKERS = """
 edges refusals kernel blocks reading mutants claims matrix orbits covers channels boxes channel_boxes channel_orbits
 coupled dead_times delays first_survivors frequencies growth integrators integrator_kernels memory memory_orbits
-operators repeated slow_gains storage windows tampering"""
+operators repeated slow_gains storage windows integrator_windows tampering"""
 _BESIDE = "homogeneous order_cone regions region_curves region_disturbances tolerances"
 _OF_SECOND = "differential discrete files matrices numerics refutations sectors slopes"
 SINGLE = {

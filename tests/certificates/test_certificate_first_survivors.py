@@ -23,8 +23,8 @@ def test_each_row_has_to_fit():
     assert from_rest(*rows, [[F(1), F(0)], [F(1), F(1)]]) is None
 
 
-# s + K e^-s has 2 roots to the right for K between pi/2 and 5 pi/2, 2 more with every 2 pi; s - 1 + g e^-s/10 has one for
-# g < 1, and none just beyond; what comes back late in the state counts as the gain does
+# s + K e^-s has 2 roots to the right for K between pi/2 and 5 pi/2, 2 more with every 2 pi; s - 1 + g e^-s/10 has one
+# for g < 1, and none just beyond; what comes back late in the state counts as the gain does
 @pytest.mark.parametrize(
     ("A", "back", "delay", "gain", "roots"),
     [

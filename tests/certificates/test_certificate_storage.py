@@ -120,6 +120,8 @@ def test_both_checkers_accept(name):
         ("both", ("multiplier", "theta"), ["-1/8", "-1/8"]),
         ("function", ("laws", "channels", 1, "time_varying"), True),
         ("function", ("laws", "channels", 1, "slope"), ["-1/9", "1"]),
+        ("function", ("laws", "channels", 1, "slope"), ["-inf", "1"]),
+        ("function", ("laws", "channels", 1, "slope"), ["0", "inf"]),
         ("function", ("multiplier", "theta"), ["1/8", "0"]),  # solutions are not shown to be bounded
         ("gain", ("laws", "channels", 1), performance("501/1000")),
         ("gain", ("laws", "channels", 1), performance("1")),
