@@ -46,7 +46,7 @@ from .blocks import (
 
 FORMAT, CONVENTION = "lure-certificate/1", "sigma = H mu, mu = -phi(sigma)"
 ORIGINS = ("rationals", "decimals as written", "doubles, exactly")
-ATTRACTS = "0 attracts every motion"
+ATTRACTS = regions.ATTRACTS
 CONVERGES = "every motion converges to the set of equilibria"
 BOUNDED = "every motion is bounded"
 FINITE_ENERGY = "0 attracts every motion with inputs to the block and initial functions of finite energy"

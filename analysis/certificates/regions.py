@@ -13,8 +13,9 @@ from . import arithmetic as exact
 from . import states
 from .arithmetic import INF, ZERO, extended, fields, form, integer, need, number, numbers, real
 from .balls import dot, positive_definite
-from .channels import Plant, Rows, closed_loop, moved, plant, seen, triangle
+from .channels import Plant, Rows, closed_loop, moved, plant, seen, semidefinite, triangle
 
+ATTRACTS = "0 attracts every motion"
 INSIDE = "every motion that starts in {x : x^T P x <= 1} tends to 0, P as in the proof"
 LEVEL = (
     "every motion that starts in {x : x^T P x + 2 sum theta_i int_0^sigma_i phi_i <= 1, |sigma_i| <= reach_i} tends to "
@@ -159,6 +160,9 @@ def examined(verdict: str, name: str, data: Any, system: Any, given: Any, phi: A
         need((name, data == {}) == (("planar", False) if inner else ("counterexample", True)), "a curve is planar")
         around = AROUND + ORBIT * ("orbit" in proof)
         sentence, found = (WITHIN, spiral(H, graphs, data, proof)) if inner else (around, curve(H, graphs, proof))
+    elif name == "global-popov":
+        need(inner, "what attracts everything is a proof")
+        sentence, found = ATTRACTS, everywhere(H, graphs, data, proof)
     elif inner:
         need(name in ("local-circle", "local-popov"), f"there is no theorem {name!r:.40} for regions")
         level = name == "local-popov"
@@ -309,6 +313,51 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
     return {
         "decrease": f"{words} falls where the {len(terms)} terms are not negative (order {n + m})",
         "terms": f"they are not negative on the set: it lies in {len(asked)} strips",
+    }
+
+
+def everywhere(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str, str]:
+    """``V = x'P x + 2 sum theta_i int_0^sigma_i phi_i >= 0`` falls wherever ``x`` is not 0.
+
+    ``V' <= -sum 2 lambda_i phi_i (sigma_i - inverse_i phi_i) - sum least_i phi_i^2``, where ``sigma phi >= inverse
+    phi^2``.  As ``phi_i`` has the sign of ``sigma_i``, is 0 at 0 alone, and ends in
+    polynomials, the integrals go to infinity, and so does ``V`` if ``P + sum C_i'C_i > 0`` over ``theta_i > 0``.  Where
+    ``V`` stays the same ``phi = 0``, hence ``sigma = C x = 0`` and ``x' = A x``: ``x = 0`` if no state is hidden from
+    ``sigma`` (LaSalle).
+    """
+    _, rows, squares = fields(proof, "method", "P", "least")
+    n, m, least = len(H.A), len(H.D), numbers(squares, len(H.D))
+    form(proof["method"] == "everywhere" and not H.discrete, "a function that falls everywhere is of continuous time")
+    weights, theta, inverse = (numbers(one, m) for one in fields(data, "lambda", "theta", "inverse"))
+    P, Y, flow = triangle(rows, n), seen(H), [*zip(*moved(H))]
+    need(min(*weights, *theta, *inverse, *least) >= 0, "a weight is negative")
+    need(all(e or (w and not c) for e, w, c in zip(least, weights, inverse)), "V may stay the same while phi is not 0")
+    products, above, W = list[Any](), [list(row) for row in P], [list(row) for row in H.C]
+    for i, one in enumerate(graphs):
+        need(one.reach == INF and not (theta[i] and any(H.D[i])), f"channel {i + 1} is not known, or has no integral")
+        crosses = [x for x, p in zip(one.cuts, one.pieces) if x and exact.value(p, x) == 0]
+        for side, ends in ((-1, (-INF, ZERO)), (1, (ZERO, INF))):
+            for a, b, p in one.between(*ends):
+                own = never_negative(more(p, [], side), a, b, True)
+                need(own and not crosses, f"phi of channel {i + 1} has another sign than sigma, or another zero")
+                scaled = [inverse[i] * v for v in p]
+                below = never_negative(more([ZERO, Fraction(1)], scaled, side, -1), a, b)
+                need(below, f"sigma phi >= {inverse[i]} phi^2 fails in channel {i + 1}")
+        unit = [Fraction(j == n + i) for j in range(n + m)]
+        turned = [theta[i] * dot(H.C[i], column) for column in flow]
+        products.append((2, unit, [t + weights[i] * (y - inverse[i] * z) for t, y, z in zip(turned, Y[i], unit)]))
+        products.append((least[i], unit, unit))
+        if theta[i]:
+            above = [[v + a * b for v, b in zip(row, H.C[i])] for row, a in zip(above, H.C[i])]
+    falls = added((-1, growth(P, H)), (-1, quadratic(*products)))
+    need(all(semidefinite([row[: i + 1] for i, row in enumerate(M)]) for M in (P, falls)), "V >= 0 or its fall fails")
+    definite(above, "V does not grow with x")
+    for _ in range(n - 1):
+        W += [[dot(row, column) for column in zip(*H.A)] for row in W[-m:]]
+    definite([[dot(a, b) for b in zip(*W)] for a in zip(*W)], "a state is hidden from sigma")
+    return {
+        "decrease": "V = x^T P x + 2 sum theta_i int phi_i >= 0 goes to infinity with x, and V' < 0 unless phi = 0",
+        "rest": "where phi = 0, sigma = 0 at all times: then x = 0, as sigma sees all states",
     }
 
 

@@ -29,7 +29,7 @@ from lure.analysis.inequality.kernel_parts import farthest_kernels
 from lure.analysis.inequality.kernel_rounding import multiplier
 from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.many_channels import ManyChannels
-from lure.analysis.inequality.resting_gain import RestingGain
+from lure.analysis.inequality.semidefinite_forms import RestingGain
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
 from lure.analysis.inequality.storage import MovedByStops, SampledStorage, StorageInequality
 from lure.analysis.inequality.zero_modes import diagonal, exact

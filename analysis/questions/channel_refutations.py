@@ -256,13 +256,13 @@ def unlimited(asked: Problem, tried: Iterable[Sequence[Fraction]] = ()) -> Refut
         A, B, C = A - B @ G @ E @ C, (B @ (one - G @ E @ D))[:, own], (E @ C)[own]
         poles = np.linalg.eigvals(A).astype(complex)
         size, away = float(np.abs(poles).max()) or 1.0, np.abs(poles) - 1 if H.dt is not None else poles.real
-        places = list[tuple[int, ...]]()
+        places = list[tuple[int, int]]()
         for pole in poles[away >= -_SURE * size][:_POLES]:  # where is its part the largest nearby?
             near = pole + _NEARBY * size * (pole / (abs(pole) or 1.0) if H.dt is not None else 1.0)
             seen = np.abs(C @ np.linalg.solve(near * np.eye(len(A)) - A, B.astype(complex)))
-            places.append(np.unravel_index(int(seen.argmax()), seen.shape))
+            places.append(divmod(int(seen.argmax()), len(own)))
         for i, j in dict.fromkeys(places):
-            pair = {"unlimited": [int(i) + 1, int(j) + 1]}
+            pair = {"unlimited": [i + 1, j + 1]}
             shown = refutation(asked, Fraction(1), constant_gains(gains) | pair)
             if shown is not None:
                 return shown

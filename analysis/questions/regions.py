@@ -10,12 +10,11 @@ from contextlib import suppress
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lure.analysis.certificates.checker import ATTRACTS, CONVERGES, Proved, Refuted
-from lure.analysis.deadline import check_seconds, time_left, time_limit
+from lure.analysis.certificates.checker import CONVERGES, Proved, Refuted
+from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.drawing import drawn
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
-from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.region_curves import (
     PlanarSets,
     area,
@@ -30,6 +29,7 @@ from lure.analysis.questions.region_disturbances import ReachableSet, disturbanc
 from lure.analysis.questions.region_proofs import (
     ellipsoids_along,
     proved_ellipsoid,
+    proved_everywhere,
     proved_growth,
     proved_level_set,
 )
@@ -40,7 +40,6 @@ from lure.analysis.questions.region_sets import (
     matrix_of,
     points_along,
     positive,
-    rests_at_0,
     shape_given,
     sign_interval,
     strips,
@@ -51,7 +50,7 @@ from lure.analysis.questions.region_sets import (
 from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import Reals, np
-from lure.errors import AssumptionError, InputError
+from lure.errors import InputError
 from lure.exact import exact_number
 from lure.plants.multivariable import MultivariablePlant
 from lure.record import Record, derived, quantity
@@ -61,7 +60,6 @@ if TYPE_CHECKING:
 
 Exactly = tuple[tuple[Fraction, ...], ...]
 Ends = tuple[Fraction | float, Fraction | float]
-_GLOBAL = 5.0  # [s] for a proof that the region is everything
 _UNITED = 3  # states, up to which several ellipsoids are looked for
 _SHOWN = 6  # states, up to which a matrix is written out
 
@@ -433,7 +431,7 @@ def _answered(
             return _of_signs(*signs)
         beyond = proved_growth(found, shapes)
         local = beyond is not None or any(shape.reach is not None for shape in shapes)
-        whole = None if local else _everywhere(found, shapes)
+        whole = None if local else proved_everywhere(found, shapes)
         if whole is not None:
             one = AttractedSet(kind="everything", volume=math.inf, proof=whole)
             ends = (math.inf, math.inf)
@@ -528,24 +526,6 @@ def _box(sets: Sequence[AttractedSet]) -> tuple[float, float]:
     """Half the sides of a box around 0 that holds the sets."""
     halves = np.max([np.sqrt(np.diag(np.linalg.inv(one.least()))) for one in sets], axis=0)
     return float(halves[0]) * 1.01, float(halves[1]) * 1.01
-
-
-def _everywhere(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Proved | None:
-    """A proof that 0 attracts every solution; None where none is found in a few seconds.
-
-    In the critical case solutions are proved to converge to the set of equilibria, which has to be 0 alone.
-    """
-    single, nonlinearities = plant.inputs == 1, [shape.nonlinearity for shape in shapes]
-    block, given = (plant.channel(0, 0), nonlinearities[0]) if single else (plant, list(nonlinearities))
-    try:
-        found = certify(block, given, ways=ProofOptions(seconds=max(1e-3, min(_GLOBAL, time_left()))))
-    except (InputError, AssumptionError):
-        return None
-    shown = found.shown
-    if not isinstance(shown, Proved) or found.assumed or shown.assumed:
-        return None
-    conclusion = shown.certificate["conclusion"]
-    return shown if conclusion == ATTRACTS or (conclusion == CONVERGES and rests_at_0(plant, shapes)) else None
 
 
 def _reach(one: AttractedSet, points: Reals) -> float:

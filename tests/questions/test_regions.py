@@ -4,7 +4,9 @@ import copy
 import json
 import math
 from fractions import Fraction
+from importlib import resources
 
+import jsonschema
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -13,6 +15,7 @@ from tampering import assert_both_reject, edited
 from lure import InputError, ReLU, Saturation, Sector, Tanh, as_plant
 from lure.analysis import check, region
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth
@@ -34,6 +37,7 @@ TWO = MultivariablePlant(
     rows(A), rows([[5, 0], [0, 1]]), rows([[0.7283, 0.0338], [0.0135, 1.3583]]), rows([[0, 0]] * 2)
 )
 LIMITS = [Saturation(limit=5), Saturation(limit=2)]
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 # x' = y, y' = x - sat(3 x + 4 y): a saddle that is held near 0.
 SADDLE = as_plant(([[0, 1], [1, 0]], [0, 1], [3, 4], 0))
 
@@ -242,6 +246,93 @@ def test_a_loop_that_is_stable_from_everywhere_says_so():
     found = region(([1], [1, 3, 3, 1]), Saturation())
     assert (found.sets[0].kind, found.area) == ("everything", (math.inf, math.inf))
     assert found.sets[0].contains([100, 100, 100])
+
+
+# V = int phi + y^2/2 for x' = y, y' = -phi(x + y): V' = -phi^2.  With H = (s + 1)(s + 2)/(s^2 (s + 4)) it is s H that
+# has a positive real part, (omega^4 + 10 omega^2)/|s (s + 4)|^2.  For a force along the speed of an oscillator x^2 +
+# y^2 falls by 2 y phi.  A dead zone leaves what is in it at rest, a triple integrator is unstable for small gains, and
+# a hidden state rests: nothing is said of these.
+@pytest.mark.parametrize(
+    ("plant", "law", "everywhere"),
+    [
+        (([1, 1], [1, 0, 0]), Saturation(), True),
+        (([1, 1], [1, 0, 0]), Saturation(gain=2, limit=1, lower_limit=-3), True),
+        (([1, 1], [1, 0, 0]), Cubic(cubic=1), True),
+        (([1, 3, 2], [1, 4, 0, 0]), Saturation(), True),
+        (([1, 0], [1, 0, 4]), Saturation(), True),
+        (([1, 1], [1, 0, 0]), DeadZone(), False),
+        (([1, 3, 3], [1, 0, 0, 0]), Saturation(), False),
+        (([[0, 1, 0], [0, 0, 0], [0, 0, 0]], [0, 1, 0], [1, 1, 0], 0), Saturation(), False),
+    ],
+)
+def test_a_saturated_double_integrator_recovers_from_everywhere(plant, law, everywhere):
+    found = region(as_plant(plant), law)
+    assert (found.area[0] == math.inf) is everywhere
+    if everywhere:
+        proof = found.sets[0].proof
+        assert (found.sets[0].kind, proof.theorem) == ("everything", "global-popov")
+        assert accepted(proof.certificate) == (True, True)
+        jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(proof.certificate))))
+
+
+# x' = y, y' = -phi(x + y), theta = 1: P = diag(0, 1), -V' = 2 phi^2
+GLOBAL = {
+    "verdict": "PROVED",
+    "system": {"kind": "multivariable", "time": "continuous", "A": [["0", "1"], ["0", "0"]], "B": [["0"], ["1"]]}
+    | {"C": [["1", "1"]], "D": [["0"]]},
+    "laws": {"graphs": [{"kind": "piecewise-polynomial", "cuts": ["-1", "1"], "pieces": [["-1"], ["0", "1"], ["1"]]}]},
+    "theorem": "global-popov",
+    "multiplier": {"lambda": ["0"], "theta": ["1"], "inverse": ["1"]},
+    "proof": {"method": "everywhere", "P": [["0"], ["0", "1"]], "least": ["2"]},
+}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("proof", "least", ["3"]),
+        ("proof", "least", ["0"]),
+        ("proof", "P", [["0"], ["0", "2"]]),
+        ("proof", "P", [["-1"], ["0", "1"]]),
+        ("multiplier", "theta", ["0"]),
+        ("multiplier", "theta", ["-1"]),
+        ("multiplier", "lambda", ["1/10"]),
+        ("multiplier", "inverse", ["2"]),  # sigma phi < 2 phi^2
+        ("system", "C", [["1", "-1"]]),
+        ("system", "C", [["0", "1"]]),  # x is hidden
+        ("system", "A", [["0", "1"], ["0", "1/10"]]),
+        ("system", "D", [["1/10"]]),
+        ("system", "time", "discrete"),
+        # 0 up to 1/2, then a line; one that comes back to 0 at 2; of the other sign to the left; known up to 5 alone
+        ("laws", "graphs", 0, "pieces", [["-1"], ["0"], ["1"]]),
+        (
+            "laws",
+            "graphs",
+            0,
+            {"kind": "piecewise-polynomial", "cuts": ["0", "1/2"], "pieces": [["0", "1"], [], ["-1/2", "1"]]},
+        ),
+        (
+            "laws",
+            "graphs",
+            0,
+            {"kind": "piecewise-polynomial", "cuts": ["1", "2"], "pieces": [["0", "1"], ["2", "-1"], ["-2", "1"]]},
+        ),
+        ("laws", "graphs", 0, {"kind": "piecewise-polynomial", "cuts": ["0"], "pieces": [["0", "-1"], ["0", "1"]]}),
+        (
+            "laws",
+            "graphs",
+            0,
+            {"kind": "piecewise-polynomial", "cuts": ["0", "1"], "pieces": [["0"], ["0", "1"], ["1"]]},
+        ),
+        ("laws", "graphs", 0, {"kind": "sector", "sector": ["0", "1"], "reach": "5"}),
+        ("verdict", "REFUTED"),
+    ],
+)
+def test_what_attracts_everything_is_accepted_as_it_is_and_changed_by_neither(change):
+    good = complete_and_check(GLOBAL).certificate
+    assert (good["conclusion"], recheck(dict(good)).accepted) == ("0 attracts every motion", True)
+    *path, value = change
+    assert_both_reject(edited(good, *path, value=value))
 
 
 def test_a_loop_with_little_damping_near_0_has_a_set_too():

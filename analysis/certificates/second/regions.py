@@ -18,6 +18,7 @@ from itertools import pairwise
 from flint import arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.channels import diagonal, matrices, stacked, symmetric
+from lure.analysis.certificates.second.classes import ATTRACTS
 from lure.analysis.certificates.second.curves import curve_of, require_crossed, require_one_equilibrium, turned
 from lure.analysis.certificates.second.graphs import (
     Cut,
@@ -105,6 +106,10 @@ def shown(document: Document) -> str:
     loop = Loop(F=F, Y=_beside(sides["C"], -sides["D"]), D=sides["D"], discrete=discrete, graphs=graphs)
     inner = document.verdict == "PROVED"
     require(inner or document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
+    if document.theorem == "global-popov":
+        require(inner, "what attracts everything is a proof")
+        _require_everywhere(loop, document)
+        return ATTRACTS
     if document.proof.get("method") == "signs":
         require(document.theorem == ("scalar" if inner else "counterexample"), "the theorem is not about one state")
         require(not document.multiplier, "signs need no multiplier")
@@ -259,6 +264,51 @@ def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
         M = _with_disturbance(loop, P, M, found["Bw"], number(found["energy"]))
     _require_definite(M, "V is not shown to fall")
     return P
+
+
+def _require_everywhere(loop: Loop, document: Document) -> None:
+    """Check ``V = x'P x + 2 sum theta_i int phi_i``: ``V >= 0``, radially unbounded, and it falls unless ``x = 0``."""
+    (n, m), found = loop.sizes, record(document.proof, "method", "P", "least")
+    require(found["method"] == "everywhere" and not loop.discrete, "the method does not fit the theorem, or the time")
+    given = record(document.multiplier, "lambda", "theta", "inverse")
+    weights, theta, inverse = (numbers(given[name]) for name in ("lambda", "theta", "inverse"))
+    P, least = symmetric(found["P"], n), numbers(found["least"])
+    sizes = all(len(side) == m and min(side) >= 0 for side in (weights, theta, inverse, least))
+    require(sizes, "there are not m multipliers >= 0 each")
+    for square, weight, slack in zip(least, weights, inverse, strict=True):  # what falls with phi^2, or with sigma phi
+        require(square > 0 or (weight > 0 and slack == 0), "V is not said to fall where phi is not 0")
+    grows, M, C = P + 0 * P, -loop.form(P), fmpq_mat([row[:n] for row in loop.Y.tolist()])
+    for i, graph in enumerate(loop.graphs):
+        require(graph.reach is None, "a nonlinearity is not known everywhere")
+        for sign in (1, -1):  # sign phi(sign x) > 0 for x > 0, at the cuts, too
+            require(all(_at(graph, cut) != 0 for cut in graph.cuts if cut != 0), "phi has another zero")
+            for start, end, piece in pieces_of(graph, Fraction(sign)):
+                left, size = max(start or Fraction(0), Fraction(0)), sign * piece
+                if end is None or left < end:
+                    require(positive_inside(size, left, end), "phi has not the sign of sigma")
+                    bounded = nonnegative_between(X - to_fmpq(inverse[i]) * size, left, end)
+                    require(bounded, "phi is steeper than the multiplier says")
+        own, phi = fmpq_mat([loop.Y.tolist()[i]]), fmpq_mat([[int(j == n + i) for j in range(n + m)]])
+        row = fmpq_mat([C.tolist()[i]])
+        if theta[i] > 0:
+            require(all(loop.D[i, j] == 0 for j in range(m)), "sigma of a channel with an integral depends on phi")
+            grows += row.transpose() * row
+        beside = to_fmpq(theta[i]) * (row * loop.F) + to_fmpq(weights[i]) * (own - to_fmpq(inverse[i]) * phi)
+        product = phi.transpose() * beside
+        M -= product + product.transpose() + to_fmpq(least[i]) * (phi.transpose() * phi)
+    for form in (P, M):  # all roots are real, and none is below 0 if these signs are
+        signs = form.charpoly().coeffs()
+        require(all(c * (-1) ** (form.nrows() - k) >= 0 for k, c in enumerate(signs)), "V, or its fall, is negative")
+    _require_definite(grows, "V is not shown to go to infinity")
+    A, rows = fmpq_mat([row[:n] for row in loop.F.tolist()]), C
+    for _ in range(n - 1):
+        rows = stacked(C, rows * A)
+    require(rows.rank() == n, "sigma does not see all states")
+
+
+def _at(graph: Graph, cut: Fraction) -> fmpq:
+    """``phi`` at one of its cuts."""
+    return graph.pieces[graph.cuts.index(cut)](to_fmpq(cut))
 
 
 def _require_stable_near_0(loop: Loop) -> None:
