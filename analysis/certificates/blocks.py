@@ -182,7 +182,7 @@ def paced(system: Any, rate: Fraction) -> Any:
     """
     form(isinstance(system, dict), "the system is missing")
     kind, discrete = system.get("kind"), system.get("time") == "discrete"
-    kinds = ("transfer", "state-space", "multivariable", "family", "channel-family")
+    kinds = ("transfer", "state-space", "multivariable", "family", "channel-family", "varying-family")
     need(kind in kinds, "rates are shown of rational plants")
     need(rate > 0 or not discrete, "in discrete time a rate is positive")
     found = dict(system)
@@ -192,7 +192,7 @@ def paced(system: Any, rate: Fraction) -> Any:
             term | {n: v for n, v in paced(term | as_one, rate).items() if n in term} for term in system["terms"]
         ]
         return found
-    if kind == "channel-family":  # A + a is (c A + a c)/c, c the common denominator
+    if kind in kinds[4:]:  # A + a is (c A + a c)/c, c the common denominator
         found["terms"] = [dict(term) for term in system["terms"]]
         for term in found["terms"]:
             share, more = (Fraction(1), rate * number(term["common"])) if not discrete else (1 / rate, ZERO)

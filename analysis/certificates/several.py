@@ -323,7 +323,6 @@ def over_boxes(
     need(not (popov and H.time == "discrete"), f"{name} is for continuous time")
     bounds = [asked.bounds(i) for i in range(m)]
     terms = boxes.Integers.of(H)
-    need(not H.rates or (rate, asked.performance) == (None, None), "no gains and rates with parameters that change")
     for box, entry in boxes.leaves(tree, H.box, H.rates):
         given, *turned, half, exponent = fields(entry, "lambda", *["theta"] * popov, "P", "exponent")
         theta, e = numbers(turned[0], m) if popov else [ZERO] * m, integer(exponent, 0, 10**5)

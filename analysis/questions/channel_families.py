@@ -136,10 +136,7 @@ class BoxSearch:
         return np.array([[float(low), float(high)] for low, high in zip(classes.lower, classes.upper, strict=True)])
 
     def _at(self, point: Point, ends: Reals, gain: float | None) -> Found | None:
-        family = family_of(self.asked)
-        rates = family.rates or (0,) * len(point)
-        place = ((v, v) if not rate else own for v, own, rate in zip(point, family.box, rates, strict=True))
-        return self.matrices.solved(tuple(place), ends, gain)
+        return self.matrices.solved(place_of(family_of(self.asked), point), ends, gain)
 
     def tree(self, alpha: Fraction, gain: float | None = None, start: families.Tree | None = None) -> families.Tree:
         """Boxes that cover the box, each with what serves on it.
@@ -415,6 +412,20 @@ def _in(i: int, blocks: Sequence[range]) -> bool:
 # Refutations.
 
 Against = Callable[[Problem], tuple[Fraction, Refuted] | None]
+
+
+def place_of(family: ChannelFamily, point: Point) -> Box:
+    """The box of one plant, of parameters that change all of their intervals.
+
+    Parameters
+    ----------
+    family : ChannelFamily
+        The plants.
+    point : tuple of Fraction
+        The constant parameters, and any others.
+    """
+    rates = family.rates or (0,) * len(point)
+    return tuple(own if rate else (v, v) for v, own, rate in zip(point, family.box, rates, strict=True))
 
 
 def refuting(asked: Problem, against: Against) -> tuple[Fraction, Refuted] | None:

@@ -127,8 +127,6 @@ class BoxOfChannels(RateSearch):
 
     def __post_init__(self) -> None:
         self.require_functions()
-        if self.plants.rates:
-            raise InputError("no rate of decay is asked of plants whose parameters change with time; give constants")
         self.theorem = channel_families.criteria(self.asked)[0]
 
     @property
@@ -143,7 +141,7 @@ class BoxOfChannels(RateSearch):
             A, B, C, D = (tuple(tuple(map(Fraction, row)) for row in one[side]) for side in "ABCD")
             terms.append(ChannelTerm(tuple(one["powers"]), Fraction(one["common"]), A, B, C, D))
         bounds, step = dict(zip(self.plants.names, self.plants.box, strict=True)), self.plants.dt
-        family = ChannelFamily(bounds, terms, True if self.plants.any_period else step)
+        family = ChannelFamily(bounds, terms, True if self.plants.any_period else step, self.plants.rates)
         return channel_families.BoxSearch(replace(self.asked, plant=family), self.theorem, exact)
 
     def proofs(self, end: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
@@ -160,7 +158,7 @@ class BoxOfChannels(RateSearch):
         points = [self._slowest[0], self.plants.middle, *islice(self.plants.corners, 2 * _CORNERS)]
         best += (_BACK if best < neutral or not self.discrete else 0.0) * outward
         for point in dict.fromkeys(points):
-            at = tuple((v, v) for v in point)
+            at = channel_families.place_of(self.plants, point)
 
             def serves(rate: float, at: Box = at) -> bool:
                 return (rate > 0 or not self.discrete) and self._search(rate).serves(at)

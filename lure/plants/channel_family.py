@@ -28,7 +28,6 @@ from lure.plants.text import Element, step_of_formula
 from lure.record import Record, quantity
 
 MOST_STATES = 40
-VARYING = "gains are not asked of plants whose parameters change with time; give constants, or no gain"
 Sides = tuple[Rows, Rows, Rows, Rows]
 Elements = list[list[Element]]
 
@@ -354,14 +353,7 @@ class ChannelFamily(InBox, Record):
         B, C, D : tuple of tuples
             (n, k), (k, n) and (p + k, m + k): how the new inputs move the state, how the new outputs see it, and ``D``
             with both, 0 where that of the plants stands.
-
-        Raises
-        ------
-        InputError
-            A parameter changes with time.
         """
-        if self.rates:
-            raise InputError(VARYING)
         terms = list[Term]()
         for one in self.terms:
             c = one.common
@@ -374,7 +366,7 @@ class ChannelFamily(InBox, Record):
             )
             terms.append(one._replace(B=wide, C=tall, D=through))
         bounds = dict(zip(self.names, self.box, strict=True))
-        return ChannelFamily(bounds, terms, True if self.any_period else self.dt)
+        return ChannelFamily(bounds, terms, True if self.any_period else self.dt, self.rates)
 
     def __str__(self) -> str:
         return f"{self.central}, {self.ranges}"

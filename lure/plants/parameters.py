@@ -58,7 +58,9 @@ class InBox:
         """The box in words."""
         rates = getattr(self, "rates", ()) or (0,) * len(self.names)
         how = (
-            "" if not r else " at any speed" if r == inf else f" at most {exact_text(r, 8)} a unit of time"
+            ""
+            if not r
+            else " that changes " + ("at any speed" if r == inf else f"by at most {exact_text(r, 8)} in a unit of time")
             for r in rates
         )
         named = zip(self.names, self.box, how, strict=True)

@@ -10,9 +10,9 @@ from typing import cast
 
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.plants.channel_family import VARYING, ChannelFamily
+from lure.plants.channel_family import ChannelFamily
 from lure.plants.multivariable import MultivariablePlant, counted
-from lure.plants.parameters import Constants, interval, names_in
+from lure.plants.parameters import Constants, Rate, interval, names_in
 from lure.plants.text import descending, parsed_quotient
 from lure.record import Record, quantity
 
@@ -152,14 +152,15 @@ class Performance(Record):
         formulas = self.formulas
         if formulas and (self.parameters or isinstance(H, ChannelFamily)):
             own = H.sides if isinstance(H, ChannelFamily) else {name: getattr(H, name) for name in "ABCD"}
-            bounds = {name: (low, high) for name, low, high in self.parameters}
+            bounds: dict[str, tuple[Rate, ...]] = {name: (low, high) for name, low, high in self.parameters}
             if isinstance(H, ChannelFamily):
                 both = next((name for name in H.names if name in bounds), None)
-                if H.rates:
-                    raise InputError(VARYING)
                 if both is not None:
                     raise InputError(f"performance.{_OWN}.{both} is a parameter of the plant too; leave it out here")
-                bounds |= dict(zip(H.names, H.box, strict=True))
+                rates = H.rates or (0,) * len(H.names)
+                bounds |= {
+                    name: (*ends, *[rate] * bool(rate)) for name, ends, rate in zip(H.names, H.box, rates, strict=True)
+                }
             wide = [[*a, *b] for a, b in zip([*own["B"], *own["D"]], [*into, *right], strict=True)]
             whole = own["A"], wide[:n], [*own["C"], *seen], [*wide[n:], *_joined(below, last)]
             try:

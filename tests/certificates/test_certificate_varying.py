@@ -135,11 +135,39 @@ def test_what_does_not_say_how_it_changes_is_refused(how, said):
         parse_system(FILE % how, name="own", source="here")
 
 
+# a in [1, 2] at any speed is a gain g(t) = a - 1 in a second channel, in the sector [0, 1]: by one quadratic function,
+# and one constraint on (x, g x) alone, which loses nothing, both ask for the same inequality.  A slow a gets less
+# through than a quick one and more than a constant one, and is no slower to settle
+def test_gains_and_rates_where_a_parameter_jumps_are_those_of_a_gain_that_does(largest):
+    seen = {"Bw": [[0], [1]], "Cz": [[1, 0]]}
+    both = ([[0, 1], [-1, -1]], [[0, 0], [1, 1]], [[1, 0], [1, 0]], 0)
+    kinds = [NonlinearityClass(sector=Sector(0, Fraction(1, 5)), time_varying=True)]
+    gains = {rate: l2_gain(spring(*rate), kinds, seen) for rate in ((inf,), (1,), ())}
+    rates = {rate: decay_rate(spring(*rate), kinds) for rate in ((inf,), (1,), ())}
+    assert gains[inf,].gain.high == pytest.approx(l2_gain(both, [KIND, *kinds], seen).gain.high, rel=2e-3)
+    assert rates[inf,].rate.low == pytest.approx(decay_rate(both, [KIND, *kinds]).rate.low, rel=1e-3)
+    assert gains[inf,].gain.high > gains[1,].gain.high > gains[()].gain.high
+    assert rates[inf,].rate.low < rates[1,].rate.low < rates[()].rate.low
+    assert "a in [1, 2] that changes by at most 1 in a unit of time" in str(gains[1,])
+    for found in (gains[inf,], gains[1,], rates[inf,], rates[1,]):
+        for one in found.certificates.values():
+            jsonschema.Draft202012Validator(SCHEMA).validate(dict(one))
+            assert recheck(one).accepted
+    gain, rate = gains[1,].certificates["high"], rates[1,].certificates["low"]
+    faster = Fraction(rate["rate"]) + Fraction(1, 100)
+    smaller = str(Fraction(gain["laws"]["channels"][1]["sector"][1]) * Fraction(21, 20))
+    for one, path, value in (
+        (gain, ("system", "rates"), ["2"]),
+        (gain, ("system", "rates"), ["inf"]),
+        (gain, ("system", "kind"), "channel-family"),
+        (gain, ("laws", "channels", 1, "sector"), [f"-{smaller}", smaller]),
+        (rate, ("system", "rates"), ["2"]),
+        (rate, ("rate",), str(faster)),
+    ):
+        assert_both_reject(edited(one, *path, value=value))
+
+
 def test_questions_that_are_about_constants_are_refused():
-    with pytest.raises(InputError, match="gains are not asked of plants whose parameters change"):
-        l2_gain(spring(inf), [KIND], {"Bw": [[0], [1]], "Cz": [[1, 0]]})
-    with pytest.raises(InputError, match="no rate of decay is asked of plants whose parameters change"):
-        decay_rate(spring(inf), [KIND])
     with pytest.raises(InputError, match="give the plant by A, B and C"):
         parse_system(
             '[plant]\ntransfer = "1/(s+a)"\n[plant.parameters]\na = {between=[1,2], rate=1}', name="a", source="b"

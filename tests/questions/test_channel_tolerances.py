@@ -322,8 +322,18 @@ def test_parameters_of_a_performance_that_do_not_fit_are_refused(stated, said):
         l2_gain(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)], stated)
 
 
-# the programme for constants would say 1 of a plant that a changing a may bring to more
+# With phi = 0 constants have the gain 1, that of a/(s + a) at 0.  For all a in [1, 2] at once V = p x^2 needs
+# 2 p a x^2 - 2 p a x w + g w^2 - x^2 >= 0, so (2 p a - 1) g >= p^2 a^2: the roots a = (g -+ sqrt(g^2 - g))/p are to be
+# 1 and 2, so that 2 g = 3 p and g = 2 p^2, p = 3/4, g = 9/8
 def test_a_formula_does_not_make_constants_of_parameters_that_change():
-    moved = ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (1, 2, inf)})
-    with pytest.raises(InputError, match="parameters change with time"):
-        l2_gain(moved, [Sector(0, 1)], {"Bw": [["a"]], "Cz": [[1]]})
+    constant, moved = (
+        l2_gain(
+            ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (1, 2, *rate)}),
+            [Sector(0, 1)],
+            {"Bw": [["a"]], "Cz": [[1]]},
+        )
+        for rate in ((), (inf,))
+    )
+    assert constant.gain.high == pytest.approx(1, rel=3e-3)
+    assert moved.gain.high == pytest.approx(1.5 / 2**0.5, rel=3e-3)
+    assert recheck(moved.certificates["high"]).accepted

@@ -90,7 +90,7 @@ def _system(system: Mapping[str, object], rate: Fraction) -> Mapping[str, object
         inner = fmpq_poly([0, to_fmpq(rate)]) if discrete else fmpq_poly([-to_fmpq(rate), 1])
         both = {name: from_descending(numbers(system[name])) for name in ("numerator", "denominator")}
         return {**system, **{name: _descending(p(inner)) for name, p in both.items()}}
-    if kind == "channel-family":  # A over a common denominator, of which each term has a share
+    if kind in ("channel-family", "varying-family"):  # A over a common denominator, of which each term has a share
         return {**system, "terms": [_part(mapping(term), rate, discrete=discrete) for term in listed(system["terms"])]}
     if kind not in ("state-space", "multivariable"):
         raise NotShown("a rate is one of a rational plant")
