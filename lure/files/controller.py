@@ -9,13 +9,12 @@ from pathlib import Path
 
 from lure.errors import InputError
 from lure.files.schema import ControllerTable, PlantTable
-from lure.files.system import LoopSystem, channel_system
+from lure.files.system import LoopSystem, channel_system, nonlinearity_of, single
 from lure.networks.biased import equilibrium
 from lure.networks.network import Network
 from lure.networks.reading import read_network
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.piecewise_linear import PiecewiseLinear
-from lure.nonlinearities.reading import nonlinearity_from_table
 from lure.nonlinearities.shifted import MovedNonlinearity
 from lure.plants.conversion import as_plant
 from lure.plants.multivariable import MultivariablePlant, counted
@@ -63,8 +62,8 @@ def with_network(  # noqa: PLR0913  (a plant, what closes it, where it stands, a
             raise InputError(f"origin is {controller.origin!r:.40}; write 'equilibrium', or leave it out")
         if not network.biases:
             return channel_system(identity, network.closed(opened), nonlinearity_tables=[*known, *network.tables])
-        each = [one for given in (*known, *network.tables) for one in _single(given)]
-        own = [_made(one) for one in each[: opened.inputs - network.outputs]]
+        each = [one for given in (*known, *network.tables) for one in single(given)]
+        own = [nonlinearity_of(one) for one in each[: opened.inputs - network.outputs]]
         found = equilibrium(network, opened, own)
     except InputError as error:
         raise InputError(f"controller: {error}") from None
@@ -79,16 +78,6 @@ def with_network(  # noqa: PLR0913  (a plant, what closes it, where it stands, a
     near = f", to within {float(found.within):.1e}" if found.within else ""
     title = f"{title}, x counted from {where}{near}" if any(found.x) else title
     return channel_system((name, title, source), found.plant, nonlinearity_tables=moved)
-
-
-def _single(table: Table) -> list[Table]:
-    """A table for each of its channels."""
-    rest = {key: value for key, value in table.items() if key not in ("repeated", "channel")}
-    return [rest] * int(str(table.get("repeated", 1)))
-
-
-def _made(table: Table) -> Nonlinearity:
-    return nonlinearity_from_table(str(table["kind"]), {key: v for key, v in table.items() if key != "kind"})
 
 
 def _moved(table: Table, phi: Nonlinearity) -> Table:

@@ -157,21 +157,32 @@ def _entry(value: object, name: str) -> str | Fraction:
     return value if isinstance(value, str) else _exact(value, name)
 
 
-def _step(value: object, info: ValidationInfo) -> Fraction:
-    return _positive(value, info, "a positive time, or leave dt out")
+def _positive(wanted: str) -> BeforeValidator:
+    """What takes a positive number; ``wanted`` stands in the sentence of a refusal."""
+
+    def found(value: object, info: ValidationInfo) -> Fraction:
+        number = _exact(value, field_key(info))
+        if number <= 0:
+            raise InputError(f"{field_key(info)} is {float(number):g}; give {wanted}")
+        return number
+
+    return BeforeValidator(found)
 
 
-def _rate(value: object, info: ValidationInfo) -> Fraction:
-    return _positive(
-        value, info, "how fast the gain may change, a positive number, or leave rate out for constant ones"
-    )
+def _given(accepts: Callable[[Any], bool], wanted: str) -> BeforeValidator:
+    """What takes a value as it is, if it is accepted; ``wanted`` stands in the sentence of a refusal."""
+
+    def found(value: object, info: ValidationInfo) -> object:
+        if not accepts(value):
+            raise InputError(f"{field_key(info)} is {shown(value)}; give {wanted}")
+        return value
+
+    return BeforeValidator(found)
 
 
-def _positive(value: object, info: ValidationInfo, wanted: str) -> Fraction:
-    found = _exact(value, field_key(info))
-    if found <= 0:
-        raise InputError(f"{field_key(info)} is {float(found):g}; give {wanted}")
-    return found
+def _is_place(value: object) -> bool:
+    """Whether it is a number of channels, or of one of them."""
+    return isinstance(value, int) and not isinstance(value, bool) and 0 < value <= MOST_CHANNELS
 
 
 def _pair(value: object, info: ValidationInfo) -> tuple[float | Fraction, float | Fraction]:
@@ -193,62 +204,12 @@ def _bound(value: object, name: str) -> float | Fraction:
     return _exact(value, name)
 
 
-def _truth(value: object, info: ValidationInfo) -> bool:
-    if not isinstance(value, bool):
-        raise InputError(f"{field_key(info)} is {shown(value)}; give true or false")
-    return value
-
-
-def _kind(value: object, info: ValidationInfo) -> str:
-    if not isinstance(value, str):
-        raise InputError(
-            f"{field_key(info)} is {shown(value)}; give the kind of a nonlinearity in quotes, such as 'saturation'"
-        )
-    return value
-
-
-def _count(value: object, info: ValidationInfo) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= MOST_CHANNELS:
-        raise InputError(f"{field_key(info)} is {shown(value)}; give in how many channels in turn it acts, 1 or more")
-    return value
-
-
-def _channel(value: object, info: ValidationInfo) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 < value <= MOST_CHANNELS:
-        raise InputError(
-            f"{field_key(info)} is {shown(value)}; give the number of the first channel it acts in, from 1"
-        )
-    return value
-
-
-def _norm(value: object, info: ValidationInfo) -> Fraction:
-    return _positive(value, info, "a positive bound")
-
-
 def _size(value: object, info: ValidationInfo) -> tuple[int, int]:
     pair = [value, value] if isinstance(value, int) else value
     plain = isinstance(pair, list) and all(type(v) is int and 0 < v <= MOST_CHANNELS for v in pair)
     if isinstance(value, bool) or not plain or not isinstance(pair, list) or len(pair) != 2:
         raise InputError(f"{field_key(info)} is {shown(value)}; give the rows and columns of the operator, as [2, 3]")
     return pair[0], pair[1]
-
-
-def _dynamics(value: object, info: ValidationInfo) -> str:
-    if value not in OPERATORS[:2]:
-        raise InputError(f"{field_key(info)} is {shown(value)}; give 'any' or 'linear time-invariant'")
-    return str(value)
-
-
-def _memory(value: object, info: ValidationInfo) -> str:
-    if value not in ("play", "stop"):
-        raise InputError(f"{field_key(info)} is {shown(value)}; give 'play' or 'stop'")
-    return str(value)
-
-
-def _file(value: object, info: ValidationInfo) -> str:
-    if not isinstance(value, str) or not value.strip():
-        raise InputError(f"{field_key(info)} is {shown(value)}; give the path of a file in quotes")
-    return value
 
 
 def _number(value: object, info: ValidationInfo) -> Fraction:
@@ -272,13 +233,26 @@ Coefficients: TypeAlias = Annotated[tuple[Fraction | str, ...] | None, BeforeVal
 Parameters: TypeAlias = Annotated[dict[str, Any] | None, BeforeValidator(_parameters)]
 Matrix: TypeAlias = Annotated[list[Any] | None, BeforeValidator(_matrix)]
 Pair: TypeAlias = Annotated[tuple[float | Fraction, float | Fraction] | None, BeforeValidator(_pair)]
-Truth: TypeAlias = Annotated[bool, BeforeValidator(_truth)]
-Count: TypeAlias = Annotated[int, BeforeValidator(_count)]
-Channel: TypeAlias = Annotated[int | None, BeforeValidator(_channel)]
-Bound: TypeAlias = Annotated[Fraction | None, BeforeValidator(_norm)]
+Truth: TypeAlias = Annotated[bool, _given(lambda one: isinstance(one, bool), "true or false")]
+Count: TypeAlias = Annotated[int, _given(_is_place, "in how many channels in turn it acts, 1 or more")]
+Channel: TypeAlias = Annotated[int | None, _given(_is_place, "the number of the first channel it acts in, from 1")]
+Bound: TypeAlias = Annotated[Fraction | None, _positive("a positive bound")]
+Rate: TypeAlias = Annotated[
+    Fraction | None,
+    _positive("how fast the gain may change, a positive number, or leave rate out for constant ones"),
+]
+Step: TypeAlias = Annotated[Fraction | None, _positive("a positive time, or leave dt out")]
 Size: TypeAlias = Annotated[tuple[int, int] | None, BeforeValidator(_size)]
-Dynamics: TypeAlias = Annotated[str | None, BeforeValidator(_dynamics)]
-Memory: TypeAlias = Annotated[str | None, BeforeValidator(_memory)]
+Dynamics: TypeAlias = Annotated[
+    str | None, _given(lambda one: one in OPERATORS[:2], "'any' or 'linear time-invariant'")
+]
+Memory: TypeAlias = Annotated[str | None, _given(lambda one: one in ("play", "stop"), "'play' or 'stop'")]
+Kind: TypeAlias = Annotated[
+    str, _given(lambda one: isinstance(one, str), "the kind of a nonlinearity in quotes, such as 'saturation'")
+]
+File: TypeAlias = Annotated[
+    str, _given(lambda one: isinstance(one, str) and bool(one.strip()), "the path of a file in quotes")
+]
 Numbers: TypeAlias = Annotated[tuple[Fraction, ...], BeforeValidator(_numbers)]
 Line: TypeAlias = Annotated[str | None, BeforeValidator(one_line)]
 
@@ -301,7 +275,7 @@ class PlantTable(BaseModel):
     transfer: Annotated[str | list[Any] | None, BeforeValidator(_formula)] = Field(
         default=None, description="H as a formula, or a list of rows of formulas"
     )
-    dt: Annotated[Fraction | None, BeforeValidator(_step)] = Field(default=None, description="sampling time [s]")
+    dt: Step = Field(default=None, description="sampling time [s]")
 
 
 class NonlinearityTable(BaseModel):
@@ -311,7 +285,7 @@ class NonlinearityTable(BaseModel):
     """
 
     model_config = ConfigDict(strict=True, extra="allow", frozen=True, title="nonlinearity")
-    kind: Annotated[str, BeforeValidator(_kind)] = Field(description="the kind of nonlinearity")
+    kind: Kind = Field(description="the kind of nonlinearity")
     repeated: Count = Field(default=1, description="in how many channels in turn this one acts")
     channel: Channel = Field(
         default=None, description="the first of these, where [[class]] tables are about the others"
@@ -339,7 +313,7 @@ class ClassTable(BaseModel):
     odd: Truth = Field(default=False, description="whether phi(-sigma) = -phi(sigma)")
     time_varying: Truth = Field(default=False, description="whether phi may depend on time")
     gain: Pair = Field(default=None, description="bounds of a constant gain, phi(sigma) = g sigma, instead of these")
-    rate: Annotated[Fraction | None, BeforeValidator(_rate)] = Field(
+    rate: Rate = Field(
         default=None, description="beside gain: it varies in time, by at most this [1/s, or in a sample]"
     )
     relu: Truth = Field(
@@ -379,7 +353,7 @@ class ControllerTable(BaseModel):
     """``[controller]``: a network ``u = N(y)`` that closes the plant, ``y = Cy x``, beside the nonlinearities."""
 
     model_config = ConfigDict(**STRICT, title="controller")
-    network: Annotated[str, BeforeValidator(_file)] = Field(description="file of its weights, in quotes")
+    network: File = Field(description="file of its weights, in quotes")
     activation: Line = Field(default=None, description="of its neurons, such as 'tanh', if the file does not say it")
     negative_slope: Annotated[Fraction | None, BeforeValidator(_number)] = Field(
         default=None, description="of a leaky ReLU"

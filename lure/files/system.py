@@ -227,7 +227,7 @@ def loop_system(
     """
     nonlinearity = None
     if nonlinearity_table is not None:
-        nonlinearity = _from_table(nonlinearity_table)
+        nonlinearity = nonlinearity_of(nonlinearity_table)
         if nonlinearity_class is not None:
             _check_member(nonlinearity, nonlinearity_class)
     name, title, source = identity
@@ -274,8 +274,8 @@ def channel_system(
         raise InputError(f"plant: it has {plant.size}; nonlinearities mu_i = -phi_i(sigma_i) need as many of both")
     found: list[Nonlinearity] = []
     for table in nonlinearity_tables:
-        rest = {key: value for key, value in table.items() if key not in ("repeated", "channel")}
-        found += [_from_table(rest)] * int(str(table.get("repeated", 1)))
+        each = single(table)
+        found += [nonlinearity_of(each[0])] * len(each)
     name, title, source = identity
     made = LoopSystem(
         name=name,
@@ -307,7 +307,14 @@ def channel_system(
     return made
 
 
-def _from_table(table: Mapping[str, object]) -> Nonlinearity:
+def single(table: Mapping[str, object]) -> list[Mapping[str, object]]:
+    """The table of a nonlinearity once for each of its channels."""
+    rest = {key: value for key, value in table.items() if key not in ("repeated", "channel")}
+    return [rest] * int(str(table.get("repeated", 1)))
+
+
+def nonlinearity_of(table: Mapping[str, object]) -> Nonlinearity:
+    """The nonlinearity of a table."""
     from lure.nonlinearities import nonlinearity_from_table
 
     values = dict(table)

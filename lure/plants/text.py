@@ -482,11 +482,7 @@ def _atom(reader: _Formula) -> Quotient:
         reader.position += 1
         return Quotient(reader.ring.variable(token.text), one)
     if reader.accept("("):
-        reader.enter(token)
-        inner = _sum(reader)
-        reader.leave()
-        reader.expect(")", f"to close '(' of column {token.column}")
-        return inner
+        return reader.closed(token, lambda _: _sum(reader))
     reader.refuse(f"expected a number, s, z or '(' but found {token}")
 
 
