@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -228,6 +228,7 @@ def decay_rate(
     return _answered(of_one(asked), seconds, progress)
 
 
+@dataclass
 class _OneChannel(RateSearch):
     """The searches for one nonlinearity, at a rate."""
 

@@ -145,6 +145,7 @@ class RateSearch:
         return None
 
 
+@dataclass
 class SeveralChannels(RateSearch):
     """The searches for several nonlinearities, at a rate."""
 

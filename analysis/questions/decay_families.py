@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from itertools import islice, product
@@ -34,6 +34,7 @@ _GAINS, _CORNERS, _VERTICES = 9, 16, 64
 _BACK, _STEPS = 1e-4, (1e-4, 1e-3, 1e-2, 0.1, 0.5)  # relative: from what is refuted, and from where a theorem ends
 
 
+@dataclass
 class BoxOfPlants(RateSearch):
     """The searches for one nonlinearity with finite bounds and plants with parameters, a ``PlantFamily``, at a rate."""
 
@@ -122,6 +123,7 @@ class BoxOfPlants(RateSearch):
                 yield rate, shown
 
 
+@dataclass
 class BoxOfChannels(RateSearch):
     """The searches for several nonlinearities and plants with parameters, a ``ChannelFamily``, at a rate."""
 
