@@ -11,13 +11,14 @@ from lure.errors import InputError
 from lure.expressions.parser import parse
 from lure.expressions.tree import Node, Number, Variable
 from lure.plants.rational import RationalPlant, polynomial_text
+from lure.plants.text import Element, OneVariable, descending
 from lure.record import Record, quantity
 
 if TYPE_CHECKING:
     import control
 
 MAX_DEGREE = 100
-Polynomial = tuple[Fraction, ...]  # ascending powers, no trailing zero
+Polynomial = tuple[Fraction, ...]  # descending powers
 
 
 def require_pade_order(pade: int | None, what: str, instead: str = "") -> None:
@@ -108,7 +109,7 @@ class DelayPlant(Record):
             It is not such a formula, or not proper.
         """
         top, bottom = _value(parse(text, variables=("s",), field=field), field)
-        above, below = ({delay: tuple(reversed(p)) for delay, p in side.items()} for side in (top, bottom))
+        above, below = ({delay: tuple(descending(p)) for delay, p in side.items()} for side in (top, bottom))
         return cls(above, below.pop(Fraction(0)), below)
 
     @property
@@ -198,29 +199,33 @@ def _inner(
             yield delay, q
 
 
-Sum = dict[Fraction, Polynomial]  # of polynomials times exp(-T s), by T
+Sum = dict[Fraction, Element]  # of polynomials times exp(-T s), by T
 Quasi = tuple[Sum, Sum]
-_ONE: Sum = {Fraction(0): (Fraction(1),)}
+_RING = OneVariable()
+
+
+def _one() -> Sum:
+    return {Fraction(0): _RING.one}
 
 
 def _value(node: Node, field: str) -> Quasi:
     if isinstance(node, Number):
-        return ({Fraction(0): (node.value,)} if node.value else {}), _ONE
+        return ({Fraction(0): _RING.number(node.value)} if node.value else {}), _one()
     if isinstance(node, Variable):
-        return {Fraction(0): (Fraction(0), Fraction(1))}, _ONE
+        return {Fraction(0): _RING.variable("s")}, _one()
     parts = node.arguments
     if node.operation == "exp":
-        return {_delay(_value(parts[0], field), field): (Fraction(1),)}, _ONE
+        return {_delay(_value(parts[0], field), field): _RING.one}, _one()
     if node.operation == "**":
         return _power(_value(parts[0], field), parts[1], field)
     values = [_value(part, field) for part in parts]
     if node.operation == "neg":
-        return _scaled(values[0][0], (Fraction(-1),)), values[0][1]
+        return {delay: -p for delay, p in values[0][0].items()}, values[0][1]
     if node.operation in ("+", "-"):
         (a, p), (b, q) = values
-        sign = Fraction(1 if node.operation == "+" else -1)
         left, right = _apart(p, q)  # a pole of both summands is one pole of the formula
-        return _sum(_product(a, right), _scaled(_product(b, left), (sign,))), _product(p, right)
+        added = {delay: c if node.operation == "+" else -c for delay, c in _product(b, left).items()}
+        return _sum(_product(a, right), added), _product(p, right)
     if node.operation == "*":
         return _product(values[0][0], values[1][0]), _product(values[0][1], values[1][1])
     if node.operation == "/":
@@ -232,9 +237,9 @@ def _delay(argument: Quasi, field: str) -> Fraction:
     top, bottom = argument
     if not top:
         return Fraction(0)
-    p, q = top.get(Fraction(0), ()), bottom.get(Fraction(0), ())
-    if len(top) == len(bottom) == 1 and len(p) == 2 and p[0] == 0 and len(q) == 1:
-        return -p[1] / q[0]
+    p, q = (descending(side.get(Fraction(0), 0 * _RING.one)) for side in (top, bottom))
+    if len(top) == len(bottom) == 1 and len(p) == 2 and p[1] == 0 and len(q) == 1:
+        return -p[0] / q[0]
     raise InputError(
         f"{field}: exp must have the form exp(-T*s) with a number T; no other function of s is a dead time"
     )
@@ -253,11 +258,11 @@ def _quotient(left: Quasi, right: Quasi, field: str) -> Quasi:
 def _apart(p: Sum, q: Sum) -> tuple[Sum, Sum]:
     """Two denominators without what they share: a polynomial, or all of both."""
     if p == q:
-        return _ONE, _ONE
-    shared: Polynomial = ()
+        return _one(), _one()
+    shared = 0 * _RING.one
     for c in (*p.values(), *q.values()):
-        shared = _gcd(shared, c) if shared else c
-    ours, theirs = ({time: _divided(c, shared) for time, c in side.items()} for side in (p, q))
+        shared = shared.gcd(c)
+    ours, theirs = ({time: c // shared for time, c in side.items()} for side in (p, q))
     return ours, theirs
 
 
@@ -265,19 +270,15 @@ def _power(base: Quasi, exponent: Node, field: str) -> Quasi:
     if not isinstance(exponent, Number) or exponent.value.denominator != 1:
         raise InputError(f"{field}: powers of a transfer function have whole exponents; write 1/(s + 1)**2")
     whole = exponent.value.numerator
-    result: Quasi = (_ONE, _ONE)
+    result: Quasi = (_one(), _one())
     for _ in range(abs(whole)):
         result = _product(result[0], base[0]), _product(result[1], base[1])
-    return _quotient((_ONE, _ONE), result, field) if whole < 0 else result
+    return _quotient((_one(), _one()), result, field) if whole < 0 else result
 
 
 def _sum(a: Sum, b: Sum) -> Sum:
-    total = {delay: _add(a.get(delay, ()), b.get(delay, ())) for delay in {*a, *b}}
+    total = {delay: a.get(delay, 0) + b.get(delay, 0) for delay in {*a, *b}}
     return {delay: p for delay, p in total.items() if p}
-
-
-def _scaled(a: Sum, factor: Polynomial) -> Sum:
-    return {delay: _times(p, factor) for delay, p in a.items()}
 
 
 def _product(a: Sum, b: Sum) -> Sum:
@@ -288,44 +289,7 @@ def _product(a: Sum, b: Sum) -> Sum:
     return total
 
 
-def _add(p: Polynomial, q: Polynomial) -> Polynomial:
-    size = max(len(p), len(q))
-    padded = [list(side) + [Fraction(0)] * (size - len(side)) for side in (p, q)]
-    total = [a + b for a, b in zip(*padded, strict=True)]
-    while total and total[-1] == 0:
-        total.pop()
-    return tuple(total)
-
-
-def _gcd(p: Polynomial, q: Polynomial) -> Polynomial:
-    """Euclid's greatest common divisor, monic."""
-    while q:
-        p, q = q, _rest(p, q)[1]
-    return tuple(c / p[-1] for c in p)
-
-
-def _divided(p: Polynomial, q: Polynomial) -> Polynomial:
-    return _rest(p, q)[0]
-
-
-def _rest(p: Polynomial, q: Polynomial) -> tuple[Polynomial, Polynomial]:
-    """Quotient and remainder."""
-    rest, quotient = list(p), [Fraction(0)] * max(len(p) - len(q) + 1, 0)
-    for shift in range(len(quotient) - 1, -1, -1):
-        factor = rest[shift + len(q) - 1] / q[-1]
-        quotient[shift] = factor
-        for i, c in enumerate(q):
-            rest[shift + i] -= factor * c
-    return _add(tuple(quotient), ()), _add(tuple(rest), ())
-
-
-def _times(p: Polynomial, q: Polynomial) -> Polynomial:
-    if not p or not q:
-        return ()
-    if len(p) + len(q) > MAX_DEGREE + 2:
+def _times(p: Element, q: Element) -> Element:
+    if p.degree() + q.degree() > MAX_DEGREE:
         raise InputError(f"the transfer function has a degree above {MAX_DEGREE}; give a simpler one")
-    total = [Fraction(0)] * (len(p) + len(q) - 1)
-    for i, a in enumerate(p):
-        for j, b in enumerate(q):
-            total[i + j] += a * b
-    return tuple(total)
+    return p * q

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError, Reason
 from lure.plants.delay import DelayPlant, require_pade_order
 from lure.plants.multivariable import MultivariablePlant, Rows, plant_of_transfers, polynomial_of
 from lure.plants.rational import RationalPlant
+from lure.plants.text import descending
 from lure.record import Record, derived, quantity
 
 if TYPE_CHECKING:
@@ -167,7 +168,7 @@ class DelayMatrix(Record, kw_only=False):
                     if top == 0:
                         continue
                     shared = top.gcd(bottom)
-                    up, down = (_formula(_descending(p // shared)) for p in (top, bottom))
+                    up, down = (_formula(descending(p // shared)) for p in (top, bottom))
                     terms.append(f"({up})" + f"*exp(-({delay})*s)" * bool(delay) + f"/({down})")
         written = [[" + ".join(terms) or "0" for terms in line] for line in found]
         again = plant_of_delays([[_entry(text) for text in line] for line in written])
@@ -330,19 +331,15 @@ def _parts(entry: RationalPlant | DelayPlant, name: str) -> dict[Fraction, Ratio
     found = {}
     for delay, top in tops.items():
         common = bottom.gcd(top)
-        found[delay] = RationalPlant(_descending(top // common), _descending(bottom // common))
+        found[delay] = RationalPlant(descending(top // common), descending(bottom // common))
     return found
 
 
-def _formula(descending: Sequence[Fraction]) -> str:
-    top = len(descending) - 1
-    return " + ".join(f"({c})*s**{top - k}" for k, c in enumerate(descending) if c)
+def _formula(coefficients: Sequence[Fraction]) -> str:
+    top = len(coefficients) - 1
+    return " + ".join(f"({c})*s**{top - k}" for k, c in enumerate(coefficients) if c)
 
 
 def _entry(text: str) -> RationalPlant | DelayPlant:
     found = DelayPlant.parse(text) if text != "0" else None
     return _ZERO if found is None else found.delayless or found
-
-
-def _descending(p: Any) -> list[Fraction]:  # noqa: ANN401
-    return [Fraction(int(c.p), int(c.q)) for c in reversed(p.coeffs())]
