@@ -86,7 +86,7 @@ class LinearBlock(Record, kw_only=False):
 
     def __post_init__(self) -> None:
         for name in ("A", "b1", "b2", "c"):
-            object.__setattr__(self, name, _frozen(getattr(self, name), name))
+            object.__setattr__(self, name, frozen(getattr(self, name), f"LinearBlock.{name}", sparse=name == "A"))
         n = self.b1.shape[0] if self.b1.ndim == 1 else -1
         if self.A.shape != (n, n) or self.b2.shape != (n,) or self.c.shape != (n,) or n == 0:
             shapes = f"A {self.A.shape}, b1 {self.b1.shape}, b2 {self.b2.shape}, c {self.c.shape}"
@@ -138,10 +138,16 @@ def _dense(A: NDArray[np.float64] | csr_array) -> NDArray[np.float64]:
     return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
 
 
-def _frozen(values: ArrayLike | csr_array, name: str) -> NDArray[np.float64] | csr_array:
-    """A copy in double precision that cannot be written to."""
+def frozen(values: ArrayLike | csr_array, name: str, *, sparse: bool = False) -> NDArray[np.float64] | csr_array:
+    """A copy in double precision that cannot be written to; one that is sparse may stay so.
+
+    Raises
+    ------
+    InputError
+        It is no array of finite real numbers; the sentence begins with its name.
+    """
     try:
-        if name == "A" and hasattr(values, "tocsr"):
+        if sparse and hasattr(values, "tocsr"):
             from scipy.sparse import csr_array
 
             matrix = csr_array(values)
@@ -151,9 +157,9 @@ def _frozen(values: ArrayLike | csr_array, name: str) -> NDArray[np.float64] | c
         else:
             entries = matrix = _real(values).copy()
     except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"LinearBlock.{name} is not an array of real numbers ({error}); give numbers") from None
+        raise InputError(f"{name} is not an array of real numbers ({error}); give numbers") from None
     if not np.isfinite(entries).all():
-        raise InputError(f"LinearBlock.{name} has an entry that is not finite; give finite numbers")
+        raise InputError(f"{name} has an entry that is not finite; give finite numbers")
     entries.setflags(write=False)
     return matrix
 

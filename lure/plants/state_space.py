@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from lure.arrays import ArrayLike, NDArray, balanced, np
 from lure.errors import InputError
+from lure.plants.block import frozen
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import sampling_period, time_text
 from lure.plants.realisation import Names, control_system
@@ -153,7 +154,7 @@ class StateSpace(Record, kw_only=False):
 
     def __post_init__(self) -> None:
         for name in ("A", "B", "C", "D"):
-            object.__setattr__(self, name, _frozen(getattr(self, name), name))
+            object.__setattr__(self, name, frozen(getattr(self, name), f"StateSpace.{name}"))
         n = self.B.size
         if self.A.shape != (n, n) or self.B.shape != (n,) or self.C.shape != (n,) or np.ndim(self.D) or n == 0:
             shapes = f"A {self.A.shape}, B {self.B.shape}, C {self.C.shape}, D {np.shape(self.D)}"
@@ -253,18 +254,3 @@ class StateSpace(Record, kw_only=False):
             rounding = 4 * _UNIT * np.einsum("ij,ij->j", np.abs(y), scale)
             values = self.C @ x + correction + self.D
         return values, np.where(known, rounding + _UNIT * np.abs(values), np.inf)
-
-
-def _frozen(values: ArrayLike, name: str) -> NDArray[np.float64]:
-    """A copy in double precision that cannot be written to."""
-    try:
-        array = np.asarray(values)
-        if array.dtype.kind not in "iufO":
-            raise TypeError(f"its entries are {array.dtype}")
-        array = np.array(array, dtype=float)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"StateSpace.{name} is not an array of real numbers ({error}); give numbers") from None
-    if not np.isfinite(array).all():
-        raise InputError(f"StateSpace.{name} has an entry that is not finite; give finite numbers")
-    array.setflags(write=False)
-    return array
