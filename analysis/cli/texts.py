@@ -30,6 +30,21 @@ def wrapped(text: str, *, indent: int) -> list[str]:
 
 # The help texts: what a command is for, then examples, each within 80 columns.
 
+_STATUS = """
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
+1 a bug in lure, 130 interrupted.
+"""
+_BEST_SO_FAR = """
+\b
+When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
+said to be that; the exit status is that of the verdict reached.
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
+130 interrupted before anything was found.
+"""
+
 ROOT = """For which nonlinearities is a Lur'e loop stable, and how do we know?
 
 A linear block in feedback with a nonlinearity of a given sector or slope: how
@@ -50,11 +65,8 @@ Examples:
   lure verify certificate.json                  check it without trusting lure
   lure explore plant.toml                       drag k, theta in the browser
   lure reproduce paper                          the paper's claims, one by one
-
-\b
-Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
-1 a bug in lure, 130 interrupted.
 """
+ROOT += _STATUS
 
 REPORT = """Analyse a system and write the report.
 
@@ -79,11 +91,8 @@ a report.  `lure systems` lists the built-in systems, `lure init` and
 \b
 --seconds limit the criteria and searches for a loop; simulations and drawings
 come on top.  Ctrl-C ends them too, and the report says what was found.
-
-\b
-Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
-1 a bug in lure, 130 interrupted.
 """
+REPORT += _STATUS
 
 INIT = """Write a commented file to start from.
 
@@ -149,15 +158,8 @@ One table: for each class of nonlinearities how far it is proved stable, by
 which criterion, and the smallest class found with a member that destabilises.
 With several channels the numbers are factors of every upper bound; with two,
 --plot draws the map of both upper bounds.
-
-\b
-When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
-said to be that; the exit status is that of the verdict reached.
-
-\b
-Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
-130 interrupted before anything was found.
 """
+ANALYSE += _BEST_SO_FAR
 
 MAX_SECTOR = """Print the largest sector for which a loop is stable.
 
@@ -174,15 +176,8 @@ K1 sigma^2 <= sigma phi(sigma) <= k sigma^2.  Numbers are exact: 0.1 is 1/10.
 Of a system with several channels, or a constant gain, the largest factor of
 all upper bounds of its classes is printed.  What the [class] of one channel
 says beside its upper bound holds: time_varying, the lower bound.
-
-\b
-When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
-said to be that; the exit status is that of the verdict reached.
-
-\b
-Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
-130 interrupted before anything was found.
 """
+MAX_SECTOR += _BEST_SO_FAR
 
 RATE = """Print how fast every solution decays, from both sides.
 
@@ -224,15 +219,8 @@ bound for odd phi need not hold.
 With --limits it is also said from which slope on no multiplier of Zames and
 Falb with a Popov term proves anything (certified; continuous time): whether
 loops beyond it are stable, no search for multipliers will tell.
-
-\b
-When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
-said to be that; the exit status is that of the verdict reached.
-
-\b
-Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
-130 interrupted before anything was found.
 """
+MAX_SLOPE += _BEST_SO_FAR
 
 GAIN = """Print the L2 gain from a disturbance w to an output z.
 

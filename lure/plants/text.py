@@ -219,8 +219,8 @@ def polynomial_of_roots(roots: Iterable[complex], name: str = "roots") -> list[F
     InputError
         A root is not finite, or a complex one has no conjugate.
     """
-    left = [complex(root) for root in roots]
-    product = [Fraction(1)]
+    left, ring = [complex(root) for root in roots], OneVariable()
+    product, s = ring.one, ring.variable("s")
     for i, root in enumerate(left):
         for part in (root.real, root.imag):
             exact_number(part, f"{name}[{i}]")
@@ -232,21 +232,13 @@ def polynomial_of_roots(roots: Iterable[complex], name: str = "roots") -> list[F
             raise InputError(f"{name} holds {root:.6g} without its conjugate: the coefficients are complex; add it")
         lower.remove(match)
         x, y = Fraction(root.real), Fraction(root.imag)
-        product = _times(product, [Fraction(1), -2 * x, x * x + y * y])
+        product *= s * s - ring.number(2 * x) * s + ring.number(x * x + y * y)
     if lower:
         raise InputError(f"{name} holds {lower[0]:.6g} without its conjugate: the coefficients are complex; add it")
     for root in left:
         if root.imag == 0:
-            product = _times(product, [Fraction(1), -Fraction(root.real)])
-    return product
-
-
-def _times(p: list[Fraction], q: list[Fraction]) -> list[Fraction]:
-    result = [Fraction(0)] * (len(p) + len(q) - 1)
-    for i, a in enumerate(p):
-        for j, b in enumerate(q):
-            result[i + j] += a * b
-    return result
+            product *= s - ring.number(Fraction(root.real))
+    return descending(product)
 
 
 MAX_LENGTH = 8192
