@@ -12,13 +12,10 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Verdict
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
-from lure.files.system import LoopSystem
+from lure.files.system import LoopSystem, ManyChannels
 from lure.loop import Loop, LoopModel
 from lure.plants import as_plant
 from lure.plants.block import StructuredPlant
-from lure.plants.channel_family import ChannelFamily
-from lure.plants.delay_matrix import DelayMatrix
-from lure.plants.multivariable import MultivariablePlant
 
 _KINDS = ("sector, time-varying", "sector", "slope", "slope, odd")
 
@@ -49,10 +46,10 @@ def has_channels(loop: object, given: object) -> bool:
     if isinstance(loop, Problem):
         return loop.several
     if isinstance(loop, LoopSystem):
-        return isinstance(loop.block, MultivariablePlant | ChannelFamily | DelayMatrix)
+        return isinstance(loop.block, ManyChannels)
     if isinstance(loop, Loop | LoopModel | StructuredPlant):
         return False
-    return isinstance(as_plant(loop), MultivariablePlant | ChannelFamily | DelayMatrix)
+    return isinstance(as_plant(loop), ManyChannels)
 
 
 def channel_kinds(problem: Problem) -> list[Problem]:

@@ -19,26 +19,23 @@ from lure.analysis.nonlinearity.membership import Membership, Status, examined, 
 from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds, in_channels
 from lure.errors import AssumptionError, InputError, Reason
-from lure.files.system import LoopSystem
+from lure.files.system import LoopSystem, ManyChannels
 from lure.loop import Loop, LoopModel
 from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.block import StructuredPlant
-from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import one_channel
 from lure.plants.delay import DelayPlant
-from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]
 OneChannel = RationalPlant | PlantFamily | DelayPlant | StateSpace | FrequencyData | StructuredPlant
-Plant = OneChannel | MultivariablePlant | ChannelFamily | DelayMatrix
+Plant = OneChannel | ManyChannels
 LONG = 30_000  # binary digits of the characteristic polynomial from which on matrices are faster
 _EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
@@ -104,7 +101,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         H, given = self.plant, self.classes.classes
-        if not isinstance(H, MultivariablePlant | ChannelFamily | DelayMatrix):
+        if not isinstance(H, ManyChannels):
             return self.classes.require_no_rectifier()
         if H.inputs != H.outputs:
             raise InputError(f"the plant has {H.size}; nonlinearities mu_i = -phi_i(sigma_i) need as many of both")
@@ -119,12 +116,12 @@ class Problem:
     @property
     def several(self) -> bool:
         """Whether it is about several nonlinearities."""
-        return isinstance(self.plant, MultivariablePlant | ChannelFamily | DelayMatrix)
+        return isinstance(self.plant, ManyChannels)
 
     @property
     def block(self) -> OneChannel:
         """The plant of the only channel."""
-        assert not isinstance(self.plant, MultivariablePlant | ChannelFamily | DelayMatrix), "asked of one channel"
+        assert not isinstance(self.plant, ManyChannels), "asked of one channel"
         return self.plant
 
     def scaled(self, alpha: Fraction) -> Problem:

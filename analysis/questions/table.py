@@ -37,6 +37,7 @@ from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 from lure.record import Column, Page, Record, plain, quantity
+from lure.record.base import aligned
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -172,7 +173,7 @@ def table(found: LoopAnalysis) -> str:
         textwrap.fill(found.statement, WIDTH),
         *([textwrap.fill(f"Nothing is proved: {why}.", WIDTH)] if (why := unproved(found)) else []),
         *([] if found.stopped is None else [UNFINISHED[found.stopped]]),
-        columns([HEAD, *(table_row(row) for row in found.rows)]),
+        "\n".join(aligned([HEAD, *(table_row(row) for row in found.rows)])),
         textwrap.fill(below_table(found), WIDTH),
         *(textwrap.fill(f"To decide more: {hint}.", WIDTH) for hint in found.hints),
         *(textwrap.fill(f"Not shown: {note}.", WIDTH) for note in found.not_shown),
@@ -236,19 +237,6 @@ def class_name(row: StabilityBound) -> str:
     if row.question == "sector":
         return "sector, time-varying" if row.time_varying else "sector"
     return "slope, odd" if row.odd else "slope"
-
-
-def columns(rows: list[tuple[str, ...]]) -> str:
-    """Rows of equal length as aligned columns.
-
-    Parameters
-    ----------
-    rows : list of tuple of str
-        The head first.
-    """
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
-    return "\n".join(line.rstrip() for line in lines)
 
 
 def table_row(row: StabilityBound) -> tuple[str, ...]:
