@@ -430,7 +430,7 @@ def said(reports: dict[str, object]) -> list[str]:
     from lure.analysis.report.loop.write import loop_page
     from lure.analysis.report.parts import certificate_files
     from lure.analysis.rod.conclusion import conclusion
-    from lure.analysis.rod.criteria import rod_criteria
+    from lure.analysis.rod.popov import rod_criteria
     from lure.analysis.rod.report.build import checked_criteria
     from lure.analysis.rod.report.claims import claims
     from lure.analysis.rod.report.document import document

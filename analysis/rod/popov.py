@@ -1,4 +1,4 @@
-"""Popov's criterion in the critical case of a simple zero eigenvalue, and the circle criterion, for the rod."""
+"""Popov's criterion in the critical case of a simple zero eigenvalue, and the circle criterion, for rod and scheme."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from flint import arb, arb_series
 from lure.analysis.numerics.minimum import Minimum, minimum
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Bracket, CriterionResult, Evidence, Model, Verdict
+from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError, Reason
 from lure.rod.discretisation import UpwindScheme
@@ -468,3 +469,87 @@ def _hypotheses(asked: _Question, margin: Bracket, *, holds: bool) -> tuple[str,
         inequality if holds else "inequality on [0, inf]: not established",
         members,
     )
+
+
+def rod_criteria(scheme: UpwindScheme) -> tuple[CriterionResult, ...]:
+    """Popov's and the circle criterion, for the scheme and for the rod, in the sector of the rod's contact law.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme, with its rod.
+
+    Returns
+    -------
+    tuple of CriterionResult
+        Popov and circle for the scheme, then for the rod.
+    """
+    sector, rod = scheme.rod.nonlinearity.sector, RodPlant(scheme.rod)
+    return (
+        rod_popov_criterion(scheme, sector),
+        rod_circle_criterion(scheme, sector),
+        rod_popov_criterion(rod, sector),
+        rod_circle_criterion(rod, sector),
+    )
+
+
+# The responses that the criteria rest on, computed twice.
+
+_LARGEST_DENSE, _QUICK = 200, 50  # cells
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ResponseCheck:
+    """The frequency response of a scheme by python-control and by the closed form.
+
+    Attributes
+    ----------
+    frequencies : int
+        Number of frequencies compared, 0 if skipped.
+    lowest, highest : float
+        Their range [rad/s].
+    difference : float or None
+        Largest relative difference.
+    skipped : str or None
+        Why nothing was compared.
+    """
+
+    frequencies: int
+    lowest: float
+    highest: float
+    difference: float | None
+    skipped: str | None
+
+    def __str__(self) -> str:
+        if self.difference is None:
+            return f"python-control was not asked: {self.skipped}."
+        return (
+            f"python-control and the closed form agree within {self.difference:.1e} (relative) at {self.frequencies} "
+            f"frequencies from {self.lowest:.3g} to {self.highest:.3g} rad/s."
+        )
+
+
+def response_check(scheme: UpwindScheme) -> ResponseCheck:
+    """Compare ``H_N(i omega)`` from the matrices (python-control) with the closed form.
+
+    The two share the parameters and nothing else.  At 200 frequencies up to 50 cells, at 20 up to 200 cells; above
+    that, where a dense response takes minutes; the
+    verdicts do not rest on it.
+    """
+    slow, fast = 1e-3 / scheme.rod.travel_time, 4.0 * scheme.rate
+    if scheme.cells > _LARGEST_DENSE:
+        reason = f"a dense response of order {scheme.order} takes too long (limit: {_LARGEST_DENSE} cells)"
+        return ResponseCheck(frequencies=0, lowest=slow, highest=fast, difference=None, skipped=reason)
+    if not scheme.rod.damping:
+        reason = "with k = 0 the poles lie on the imaginary axis"
+        return ResponseCheck(frequencies=0, lowest=slow, highest=fast, difference=None, skipped=reason)
+    frequencies = 200 if scheme.cells <= _QUICK else 20
+    omega = np.geomspace(slow, fast, frequencies)
+    closed = scheme.transfer(1j * omega)
+    try:
+        response = np.asarray(scheme.frequency_response(omega).frdata).ravel()
+    except np.linalg.LinAlgError:
+        reason = "its matrices are singular to working precision at some frequency"
+        return ResponseCheck(frequencies=0, lowest=slow, highest=fast, difference=None, skipped=reason)
+    difference = float(np.max(np.abs(response - closed) / np.abs(closed)))
+    return ResponseCheck(frequencies=frequencies, lowest=slow, highest=fast, difference=difference, skipped=None)

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from lure.errors import InputError, demand_whole
 from lure.record import Record, plain, quantity
 from lure.rod.assembly import RodAssembly
+from lure.rod.datasets import Contact
 from lure.rod.motion.network import Line, Network, Run, Step, begun
 from lure.rod.motion.pieces import Array, values
-from lure.rod.sampled import Contact
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
 from lure import AssumptionError, InputError, Sector
-from lure.analysis.rod.criteria import response_check, rod_criteria
+from lure.analysis.rod.popov import response_check, rod_criteria
 from lure.analysis.rod.popov import rod_circle_criterion as circle_criterion
 from lure.analysis.rod.popov import rod_popov_criterion as popov_criterion
 from lure.analysis.verdict import INFINITE, Evidence, Verdict

@@ -76,7 +76,7 @@ class SchemeEquations:
     @cached_property
     def _force_gain(self) -> float:
         """What ``g`` adds to ``y_1'`` [m/(N s^2)]."""
-        return 2.0 * self.scheme.rod.input_gain * (self.scheme.rate if self.scheme.form == "corrected" else 1.0)
+        return float(self.plain.b2[0])
 
     @cached_property
     def _grid(self) -> Array:
@@ -107,19 +107,19 @@ class SchemeEquations:
 
     def jacobian(self, y: Array, *, touching: bool) -> csc_array:
         """``dy'/dy`` (2N+1, 2N+1), sparse with two diagonals on either side [1/s]."""
-        from scipy.sparse import coo_array
+        rod = self.scheme.rod
+        slope = rod.nonlinearity.continued(float(y[-1]))[1] if touching else 0.0
+        free, pressed = self._slopes
+        return (free - slope * pressed).tocsc()
 
-        rod, N, s = self.scheme.rod, self.scheme.cells, self.scheme.rate
-        slope = rod.mobility * rod.nonlinearity.continued(float(y[-1]))[1] if touching else 0.0
-        row = np.arange(2 * N)
-        from_ = np.concatenate(([1], np.arange(0, 2 * N - 2, 2), np.arange(3, 2 * N, 2), [2 * N - 2]))
-        to = np.concatenate((np.arange(0, 2 * N, 2), np.arange(1, 2 * N, 2)))
-        weight = np.full(2 * N, s)
-        weight[0] = -s * rod.reflection
-        rows = np.concatenate((row, to, [2 * N - 1, 2 * N, 2 * N]))
-        columns = np.concatenate((row, from_, [2 * N, 2 * N - 2, 2 * N]))
-        values = np.concatenate((np.full(2 * N, -s), weight, [-2.0 * s * slope, 1.0, -slope]))
-        return coo_array((values, (rows, columns)), shape=(2 * N + 1, 2 * N + 1)).tocsc()
+    @cached_property
+    def _slopes(self) -> tuple[csc_array, csc_array]:
+        """``A`` and ``b1 c^T``, folded."""
+        from scipy.sparse import csc_array
+
+        block, fold = self.plain.block, self.fold
+        pressed = csc_array(block.b1[fold][:, None]) @ csc_array(block.c[fold][None, :])
+        return block.A[fold][:, fold].tocsc(), pressed
 
     def speed(self, until: float) -> float:
         """A velocity of the size the data and the loads suggest, 1 if they suggest none [m/s]."""

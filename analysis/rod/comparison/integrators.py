@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
@@ -16,8 +15,8 @@ from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, ScipyMethod, Wal
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
 from lure.errors import InputError, demand_seconds, demand_whole
+from lure.rod.datasets import Contact, in_phases, number_of_contacts
 from lure.rod.discretisation import UpwindScheme, upwind
-from lure.rod.sampled import number_of_contacts
 from lure.rod.scenario import Scenario
 from lure.rod.scheme import structured_motion
 
@@ -30,7 +29,6 @@ SCHEME_METHODS: tuple[SchemeMethod, ...] = get_args(SchemeMethod)
 _LONGEST = 0.25
 _MOST_SAMPLES = 10**7
 _MOST_WORK = 1e8
-_IDLE = 3
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -211,7 +209,7 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and five setting
         times=np.linspace(0.0, float(until), samples),
     )
     with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is looked at after each step
-        end = walk.go([0.0, *scenario.breaks(until), float(until)])
+        contacts = walk.go([0.0, *scenario.breaks(until), float(until)])
     return SchemeRun(
         scheme=scheme,
         method=method,
@@ -219,8 +217,8 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and five setting
         z=walk.rows[:, 0],
         velocity=walk.rows[:, 1],
         energy=walk.rows[:, 2],
-        contacts=tuple(walk.contacts),
-        state=np.asarray(equations.unfolded(end)[scheme.permutation]),
+        contacts=tuple((contact.start, contact.end) for contact in contacts),
+        state=np.asarray(equations.unfolded(walk.y)[scheme.permutation]),
         steps=walk.steps,
         evaluations=walk.evaluations,
         cpu_seconds=time.process_time() - before,
@@ -229,7 +227,7 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and five setting
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class _Walk:
-    """A run as it proceeds: samples filled in, contacts met, steps and evaluations counted."""
+    """A run as it proceeds: samples filled in, the state, steps and evaluations counted."""
 
     equations: SchemeEquations
     method: SchemeMethod
@@ -241,31 +239,23 @@ class _Walk:
     filled: int = 0
     steps: int | None = 0
     evaluations: int = 0
-    contacts: list[tuple[float, float]] = field(default_factory=list)
+    y: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        self.rows = np.empty((self.times.size, 3))
+        self.rows, self.y = np.empty((self.times.size, 3)), self.equations.start
 
-    def go(self, edges: list[float]) -> Array:
-        """Integrate from edge to edge, and on each piece from contact to release to contact; the last state."""
-        y = self.equations.start
-        touching = y[-1] > 0.0 or (y[-1] == 0.0 and y[-3] > 0.0)
-        since = 0.0
-        for span in pairwise(edges):
-            t, idle = span[0], 0
-            while t < span[1]:
-                self._fill(self.equations.observed(y[None, :]), t)
-                found = self._leg((t, y), span, touching=touching, watch=idle < _IDLE)
-                idle = idle + 1 if found.t == t else 0
-                t, y = found.t, found.y
-                if found.left:
-                    if touching:
-                        self._contact(since, t)
-                    touching, since = not touching, t
-        self._fill(self.equations.observed(y[None, :]), edges[-1])
-        if touching:
-            self._contact(since, edges[-1])
-        return y
+    def go(self, edges: list[float]) -> tuple[Contact, ...]:
+        """Integrate from edge to edge, and on each piece from contact to release to contact; the contacts."""
+        z, arriving = self.y[-1], self.y[-3]
+        found = in_phases(edges, self._phase, touching=z > 0.0 or (z == 0.0 and arriving > 0.0))
+        self._fill(edges[-1])
+        return found
+
+    def _phase(self, t: float, span: tuple[float, float], touching: bool, watch: bool) -> tuple[float, bool]:  # noqa: FBT001  (see in_phases)
+        self._fill(t)
+        found = self._leg((t, self.y), span, touching=touching, watch=watch)
+        self.y = found.y
+        return found.t, found.left
 
     def _leg(self, start: tuple[float, Array], span: tuple[float, float], *, touching: bool, watch: bool) -> Walked:
         t, y = start
@@ -292,18 +282,11 @@ class _Walk:
         self.steps = None if found.steps is None or self.steps is None else self.steps + found.steps
         return found
 
-    def _fill(self, row: Array, t: float) -> None:
+    def _fill(self, t: float) -> None:
         """Samples up to ``t`` that are still open: those at ``t`` itself."""
         last = int(np.searchsorted(self.times, t, side="right"))
-        self.rows[self.filled : last] = row
+        self.rows[self.filled : last] = self.equations.observed(self.y[None, :])
         self.filled = max(self.filled, last)
-
-    def _contact(self, start: float, end: float) -> None:
-        """A contact; one that begins where the last ended goes on, and one without duration is none."""
-        if self.contacts and self.contacts[-1][1] == start:
-            start = self.contacts.pop()[0]
-        if end > start:
-            self.contacts.append((start, end))
 
 
 def _check(scheme: UpwindScheme, until: float, settings: tuple[object, object]) -> None:

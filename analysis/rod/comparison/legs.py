@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.equations import BAND, SchemeEquations
 from lure.errors import InputError
-from lure.rod.sampled import step_points, turning_negative
+from lure.rod.datasets import step_points, turning_negative
 
 Array = NDArray[np.float64]
 ScipyMethod = Literal["RK45", "DOP853", "Radau", "BDF", "LSODA"]

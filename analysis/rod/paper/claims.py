@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from lure.analysis.rod.criteria import rod_criteria
 from lure.analysis.rod.paper.model import PaperClaim
 from lure.analysis.rod.paper.runs import COARSE, PaperRuns
 from lure.analysis.rod.paper.settling import PAPER_SETTLING
+from lure.analysis.rod.popov import rod_criteria
 from lure.analysis.rod.spectrum import rod_spectrum
 from lure.analysis.verdict import Evidence, Verdict
 from lure.rod.discretisation import upwind

@@ -26,6 +26,7 @@ from lure.analysis.plots.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.gridspec import SubplotSpec
 
     from lure.analysis.rod.runs import SampledRun
     from lure.analysis.rod.runs.drawing import Film
@@ -177,12 +178,7 @@ def space_time_page(film: Film, *, title: str, ax: Axes | None = None) -> list[A
     list of Axes
         From left to right.
     """
-    place = axes_or_new(ax)
-    figure, spec = place.get_figure(root=True), place.get_subplotspec()
-    assert figure is not None, "axes belong to a figure"
-    assert spec is not None, "a page is drawn in the place of a subplot"
-    figure.subplots_adjust(left=0.11, right=0.95, bottom=0.08, top=0.875)
-    place.remove()
+    figure, spec = _cleared(ax, left=0.11, right=0.95, bottom=0.08, top=0.875)
     grid = spec.subgridspec(1, 2, wspace=0.14)
     drawn = [plot_space_time(film, which, ax=figure.add_subplot(grid[i])) for i, which in enumerate(LABELS)]
     drawn[1].set_ylabel("")
@@ -195,6 +191,17 @@ def space_time_page(film: Film, *, title: str, ax: Axes | None = None) -> list[A
     part = "" if whole else f"; drawn: t = {number(first)} to {number(last)} s of {number(film.run.until)} s"
     head(figure, title, film.run, part)
     return drawn
+
+
+def _cleared(ax: Axes | None, **margins: float) -> tuple[Figure, SubplotSpec]:
+    """The figure of some axes with other margins, and the place of the axes in it, which are removed."""
+    place = axes_or_new(ax)
+    figure, spec = place.get_figure(root=True), place.get_subplotspec()
+    assert figure is not None, "axes belong to a figure"
+    assert spec is not None, "a page is drawn in the place of a subplot"
+    figure.subplots_adjust(**margins)
+    place.remove()
+    return figure, spec
 
 
 def colour_top(values: NDArray[np.float64]) -> float:
@@ -337,12 +344,7 @@ def run_page(run: SampledRun, *, title: str, energies: SampledRun | None = None,
     list of Axes
         From top to bottom.
     """
-    place = axes_or_new(ax)
-    figure, spec = place.get_figure(root=True), place.get_subplotspec()
-    assert figure is not None, "axes belong to a figure"
-    assert spec is not None, "a page is drawn in the place of a subplot"
-    figure.subplots_adjust(left=0.15, right=0.97, bottom=0.07, top=0.885)
-    place.remove()
+    figure, spec = _cleared(ax, left=0.15, right=0.97, bottom=0.07, top=0.885)
     grid = spec.subgridspec(4, 1, height_ratios=(1.7, 1, 1, 1), hspace=0.32)
     panels: tuple[tuple[Callable[..., Axes], SampledRun], ...] = (
         (plot_run_end, run),

@@ -13,7 +13,7 @@ from lure.analysis.report.parts import ContradictionError, versions
 from lure.analysis.rod.certificates import inequality_draft, negative_damping_draft
 from lure.analysis.rod.conclusion import conclusion
 from lure.analysis.rod.confirmation import Confirmation, confirmation
-from lure.analysis.rod.criteria import response_check, rod_criteria
+from lure.analysis.rod.popov import response_check, rod_criteria
 from lure.analysis.rod.report.model import Simulation, StabilityReport
 from lure.analysis.rod.simulation import contradictions, simulate
 from lure.analysis.rod.spectrum import rod_spectrum

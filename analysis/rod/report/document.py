@@ -18,8 +18,8 @@ from lure.analysis.verdict import CriterionResult
 from lure.expressions.tree import decimal
 from lure.record import plain
 from lure.record.base import aligned
+from lure.rod.datasets import number_of_contacts
 from lure.rod.parameters import PARAMETERS
-from lure.rod.sampled import number_of_contacts
 from lure.rod.systems import RodSystem
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from lure.analysis.rod.conclusion import Conclusion
 from lure.analysis.rod.confirmation import Confirmation
-from lure.analysis.rod.criteria import ResponseCheck
+from lure.analysis.rod.popov import ResponseCheck
 from lure.analysis.rod.report.document import document, summary
 from lure.analysis.rod.spectrum import RodSpectrum
 from lure.analysis.verdict import CriterionResult, Verdict

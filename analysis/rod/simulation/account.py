@@ -16,8 +16,8 @@ from lure.analysis.rod.energy import (
     zeta_weights,
 )
 from lure.analysis.rod.simulation.trajectory import Trajectory
+from lure.rod.datasets import Contact
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.sampled import Contact
 from lure.rod.scheme.flow import Segment
 from lure.rod.scheme.loads import Loads
 from lure.rod.scheme.register import RegisterState, ShiftRegister

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from lure.analysis.drawing import drawn
 from lure.record import Column, Page, quantity
 from lure.rod import datasets
-from lure.rod.datasets import SERIES, STRESS
+from lure.rod.datasets import SERIES, STRESS, Contact, number_of_contacts
 from lure.rod.discretisation import Form
-from lure.rod.sampled import Contact, number_of_contacts
 from lure.rod.scheme.motion import SchemeMotion
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from lure.errors import AssumptionError, InputError, demand_whole
 from lure.record import Column, Page, Record, plain, quantity
 from lure.rod import datasets
 from lure.rod.cellular.network import CellularNetwork, Signal
-from lure.rod.sampled import SampledMotion
+from lure.rod.datasets import SampledMotion
 
 if TYPE_CHECKING:
     import control

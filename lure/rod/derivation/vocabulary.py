@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import sympy as sp
 
 from lure.errors import InputError
 from lure.record import Page, Record, derived, quantity
+from lure.rod.discretisation import FORMS as FORMS
+from lure.rod.discretisation import Form as Form
 
-Form = Literal["corrected", "as-printed"]
-FORMS: tuple[Form, ...] = ("corrected", "as-printed")
 MAX_CELLS = 12
 
 t, x = sp.symbols("t x", real=True)

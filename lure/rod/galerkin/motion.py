@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -15,8 +14,8 @@ from numpy.typing import NDArray
 from lure.errors import AssumptionError, InputError, Reason, demand_seconds, demand_whole
 from lure.record import Column, Page, derived, numbered, plain, quantity
 from lure.rod import datasets
+from lure.rod.datasets import Contact, SampledMotion, in_phases, number_of_contacts, step_points, turning_negative
 from lure.rod.galerkin.model import INTEGRALS, Equations, GalerkinModel
-from lure.rod.sampled import Contact, SampledMotion, number_of_contacts, step_points, turning_negative
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -334,13 +333,13 @@ def simulate(  # noqa: PLR0913  (what, from where, until when, and three setting
         rows=np.empty((samples, 2 * m + INTEGRALS)),
     )
     with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is looked at after each step
-        run.go(np.concatenate((a, b, np.zeros(INTEGRALS))), [0.0, *scenario.breaks(until), until])
+        contacts = run.go(np.concatenate((a, b, np.zeros(INTEGRALS))), [0.0, *scenario.breaks(until), until])
     return GalerkinRun(
         model=model,
         scenario=scenario,
         t=run.times,
         states=run.rows,
-        contacts=tuple(run.contacts),
+        contacts=contacts,
         steps=run.steps,
         method=method,
     )
@@ -348,7 +347,7 @@ def simulate(  # noqa: PLR0913  (what, from where, until when, and three setting
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class _Integration:
-    """A run as it proceeds: samples filled in, contacts met, steps taken, largest ``|u(t, L)|`` seen [m]."""
+    """A run as it proceeds: samples filled in, steps taken, the state, largest ``|u(t, L)|`` seen [m]."""
 
     equations: Equations
     method: Method
@@ -358,34 +357,17 @@ class _Integration:
     filled: int = 0
     steps: int = 0
     reach: float = 0.0
-    contacts: list[Contact] = field(default_factory=list)
+    y: Array = field(init=False)
 
-    def go(self, y: Array, edges: list[float]) -> None:
-        """Integrate from edge to edge, and on each piece from contact to release to contact."""
+    def go(self, y: Array, edges: list[float]) -> tuple[Contact, ...]:
+        """Integrate from edge to edge, and on each piece from contact to release to contact; the contacts."""
         m, model = self.equations.model.space.order, self.equations.model
-        z, rise = self._z(y), float(model.space.right @ y[m : 2 * m])
-        touching = z > 0 or (z == 0 and rise > 0)
-        if touching:
-            self._touch(0.0)
-        self.rows[0], self.filled = y, 1
-        for span in pairwise(edges):
-            t, idle = span[0], 0
-            while t < span[1]:
-                before = t
-                t, y, ended = self._phase(t, y, span, touching=touching, watch=idle < 3)
-                idle = idle + 1 if t == before else 0
-                if ended:
-                    touching = not touching
-                    (self._touch if touching else self._release)(t)
-        if touching:
-            self._release(edges[-1], closed=False)
+        z, rise = float(model.space.right @ y[:m]) - model.rod.gap, float(model.space.right @ y[m : 2 * m])
+        self.y, self.rows[0], self.filled = y, y, 1
+        return in_phases(edges, self._phase, touching=z > 0 or (z == 0 and rise > 0))
 
-    def _phase(
-        self, t: float, y: Array, span: tuple[float, float], *, touching: bool, watch: bool
-    ) -> tuple[float, Array, bool]:
-        """Integrate until the phase or the span ends: the instant, the state, and whether the phase ended.
-
-        Without ``watch`` the first step is taken as it is: rounding has just ended several phases at one instant.
+    def _phase(self, t: float, span: tuple[float, float], touching: bool, watch: bool) -> tuple[float, bool]:  # noqa: FBT001  (see in_phases)
+        """Integrate until the phase or the span ends: the instant, and whether the phase ended.
 
         Raises
         ------
@@ -397,9 +379,9 @@ class _Integration:
         rate = partial(self.equations.rate, touching=touching, span=span)
         if self.method == "Radau":
             slopes = partial(self.equations.jacobian, touching=touching, span=span)
-            solver = Radau(rate, t, y, span[1], rtol=2.3e-13, atol=self.atol, jac=slopes)
+            solver = Radau(rate, t, self.y, span[1], rtol=2.3e-13, atol=self.atol, jac=slopes)
         else:
-            solver = DOP853(rate, t, y, span[1], rtol=2.3e-13, atol=self.atol)
+            solver = DOP853(rate, t, self.y, span[1], rtol=2.3e-13, atol=self.atol)
         while solver.status == "running":
             message = solver.step()
             self.steps += 1
@@ -414,10 +396,12 @@ class _Integration:
             if share is not None:
                 stop = float(solver.t_old + share * (solver.t - solver.t_old))
                 self._record(dense, stop)
-                return stop, np.asarray(dense(stop)), True
+                self.y = np.asarray(dense(stop))
+                return stop, True
             self._record(dense, solver.t)
             watch = True
-        return span[1], np.asarray(solver.y), False
+        self.y = np.asarray(solver.y)
+        return span[1], False
 
     def _end_of_phase(
         self, dense: Callable[[Array], Array], start: float, end: float, *, touching: bool
@@ -436,22 +420,6 @@ class _Integration:
         if last > self.filled:
             self.rows[self.filled : last] = dense(self.times[self.filled : last]).T
             self.filled = last
-
-    def _z(self, y: Array) -> float:
-        space = self.equations.model.space
-        return float(space.right @ y[: space.order]) - self.equations.model.rod.gap
-
-    def _touch(self, t: float) -> None:
-        """Begin a contact; one that ended at this very instant goes on."""
-        again = bool(self.contacts) and self.contacts[-1].end == t
-        start = self.contacts.pop().start if again else t
-        self.contacts.append(Contact(start=start, end=math.inf, closed=False))
-
-    def _release(self, t: float, *, closed: bool = True) -> None:
-        """End the contact; one that began at this very instant was none."""
-        start = self.contacts.pop().start
-        if t > start:
-            self.contacts.append(Contact(start=start, end=t, closed=closed))
 
 
 def _transit(model: GalerkinModel) -> float:

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from lure.rod.datasets import Contact
 from lure.rod.motion.blocks import MANY, Block, Counts, SeriesBlock
 from lure.rod.motion.compilation import reader
 from lure.rod.motion.kernel_walk import sampled
 from lure.rod.motion.pieces import Array, left_ends, right_ends, supremum, upper_bounds, values
 from lure.rod.motion.record import Record, Series, Window
 from lure.rod.motion.trip_matrix import Setting
-from lure.rod.sampled import Contact
 
 CHUNK = 1024
 

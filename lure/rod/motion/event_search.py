@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.rod.datasets import Contact
 from lure.rod.motion import kernel_series as k
 from lure.rod.motion.blocks import PARTS, Block, SeriesBlock, Steps, block_after, series_blocks
 from lure.rod.motion.event_free import EventFreeInterval
@@ -19,7 +20,6 @@ from lure.rod.motion.kernel_series import Counts
 from lure.rod.motion.kernel_walk import balanced, carried
 from lure.rod.motion.pieces import Array, basis, products, supremum
 from lure.rod.motion.trip_matrix import Setting, trip_matrix
-from lure.rod.sampled import Contact
 
 _SHARES = np.arange(PARTS + 1.0) / PARTS
 

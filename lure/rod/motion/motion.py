@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from lure.errors import InputError
 from lure.record import Page, Record, quantity
+from lure.rod.datasets import Contact
 from lure.rod.motion.end_law import Boundary, end_law
 from lure.rod.motion.engine import Engine
 from lure.rod.motion.event_search import open_impact
@@ -21,7 +22,6 @@ from lure.rod.motion.pieces import Array
 from lure.rod.motion.record import Series, Trips, Window, Windows, impacts_of, timeline
 from lure.rod.motion.sources import Problem, sources
 from lure.rod.parameters import Rod
-from lure.rod.sampled import Contact
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:

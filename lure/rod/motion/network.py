@@ -11,8 +11,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from lure.errors import AssumptionError, InputError, Reason
+from lure.rod.datasets import Contact
 from lure.rod.motion.pieces import NARROWEST, Array, basis, distinct, fitted, products, restricted, tails, values
-from lure.rod.sampled import Contact
 
 DEGREE, MOST_STEPS = 16, 200_000
 _SAME, _RESOLVED, _NOISE = 4e-14, 4e-15, 2e-15

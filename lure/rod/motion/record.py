@@ -11,10 +11,10 @@ from typing import Literal, Protocol, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.rod.datasets import Contact
 from lure.rod.motion.compilation import reader
 from lure.rod.motion.kernel_walk import recorded
 from lure.rod.motion.pieces import Array, values
-from lure.rod.sampled import Contact
 
 Series = Literal["wave", "returned", "push", "z"]
 _COLUMNS = {"wave": 0, "z": 1, "push": 2}

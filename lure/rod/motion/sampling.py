@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     import control
     import xarray
 
+    from lure.rod.datasets import Contact
     from lure.rod.motion.end_law import Boundary
     from lure.rod.motion.motion import Motion
-    from lure.rod.sampled import Contact
 
 MOST_SAMPLES = 1_000_000
 MOST_VALUES = 50_000_000

@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from lure.errors import InputError, demand_seconds, demand_whole
 from lure.record import Column, Page, derived, quantity
 from lure.rod import datasets
+from lure.rod.datasets import SampledMotion
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.sampled import SampledMotion
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.scheme.contact import EventFreeInterval, fewest_cells, halved, longest, next_contact
 from lure.rod.scheme.crossing import FLOOR, Crossing, Undecided
 from lure.rod.scheme.flight import FreeFlight, free_flight
 from lure.rod.scheme.loads import Force, force_of
-from lure.rod.scheme.poisson import Mean, parted, poisson_columns
+from lure.rod.scheme.poisson import parted, poisson_columns
 from lure.rod.scheme.register import RegisterState
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Run:
         if touch is None or end >= self.stop:
             span = self.stop - self.clock
             self._sample(flight, self.stop)
-            return flight.after(_mean(span))
+            return flight.after(parted(span))
         self._sample(flight, end)
         self.contact = True
         return touch.flight.after(parted(touch.tau))
@@ -128,7 +128,7 @@ class Run:
         span = min(Fraction(length), end - begin)
         if found is not None and found < span:
             span, self.contact = Fraction(found), not contact
-        after = stretch.after(_mean(span))
+        after = stretch.after(parted(span))
         self._sample(stretch, begin + span)
         return after
 
@@ -138,14 +138,9 @@ class Run:
             place = self.rate * Fraction(float(self.times[self.filled]))
             if place > end:
                 break
-            self.gaps[self.filled], self.waves[self.filled] = piece.end_at(_mean(place - self.clock))
+            self.gaps[self.filled], self.waves[self.filled] = piece.end_at(parted(place - self.clock))
             self.filled += 1
         self.clock = end
-
-
-def _mean(span: Fraction) -> Mean:
-    whole = round(span)
-    return Mean(whole=whole, rest=float(span - whole))
 
 
 METHOD = (

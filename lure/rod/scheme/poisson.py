@@ -81,14 +81,13 @@ def mean_of(rate: float, time: float) -> Mean:
     product = Fraction(rate) * Fraction(time)
     if product > Fraction(10) ** 300:
         raise InputError(f"time is {time:g} s, more than 1e300 cell crossings; give a shorter one")
-    whole = round(product)
-    return Mean(whole=whole, rest=float(product - whole))
+    return parted(product)
 
 
-def parted(tau: float) -> Mean:
-    """A double as a :class:`Mean`."""
+def parted(tau: float | Fraction) -> Mean:
+    """A number as a :class:`Mean`."""
     whole = round(tau)
-    return Mean(whole=whole, rest=tau - whole)
+    return Mean(whole=whole, rest=float(tau - whole))
 
 
 def window(mean: float) -> tuple[int, int]:
