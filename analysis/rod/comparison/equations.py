@@ -107,10 +107,12 @@ class SchemeEquations:
 
     def jacobian(self, y: Array, *, touching: bool) -> csc_array:
         """``dy'/dy`` (2N+1, 2N+1), sparse with two diagonals on either side [1/s]."""
+        from scipy.sparse import csc_array
+
         rod = self.scheme.rod
         slope = rod.nonlinearity.continued(float(y[-1]))[1] if touching else 0.0
         free, pressed = self._slopes
-        return (free - slope * pressed).tocsc()
+        return csc_array(free - slope * pressed)
 
     @cached_property
     def _slopes(self) -> tuple[csc_array, csc_array]:

@@ -6,11 +6,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lure.errors import AssumptionError, Reason
-from lure.rod.motion import Window
-from lure.rod.motion.pieces import Array, basis, distinct, fitted, values
+from lure.rod.motion import Boundary, Window
+from lure.rod.motion.fields import Integrand, over_a_transit, square
+from lure.rod.motion.pieces import Array
+from lure.rod.motion.record import Record, record_of
+from lure.rod.motion.sources import sources
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
@@ -21,9 +24,8 @@ from lure.rod.scenario import Scenario
 class Track:
     r"""Consecutive round trips of a rod, from the start on.
 
-    Without loads, and with ``W = r1(t, L)`` and ``V = r2(t, L)``, what runs in the rod at ``t = 2T n + T tau`` is known
-    from the window ``n`` and the one before: the forward wave is what arrives in the next ``T``, ``W`` up to the end of
-    the window and ``-a V`` of it after that; the backward wave is the ``V`` of the last ``T``.
+    Without loads, and with ``W = r1(t, L)`` and ``V = r2(t, L)``, what runs in the rod at ``t`` is known from the ends:
+    the forward wave is the ``W`` that arrives in the next ``T``, the backward wave is the ``V`` of the last ``T``.
 
     Attributes
     ----------
@@ -46,107 +48,15 @@ class Track:
         return self.rod.travel_time * (2.0 * last.number + float(last.edges[-1]))
 
     @cached_property
-    def pieces(self) -> Places:
-        """All pieces; the row before the first window holds what the backward wave was before the start."""
-        degree = self.windows[0].wave.shape[1] - 1
-        L = self.rod.length
+    def record(self) -> Record:
+        """The windows as arrays."""
+        return record_of(self.windows, 1.0)
 
-        def backward(s: Array) -> tuple[Array, Array]:
-            """``r2`` at ``x = L s`` at the start, which would have left ``x = L`` a time ``1 - s`` before."""
-            return self.scenario.waves(self.rod, L * s)[1], np.zeros(len(s))
-
-        edges: list[float] = []
-        for data in (self.scenario.displacement, self.scenario.velocity):
-            edges += [float(place) / L for place in data.breakpoints("x", 0.0, L) or ()]
-        start, _ = fitted(backward, distinct(edges, 0.0, 1.0), degree, 0.0)
-        still = np.zeros((1, degree + 1))
-        tables = [(np.append(0.0, 1.0 + start.edges), np.zeros((len(start.series) + 1, degree + 1)))]
-        tables += [(window.edges, window.wave) for window in self.windows]
-        returned = [still, start.series, *(window.returned for window in self.windows)]
-        z = [still, np.zeros_like(start.series), *(window.z for window in self.windows)]
-        return Places(
-            number=np.repeat(np.arange(-1, len(self.windows)), [len(series) for _, series in tables]),
-            low=np.concatenate([edges[:-1] for edges, _ in tables]),
-            high=np.concatenate([edges[1:] for edges, _ in tables]),
-            wave=np.concatenate([series for _, series in tables]),
-            returned=np.concatenate(returned),
-            z=np.concatenate(z),
-        )
-
-    def place(self, t: ArrayLike) -> tuple[NDArray[np.int64], Array]:
-        """Round trip and place in it [transits] of instants [s] from 0 to :attr:`reached`."""
-        transits = np.asarray(t, dtype=float) / self.rod.travel_time
-        number = np.clip(np.floor(0.5 * transits).astype(np.int64), 0, len(self.windows) - 1)
-        return number, np.clip(transits - 2.0 * number, 0.0, 2.0)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Places:
-    """Pieces of all windows in one table, with the integrals along each window.
-
-    Attributes
-    ----------
-    number : ndarray
-        (P,) window of each piece, -1 for the time before the start.
-    low, high : ndarray
-        (P,) ends in the window [transits].
-    wave, returned, z : ndarray
-        (P, N+1) Chebyshev series of ``W``, ``V`` [m/s] and ``z`` [m].
-    """
-
-    number: NDArray[np.int64]
-    low: Array
-    high: Array
-    wave: Array
-    returned: Array
-    z: Array
-
-    def at(self, series: Array, number: NDArray[np.int64], tau: Array) -> Array:
-        """Values of a table of series at places (n,)."""
-        i = self._found(number, tau)
-        low, high = self.low[i], self.high[i]
-        x = np.clip(((tau - low) - (high - tau)) / (high - low), -1.0, 1.0)
-        return values(series[i], x[:, None])[:, 0]
-
-    @cached_property
-    def travel(self) -> tuple[Array, Array]:
-        """Series of ``int W`` and ``int V`` from the start of the window [m/s transits]."""
-        return self._integral(self.wave), self._integral(self.returned)
-
-    @cached_property
-    def squares(self) -> tuple[Array, Array, Array, Array]:
-        """Series of the integrals of ``W^2``, ``V^2``, ``tau W^2`` and ``tau V^2`` from the start of the window."""
-        degree = 2 * (self.wave.shape[1] - 1) + 1
-        space = basis(degree)
-        x = np.broadcast_to(space.inner, (len(self.low), degree + 1))
-        tau = self.low[:, None] + 0.5 * (self.high - self.low)[:, None] * (x + 1.0)
-        wave, returned = values(self.wave, x) ** 2, values(self.returned, x) ** 2
-        found = (self._integral(table @ space.from_inner.T) for table in (wave, returned, tau * wave, tau * returned))
-        one, two, three, four = found
-        return one, two, three, four
-
-    @cached_property
-    def _first(self) -> NDArray[np.int64]:
-        """First piece of each window, of that before the start first."""
-        return np.searchsorted(self.number, np.arange(-1, int(self.number[-1]) + 2))
-
-    def _found(self, number: NDArray[np.int64], tau: Array) -> NDArray[np.int64]:
-        """Piece at each place: found in one list, then put right where rounding misplaced it."""
-        first, last = self._first[number + 1], self._first[number + 2] - 1
-        i = np.searchsorted(4.0 * self.number + self.low, 4.0 * number + tau, side="right") - 1
-        i = np.clip(i, first, last)
-        i = np.where((tau < self.low[i]) & (i > first), i - 1, i)
-        return np.where((tau >= self.high[i]) & (i < last), i + 1, i)
-
-    def _integral(self, series: Array) -> Array:
-        """Series of the integral from the start of the window; one degree more."""
-        grown = np.concatenate((series, np.zeros((len(series), 1))), axis=1)
-        half = 0.5 * (self.high - self.low)
-        primitive = half[:, None] * (grown @ basis(grown.shape[1] - 1).integral.T)
-        gained = primitive.sum(axis=1)
-        for first, stop in zip(self._first[:-1], self._first[1:], strict=True):
-            primitive[first + 1 : stop, 0] += np.cumsum(gained[first : stop - 1])
-        return np.asarray(primitive)
+    def over(self, t: ArrayLike, of: Integrand) -> tuple[Array, Array]:
+        """``int_0^1 of(V(t - s), t - s) ds`` and ``int_0^1 of(W(t + s), t + s) ds`` at instants [s], in transits."""
+        rod, degree = self.rod, self.windows[0].wave.shape[1] - 1
+        loads = sources(rod, self.scenario, Boundary(), self.reached, degree)
+        return over_a_transit(loads, self.record, np.asarray(t, dtype=float) / rod.travel_time, of)
 
 
 # What the rod itself conserves and loses: its energy, its deflated coordinate, its Popov-Lyapunov functional.
@@ -195,8 +105,8 @@ def rod_energy(track: Track, t: ArrayLike) -> Array:
         (n,) [J].
     """
     rod = track.rod
-    share = 0.25 * rod.impedance
-    waves = _weighted(track, t, Weights(leaving=share, leaving_slope=0.0, arriving=share, arriving_slope=0.0))
+    behind, ahead = track.over(t, square)
+    waves = 0.25 * rod.impedance * rod.travel_time * (behind + ahead)
     return np.asarray(waves + rod.area * rod.nonlinearity.primitive(track_z(track, t)))
 
 
@@ -210,7 +120,7 @@ def track_z(track: Track, t: ArrayLike) -> Array:
     t : array_like
         (n,) instants from 0 to the end of the track [s].
     """
-    return track.pieces.at(track.pieces.z, *track.place(t))
+    return track.record.at(np.asarray(t, dtype=float) / track.rod.travel_time, "z")
 
 
 def rod_zeta(track: Track, t: ArrayLike) -> Array:
@@ -253,17 +163,13 @@ def rod_zeta(track: Track, t: ArrayLike) -> Array:
     AssumptionError
         ``k = 0``: free flight has no resting place.
     """
-    rod, pieces = track.rod, track.pieces
+    rod = track.rod
     if rod.damping == 0:
         raise AssumptionError(
             "the deflated coordinate needs k != 0; the damping is 0 N s/m, free flight does not end",
             code=Reason.UNDAMPED,
         )
-    number, tau = track.place(t)
-    arriving, leaving = pieces.travel
-    end = np.full(tau.shape, 2.0)
-    ahead = pieces.at(arriving, number, end) - pieces.at(arriving, number, tau)
-    behind = pieces.at(leaving, number, tau)
+    behind, ahead = track.over(t, lambda wave, _at: wave)
     return np.asarray(track_z(track, t) + zeta_gain(rod) * (ahead - rod.reflection * behind))
 
 
@@ -369,26 +275,12 @@ def lyapunov_weights(rod: Rod) -> Weights:
 
 def _weighted(track: Track, t: ArrayLike, weights: Weights) -> Array:
     """``int_0^{2T} Q y^2 ds`` at the instants."""
-    rod, pieces = track.rod, track.pieces
-    number, tau = track.place(t)
-    wave, returned, wave_moment, returned_moment = pieces.squares
-    zero, two = np.zeros(tau.shape), np.full(tau.shape, 2.0)
-    middle, late = np.minimum(tau + 1.0, 2.0), np.maximum(tau - 1.0, 0.0)
-
-    def part(
-        tables: tuple[Array, Array], window: NDArray[np.int64], span: tuple[Array, Array], line: tuple[Array, float]
-    ) -> Array:
-        """``int (constant + slope tau) f^2`` over the span."""
-        plain, moment = (pieces.at(table, window, span[1]) - pieces.at(table, window, span[0]) for table in tables)
-        return line[0] * plain + line[1] * moment
-
-    ahead, behind = (wave, wave_moment), (returned, returned_moment)
-    Q0, s0, Q2, s2 = weights.leaving, weights.leaving_slope, weights.arriving, weights.arriving_slope
-    total = part(ahead, number, (tau, middle), (Q2 - s2 * tau, s2))
-    total += rod.reflection**2 * part(behind, number, (zero, late), (Q2 + s2 * (2.0 - tau), s2))
-    total += part(behind, number, (late, tau), (Q0 - s0 * tau, s0))
-    total += part(behind, number - 1, (middle, two), (Q0 - s0 * (tau + 2.0), s0))
-    return np.asarray(rod.travel_time * total)
+    transits = np.asarray(t, dtype=float) / track.rod.travel_time
+    behind, ahead = track.over(t, square)
+    first_behind, first_ahead = track.over(t, lambda wave, at: at * wave**2)
+    total = weights.leaving * behind + weights.leaving_slope * (first_behind - transits * behind)
+    total += weights.arriving * ahead + weights.arriving_slope * (first_ahead - transits * ahead)
+    return np.asarray(track.rod.travel_time * total)
 
 
 def _need_damping(rod: Rod) -> None:

@@ -19,6 +19,7 @@ from lure.analysis.rod.confirmation.functionals import (
 from lure.analysis.rod.confirmation.rest import rest_of_rod
 from lure.analysis.rod.confirmation.result import AGREEMENT, Array, Curves, Kind, Quantity, Side
 from lure.rod.motion import Window
+from lure.rod.motion.fields import of_record
 from lure.rod.motion.pieces import right_ends, supremum
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
@@ -141,10 +142,8 @@ def balance(track: Track) -> float:
     track : Track
         The motion, with or without loads.
     """
-    rod, pieces = track.rod, track.pieces
-    number = np.arange(len(track.windows))
-    end = np.full(len(number), 2.0)
-    brought, taken = (pieces.at(table, number, end) for table in pieces.squares[:2])
+    rod, start = track.rod, 2.0 * np.arange(len(track.windows), dtype=np.float64)
+    brought, taken = (of_record(track.record, start, start + 2.0, returned=returned) for returned in (False, True))
     share = 0.25 * rod.impedance * rod.travel_time
     z = np.array([track.scenario.contact_coordinate(rod), *(float(right_ends(w.z)[-1]) for w in track.windows)])
     stored = rod.area * rod.nonlinearity.primitive(z)

@@ -15,6 +15,7 @@ from lure.rod.motion.pieces import Array, Pieces, basis, distinct, joined, value
 from lure.rod.motion.record import Record, Series, Trips, Windows, record_of
 from lure.rod.motion.sources import Sources
 
+Integrand = Callable[[Array, Array], Array]
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
@@ -184,32 +185,53 @@ def squares_over_a_transit(sources: Sources, share: float, trips: Trips, t: Arra
         (n,) instants [transits].
     """
     if isinstance(trips, Record):
-        return _squares(sources, trips, t)
+        behind, ahead = over_a_transit(sources, trips, t)
+        return behind + ahead
     total = np.empty(len(t))
     trip = np.clip(np.floor(0.5 * t).astype(np.int64) - trips.number, 0, len(trips) - 1)
     for i in np.unique(trip):
         near = [trips.window(j) for j in range(max(i - 1, 0), min(i + 2, len(trips)))]
-        total[trip == i] = _squares(sources, record_of(near, share), t[trip == i])
+        behind, ahead = over_a_transit(sources, record_of(near, share), t[trip == i])
+        total[trip == i] = behind + ahead
     return total
 
 
-def _squares(sources: Sources, record: Record, t: Array) -> Array:
-    """The same from one record."""
+def square(wave: Array, _at: Array) -> Array:
+    """The integrand of an energy."""
+    return np.asarray(wave**2)
+
+
+def over_a_transit(sources: Sources, record: Record, t: Array, of: Integrand = square) -> tuple[Array, Array]:
+    """``int_0^1 of(V(t - s), t - s) ds`` and ``int_0^1 of(W(t + s), t + s) ds``, (n,) each: over all of the rod.
+
+    Parameters
+    ----------
+    sources : Sources
+        Loads and initial data.
+    record : Record
+        Round trips.
+    t : ndarray
+        (n,) instants that they cover [transits].
+    of : callable
+        From values of a wave [m/s] and their instants [transits] to what is integrated: polynomials of at most twice
+        the degree of the wave are integrated exactly.
+    """
     stop = 2.0 * (record.number + len(record) - 1) + record.stop
-    total = _of_record(record, np.maximum(t - 1.0, 0.0), t, returned=True)
-    total += _of_record(record, t, np.minimum(t + 1.0, stop), returned=False)
+    behind = of_record(record, np.maximum(t - 1.0, 0.0), t, of, returned=True)
+    ahead = of_record(record, t, np.minimum(t + 1.0, stop), of, returned=False)
     early = t < 1.0
     if early.any():  # as if the end x = 0 gave back minus what comes: then W(tau) = -V(tau - 2) for 1 < tau < 2
         before = replace(sources, echo=-1.0).initial_wave()[0]
-        total[early] += _of_pieces(before, t[early] + 1.0, np.full(int(early.sum()), 2.0))
+        before = Pieces(before.edges, -before.series)
+        behind[early] += _of_pieces(before, -2.0, t[early] + 1.0, np.full(int(early.sum()), 2.0), of)
     late = t + 1.0 > stop
     number = int(stop // 2.0)
     for n in (number, number + 1) if late.any() else ():
         span = min(2.0, stop + 1.0 - 2.0 * n)
         low, high = np.clip(stop - 2.0 * n, 0.0, span), np.clip(t[late] + 1.0 - 2.0 * n, 0.0, span)
         if span > 0.0:
-            total[late] += _of_pieces(_incoming(sources, record, n, span), np.minimum(low, high), high)
-    return total
+            ahead[late] += _of_pieces(_incoming(sources, record, n, span), 2.0 * n, np.minimum(low, high), high, of)
+    return behind, ahead
 
 
 def _incoming(sources: Sources, record: Record, n: int, span: float) -> Pieces:
@@ -229,42 +251,49 @@ def _incoming(sources: Sources, record: Record, n: int, span: float) -> Pieces:
     return Pieces(wave.edges, wave.series + load.series)
 
 
-def _of_pieces(pieces: Pieces, low: Array, high: Array) -> Array:
-    """Integrals (n,) of the square from ``low`` to ``high`` (n,)."""
+def _of_pieces(pieces: Pieces, origin: float, low: Array, high: Array, of: Integrand) -> Array:
+    """Integrals (n,) from ``low`` to ``high`` (n,) [transits from the origin]."""
     edges = pieces.edges
     first = np.clip(np.searchsorted(edges, low, side="right") - 1, 0, len(edges) - 2)
     last = np.clip(np.searchsorted(edges, high, side="left") - 1, first, len(edges) - 2)
-    return _sums((edges[:-1], edges[1:]), lambda i: pieces.series[i], (first, low), (last, high))
+
+    def at(i: NDArray[np.int64], x: Array, tau: Array) -> Array:
+        """What is integrated."""
+        return of(values(pieces.series[i], x), tau + origin)
+
+    return _sums((edges[:-1], edges[1:]), pieces.series.shape[1] - 1, at, (first, low), (last, high))
 
 
-def _of_record(record: Record, low: Array, high: Array, *, returned: bool) -> Array:
+def of_record(record: Record, low: Array, high: Array, of: Integrand = square, *, returned: bool) -> Array:
     """The same for ``V`` or ``W``, instants in transits from the start of the motion."""
+    origins = 2.0 * np.repeat(record.number + np.arange(len(record)), np.diff(record.first))
 
-    def rows(i: NDArray[np.int64]) -> Array:
-        """Coefficients (m, N+1)."""
+    def at(i: NDArray[np.int64], x: Array, tau: Array) -> Array:
+        """What is integrated."""
         wave = record.rows(i, 0)
-        return (2.0 * record.share - 1.0) * wave - 2.0 * record.rows(i, 2) if returned else wave
+        wave = (2.0 * record.share - 1.0) * wave - 2.0 * record.rows(i, 2) if returned else wave
+        return of(values(wave, x), tau + origins[i, None])
 
-    return _sums((record.low, record.high), rows, record.found(low), record.found(high))
+    return _sums((record.low, record.high), record.width - 1, at, record.found(low), record.found(high))
 
 
 def _sums(
     ends: tuple[Array, Array],
-    rows: Callable[[NDArray[np.int64]], Array],
+    degree: int,
+    at: Callable[[NDArray[np.int64], Array, Array], Array],
     begin: tuple[NDArray[np.int64], Array],
     end: tuple[NDArray[np.int64], Array],
 ) -> Array:
-    """Integrals of squares from a place on one piece to a place on a later one, the pieces between taken once."""
+    """Integrals from a place on one piece to a place on a later one, the pieces between taken once."""
     (start, stop), (first, low), (last, high) = ends, begin, end
+    space = basis(degree)
 
     def part(i: NDArray[np.int64], a: Array, b: Array) -> Array:
         """Over a part of each piece."""
-        coefficients = rows(i)
-        space = basis(coefficients.shape[1] - 1)
         half = np.maximum(0.5 * (b - a), 0.0)
-        at = a[:, None] + half[:, None] * (space.gauss + 1.0)
-        x = ((at - start[i, None]) - (stop[i, None] - at)) / (stop[i, None] - start[i, None])
-        return np.asarray(half * (values(coefficients, x) ** 2 @ space.weights))
+        tau = a[:, None] + half[:, None] * (space.gauss + 1.0)
+        x = ((tau - start[i, None]) - (stop[i, None] - tau)) / (stop[i, None] - start[i, None])
+        return np.asarray(half * (at(i, x, tau) @ space.weights))
 
     one = first == last
     total = part(first, low, np.where(one, high, stop[first]))
