@@ -121,7 +121,7 @@ class SchemeEquations:
 
         block, fold = self.plain.block, self.fold
         pressed = csc_array(block.b1[fold][:, None]) @ csc_array(block.c[fold][None, :])
-        return block.A[fold][:, fold].tocsc(), pressed
+        return csc_array(block.A[fold][:, fold]), pressed
 
     def speed(self, until: float) -> float:
         """A velocity of the size the data and the loads suggest, 1 if they suggest none [m/s]."""
