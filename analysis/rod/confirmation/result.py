@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 from lure.analysis.drawing import drawn
 from lure.analysis.verdict import Evidence
 from lure.record import Column, Page, Record, derived, quantity
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 Kind = Literal["decay", "undamped", "growth", "load"]

@@ -375,17 +375,7 @@ def _conclusion(report: StabilityReport) -> Json:
         "resting_place": found.resting_place,
         "assumptions": list(found.assumptions),
         "not_shown": list(found.not_shown),
-        "proofs": [
-            {
-                "title": proof.title,
-                "model": proof.model,
-                "meaning": proof.meaning,
-                "sector": proof.sector,
-                "evidence": str(proof.evidence),
-                "argument": proof.argument,
-            }
-            for proof in found.proofs
-        ],
+        "proofs": plain(found.proofs),
     }
 
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from lure.errors import AssumptionError, InputError, Reason, demand_whole
 from lure.record import Record, finite, quantity
 from lure.rod.motion import Boundary, Contact, Motion, Numerics, Window, exact_motion
+from lure.rod.motion.fields import of_pieces
 from lure.rod.motion.pieces import Pieces
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
@@ -306,21 +307,9 @@ class Watch:
 
     def _add(self, sums: Array, edges: Array, series: Array, origin: float) -> None:
         """Add the integral of a series that starts at an instant to the periods it reaches into."""
-        low, high = origin + float(edges[0]), origin + float(edges[-1])
-        first = max(int(np.searchsorted(self._periods, low, side="right")) - 1, 0)
-        for i in range(first, min(int(np.searchsorted(self._periods, high)), sums.size)):
-            sums[i] += self._integral(edges, series, self._periods[i] - origin, self._periods[i + 1] - origin)
-
-    def _integral(self, edges: Array, series: Array, low: float, high: float) -> float:
-        """Of a series over a part of its window, in seconds times its unit."""
-        low, high = max(low, float(edges[0])), min(high, float(edges[-1]))
-        if not low < high:
-            return 0.0
-        inner = edges[(edges > low) & (edges < high)]
-        part = Pieces(edges, series)
-        if inner.size < edges.size - 2 or low > edges[0] or high < edges[-1]:
-            part = part.on(np.concatenate(([low], inner, [high])))
-        return self._rod.travel_time * float(means(part.series) @ part.widths)
+        at = np.clip(self._periods - origin, edges[0], edges[-1])
+        (reached,) = np.nonzero(at[1:] > at[:-1])
+        sums[reached] += self._rod.travel_time * of_pieces(Pieces(edges, series), at[reached], at[reached + 1])
 
 
 def follow(rod: Rod, scenario: Scenario, watches: Sequence[Watch], progress: Progress | None = None) -> Motion:
@@ -347,13 +336,3 @@ def follow(rod: Rod, scenario: Scenario, watches: Sequence[Watch], progress: Pro
             watch.see(window)
 
     return exact_motion(rod, scenario, until, boundary=watches[0].boundary, numerics=Numerics(keep=2, on_window=see))
-
-
-def means(series: Array) -> Array:
-    """Mean values (m,) of Chebyshev series (m, N+1) on their pieces.
-
-    >>> means(np.array([[1.0, 5.0, 3.0]]))  # T_2 has mean -1/3
-    array([0.])
-    """
-    k = np.arange(0, series.shape[1], 2, dtype=float)
-    return np.asarray(series[:, ::2] @ (1.0 / (1.0 - k * k)))

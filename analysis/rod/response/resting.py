@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.drawing import drawn
-from lure.analysis.rod.response.recording import MOST_TRIPS, Array, Progress, contact_time, means, wave_rate
+from lure.analysis.rod.response.recording import MOST_TRIPS, Array, Progress, contact_time, wave_rate
 from lure.analysis.rod.response.sweeping import checked_values
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError, Reason
@@ -30,9 +30,6 @@ from lure.rod.motion import Boundary, Window, motion_windows
 from lure.rod.motion.pieces import basis
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
-
-if TYPE_CHECKING:
-    pass
 
 # Resting places of the rod without a load over a grid of initial data.
 
@@ -192,9 +189,8 @@ def basin(
 
 
 def _shifted(scenario: Scenario, offset: float, velocity: float) -> Scenario:
-    return Scenario(
-        force=scenario.force,
-        body_force=scenario.body_force,
+    return replace(
+        scenario,
         displacement=_plus(scenario.displacement, offset, "initial.u0"),
         velocity=_plus(scenario.velocity, velocity, "initial.u1"),
     )
@@ -285,11 +281,13 @@ def resting_place(rod: Rod, scenario: Scenario, *, rigid: bool = False, until: f
             impacts += len(window.impacts)
             end = float(window.z[-1].sum())
             scale = max(scale, abs(end))
-            travelled = T * float(means(window.returned) @ np.diff(window.edges))
-            zeta = end - rod.reflection / one_plus_a * travelled
+            travelled, squares = _integrals(window)
+            zeta = end - rod.reflection / one_plus_a * T * travelled
             quiet = quiet + 1 if not window.push.any() and window.end.impact is None else 0
             settled = quiet >= _QUIET and zeta <= 0.0
-            reach = math.sqrt(8.0 * T * _energy(rod, window, rigid=rigid) / rod.impedance) / one_plus_a
+            pressed = 0.0 if rigid else rod.area * float(rod.nonlinearity.primitive(np.array(end)))
+            energy = 0.25 * rod.impedance * T * squares + pressed
+            reach = math.sqrt(8.0 * T * energy / rod.impedance) / one_plus_a
             high = min(zeta, 0.0)
             low = high if settled else min(high, -reach)
             known = high - low <= _KNOWN * scale
@@ -303,9 +301,8 @@ def resting_place(rod: Rod, scenario: Scenario, *, rigid: bool = False, until: f
     return found
 
 
-def _energy(rod: Rod, window: Window, *, rigid: bool) -> float:
-    """A bound on the energy after a window: ``Z/4 int V^2 + A P(z)`` [J]."""
+def _integrals(window: Window) -> tuple[float, float]:
+    """``int V dt`` and ``int V^2 dt`` over a window, in transits."""
     space = basis(window.returned.shape[1] - 1)
-    half = 0.5 * rod.travel_time * np.diff(window.edges)[:, None] * space.weights
-    waves = 0.25 * rod.impedance * float((half * (window.returned @ space.at_gauss.T) ** 2).sum())
-    return waves + (0.0 if rigid else rod.area * float(rod.nonlinearity.primitive(np.array(window.z[-1].sum()))))
+    share, wave = 0.5 * np.diff(window.edges)[:, None] * space.weights, window.returned @ space.at_gauss.T
+    return float((share * wave).sum()), float((share * wave**2).sum())

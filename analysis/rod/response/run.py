@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,9 +30,6 @@ from lure.record import Column, Page, Record, derived, finite, numbered, quantit
 from lure.rod import datasets
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
-
-if TYPE_CHECKING:
-    pass
 
 # The answer to a long run.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import Literal
 
@@ -68,12 +69,7 @@ def pushed(scenario: Scenario, start: float, period: float) -> Scenario:
     if force.is_zero:
         raise InputError("force.g is zero; a separation is measured with a push of the force, give a force or leave it")
     text = f"({force})*(1 + where(t < {start!r}, 0, where(t < {start + period!r}, {PUSH!r}, 0)))"
-    return Scenario(
-        force=Expression.parse(text, variables=("t",), field="force.g"),
-        body_force=scenario.body_force,
-        displacement=scenario.displacement,
-        velocity=scenario.velocity,
-    )
+    return replace(scenario, force=Expression.parse(text, variables=("t",), field="force.g"))
 
 
 def separation(first: Array, second: Array, period: float) -> Separation:
@@ -192,15 +188,7 @@ def observed_regime(table: Array, *, tolerance: float, unloaded: bool) -> tuple[
         level = table - step * (np.arange(len(table))[:, None] + np.arange(table.shape[1]) / table.shape[1])
         drifting = _repeating(level, tolerance, rounding) if abs(step) > tolerance * size else None
         if drifting is not None:
-            found = Regime(
-                kind="drifting",
-                multiple=drifting.multiple,
-                mismatch=drifting.mismatch,
-                seen=drifting.seen,
-                range=drifting.range,
-                step=step,
-            )
-            table = level
+            found, table = replace(drifting, kind="drifting", step=step), level
     if found is not None:
         return found, _transients(table, found, found.multiple or 1)
     multiple = _best(table)

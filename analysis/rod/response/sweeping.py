@@ -8,9 +8,9 @@ import re
 import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -29,9 +29,6 @@ from lure.rod import datasets
 from lure.rod.parameters import PARAMETERS, Rod
 from lure.rod.scenario import Scenario
 from lure.rod.systems import rod_from_exact
-
-if TYPE_CHECKING:
-    pass
 
 # A family of rods and forces with one parameter: a field of the rod, or a symbol in the formula of the force.
 
@@ -100,20 +97,9 @@ def cases(
         exact = exact_number(value, name)
         text = re.sub(rf"\b{re.escape(name)}\b", f"({float(exact)!r})", force)
         member = rod if in_force else rod_from_exact({**rod.exact, name: exact})
-        load = Scenario(
-            force=Expression.parse(text, variables=("t",), field="force.g"),
-            body_force=scenario.body_force,
-            displacement=scenario.displacement,
-            velocity=scenario.velocity,
-        )
-        found.append(
-            Case(
-                value=float(exact),
-                rod=member,
-                scenario=load,
-                period=load_period(load, period, 2.0 * member.travel_time)[0],
-            )
-        )
+        load = replace(scenario, force=Expression.parse(text, variables=("t",), field="force.g"))
+        known = load_period(load, period, 2.0 * member.travel_time)[0]
+        found.append(Case(value=float(exact), rod=member, scenario=load, period=known))
     if all(member.scenario.force.is_constant and member.scenario.body_force.is_constant for member in found):
         raise InputError(
             f"the force is {force}, which does not change with time: the rod only comes to rest, and there is no "
@@ -154,12 +140,7 @@ def staircase(family: Sequence[Case], starts: Sequence[float]) -> Scenario:
     parts = [_later(member.scenario.force.tree, start) for member, start in zip(family, starts, strict=True)]
     tree = _tree(parts, [Fraction(start) for start in starts])
     source = f"{first.scenario.force} and {len(family) - 1} more, one after the other"
-    return Scenario(
-        force=Expression(source=source, variables=("t",), tree=tree),
-        body_force=first.scenario.body_force,
-        displacement=first.scenario.displacement,
-        velocity=first.scenario.velocity,
-    )
+    return replace(first.scenario, force=Expression(source=source, variables=("t",), tree=tree))
 
 
 def _tree(parts: Sequence[Node], starts: Sequence[Fraction]) -> Node:

@@ -223,14 +223,14 @@ def over_a_transit(sources: Sources, record: Record, t: Array, of: Integrand = s
     if early.any():  # as if the end x = 0 gave back minus what comes: then W(tau) = -V(tau - 2) for 1 < tau < 2
         before = replace(sources, echo=-1.0).initial_wave()[0]
         before = Pieces(before.edges, -before.series)
-        behind[early] += _of_pieces(before, -2.0, t[early] + 1.0, np.full(int(early.sum()), 2.0), of)
+        behind[early] += of_pieces(before, t[early] + 1.0, np.full(int(early.sum()), 2.0), of, -2.0)
     late = t + 1.0 > stop
     number = int(stop // 2.0)
     for n in (number, number + 1) if late.any() else ():
         span = min(2.0, stop + 1.0 - 2.0 * n)
         low, high = np.clip(stop - 2.0 * n, 0.0, span), np.clip(t[late] + 1.0 - 2.0 * n, 0.0, span)
         if span > 0.0:
-            ahead[late] += _of_pieces(_incoming(sources, record, n, span), 2.0 * n, np.minimum(low, high), high, of)
+            ahead[late] += of_pieces(_incoming(sources, record, n, span), np.minimum(low, high), high, of, 2.0 * n)
     return behind, ahead
 
 
@@ -251,8 +251,25 @@ def _incoming(sources: Sources, record: Record, n: int, span: float) -> Pieces:
     return Pieces(wave.edges, wave.series + load.series)
 
 
-def _of_pieces(pieces: Pieces, origin: float, low: Array, high: Array, of: Integrand) -> Array:
-    """Integrals (n,) from ``low`` to ``high`` (n,) [transits from the origin]."""
+def itself(wave: Array, _at: Array) -> Array:
+    """The integrand of a mean."""
+    return wave
+
+
+def of_pieces(pieces: Pieces, low: Array, high: Array, of: Integrand = itself, origin: float = 0.0) -> Array:
+    """Integrals (n,) from ``low`` to ``high`` (n,) [transits from the origin].
+
+    Parameters
+    ----------
+    pieces : Pieces
+        What is integrated.
+    low, high : ndarray
+        (n,) ends, inside the pieces.
+    of : callable
+        As for :func:`over_a_transit`.
+    origin : float
+        Where the edges of the pieces count from [transits].
+    """
     edges = pieces.edges
     first = np.clip(np.searchsorted(edges, low, side="right") - 1, 0, len(edges) - 2)
     last = np.clip(np.searchsorted(edges, high, side="left") - 1, first, len(edges) - 2)
