@@ -26,7 +26,7 @@ from lure.analysis.verdict import Verdict
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError
 from lure.extensions import extensions
-from lure.files.builtin import builtin_loop
+from lure.files.builtin import builtin_loop, loop_names
 from lure.files.system import LoopSystem
 from lure.plants.conversion import one_channel
 from lure.plants.rational import RationalPlant
@@ -122,20 +122,29 @@ def plant_of(given: Given) -> tuple[RationalPlant, LoopSystem | None]:
     step = given.get("dt", "").strip()
     dt = field("dt", lambda: stated(exact_coefficient(step, "dt"))) if step else None
     if given.get("system"):
-        loop = field("system", lambda: builtin_loop(given["system"]))
+        if given["system"] not in loop_names():
+            refusal = InputError(f"there is no built-in loop {given['system']!r:.40}; choose one from the list")
+            raise _RefusedError("system", refusal)
+        loop = builtin_loop(given["system"])
         block, name = loop.block, "system"
     elif given.get("transfer"):
         loop, name = None, "transfer"
         block = field(name, lambda: one_channel(given["transfer"], dt=dt))
     else:
         loop, name = None, "den"
+        for one in ("num", "den"):
+            if set(given.get(one, "")) & set("sz^*("):
+                refusal = InputError(
+                    f"{one} takes coefficients, such as 1, 3, 2, 0; choose Formula above to write H in s"
+                )
+                raise _RefusedError(one, refusal)
         num = field("num", lambda: coefficients(given.get("num", ""), "num"))
         den = field("den", lambda: coefficients(given.get("den", ""), "den"))
         block = field(name, lambda: one_channel((num, den), dt=dt))
     if not isinstance(block, RationalPlant):
         refusal = InputError(
-            "the page takes one rational transfer function, and this is another kind of plant; give one such as "
-            "1/(s*(s+1)), or ask the command lure analyse"
+            "the page takes one rational transfer function, such as 1/(s*(s+1)); a dead time, or several channels, are "
+            "for the commands, such as lure max-sector"
         )
         raise _RefusedError(name, refusal)
     return block, loop
@@ -191,6 +200,7 @@ def largest_answer(given: Given) -> dict[str, Any]:
     return {
         "verdict": str(found.verdict),
         "sentence": str(found),
+        "reason": found.reason if found.verdict is Verdict.REFUTED else "",
         "reach": found.proved_text,
         "proved": _end(found.largest.low) if found.verdict is Verdict.PROVED else None,
         "refuted": None if found.refuted_at is None else _end(found.refuted_at),
@@ -304,16 +314,20 @@ def _verdict(found: Certification, toml: str) -> dict[str, Any]:
     multiplier = {} if certificate is None else certificate["multiplier"]
     theta = multiplier.get("theta") if isinstance(multiplier, Mapping) else None
     theorem = "" if certificate is None else certificate["theorem"]
+    left_out = _left_out(one.detail for one in found.failures)
+    sentence = str(found.conclusion)
+    if left_out and found.verdict is Verdict.INCONCLUSIVE:  # the reason is the browser's: the page says it in its note
+        sentence = f"{sentence.partition(': ')[0]}."
     return {
         "verdict": str(found.verdict),
-        "sentence": str(found.conclusion),
+        "sentence": sentence,
         "detail": found.detail,
         "code": "" if found.code is None else found.code.identifier,
         "theorem": theorem,
         "line": _line(theorem, None if theta is None else float(Fraction(theta))),
         "certificate": "" if certificate is None else text_of(certificate),
         "second": None if certificate is None else recheck(certificate).accepted,
-        "left_out": _left_out(one.detail for one in found.failures),
+        "left_out": left_out,
         "report": found.to_dict(),
         "toml": toml,
     }

@@ -100,6 +100,22 @@ def test_what_a_browser_cannot_look_for_is_said(page):
     # the command proves 1.086956 by Zames-Falb multipliers, which are searched for with numpy
     assert told(page, "#system=dt-6&class=odd")["reach"] == "0.6849315"
     assert "need numpy" in page.inner_text("#note")
+    says = told(page, "#num=1&den=1,2,2,1&class=time-varying&k=2.4")  # of packages the note speaks, not the verdict
+    assert says["verdict"] == "INCONCLUSIVENothing is decided for phi, time-varying, in the sector [0, 2.4]."
+
+
+# 1/(s (s + 1)(s + 2)) at k = 5: Popov proves it, and Re H comes down to -3/4 < -1/5 at low frequencies; the block
+# 4/((s - 1)(s/3 + 1)) is stable from the gain 1/4 on; biproper, (s^2 - s + 10)/(s^2 + s + 25), has a direct term, which
+# asks more of phi
+def test_what_a_newcomer_would_stumble_over_is_explained(page):
+    told(page, "#num=1&den=1,3,2,0&k=5&theta=1.5")
+    assert page.inner_text("#nyquist-caption").endswith("The class is proved all the same, by the criterion popov.")
+    told(page, "#transfer=4/((s-1)*(s/3+1))&k=1")
+    assert "give a lower gain in (0.25, inf), under Lower end k₁." in page.inner_text("#note")
+    told(page, "#transfer=4/((s-1)*(s/3+1))&lower=1/2&k=1")
+    assert page.inner_text("#note") == ""
+    told(page, "#system=biproper&k=0.8")
+    assert "is increasing with a locally Lipschitz inverse" in page.inner_text("#note")
 
 
 def test_a_slider_moves_the_line_at_once_and_the_verdict_after_it(page):

@@ -126,3 +126,24 @@ def test_bad_input_is_one_sentence_beside_its_field(fields, field, said):
     assert found["field"] == field
     assert said in found["error"]
     assert "\n" not in found["error"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "field", "sentence"),
+    [
+        ({"num": "1", "den": "s^2+1"}, "den", "den takes coefficients, such as 1, 3, 2, 0; choose Formula above"),
+        ({"transfer": "exp(-s)/(s+1)"}, "transfer", "a dead time, or several channels, are for the commands"),
+        ({"system": "nope"}, "system", "there is no built-in loop 'nope'; choose one from the list"),
+    ],
+)
+def test_what_the_page_does_not_take_is_said_beside_its_field_with_the_way_out(fields, field, sentence):
+    refused = ask("plant", **fields)
+    assert refused["field"] == field
+    assert sentence in refused["error"]
+
+
+# 4/((s - 1)(s/3 + 1)): d + g n = s^2 + 2 s - 3 + 12 g is Hurwitz from g = 1/4 on
+def test_a_block_that_is_not_stable_says_from_which_lower_end_on_it_would_be():
+    found = ask("largest", transfer="4/((s-1)*(s/3+1))")
+    assert found["reason"] == "the block has 1 pole in the right half-plane; give a lower gain in (0.25, inf)"
+    assert ask("largest", transfer="4/((s-1)*(s/3+1))", lower="1/2")["reason"] == ""

@@ -123,6 +123,21 @@ def test_the_page_begins_with_what_was_decided_about_the_nonlinearity_given(text
     assert "by certified" not in seen.lower()
 
 
+@pytest.mark.usefixtures("sketched")
+@pytest.mark.parametrize(
+    ("each", "whose"),
+    [
+        ("[[class]]\nsector = [0, 1]\n", "Some members of the classes"),  # drawn by the report, not given
+        ('[[nonlinearity]]\nkind = "saturation"\ngain = 1\nlimit = 1\n', "Your nonlinearities"),
+    ],
+)
+def test_what_is_simulated_in_several_channels_is_yours_only_if_you_gave_it(each, whose, tmp_path):
+    text = '[plant]\ntransfer = [["1/(s+1)", "0"], ["0", "1/(s+2)"]]\n' + 2 * each
+    report = build_loop_report(parse_system(text, name="two", source="a file"))
+    seen = words(write_loop_report(report, tmp_path).read_text("utf-8"))
+    assert re.findall("(Your nonlinearities|Some members of the classes): observed, no proof", seen) == [whose]
+
+
 def test_a_law_that_no_run_could_follow_is_not_said_to_be_simulated(lag):
     (run, *_) = lag.trajectories
     assert "simulated solutions over up to" in _sentence((run,))

@@ -134,8 +134,10 @@ function redraw() {
   const sentence = (margin, omega, crosses, keeps, most) => (Number.isFinite(margin) && Number.isFinite(omega)
     ? `Drawn: the curve ${margin < 0 ? crosses : `keeps ${number(margin, 3)} from ${keeps}`}, ${margin < 0 ? most : "least"} at ${number(omega)} rad/s.` : "");
   $("popov-caption").textContent = sentence(seen.margin, own.omega[seen.at], "crosses the line", "the line", "most").concat(said).trim();
+  const by = known.class?.asked === asked && known.class.verdict === "PROVED" && disk.margin < 0 && !byCircle
+    ? ` The class is proved all the same, by the criterion ${known.class.theorem}.` : "";
   $("nyquist-caption").textContent = sentence(disk.margin, curve.omega[disk.at], "enters what the circle criterion forbids",
-    "what the circle criterion forbids", "deepest");
+    "what the circle criterion forbids", "deepest").concat(by);
   $("popov").setAttribute("aria-label", `Popov plot. ${$("popov-caption").textContent}`);
   $("nyquist").setAttribute("aria-label", `Nyquist plot. ${$("nyquist-caption").textContent}`);
   measure(k);
@@ -240,7 +242,11 @@ function showClass() {
   const better = !own && found.verdict === "PROVED" && hasLine() && !varying() ? `This line does not prove it; ${size}.` : "";
   const missing = found.left_out || largest?.left_out
     ? "Some searches need numpy, which a browser does not have: they were left out here, and the command below makes them." : "";
-  $("note").textContent = [better, missing].filter(Boolean).join(" ");
+  const reason = found.verdict === "REFUTED" ? largest?.reason ?? "" : "";
+  const advice = reason && `${reason[0].toUpperCase()}${reason.slice(1)}${reason.includes("give a lower gain") ? ", under Lower end k₁" : ""}.`;
+  const most = largest?.proved === "inf" ? Infinity : largest?.proved ?? -Infinity;
+  const only = found.verdict === "INCONCLUSIVE" && parsed(state.k) <= most ? `What is proved: ${largest.sentence}` : "";
+  $("note").textContent = [better, advice, only, missing].filter(Boolean).join(" ");
   $("checkers").textContent = found.second === null ? "there is nothing to check" : found.second ? "both" : "the first only";
   offer("get-certificate", own ? line.certificate : found.certificate);
   offer("get-report", JSON.stringify({ largest: largest?.report ?? null, class: found.report }, null, 2) + "\n");
@@ -249,7 +255,7 @@ function showClass() {
 }
 
 function command() {
-  const quoted = (text) => `"${text.trim().replace(/[\s,]+/g, " ")}"`;
+  const quoted = (text) => `"${text.replace(/[\s,[\]()]+/g, " ").trim()}"`;
   const plant = { num: `--num ${quoted(state.num)} --den ${quoted(state.den)}`, transfer: `--transfer "${state.transfer}"`,
     system: `--system ${state.system}` }[state.form];
   const slope = state.class === "slope" || state.class === "odd";

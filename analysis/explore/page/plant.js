@@ -74,7 +74,7 @@ function frequencies(plant) {
   const found = Array.from({ length: 600 }, (_, i) => bottom * (top / bottom) ** (i / 599));
   if (plant.discrete) for (let i = 1; i <= 300; i++) found.push((top * i) / 300);
   for (const [x, y] of modes) {
-    if (y <= 0) continue;
+    if (y <= 1e-7 * Math.abs(x)) continue;  // a real pole, but for rounding
     for (let i = -40; i <= 40; i++) found.push(y + (Math.abs(x) || 1e-6 * y) * Math.tan((i / 40) * 1.55));
   }
   return found.filter((omega) => omega > 0 && omega <= top).sort((a, b) => a - b);
