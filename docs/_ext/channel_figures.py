@@ -65,7 +65,7 @@ def relus(ax: Axes) -> None:
     ax.plot([0, 2], [0, 0], color=BLUE, lw=3, label="a ReLU: σ > 0")
     ax.plot([0, 0], [0, -2], color=VERMILLION, lw=3, ls="--", label="a ReLU: σ < 0")
     ax.set(xlabel="u = φ(σ) − lσ", ylabel="v = hσ − φ(σ)", xlim=(-2, 2), ylim=(-2, 2), aspect="equal")
-    ax.legend(fontsize=9, loc="lower right")
+    ax.legend(fontsize=9, loc="upper left")
 
 
 def uncertain_gains(ax: Axes) -> None:
@@ -137,7 +137,7 @@ def gain(ax: Axes) -> None:
         ax.plot(omega, response, color=colour, ls=style, label=f"φ = {g:g} σ")
     high = float(found.gain.high)
     ax.axhline(high, color=VERMILLION, ls="--", label=f"every φ of [0, 1]: at most {high:.4g}")
-    ax.set(xlabel="ω [rad/s]", ylabel="|T(iω)|", xlim=(0, 3), ylim=(0, 1.5 * high))
+    ax.set(xlabel="ω [rad/s]", ylabel="|T(iω)|", xlim=(0, 3), ylim=(0, 1.9 * high))
     ax.legend(fontsize=9)
 
 

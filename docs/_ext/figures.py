@@ -80,7 +80,7 @@ def passivity(ax: Axes) -> None:
         nu = passivity_indices(block).input_feedforward.low
         ax.plot(curve.real, curve.imag, color=colour, ls=style, label=f"{name}: ν = {nu:.3g}")
         ax.axvline(nu, color=colour, lw=0.8, ls=style)
-    plane(ax, x=(-0.5, 1.5), y=(-0.95, 0.65))
+    plane(ax, x=(-0.5, 1.5), y=(-1.15, 0.65))
     ax.legend(loc="lower right", fontsize=9)
 
 
@@ -107,7 +107,7 @@ def discrete_time(ax: Axes) -> None:
     curve = values(SAMPLED, np.linspace(-np.pi, np.pi, 2001))
     k = circle_largest(SAMPLED).largest.low
     ax.plot(curve.real, curve.imag, color=BLUE, label="H(exp(iω))")
-    plane(ax, x=(-2.4, 6.4), y=(-4, 4))
+    plane(ax, x=(-2.4, 6.4), y=(-4.2, 5))
     forbidden(ax, -1 / k, f"−1/k, k = {k:.4g}")
     ax.legend(loc="center", fontsize=9)
 
@@ -143,7 +143,7 @@ def zames_falb(ax: Axes) -> None:
     ax.plot([], [], color=BLUE, lw=6, label="proved")
     for row, value in ((2, 25 / 23), (1, 175 / 192)):
         ax.plot(value, row, "D", color=VERMILLION, ms=6, label="an orbit exists" if row == 2 else None)
-    ax.set(yticks=range(3), yticklabels=[name for name, _ in reversed(rows)], xlabel="largest slope k", xlim=(0, 1.35))
+    ax.set(yticks=range(3), yticklabels=[name for name, _ in reversed(rows)], xlabel="largest slope k", xlim=(0, 1.75))
     ax.legend(loc="lower right", fontsize=9)
 
 
@@ -157,7 +157,8 @@ def park(ax: Axes) -> None:
         ("Park: θ = −0.5 s, τ = 1 s²", 1 - 0.5j * OMEGA + OMEGA**2, PURPLE, "-."),
     ):
         ax.semilogx(OMEGA, np.degrees(np.angle(multiplier)), color=colour, ls=style, label=name)
-    ax.set(xlabel="ω [rad/s]", ylabel="phase of the multiplier [°]", xlim=(1e-3, 1e3), ylim=(-40, 95))
+    ax.set(xlabel="ω [rad/s]", ylabel="phase of the multiplier [°]", xlim=(1e-3, 1e3), ylim=(-40, 170))
+    ax.set_yticks(range(-30, 91, 30))
     ax.legend(loc="upper left", fontsize=9)
 
 
@@ -168,7 +169,7 @@ def off_axis_circle(ax: Axes) -> None:
     circle, k = circle_largest(block).largest.low, off_axis_largest(block).largest.low
     curve = values(block, OMEGA)
     ax.plot(curve.real, curve.imag, color=BLUE, label="H(iω), ω ≥ 0")
-    plane(ax, x=(-0.6, 1.1), y=(-0.9, 0.4))
+    plane(ax, x=(-0.6, 1.1), y=(-1.15, 0.4))
     forbidden(ax, -1 / circle, f"circle: −1/k, k = {circle:.4g}")
     near = int(np.argmin(np.abs(OMEGA - np.sqrt(3))))
     slope = np.diff(curve.imag)[near] / np.diff(curve.real)[near]
@@ -213,7 +214,7 @@ def steady(ax: Axes) -> None:
     linear = np.logspace(-0.7, 0.7, 300)
     ax.plot(linear, 3 / np.abs((1j * linear) ** 2 + 1j * linear + 2), color=GREY, ls="--", label="the linear gain 1")
     ax.plot([], [], "o", color=BLUE, label="saturation: enclosed")
-    ax.set(xscale="log", xlabel="ω [rad/s]", ylabel="amplitude of z", ylim=(0, None))
+    ax.set(xscale="log", xlabel="ω [rad/s]", ylabel="amplitude of z", ylim=(0, 3.6))
     ax.set_xticks([0.25, 0.5, 1, 2, 4], ["0.25", "0.5", "1", "2", "4"])
     ax.minorticks_off()
     ax.legend(fontsize=9)
@@ -374,7 +375,7 @@ def rod(ax: Axes) -> None:
     ax.annotate("", (2.6, -0.15), (4.4, -0.15), arrowprops=arrow)
     for x, y, text in (
         (2.3, 0.15, "r₁"), (4.7, -0.15, "r₂"), (1, -0.62, "x = 0"), (6, -0.62, "x = L"),
-        (0.28, 0.52, "dashpot k"), (3.5, 0.55, "E, ρ, A"), (6.3, 0.55, "gap"),
+        (0.5, 0.52, "dashpot k"), (3.5, 0.55, "E, ρ, A"), (6.3, 0.55, "gap"),
     ):  # fmt: skip
         ax.annotate(text, (x, y), ha="center", va="center", fontsize=11)
     ax.annotate(
@@ -442,6 +443,6 @@ def draw(folder: Path) -> None:
         called = [sys.executable, "-m", "lure.analysis.cli", *words, "--quiet", "--replace"]
         subprocess.run(called, cwd=folder, check=True, stdout=subprocess.DEVNULL)
     for name, drawing in FIGURES.items():
-        page = Figure(figsize=(5.6, 3.6), layout="constrained")
+        page = Figure(figsize=(4.6, 3.1), layout="constrained")  # of a size that a phone need not shrink by much
         drawing(page.add_subplot())
         page.savefig(folder / f"{name}.svg", bbox_inches="tight")

@@ -1,11 +1,14 @@
 """What a phone needs of a page: tables whose rows can stand as cards, one cell below the other with its heading.
 
+A table of numbers stays one, and scrolls.
+
 The heading of its column goes into each cell as an attribute, which ``_static/site.css`` shows on narrow screens alone;
 so it is neither read twice nor found twice by the search.
 """
 
 from __future__ import annotations
 
+import re
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -21,8 +24,11 @@ def stack(_app: Sphinx, document: nodes.document, _name: str) -> None:
         head = group.next_node(nodes.thead)
         if head is None or any("morecols" in entry or "morerows" in entry for entry in group.findall(nodes.entry)):
             continue
-        group.parent["classes"].append("stacked")
         titles = [entry.astext() for entry in head[-1]]
+        cells = [entry for row in group.next_node(nodes.tbody) for entry in row[1:]]
+        if len(titles) > 3 and all(re.fullmatch(r"[\d .]*", entry.astext()) for entry in cells):
+            continue
+        group.parent["classes"].append("stacked")
         for row in group.next_node(nodes.tbody) if len(titles) > 2 else ():
             for entry, title in list(zip(row, titles, strict=True))[1:]:
                 if title and entry.astext().strip():

@@ -42,13 +42,15 @@ def draw(docs: Path) -> None:
     """Run every page whose pictures are not up to date."""
     sys.path.insert(0, str(ROOT / "tests" / "support"))
     from documents import run_page
+    from matplotlib import rc_context
 
     for name, page in shown(docs).items():
         folder = docs / "pictures" / name
         stamp, now = folder / "state.txt", state(page)
         if stamp.exists() and stamp.read_text(encoding="utf-8") == now:
             continue
-        with TemporaryDirectory() as place:  # outside the repository, as for a reader
+        # outside the repository, as for a reader; of a size that a phone need not shrink by much
+        with TemporaryDirectory() as place, rc_context({"figure.figsize": (4.8, 3.6)}):
             run_page(page, Path(place))
             shutil.rmtree(folder, ignore_errors=True)
             for file in (path for path in Path(place).rglob("*") if path.suffix in {".svg", ".png"}):

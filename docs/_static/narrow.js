@@ -1,13 +1,29 @@
-// A formula within a sentence that is wider than its paragraph scrolls by itself; the page would cut it off.
+// What a narrow screen needs to know of a page, once its formulas are set and whenever its width changes.
 window.addEventListener("load", async () => {
   await window.MathJax?.startup?.promise;
-  const check = () => {
-    for (const formula of document.querySelectorAll('.bd-article mjx-container:not([display="true"])')) {
+  const all = (what) => document.querySelectorAll(`.bd-article ${what}`);
+  // A formula within a sentence that is wider than its paragraph scrolls by itself; the page would cut it off.
+  // One that stands alone is made smaller first, to two thirds at the least.
+  const fit = () => {
+    for (const formula of all('mjx-container:not([display="true"])')) {
       formula.classList.remove("long");
       const room = formula.closest("p, li, dd, td, figcaption");
       if (room && formula.getBoundingClientRect().width > room.clientWidth) formula.classList.add("long");
     }
+    for (const formula of all("div.math")) {
+      formula.style.fontSize = "";
+      const share = formula.clientWidth / formula.scrollWidth;
+      if (share < 1) formula.style.fontSize = `${Math.max(Math.floor(90 * share), 60)}%`;
+    }
   };
-  check();
-  window.addEventListener("resize", check);
+  // Columns that a program printed keep their places: two lines that have gaps within.
+  for (const text of all(":is(.cell_output, .highlight-console) pre")) {
+    text.classList.toggle("columns", (text.textContent.match(/^.*\S {2,}\S.*$/gm) ?? []).length > 1);
+  }
+  // Figures of several panels keep their size.
+  for (const image of all(".cell_output img")) {
+    if (image.naturalWidth > 1.8 * image.naturalHeight) image.closest(".cell_output").classList.add("wide");
+  }
+  fit();
+  window.addEventListener("resize", fit);
 });

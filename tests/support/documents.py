@@ -25,6 +25,7 @@ from pathlib import Path
 from inner import ran_pytest
 
 NUMBER = re.compile(r"\d+\.\d+")
+PROGRESS = re.compile(r"^lure: .*after \d+ s\n", re.MULTILINE)  # what a slow machine prints besides
 FENCE = re.compile(r" *(`{3,})\s*(.*?)\s*")
 OPTION = re.compile(r" *:([\w-]+):\s*(.*?)\s*")
 # Making the environment: the one that runs the tests is that one.
@@ -157,7 +158,7 @@ def called(words):
         out = io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
             status = main(words[1:])
-        return status, out.getvalue()
+        return status, PROGRESS.sub("", out.getvalue())
     if words[0] == "pytest":
         return ran_pytest(*words[1:])
     assert words[0] == "python", f"no command of ours: {words[0]}"
