@@ -88,8 +88,8 @@ def test_from_an_empty_folder_to_a_notebook_and_a_test_of_ones_own_nonlinearity(
     (folder / "my-loop.py").write_text(quick, encoding="utf-8")
     own.run("python", "my-loop.py", cwd=folder)
 
-    own.run("lure", "init", "--test", "test_my_law.py", cwd=folder)
-    text = (folder / "test_my_law.py").read_text(encoding="utf-8")
+    own.run("lure", "init", "--test", "test_phi.py", cwd=folder)
+    text = (folder / "test_phi.py").read_text(encoding="utf-8")
     assert "LOWER, UPPER = 0, 20\n" in text
     halved = text.replace("LOWER, UPPER = 0, 20\n", "LOWER, UPPER = 0, 10\n")
     (folder / "test_half.py").write_text(halved, encoding="utf-8")
