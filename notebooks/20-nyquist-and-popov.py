@@ -19,7 +19,6 @@
 # do not prove it, and at the end two of them lie.
 
 # %% tags=["hide-input"]
-import textwrap
 from importlib.util import find_spec
 from math import inf, sqrt
 
@@ -37,15 +36,6 @@ from lure.analysis.plots.style import (
     VERMILLION,
     finish_axes,
 )
-
-
-def say(result):
-    """A result as a sentence, in lines that fit the page."""
-    print(
-        textwrap.fill(
-            str(result), 80, subsequent_indent="  ", break_on_hyphens=False
-        )
-    )
 
 
 def side_by_side(left, right):
@@ -83,10 +73,10 @@ OSCILLATOR = "1/(s^2 + s + 1)"
 circle, popov = (
     max_sector(OSCILLATOR, criterion=name) for name in ("circle", "popov")
 )
-say(circle)
-say(popov)
+print(circle)
+print(popov)
 tilted = popov_response(OSCILLATOR, k=10, theta=1)
-say(tilted)
+print(tilted)
 side_by_side(nyquist_response(OSCILLATOR), tilted)
 
 # %% [markdown] explore="num=1&den=1,1,1&k=10&theta=1"
@@ -95,7 +85,7 @@ side_by_side(nyquist_response(OSCILLATOR), tilted)
 # 4\sqrt3 = 12.93$.
 
 # %%
-ax = plt.subplots(figsize=(7, 4.4), layout="constrained")[1]
+ax = plt.subplots(figsize=(4.8, 3.4), layout="constrained")[1]
 reach = {}
 for theta, colour in ((0, VERMILLION), (0.5, PURPLE), (1, GREEN)):
     response = popov_response(OSCILLATOR, theta=theta)
@@ -129,8 +119,8 @@ plt.show()
 # %%
 UNSTABLE = "4/((s - 1)*(s/3 + 1))"
 disk = nyquist_response(UNSTABLE, lower=0.5)
-say(disk.found)
-disk.plot(ax=plt.subplots(figsize=(7, 4.6), layout="constrained")[1])
+print(disk.found)
+disk.plot(ax=plt.subplots(figsize=(4.8, 3.4), layout="constrained")[1])
 plt.show()
 
 # %% [markdown]
@@ -146,9 +136,9 @@ plt.show()
 
 # %%
 MOTOR = "1/(s*(s + 1)*(s + 2))"
-say(max_sector(MOTOR, criterion="circle"))
+print(max_sector(MOTOR, criterion="circle"))
 critical = max_sector(MOTOR, criterion="popov")
-say(critical)
+print(critical)
 side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 
 # %% [markdown] explore="num=1&den=1,3,2,0&k=5.9&theta=1.5"
@@ -163,10 +153,10 @@ side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 # - **The order.** At a double pole the criterion ends, whatever the picture.
 
 # %%
-say(max_sector("1/s"))
+print(max_sector("1/s"))
 wrong_sign, double = max_sector("-1/(s*(s + 1))"), max_sector("(s + 1)/s^2")
-say(f"-1/(s(s+1)): {wrong_sign.verdict}; {wrong_sign.reason}")
-say(f"(s+1)/s^2: {double.verdict}; {double.reason}")
+print(f"-1/(s(s+1)): {wrong_sign.verdict}; {wrong_sign.reason}")
+print(f"(s+1)/s^2: {double.verdict}; {double.reason}")
 
 # %% [markdown] explore="num=1,0,0&den=1,1,1&k=6.4&theta=-1"
 # ## 4. Negative theta
@@ -192,7 +182,7 @@ side_by_side(leaning[0], leaning[-1])
 
 # %%
 touching = popov_response(MOTOR, k=6, theta=1.5)
-say(touching)
+print(touching)
 
 # %% [markdown]
 # Worse: a resonance narrower than the grid. $\frac{1}{s+1} - \frac{20\zeta s}{s^2 + 20\zeta s + 100}$ with $\zeta =
@@ -206,9 +196,9 @@ grid = np.geomspace(0.01, 1000, 3000)
 coarse = nyquist_response(RINGING, omega=grid)
 print(f"least real part on the grid: {coarse.values.real.min():.3g}")
 refined = nyquist_response(RINGING)
-say(refined.found)
+print(refined.found)
 popov_ringing = max_sector(RINGING, criterion="popov")
-say(popov_ringing)
+print(popov_ringing)
 tf = control.tf([1], [1, 1]) - control.tf([2e-4, 0], [1, 2e-4, 100])
 poles = control.feedback(2 * tf, 1).poles()
 print("poles with the gain 2:", *(f"{pole:.7g}" for pole in poles), sep="\n  ")
@@ -236,9 +226,9 @@ plt.show()
 def at(k=5.0, theta=1.5):
     """The loop of part 3 with a line of your choice, and what is known of it."""
     response = popov_response(MOTOR, k=k, theta=theta)
-    response.plot(ax=plt.subplots(figsize=(7, 4.4), layout="constrained")[1])
+    response.plot(ax=plt.subplots(figsize=(4.8, 3.4), layout="constrained")[1])
     plt.show()
-    say(response)
+    print(response)
 
 
 def live():
@@ -265,7 +255,7 @@ else:
 # %% [markdown]
 # ## What this notebook claims
 
-# %%
+# %% tags=["hide-input"] mystnb={"code_prompt_show": "Show the checks", "code_prompt_hide": "Hide the checks"}
 assert abs(circle.largest.low - 3) < 1e-6
 assert (popov.largest.low, str(popov.verdict), str(popov.evidence)) == (
     inf,

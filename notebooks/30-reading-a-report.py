@@ -41,11 +41,8 @@ from lure.rod import RodPlant, builtin_system
 
 
 def say(*texts):
-    """Print paragraphs, broken into lines."""
-    print(
-        *(textwrap.fill(str(text), 72, break_on_hyphens=False) for text in texts),
-        sep="\n\n",
-    )
+    """Print paragraphs."""
+    print(*texts, sep="\n\n")
 
 
 system = builtin_system("paper-rod")
@@ -163,7 +160,7 @@ for mode in pairs[:5]:
         f"{mode['number']:<5} {-a:<11.6g} {b:<11.6g} {-c:<11.6g} {d:<11.6g} "
         f"{share:9.2%}"
     )
-_, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
+_, ax = plt.subplots(figsize=(5, 3), layout="constrained")
 plot_damping(report.scheme, ax=ax)
 plt.show()
 
@@ -281,7 +278,7 @@ for one in (saturated, sector_only):
     print()
 
 names = [class_name(row) for row in sector_only.analysis.rows]
-_, ax = plt.subplots(figsize=(7.5, 3.8), layout="constrained")
+_, ax = plt.subplots(figsize=(5.4, 3.4), layout="constrained")
 plot_largest(sector_only.analysis.rows, names, ax=ax)
 ax.axvline(3, color="black", lw=0.8, ls=":")
 plt.show()
@@ -329,7 +326,7 @@ say(
 #
 # ## What this notebook claims
 
-# %%
+# %% tags=["hide-input"] mystnb={"code_prompt_show": "Show the checks", "code_prompt_hide": "Hide the checks"}
 assert report.verdict is Verdict.PROVED
 assert undamped.verdict is sector_only.verdict is Verdict.INCONCLUSIVE
 assert pushed.verdict is Verdict.REFUTED

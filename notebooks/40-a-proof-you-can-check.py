@@ -29,7 +29,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import textwrap
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -78,11 +77,6 @@ def value(p, x):
 def words(p):
     """A list of exact numbers, to read."""
     return "[" + ", ".join(map(str, p)) + "]"
-
-
-def say(text):
-    """Print a sentence, broken into lines."""
-    print(textwrap.fill(text, 72, break_on_hyphens=False))
 
 
 # %% [markdown]
@@ -220,7 +214,7 @@ dead_zone = {
     "left": "0",
     "right": "1",
 }
-say(checked(law=dead_zone, **BY_POLYNOMIAL).facts["law"])
+print(checked(law=dead_zone, **BY_POLYNOMIAL).facts["law"])
 # d sigma = n mu with all derivatives zero
 assert d[0] * Fraction(1, 2) == n[0] * -max(Fraction(1, 2) - 1, 0)
 
@@ -286,8 +280,8 @@ gain = {
     "proof": {"method": "linear-gain", "gain": "6"},
 }
 refuted = complete_and_check({**AGAINST, **gain})
-say(f"{type(refuted).__name__}: {refuted.claim}")
-say(refuted.facts["root"])
+print(f"{type(refuted).__name__}: {refuted.claim}")
+print(refuted.facts["root"])
 
 # %% [markdown] explore="num=1&den=1,3,2,0&k=5.9&theta=1.5"
 # Left, Popov's plot: the curve stays to the right of the line of slope $1/\theta$ through $-1/k$. Right, the
@@ -394,7 +388,7 @@ print("pivots of P", words(principal[0]), " of M", words(principal[1]))
 damped = {**PLANT, "denominator": ["1", "1", "1"]}
 wide = {**SECTOR, "sector": ["0", "10"]}
 asked = {"system": damped, "laws": wide, "multiplier": {"theta": "1"}}
-say(checked(**asked, proof=plain).claim)
+print(checked(**asked, proof=plain).claim)
 
 # %% [markdown]
 # With a pole at zero no $P$ makes $A^TP + PA$ definite: $Ax_0 = 0$. The critical case is **deflated**. The file names
@@ -432,7 +426,7 @@ print(*map(words, M), sep="\n")
 deflated_pivots = pivots(P), pivots(M)
 print("pivots of P", words(deflated_pivots[0]), " of M", words(deflated_pivots[1]))
 by_matrix = checked(proof=critical)
-say(by_matrix.claim)
+print(by_matrix.claim)
 
 # %% [markdown]
 # $V = x^TPx + \zeta^2/\varrho + 2\theta\int\phi$. The conclusion is that of part 1, word for word, by another road.
@@ -490,7 +484,7 @@ for _ in range(3):
 print("sigma:", words(sigma))
 print("mu:   ", words(mu[1:]))
 
-_, ax = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
+_, ax = plt.subplots(figsize=(4.8, 3), layout="constrained")
 law_x, law_y = (np.array([float(pair[i]) for pair in knots]) for i in (0, 1))
 ax.plot(
     [-1.5, *law_x, 1.5], [law_y[0], *law_y, law_y[-1]], color=BLUE, lw=1.4, label="φ"
@@ -535,7 +529,7 @@ orbit = {"method": "orbit", "points": points, "left": "0", "right": "0"}
 orbit |= {"u": [str(x) for x in mu[1:4]], "sigma": [str(x) for x in sigma[:3]]}
 example = {"system": discrete, "laws": monotone, "proof": orbit}
 refuted = complete_and_check({**AGAINST, **example})
-say(f"{type(refuted).__name__}: {refuted.claim}")
+print(f"{type(refuted).__name__}: {refuted.claim}")
 
 # %%
 assert sigma[3] == sigma[0]

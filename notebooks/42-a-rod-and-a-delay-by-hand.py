@@ -18,7 +18,6 @@
 # inequality that was proved once and by its energy, and a dead time, by a box of frequencies and what lies beyond it.
 
 # %% tags=["hide-input"]
-import textwrap
 from fractions import Fraction
 from math import factorial
 
@@ -47,11 +46,6 @@ def drafted(theorem, system, sector, proof, multiplier=None):
             "proof": proof,
         }
     )
-
-
-def say(text):
-    """Print a sentence, broken into lines."""
-    print(textwrap.fill(text, 72, break_on_hyphens=False))
 
 
 # %% [markdown]
@@ -167,8 +161,8 @@ print(f"sum:        {shown(total)}")
 # %%
 three = {"kind": "rod-scheme", **paper, "cells": N}
 settled_rod = drafted("rod-energy", three, ["0", "inf"], STRUCTURE)
-say(settled_rod.claim)
-say(settled_rod.facts["energy"])
+print(settled_rod.claim)
+print(settled_rod.facts["energy"])
 assert (a, d_rod, least) == (
     Fraction(-5999, 6001),
     Fraction(1, 48000),
@@ -222,7 +216,7 @@ print(
 dead_time = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1"]}
 cover = {"method": "cover", "boxes": [["0", "1"]], "order": order}
 covered = drafted("circle", dead_time, ["0", "1"], cover)
-say(covered.claim)
+print(covered.claim)
 assert below[0] == 2
 assert below[0] + negative == Fraction(20029, 13440)
 square = np.convolve([1, 0, 1], [1, 0, 1])
@@ -233,7 +227,7 @@ assert np.all(
     <= 1 + omega**2 + np.cos(omega) - omega * np.sin(omega) + 1e-15
 )
 
-_, ax = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
+_, ax = plt.subplots(figsize=(4.8, 3), layout="constrained")
 omega, inside, beyond = (
     np.linspace(0, 3, 400),
     np.linspace(0, 1, 100),

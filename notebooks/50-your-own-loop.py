@@ -123,7 +123,7 @@ varying = max_sector(block, time_varying=True, search="full")  # switching gains
 slope = max_slope(block, odd=True, search="linear")
 print(varying, slope, sep="\n\n")
 names = ["sector, φ may depend on time", "sector", "odd, slope in [0, k]"]
-_, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
+_, ax = plt.subplots(figsize=(5.4, 3.1), layout="constrained")
 plot_largest([varying, found, slope], names, ax=ax)
 plt.show()
 
@@ -146,7 +146,7 @@ drawn = (
     if getattr(block, "dt", None) is None
     else nyquist_response(block)
 )
-_, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
+_, ax = plt.subplots(figsize=(4.8, 3.4), layout="constrained")
 drawn.plot(ax=ax)
 if found.hurwitz.high > 0:
     ax.plot(
@@ -256,7 +256,7 @@ from math import inf
 from lure.analysis.testing import assert_in_sector
 from lure import Sector
 
-def test_the_law_stays_in_its_sector():
+def test_phi_stays_in_its_sector():
     assert_in_sector({!r}, Sector({}, {}))
 """
 outcomes = []
@@ -311,7 +311,7 @@ for margin in joint.margins:
 #
 # The numbers above are those of the motor. For your own two lines this cell has nothing to say.
 
-# %%
+# %% tags=["hide-input"] mystnb={"code_prompt_show": "Show the checks", "code_prompt_hide": "Hide the checks"}
 if (
     str(block) == "200000 / (s^4 + 50 s^3 + 10400 s^2 + 100000 s)"
     and PHI == "min(max(20*sigma, -24), 24)"

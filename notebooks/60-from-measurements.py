@@ -27,7 +27,6 @@
 # %% tags=["hide-input"]
 import itertools
 import tempfile
-import textwrap
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -47,12 +46,6 @@ from lure.analysis.plots.style import BLUE, GREEN, GREY, VERMILLION
 from lure.analysis.rod.conclusion import conclusion
 from lure.rod import Rod, Scenario, exact_motion, upwind
 
-
-def say(text):
-    """Print a paragraph, broken into lines."""
-    print(textwrap.fill(str(text), 76))
-
-
 lines = EXAMPLE.read_text(encoding="utf-8").splitlines()
 print(*lines[:8], "...", sep="\n")
 
@@ -70,7 +63,7 @@ true = {"eps": 2.5e-7, "gap": 0.12e-3, "m": 1.5}
 data
 
 # %%
-_, ax = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
+_, ax = plt.subplots(figsize=(4.8, 3.2), layout="constrained")
 for direction, colour, marker in (("loading", BLUE, "."), ("unloading", GREEN, "+")):
     rows = data.rows(direction)
     ax.plot(
@@ -97,7 +90,7 @@ found = sector_from_data(data)
 found
 
 # %%
-found.plot(ax=plt.subplots(figsize=(7.2, 6.0))[1])
+found.plot(ax=plt.subplots(figsize=(5, 4.6))[1])
 plt.show()
 
 # %% [markdown]
@@ -137,7 +130,7 @@ print(
     "of the largest load"
 )
 loop = ([1e4], [1, 300, 2e4, 0])  # see section 4
-say(margin_from_data(lossy, loop, gain=0.005, assume_nonnegative=True))
+print(margin_from_data(lossy, loop, gain=0.005, assume_nonnegative=True))
 
 # %% [markdown]
 # ## 4. A verdict for a loop
@@ -155,9 +148,9 @@ verdict
 # The same without our word, and with a gain of 0.007:
 
 # %%
-say(margin_from_data(found, loop, gain=0.005))
+print(margin_from_data(found, loop, gain=0.005))
 print()
-say(margin_from_data(found, loop, gain=0.007, assume_nonnegative=True))
+print(margin_from_data(found, loop, gain=0.007, assume_nonnegative=True))
 
 # %% [markdown]
 # The proved sector ends at 600, certified at every frequency; the measured one ends at 455. What connects them is only
@@ -174,7 +167,7 @@ fit = fit_compliance(example_measurements(area=25e-6))
 fit
 
 # %%
-fit.plot(ax=plt.subplots(figsize=(7.2, 6.0))[1])
+fit.plot(ax=plt.subplots(figsize=(5, 4.6))[1])
 plt.show()
 
 # %% [markdown]
@@ -204,7 +197,7 @@ def nylon(eps, gap, m):
     )
 
 
-say(conclusion(upwind(nylon(*best), 10), Scenario()))
+print(conclusion(upwind(nylon(*best), 10), Scenario()))
 until = 6 * nylon(*best).travel_time
 motions = [
     exact_motion(nylon(*nonlinearity), Scenario.parse(velocity="1"), until)
@@ -250,7 +243,7 @@ at_readings = np.interp(
 stated, left = found.slope_upper.bound, 0.2e-3
 allowance = (found.upper.bound + stated) * 5e-6 / (2 * left)
 
-_, ax = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
+_, ax = plt.subplots(figsize=(4.8, 3.2), layout="constrained")
 ax.axvspan(0.8, 1.6, color=GREY, alpha=0.2, lw=0, label="not measured")
 ax.plot(
     1e3 * sigma,
@@ -314,7 +307,7 @@ own.fit
 # %% [markdown]
 # ## What this notebook claims
 
-# %%
+# %% tags=["hide-input"] mystnb={"code_prompt_show": "Show the checks", "code_prompt_hide": "Hide the checks"}
 assert len(data) == 241
 assert [outlier.line for outlier in found.outliers] == [63, 176]
 assert (found.hysteresis, found.confidence, str(found.evidence)) == (

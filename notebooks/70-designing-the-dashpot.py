@@ -479,7 +479,7 @@ for ratio in (best_ratio(0.1) / 3, best_ratio(0.1), 1.0, 3.0):
 #
 # ## What this notebook claims
 
-# %%
+# %% tags=["hide-input"] mystnb={"code_prompt_show": "Show the checks", "code_prompt_hide": "Hide the checks"}
 assert round(stiffness(steel)) == 95
 assert round(steel.damping / steel.impedance, 3) == 0.197
 for ratio, (flight, scheme, circle, circle_N, theta, theta_N) in table.items():

@@ -71,7 +71,7 @@ print(
 # near $k = Z = 1.2$, where no wave comes back from the dashpot, it misses most of the rod's.
 
 # %%
-figure, axes = plt.subplots(figsize=(7, 4))
+figure, axes = plt.subplots(figsize=(4.8, 3.4))
 at = {"rod.compliance": 1e-6}
 axes.plot(
     rods["rod.damping"],
@@ -96,6 +96,7 @@ axes.set(
 )
 axes.legend(**LEGEND)
 finish_axes(axes)
+plt.show()
 
 # %% [markdown]
 # ## A servo and its tolerances
@@ -124,10 +125,11 @@ refined = [
 # five times each step across which the verdict changes.
 
 # %%
-figure, axes = plt.subplots(figsize=(7, 4))
+figure, axes = plt.subplots(figsize=(4.8, 3.4))
 verdicts_drawn(next(planes(points)), refined, ax=axes)
 a = np.linspace(1, 2.4)
 axes.plot(a, a * (a + 1) / 4, color="black", lw=0.8)
+plt.show()
 
 # %% [markdown]
 # Points say nothing of what lies between them. Cells do: each is proved as a whole, for every plant in it, so that the
@@ -151,5 +153,6 @@ print(
     "largest relative distance to Routh's bound:",
     f"{np.abs(cells['largest_low'] / worst - 1).max().item():.1e}",
 )
-figure, axes = plt.subplots(figsize=(7, 4))
+figure, axes = plt.subplots(figsize=(4.8, 3.4))
 values_drawn(next(planes(cells)), "largest_low", ax=axes)
+plt.show()

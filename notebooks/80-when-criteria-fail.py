@@ -21,7 +21,6 @@
 # search has accepted them. Everything we draw is a floating-point trajectory, **observed**: good for seeing, no proof.
 
 # %% tags=["hide-input"]
-import textwrap
 from fractions import Fraction
 from itertools import pairwise
 
@@ -49,11 +48,8 @@ from lure.files.builtin import builtin_loop
 
 
 def say(*answers):
-    """Print sentences, broken into lines."""
-    print(
-        *(textwrap.fill(str(one), 72, break_on_hyphens=False) for one in answers),
-        sep="\n\n",
-    )
+    """Print sentences, a line between them."""
+    print(*answers, sep="\n\n")
 
 
 def companion(block):
@@ -435,7 +431,7 @@ plt.show()
 #
 # ## What this notebook claims
 
-# %%
+# %% tags=["hide-input"] mystnb={"code_prompt_show": "Show the checks", "code_prompt_hide": "Hide the checks"}
 assert (jumps.verdict.name, calm.verdict.name) == ("REFUTED", "PROVED")
 pair = [row for row in jumps.response if row.omega == 1.3 and row.attracts]
 assert [f"{row.low:.4f} {row.high:.4f}" for row in pair] == [

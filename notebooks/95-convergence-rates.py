@@ -23,7 +23,6 @@
 # between nothing is known.
 
 # %% tags=["hide-input"]
-import textwrap
 from fractions import Fraction
 
 import matplotlib.pyplot as plt
@@ -41,18 +40,12 @@ from lure.analysis.plots.style import (
     finish_axes,
 )
 
-
-def say(answer):
-    """Print a sentence, broken into lines."""
-    print(textwrap.fill(str(answer), 88, break_on_hyphens=False))
-
-
 # %% [markdown]
 # The gradient method with the step $1/L$ has the rate $1 - 1/\kappa$, exactly: proved, and attained by
 # $f = m x^2/2$.
 
 # %%
-say(decay_rate(methods.gradient(1, 10), SlopeBounds(1, 10)))
+print(decay_rate(methods.gradient(1, 10), SlopeBounds(1, 10)))
 
 # %% [markdown]
 # ## Rates against $\kappa$
@@ -115,7 +108,7 @@ plt.show()
 # gradient keeps it in a cycle for ever:
 
 # %%
-say(found["heavy ball"][-2])
+print(found["heavy ball"][-2])
 cycle = found["heavy ball"][-2].refutation.certificate["proof"]
 print(
     "points of the gradient:",
@@ -146,7 +139,7 @@ for kappa in (5, 10, 15):
 # Each is asserted, and the second checker, which shares no code with the first, accepts every certificate. The proofs
 # with Zames-Falb taps $\ge 0$ hold for functions of several variables as well (theory, decay rates).
 
-# %%
+# %% tags=["hide-input"] mystnb={"code_prompt_show": "Show the checks", "code_prompt_hide": "Hide the checks"}
 close = np.testing.assert_allclose
 high = {
     name: np.array([one.rate.high for one in row]) for name, row in found.items()

@@ -22,7 +22,6 @@
 # published weights; then one that is trained here.
 
 # %% tags=["hide-input"]
-import textwrap
 from fractions import Fraction
 from importlib.resources import files
 
@@ -36,17 +35,6 @@ from lure.analysis.certificates.second.opinion import recheck
 from lure.files import read_system
 from lure.networks import Network, read_network
 
-
-def say(answer):
-    """Print sentences, broken into lines."""
-    print(
-        "\n".join(
-            textwrap.fill(line, 88, break_on_hyphens=False)
-            for line in str(answer).splitlines()
-        )
-    )
-
-
 # %% [markdown]
 # ## The pendulum with 64 neurons
 #
@@ -59,7 +47,7 @@ def say(answer):
 pendulum = read_system(files("lure.networks") / "pendulum.toml")
 print(pendulum.title, "|", pendulum.block)
 proved = region(pendulum)
-say(proved)
+print(proved)
 
 # %% [markdown]
 # With $|\sigma| \le 0.1$ in the first layer and $|x_1| \le 0.73$ their programme has an ellipsoid of the area $1.75$.
@@ -148,7 +136,7 @@ B = [[0, 0], ["0.4", "8/15"]]
 plant = as_plant((A, B, [[1, 0], [1, 0], [0, 1]], [[0, 0]] * 3), dt=Fraction(2, 100))
 loop = own.closed(plant)
 ours = region(loop, ["sigma - sin(sigma)", *own.nonlinearities()])
-say(ours)
+print(ours)
 
 # %% [markdown]
 # ## Nothing escapes
@@ -202,7 +190,7 @@ plt.show()
 # %% [markdown]
 # ## The numbers of this notebook
 
-# %%
+# %% tags=["hide-input"] mystnb={"code_prompt_show": "Show the checks", "code_prompt_hide": "Hide the checks"}
 assert proved.area[0] > 7.6 > 1.75
 assert ours.verdict.name == "PROVED"
 assert ours.area[0] > 10
