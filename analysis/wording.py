@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.classes import in_channels, operator_words
@@ -202,7 +202,10 @@ def counterexample(shown: Refuted) -> str:
     shown : Refuted
         What the checker accepted.
     """
-    found, whole, system = _destabilising(shown), shown.certificate["proof"], shown.certificate["system"]
+    found, whole, system = _destabilising(_one(shown)), shown.certificate["proof"], shown.certificate["system"]
+    if whole["method"] == "part":
+        where = whole["channels"]
+        return f"{found} in channel{'s' * (len(where) > 1)} {', '.join(map(str, where))}"
     if whole["method"] != "member":
         return found
     values = zip(system["parameters"], whole["at"], strict=True)
@@ -230,7 +233,7 @@ def plants_words(system: Mapping[str, Any]) -> str:
     return f" for every {', '.join(varied)}"
 
 
-def _destabilising(shown: Refuted) -> str:
+def _destabilising(shown: _Shown) -> str:
     proof, method = _proof(shown), method_of(shown)
     if method in ("linear-gain", "matrix-gain"):
         gain = Fraction(proof["gain"])
@@ -320,7 +323,7 @@ def _moving(system: Mapping[str, Any], proof: Mapping[str, Any]) -> str:
     return f"parameters with {', '.join(said)}{how} and {beside}"
 
 
-def _linear(shown: Refuted, gains: Sequence[str]) -> str:
+def _linear(shown: _Shown, gains: Sequence[str]) -> str:
     """The gains of several channels; beside a performance channel one gain may be alone."""
     exact = [Fraction(gain) for gain in gains]
     asked = any(one.get("operator") == "performance" for one in shown.certificate["laws"]["channels"])
@@ -365,7 +368,7 @@ def linear_gain(gain: Fraction) -> str:
     return constant_gains([text]) if Fraction(text) == gain else f"phi = k sigma with k about {text}"
 
 
-def method_of(shown: Refuted) -> str:
+def method_of(shown: _Shown | Refuted) -> str:
     """The method of a refutation, of one plant of a box that for this plant.
 
     Parameters
@@ -376,10 +379,29 @@ def method_of(shown: Refuted) -> str:
     return str(_proof(shown)["method"])
 
 
-def _proof(shown: Refuted) -> Mapping[str, Any]:
-    """The proof of a refutation, of one plant of a box that of the loop with this plant."""
+def _proof(shown: _Shown | Refuted) -> Mapping[str, Any]:
+    """The proof of a refutation, of one plant of a box that of the loop with this plant, of one part that of it."""
     proof: Mapping[str, Any] = shown.certificate["proof"]
-    return proof["proof"] if proof["method"] == "member" else proof
+    return proof["proof"] if proof["method"] in ("member", "part") else proof
+
+
+class _Shown(NamedTuple):
+    """What a certificate is about."""
+
+    certificate: Mapping[str, Any]
+
+
+def _one(shown: Refuted) -> _Shown:
+    """A refutation, of one part of the loop as if there were nothing else."""
+    certificate = shown.certificate
+    if certificate["proof"]["method"] != "part":
+        return _Shown(certificate)
+    own, laws = [i - 1 for i in certificate["proof"]["channels"]], certificate["laws"]
+    sizes = [size for block in same_in(laws) if (size := len({*block} & {*own}))]
+    several = {"channels": [laws["channels"][i] for i in own], "repeated": sizes}
+    alone = "multivariable" not in certificate["proof"]["kind"]
+    about = several["channels"][0] if alone else several
+    return _Shown({**certificate, "laws": about, "proof": certificate["proof"]["proof"]})
 
 
 def _graph(proof: Mapping[str, Any]) -> str:

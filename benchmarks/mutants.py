@@ -56,7 +56,8 @@ ROOMS = (
 )
 DRAWN = ("diagram", "figures", "output", "pdf", "reporting")  # pictures and files, no words
 _FIRST = """
-arithmetic balls states blocks frequencies channels gains windows parametric powers boxes several regions checker"""
+arithmetic balls states blocks frequencies channels gains windows parametric powers boxes several regions parts
+checker"""
 _OF_CHECKERS = """
 edges refusals kernel blocks reading mutants claims matrix orbits covers channels boxes channel_boxes channel_orbits
 coupled dead_times delays first_survivors frequencies growth integrators integrator_kernels memory memory_orbits

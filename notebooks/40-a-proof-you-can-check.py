@@ -549,7 +549,7 @@ assert all(mu[i + 1] == -phi(x) for i, x in enumerate(sigma))
 # %% [markdown]
 # ## 4. The checker alone
 #
-# `checker.py` and the fifteen files beside it need Python and nothing else. We copy all into an empty folder and
+# `checker.py` and the sixteen files beside it need Python and nothing else. We copy all into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
@@ -564,7 +564,16 @@ BESIDE = [
     "gains",
     "parametric",
 ]
-BESIDE += ["pieces", "powers", "regions", "several", "signals", "states", "windows"]
+BESIDE += [
+    "parts",
+    "pieces",
+    "powers",
+    "regions",
+    "several",
+    "signals",
+    "states",
+    "windows",
+]
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")
     kernel.mkdir()

@@ -4,7 +4,7 @@
 
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
-Only this file makes a ``Proved`` or a ``Refuted``; what it imports beside it, fifteen files, computes.
+Only this file makes a ``Proved`` or a ``Refuted``; what it imports beside it, sixteen files, computes.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if not __package__:  # run as a script: the files beside it are its package
     __package__ = Path(__file__).resolve().parent.name
 
 from . import arithmetic as exact
-from . import boxes, powers, regions, several, states
+from . import boxes, parts, powers, regions, several, states
 from .arithmetic import INF, ZERO, Form, Rejected, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
 from .blocks import (
@@ -62,6 +62,8 @@ UNLIMITED = "no L2 gain from w to z is finite for all loops of the class"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
+ENDS = ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET
+ENDS += FINITE_ENERGY, UNLIMITED, LINEAR
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
 PACED = ("circle", "zames-falb", "hurwitz")
 PACED_MEMBERS = "linear-gain crossing matrix-gain switched-gain linear-gains switched-gains ramped-gains"
@@ -259,8 +261,8 @@ def counterexample(system: Any, family: states.Family, proof: Any, paced: bool) 
         need(realised(system, ZERO)[4] is False, "flow-orbit is about continuous time")
         return MOVES, states.flow_orbit(realised(system, ZERO)[:4], family, proof)
     if method == "switched-gain":
-        *parts, discrete = realised(system, ZERO)
-        return MOVES, states.switched_gain(parts, discrete, family, proof)
+        *sides, discrete = realised(system, ZERO)
+        return MOVES, states.switched_gain(sides, discrete, family, proof)
     if method == "matrix-gain":
         return MOVES, states.matrix_gain(lambda g: realised(system, g), family, proof)
     B = block(system)
@@ -353,9 +355,9 @@ def judged(
 ) -> tuple[type[Proved] | type[Refuted], str, dict[str, str], str]:
     """The same of the loop with this system, which with a rate is that of the solutions times ``r^-t``."""
     if isinstance(given, dict) and "channels" in given:
-        kind, end, found, assumed = several.examined(verdict, name, data, system, given, phi, proof, rate)
-        ends = [ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET]
-        return (Proved if kind else Refuted), [*ends, FINITE_ENERGY, UNLIMITED][end], found, assumed
+        many: Any = partial(parts.examined, judged, ENDS) if proof["method"] in parts.METHODS else several.examined
+        kind, end, found, assumed = many(verdict, name, data, system, given, phi, proof, rate)
+        return (Proved if kind else Refuted), ENDS[end], found, assumed
     if isinstance(given, dict) and "graphs" in given:
         kind, conclusion, found = regions.examined(verdict, name, data, system, given, phi, proof)
         return (Proved if kind else Refuted), conclusion, found, ""

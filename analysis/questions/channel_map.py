@@ -170,12 +170,15 @@ def _ray(direction: tuple[Fraction, Fraction], found: StabilityBound, classes: D
         factor = Fraction(found.largest.low)
         proved = [double_below(factor * end) for end in direction]
     if against is not None:
-        gains = against.certificate["proof"]["gains"]  # of gains that jump those of each stay
-        stays = gains if isinstance(gains[0], list) else [gains]
+        member = against.certificate["proof"]
+        gains = member.get("gains")  # of gains that jump those of each stay
+        stays = gains if gains and isinstance(gains[0], list) else [gains]
         for i, one in enumerate(classes.classes):
-            if not one.operator:
+            if i + 1 not in member.get("channels", [i + 1]):
+                refuted[i] = double_above(classes.lower[i])  # one channel alone
+            elif gains and not one.operator:
                 refuted[i] = double_above(max(Fraction(row[i]) for row in stays))
-            elif found.refuted_at is not None:
+            elif found.refuted_at is not None:  # with all of its class
                 refuted[i] = double_above(Fraction(found.refuted_at) * direction[i])
     return Ray(
         k1=float(direction[0]),

@@ -52,7 +52,8 @@ from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
 
 Tell = Callable[[str, float], None]
-MOVING, ORBITS = ("switched-gains", RAMPS, MEMBERS), ("flow-orbit", "memory-orbit", "sampled-orbit")
+MOVING = ("switched-gains", "switched-gain", RAMPS, MEMBERS)
+ORBITS = ("flow-orbit", "memory-orbit", "sampled-orbit", "orbit")
 RAY = "relu-ray"
 _NO_MULTIPLIER = "no multiplier was found"
 _MOST_ROUTH = 40  # states; beyond them exact arrays take a minute, and come after the criteria
@@ -146,22 +147,23 @@ def _witness(shown: Refuted, factor: float) -> Witness:
     if proof["method"] == "member":
         named = zip(shown.certificate["system"]["parameters"], proof["at"], strict=True)
         proof, at = proof["proof"], {"parameters": {name: value for (name, *_), value in named}}
+    if proof["method"] == "part":
+        at, proof = {"channels": proof["channels"]}, proof["proof"]
     jumps, bends = (m := proof["method"]) in MOVING, m in ORBITS
     kinds: dict[str, Kind] = {RAMPS: "varying gain", "flow-orbit": "periodic orbit", "signal": "disturbance"}
-    kinds |= {"delayed-gains": "delay", RAY: "ray", "memory-orbit": "periodic orbit", "sampled-orbit": "periodic orbit"}
-    parts = {"flow-orbit": ("nonlinearities", "state", "durations"), "memory-orbit": ("gains", "state", "durations")}
-    parts["sampled-orbit"] = ("nonlinearities", "state", "inputs")
+    kinds |= {"delayed-gains": "delay", RAY: "ray", **dict.fromkeys(ORBITS, "periodic orbit")}
     said = counterexample(shown)
-    names = parts.get(m, ("slopes", "inputs") if m == "signal" else ("gains",))
+    names = ["slopes", "inputs"] if m == "signal" else ["gains", "gain"]
+    names = names if not bends else ["nonlinearities", "points", "gains", "state", "durations", "inputs", "u", "sigma"]
     return Witness(
         kind=kinds.get(m, "switched gain" if jumps else "linear gains"),
         k=factor,
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
-        odd=not bends or bool(proof["half"]),
+        odd=not bends or bool(proof.get("half")),
         time_varying=jumps,
         description=f"a solution grows without bound, {said}" if m == RAY else f"{said} {destroys(shown)}",
-        data=at | {name: proof[name] for name in names},
+        data=at | {name: proof[name] for name in names if name in proof},
         refutation=shown,
     )
 
@@ -381,8 +383,13 @@ def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, R
     endless = unlimited(asked) if asked.classes.performance is not None and not asked.classes.rectified else None
     if endless is not None:
         return Fraction(0), endless
+    return _at_once(asked) or members_refuting(asked, most=math.inf)
+
+
+def _at_once(asked: Problem) -> tuple[Fraction, Refuted] | None:
+    """What refutes the classes of every factor: the gains at the lower bounds, operators being 0 and delays none."""
     never = refutation(asked, Fraction(1), constant_gains(asked.classes.lower)) if unsettled(asked) else None
-    return (Fraction(0), never) if never is not None else members_refuting(asked, most=math.inf)
+    return None if never is None else (Fraction(0), never)
 
 
 def _larger(row: StabilityBound, asked: Problem) -> bool:
@@ -459,7 +466,7 @@ def proposals(
         if rows:
             seen = (shown for row in rows for shown in row.refutations)
             return next((shown for shown in seen if contains(own, shown.certificate["laws"])), None)
-        found = against(lambda one: members_refuting(one, most=1.0))
+        found = against(lambda one: _at_once(one) or members_refuting(one, most=1.0))
         return None if found is None else found[1]
 
     def jumping() -> Refuted | None:

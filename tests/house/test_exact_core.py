@@ -34,6 +34,7 @@ EXACT = (  # and of these, those that compute with nothing else: no array at all
         "analysis/certificates/signals.py",
         "analysis/certificates/windows.py",
         "analysis/certificates/parametric.py",
+        "analysis/certificates/parts.py",
         "analysis/certificates/pieces.py",
         "analysis/certificates/powers.py",
         "analysis/certificates/boxes.py",

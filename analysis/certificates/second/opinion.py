@@ -8,7 +8,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from lure.analysis.certificates.second import boxes, counterexamples, pace, regions, several, structure, theorems
+from lure.analysis.certificates.second import (
+    boxes,
+    counterexamples,
+    pace,
+    parts,
+    regions,
+    several,
+    structure,
+    theorems,
+)
 from lure.analysis.certificates.second.classes import (
     ATTRACTS,
     BOUNDED,
@@ -82,6 +91,8 @@ def _shown(certificate: Mapping[str, object] | str | bytes) -> str:
 
 def _follows(document: Document) -> str:
     """The sentence that is shown of the system of the document."""
+    if document.proof.get("method") in (parts.ONE, parts.ALL):
+        return parts.together(document, [_follows(one) for one in parts.documents(document)])
     if "channels" in document.nonlinearities:
         return (structure.rods if document.system.get("kind") == "rods" else several.shown)(document)
     if document.system.get("kind") in [*structure.FAMILIES]:  # which may be a list

@@ -1,0 +1,246 @@
+"""Certificates about loops side by side: by hand, of each kind of part, and what neither checker accepts."""
+
+import copy
+import json
+from importlib import resources
+
+import jsonschema
+import pytest
+
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import Proved, Refuted, check
+from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second.opinion import recheck
+
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+
+
+def law(low, high, *, slope=False, **more):
+    bounds = [str(low), str(high)]
+    found = {"sector": bounds, "slope": bounds if slope else None, "odd": False, "time_varying": False, "linear": False}
+    return found | more
+
+
+# three loops, the states of the second around those of the first: diag(1/(s + 1), 1/(s + 2)), 1/(s (s + 1)) and
+# (s + 3)/(s + 1), of the states (1, 4), (2, 3) and 5 and of the channels (1, 3), 2 and 4
+SYSTEM = {
+    "kind": "multivariable",
+    "time": "continuous",
+    "A": [["-1", *"0000"], ["0", "0", "1", "0", "0"], ["0", "0", "-1", *"00"], [*"000", "-2", "0"], [*"0000", "-1"]],
+    "B": [["1", *"000"], [*"0000"], ["0", "1", *"00"], [*"00", "1", "0"], [*"000", "1"]],
+    "C": [["1", *"0000"], ["0", "1", *"000"], [*"000", "1", "0"], [*"0000", "2"]],
+    "D": [[*"0000"], [*"0000"], [*"0000"], [*"000", "1"]],
+}
+# V = x_1^2 + 4 x_2^2, as in the tests of certificates about channels
+PAIR = {
+    "channels": [1, 3],
+    "states": [1, 4],
+    "kind": "multivariable",
+    "theorem": "diagonal-circle",
+    "multiplier": {"lambda": ["1", "1"]},
+    "proof": {"method": "matrix", "P": [["1"], ["0", "4"]], "exponent": 0},
+}
+# 1/(s^2 + s): Re (1 + theta i omega) n d* + |d|^2/k is x ((theta - 1) + (1 + x)/k), for theta = 1 and k = 9 over x:
+# (1 + x)/9 + 0, which the checker multiplies by w = 9
+INTEGRATOR = {
+    "channels": [2],
+    "states": [2, 3],
+    "kind": "transfer",
+    "theorem": "popov",
+    "multiplier": {"theta": "1"},
+    "proof": {"method": "polynomial", "variable": "omega^2", "coefficients": ["1", "1"], "limits": ["1", "1"]},
+}
+# (s + 3)/(s + 1), slope in [0, 2]: 2 Re n d* + |d|^2 = 2 (x + 3) + x + 1 = 7 + 3 x
+DIRECT = {
+    "channels": [4],
+    "states": [5],
+    "kind": "transfer",
+    "theorem": "circle",
+    "multiplier": {},
+    "proof": {"method": "polynomial", "variable": "omega^2", "coefficients": ["7", "3"], "limits": ["7", "3"]},
+}
+PROOF = {
+    "verdict": "PROVED",
+    "system": SYSTEM,
+    "laws": {"channels": [law("-1/2", 1), law(0, 9), law(0, 5), law(0, 2, slope=True)], "repeated": False},
+    "theorem": "parts",
+    "multiplier": {},
+    "proof": {"method": "parts", "parts": [PAIR, INTEGRATOR, DIRECT]},
+}
+# without the integrator: A_23 = 0 and A_22 = -1 leave sigma_2 a mode that nothing moves
+STABLE = copy.deepcopy(PROOF)
+STABLE["system"]["A"][1] = ["0", "-1", "0", "0", "0"]
+STABLE["proof"]["parts"][1] |= {
+    "theorem": "circle",
+    "multiplier": {},
+    # n = 0 and d = (s + 1)^2: |d|^2 = 1 + 2 x + x^2
+    "proof": {"method": "polynomial", "variable": "omega^2", "coefficients": ["1", "2", "1"], "limits": ["1", "1"]},
+}
+# the gain -2 of the class [-2, 9] in channel 2: s^2 + s - 2 = (s + 2)(s - 1)
+COUNTER = {
+    "verdict": "REFUTED",
+    "system": SYSTEM,
+    "laws": {"channels": [law("-1/2", 1), law(-2, 9), law(0, 5), law(0, 2)], "repeated": False},
+    "theorem": "counterexample",
+    "multiplier": {},
+    "proof": {
+        "method": "part",
+        "channels": [2],
+        "states": [2, 3],
+        "kind": "transfer",
+        "proof": {"method": "linear-gain", "gain": "-2"},
+    },
+}
+# dead times: exp(-s)/(s + 1) in [0, 1], Re e^(-i w)(1 - i w) >= -1 - x/2 against 1 + x, beside 1/(s + 2)
+LATE = {
+    "verdict": "PROVED",
+    "system": {
+        "kind": "multivariable delay",
+        "time": "continuous",
+        "A": [["-1", "0"], ["0", "-2"]],
+        "B": [["1", "0"], ["0", "1"]],
+        "C": [["0", "0"], ["0", "1"]],
+        "D": [["0", "0"], ["0", "0"]],
+        "late": [["1", [["1", "0"], ["0", "0"]]]],
+    },
+    "laws": {"channels": [law(0, "1/2"), law(0, 5)], "repeated": False},
+    "theorem": "parts",
+    "multiplier": {},
+    "proof": {
+        "method": "parts",
+        "parts": [
+            {
+                **{"channels": [1], "states": [1], "kind": "delay", "theorem": "circle", "multiplier": {}},
+                "proof": {"method": "cover", "boxes": [["0", "1"], ["1", "2"], ["2", "3"]], "order": 20},
+            },
+            {
+                **{"channels": [2], "states": [2], "kind": "multivariable", "theorem": "diagonal-circle"},
+                "multiplier": {"lambda": ["1"]},
+                "proof": {"method": "matrix", "P": [["4"]], "exponent": 0},
+            },
+        ],
+    },
+}
+
+
+def changed(draft, *path_and_value):
+    *path, last, value = path_and_value
+    found = copy.deepcopy(draft)
+    at = found
+    for key in path:
+        at = at[key]
+    at[last] = value
+    return found
+
+
+def both(draft):
+    """What both checkers say of a draft; the certificate keeps the schema, and is read again as it was."""
+    shown = complete_and_check(draft)
+    certificate = json.loads(json.dumps(dict(shown.certificate)))
+    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    assert check(certificate) == shown
+    opinion = recheck(certificate)
+    assert opinion.accepted, opinion.reason
+    return shown
+
+
+def refused(draft):
+    """Whether neither checker accepts a draft, the second with the conclusion that the whole one has."""
+    with pytest.raises((Rejected, Malformed)):
+        complete_and_check(draft)
+    hopeful = {
+        **{"format": "lure-certificate/1", "convention": "sigma = H mu, mu = -phi(sigma)", "numbers": "rationals"},
+        **{"law": None, "hypotheses": {"class": "all"}, **draft},
+    }
+    ends = ("0 attracts every motion", "every motion converges to the set of equilibria", "every motion is bounded")
+    moves = "a loop of the class has a motion that does not converge to an equilibrium"
+    return not any(recheck({**hopeful, "conclusion": end}).accepted for end in (*ends, moves))
+
+
+@pytest.mark.parametrize(
+    ("draft", "conclusion"),
+    [
+        (PROOF, "every motion converges to the set of equilibria"),
+        (STABLE, "0 attracts every motion"),
+        (LATE, "0 attracts every motion with inputs to the block and initial functions of finite energy"),
+        (changed(STABLE, "laws", "channels", 0, "time_varying", True), "0 attracts every motion"),
+    ],
+)
+def test_parts_by_hand_are_accepted_by_both_checkers(draft, conclusion):
+    shown = both(draft)
+    assert isinstance(shown, Proved)
+    assert shown.certificate["conclusion"] == conclusion
+
+
+def test_one_part_by_matrices_and_by_its_own_several_kind_is_the_same_loop():
+    matrices = {"kind": "state-space", "proof": {"method": "matrix", "P": [["1"]], "exponent": 0, "zero": None}}
+    draft = copy.deepcopy(PROOF)
+    draft["proof"]["parts"][2] |= matrices
+    assert isinstance(both(draft), Proved)
+
+
+def test_what_a_part_assumes_the_whole_assumes():
+    # sigma + phi(sigma) = y with phi in the sector [0, 2] alone may have several solutions
+    shown = both(changed(PROOF, "laws", "channels", 3, "slope", None))
+    assert shown.assumed == "in channel 4 sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y"
+    assert not both(PROOF).assumed
+
+
+def test_a_member_of_one_part_refutes_the_whole():
+    shown = both(COUNTER)
+    assert isinstance(shown, Refuted)
+    assert shown.facts["part"] == "the loop of channel 2 does not touch the others"
+
+
+def test_a_nonlinearity_may_be_repeated_over_parts_and_an_operator_on_all_its_channels_may_not():
+    same = changed(STABLE, "laws", {"channels": [law(0, 1)] * 3 + [law(0, 2, slope=True)], "repeated": [3, 1]})
+    assert "one nonlinearity in the channels 1 to 3" in both(same).facts["class"]
+    operator = law("-1/4", "1/4", operator="any", time_varying=True)
+    draft = changed(STABLE, "laws", {"channels": [operator] * 3 + [law(0, 2, slope=True)], "repeated": [3, 1]})
+    draft["proof"]["parts"][1] |= {
+        **{"kind": "multivariable", "theorem": "diagonal-circle", "multiplier": {"lambda": ["1"]}},
+        "proof": {"method": "matrix", "P": [["1"], ["0", "1"]], "exponent": 0},
+    }
+    assert refused(draft)
+    assert isinstance(both(changed(draft, "laws", "repeated", False)), Proved)
+
+
+PARTS = ("proof", "parts")
+
+
+@pytest.mark.parametrize(
+    "draft",
+    [
+        changed(PROOF, "system", "A", 0, 1, "1/1000"),  # entries that join parts
+        changed(PROOF, "system", "B", 1, 0, "1/1000"),
+        changed(PROOF, "system", "C", 3, 0, "1/1000"),
+        changed(PROOF, "system", "D", 0, 3, "1/1000"),
+        changed(LATE, "system", "late", 0, 1, 1, 0, "1/1000"),
+        changed(PROOF, *PARTS, [PAIR, INTEGRATOR]),  # a part is missing, or there twice
+        changed(PROOF, *PARTS, [PAIR, INTEGRATOR, DIRECT, DIRECT]),
+        changed(PROOF, *PARTS, [PAIR]),
+        changed(PROOF, *PARTS, 2, "states", [4]),  # states of another part
+        changed(PROOF, *PARTS, 0, "channels", [3, 1]),
+        changed(PROOF, *PARTS, 0, "states", [1, 4, 9]),
+        changed(PROOF, *PARTS, 2, "kind", "delay"),
+        changed(PROOF, *PARTS, 0, "kind", "transfer"),
+        changed(PROOF, *PARTS, 1, "kind", "multivariable"),
+        changed(PROOF, *PARTS, 1, "multiplier", {"theta": "9/10"}),  # proofs that fail
+        changed(PROOF, *PARTS, 0, "proof", "P", [["-1"], ["0", "4"]]),
+        changed(PROOF, "laws", "channels", 2, law(0, 50)),
+        changed(PROOF, "laws", "channels", 1, "time_varying", True),
+        changed(PROOF, *PARTS, 2, "theorem", "parts"),
+        changed(PROOF, "theorem", "diagonal-circle"),
+        changed(PROOF, "multiplier", {"lambda": ["1", "1", "1", "1"]}),
+        changed(PROOF, "law", {"kind": "tanh", "height": "1", "rate": "1"}),
+        changed(COUNTER, "proof", "proof", "gain", "-3"),  # outside the class
+        changed(COUNTER, "proof", "channels", [4]),
+        changed(COUNTER, "proof", "states", [2]),
+        changed(COUNTER, "system", "A", 1, 0, "1/1000"),
+        changed(COUNTER, "proof", "proof", COUNTER["proof"]),
+        changed(COUNTER, "verdict", "PROVED"),
+        {**PROOF, "rate": "1/10"},
+    ],
+)
+def test_what_does_not_fit_is_refused_by_both_checkers(draft):
+    assert refused(draft)
