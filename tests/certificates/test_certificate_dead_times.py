@@ -250,6 +250,7 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("both", *CLASS, "sector", ["-9/10", "5/2"]),
         ("both", "system", "B", [["2"]]),
         ("rest", *CLASS, "sector", ["0", "8/5"]),
+        ("rest", *CLASS, "sector", ["0", "13/10"]),  # F_11(0)/2 = 5/4 - 13/10, and above 0 from .7 on
         ("rest", *CLASS, "sector", ["-1/10", "1/2"]),
         ("rest", *CLASS, "time_varying", True),
         ("rest", "multiplier", "lambda", ["0", "1"]),
@@ -348,6 +349,19 @@ def test_the_first_piece_beside_a_pole_at_0_may_be_wide():
     wide = {**REST, "system": late(A, B, C, [["0", "0"]] * 2, ("1/8", after)), "multiplier": multiplier}
     found = dict(complete_and_check({**wide, "proof": {"method": "pieces", "ends": ends}}).certificate)
     assert recheck(found).accepted, recheck(found).reason
+
+
+@pytest.mark.parametrize(("theta", "holds"), [("1/2", True), ("11/10", False)])
+def test_what_fails_beyond_the_last_piece_alone_is_rejected(theta, holds):
+    # F_22/2 = 1 + Re [(1/2 + theta i w) exp(-i w/50)/(1 + i w)]: the modulus tends to theta, the real part is positive
+    # up to w = 16, where the pieces end, and about -theta at 50 pi
+    short = edited(REST, "system", "late", value=[["1/50", UNIT]])
+    short = edited(short, "multiplier", "theta", value=["1/4", theta])
+    short = edited(short, "laws", "channels", 1, "sector", value=["0", "1/2"])
+    if holds:
+        assert recheck(complete_and_check(short).certificate).accepted
+    else:
+        assert_both_reject({**certificate("rest"), **short})
 
 
 def test_a_turn_that_does_not_show_the_signs_is_refused_by_the_first_checker():
