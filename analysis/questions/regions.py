@@ -203,7 +203,7 @@ class RegionOfAttraction(TwoSided):
     verdict: Verdict = quantity("PROVED: some set is; else INCONCLUSIVE", label="")
     evidence: Evidence = quantity("of the sets", default=Evidence.CERTIFIED)
     states: int = quantity("number of states")
-    sets: tuple[AttractedSet, ...] = quantity("inside the region; that which is largest, or holds most of the points, first", label="")
+    sets: tuple[AttractedSet, ...] = quantity("inside the region, first the largest or what holds the points", label="")
     outside: tuple[OutsideSet, ...] = quantity("outside of it", label="", default=())
     equilibria: tuple[tuple[Fraction, ...], ...] = quantity(
         "other than 0, exactly, where every nonlinearity is on a line: they are not attracted", label="", default=()
