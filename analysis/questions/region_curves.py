@@ -11,7 +11,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any, NamedTuple, cast
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
@@ -21,7 +21,7 @@ from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.polynomial import X, to_fraction
 from lure.analysis.questions.region_sets import Shape, matrix_of
-from lure.arrays import NDArray, np
+from lure.arrays import NDArray, Reals, np
 from lure.plants.multivariable import MultivariablePlant
 
 Point = tuple[float, float]
@@ -37,6 +37,7 @@ _TURNS, _ARCS, _STEPS, _HALVINGS = 80, 4000, 4000, 24
 _FAR, _BITS, _RAYS, _REST = 1e4, 44, 16, 0.003
 _WORTH, _PARTS, _CORNERS = Fraction(101, 100), 4, 200
 _INSIDE = 0.999  # of the ellipsoid, whose coordinates make it the unit disc
+_CONES = {2: 500, 3: 40}  # along each edge of a quadrant or an octant
 _TIMES = (0.0, 0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9, 1.0)
 
 
@@ -542,3 +543,38 @@ def _field(
         return u, v
 
     return field
+
+
+def union_volume(parts: Sequence[Callable[[Reals], Reals]], turn: Reals) -> float:
+    """A lower bound of the area or volume of a union of convex sets around 0: of simplices, each in one of them.
+
+    Space is cut into cones from 0; in each the set counts in which the corners reach farthest.
+
+    Parameters
+    ----------
+    parts : sequence of callable
+        For each set the values at points, (k, n), n = 2 or 3, of a convex function that is at most 1 on it.
+    turn : ndarray
+        (n, n): what makes of the unit ball about one of the sets.
+    """
+    n, count = len(turn), _CONES[len(turn)]
+    steps = [one for one in product(range(count + 1), repeat=n) if sum(one) == count]
+    place, corners = {one: k for k, one in enumerate(steps)}, list[list[int]]()
+    for one in steps:
+        moved = [tuple(v + (j == k) - (j == n - 1) for j, v in enumerate(one)) for k in range(n - 1)]
+        ways = [[one, *moved]]
+        if n == 3:
+            ways.append([*moved, (one[0] + 1, one[1] + 1, one[2] - 2)])
+        corners += [[place[v] for v in way] for way in ways if all(v in place for v in way)]
+    signs = np.array(list(product((1.0, -1.0), repeat=n)))
+    rays = (signs[:, None, :] * np.array(steps, dtype=float)).reshape(-1, n) @ turn.T
+    cones = (np.array(corners) + len(steps) * np.arange(len(signs))[:, None, None]).reshape(-1, n)
+    best = np.zeros(len(cones))
+    for value in parts:
+        low, high = np.zeros(len(rays)), np.full(len(rays), _FAR)
+        for _ in range(60):
+            middle = (low + high) / 2
+            inside = value(rays * middle[:, None]) <= 1 - 1e-9
+            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+        best = np.maximum(best, np.prod(low[cones], axis=1))
+    return float(best @ np.abs(np.linalg.det(rays[cones])) / math.factorial(n) * (1 - 1e-9))

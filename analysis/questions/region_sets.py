@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise, product
@@ -496,28 +496,6 @@ def _vanishes_at_0_alone(shape: Shape) -> bool:
         if any(not math.isinf(end) and end != 0 and p(to_fmpq(end)) == 0 for end in (low, high)):
             return False
     return True
-
-
-def union_area(
-    parts: Sequence[Callable[[NDArray[np.float64]], NDArray[np.float64]]], reach: tuple[float, float]
-) -> float:
-    """A lower bound of the area of a union of convex sets: squares with all four corners in one of them.
-
-    Parameters
-    ----------
-    parts : sequence of callable
-        For each set the values at points, (k, 2), of a convex function that is at most 1 on it.
-    reach : tuple of float
-        Half the width and half the height of a box around 0 that is looked at.
-    """
-    count = 700
-    x, y = (np.linspace(-half, half, count + 1) for half in reach)
-    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    found = np.zeros((count, count), dtype=bool)
-    for value in parts:
-        inside = (value(points) <= 1 - 1e-9).reshape(count + 1, count + 1)
-        found |= inside[1:, 1:] & inside[1:, :-1] & inside[:-1, 1:] & inside[:-1, :-1]
-    return float(found.sum() * (x[1] - x[0]) * (y[1] - y[0]) * (1 - 1e-9))
 
 
 def volume_below(P: Sequence[Sequence[Fraction]]) -> float:

@@ -23,6 +23,7 @@ from lure.analysis.questions.region_curves import (
     points_of,
     polygon_within,
     union_below,
+    union_volume,
     within,
 )
 from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set
@@ -43,7 +44,6 @@ from lure.analysis.questions.region_sets import (
     shape_given,
     sign_interval,
     strips,
-    union_area,
     volume_above,
     volume_below,
 )
@@ -469,8 +469,8 @@ def _answered(
     if planar.inside:
         polygons = [polygon_within(one.points or one.P or ()) for one in sets if one.kind != "level set"]
         low = max(low, double_below(union_below(polygons)))
-    elif found.order == 2 and len(convex := [one for one in sets if one.convex]) > 1:
-        low = max(low, union_area([one.values for one in convex], _box(convex)))
+    elif 1 < found.order <= _UNITED and len(convex := [one for one in sets if one.convex]) > 1:
+        low = max(low, union_volume([one.values for one in convex], _ball(sets[0])))
     return RegionOfAttraction(
         verdict=Verdict.PROVED,
         states=found.order,
@@ -510,7 +510,7 @@ def _set_of(proof: Proved, shapes: Sequence[Shape]) -> AttractedSet:
     convex = known and positive(flat)
     one = AttractedSet(kind="level set", integrals=integrals, convex=convex, volume=volume_below(inner), **settings)
     if convex and len(P) == 2:
-        return dataclasses.replace(one, volume=max(one.volume, union_area([one.values], _box([one]))))
+        return dataclasses.replace(one, volume=max(one.volume, union_volume([one.values], _ball(one))))
     return one
 
 
@@ -520,10 +520,9 @@ def _plus(P: Sequence[Sequence[Fraction]], factor: Fraction, row: Sequence[Fract
     )
 
 
-def _box(sets: Sequence[AttractedSet]) -> tuple[float, float]:
-    """Half the sides of a box around 0 that holds the sets."""
-    halves = np.max([np.sqrt(np.diag(np.linalg.inv(one.least()))) for one in sets], axis=0)
-    return float(halves[0]) * 1.01, float(halves[1]) * 1.01
+def _ball(one: AttractedSet) -> Reals:
+    """What makes of the unit ball about the set."""
+    return np.asarray(np.linalg.cholesky(np.linalg.inv(one.least())))
 
 
 def _reach(one: AttractedSet, points: Reals) -> float:

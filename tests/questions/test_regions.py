@@ -18,6 +18,7 @@ from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
+from lure.analysis.questions.region_curves import union_volume
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth
 from lure.analysis.questions.region_sets import matrix_of, rests_at_0, shape_of, volume_below
 from lure.analysis.verdict import Verdict
@@ -623,6 +624,29 @@ def test_a_dead_zone_around_the_closed_loop_is_a_saturation(A, B, dt):
     )
     for one in (*inside, *outside):
         assert recheck(json.dumps(dict(one.certificate))).accepted
+
+
+# x^2 + 2 y^2 + 5 z^2 <= 1 or 2 x^2 + y^2 + 5 z^2 <= 1: the first reaches farther where |y| <= |x|, the share
+# 2 atan(sqrt 2)/pi of a ball in (x, sqrt 2 y, sqrt 5 z), and the other where it does not: 16 atan(sqrt 2)/(3 sqrt 10).
+# Of two ellipses, 1, 2 and 2, 1, it is 4 atan(sqrt 2)/sqrt 2
+def test_the_volume_of_a_union_is_known_from_below_to_a_few_thousandths():
+    def ellipsoid(*weights):
+        return lambda points: points**2 @ np.array(weights)
+
+    exact = 16 * math.atan(2**0.5) / (3 * 10**0.5)
+    for turn in (np.eye(3), np.diag([1, 0.7, 0.45])):
+        found = union_volume([ellipsoid(1, 2, 5), ellipsoid(2, 1, 5)], turn)
+        assert 0.997 * exact < found < exact
+    plane = 4 * math.atan(2**0.5) / 2**0.5
+    assert (1 - 1e-5) * plane < union_volume([ellipsoid(1, 2), ellipsoid(2, 1)], np.eye(2)) < plane
+
+
+# x1' = x2, x2' = x3, x3' = x1 - sat(3 x1 + 5 x2 + 4 x3)
+def test_three_states_have_the_volume_of_a_union_too():
+    found = region(as_plant(([[0, 1, 0], [0, 0, 1], [1, 0, 0]], [0, 0, 1], [3, 5, 4], 0)), Saturation())
+    assert len(found.sets) > 1
+    assert found.area[0] > 1.02 * found.sets[0].volume
+    assert found.to_dict()["area"][0] == found.area[0]
 
 
 def test_a_panic_of_the_solver_ends_the_search_and_no_more(monkeypatch):
