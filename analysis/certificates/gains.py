@@ -139,7 +139,7 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
 
     ``u_i = c_i a_i(s)``, ``|a_i| = 1`` on the axis, likewise ``v``: ``|Delta|`` is the product of the lengths of the
     coefficients at every frequency.  Of scalar ones ``delta = c a(s)``.  The gain is above ``gamma`` if ``|T(i omega)
-    w| > gamma |w|`` for some ``w``.
+    w| > gamma |w|`` for some ``w``: were it not, ``T`` would be analytic in ``Re s > 0`` and ``|T| <= gamma``.
     """
     keys = ["omega", "input"] if "omega" in proof else []
     _, data, listed, *at = fields(proof, "method", "gains", "operators", *keys)
@@ -180,7 +180,8 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
         need(not apart or within(apart, H.discrete), "the operators are not stable with D alone")
         return unstable(found, found.A, words)
     need(asked.performance is not None, "a gain is asked of a performance channel")
-    need(within(found.A, H.discrete), "the loop with these members is not stable")
+    rests = within(found.A, H.discrete)
+    need(rests or not blocks, "the loop with these members is not stable")
     own = list(asked.performance or ())
     form(isinstance(at[1], list) and len(at[1]) == len(own), "the input has one entry for each channel")
     w, omega = [numbers(pair, 2) for pair in at[1]], None if at[0] is None else number(at[0])
@@ -188,7 +189,8 @@ def linear_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str
     size, gamma = sum((v * v for pair in w for v in pair), ZERO), 1 / asked.bounds(own[0])[1]
     need(dot(z, z) > gamma**2 * size, "the gain of this loop is not shown to be larger")
     where = f"omega = {'inf' if omega is None else omega}{', the tangent of half the angle' * H.discrete}"
-    return 8, {"stable": f"with {words} the loop is asymptotically stable", "gain": f"|T w| > gamma |w| at {where}"}
+    how = f"with {words} the loop is asymptotically stable" if rests else "whether it is does not matter"
+    return 8, {"stable": how, "gain": f"|T w| > gamma |w| at {where}"}
 
 
 def delayed(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:

@@ -26,6 +26,7 @@ from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_refutations import (
     constant_gains,
+    ends_of,
     gains_refuting,
     late_gains_refuting,
     refutation,
@@ -69,6 +70,7 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
         return _by_signal(asked, most)
     if asked.classes.performance is not None:
         members = [_unstable(asked) or _largest_gain(asked, most), _largest_delayed(asked, most)]
+        members += [_largest_at_ends(asked, most)] if members[0] is None or members[0][0] else []
         best = min((one for one in members if one is not None), key=lambda one: one[0], default=None)
         moved = _by_moving(asked, most if best is None else float(best[0])) if asked.worst else None
         return moved or best
@@ -340,6 +342,41 @@ def _largest_gain(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
             return alpha, shown
     shown = refutation(asked, Fraction(1), proof) if operators else None
     return None if shown is None else (Fraction(0), shown)
+
+
+def _largest_at_ends(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """The same of gains at the ends of the classes, with which an eigenvalue may be 0 that ``z`` does not see."""
+    out, H = asked.classes.performance, channel_plant(asked.plant)
+    if out is None or len(asked.classes.operators) > 1 or not H.order or not is_critical(asked):
+        return None
+    A, B, C, D = H.doubles()
+    poles = np.abs(np.linalg.eigvals(A))
+    poles = poles[poles > _NEAR * poles.max(initial=0)]
+    omega = np.geomspace(poles.min(initial=1) / 1e5, 1e3 * poles.max(initial=1), _SAMPLES)
+    points = 1j * omega if H.dt is None else np.exp(2j * np.arctan(omega := np.geomspace(1e-5, 1e3, _SAMPLES)))
+    best = list[tuple[float, Fraction, list[Fraction], Reals]]()
+    for gains in ends_of(asked):
+        checkpoint()
+        G, one = np.diag([*map(float, gains)]), np.eye(len(D))
+        if abs(np.linalg.det(one + D @ G)) < _NEAR:
+            continue
+        E = np.linalg.inv(one + D @ G)
+        seen, entering = (E @ C)[[*out]], (B @ (one - G @ E @ D))[:, [*out]]
+        state = np.linalg.solve(points[:, None, None] * np.eye(len(A)) - A + B @ G @ E @ C, entering.astype(complex))
+        values = np.linalg.svd(seen @ state + (E @ D)[np.ix_(out, out)])
+        k = int(values[1][:, 0].argmax())
+        best.append((float(values[1][k, 0]), Fraction(f"{omega[k]:.12g}"), gains, values[2][k, 0].conj()))
+    if not best:
+        return None
+    gain, at, gains, direction = max(best, key=lambda one: one[0])
+    units = [[str(Fraction(round(part * 2**40), 2**40)) for part in (v.real, v.imag)] for v in direction]
+    proof = {"method": "linear-members", "gains": texts(gains), "operators": [], "omega": str(at), "input": units}
+    for step in _STEPS if gain > 0 else ():
+        alpha = Fraction(double_above(1 / (Fraction(gain * (1 - step)) * asked.classes.upper[out[0]])))
+        shown = refutation(asked, alpha, proof) if alpha < most else None
+        if shown is not None:
+            return alpha, shown
+    return None
 
 
 def _largest_delayed(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:

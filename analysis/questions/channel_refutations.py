@@ -246,7 +246,7 @@ def unlimited(asked: Problem, tried: Iterable[Sequence[Fraction]] = ()) -> Refut
     """
     H, classes = channel_plant(asked.plant), asked.classes
     own = [*(classes.performance or ())]
-    for gains in tried or _ends(asked):
+    for gains in tried or ends_of(asked):
         checkpoint()
         A, B, C, D = H.doubles()
         G, one = np.diag([*map(float, gains)]), np.eye(len(D))
@@ -269,8 +269,14 @@ def unlimited(asked: Problem, tried: Iterable[Sequence[Fraction]] = ()) -> Refut
     return None
 
 
-def _ends(asked: Problem) -> Iterator[list[Fraction]]:
-    """The gains at the ends of the classes, of play and stop those that they come near to; 0 of operators."""
+def ends_of(asked: Problem) -> Iterator[list[Fraction]]:
+    """The gains at the ends of the classes, of play and stop those that they come near to; 0 of operators.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
     classes, free = asked.classes, list[range]()
     start = [
         Fraction(0 if one.memory else 1 if one.operator in DELAYS else low)

@@ -132,6 +132,8 @@ BELOW = ABOVE | {
     "laws": {"channels": [operator("performance", "8/5")], "repeated": False},
     "proof": {"method": "linear-members", "gains": ["0"], "operators": [], "omega": None, "input": [["1", "2"]]},
 }
+# of the servo with phi = 0 z sees 1/(s + 1), and not q, which rests: |T|^2 = 10^6/(10^6 + 1) at omega = 1/1000
+HIDDEN = ABOVE | {"system": SERVO, "proof": ABOVE["proof"] | {"omega": "1/1000"}}
 # x' = w, z = x with phi = 0; x+ = -x + w, of which z = -1 is the pole; and the second of two states from w_2 to z_1
 DRIFTS = draft(
     loop([[0]], [[1, 1]], [[1], [1]], [[0, 0], [0, 0]]),
@@ -159,7 +161,13 @@ def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(name)
 
 @pytest.mark.parametrize(
     ("one", "conclusion"),
-    [(ABOVE, EXCEEDED), (PASSES, MOVES), (BELOW, EXCEEDED), *((one, UNLIMITED) for one in (DRIFTS, TURNS, CROSSES))],
+    [
+        (ABOVE, EXCEEDED),
+        (PASSES, MOVES),
+        (BELOW, EXCEEDED),
+        (HIDDEN, EXCEEDED),
+        *((one, UNLIMITED) for one in (DRIFTS, TURNS, CROSSES)),
+    ],
 )
 def test_linear_members_refute_for_both_checkers(one, conclusion):
     shown = complete_and_check(one)
@@ -210,6 +218,9 @@ TAMPERED = [
     (RESTING, "proof", {"method": "matrix", "P": [["0"], ["0", "1"]], "exponent": 0}),
     (RESTING, "system", "D", [["0", "0"], ["1", "0"]]),
     (RESTING, "conclusion", ATTRACTS),
+    (HIDDEN, "proof", "omega", "0"),  # which is that of a pole
+    (HIDDEN, "proof", "omega", "1"),
+    (HIDDEN, "laws", "channels", 1, operator("performance", 1)),
     (DRIFTS, "proof", "gains", ["1/2", "0"]),  # 1/(s + 1/2)
     (DRIFTS, "proof", "gains", ["-1/2", "0"]),
     (DRIFTS, "proof", "unlimited", [1, 2]),
