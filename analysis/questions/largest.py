@@ -25,59 +25,14 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.drawing import Axes
     from lure.analysis.questions.problem import Problem
-    from lure.analysis.questions.table import LoopAnalysis
 
 # Answers as tables for a notebook and as datasets: the verdict, what it rests on, and what it does not say.
 
-_CHECK = "Check it again: lure.analysis.check(result.{}.certificate), in exact arithmetic."
+CHECK = "Check it again: lure.analysis.check(result.{}.certificate), in exact arithmetic."
 
 
-def analysis_page(found: LoopAnalysis) -> Page:
-    """The table of classes, with the verdict on the class asked about and what was not shown.
-
-    Parameters
-    ----------
-    found : LoopAnalysis
-        The analysis.
-    """
-    from lure.analysis.questions.table import HEAD, gains_words, table_row
-
-    notes = [
-        found.statement,
-        *([] if found.stopped is None else [UNFINISHED[found.stopped]]),
-        f"Evidence: {found.evidence}. Linear gains for which the loop is stable: {gains_words(found)}.",
-        *(f"To decide more: {hint}." for hint in found.hints),
-        *(f"Not shown: {note}." for note in found.not_shown),
-        *([] if found.shown is None else [_CHECK.format("shown")]),
-    ]
-    title = f"{found.problem.name}: H = {found.problem.plant}"
-    return Page(title, [table_row(row) for row in found.rows], head=HEAD, verdict=str(found.verdict), notes=notes)
-
-
-def analysis_columns(found: LoopAnalysis) -> dict[str, Column]:
-    """The table of classes, over the dimension ``nonlinearity_class``; nan where nothing is proved or refuted.
-
-    Parameters
-    ----------
-    found : LoopAnalysis
-        The analysis.
-    """
-    from lure.analysis.questions.table import class_name
-
-    along, rows = ("law_class",), found.rows
-    proved = [row.largest.low if row.verdict is Verdict.PROVED else math.nan for row in rows]
-    return {
-        "law_class": Column(along, [class_name(row) for row in rows], "1", "kind of the class"),
-        "proved_up_to": Column(along, proved, "1", "largest k proved"),
-        "refuted_at": Column(along, [_number(row.refuted_at) for row in rows], "1", "smallest k refuted"),
-        "criterion": Column(along, [row.criterion for row in rows], "1", "criterion with the largest class"),
-        "verdict": Column(along, [str(row.verdict) for row in rows], "1", "whether something is proved"),
-        "evidence": Column(along, [str(row.evidence) for row in rows], "1", "what it rests on"),
-        "closed": Column(along, [row.closed for row in rows], "1", "whether proved and refuted meet"),
-    }
-
-
-def _number(value: float | None) -> float:
+def number_or_nan(value: float | None) -> float:
+    """The number, nan where there is none."""
     return math.nan if value is None else value
 
 
@@ -372,7 +327,7 @@ class StabilityBound(Record):
             "criterion": Column(along, [one.criterion for one in answers], "1", "criterion that was tried"),
             "low": Column(along, [one.largest.low for one in answers], "1", "every class up to it, if PROVED"),
             "high": Column(along, [one.largest.high for one in answers], "1", "nothing can be said from it on"),
-            "theta": Column(along, [_number(one.theta) for one in answers], "s", "Popov multiplier"),
+            "theta": Column(along, [number_or_nan(one.theta) for one in answers], "s", "Popov multiplier"),
             "verdict": Column(along, [str(one.verdict) for one in answers], "1", "verdict of the criterion"),
             "evidence": Column(along, [str(one.evidence) for one in answers], "1", "what it rests on"),
         }
@@ -383,7 +338,7 @@ class StabilityBound(Record):
             "lower": float(self.lower),
             "verdict": str(self.verdict),
             "evidence": str(self.evidence),
-            "refuted_at": _number(self.refuted_at),
+            "refuted_at": number_or_nan(self.refuted_at),
             "comment": str(self),
         }
 
@@ -401,8 +356,8 @@ class StabilityBound(Record):
             ("in a sentence", str(self)),
         ]
         notes = [BEYOND]
-        notes += [_CHECK.format("proof")] if proved else []
-        notes += [_CHECK.format("refutation")] if self.refutation is not None else []
+        notes += [CHECK.format("proof")] if proved else []
+        notes += [CHECK.format("refutation")] if self.refutation is not None else []
         tried = [
             (one.criterion, one.verdict, one.evidence, bound_below(one.largest.low), one.reason)
             if one.largest.low > self.lower

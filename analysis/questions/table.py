@@ -20,7 +20,7 @@ from lure.analysis.questions.channel_kinds import channel_hints, channel_kinds, 
 from lure.analysis.questions.channel_map import StabilityMap, stability_map
 from lure.analysis.questions.channel_problem import channel_problem, loop_plant
 from lure.analysis.questions.conclusion import Conclusion
-from lure.analysis.questions.largest import UNFINISHED, StabilityBound, Stopped, proved_up_to
+from lure.analysis.questions.largest import CHECK, UNFINISHED, StabilityBound, Stopped, number_or_nan, proved_up_to
 from lure.analysis.questions.problem import Plant, Problem, loop_given, problem_of
 from lure.analysis.questions.search import GRACE
 from lure.analysis.theorems.table import Question
@@ -46,36 +46,6 @@ if TYPE_CHECKING:
     from lure.classes import NonlinearityClass
 
 # A loop's analysis as plain data, the ``loop`` part of ``report.json``.
-
-
-def analysis_dict(found: LoopAnalysis) -> dict[str, Any]:
-    """The analysis as a dictionary of plain values; infinite numbers are the text ``inf``.
-
-    Parameters
-    ----------
-    found : LoopAnalysis
-        The analysis.
-    """
-    return {
-        **_loop(found.problem),
-        "case": found.case,
-        "verdict": str(found.verdict),
-        "evidence": str(found.evidence),
-        "statement": found.statement,
-        "headline": found.conclusion.headline,
-        "meaning": found.conclusion.meaning,
-        "law_class": found.conclusion.nonlinearity_class,
-        "membership": found.conclusion.membership,
-        "attracts": found.conclusion.attracts,
-        "reason": found.reason,
-        "code": None if found.code is None else found.code.identifier,
-        "gains": None if found.gains is None else [str(interval) for interval in found.gains],
-        "answers": [row.to_dict() for row in found.rows],
-        "hints": list(found.hints),
-        "not_shown": list(found.not_shown),
-        "stopped": found.stopped,
-        **({} if found.map is None else {"map": found.map.to_dict()}),
-    }
 
 
 def _loop(problem: Problem) -> dict[str, Any]:
@@ -158,70 +128,6 @@ def class_dict(nonlinearity_class: NonlinearityClass) -> dict[str, Any]:
 
 WIDTH = 100
 HEAD = ("class", "criterion", "proved up to", "evidence", "refuted at", "by", "gap")
-
-
-def table(found: LoopAnalysis) -> str:
-    """Verdict, table of classes, gains, hints and what was not shown.
-
-    Parameters
-    ----------
-    found : LoopAnalysis
-        The analysis.
-    """
-    blocks = [
-        f"{found.verdict}  {found.problem.name}: {'' if found.problem.several else 'H = '}{found.problem.plant}",
-        textwrap.fill(found.statement, WIDTH),
-        *([textwrap.fill(f"Nothing is proved: {why}.", WIDTH)] if (why := unproved(found)) else []),
-        *([] if found.stopped is None else [UNFINISHED[found.stopped]]),
-        "\n".join(aligned([HEAD, *(table_row(row) for row in found.rows)])),
-        textwrap.fill(below_table(found), WIDTH),
-        *(textwrap.fill(f"To decide more: {hint}.", WIDTH) for hint in found.hints),
-        *(textwrap.fill(f"Not shown: {note}.", WIDTH) for note in found.not_shown),
-    ]
-    return "\n\n".join(blocks)
-
-
-def unproved(found: LoopAnalysis) -> str:
-    """Why nothing was proved of the class asked about, where the statement does not say it; empty elsewhere.
-
-    Parameters
-    ----------
-    found : LoopAnalysis
-        The analysis.
-    """
-    asked = found.asked
-    if asked is None or Verdict.PROVED in (found.verdict, asked.verdict):
-        return ""
-    why = asked.reason if found.problem.nonlinearity is None else asked.reason.partition("; give ")[0]  # see the hints
-    return "" if why in found.statement else why
-
-
-def below_table(found: LoopAnalysis) -> str:
-    """What the numbers of the table are, with several channels; else the stable linear gains.
-
-    Parameters
-    ----------
-    found : LoopAnalysis
-        The analysis.
-    """
-    if not found.problem.several:
-        return f"Linear gains for which the loop is stable: {gains_words(found)}."
-    factors = f"The numbers are factors of every upper bound of: {found.problem.classes}; lower bounds stay."
-    if found.map is None or not (found.map.proved and found.map.refuted):
-        return factors
-    corners = ", ".join(f"({bound_below(a)}, {bound_below(b)})" for a, b in found.map.proved)
-    return f"{factors} Pairs (k1, k2) of upper bounds that are proved, with all smaller ones: {corners}."
-
-
-def gains_words(found: LoopAnalysis) -> str:
-    """The intervals of stable linear gains in words.
-
-    Parameters
-    ----------
-    found : LoopAnalysis
-        The analysis.
-    """
-    return "not computed" if found.gains is None else ", ".join(map(str, found.gains)) or "none"
 
 
 def class_name(row: StabilityBound) -> str:
@@ -329,9 +235,41 @@ class LoopAnalysis(Record):
         """What ended the search for a row before it was complete; None if nothing did."""
         return next((row.stopped for row in self.rows if row.stopped is not None), None)
 
-    def __str__(self) -> str:
+    def _unproved(self) -> str:
+        """Why nothing was proved of the class asked about, where the statement does not say it; empty elsewhere."""
+        asked = self.asked
+        if asked is None or Verdict.PROVED in (self.verdict, asked.verdict):
+            return ""
+        known = self.problem.nonlinearity is not None
+        why = asked.reason.partition("; give ")[0] if known else asked.reason  # see the hints
+        return "" if why in self.statement else why
 
-        return table(self)
+    def _below_table(self) -> str:
+        """What the numbers of the table are, with several channels; else the stable linear gains."""
+        if not self.problem.several:
+            return f"Linear gains for which the loop is stable: {self._gains_words()}."
+        factors = f"The numbers are factors of every upper bound of: {self.problem.classes}; lower bounds stay."
+        if self.map is None or not (self.map.proved and self.map.refuted):
+            return factors
+        corners = ", ".join(f"({bound_below(a)}, {bound_below(b)})" for a, b in self.map.proved)
+        return f"{factors} Pairs (k1, k2) of upper bounds that are proved, with all smaller ones: {corners}."
+
+    def _gains_words(self) -> str:
+        """The intervals of stable linear gains in words."""
+        return "not computed" if self.gains is None else ", ".join(map(str, self.gains)) or "none"
+
+    def __str__(self) -> str:
+        blocks = [
+            f"{self.verdict}  {self.problem.name}: {'' if self.problem.several else 'H = '}{self.problem.plant}",
+            textwrap.fill(self.statement, WIDTH),
+            *([textwrap.fill(f"Nothing is proved: {why}.", WIDTH)] if (why := self._unproved()) else []),
+            *([] if self.stopped is None else [UNFINISHED[self.stopped]]),
+            "\n".join(aligned([HEAD, *(table_row(row) for row in self.rows)])),
+            textwrap.fill(self._below_table(), WIDTH),
+            *(textwrap.fill(f"To decide more: {hint}.", WIDTH) for hint in self.hints),
+            *(textwrap.fill(f"Not shown: {note}.", WIDTH) for note in self.not_shown),
+        ]
+        return "\n\n".join(blocks)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """One bar a class: proved up to its end, refuted from its cross on, unknown in between; ``map.plot`` for two.
@@ -346,12 +284,40 @@ class LoopAnalysis(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; infinite numbers are the text ``inf``."""
-        return analysis_dict(self)
+        return {
+            **_loop(self.problem),
+            "case": self.case,
+            "verdict": str(self.verdict),
+            "evidence": str(self.evidence),
+            "statement": self.statement,
+            "headline": self.conclusion.headline,
+            "meaning": self.conclusion.meaning,
+            "law_class": self.conclusion.nonlinearity_class,
+            "membership": self.conclusion.membership,
+            "attracts": self.conclusion.attracts,
+            "reason": self.reason,
+            "code": None if self.code is None else self.code.identifier,
+            "gains": None if self.gains is None else [str(interval) for interval in self.gains],
+            "answers": [row.to_dict() for row in self.rows],
+            "hints": list(self.hints),
+            "not_shown": list(self.not_shown),
+            "stopped": self.stopped,
+            **({} if self.map is None else {"map": self.map.to_dict()}),
+        }
 
     def _columns(self) -> dict[str, Column]:
-        from lure.analysis.questions.largest import analysis_columns
-
-        return analysis_columns(self)
+        """The table of classes, over the dimension ``nonlinearity_class``; nan where nothing is proved or refuted."""
+        along, rows = ("law_class",), self.rows
+        proved = [row.largest.low if row.verdict is Verdict.PROVED else math.nan for row in rows]
+        return {
+            "law_class": Column(along, [class_name(row) for row in rows], "1", "kind of the class"),
+            "proved_up_to": Column(along, proved, "1", "largest k proved"),
+            "refuted_at": Column(along, [number_or_nan(row.refuted_at) for row in rows], "1", "smallest k refuted"),
+            "criterion": Column(along, [row.criterion for row in rows], "1", "criterion with the largest class"),
+            "verdict": Column(along, [str(row.verdict) for row in rows], "1", "whether something is proved"),
+            "evidence": Column(along, [str(row.evidence) for row in rows], "1", "what it rests on"),
+            "closed": Column(along, [row.closed for row in rows], "1", "whether proved and refuted meet"),
+        }
 
     def _attributes(self) -> dict[str, object]:
         return {
@@ -364,9 +330,17 @@ class LoopAnalysis(Record):
         }
 
     def _page(self) -> Page:
-        from lure.analysis.questions.largest import analysis_page
-
-        return analysis_page(self)
+        """The table of classes, with the verdict on the class asked about and what was not shown."""
+        notes = [
+            self.statement,
+            *([] if self.stopped is None else [UNFINISHED[self.stopped]]),
+            f"Evidence: {self.evidence}. Linear gains for which the loop is stable: {self._gains_words()}.",
+            *(f"To decide more: {hint}." for hint in self.hints),
+            *(f"Not shown: {note}." for note in self.not_shown),
+            *([] if self.shown is None else [CHECK.format("shown")]),
+        ]
+        title = f"{self.problem.name}: H = {self.problem.plant}"
+        return Page(title, [table_row(row) for row in self.rows], head=HEAD, verdict=str(self.verdict), notes=notes)
 
 
 _ROWS: tuple[tuple[Question, bool, bool], ...] = (

@@ -9,7 +9,6 @@ from lure.analysis import max_sector, max_slope
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.plots import plot_largest
 from lure.analysis.questions.largest import proved_up_to
-from lure.analysis.questions.table import table
 from lure.analysis.report.loop import build_loop_report
 from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.write import loop_page
@@ -33,7 +32,7 @@ def test_the_largest_k_tried_is_called_so():
 
 def test_tables_pages_and_figures_say_so_too():
     report = build_loop_report(SEVENTH)
-    said = table(report.analysis)
+    said = str(report.analysis)
     assert "1e12, the largest k tried" in said
     assert "1000000000000" not in said
     assert "</data>, the largest k tried</td>" in loop_page(loop_document(report), (), Markup(""))

@@ -34,7 +34,7 @@ from lure.analysis.questions import advice, analyse, answers, max_sector, max_sl
 from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of
 from lure.analysis.questions.problem import Problem
-from lure.analysis.questions.table import analysis_dict, class_dict, table_row
+from lure.analysis.questions.table import class_dict, table_row
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.files.builtin import builtin_loop
 
@@ -461,11 +461,11 @@ def test_a_class_without_a_lower_end_is_decided_as_by_certify(plant, upper, verd
 @pytest.mark.parametrize(("dt", "said"), [(None, None), (Fraction(1, 2), "1/2")])
 def test_the_document_of_a_block_has_its_step(dt, said):
     half = StateSpace([[0.0, 0.5], [-0.25, 0.5]], [0.0, 1.0], [1.0, 0.0], dt=dt)
-    found = analysis_dict(about(half, None))
+    found = about(half, None).to_dict()
     assert found["block"]["dt"] == said
     assert found["block"]["denominator"] is None
     lag = "1/(s + 1)" if dt is None else "0.2/(z - 1/2)"
-    assert analysis_dict(about(as_plant(lag, dt=dt), None))["block"]["dt"] == said
+    assert about(as_plant(lag, dt=dt), None).to_dict()["block"]["dt"] == said
 
 
 def test_a_class_as_data():

@@ -14,7 +14,6 @@ from lure.analysis.describing import describing_hint
 from lure.analysis.nonlinearity.membership import certified_properties
 from lure.analysis.questions import LoopAnalysis
 from lure.analysis.questions.problem import Problem
-from lure.analysis.questions.table import analysis_dict
 from lure.analysis.report.loop.asked import not_answered
 from lure.analysis.report.parts import SCHEMA, certificate_list
 from lure.analysis.verdict import Verdict
@@ -161,7 +160,7 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
         The report.
     """
     about = report.analysis.problem
-    found = analysis_dict(report.analysis)
+    found = report.analysis.to_dict()
     keys: tuple[str, ...] = ("name", "title", "source", "block", "case", "class")
     keys += tuple(key for key in ("channels", "repeated", "classes", "map") if key in found)
     system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
