@@ -50,7 +50,7 @@ def draw(docs: Path) -> None:
         if stamp.exists() and stamp.read_text(encoding="utf-8") == now:
             continue
         # outside the repository, as for a reader; of a size that a phone need not shrink by much
-        with TemporaryDirectory() as place, rc_context({"figure.figsize": (4.8, 3.6)}):
+        with TemporaryDirectory() as place, rc_context({"figure.figsize": (5.4, 4.1)}):
             run_page(page, Path(place))
             shutil.rmtree(folder, ignore_errors=True)
             for file in (path for path in Path(place).rglob("*") if path.suffix in {".svg", ".png"}):

@@ -12,14 +12,22 @@ window.addEventListener("load", async () => {
     }
     for (const formula of all("div.math")) {
       formula.style.fontSize = "";
-      const share = formula.clientWidth / formula.scrollWidth;
+      const inner = formula.querySelector("mjx-container")?.scrollWidth ?? 0;  // one without a number scrolls in itself
+      const share = formula.clientWidth / Math.max(formula.scrollWidth, inner);
       if (share < 1) formula.style.fontSize = `${Math.max(Math.floor(90 * share), 60)}%`;
     }
   };
-  // Columns that a program printed keep their places: two lines that have gaps within.
-  for (const text of all(":is(.cell_output, .highlight-console) pre")) {
-    text.classList.toggle("columns", (text.textContent.match(/^.*\S {2,}\S.*$/gm) ?? []).length > 1);
+  // Columns that a program printed, lines with gaps within, keep their places; the sentences around them are wrapped.
+  const gap = /\S {2,}\S|-{20}/;
+  for (const text of all(".cell_output pre")) {
+    if ([...text.children].some((part) => part.textContent) || (text.textContent.match(new RegExp(gap, "g")) ?? []).length < 2) continue;
+    text.replaceChildren(...text.textContent.split(/(?<=\n)/).map((line) => {
+      const part = document.createElement("span");
+      part.textContent = line;
+      return part;
+    }));
   }
+  for (const line of all(":is(.cell_output pre > span, .highlight-console .go)")) line.classList.toggle("columns", gap.test(line.textContent));
   // Figures of several panels keep their size.
   for (const image of all(".cell_output img")) {
     if (image.naturalWidth > 1.8 * image.naturalHeight) image.closest(".cell_output").classList.add("wide");
