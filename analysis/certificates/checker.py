@@ -65,9 +65,8 @@ UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 ENDS = ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET
 ENDS += FINITE_ENERGY, UNLIMITED, LINEAR
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
-PACED = ("circle", "zames-falb", "hurwitz")
+PACED, METHODS = ("circle", "zames-falb", "hurwitz"), ("polynomial", "cover", "matrix", "powers", "boxes")
 PACED_MEMBERS = "linear-gain crossing matrix-gain switched-gain linear-gains switched-gains ramped-gains"
-METHODS = ("polynomial", "cover", "matrix", "powers", "boxes")
 SLOPED = ("off-axis-circle", "park", "zames-falb", "order-cone")
 _SEAL = object()
 
