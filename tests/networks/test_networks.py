@@ -328,6 +328,14 @@ def test_arrays_that_numbers_do_not_put_in_order_are_refused(tmp_path, names):
         read_network(tmp_path / "net.npz", activation="tanh")
 
 
+def test_arrays_of_other_layers_are_not_passed_over(tmp_path):
+    plain = {"W1": np.eye(2), "W2": np.eye(2), "W3": np.eye(2)}
+    for name, array in (("W0", np.ones((2, 2, 3, 3))), ("W4", np.array(2.0)), ("b4", np.zeros(2))):
+        np.savez(tmp_path / "net.npz", **plain, **{name: array})
+        with pytest.raises(InputError, match=r"no matrices of two layers or more|biases of layers without a matrix"):
+            read_network(tmp_path / "net.npz", activation="tanh")
+
+
 def test_a_chain_of_nodes_is_read_as_the_network_it_is(tmp_path, monkeypatch):
     # ONNX itself is no dependency: in its place stands what the reader asks of it
     one, two, b, c = np.array([[1.0, 2.0], [0.0, 1.0]]), np.array([[0.5, -1.0]]), np.array([1.0, 2.0]), np.array([3.0])

@@ -2,6 +2,7 @@
 
 import json
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from lure import AssumptionError, InputError, NonlinearityClass, RationalPlant, Sector, as_plant
 from lure.analysis.certificates.second import recheck
-from lure.analysis.questions.energy import overshoot
+from lure.analysis.questions.energy import _spread, overshoot
 
 F = Fraction
 VARYING = NonlinearityClass(sector=Sector(0, F(1, 2)), time_varying=True)
@@ -22,6 +23,15 @@ def test_one_state_goes_nowhere_before_it_decays():
     found = overshoot(([[-1]], [[1]], [[1]], [[0]]), [VARYING], F(1, 2))
     assert 1 <= found.constant <= 1 + 1e-8
     assert recheck(dict(found.proof.certificate)).accepted
+
+
+@pytest.mark.parametrize(("computed", "square"), [((1, 4), 4), ((2, 4), None), ((1, 2), None), ((-1, 4), None)])
+def test_eigenvalues_in_floating_point_are_not_believed(monkeypatch, computed, square):
+    # 1 and 4 are those of the matrix: what is computed beside it gives no c, and no smaller one
+    monkeypatch.setattr(np.linalg, "eigvalsh", lambda _: np.array(computed, dtype=float))
+    shown = SimpleNamespace(certificate={"proof": {"P": [["1"], ["0", "4"]]}})
+    found = _spread(shown)
+    assert found is None if square is None else square < found < square * (1 + 1e-8)
 
 
 def test_no_member_that_jumps_goes_farther():
