@@ -220,7 +220,7 @@ def test_the_angle_of_a_late_loop_is_enclosed_on_pieces_and_far_out():
 
     for a, b, power in ((F(0), F(1, 64), 0), (F(3), F(193, 64), 1), (None, F(50), 1)):
         enclosed = loop._turn(a, b)
-        for share in (0.0, 0.3, 1.0):
+        for share in np.linspace(0, 1, 40).tolist():
             omega = float(a) + share * float(b - a) if a is not None else float(b) * (1 + 3 * share)
             value = g(max(omega, 1e-12), power)
             assert enclosed.real.contains(arb(value.real, 1e-9))
