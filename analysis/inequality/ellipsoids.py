@@ -25,7 +25,7 @@ from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.arrays import NDArray, np
 
 Matrix: TypeAlias = "NDArray[np.float64]"
-_LEAST_WIDTH = 1e-9  # of a sector, in the choice of units
+_LEAST_WIDTH, _ROUNDING = 1e-9, 1e-14  # of a sector, in the choice of units; of eigenvalues
 
 
 class Local(NamedTuple):
@@ -184,7 +184,8 @@ def linear_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discret
     upper, low = (np.array([one[i] for one in local], dtype=float) for i in (1, 0))
     A = shifted(plant, upper)[0]
     modes = np.linalg.eigvals(A)
-    if not ((np.abs(modes).max() < 1) if discrete else (modes.real.max() < 0)):
+    size = np.abs(modes).max()  # a pair on the axis, which rounding has moved inside, is none of a stable loop
+    if not ((size < 1) if discrete else (modes.real.max() < -_ROUNDING * size)):
         return None
     one = np.eye(len(A))
     P = linalg.solve_discrete_lyapunov(A.T, one) if discrete else linalg.solve_continuous_lyapunov(A.T, -one)
