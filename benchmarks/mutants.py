@@ -427,7 +427,7 @@ def said(reports: dict[str, object]) -> list[str]:
     from markupsafe import Markup
 
     from lure.analysis import analyse, max_slope
-    from lure.analysis.report.loop.model import LoopReport, loop_document
+    from lure.analysis.report.loop.model import LoopReport
     from lure.analysis.report.loop.write import loop_page
     from lure.analysis.report.parts import certificate_files
     from lure.analysis.rod.conclusion import conclusion
@@ -444,7 +444,7 @@ def said(reports: dict[str, object]) -> list[str]:
     for loop in (*map(builtin_loop, BUILT_IN), *loops):
         found = analyse(loop)
         report = LoopReport(analysis=found, observed=(), hints=(), command="", versions={"lure": ""})
-        data = loop_document(report)
+        data = report.to_dict()
         texts += [json.dumps(data), str(report), loop_page(data, (), Markup("")), found._repr_html_()]
         texts += [str(found.to_xarray()), *certificate_files(found.certificates).values()]
     one = max_slope(([1], [1, 2, 2, 1]), search="linear")

@@ -23,7 +23,7 @@ from lure.analysis.plots.style import (
     padded,
     panels,
 )
-from lure.analysis.questions.largest import StabilityBound, proved_up_to
+from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.verdict import Evidence, Verdict
 from lure.errors import InputError
 from lure.plants.conversion import exact_block
@@ -328,7 +328,7 @@ def _range(rows: Sequence[StabilityBound]) -> tuple[float, float, bool]:
 def _bracket_words(row: StabilityBound) -> str:
     words = []
     if row.verdict is Verdict.PROVED:
-        words.append("every finite k proved" if row.largest.low == math.inf else f"proved to {proved_up_to(row)}")
+        words.append("every finite k proved" if row.largest.low == math.inf else f"proved to {row.proved_up_to}")
     if row.refuted_at is not None:
         words.append(f"refuted at {row.refuted_text}")
     return ", ".join(words) or "unknown"

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from lure.analysis.nonlinearity.pieces import kinks, parsed
 from lure.analysis.plots.style import BLUE, GREY, INK, VERMILLION, axes_or_new, finish_axes, note, padded
 from lure.analysis.plots.style import number as number_sectors
-from lure.analysis.testing.result import heights, values_where_defined
 from lure.analysis.verdict import Evidence
 from lure.exact import nearest_double
 from lure.record.values import exact_text
@@ -47,7 +46,7 @@ def plot_violation(violation: Violation, *, ax: Axes | None = None) -> Axes:
     axes = axes_or_new(ax)
     low, high = violation.window
     x = np.linspace(low, high, _POINTS)
-    phi = values_where_defined(violation, x)
+    phi = violation.values_where_defined(x)
     lines = [y0 + slope * (x - x0) for x0, y0, slope in violation.lines()]
     axes.axhline(0.0, color=GREY, lw=0.6)
     axes.axvline(0.0, color=GREY, lw=0.6)
@@ -58,12 +57,12 @@ def plot_violation(violation: Violation, *, ax: Axes | None = None) -> Axes:
     for i, line in enumerate(lines):
         axes.plot(x, line, color=GREY, lw=1.0, ls="--", label=what if len(lines) == 1 and i == 0 else None)
     if violation.kind == "odd":
-        axes.plot(x, -values_where_defined(violation, -x), color=GREY, ls="--", lw=1.2, label="−φ(−σ)")
+        axes.plot(x, -violation.values_where_defined(-x), color=GREY, ls="--", lw=1.2, label="−φ(−σ)")
     axes.plot(x, phi, color=BLUE, lw=1.5, label="φ(σ)")
     places = " and ".join(exact_text(sigma, 12) for sigma in violation.sigma)
     axes.plot(violation.sigma, violation.phi, "X", color=VERMILLION, ms=8, ls="none", label=f"fails at σ = {places}")
     axes.set_xlim(low, high)
-    axes.set_ylim(*heights(violation, phi))
+    axes.set_ylim(*violation.heights(phi))
     return finish_axes(axes, "σ [unit of σ]", "φ [unit of φ]", legend="best")
 
 

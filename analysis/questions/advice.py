@@ -11,7 +11,7 @@ from lure.analysis.certificates import codes
 from lure.analysis.inequality.gains import GainInterval
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.conclusion import Conclusion
-from lure.analysis.questions.largest import StabilityBound, proved_up_to
+from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Verdict
 from lure.arrays import np
@@ -145,7 +145,7 @@ def hints(
         if serves(row, nonlinearity_class) or not enough or not _low_enough(row, nonlinearity_class):
             continue
         if _possible(name, nonlinearity):
-            found.append(f"{name} of phi would be enough ({row.criterion} reaches {proved_up_to(row)})")
+            found.append(f"{name} of phi would be enough ({row.criterion} reaches {row.proved_up_to})")
             break
     return tuple(found)
 

@@ -171,6 +171,24 @@ class StabilityBound(Record):
         return _exactly(end, self.largest.low, double_below, bound_below)
 
     @property
+    def proved_up_to(self) -> str:
+        """How far a proved class is proved, for a table; it says so where that is only the largest ``k`` tried."""
+        if self.classes is not None and self.classes.rectified:  # ReLUs of a smaller factor are other nonlinearities
+            return f"{self.proved_text} alone"
+        return f"{self.proved_text}, the largest k tried" if self.search_limited else self.proved_text
+
+    @property
+    def class_name(self) -> str:
+        """The class in a few words."""
+        from lure.analysis.questions.channel_kinds import kind_name
+
+        if self.classes is not None:
+            return kind_name(self.classes)
+        if self.question == "sector":
+            return "sector, time-varying" if self.time_varying else "sector"
+        return "slope, odd" if self.odd else "slope"
+
+    @property
     @derived()
     def refuted_text(self) -> str:
         """``refuted_at`` rounded up, as it is printed everywhere; empty if nothing is refuted."""
@@ -309,9 +327,7 @@ class StabilityBound(Record):
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.questions.table import class_name
-
-        made: Axes = drawing(self)([self], [class_name(self)], ax=ax)
+        made: Axes = drawing(self)([self], [self.class_name], ax=ax)
         return made
 
     def to_dict(self) -> dict[str, Any]:
@@ -347,7 +363,7 @@ class StabilityBound(Record):
         proved = self.verdict is Verdict.PROVED
         theta = "" if self.theta is None else f", theta = {self.theta:.7g} s"
         rows = [
-            ("proved up to k =", proved_up_to(self) if proved else "nothing is proved"),
+            ("proved up to k =", self.proved_up_to if proved else "nothing is proved"),
             ("proved by", f"{self.criterion}{theta}") if proved else ("why", self.reason or "-"),
             ("evidence", self.evidence),
             ("refuted from k =", self.refuted_text or "-"),
@@ -411,19 +427,6 @@ def meet(proved: float, refuted: float) -> bool:
         The ends of the two; infinite for every class proved, and for none refuted.
     """
     return proved == math.inf or (refuted < math.inf and proved >= refuted - CLOSED * abs(refuted))
-
-
-def proved_up_to(row: StabilityBound) -> str:
-    """How far a class is proved, for a table; it says so where that is only the largest ``k`` that was tried.
-
-    Parameters
-    ----------
-    row : StabilityBound
-        An answer whose verdict is PROVED.
-    """
-    if row.classes is not None and row.classes.rectified:  # ReLUs of a smaller factor are other nonlinearities
-        return f"{row.proved_text} alone"
-    return f"{row.proved_text}, the largest k tried" if row.search_limited else row.proved_text
 
 
 def _end_text(witness: Witness | None, k: float) -> str:

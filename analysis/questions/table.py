@@ -16,11 +16,11 @@ from lure.analysis.inequality.plant import Case, TransferPolynomials
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.advice import hints, row_asked
 from lure.analysis.questions.answers import answers
-from lure.analysis.questions.channel_kinds import channel_hints, channel_kinds, has_channels, kind_name
+from lure.analysis.questions.channel_kinds import channel_hints, channel_kinds, has_channels
 from lure.analysis.questions.channel_map import StabilityMap, stability_map
 from lure.analysis.questions.channel_problem import channel_problem, loop_plant
 from lure.analysis.questions.conclusion import Conclusion
-from lure.analysis.questions.largest import CHECK, UNFINISHED, StabilityBound, Stopped, number_or_nan, proved_up_to
+from lure.analysis.questions.largest import CHECK, UNFINISHED, StabilityBound, Stopped, number_or_nan
 from lure.analysis.questions.problem import Plant, Problem, loop_given, problem_of
 from lure.analysis.questions.search import GRACE
 from lure.analysis.theorems.table import Question
@@ -130,21 +130,6 @@ WIDTH = 100
 HEAD = ("class", "criterion", "proved up to", "evidence", "refuted at", "by", "gap")
 
 
-def class_name(row: StabilityBound) -> str:
-    """The class of a row in a few words.
-
-    Parameters
-    ----------
-    row : StabilityBound
-        The row.
-    """
-    if row.classes is not None:
-        return kind_name(row.classes)
-    if row.question == "sector":
-        return "sector, time-varying" if row.time_varying else "sector"
-    return "slope, odd" if row.odd else "slope"
-
-
 def table_row(row: StabilityBound) -> tuple[str, ...]:
     """A class of nonlinearities as the cells under :data:`HEAD`.
 
@@ -155,9 +140,9 @@ def table_row(row: StabilityBound) -> tuple[str, ...]:
     """
     proved = row.verdict is Verdict.PROVED
     return (
-        class_name(row),
+        row.class_name,
         row.criterion if proved else "-",
-        proved_up_to(row) if proved else "-",
+        row.proved_up_to if proved else "-",
         str(row.evidence) if proved else "-",
         row.refuted_text or "-",
         ", ".join(witness.kind for witness in (row.trivial, row.witness) if witness is not None) or "-",
@@ -279,7 +264,7 @@ class LoopAnalysis(Record):
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        made: Axes = drawing(self)(self.rows, [class_name(row) for row in self.rows], ax=ax)
+        made: Axes = drawing(self)(self.rows, [row.class_name for row in self.rows], ax=ax)
         return made
 
     def to_dict(self) -> dict[str, Any]:
@@ -310,7 +295,7 @@ class LoopAnalysis(Record):
         along, rows = ("law_class",), self.rows
         proved = [row.largest.low if row.verdict is Verdict.PROVED else math.nan for row in rows]
         return {
-            "law_class": Column(along, [class_name(row) for row in rows], "1", "kind of the class"),
+            "law_class": Column(along, [row.class_name for row in rows], "1", "kind of the class"),
             "proved_up_to": Column(along, proved, "1", "largest k proved"),
             "refuted_at": Column(along, [number_or_nan(row.refuted_at) for row in rows], "1", "smallest k refuted"),
             "criterion": Column(along, [row.criterion for row in rows], "1", "criterion with the largest class"),

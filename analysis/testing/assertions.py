@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 
 from lure.analysis.testing.decisions import Decision, decided, witness
-from lure.analysis.testing.result import HISTORY, Checked, NonlinearityViolation, Violation, message
+from lure.analysis.testing.result import HISTORY, Checked, NonlinearityViolation, Violation
 from lure.analysis.testing.search import (
     Domain,
     Kind,
@@ -93,7 +93,7 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
     if violation is not None:
         if inquiry.search.plot is not None:
             violation.save(Path(inquiry.search.plot))
-        raise NonlinearityViolation(message(violation), violation)
+        raise NonlinearityViolation(violation.message(), violation)
     if known.verdict is Verdict.REFUTED:
         exact = "" if inquiry.kind == "odd" else witness(nonlinearity, inquiry.kind, inquiry.limits, where.given)
         raise NonlinearityViolation(

@@ -136,6 +136,135 @@ class Violation(Record):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(picture.file(path.suffix))
 
+    def ascii_plot(self) -> str:
+        """The plot for a terminal: the graph ``*``, the bounds ``.`` (for oddness ``o``, its mirror), the point ``X``.
+
+        Returns
+        -------
+        str
+            Lines of at most 72 characters, ASCII only, without a line end at the end.
+        """
+        low, high = self.window
+        x = np.linspace(low, high, 4 * _COLUMNS + 1)
+        phi = self.values_where_defined(x)
+        lines = [y0 + slope * (x - x0) for x0, y0, slope in self.lines()]
+        bottom, top = self.heights(phi)
+        sheet = _Sheet((low, high), (bottom, top))
+        sheet.axes()
+        for line in lines:
+            sheet.curve(x, line, ".")
+        if self.kind == "odd":
+            sheet.curve(x, -self.values_where_defined(-x), "o")
+        sheet.curve(x, phi, "*")
+        for sigma, value in zip(self.sigma, self.phi, strict=True):
+            sheet.put(sigma, value, "X")
+        return sheet.text(self._legend())
+
+    def values_where_defined(self, x: Reals) -> Reals:
+        """Values of the nonlinearity, nan where it has none.
+
+        Parameters
+        ----------
+        x : NDArray[np.float64]
+            Points.
+        """
+        values = np.full(x.size, np.nan)
+        for i, sigma in enumerate(x):
+            try:
+                values[i] = self.subject.at(float(sigma))
+            except NotANumber:
+                continue
+        return values
+
+    def heights(self, phi: Reals) -> tuple[float, float]:
+        """The range of values worth drawing: that of the graph and of the broken bound, cut where it dwarfs the point.
+
+        Parameters
+        ----------
+        phi : NDArray[np.float64]
+            Values of the nonlinearity over the window, nan where it has none.
+        """
+        marked = list(self.phi)
+        bound = float(self.bound)
+        if self.kind == "sector":
+            marked += [bound * self.sigma[0], 0.0]
+        elif self.kind == "slope":
+            marked.append(self.phi[0] + bound * (self.sigma[1] - self.sigma[0]))
+        else:
+            marked.append(-self.phi[0])
+        marked = [value for value in marked if math.isfinite(value)]
+        size = 3.0 * max(max(marked) - min(marked), 0.5 * max(map(abs, marked)))
+        near = phi[np.isfinite(phi)]
+        low, high = min([*near, *marked]), max([*near, *marked])
+        low, high = max(low, min(marked) - size), min(high, max(marked) + size)
+        room = 0.04 * (high - low) or 0.5 * abs(high) or 1.0
+        return low - room, high + room
+
+    def _legend(self) -> str:
+        mark = "X fails"
+        if self.kind == "odd":
+            return f"* phi(sigma)   o -phi(-sigma)   {mark}"
+        what = "slope bounds, from the left X" if self.kind == "slope" else "sector"
+        return f"* phi(sigma)   . {what}   {mark}"
+
+    def message(self) -> str:
+        """The message of the failure.
+
+        Returns
+        -------
+        str
+            A sentence that stands alone in pytest's summary, a table, and the plot.
+        """
+        return "\n".join(
+            [
+                textwrap.fill(self._sentence(), _WIDTH),
+                "",
+                *self._table(),
+                "",
+                self.ascii_plot(),
+                "",
+                *self._how(),
+            ]
+        )
+
+    def _sentence(self) -> str:
+        places = [exact_text(sigma, 12) for sigma in self.sigma]
+        if self.kind == "odd":
+            found = f"phi({places[0]}) + phi({exact_text(-self.sigma[0], 12)}) = {self.found:.6g}"
+        elif self.kind == "slope":
+            found = f"slope {self.measured()} from sigma = {places[0]} to {places[1]}"
+        elif self.sigma == (0.0,):
+            found = f"phi(0) = {exact_text(self.phi[0], 12)}"
+        else:
+            found = f"phi(sigma)/sigma = {self.measured()} at sigma = {places[0]}"
+        return f"{self.denial}: {found}"
+
+    def _table(self) -> list[str]:
+        rows = [("sigma", ", ".join(exact_text(sigma, 12) for sigma in self.sigma))]
+        rows.append(("phi(sigma)", ", ".join(f"{value:.8g}" for value in self.phi)))
+        if math.isfinite(self.found) and self.sigma != (0.0,):
+            rows.append((self.quantity, self.measured()))
+        slack = f", tolerance {self.tolerance:g}" if self.tolerance else ""
+        if self.kind != "odd":
+            rows.append(("allowed", f"[{exact_text(self.lower, 12)}, {exact_text(self.upper, 12)}]{slack}"))
+        if math.isfinite(self.excess):
+            rows.append(("excess", f"{self.excess:.6g}"))
+        if math.isfinite(self.slope):
+            rows.append(("slope there", f"{self.slope:.6g}"))
+        width = max(len(name) for name, _ in rows)
+        return [f"  {name:<{width}}  {value}" for name, value in rows]
+
+    def _how(self) -> list[str]:
+        return textwrap.wrap(self.how, _WIDTH)
+
+    def measured(self) -> str:
+        """What was found, with digits enough to tell it from the bound."""
+        for digits in (6, 9, 12):
+            text = f"{self.found:.{digits}g}"
+            if self.excess > 10.0 ** (1 - digits) * abs(self.found):
+                return text
+        return repr(self.found)
+
 
 class NonlinearityViolation(AssertionError):
     """An assertion about a nonlinearity failed; ``violation`` says where, None where it has no value at all."""
@@ -149,91 +278,8 @@ class NonlinearityViolation(AssertionError):
 
 # A nonlinearity, its bounds and a point, drawn with characters for a terminal of 80 columns.
 
+_WIDTH = 76
 _COLUMNS, _ROWS, _LABEL = 60, 17, 9
-
-
-def ascii_plot(violation: Violation) -> str:
-    """The plot of a violation: the graph ``*``, the bounds ``.`` (for oddness ``o``, its mirror), the point ``X``.
-
-    Parameters
-    ----------
-    violation : Violation
-        What to draw.
-
-    Returns
-    -------
-    str
-        Lines of at most 72 characters, ASCII only, without a line end at the end.
-    """
-    low, high = violation.window
-    x = np.linspace(low, high, 4 * _COLUMNS + 1)
-    phi = values_where_defined(violation, x)
-    lines = [y0 + slope * (x - x0) for x0, y0, slope in violation.lines()]
-    bottom, top = heights(violation, phi)
-    sheet = _Sheet((low, high), (bottom, top))
-    sheet.axes()
-    for line in lines:
-        sheet.curve(x, line, ".")
-    if violation.kind == "odd":
-        sheet.curve(x, -values_where_defined(violation, -x), "o")
-    sheet.curve(x, phi, "*")
-    for sigma, value in zip(violation.sigma, violation.phi, strict=True):
-        sheet.put(sigma, value, "X")
-    return sheet.text(_legend(violation))
-
-
-def values_where_defined(violation: Violation, x: Reals) -> Reals:
-    """Values of the nonlinearity, nan where it has none.
-
-    Parameters
-    ----------
-    violation : Violation
-        The violation, which holds the nonlinearity.
-    x : NDArray[np.float64]
-        Points.
-    """
-    values = np.full(x.size, np.nan)
-    for i, sigma in enumerate(x):
-        try:
-            values[i] = violation.subject.at(float(sigma))
-        except NotANumber:
-            continue
-    return values
-
-
-def heights(violation: Violation, phi: Reals) -> tuple[float, float]:
-    """The range of values worth drawing: that of the graph and of the broken bound, cut where it dwarfs the point.
-
-    Parameters
-    ----------
-    violation : Violation
-        The violation.
-    phi : NDArray[np.float64]
-        Values of the nonlinearity over the window, nan where it has none.
-    """
-    marked = list(violation.phi)
-    bound = float(violation.bound)
-    if violation.kind == "sector":
-        marked += [bound * violation.sigma[0], 0.0]
-    elif violation.kind == "slope":
-        marked.append(violation.phi[0] + bound * (violation.sigma[1] - violation.sigma[0]))
-    else:
-        marked.append(-violation.phi[0])
-    marked = [value for value in marked if math.isfinite(value)]
-    size = 3.0 * max(max(marked) - min(marked), 0.5 * max(map(abs, marked)))
-    near = phi[np.isfinite(phi)]
-    low, high = min([*near, *marked]), max([*near, *marked])
-    low, high = max(low, min(marked) - size), min(high, max(marked) + size)
-    room = 0.04 * (high - low) or 0.5 * abs(high) or 1.0
-    return low - room, high + room
-
-
-def _legend(violation: Violation) -> str:
-    mark = "X fails"
-    if violation.kind == "odd":
-        return f"* phi(sigma)   o -phi(-sigma)   {mark}"
-    what = "slope bounds, from the left X" if violation.kind == "slope" else "sector"
-    return f"* phi(sigma)   . {what}   {mark}"
 
 
 class _Sheet:
@@ -280,80 +326,3 @@ class _Sheet:
 
 def _short(value: float) -> str:
     return f"{value:.3g}"
-
-
-_WIDTH = 76
-
-
-def message(violation: Violation) -> str:
-    """The message of a violation.
-
-    Parameters
-    ----------
-    violation : Violation
-        What was found.
-
-    Returns
-    -------
-    str
-        A sentence that stands alone in pytest's summary, a table, and the plot.
-    """
-    return "\n".join(
-        [
-            textwrap.fill(_sentence(violation), _WIDTH),
-            "",
-            *_table(violation),
-            "",
-            ascii_plot(violation),
-            "",
-            *_how(violation),
-        ]
-    )
-
-
-def _sentence(violation: Violation) -> str:
-    places = [exact_text(sigma, 12) for sigma in violation.sigma]
-    if violation.kind == "odd":
-        found = f"phi({places[0]}) + phi({exact_text(-violation.sigma[0], 12)}) = {violation.found:.6g}"
-    elif violation.kind == "slope":
-        found = f"slope {measured(violation)} from sigma = {places[0]} to {places[1]}"
-    elif violation.sigma == (0.0,):
-        found = f"phi(0) = {exact_text(violation.phi[0], 12)}"
-    else:
-        found = f"phi(sigma)/sigma = {measured(violation)} at sigma = {places[0]}"
-    return f"{violation.denial}: {found}"
-
-
-def _table(violation: Violation) -> list[str]:
-    rows = [("sigma", ", ".join(exact_text(sigma, 12) for sigma in violation.sigma))]
-    rows.append(("phi(sigma)", ", ".join(f"{value:.8g}" for value in violation.phi)))
-    if math.isfinite(violation.found) and violation.sigma != (0.0,):
-        rows.append((violation.quantity, measured(violation)))
-    slack = f", tolerance {violation.tolerance:g}" if violation.tolerance else ""
-    if violation.kind != "odd":
-        rows.append(("allowed", f"[{exact_text(violation.lower, 12)}, {exact_text(violation.upper, 12)}]{slack}"))
-    if math.isfinite(violation.excess):
-        rows.append(("excess", f"{violation.excess:.6g}"))
-    if math.isfinite(violation.slope):
-        rows.append(("slope there", f"{violation.slope:.6g}"))
-    width = max(len(name) for name, _ in rows)
-    return [f"  {name:<{width}}  {value}" for name, value in rows]
-
-
-def _how(violation: Violation) -> list[str]:
-    return textwrap.wrap(violation.how, _WIDTH)
-
-
-def measured(violation: Violation) -> str:
-    """What was found, with digits enough to tell it from the bound.
-
-    Parameters
-    ----------
-    violation : Violation
-        What was found.
-    """
-    for digits in (6, 9, 12):
-        text = f"{violation.found:.{digits}g}"
-        if violation.excess > 10.0 ** (1 - digits) * abs(violation.found):
-            return text
-    return repr(violation.found)

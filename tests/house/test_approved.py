@@ -17,7 +17,6 @@ from markupsafe import Markup
 from reports import loop_report, rod_report
 
 from lure.analysis import analyse, max_sector, max_slope
-from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.write import loop_page
 from lure.analysis.report.parts import certificate_files
 from lure.analysis.rod.report import claims
@@ -103,7 +102,7 @@ def of_loop(text):
     loop = parse_system(text, name="kept", source="a file")
     found = analyse(loop)
     report = loop_report(found)
-    data = loop_document(report)
+    data = report.to_dict()
     largest = (max_slope if "slope" in text else max_sector)(loop.block)
     return {
         "text": str(report),

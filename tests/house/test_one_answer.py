@@ -17,7 +17,6 @@ from reports import loop_report, rod_report
 from lure import StateSpace
 from lure.analysis import analyse, max_sector, max_slope
 from lure.analysis.certificates.refutations import growing_gain
-from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.write import loop_page
 from lure.analysis.rod.report import claims
 from lure.analysis.rod.report.document import document
@@ -70,7 +69,7 @@ class Told:
         loop = parse_system(FILES[name], name=name, source="a file") if name in FILES else builtin_loop(name)
         self.found = analyse(loop)
         report = loop_report(self.found)
-        self.data, self.text = loop_document(report), " ".join(str(report).split())
+        self.data, self.text = report.to_dict(), " ".join(str(report).split())
         self.lines = str(report).splitlines()
         self.page = loop_page(self.data, (), Markup(""))
         self.words = plain(self.page)

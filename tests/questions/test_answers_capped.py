@@ -8,9 +8,7 @@ from matplotlib.figure import Figure
 from lure.analysis import max_sector, max_slope
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.plots import plot_largest
-from lure.analysis.questions.largest import proved_up_to
 from lure.analysis.report.loop import build_loop_report
-from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.write import loop_page
 from lure.files.builtin import builtin_loop
 
@@ -23,7 +21,7 @@ def test_the_largest_k_tried_is_called_so():
     found = max_slope(SEVENTH.block)
     assert found.search_limited
     assert (found.largest.low, found.largest.high) == (1e12, math.inf)
-    assert proved_up_to(found) == "1e12, the largest k tried"
+    assert found.proved_up_to == "1e12, the largest k tried"
     assert "slope in [0, 1e12], the largest k tried (park, certified)" in str(found)
     assert "1e12, the largest k tried" in found._repr_html_()
     assert "1000000000000" not in str(found)
@@ -35,7 +33,7 @@ def test_tables_pages_and_figures_say_so_too():
     said = str(report.analysis)
     assert "1e12, the largest k tried" in said
     assert "1000000000000" not in said
-    assert "</data>, the largest k tried</td>" in loop_page(loop_document(report), (), Markup(""))
+    assert "</data>, the largest k tried</td>" in loop_page(report.to_dict(), (), Markup(""))
     axes = plot_largest(report.analysis.rows, ["a", "b", "c", "d"], ax=Figure().add_subplot())
     words = [text.get_text() for text in axes.texts] + [text.get_text() for text in axes.get_yticklabels()]
     assert sum("proved to 1e12, the largest k tried" in text for text in words) == 2
@@ -46,7 +44,7 @@ def test_an_end_of_a_criterion_is_not():
     for found in (max_sector(SEVENTH.block), max_sector("1/(s^2 + s + 1)"), max_slope(builtin_loop("dt-6").block)):
         assert not found.search_limited
         assert "largest k tried" not in str(found)
-    assert proved_up_to(max_sector("1/(s^2 + s + 1)")) == "inf"
+    assert max_sector("1/(s^2 + s + 1)").proved_up_to == "inf"
 
 
 def test_a_long_round_number_is_written_with_an_exponent():

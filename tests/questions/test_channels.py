@@ -26,7 +26,6 @@ from lure.analysis.questions.answers import ContradictionError, answer
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channels import channel_bound
 from lure.analysis.questions.conclusion import MismatchError
-from lure.analysis.questions.largest import proved_up_to
 from lure.analysis.questions.problem import Problem
 from lure.plants.multivariable import MultivariablePlant
 
@@ -334,7 +333,7 @@ def test_a_factor_of_rectifiers_is_proved_alone():
     found = max_sector(plant, [NonlinearityClass.relu()] * 2)
     assert found.largest.low > 1  # two gains of 1 leave an eigenvalue 0: the factor is that of ReLUs
     assert "slope in" not in str(found)
-    assert proved_up_to(found).endswith(" alone")
+    assert found.proved_up_to.endswith(" alone")
     assert found.hurwitz.low == 0
     shown = analyse(plant, [NonlinearityClass.relu(0, 3)] * 2)
     assert (shown.conclusion.verdict, shown.map, shown.hints) == (Verdict.PROVED, None, ())

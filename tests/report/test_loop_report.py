@@ -20,7 +20,7 @@ from lure.analysis.graphical.axis import OnAxis
 from lure.analysis.plots.loops import plot_largest, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
 from lure.analysis.report.loop.figures import loop_figures
-from lure.analysis.report.loop.model import balance_hints, inputs_sha256, loop_document, nonlinearity_text
+from lure.analysis.report.loop.model import balance_hints, inputs_sha256, nonlinearity_text
 from lure.analysis.report.loop.write import (
     asked_about,
     class_words,
@@ -68,7 +68,7 @@ def reports():
 
 @pytest.fixture(scope="module")
 def documents(reports):
-    return {name: loop_document(report) for name, report in reports.items()}
+    return {name: report.to_dict() for name, report in reports.items()}
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +139,7 @@ def test_a_nonlinear_counterexample_is_named_before_the_gain_that_refutes_every_
     for said in (str(found), found.asked.to_dict()["sentence"]):
         assert all(words in " ".join(said.split()) for words in ("0.39598", "10.52706 s", "phi = 0"))
     assert {shown.certificate["proof"]["method"] for shown in found.certificates} == {"flow-orbit", "linear-gain"}
-    document = loop_document(report)
+    document = report.to_dict()
     CHECK.validate(document)
     entries = [(entry["kind"], entry["quoted"]) for entry in counterexamples(document)]
     assert entries == [("linear gain", "0"), ("periodic orbit", "0.3959826")]
@@ -216,7 +216,7 @@ def test_the_fingerprint_is_that_of_the_inputs(reports, documents):
     sums = {data["reproduce"]["inputs_sha256"] for data in documents.values()}
     assert len(sums) == len(documents)
     again = build_loop_report(loop("proved"))
-    assert loop_document(again) == documents["proved"]
+    assert again.to_dict() == documents["proved"]
     nearly = parse_system(FILES["law"].replace("gain=2", "gain=2.00000000000000000001"), name="law", source="a file")
     about = replace(reports["law"].analysis.problem, nonlinearity=nearly.nonlinearity)
     assert inputs_sha256(about, documents["law"]["system"]) != inputs_sha256(

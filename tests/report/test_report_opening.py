@@ -12,7 +12,6 @@ from lure import DeadZone, Saturation, Sector, Tanh
 from lure.analysis.plots.loops import plot_largest
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph, raised
 from lure.analysis.report.loop import build_loop_report, write_loop_report
-from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.observed import _sentence
 from lure.analysis.report.loop.write import bar
 from lure.classes import NonlinearityClass
@@ -85,7 +84,7 @@ def test_one_number_is_rounded_once_on_the_whole_page(lag, lag_page):
     seen = words(re.sub(r"<details.*?</details>", "", lag_page, flags=re.DOTALL))  # where a criterion gives its bracket
     assert seen.count("5.7 ") >= 4  # the bar and three rows; the double 5.7 is above 57/10, and that does not show
     assert not re.findall(r"5\.70\d+", seen)
-    rows = loop_document(lag)["answers"]
+    rows = lag.to_dict()["answers"]
     assert {row["refuted_text"] for row in rows if not row["time_varying"]} == {"5.7"}
 
 

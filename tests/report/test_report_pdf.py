@@ -10,7 +10,6 @@ from lure.analysis.cli import main
 from lure.analysis.report.diagram import block_diagram, class_graph
 from lure.analysis.report.loop import build_loop_report
 from lure.analysis.report.loop.figures import loop_figures
-from lure.analysis.report.loop.model import loop_document
 from lure.analysis.report.loop.write import loop_diagram, loop_page
 from lure.analysis.report.pdf import MARK, pdf_of, printed_diagram
 from lure.errors import InputError
@@ -90,7 +89,7 @@ def test_without_the_extra_one_sentence_says_so_and_nothing_is_written(here, mon
 def paper():
     report = build_loop_report(builtin_loop("contact"))
     figures = loop_figures(report)
-    return loop_page(loop_document(report), figures, loop_diagram(report), paper=True), figures
+    return loop_page(report.to_dict(), figures, loop_diagram(report), paper=True), figures
 
 
 def test_on_paper_every_figure_is_an_image_in_colours_of_its_own(paper):

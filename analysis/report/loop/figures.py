@@ -19,7 +19,6 @@ from lure.analysis.plots.loops import plot_channels, plot_largest, plot_nonlinea
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
 from lure.analysis.questions import StabilityBound
 from lure.analysis.questions.problem import Plant
-from lure.analysis.questions.table import class_name
 from lure.analysis.report.loop.asked import pictures
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.parts import Figure, FigureSpec
@@ -62,7 +61,7 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
         section="frequency",
         title="How far each class is known",
         caption=_LARGEST,
-        draw=partial(plot_largest, rows, [class_name(row) for row in rows]),
+        draw=partial(plot_largest, rows, [row.class_name for row in rows]),
     )
     if report.analysis.problem.several:
         specs = [*_map(report), largest, *_channels(report)]
@@ -180,7 +179,7 @@ def _counterexamples(block: Plant, rows: tuple[StabilityBound, ...]) -> Iterator
         if witness.description in drawn:
             continue
         drawn.append(witness.description)
-        yield from _orbit(block, witness, len(drawn), class_name(row))
+        yield from _orbit(block, witness, len(drawn), row.class_name)
 
 
 def _orbit(block: Plant, witness: Witness, number: int, name: str) -> Iterator[FigureSpec]:

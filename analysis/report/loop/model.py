@@ -99,8 +99,30 @@ class LoopReport(Record):
         return self.analysis.plot(ax)
 
     def to_dict(self) -> dict[str, Any]:
-        """``report.json`` as plain data, with its published schema."""
-        return loop_document(self)
+        """``report.json`` as plain data, described by ``schema.json`` of :mod:`lure.analysis.report`."""
+        about = self.analysis.problem
+        found = self.analysis.to_dict()
+        keys: tuple[str, ...] = ("name", "title", "source", "block", "case", "class")
+        keys += tuple(key for key in ("channels", "repeated", "classes", "map") if key in found)
+        system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
+        found["not_shown"] = [not_answered(text, self.asked) for text in found["not_shown"]]
+        beyond = {"beyond": self.beyond, "beyond_observed": list(self.beyond_observed)}
+        more: dict[str, Any] = {key: said for key, said in beyond.items() if said}
+        if self.asked:
+            more["asked"] = {name: answer.to_dict() for name, answer in self.asked.items()}
+        return more | {
+            "schema": SCHEMA,
+            "system": system,
+            "conclusion": {key: found[key] for key in _KEYS.split()},
+            "transformation": list(transformation(about)),
+            "gains": found["gains"] if isinstance(about.plant, RationalPlant) else None,
+            "answers": found["answers"],
+            "certificates": certificate_list(self.certificates),
+            "observed": list(self.observed),
+            "hints": list(self.hints),
+            "reproduce": {"command": self.command, "inputs_sha256": inputs_sha256(about, found)},
+            "versions": dict(self.versions),
+        }
 
     def _columns(self) -> dict[str, Column]:
         """The table of classes; see :meth:`lure.analysis.questions.LoopAnalysis.to_xarray`."""
@@ -115,8 +137,6 @@ class LoopReport(Record):
         below = [Page("Simulations and hints", rows, verdict="OBSERVED", notes=[note])] if rows else []
         return self.analysis._page()._replace(below=below)
 
-
-# The report as plain data: what goes into report.json and what the page prints.
 
 # What the describing function suggests for the nonlinearity of a report: a hint, never a verdict.
 
@@ -149,39 +169,6 @@ def balance_hints(about: Problem) -> tuple[str, ...]:
 
 
 _KEYS = "verdict evidence statement headline meaning law_class membership attracts reason code hints not_shown stopped"
-
-
-def loop_document(report: LoopReport) -> dict[str, Any]:
-    """``report.json`` as a dictionary of plain values, described by ``schema.json`` of :mod:`lure.analysis.report`.
-
-    Parameters
-    ----------
-    report : LoopReport
-        The report.
-    """
-    about = report.analysis.problem
-    found = report.analysis.to_dict()
-    keys: tuple[str, ...] = ("name", "title", "source", "block", "case", "class")
-    keys += tuple(key for key in ("channels", "repeated", "classes", "map") if key in found)
-    system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
-    found["not_shown"] = [not_answered(text, report.asked) for text in found["not_shown"]]
-    beyond = {"beyond": report.beyond, "beyond_observed": list(report.beyond_observed)}
-    more: dict[str, Any] = {key: said for key, said in beyond.items() if said}
-    if report.asked:
-        more["asked"] = {name: answer.to_dict() for name, answer in report.asked.items()}
-    return more | {
-        "schema": SCHEMA,
-        "system": system,
-        "conclusion": {key: found[key] for key in _KEYS.split()},
-        "transformation": list(transformation(about)),
-        "gains": found["gains"] if isinstance(about.plant, RationalPlant) else None,
-        "answers": found["answers"],
-        "certificates": certificate_list(report.certificates),
-        "observed": list(report.observed),
-        "hints": list(report.hints),
-        "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(about, found)},
-        "versions": dict(report.versions),
-    }
 
 
 def transformation(about: Problem) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonli
 from lure.analysis.report.html import glyphs, inline, lowered, prose, shown, template
 from lure.analysis.report.loop.asked import answers
 from lure.analysis.report.loop.figures import loop_figures
-from lure.analysis.report.loop.model import LoopReport, balance_hints, loop_document, nonlinearity_text
+from lure.analysis.report.loop.model import LoopReport, balance_hints, nonlinearity_text
 from lure.analysis.report.loop.observed import observed
 from lure.analysis.report.parts import LADDER, Figure, versions, write_files
 from lure.analysis.report.pdf import embedded, printed_diagram
@@ -325,7 +325,7 @@ def write_loop_report(report: LoopReport, directory: str | os.PathLike[str], *, 
     InputError
         A PDF is asked for, and weasyprint is not installed.
     """
-    data, drawn = loop_document(report), loop_figures(report)
+    data, drawn = report.to_dict(), loop_figures(report)
     page = partial(loop_page, data, drawn, loop_diagram(report))
     return write_files(data, page, drawn, report.certificates, directory, pdf=pdf)
 
@@ -442,7 +442,7 @@ def loop_page(data: Data, figures: tuple[Figure, ...], diagram: Markup, *, paper
     Parameters
     ----------
     data : dict
-        From :func:`lure.analysis.report.loop.model.loop_document`.
+        From :meth:`lure.analysis.report.loop.model.LoopReport.to_dict`.
     figures : tuple of Figure
         Figures, in order.
     diagram : Markup
