@@ -161,7 +161,7 @@ def test_the_energy_grows_by_the_work_of_the_force_less_what_is_lost():
         return 0.5 * (entering**2 - y[2 * N - 1] ** 2 - lost)
 
     nodes, weights = np.polynomial.legendre.leggauss(12)
-    edges = sorted({*np.linspace(0.0, until, 6).tolist(), *np.ravel(run.contacts).tolist()})
+    edges = sorted({*np.linspace(0.0, until, 4).tolist(), *np.ravel(run.contacts).tolist()})
     work = 0.0
     for left, right in pairwise(edges):
         half, middle = 0.5 * (right - left), 0.5 * (right + left)
