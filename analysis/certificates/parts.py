@@ -9,9 +9,11 @@ from itertools import pairwise
 from typing import Any
 
 from . import states
-from .arithmetic import INF, fields, form, integer, need, number, numbers
-from .channels import DELAYS, SCALAR, Channels, Plant, channels, characteristic, described, plant
+from .arithmetic import INF, ZERO, eliminated, fields, form, integer, need, number, numbers
+from .balls import dot
+from .channels import DELAYS, SCALAR, Channels, Plant, Rows, channels, characteristic, described, plant
 
+THEOREMS = ("parts", "cascade")
 METHODS, PLACE = ("parts", "part"), ("channels", "states", "kind")
 LATE = 10
 WEAKER = (12, 0, LATE, 4, 5)  # constant gains are stable, 0 attracts, with inputs too, equilibria, all are bounded
@@ -25,7 +27,9 @@ def examined(
     A solution of the whole is one of each part at the same time, one nonlinearity in several parts included, and 0 in
     all parts but one is a solution of these.  Where dead times are in one, the others have inputs of finite energy
     too: every theorem about them is of a strict inequality, with a form ``V`` or over all frequencies, from which
-    those add a multiple of their energy.
+    those add a multiple of their energy.  So it is in a cascade, where a part is driven by those before it: with
+    ``sigma = H mu + e``, where ``e`` and (in continuous time) ``e'`` have finite energy, ``x``, ``phi`` and ``x'``
+    have, and ``x`` tends to 0.
     """
     need(rate is None and phi is None, "of loops side by side neither rates nor one nonlinearity are shown")
     H = plant(system, True)
@@ -44,13 +48,18 @@ def examined(
             facts | {"part": f"the loop of {words} does not touch the others"} | found,
             "",
         )
-    _, listed = fields(proof, "method", "parts")
+    _, listed, *basis = fields(proof, "method", "parts", *["basis"] * ("basis" in proof))
     form(isinstance(listed, list) and len(listed) > 1 and fields(data) == [], "there are two parts or more")
-    need(name == "parts", f"there is no theorem {name!r:.40} of loops side by side")
+    need(name in THEOREMS, f"there is no theorem {name!r:.40} of loops side by side")
+    entries = [fields(entry, *PLACE, "theorem", "multiplier", "proof") for entry in listed]
+    H = turned(H, *basis) if basis else H
+    if name == "cascade":
+        bounded = all(INF not in map(abs, family.sector) and not family.rough for family in asked.families)
+        need(bounded, "in a cascade a class has no finite bounds, or nonlinearities that jump")
+        H = driven(H, [(channels_of, states_of) for channels_of, states_of, *_ in entries])
     seen, found_ends = (list[int](), list[int]()), [0]
-    for entry in listed:
-        *where, theorem, multiplier, inner = fields(entry, *PLACE, "theorem", "multiplier", "proof")
-        form(isinstance(theorem, str) and theorem != name, "the theorem of a part is none")
+    for *where, theorem, multiplier, inner in entries:
+        form(isinstance(theorem, str) and theorem not in THEOREMS, "the theorem of a part is none")
         form(isinstance(inner, dict) and inner.get("method", "parts") not in METHODS, "a proof is missing")
         one, laws, words = part(H, asked, given, *where)
         _, conclusion, found, more = judged(verdict, one, laws, None, theorem, multiplier, inner)
@@ -64,11 +73,46 @@ def examined(
     whole = [[*range(1, len(side) + 1)] for side in (H.D, H.A)]
     need([sorted(x) for x in seen] == whole, "the parts are not the whole")
     weakest = max(found_ends, key=WEAKER.index)
+    need(weakest == 0 or name == "parts", "in a cascade 0 attracts in each part")
     if LATE in found_ends:
         need(weakest == LATE, "dead times and eigenvalues 0 are not both covered")
         need(all(family.sector[1] != INF for family in asked.families), "beside dead times there are upper bounds")
     facts["parts"] = "no entry of the matrices joins the states and channels of one part to those of another"
+    if name == "cascade":
+        facts["parts"] = "each part is driven by those before it alone, through the states, or inputs in discrete time"
     return True, weakest, facts, " and ".join(assumed)
+
+
+def turned(H: Plant, basis: Any) -> Plant:
+    """The plant of ``z``, ``x = S z``, ``S`` given by rows."""
+    n = len(H.A)
+    form(isinstance(basis, list) and len(basis) == n, "the basis has other rows")
+    S = [numbers(row, n) for row in basis]
+    columns = [*zip(*S)]
+    AS, CS = ([[dot(row, column) for column in columns] for row in side] for side in (H.A, H.C))
+    found = eliminated(S, [[*row, *b] for row, b in zip(AS, H.B)])
+    need(found is not None and not H.late, "the basis is singular, or there are dead times")
+    assert found is not None
+    return H._replace(A=[row[:n] for row in found], B=[row[n:] for row in found], C=CS)
+
+
+def driven(H: Plant, places: Any) -> Plant:
+    """The plant without what parts do to those after them, there being nothing else between parts."""
+    of = [{i: k for k, where in enumerate(places) for i in where[side]} for side in (0, 1)]
+    sizes = zip(of, (H.D, H.A))
+    form(all({*own} == {*range(1, len(side) + 1)} for own, side in sizes), "the parts are not the whole")
+    need(not H.late, "cascades with dead times are not covered")
+
+    def own(side: Any, left: int, right: int) -> Rows:
+        """What is left of a matrix."""
+        rank = [[(of[left][i + 1], of[right][j + 1]) for j in range(len(row))] for i, row in enumerate(side)]
+        forward = all(not v or k >= l for row, ks in zip(side, rank) for v, (k, l) in zip(row, ks))
+        need(forward, "a part is driven by a later one")
+        return [[v if k == l else ZERO for v, (k, l) in zip(row, ks)] for row, ks in zip(side, rank)]
+
+    found = H._replace(A=own(H.A, 1, 1), B=own(H.B, 1, 0), C=own(H.C, 0, 1), D=own(H.D, 0, 0))
+    need(H.discrete or found.D == H.D, "in continuous time D joins parts")
+    return found
 
 
 def part(H: Plant, asked: Channels, given: Any, listed: Any, own: Any, kind: Any) -> Any:

@@ -16,7 +16,7 @@ from lure.analysis.deadline import check_seconds
 from lure.analysis.inequality.checks import require_solution
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.advice import row_asked, why
-from lure.analysis.questions.channel_parts import in_parts, parts_of
+from lure.analysis.questions.channel_parts import in_parts, splits_of
 from lure.analysis.questions.channels import Factors
 from lure.analysis.questions.conclusion import Certification, Conclusion, MismatchError, conclusion_of, undecided
 from lure.analysis.questions.largest import StabilityBound
@@ -300,14 +300,13 @@ def answers(
     InputError, AssumptionError, ContradictionError, KeyboardInterrupt
         As :func:`max_sector`.
     """
-    parts = parts_of(problems)
-    if parts:
 
-        def ask(own: Sequence[Problem], left: float | None, tell: Tell) -> list[StabilityBound | Certification]:
-            """The answers about one of the loops."""
-            return answers(own, seconds=left, numbers=numbers, progress=tell, brief=brief)
+    def ask(own: Sequence[Problem], left: float | None, tell: Tell) -> list[StabilityBound | Certification]:
+        """The answers about one of the loops of which the plant consists."""
+        return answers(own, seconds=left, numbers=numbers, progress=tell, brief=brief)
 
-        apart = in_parts(problems, parts, ask, seconds, progress)
+    for split in splits_of(problems):
+        apart = in_parts(problems, split, ask, seconds, progress)
         if apart is not None:
             return apart
     found = [_nothing_yet(as_one_channel(problem)) for problem in problems]

@@ -12,22 +12,29 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple, cast
+
+from flint import fmpq_mat
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
 from lure.analysis.certificates.drafts import checked, guarded
-from lure.analysis.certificates.systems import class_entry
+from lure.analysis.certificates.systems import class_entry, texts
 from lure.analysis.inequality.checks import require_solution
 from lure.analysis.inequality.shifted_loop import LARGEST
+from lure.analysis.inequality.zero_modes import exact
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
-from lure.analysis.questions.channel_refutations import constant_gains, refutation
+from lure.analysis.questions.channel_hypotheses import is_critical
+from lure.analysis.questions.channel_members import members_refuting, orbits_refuting
+from lure.analysis.questions.channel_refutations import constant_gains, refutation, switching_refuting
 from lure.analysis.questions.channels import channel_bound
 from lure.analysis.questions.conclusion import Certification, conclusion_of, undecided
 from lure.analysis.questions.largest import StabilityBound, Stopped
 from lure.analysis.questions.problem import Problem, by_matrices, certifiable
 from lure.analysis.theorems.table import BEST, Question
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
+from lure.arrays import np
 from lure.classes import DELAYS, SCALAR, Diagonal, NonlinearityClass
 from lure.errors import AssumptionError, InputError
 from lure.plants.delay_matrix import DelayMatrix
@@ -37,13 +44,16 @@ from lure.plants.rational import RationalPlant
 Answered = StabilityBound | Certification
 Ask = Callable[[Sequence[Problem], float | None, Callable[[str, float], None]], list[Answered]]
 PARTS = "parts"
-_TITLE = "loops side by side, each by itself"
+CASCADE = "cascade"
+_TITLES = {PARTS: "loops side by side, each by itself", CASCADE: "loops that drive one another in turn, each by itself"}
+_MOST_TURNED = 30  # states
 _BEYOND = (
     Fraction(0),
     Fraction(1, 2**40),
     Fraction(1, 2**30),
     Fraction(1, 2**20),
 )  # a gain with other equilibria alone
+_BEFORE, _AFTER = Fraction(99, 100), 1.01  # how near a cascade is refuted to where a part of it is
 _LEAST = 1e-2  # [s] for a part when the time is over
 
 
@@ -64,8 +74,29 @@ class Part(NamedTuple):
         return {"channels": [i + 1 for i in self.channels], "states": [i + 1 for i in self.states]}
 
 
-def parts_of(problems: Sequence[Problem]) -> list[Part]:
-    """The loops side by side of which a plant consists; none where it is one, or they are not asked about apart.
+class Split(NamedTuple):
+    """Loops of which a plant consists: side by side, or each driven by those before it.
+
+    Attributes
+    ----------
+    parts : list of Part
+        The loops, each after those that drive it; none where the plant is one loop.
+    plant : MultivariablePlant or DelayMatrix
+        The plant with the states of the parts, and without what drives them.
+    theorem : str
+        Of the certificate: ``parts`` or ``cascade``.
+    basis : Rows or None
+        ``S`` of ``x = S z`` where the states are not those of the plant.
+    """
+
+    parts: list[Part]
+    plant: MultivariablePlant | DelayMatrix
+    theorem: str = PARTS
+    basis: Rows | None = None
+
+
+def splits_of(problems: Sequence[Problem]) -> Iterator[Split]:
+    """The ways in which a plant is taken apart: into a cascade, and into loops side by side; none where it is one loop.
 
     Operators that act on several channels together join these.  Of ReLUs, whose classes of different factors do not
     contain one another, no largest factor is the least of several.
@@ -77,43 +108,142 @@ def parts_of(problems: Sequence[Problem]) -> list[Part]:
     """
     first = problems[0].plant
     if not isinstance(first, MultivariablePlant | DelayMatrix):
-        return []
+        return
     for one in problems:
         factors = one.kind != "class" and one.classes.rectified
         if one.plant is not first or (one.criterion, one.method) != (BEST, BEST) or factors or one.classes.performance:
-            return []
-    base, n, m = first.base if isinstance(first, DelayMatrix) else first, first.order, first.inputs
-    late = [*first.late] if isinstance(first, DelayMatrix) else []
-    inner = [*first.inner] if isinstance(first, DelayMatrix) else []
+            return
+    blocks = [block for one in problems for block in one.classes.operators]
+    joint = [[*b] for b in blocks if problems[0].classes.classes[b[0]].operator not in (SCALAR, *DELAYS)]
+    apart = _grouped(first, joint, directed=False)
+    if isinstance(first, MultivariablePlant):
+        for plant, basis in _in_states(first, joint):
+            found = _grouped(plant, joint, directed=True)
+            alone = _undriven(plant, found) if len(found) > len(apart) else None
+            if alone is not None and _may_be_driven(problems):
+                yield Split(found, alone, CASCADE, basis)
+                break
+    if apart:
+        yield Split(apart, first)
+
+
+def _in_states(
+    plant: MultivariablePlant, joint: Sequence[list[int]]
+) -> Iterator[tuple[MultivariablePlant, Rows | None]]:
+    """The plant as it is, and in states in which it may be a cascade."""
+    yield plant, None
+    groups = _drives(plant, joint)
+    other, basis = turned(plant, groups) if len(groups) > 1 else (None, None)
+    if other is not None:
+        yield other, basis
+
+
+def _may_be_driven(problems: Sequence[Problem]) -> bool:
+    """Whether a cascade may be proved: no channel has memory, and no pole is 0 with the gains at the lower bounds."""
+    return not any(each.memory for one in problems for each in one.classes.classes) and not is_critical(problems[0])
+
+
+def _grouped(plant: MultivariablePlant | DelayMatrix, joint: Sequence[list[int]], *, directed: bool) -> list[Part]:
+    """Parts of the states and channels that entries join: both ways, where they are ``directed``, else at all.
+
+    In order of what drives what, and what is first in the plant; none where there is one.
+    """
+    base, n, m = plant.base if isinstance(plant, DelayMatrix) else plant, plant.order, plant.inputs
     sides = [(base.A, 0, 0), (base.B, 0, n), (base.C, n, 0), (base.D, n, n)]
-    sides += [(C, n, 0) for _, C in late] + [(A, 0, 0) for A in inner]
-    group = [*range(n + m)]  # states, then channels: the least of those that each is joined to
-
-    def join(i: int, j: int) -> None:
-        """Make one of two groups."""
-        low, high = sorted((group[i], group[j]))
-        group[:] = [low if one == high else one for one in group]
-
+    if isinstance(plant, DelayMatrix):
+        sides += [(C, n, 0) for _, C in plant.late] + [(A, 0, 0) for A in plant.inner]
+    seen = np.eye(n + m, dtype=bool)
     for rows, down, right in sides:
         for i, row in enumerate(rows):
             for j in (j for j, v in enumerate(row) if v):
-                join(down + i, right + j)
-    for block in (block for one in problems for block in one.classes.operators):
-        if problems[0].classes.classes[block[0]].operator not in (SCALAR, *DELAYS):
-            for i in block[1:]:
-                join(n + block[0], n + i)
-    whole = [one for one in dict.fromkeys(group) if one in group[:n] and one in group[n:]]
-    for one in {*group} - {*whole}:  # modes without a channel, channels without a state
-        group[:] = [whole[0] if whole and each == one else each for each in group]
-    found = [
-        Part(*(tuple(i for i, g in enumerate(side) if g == one) for side in (group[n:], group[:n]))) for one in whole
-    ]
-    return sorted(found) if len(found) > 1 else []
+                seen[down + i, right + j] = True
+    for block in joint:
+        seen[np.ix_([n + i for i in block], [n + i for i in block])] = True
+    seen = seen if directed else seen | seen.T
+    for _ in range((n + m).bit_length()):
+        seen = (seen.astype(int) @ seen) > 0
+    both = seen & seen.T  # row i sees column j: j drives i
+    group = [int(np.flatnonzero(row)[0]) for row in both]
+    order = sorted(dict.fromkeys(group), key=lambda g: (int(seen[g].sum()), g))
+    whole = [g for g in order if any(x == g for x in group[:n]) and any(x == g for x in group[n:])]
+    if not whole:
+        return []
+    for g in (g for g in order if g not in whole):  # modes without a channel, channels without a state
+        before = [one for one in whole if seen[g, one]]
+        home = before[-1] if before else next((one for one in whole if seen[one, g]), whole[0])
+        group = [home if x == g else x for x in group]
+    found = [Part(*(tuple(i for i, x in enumerate(side) if x == g) for side in (group[n:], group[:n]))) for g in whole]
+    return found if len(found) > 1 else []
+
+
+def _undriven(plant: MultivariablePlant, parts: Sequence[Part]) -> MultivariablePlant | None:
+    """The plant without what parts do to others; None where that is not to later ones, or at once."""
+    of = [{i: k for k, part in enumerate(parts) for i in part[side]} for side in (0, 1)]
+
+    def kept(rows: Rows, left: int, right: int) -> Rows:
+        """The entries within a part."""
+        return tuple(tuple(v * (of[left][i] == of[right][j]) for j, v in enumerate(row)) for i, row in enumerate(rows))
+
+    sides = kept(plant.A, 1, 1), kept(plant.B, 1, 0), kept(plant.C, 0, 1), kept(plant.D, 0, 0)
+    return MultivariablePlant(*sides, plant.dt, plant.names) if plant.dt is not None or sides[3] == plant.D else None
+
+
+def _drives(plant: MultivariablePlant, joint: Sequence[list[int]]) -> list[list[int]]:
+    """Groups of channels by the transfer matrix, each after those that drive it; one where there is no such order."""
+    m, n = plant.inputs, plant.order
+    if n > _MOST_TURNED:
+        return []
+    A, B, C, D = (exact(side) for side in (plant.A, plant.B, plant.C, plant.D))
+    seen, moved = np.eye(m, dtype=bool), B
+    for term in range(n + 1):
+        shown = D if not term else C * moved
+        moved = A * moved if term else moved
+        seen |= np.array([[shown[i, j] != 0 for j in range(m)] for i in range(m)])
+    for block in joint:
+        seen[np.ix_(block, block)] = True
+    for _ in range(m.bit_length()):
+        seen = (seen.astype(int) @ seen) > 0
+    groups = [[*map(int, np.flatnonzero(row))] for row in seen & seen.T]
+    return sorted(map(list, dict.fromkeys(map(tuple, groups))), key=lambda g: (int(seen[g[0]].sum()), g))
+
+
+def turned(plant: MultivariablePlant, groups: Sequence[Sequence[int]]) -> tuple[MultivariablePlant | None, Rows | None]:
+    """The plant in states ``z``, ``x = S z``, of which those that the last groups move come first, and ``S``.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The plant.
+    groups : sequence of sequences of int
+        Channels, each group after those that drive it.
+
+    Returns
+    -------
+    (MultivariablePlant, Rows) or (None, None)
+        None where some state is moved by no channel.
+    """
+    A, B, C = (exact(side) for side in (plant.A, plant.B, plant.C))
+    kept = list[list[Any]]()
+    for j in (j for group in reversed(groups) for j in group):
+        row = fmpq_mat([[B[i, j] for i in range(plant.order)]])
+        while fmpq_mat([*kept, *row.tolist()]).rank() > len(kept):
+            kept += row.tolist()
+            row = row * A.transpose()
+    if len(kept) < plant.order:
+        return None, None
+    S = fmpq_mat(kept).transpose()
+    back = S.inv()
+    sides = [_rows(side) for side in (back * A * S, back * B, C * S)]
+    return MultivariablePlant(sides[0], sides[1], sides[2], plant.D, plant.dt, plant.names), _rows(S)
+
+
+def _rows(matrix: fmpq_mat) -> Rows:
+    return tuple(tuple(Fraction(int(v.p), int(v.q)) for v in row) for row in matrix.tolist())
 
 
 def in_parts(
     problems: Sequence[Problem],
-    parts: Sequence[Part],
+    split: Split,
     ask: Ask,
     seconds: float | None,
     progress: Callable[[str, float], None] | None,
@@ -124,8 +254,8 @@ def in_parts(
     ----------
     problems : sequence of Problem
         The problems.
-    parts : sequence of Part
-        What :func:`parts_of` says of them.
+    split : Split
+        What :func:`splits_of` says of them.
     ask : callable
         Answers problems about one loop, in so many seconds, and tells each step.
     seconds : float or None
@@ -139,6 +269,7 @@ def in_parts(
         What is proved and what is refuted overlap: a bug.
     """
     begun, tell, known, found = time.monotonic(), progress or (lambda _step, _done: None), {}, list[_Loop]()
+    parts = split.parts
     for k, part in enumerate(parts):
         left = None if seconds is None else (seconds - time.monotonic() + begun) / (len(parts) - k)
 
@@ -147,13 +278,13 @@ def in_parts(
             tell(f"{part.words}: {step}", (k + done) / len(parts))
 
         try:
-            asked = [_alone(one, part) for one in problems]
+            asked = [_alone(one, part, split) for one in problems]
             key = tuple(one.text for one in asked)
             if key not in known:
                 known[key] = _answers(asked, ask, None if left is None else max(left, _LEAST), told)
         except (AssumptionError, InputError):
             return None
-        found.append(_Loop(part, asked, known[key], lambda one: ask([one], _left(begun, seconds), tell)[0]))
+        found.append(_Loop(part, split, asked, known[key], lambda one: ask([one], _left(begun, seconds), tell)[0]))
         if all(said.verdict is Verdict.REFUTED for said in known[key]):
             break  # of the others nothing more follows
     answers = [_whole(one, [loop.at(i) for loop in found]) for i, one in enumerate(problems)]
@@ -178,10 +309,10 @@ def _answers(
 # A part as a loop of its own.
 
 
-def _alone(problem: Problem, part: Part) -> Problem:
+def _alone(problem: Problem, part: Part, split: Split) -> Problem:
     """The question about one part: about one channel where its class is one that is asked about there."""
     classes = [problem.classes.classes[i] for i in part.channels]
-    plant = _plant(problem.plant, part)
+    plant = _plant(split.plant, part)
     one = classes[0]
     if len(classes) == 1 and _is_plain(one) and _is_scalar(plant):
         entry = plant.channel(0, 0)
@@ -239,19 +370,21 @@ class _Loop(NamedTuple):
     """A part with the questions about it and their answers."""
 
     part: Part
+    split: Split
     asked: list[Problem]
     answers: list[Answered]
     again: Callable[[Problem], Answered]
 
     def at(self, i: int) -> _Answer:
         """Of one question."""
-        return _Answer(self.part, self.asked[i], self.answers[i], self.again)
+        return _Answer(self.part, self.split, self.asked[i], self.answers[i], self.again)
 
 
 class _Answer(NamedTuple):
     """The answer to a question about one part."""
 
     part: Part
+    split: Split
     asked: Problem
     said: Answered
     again: Callable[[Problem], Answered]
@@ -279,7 +412,7 @@ class _Answer(NamedTuple):
             return cast("Proved", checked({**shown.certificate, "laws": laws}))
         except (Rejected, Malformed):
             pass
-        exactly = _alone(replace(whole.scaled(alpha), kind="class", known=()), self.part)
+        exactly = _alone(replace(whole.scaled(alpha), kind="class", known=()), self.part, self.split)
         found = guarded(self.part.words, lambda: self.again(exactly), passing=(TimeoutError,))
         return found.shown if isinstance(found, Certification) and isinstance(found.shown, Proved) else shown
 
@@ -332,8 +465,8 @@ def _largest(problem: Problem, parts: Sequence[_Answer]) -> StabilityBound | Non
         proof, classes = (Fraction(alpha), shown), problem.classes.scaled(Fraction(alpha))
         answers = [
             CriterionResult(
-                criterion=PARTS,
-                theorem=_TITLE,
+                criterion=parts[0].split.theorem,
+                theorem=_TITLES[parts[0].split.theorem],
                 largest=Bracket(alpha, math.inf),
                 nonlinearity_class=classes.classes[0],
                 classes=classes,
@@ -366,7 +499,19 @@ def _smallest(problem: Problem, parts: Sequence[_Answer]) -> tuple[Fraction, Ref
         refuted = _refuted(problem, one, shown, Fraction(double_above(alpha)))
         if refuted is not None:
             return refuted
+        search = partial(_driven, problem, Fraction(double_below(alpha)) * _BEFORE, double_above(alpha) * _AFTER)
+        driven = guarded("members of a cascade", search) if one.split.theorem == CASCADE else None
+        if isinstance(driven, tuple):
+            return driven
     return None
+
+
+def _driven(problem: Problem, known: Fraction, most: float) -> tuple[Fraction, Refuted] | None:
+    """Members of the whole of a cascade that refute it near the factor of those of a part: constant ones first."""
+    found = members_refuting(problem, most=math.inf)
+    if found is not None and found[0] <= most:
+        return found
+    return switching_refuting(problem, known, most) or orbits_refuting(problem, known, most)
 
 
 def _refuted(problem: Problem, one: _Answer, shown: Refuted, alpha: Fraction) -> tuple[Fraction, Refuted] | None:
@@ -384,6 +529,8 @@ def _refuted(problem: Problem, one: _Answer, shown: Refuted, alpha: Fraction) ->
             found = refutation(problem, factor, constant_gains(gains))
             if found is not None:
                 return (factor if alpha else alpha), found
+    if one.split.theorem == CASCADE:
+        return None
     lifted = {"method": "part", **one.part.place, "kind": kind, "proof": dict(proof)}
     found = refutation(problem, within, lifted)
     return None if found is None or found.certificate["conclusion"] == OTHERS else (alpha, found)
@@ -401,13 +548,13 @@ def _proof(problem: Problem, parts: Sequence[_Answer], alpha: Fraction) -> Prove
         laws |= zip(one.part.channels, own, strict=True)
         held = {name: certificate[name] for name in ("theorem", "multiplier", "proof")}
         entries.append({**one.part.place, "kind": certificate["system"]["kind"], **held})
-    each = [laws[i] for i in range(len(laws))]
+    each, split, S = [laws[i] for i in range(len(laws))], parts[0].split, parts[0].split.basis
     draft = {
         "verdict": "PROVED",
         "system": problem.system,
         "laws": {"channels": each, "repeated": _repeated(problem.classes, each)},
-        "theorem": PARTS,
-        "proof": {"method": PARTS, "parts": entries},
+        "theorem": split.theorem,
+        "proof": {"method": PARTS, "parts": entries} | ({"basis": [texts(row) for row in S]} if S else {}),
     }
     found = guarded(PARTS, lambda: checked(draft), passing=(TimeoutError,))
     return found if isinstance(found, Proved) else None

@@ -168,9 +168,12 @@ def _witness(shown: Refuted, factor: float) -> Witness:
     )
 
 
-def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved] | Failure | None) -> CriterionResult:
-    """What one criterion shows of the classes."""
+def _answer(
+    asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved] | Failure | None, known: Fraction
+) -> CriterionResult:
+    """What one criterion shows of the classes, of which a factor is known before, beyond which it was asked."""
     if found is None or isinstance(found, Failure):
+        beyond = f" that proves more than the factor {bound_below(known)}, which is proved" if known else ""
         return CriterionResult(
             criterion=criterion.name,
             theorem=criterion.row.title,
@@ -179,7 +182,7 @@ def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved]
             classes=asked.classes,
             verdict=Verdict.INCONCLUSIVE,
             evidence=Evidence.CERTIFIED,
-            reason=_NO_MULTIPLIER if found is None else str(found.detail),
+            reason=_NO_MULTIPLIER + beyond if found is None else str(found.detail),
         )
     alpha, shown = found
     scaled = asked.classes.scaled(alpha)
@@ -284,8 +287,9 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
             found.answers.append(carried.answer)
 
     def ask(one: Criterion) -> None:
-        said.append(guarded(one.name, partial(farthest, asked, one, found.known, most), passing=(TimeoutError,)))
-        found.answers.append(_answer(asked, one, said[-1]))
+        known = found.known
+        said.append(guarded(one.name, partial(farthest, asked, one, known, most), passing=(TimeoutError,)))
+        found.answers.append(_answer(asked, one, said[-1], known))
         if isinstance(said[-1], tuple):
             found.proofs.append(said[-1])
 

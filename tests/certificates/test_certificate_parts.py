@@ -123,6 +123,32 @@ LATE = {
 }
 
 
+# a cascade: 1/(s + 2), of channel 3 and state 4, drives the rest, whose first loop drives the last
+CASCADE = {**copy.deepcopy(STABLE), "theorem": "cascade"}
+CASCADE["proof"]["parts"] = [
+    {
+        **{"channels": [3], "states": [4], "kind": "multivariable", "theorem": "diagonal-circle"},
+        "multiplier": {"lambda": ["1"]},
+        "proof": {"method": "matrix", "P": [["4"]], "exponent": 0},
+    },
+    {
+        **{"channels": [1], "states": [1], "kind": "multivariable", "theorem": "diagonal-circle"},
+        "multiplier": {"lambda": ["1"]},
+        "proof": {"method": "matrix", "P": [["1"]], "exponent": 0},
+    },
+    CASCADE["proof"]["parts"][1],
+    CASCADE["proof"]["parts"][2],
+]
+for side, i, j in (("A", 0, 3), ("B", 0, 2), ("C", 3, 0), ("A", 4, 3), ("B", 4, 0)):
+    CASCADE["system"][side][i][j] = "7"
+# in states z, x_4 = z_4 + z_1
+TURNED = copy.deepcopy(STABLE)
+TURNED["proof"]["basis"] = [[str(int(i == j or (i, j) == (3, 0))) for j in range(5)] for i in range(5)]
+TURNED["system"]["A"][3] = ["1", "0", "0", "-2", "0"]  # S diag(-1, .., -2) S^-1: -z_1 - 2 (x_4 - x_1) = x_1 - 2 x_4
+TURNED["system"]["B"][3] = ["1", "0", "1", "0"]
+TURNED["system"]["C"][2] = ["-1", "0", "0", "1", "0"]
+
+
 def changed(draft, *path_and_value):
     *path, last, value = path_and_value
     found = copy.deepcopy(draft)
@@ -162,6 +188,8 @@ def refused(draft):
     [
         (PROOF, "every motion converges to the set of equilibria"),
         (STABLE, "0 attracts every motion"),
+        (CASCADE, "0 attracts every motion"),
+        (TURNED, "0 attracts every motion"),
         (LATE, "0 attracts every motion with inputs to the block and initial functions of finite energy"),
         (changed(STABLE, "laws", "channels", 0, "time_varying", True), "0 attracts every motion"),
     ],
@@ -240,6 +268,15 @@ PARTS = ("proof", "parts")
         changed(COUNTER, "proof", "proof", COUNTER["proof"]),
         changed(COUNTER, "verdict", "PROVED"),
         {**PROOF, "rate": "1/10"},
+        {**CASCADE, "theorem": "parts"},
+        changed(CASCADE, *PARTS, CASCADE["proof"]["parts"][::-1]),  # another order
+        changed(CASCADE, "system", "A", 3, 0, "1/1000"),
+        changed(CASCADE, "system", "D", 3, 0, "1/1000"),  # at once
+        changed(CASCADE, "laws", "channels", 2, law(0, "inf")),
+        {**PROOF, "theorem": "cascade"},  # a pole at 0
+        {**LATE, "theorem": "cascade"},
+        changed(TURNED, "proof", "basis", 3, 0, "2"),
+        changed(TURNED, "proof", "basis", 3, ["1", "0", "0", "0", "0"]),
     ],
 )
 def test_what_does_not_fit_is_refused_by_both_checkers(draft):

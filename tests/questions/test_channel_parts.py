@@ -13,14 +13,21 @@ from lure import Diagonal, NonlinearityClass, Sector, as_plant, certify, max_sec
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.answers import answer, answers
 from lure.analysis.questions.channel_map import _ray
-from lure.analysis.questions.channel_parts import in_parts, parts_of
+from lure.analysis.questions.channel_parts import in_parts, splits_of
 from lure.analysis.questions.channel_problem import channel_problem
+from lure.analysis.questions.channel_proofs import criteria_for
+from lure.analysis.questions.channels import _answer
 from lure.analysis.verdict import Verdict
 
 SLOPE, SECTOR = NonlinearityClass.slope_restricted(0, 1), NonlinearityClass(sector=Sector(0, 1))
 VARYING = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
 THIRD, INTEGRATOR = "1/(s+1)^3", "1/(s*(s+1)*(s+2))"
 CT1 = "(s^2-s/5-1/10)/(s^3+2*s^2+s+1)"
+
+
+def parts_of(problems):
+    """The parts of the first way to take a plant apart."""
+    return next((split.parts for split in splits_of(problems)), [])
 
 
 def beside(*formulas):
@@ -132,7 +139,7 @@ def test_what_is_one_loop_or_is_asked_of_one_criterion_is_not_taken_apart():
     asked = {"kind": "sector", "criterion": "popov"}
     assert parts_of([channel_problem(plant, [SECTOR] * 2, **asked)]) == []
     assert max_sector(plant, [SECTOR] * 2, criterion="popov").criterion == "diagonal-popov"
-    joined = as_plant([[THIRD, "1/(s+5)"], ["0", "1/(s+1)"]])
+    joined = as_plant([[THIRD, "1/(s+5)"], ["1/(s+7)", "1/(s+1)"]])
     assert parts_of([channel_problem(joined, [SECTOR] * 2, kind="sector")]) == []
     relu = NonlinearityClass.relu()
     assert parts_of([channel_problem(plant, [relu, SECTOR], kind="sector")]) == []
@@ -170,11 +177,51 @@ def test_dead_times_in_one_loop_leave_the_others_their_own_theorems():
     assert "initial functions of finite energy" in found.meaning
 
 
+def test_a_criterion_that_proves_no_more_says_so():
+    problem = channel_problem(beside(THIRD, "1/(s+1)"), [SECTOR] * 2, kind="sector", criterion="full-block-popov")
+    (criterion,) = criteria_for(problem)
+    assert _answer(problem, criterion, None, Fraction(0)).reason == "no multiplier was found"
+    told = "no multiplier was found that proves more than the factor 2, which is proved"
+    assert _answer(problem, criterion, None, Fraction(2)).reason == told
+
+
+# 1/(s + 1)^3 reaches 8, CT 1 4.589454 and 1/(s + 2)^3 64, whatever stands beside the diagonal: of a cascade the gains
+# that destabilise are those of a part; states are mixed in the realisation of the transfer matrix
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [[CT1, "1/(s+5)"], ["0", THIRD]],
+        [["1/(s+2)^3", "0", "0"], ["0", THIRD, "0"], ["3/(s+4)", "-1/(s+7)", CT1]],
+    ],
+)
+def test_a_cascade_is_answered_as_the_loops_that_drive_one_another(rows):
+    found = seconded(max_slope(as_plant(rows), [SLOPE] * len(rows)))
+    limit = (0.7 + (0.7**2 + 0.8) ** 0.5) / 0.4
+    assert found.criterion == "cascade"
+    assert limit * (1 - 1e-6) < found.largest.low < limit <= found.refuted_at < limit * (1 + 1e-6)
+    assert found.meaning == "The point 0 attracts every solution"
+
+
+def test_a_cascade_in_samples_may_be_driven_at_once_and_in_continuous_time_not():
+    plant = as_plant([["z/(10*(z-1/2)^2)", "1/2"], ["0", "1/(z-1/2)"]], dt=1)
+    assert seconded(max_slope(plant, [SLOPE] * 2)).criterion == "cascade"  # 1/(z - 1/2) ends at 3/2
+    direct = as_plant([[THIRD, "1/2"], ["0", "1/(s+1)"]])
+    assert parts_of([channel_problem(direct, [SECTOR] * 2, kind="sector")]) == []
+    resting = as_plant([[THIRD, "1/(s+2)"], ["0", INTEGRATOR]])  # a pole at 0
+    assert parts_of([channel_problem(resting, [SECTOR] * 2, kind="sector")]) == []
+
+
+@pytest.mark.thorough
+def test_gains_that_jump_refute_a_cascade_as_they_do_one_of_its_loops():
+    found = seconded(max_sector(as_plant([["1/(s+1)^2", "1/(s+5)"], ["0", "1/(s+1)"]]), [VARYING] * 2))
+    assert 16 < found.largest.low < found.refuted_at < 16.85
+
+
 def test_where_a_part_is_refused_the_whole_is_asked_as_before():
     problem = channel_problem(beside(THIRD, "1/(s+1)"), [SECTOR] * 2, kind="sector")
 
     def refusing(own, seconds, tell):
         return answers(own) if own[0].plant.order == 3 else certify(object())
 
-    assert in_parts([problem], parts_of([problem]), refusing, None, None) is None
+    assert in_parts([problem], next(splits_of([problem])), refusing, None, None) is None
     assert Fraction(8) - Fraction(answer(problem).largest.low) < Fraction(1, 10**6)

@@ -8,24 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 from flint import fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channels import Asked, read
 from lure.analysis.certificates.second.classes import SCALAR
+from lure.analysis.certificates.second.numerics import to_fmpq
 from lure.analysis.certificates.second.reading import (
     Document,
     count,
     listed,
     mapping,
+    numbers,
     record,
     require,
     text,
     tick,
 )
 
-ONE, ALL = "part", "parts"
+ONE, ALL, CASCADE = "part", "parts", "cascade"
 _DELAYS = ("delay", "varying delay")
 _STRENGTH = {claims.GAINS: 0, claims.ATTRACTS: 0, claims.EQUILIBRIA: 1, claims.BOUNDED: 2}
 _WHERE = ("channels", "states", "kind")
@@ -52,9 +55,14 @@ def documents(document: Document) -> list[Document]:
         found = record(document.proof, "method", *_WHERE, "proof")
         require(found["method"] == ONE, "a refutation names one part")
         return [replace(_alone(document, asked, found), proof=_proof(found))]
-    require(document.verdict == "PROVED" and document.theorem == ALL, "the verdict is neither PROVED nor REFUTED")
+    known = document.theorem in (ALL, CASCADE)
+    require(document.verdict == "PROVED" and known, "the verdict is neither PROVED nor REFUTED")
     require(not document.multiplier, "each part has its own multiplier")
-    entries = listed(record(document.proof, "method", "parts")["parts"])
+    turned = ("basis",) * ("basis" in document.proof)
+    whole = record(document.proof, "method", "parts", *turned)
+    entries = listed(whole["parts"])
+    asked = _turned(asked, whole["basis"]) if turned else asked
+    asked = _without_drive(asked, entries) if document.theorem == CASCADE else asked
     require(len(entries) > 1 and document.proof["method"] == ALL, "there are not two parts")
     made, taken = list[Document](), {"channels": list[int](), "states": list[int]()}
     for entry in entries:
@@ -62,7 +70,7 @@ def documents(document: Document) -> list[Document]:
         for name, total in taken.items():
             total += map(count, listed(found[name]))
         theorem, multiplier = text(found["theorem"]), mapping(found["multiplier"])
-        require(theorem != ALL, "a part has parts")
+        require(theorem not in (ALL, CASCADE), "a part has parts")
         alone = _alone(document, asked, found)
         made.append(replace(alone, theorem=theorem, multiplier=multiplier, proof=_proof(found)))
     for name, size in (("channels", asked.D.nrows()), ("states", asked.A.nrows())):
@@ -88,6 +96,8 @@ def together(document: Document, said: Sequence[str]) -> str:
     if document.verdict == "REFUTED":
         (only,) = said
         return only
+    if document.theorem == CASCADE:
+        require(all(_STRENGTH.get(one) == 0 for one in said), "in a cascade 0 attracts in each part")
     if claims.DELAYED in said:
         kinds = {*said} - {claims.DELAYED, claims.ATTRACTS, claims.GAINS}
         require(not kinds, "dead times beside eigenvalues 0 are not covered")
@@ -104,6 +114,47 @@ def _proof(found: Mapping[str, object]) -> Mapping[str, object]:
     proof = mapping(found["proof"])
     require(proof.get("method") not in (ONE, ALL), "a part has parts")
     return proof
+
+
+def _turned(asked: Asked, basis: object) -> Asked:
+    """The plant in other states ``z``, ``x = S z``."""
+    n = asked.A.nrows()
+    rows = [numbers(row) for row in listed(basis)]
+    require(not asked.late and [len(row) for row in rows] == [n] * n, "the basis does not fit, or there are dead times")
+    S = fmpq_mat([[to_fmpq(v) for v in row] for row in rows])
+    require(S.rank() == n, "the basis is singular")
+    back = S.inv()
+    return replace(asked, A=back * asked.A * S, B=back * asked.B, C=asked.C * S)
+
+
+def _without_drive(asked: Asked, entries: Sequence[object]) -> Asked:
+    """The plant of the parts alone, after a check that each is driven by earlier ones only.
+
+    With the projections ``E_k`` on the parts up to the ``k``-th: ``E_k side (1 - E_k) = 0``.
+    """
+    n, m = asked.A.nrows(), asked.D.nrows()
+    require(not asked.late, "cascades with dead times are not covered")
+    for one in asked.nonlinearities:
+        finite = isinstance(one.upper, Fraction) and isinstance(one.lower, Fraction)
+        require(finite and not one.rough, "in a cascade a class has no finite bounds, or nonlinearities that jump")
+    sides = {"A": ("states", "states"), "B": ("states", "channels"), "C": ("channels", "states")}
+    sides["D"] = ("channels", "channels")
+    size, found = {"states": n, "channels": m}, dict[str, fmpq_mat]()
+    first = {name: fmpq_mat(total, total) for name, total in size.items()}
+    each = [
+        {name: _projection(_places(mapping(entry).get(name), total), total) for name, total in size.items()}
+        for entry in entries
+    ]
+    for name in sides:
+        found[name] = getattr(asked, name) * 0
+    for part in each:
+        first = {name: first[name] + part[name] for name in size}
+        for name, (left, right) in sides.items():
+            side = getattr(asked, name)
+            require(first[left] * side == first[left] * side * first[right], "a part is driven by a later one")
+            found[name] = found[name] + part[left] * side * part[right]
+    require(asked.discrete or found["D"] == asked.D, "in continuous time D joins parts")
+    return replace(asked, A=found["A"], B=found["B"], C=found["C"], D=found["D"])
 
 
 def _alone(document: Document, asked: Asked, found: Mapping[str, object]) -> Document:
