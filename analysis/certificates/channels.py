@@ -537,11 +537,11 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
         return H, asked
     need(ordered(H.D, asked), "beside delays D has a cycle of channels")
     asked = asked._replace(delayed=tuple(own))
+    if H.late:
+        need(kept, "beside dead times delays are covered on pieces of the axis")
+        return H, asked
     apart = [i for i in own if not asked.families[i].varying or asked.families[i].rate is not None]
     own = [i for i in own if not (kept and i in apart)]
-    if H.late:
-        need(not own, "beside dead times delays are constant, or have a bounded rate")
-        return H, asked
     constant = [i for i in own if not asked.families[i].varying and not H.discrete]
     if constant:
         majorised()

@@ -466,6 +466,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
             if member.kind == "slow":
                 need(y >= 0 and (x, y) == given[0][i], "a delay that varies has one multiplier at all frequencies")
                 need(y == 0 or not any(H.D[i]), f"y > 0 needs sigma_{i + 1} to be a function of the state alone")
+                need(x == 0 or one.rate is not None, "x > 0 needs a delay that changes at a bounded rate")
             free = not one.operator or member.kind in ("delay", "slow")
             need(y == 0 or free, "an operator has a real multiplier")
         same = all(row[i] == row[block[0]] for block in asked.operators for i in block if members[i].kind == "scaled")

@@ -41,7 +41,7 @@ class Channel(NamedTuple):
     kind: str
     width: Fraction
     free: bool = False  # of a function: Popov's term, of a delay: x of either sign, of a slow one: y
-    rate: Fraction = Fraction(0)  # of a slow delay
+    rate: Fraction | None = Fraction(0)  # of a slow delay; None: it changes at any rate, and x is 0
     low: Fraction = Fraction(0)  # of a function or a gain that is not shifted: beside known dead times
 
 
@@ -88,7 +88,10 @@ class Piecewise:
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]
         self.shared = [(block, 0) for block in self.blocks if kinds[block[0]] == "operator"]
-        self.shared += [((i,), 0) for i, kind in enumerate(kinds) if kind in ("function", "slow delay")]
+        steady = [
+            one.kind == "function" or (one.kind == "slow delay" and one.rate is not None) for one in self.channels
+        ]
+        self.shared += [((i,), 0) for i, fits in enumerate(steady) if fits]
         self.shared += [((i,), 1) for i, one in enumerate(self.channels) if one.kind == "slow delay" and one.free]
         self.weights = len(self.shared)
         self.shared += [((i,), 1) for i, one in enumerate(self.channels) if one.kind == "function" and one.free]
@@ -170,7 +173,7 @@ class Piecewise:
                     continue
                 row = np.zeros((len(omega), len(self.D)), dtype=complex)
                 if one.kind == "slow delay":
-                    share = float(one.rate / (1 - one.rate)) if part == 0 else w**2
+                    share = float(one.rate / (1 - one.rate)) if one.rate is not None and part == 0 else w**2
                     side = (H if part == 0 else turned)[:, i]
                     found[k] = -share / 2 * side.conj()[:, :, None] * side[:, None, :]
                     found[k][:, i] -= H[:, i] * (part == 0)

@@ -135,7 +135,7 @@ class PiecewiseProofs:
             kind = self._kind(known, i)
             if kind in ("delay", "slow delay"):
                 smooth = not plant.discrete and not any(plant.D[i])
-                found.append(Channel(kind, one.sector[1], smooth, one.rate or Fraction(0)))
+                found.append(Channel(kind, one.sector[1], smooth, one.rate))
                 continue
             low, high = known.bounds(i)
             free, width = kind == "function" and bool(self.free and self.free[i]), high - low

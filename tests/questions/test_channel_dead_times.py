@@ -7,6 +7,8 @@ import pytest
 
 from lure import AssumptionError, Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, lft, max_sector
 from lure.analysis import analyse, decay_rate, l2_gain, region, steady_response
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_problem
@@ -104,6 +106,18 @@ def test_a_delay_known_by_its_bound_adds_to_one_that_is_known():
     slow = certify("exp(-s)/s", [NonlinearityClass.delayed(0.4, rate=0.1)])
     assert slow.verdict.name == "PROVED"
     assert recheck(slow.certificate).accepted
+    # at any rate: small gain, h |sigma'| against |w|, up to the least |i w + exp(-i w)|/w, .3195591 at w = 1.3824;
+    # beyond 1/2 the delay is above 3/2, where x' = -x(t - tau(t)) need not tend to 0 (Myshkis)
+    fast = max_sector("exp(-s)/s", [NonlinearityClass.delayed(0.5, varying=True)])
+    assert 0.3195 < fast.largest.low / 2 < 0.3195592
+    assert recheck(fast.proof.certificate).accepted
+    x, y = fast.proof.certificate["multiplier"]["pieces"][0][0]
+    assert x == "0"
+    pieces = [[["1/1000000", y]] for _ in fast.proof.certificate["multiplier"]["pieces"]]
+    forged = {**fast.proof.certificate, "multiplier": {**fast.proof.certificate["multiplier"], "pieces": pieces}}
+    with pytest.raises(Rejected, match="bounded rate"):
+        check(forged)
+    assert "too fast" in recheck(forged).reason
     assert certify("3*exp(-s)/(s+1/2)", [NonlinearityClass.delayed(0.5)]).verdict.name == "REFUTED"  # with tau = 0
 
 

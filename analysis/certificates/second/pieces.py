@@ -254,7 +254,8 @@ def _channels(asked: Asked, weights: Sequence[Fraction], theta: Sequence[Fractio
         if one.operator in DELAYS:
             kind = "slow" if one.time_varying else "delay"
         late = kind in ("delay", "slow")
-        require(not (kind == "slow" and (asked.discrete or one.rate is None)), "a delay changes too fast")
+        known = one.rate is not None or bool(asked.late)  # else it is taken out
+        require(kind != "slow" or (known and not asked.discrete), "a delay changes too fast")
         require(not one.rough and (late or None not in (low, high)), "a channel has no finite bounds")
         require(weights[i] >= 0 and (kind == "" or weights[i] == theta[i] == 0), "a weight does not fit its channel")
         fixed = not (one.time_varying or one.operator or any(asked.D[i, j] != 0 for j in range(len(weights))))
@@ -287,6 +288,7 @@ def _require_row(asked: Asked, known: Sequence[_Channel], row: _Row, end: Fracti
             require(y == 0 or (y > 0 and short), "the chord of a delay is none there")
         elif one.kind == "slow":
             require(y == 0 or (y > 0 and smooth), "y is negative, or sigma no function of the state alone")
+            require(x == 0 or asked.nonlinearities[i].rate is not None, "a delay changes too fast")
         else:
             require(y == 0 or asked.nonlinearities[i].operator == "", "the multiplier of an operator is not real")
     for block in asked.operators:
