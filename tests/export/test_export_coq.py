@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from fractions import Fraction
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
@@ -56,19 +57,27 @@ def steps():
     return proved(system, "5/4")
 
 
+PARTS = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in LIBRARIES]
+
+
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """What all files have in common, compiled once."""
-    folder = tmp_path_factory.mktemp("coq")
-    parts = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in LIBRARIES]
-    (folder / "common.v").write_text("\n".join(parts))
-    subprocess.run(["coqc", "common.v"], cwd=folder, check=True, capture_output=True)
-    return folder
+    """The folder in which the parts that a file begins with are compiled, once for all files with the same ones."""
+
+    @cache
+    def compiled_once(parts):
+        folder = tmp_path_factory.mktemp("coq")
+        (folder / "common.v").write_text("\n".join(PARTS[part] for part in parts))
+        subprocess.run(["coqc", "common.v"], cwd=folder, check=True, capture_output=True)
+        return folder
+
+    return compiled_once
 
 
-def compiled(folder, text):
+def compiled(library, text):
     """Whether what is about the loop compiles, and what was printed."""
-    own = text.partition(LOOP)[2]
+    first, _, own = text.partition(LOOP)
+    folder = library(tuple(part for part, lines in enumerate(PARTS) if lines.strip() in first))
     head = "Require Import Reals ZArith List Lra Lia Bool common.\nImport ListNotations.\nOpen Scope R_scope.\n"
     (folder / "loop.v").write_text(head + own)
     found = subprocess.run(["coqc", "loop.v"], cwd=folder, capture_output=True, text=True, check=False)
