@@ -331,9 +331,10 @@ class HarmonicBalance:
     def __init__(self, numerator: Reals, denominator: Reals, slopes: tuple[float, float]) -> None:
         self.numerator, self.denominator = numerator, denominator
         self.inner, self.outer = slopes
-        self.waves = np.exp(1j * np.outer(np.arange(SAMPLES) * (2 * math.pi / SAMPLES), HARMONICS))
-        # apart, since products with complex matrices take ten times as long
-        self.cosines, self.sines = self.waves.real.copy(), self.waves.imag.copy()
+        # half a period, as odd harmonics change sign in the other half
+        self.waves = np.exp(1j * np.outer(np.arange(SAMPLES // 2) * (2 * math.pi / SAMPLES), HARMONICS))
+        self.basis = np.concatenate([self.waves.real, -self.waves.imag], axis=1).T.copy()
+        self.products = (self.basis[:, None] * self.basis).reshape(-1, SAMPLES // 2).T.copy()
 
     def solutions(self, *, seed: int = 0) -> list[Balance]:
         """Balanced waves that pass the kinks, by Newton's method from random waves, no two alike."""
@@ -389,27 +390,38 @@ class HarmonicBalance:
         first = np.exp(unknowns[:, 1:2])
         return np.exp(unknowns[:, 0]), first * np.concatenate([np.ones_like(first), ratio], axis=1)
 
-    def _residual(self, unknowns: Reals) -> Reals:
-        """``d c + n f`` for every harmonic, relative, ``f`` those of ``psi(y)``."""
-        omega, c = self._wave(unknowns)
-        y = c.real @ self.cosines.T - c.imag @ self.sines.T
-        psi = self.outer * y + (self.inner - self.outer) * np.clip(y, -1, 1)
-        f = 2 * (psi @ self.cosines - 1j * (psi @ self.sines)) / SAMPLES
+    def _harmonics(self, c: Complexes) -> tuple[Complexes, Complexes]:
+        """Those of ``psi(y)``, and their derivatives by real and imaginary parts of those of ``y``."""
+        a, m = np.concatenate([c.real, c.imag], axis=1), len(HARMONICS)
+        y, bent = a @ self.basis, 4 * (self.inner - self.outer) / SAMPLES
+        f = self.outer * a + bent * (np.clip(y, -1, 1) @ self.basis.T)
+        slopes = bent * ((np.abs(y) < 1).astype(float) @ self.products).reshape(-1, 2 * m, 2 * m)
+        slopes += self.outer * np.eye(2 * m)
+        return f[:, :m] + 1j * f[:, m:], slopes[:, :m] + 1j * slopes[:, m:]
+
+    def _blocks(self, omega: Reals) -> tuple[Complexes, Complexes]:
+        """``n`` and ``d`` at the harmonics, divided by ``|d| + |n|`` times the larger slope."""
         s = 1j * omega[:, None] * HARMONICS
         n, d = np.polyval(self.numerator, s), np.polyval(self.denominator, s)
-        top = max(self.inner, self.outer)
-        r = (d * c + n * f) / ((np.abs(d) + top * np.abs(n)) * np.abs(c[:, :1]))
-        return np.concatenate([r.real, r.imag], axis=1)
+        size = np.abs(d) + max(self.inner, self.outer) * np.abs(n)
+        return n / size, d / size
 
     def _newton(self, unknowns: Reals) -> tuple[Reals, Reals]:
-        """The unknowns after a damped step, those that have one, and the largest change."""
-        residual = self._residual(unknowns)
-        columns = []
-        for j in range(unknowns.shape[1]):
-            moved = unknowns.copy()
-            moved[:, j] += 1e-7
-            columns.append((self._residual(moved) - residual) / 1e-7)
-        jacobian = np.stack(columns, axis=2)
+        """The unknowns after a damped step for ``d c + n f = 0``, those that have one, and the largest change."""
+        omega, c = self._wave(unknowns)
+        n, d = self._blocks(omega)
+        f, slopes = self._harmonics(c)
+        first, rest, one = c[:, :1].real, len(HARMONICS) - 1, np.eye(len(HARMONICS))[:, 1:]
+        turning = slopes @ np.concatenate([c.real, c.imag], axis=1)[..., None]
+        c, f, turning = c / first, f / first, turning[..., 0] / first
+        later_n, later_d = self._blocks(omega * math.exp(1e-7))
+        misses = d * c + n * f
+        columns = [((later_d * c + later_n * f - misses) / 1e-7)[..., None], (n * (turning - f))[..., None]]
+        for share, side in ((1, slopes[:, :, 1 : 1 + rest]), (1j, slopes[:, :, 2 + rest :])):
+            columns.append(n[..., None] * side + share * d[..., None] * one)
+        derivative = np.concatenate(columns, axis=2)
+        residual = np.concatenate([misses.real, misses.imag], axis=1)
+        jacobian = np.concatenate([derivative.real, derivative.imag], axis=1)
         jacobian[~np.isfinite(jacobian).all(axis=(1, 2))] = 0.0
         good = np.flatnonzero(np.abs(np.linalg.det(jacobian)) > 1e-200)
         step = np.linalg.solve(jacobian[good], residual[good][..., None])[..., 0]

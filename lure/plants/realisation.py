@@ -45,8 +45,9 @@ class Realisation(Record, kw_only=False):
     def closed(self, k: Fraction) -> tuple[Row, ...]:
         """``A - b c k/(1 + k d)``: the loop with ``mu = -k sigma``; needs ``1 + k d != 0``."""
         gain = k / (1 + k * self.d)
+        fed = [gain * cj for cj in self.c]
         return tuple(
-            tuple(a - gain * bi * cj for a, cj in zip(row, self.c, strict=True))
+            tuple(a - bi * cj for a, cj in zip(row, fed, strict=True)) if bi else row
             for row, bi in zip(self.A, self.b, strict=True)
         )
 
