@@ -1,6 +1,7 @@
 """The second checker's own numerics: roots by their side, polynomials on the circle, nonlinearities in pieces."""
 
 import cmath
+from dataclasses import replace
 from fractions import Fraction as F
 from math import pi
 
@@ -251,6 +252,12 @@ def test_integrators_are_taken_apart_where_small_gains_stabilise():
         integrators_apart(both, fmpq_mat([[1, 1], [0, 1]]))
     with pytest.raises(NotShown, match="too few positive"):
         integrators_apart(both, fmpq_mat([[fmpq(1, 9), 0], [0, fmpq(-1, 9)]]))
+
+
+def test_a_late_loop_has_to_be_well_posed():
+    plant = replace(late_plant(), D=flint([[2, 0], [0, 1]]))  # 1 + D L is singular for the gain -1/2
+    with pytest.raises(NotShown, match="not well posed"):
+        LateLoop.of(plant, [F(-1, 2), F(0)])
 
 
 def test_states_that_come_back_late_may_be_channels_with_the_gain_1():
