@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from tampering import assert_both_reject, edited
 
-from lure import InputError, Quantiser, Saturation, as_plant
+from lure import ExpressionNonlinearity, InputError, Quantiser, Saturation, as_plant
 from lure.analysis import certify, region
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
@@ -600,6 +600,9 @@ def test_what_has_no_equilibrium_or_none_that_can_be_moved_to_is_refused():
         equilibrium(kink, own, [Saturation(limit=1)])
     with pytest.raises(InputError, match="only piecewise linear ones, tanh, cubics and smooth formulas are moved"):
         equilibrium(kink, own, [Quantiser(step=1)])
+    bent = ExpressionNonlinearity("sigma*abs(sigma)/(1 + sigma**2)")  # without a second derivative at 0
+    with pytest.raises(InputError, match="only piecewise linear ones, tanh, cubics and smooth formulas are moved"):
+        equilibrium(kink, own, [bent])
 
 
 def test_texts_of_weights_are_the_decimals_they_say():
