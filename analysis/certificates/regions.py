@@ -87,7 +87,11 @@ class Graph(NamedTuple):
 
 
 def graph(data: Any) -> Graph:
-    """The nonlinearity of one channel."""
+    """The nonlinearity of one channel; ``signed``: any of a class, known nowhere by itself, and so of reach 0."""
+    if isinstance(data, dict) and data.get("kind") == "signed":
+        top = number(fields(data, "kind", "top")[1])
+        form(top > 0, "a slope is not positive")
+        return Graph([], [], (ZERO, top), ZERO)
     if isinstance(data, dict) and data.get("kind") == "sector":
         _, pair, reach = fields(data, "kind", "sector", "reach")
         form(isinstance(pair, list) and len(pair) == 2, "a sector is a pair of bounds")
@@ -131,16 +135,15 @@ def described(graphs: list[Graph]) -> str:
     """The nonlinearities in words."""
     words = list[str]()
     for i, one in enumerate(graphs, 1):
-        if one.reach != INF:
+        if one.reach == ZERO:
+            said = f"all locally Lipschitz phi, 0 < phi(sigma)/sigma <= {one.sector[1]}, int phi -> inf on both sides"
+        elif one.reach != INF:
             (l, u), c = one.sector, one.reach
-            words.append(
-                f"channel {i}: all locally Lipschitz phi(t, sigma) in the sector [{l}, {u}] for |sigma| <= {c}"
-            )
+            said = f"all locally Lipschitz phi(t, sigma) in the sector [{l}, {u}] for |sigma| <= {c}"
         else:
             parts = "; ".join(" ".join(map(str, p)) for p in one.pieces)
-            words.append(
-                f"channel {i}: phi polynomials in sigma, ascending: {parts}; cuts {' '.join(map(str, one.cuts)) or '-'}"
-            )
+            said = f"phi polynomials in sigma, ascending: {parts}; cuts {' '.join(map(str, one.cuts)) or '-'}"
+        words.append(f"channel {i}: {said}")
     return "; ".join(words)
 
 
@@ -319,11 +322,10 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
 def everywhere(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str, str]:
     """``V = x'P x + 2 sum theta_i int_0^sigma_i phi_i >= 0`` falls wherever ``x`` is not 0.
 
-    ``V' <= -sum 2 lambda_i phi_i (sigma_i - inverse_i phi_i) - sum least_i phi_i^2``, where ``sigma phi >= inverse
-    phi^2``.  As ``phi_i`` has the sign of ``sigma_i``, is 0 at 0 alone, and ends in
-    polynomials, the integrals go to infinity, and so does ``V`` if ``P + sum C_i'C_i > 0`` over ``theta_i > 0``.  Where
-    ``V`` stays the same ``phi = 0``, hence ``sigma = C x = 0`` and ``x' = A x``: ``x = 0`` if no state is hidden from
-    ``sigma`` (LaSalle).
+    ``V' <= -sum 2 lambda_i phi_i (sigma_i - inverse_i phi_i) - sum least_i phi_i^2``, ``sigma phi >= inverse phi^2``.
+    As ``phi_i`` has the sign of ``sigma_i`` and ends in polynomials, its integral goes to infinity, and so does ``V``
+    if ``P + sum C_i'C_i > 0`` over ``theta_i > 0``.  Where ``V`` stays the same ``phi = 0``, so ``sigma = C x = 0``,
+    ``x' = A x``: ``x = 0`` if no state is hidden (LaSalle).
     """
     _, rows, squares = fields(proof, "method", "P", "least")
     n, m, least = len(H.A), len(H.D), numbers(squares, len(H.D))
@@ -334,7 +336,9 @@ def everywhere(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str
     need(all(e or (w and not c) for e, w, c in zip(least, weights, inverse)), "V may stay the same while phi is not 0")
     products, above, W = list[Any](), [list(row) for row in P], [list(row) for row in H.C]
     for i, one in enumerate(graphs):
-        need(one.reach == INF and not (theta[i] and any(H.D[i])), f"channel {i + 1} is not known, or has no integral")
+        top = one.sector[1] if one.reach == ZERO else ZERO
+        fits = one.reach in (INF, ZERO) and inverse[i] * top <= 1 and not (theta[i] and any(H.D[i]))
+        need(fits, f"channel {i + 1} is not known, steeper, or has no integral")
         crosses = [x for x, p in zip(one.cuts, one.pieces) if x and exact.value(p, x) == 0]
         for side, ends in ((-1, (-INF, ZERO)), (1, (ZERO, INF))):
             for a, b, p in one.between(*ends):

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
 from fractions import Fraction
 from itertools import chain, islice
 from typing import Any, NamedTuple, TypeAlias
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
-from lure.analysis.certificates.checker import ATTRACTS, CONVERGES, Proved, Refuted
+from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import system_of
-from lure.analysis.deadline import checkpoint, time_left
+from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.ellipsoids import (
     Disturbance,
     Ellipsoid,
@@ -25,57 +24,18 @@ from lure.analysis.inequality.ellipsoids import (
 )
 from lure.analysis.inequality.level_sets import level_set
 from lure.analysis.inequality.many_ellipsoids import MANY, many_ellipsoid
-from lure.analysis.inequality.semidefinite_forms import everywhere
-from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.polynomial import to_fraction
-from lure.analysis.questions.certify import ProofOptions, certify
-from lure.analysis.questions.region_sets import Shape, levels, matrix_of, rests_at_0
+from lure.analysis.questions.region_sets import Shape, levels, matrix_of
 from lure.arrays import NDArray, np
-from lure.errors import AssumptionError, InputError
 from lure.plants.multivariable import MultivariablePlant
 
 MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
-_BITS, _GLOBAL = 40, 5.0  # _GLOBAL: [s] for a proof that the region is everything
+_BITS = 40
 _TRIED = 8  # of the intervals proposed
 _FARTHER = 1.01  # along an axis, for another ellipsoid to be worth its certificate
 _MOST_DISTURBED = 12  # channels, from which on no disturbance is asked about
 _THIN, _LINE, _FLAT = Fraction(1, 1024), Fraction(1, 10**9), 1e14
 _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no state exceeds what reaches it
-
-
-def proved_everywhere(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Proved | None:
-    """A proof that 0 attracts every solution; None where none is found in a few seconds.
-
-    In the critical case solutions are proved to converge to the set of equilibria, which has to be 0 alone.  With a
-    double pole no class is stable, but what is known of the nonlinearities may do.
-
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of the nonlinearity of each channel.
-    """
-    single, nonlinearities = plant.inputs == 1, [shape.nonlinearity for shape in shapes]
-    block, given = (plant.channel(0, 0), nonlinearities[0]) if single else (plant, list(nonlinearities))
-    with suppress(InputError, AssumptionError):
-        found = certify(block, given, ways=ProofOptions(seconds=max(1e-3, min(_GLOBAL, time_left()))))
-        shown = found.shown
-        if isinstance(shown, Proved) and not found.assumed and not shown.assumed:
-            conclusion = shown.certificate["conclusion"]
-            if conclusion == ATTRACTS or (conclusion == CONVERGES and rests_at_0(plant, shapes)):
-                return shown
-    if plant.dt is not None or not all(shape.pieces for shape in shapes):
-        return None
-    bounds = [nonlinearity_bounds(one).sector_upper for one in nonlinearities]
-    tops = [Fraction(one.outer) if math.isfinite(one.outer) and one.outer > 0 else None for one in bounds]
-    draft = {"verdict": "PROVED", "system": system_of(plant), "theorem": "global-popov"}
-    draft["laws"] = {"graphs": [shape.entry(None) for shape in shapes]}
-    for one in everywhere([plant.A, plant.B, plant.C, plant.D], tops):
-        with suppress(Rejected, Malformed):
-            shown = checked(draft | {"multiplier": one.multiplier, "proof": one.proof})
-            return shown if isinstance(shown, Proved) else None
-    return None
 
 
 # Ellipsoids.

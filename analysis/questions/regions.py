@@ -27,10 +27,10 @@ from lure.analysis.questions.region_curves import (
     within,
 )
 from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set
+from lure.analysis.questions.region_everywhere import proved_everywhere
 from lure.analysis.questions.region_proofs import (
     ellipsoids_along,
     proved_ellipsoid,
-    proved_everywhere,
     proved_growth,
     proved_level_set,
 )

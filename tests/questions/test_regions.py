@@ -261,6 +261,8 @@ def test_a_loop_that_is_stable_from_everywhere_says_so():
         (([1, 1], [1, 0, 0]), Cubic(cubic=1), True),
         (([1, 3, 2], [1, 4, 0, 0]), Saturation(), True),
         (([1, 0], [1, 0, 4]), Saturation(), True),
+        (([1, 1], [1, 0, 0]), Tanh(), True),
+        (([1, 1], [1, 0, 0]), "sigma/(1 + sigma**2)", False),  # which falls beyond 1
         (([1, 1], [1, 0, 0]), DeadZone(), False),
         (([1, 3, 3], [1, 0, 0, 0]), Saturation(), False),
         (([[0, 1, 0], [0, 0, 0], [0, 0, 0]], [0, 1, 0], [1, 1, 0], 0), Saturation(), False),
@@ -326,10 +328,16 @@ GLOBAL = {
             {"kind": "piecewise-polynomial", "cuts": ["0", "1"], "pieces": [["0"], ["0", "1"], ["1"]]},
         ),
         ("laws", "graphs", 0, {"kind": "sector", "sector": ["0", "1"], "reach": "5"}),
+        ("laws", "graphs", 0, {"kind": "sector", "sector": ["0", "1"], "reach": "0"}),
+        ("laws", "graphs", 0, {"kind": "signed", "top": "2"}),  # of which phi/sigma may be 2
+        ("laws", "graphs", 0, {"kind": "signed", "top": "-1"}),
         ("verdict", "REFUTED"),
     ],
 )
 def test_what_attracts_everything_is_accepted_as_it_is_and_changed_by_neither(change):
+    any_of_them = complete_and_check(GLOBAL | {"laws": {"graphs": [{"kind": "signed", "top": "1"}]}}).certificate
+    assert recheck(dict(any_of_them)).accepted
+    assert_both_reject(edited(any_of_them, "theorem", value="local-circle"))
     good = complete_and_check(GLOBAL).certificate
     assert (good["conclusion"], recheck(dict(good)).accepted) == ("0 attracts every motion", True)
     *path, value = change

@@ -49,6 +49,10 @@ def read_graph(value: object) -> Graph:
     NotShown
         It is none.
     """
+    if mapping(value).get("kind") == "signed":  # a class, of no known member, and so known up to 0
+        top = number(record(value, "kind", "top")["top"])
+        require(top > 0, "a slope is not positive")
+        return Graph(sector=(Fraction(0), top), reach=Fraction(0))
     if mapping(value).get("kind") == "sector":
         found = record(value, "kind", "sector", "reach")
         low, high = numbers(found["sector"])

@@ -279,8 +279,10 @@ def _require_everywhere(loop: Loop, document: Document) -> None:
         require(square > 0 or (weight > 0 and slack == 0), "V is not said to fall where phi is not 0")
     grows, M, C = P + 0 * P, -loop.form(P), fmpq_mat([row[:n] for row in loop.Y.tolist()])
     for i, graph in enumerate(loop.graphs):
-        require(graph.reach is None, "a nonlinearity is not known everywhere")
-        for sign in (1, -1):  # sign phi(sign x) > 0 for x > 0, at the cuts, too
+        signed = graph.reach == 0
+        require(graph.reach is None or signed, "a nonlinearity is not known everywhere")
+        require(not signed or inverse[i] * graph.sector[1] <= 1, "phi may be steeper than the multiplier says")
+        for sign in () if signed else (1, -1):  # sign phi(sign x) > 0 for x > 0, at the cuts, too
             require(all(_at(graph, cut) != 0 for cut in graph.cuts if cut != 0), "phi has another zero")
             for start, end, piece in pieces_of(graph, Fraction(sign)):
                 left, size = max(start or Fraction(0), Fraction(0)), sign * piece
