@@ -244,6 +244,7 @@ def proved(
         falls = windows.at_rest(falls, H, [l for l, _ in bounds], zero[0])
         rest["residue"] = windows.rested(zero[0])
     if resting:
+        need(not any(one.memory for one in before.families), "with play and stop no form is semidefinite")
         return unsettled(H, asked, name, falls, above)
     need(positive_definite(above), "V > 0 fails, or is undecided")
     need(positive_definite(falls), "the inequality of P fails, or is undecided")

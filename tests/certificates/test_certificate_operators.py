@@ -217,6 +217,7 @@ TAMPERED = [
     (RESTING, "proof", "semidefinite", False),
     (RESTING, "proof", {"method": "matrix", "P": [["0"], ["0", "1"]], "exponent": 0}),
     (RESTING, "system", "D", [["0", "0"], ["1", "0"]]),
+    (RESTING, "laws", "channels", 0, function(0, 5, slope=["0", "5"], memory="play")),
     (RESTING, "conclusion", ATTRACTS),
     (HIDDEN, "proof", "omega", "0"),  # which is that of a pole
     (HIDDEN, "proof", "omega", "1"),

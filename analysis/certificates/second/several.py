@@ -108,6 +108,7 @@ def shown(document: Document) -> str:
             require_storage(document, asked)
             return claims.GAIN if asked.performance else claims.EQUILIBRIA
         if remembering(asked):
+            require("semidefinite" not in document.proof, "with memory no form is semidefinite")
             require(not _proved(document, increments(asked)), "with memory an eigenvalue 0 is not covered")
             return claims.GAIN if asked.performance else claims.EQUILIBRIA
         kept = document.theorem in ("piecewise-circle", "piecewise-popov")
