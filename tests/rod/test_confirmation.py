@@ -10,6 +10,7 @@ from motions import NODES, WEIGHTS, other_rod, unit_rod
 
 from lure.analysis.rod.confirmation import Track, lyapunov_theta, rod_energy, rod_lyapunov, rod_zeta
 from lure.analysis.rod.confirmation.functionals import lyapunov_weights, track_z, zeta_gain
+from lure.analysis.rod.confirmation.rod_side import balance
 from lure.analysis.rod.energy import deflated_coordinate
 from lure.errors import AssumptionError
 from lure.rod import Scenario, upwind
@@ -168,3 +169,12 @@ def test_a_track_gives_the_motion_at_edges_and_between():
     motion = exact_motion(rod, DATA, track.reached)
     t = np.sort(np.concatenate([2 * w.number + w.edges for w in track.windows] + [np.linspace(0, 24, 500)]))
     assert track_z(track, t) == pytest.approx(motion.z(t), abs=1e-14)
+
+
+def test_the_balance_of_a_motion_whose_last_round_trip_is_cut_off_under_load_holds():
+    rod, pushed = other_rod(damping=0.3), Scenario.parse(velocity="0.2*cos(9*x)", force="0.3 + 0.2*sin(9*t)")
+    for until in (5.3, 8.01):
+        windows = tuple(motion_windows(rod, pushed, until * rod.travel_time))
+        assert windows[-1].edges[-1] < 1.5
+        assert windows[-1].push[-1].any()  # in contact, so that V differs from W
+        assert balance(Track(rod=rod, scenario=pushed, windows=windows)) < 1e-13

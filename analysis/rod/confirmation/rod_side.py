@@ -143,7 +143,8 @@ def balance(track: Track) -> float:
         The motion, with or without loads.
     """
     rod, start = track.rod, 2.0 * np.arange(len(track.windows), dtype=np.float64)
-    brought, taken = (of_record(track.record, start, start + 2.0, returned=returned) for returned in (False, True))
+    stop = np.append(start[1:], start[-1] + track.record.stop)
+    brought, taken = (of_record(track.record, start, stop, returned=returned) for returned in (False, True))
     share = 0.25 * rod.impedance * rod.travel_time
     z = np.array([track.scenario.contact_coordinate(rod), *(float(right_ends(w.z)[-1]) for w in track.windows)])
     stored = rod.area * rod.nonlinearity.primitive(z)
