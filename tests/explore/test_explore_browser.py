@@ -255,6 +255,8 @@ def test_nothing_runs_out_of_the_page(browser, folder, width, scheme):
     assert page.is_visible("#brief") == (width == 390)  # on a phone the verdict is in sight before its card is
     verdict, k = page.get_attribute("#verdict", "data-verdict"), page.input_value("#k")
     assert page.text_content("#brief") == f"{verdict}, k = {k}"
+    page.locator("#rod").scroll_into_view_if_needed()  # whose verdicts are others
+    page.wait_for_selector("#brief", state="hidden")
     assert said == []
     page.context.close()
 

@@ -178,14 +178,19 @@ function showVerdict(verdict, sentence) {
   $("verdict").classList.remove("old");
 }
 
-/** On a phone the verdict, or what is waited for, stays in sight while its card is not. */
+/** On a phone the verdict, or what is waited for, stays in sight while its card is not, nor a panel with verdicts of its own. */
 function brief() {
   const { verdict } = $("verdict").dataset;
   $("brief").className = `${verdict ?? ""} ${$("verdict").classList.contains("old") ? "old" : ""}`;
   $("brief").textContent = verdict ? `${verdict}, k = ${state.k}` : $("verdict").textContent;
 }
 new MutationObserver(brief).observe($("verdict"), { attributes: true, childList: true });
-new IntersectionObserver(([card]) => { $("brief").hidden = card.isIntersecting; }).observe($("verdict-card"));
+const inSight = new Map();
+const watch = new IntersectionObserver((cards) => {
+  for (const card of cards) inSight.set(card.target, card.isIntersecting);
+  $("brief").hidden = [...inSight.values()].includes(true);
+});
+for (const card of [$("verdict-card"), ...document.querySelectorAll(".results > details")]) watch.observe(card);
 brief();
 
 /** Nothing is known of this plant and class, yet or at all: no number of another one stays. @param {string} text */
