@@ -42,12 +42,8 @@ def examined(
         form(isinstance(inner, dict) and inner.get("method", "part") not in METHODS, "a proof is missing")
         one, laws, words = part(H, asked, given, *where)
         _, conclusion, found, _ = judged(verdict, one, laws, None, name, data, inner)
-        return (
-            False,
-            ends.index(conclusion),
-            facts | {"part": f"the loop of {words} does not touch the others"} | found,
-            "",
-        )
+        facts |= {"part": f"the loop of {words} does not touch the others"} | found | facts
+        return False, ends.index(conclusion), facts, ""
     _, listed, *basis = fields(proof, "method", "parts", *["basis"] * ("basis" in proof))
     form(isinstance(listed, list) and len(listed) > 1 and fields(data) == [], "there are two parts or more")
     need(name in THEOREMS, f"there is no theorem {name!r:.40} of loops side by side")

@@ -65,7 +65,7 @@ def twice_accepted(shown):
 
 @pytest.fixture(scope="module")
 def slow():
-    return max_slope(beside(SLOW, SLOW), [SLOPE, SLOPE])
+    return max_slope(beside(SLOW, SLOW), [SLOPE, SLOPE], criterion="coupled-windows")
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,8 @@ def relu():
 
 @pytest.mark.parametrize("ratio", [F(1), F(7, 3)])
 def test_loops_beside_each_other_reach_as_far_as_alone(slow, ratio):
-    found = slow if ratio == 1 else max_slope(scaled(beside(SLOW, LEARNING), ratio), [ODD, ODD])
+    named = {"criterion": "coupled-windows"}
+    found = slow if ratio == 1 else max_slope(scaled(beside(SLOW, LEARNING), ratio), [ODD, ODD], **named)
     limit = 18.97503285 if ratio == 1 else 1.07136931
     assert limit * (1 - 1e-5) < found.largest.low < limit
     assert found.refuted_at == pytest.approx(limit, rel=1e-6)

@@ -189,9 +189,10 @@ def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, messag
 
 
 def test_what_is_not_covered_beside_memory_is_inconclusive():
-    plant = as_plant([["1/(s+1)", "0"], ["0", "1/(s+1)"]])
-    shown = certify(plant, [PLAY, NonlinearityClass.norm_bounded(0.1)])
-    assert shown.verdict.name == "INCONCLUSIVE"
+    rows = [["1/(s+1)", "0"], ["0", "1/(s+1)"]]
+    for link, verdict in (("0", "PROVED"), ("1/(s+2)", "INCONCLUSIVE")):  # side by side, and one driving the other
+        shown = certify(as_plant([rows[0], [link, rows[1][1]]]), [PLAY, NonlinearityClass.norm_bounded(0.1)])
+        assert shown.verdict.name == verdict
     one = memory("play", 1)
     assert contains(memory("play", 2), one)
     assert not contains(memory("play", 2), memory("stop", 1))

@@ -218,6 +218,7 @@ def test_a_member_of_one_part_refutes_the_whole():
     shown = both(COUNTER)
     assert isinstance(shown, Refuted)
     assert shown.facts["part"] == "the loop of channel 2 does not touch the others"
+    assert shown.facts["class"].startswith("channel 1: ")  # of the whole
 
 
 def test_a_nonlinearity_may_be_repeated_over_parts_and_an_operator_on_all_its_channels_may_not():
