@@ -13,17 +13,20 @@ from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILL
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.cm import ScalarMappable
     from matplotlib.collections import LineCollection
     from matplotlib.colors import Normalize
 
 LOOKS = (("PROVED", BLUE, "o"), ("INCONCLUSIVE", "#c8c8c8", "s"), ("REFUTED", VERMILLION, "x"))
+_FAILED = ("failed", "#111111", "+")
 _CRITERIA = (BLUE, VERMILLION, GREEN, PURPLE, GREY, "#e69f00", "#56b4e9", "#111111")
 _MANY = 200  # from so many values on colours leave the largest hundredth out
 FILLED = 2000  # from so many points on a map has cells in place of marks
 _FEW = 400  # up to so many points have large marks
 _ENDLESS = "#c8c8c8"
 _LEVELS = 4
+_WORDS, _LONGEST_WORD = 7, 16  # along an axis whose values are no numbers
 
 
 class Plane(NamedTuple):
@@ -88,14 +91,16 @@ def verdicts_drawn(plane: Plane, more: Sequence[xarray.Dataset] = (), *, ax: Axe
     axes = axes_or_new(ax)
     verdicts = plane.data["verdict"].values
     x, y = _coordinates(plane)
+    looks = [(name.lower(), colour, marker, verdicts == name) for name, colour, marker in LOOKS]
+    looks.append((*_FAILED, (verdicts == "") & (plane.data["error"].values != "")))
     if _is_map(plane):
-        _cells(axes, plane, [(name.lower(), colour, verdicts == name) for name, colour, _ in LOOKS])
+        _cells(axes, plane, [(name, colour, chosen) for name, colour, _, chosen in looks])
     else:
-        for name, colour, marker in LOOKS:
-            chosen = verdicts.ravel() == name
-            if chosen.any():
-                few = verdicts.size <= FILLED
-                axes.plot(x[chosen], y[chosen], marker, color=colour, label=name.lower(), ms=3, rasterized=not few)
+        few = verdicts.size <= FILLED
+        for name, colour, marker, chosen in looks:
+            at = chosen.ravel()
+            if at.any():
+                axes.plot(x[at], y[at], marker, color=colour, label=name, ms=3, rasterized=not few)
     for data in more if len(_names(plane)) == 2 else ():
         a, b = (np.asarray(data[name].values, dtype=float) for name in _names(plane))
         for name, colour, marker in LOOKS:
@@ -227,11 +232,16 @@ def drawn_keys(data: xarray.Dataset) -> list[str]:
 
 
 def _colour_bar(axes: Axes, drawn: ScalarMappable, label: str) -> None:
-    """Beside the axes, with room for its label where they are the figure's only ones."""
-    if len(axes.figure.axes) == 1 and axes.figure.get_layout_engine() is None:
-        axes.figure.set_layout_engine("constrained")  # type: ignore[union-attr]
+    """Beside the axes, with room for its label."""
+    _roomy(axes)
     values: np.ndarray[Any, Any] = np.ma.asarray(drawn.get_array()).compressed()
     axes.figure.colorbar(drawn, ax=axes, label=label, extend="max" if (values > drawn.norm.vmax).any() else "neither")
+
+
+def _roomy(axes: Axes) -> None:
+    """Room for what stands beside axes that are the only ones of their figure."""
+    if len(axes.figure.axes) == 1 and axes.figure.get_layout_engine() is None:
+        axes.figure.set_layout_engine("constrained")  # type: ignore[union-attr]
 
 
 def _legend(axes: Axes) -> None:
@@ -379,3 +389,21 @@ def _labelled(axes: Axes, plane: Plane, x: np.ndarray[Any, Any], y: np.ndarray[A
     if len(names) == 1 and len(y):
         axes.set_yticks([])
     finish_axes(axes)
+    for name, axis in zip(names, (axes.xaxis, axes.yaxis), strict=False):
+        values = plane.data[name].values
+        if values.dtype.kind not in "if":
+            _worded(axis, [str(each) for each in values])
+
+
+def _worded(axis: Axis, words: Sequence[str]) -> None:
+    """Ticks with words in place of numbers, as many as have room, the beginning of those that are long."""
+    from matplotlib.ticker import NullLocator
+
+    places = range(0, len(words), -(-len(words) // _WORDS))
+    shown = [each if len(each) <= _LONGEST_WORD else f"{each[: _LONGEST_WORD - 1]}…" for each in words]
+    axis.set_ticks(list(places), [shown[i] for i in places])
+    axis.set_minor_locator(NullLocator())
+    if axis is axis.axes.xaxis and sum(len(shown[i]) for i in places) > 2 * _LONGEST_WORD:
+        for each in axis.get_ticklabels():
+            each.set(rotation=20, ha="right")
+    _roomy(axis.axes)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import xarray
 
 _LISTED = 4
-_VALUES = ("largest_low", "slowest_decay", "scheme_slowest_decay", "low", "high", "margin")
+_VALUES = ("largest_low", "slowest_decay", "scheme_slowest_decay", "low", "high")
 
 
 def page_of(path: Path, reports: Callable[[int, str, Sequence[str]], str] | None = None) -> str:
@@ -158,7 +158,7 @@ class Point(NamedTuple):
         return ", ".join(self.settings)
 
 
-_WORST = ("largest_low", "slowest_decay", "margin", "low")  # the less, the worse
+_WORST = ("largest_low", "slowest_decay", "low")  # the less, the worse
 
 
 def _to_look_at(data: xarray.Dataset, study: Mapping[str, Any]) -> Iterator[Point]:

@@ -80,6 +80,7 @@ def test_colours_cover_what_was_asked_and_no_more():
     # intervals of a at k = 1 and k = 3: bars at these two, nothing at k = 2
     coordinates = {"k": [1.0, 3.0], "a": [1.5, 2.5], "a bounds": (("a", "end"), [[1.0, 2.0], [2.0, 3.0]])}
     data = xarray.Dataset({"verdict": (("k", "a"), [["PROVED", "REFUTED"], ["PROVED", "PROVED"]])}, coordinates)
+    data["error"] = xarray.full_like(data["verdict"], "")
     plane = Plane(data, ("k", "a"), "")
     axes = drawn(plane)
     assert len(axes.collections) == 2  # one of what is proved, one of what is refuted
@@ -93,10 +94,20 @@ def test_colours_cover_what_was_asked_and_no_more():
     wide = xarray.Dataset(
         {"verdict": (("k", "a"), np.full((50, 40), "PROVED"))}, {"k": np.arange(50), "a": np.arange(40)}
     )
-    plane = Plane(wide, ("k", "a"), "")
+    plane = Plane(wide.assign(error=xarray.full_like(wide["verdict"], "")), ("k", "a"), "")
     box = drawn(plane).collections[0].get_coordinates()
     assert (box.min(), box[..., 0].max(), box[..., 1].max()) == (0, 49, 39)
     assert covered(plane) == "Each colour is the answer at one point: nothing is said of what lies between."
+
+
+def test_points_that_failed_are_drawn_and_words_stand_along_their_axis():
+    words = ["1/s", "a formula that is longer", "true"]
+    data = xarray.Dataset({"verdict": (("f", "a"), [["PROVED", "", ""]] * 3)}, {"f": words, "a": [1.0, 2.0, 3.0]})
+    data["error"] = (("f", "a"), [["", "no plant", ""]] * 3)  # and the third is not computed yet
+    axes = drawn(Plane(data, ("f", "a"), ""))
+    assert [line.get_label() for line in axes.lines] == ["proved", "failed"]
+    assert axes.lines[1].get_xydata().tolist() == [[0, 2], [1, 2], [2, 2]]
+    assert [each.get_text() for each in axes.get_xticklabels()] == ["1/s", "a formula that …", "true"]
 
 
 def test_values_of_few_points_are_marks_and_infinite_ones_are_told_apart():
