@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -44,11 +45,8 @@ def sweep(
     verbose: Verbose = False,
 ) -> int:
     """Answer a question for every point of a study."""
-    try:
-        import xarray  # noqa: F401  (said in one sentence where it is missing)
-        import zarr  # noqa: F401
-    except ImportError:
-        raise InputError("sweeps need Zarr and xarray; install the extra: pip install 'lure[sweep]'") from None
+    if not (find_spec("zarr") and find_spec("xarray")):  # asked, not imported, which takes half a second
+        raise InputError("sweeps need Zarr and xarray; install the extra: pip install 'lure[sweep]'")
     if report:
         from lure.analysis.output import write_new
         from lure.analysis.sweeps.page import page_of

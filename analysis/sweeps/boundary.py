@@ -40,7 +40,7 @@ def steps(store: Store) -> list[Step]:
         Of a study over numbers, done.
     """
     study = store.study
-    verdicts = _verdicts(store).reshape(*study.shape, len(study.ask))
+    verdicts = _verdicts(store)
     values = [[float(each) for each in axis.coordinates] for axis in study.axes]
     found = []
     for axis in range(len(study.axes)):
@@ -68,7 +68,7 @@ def halved(store: Store) -> Iterator[Store]:
             return
         between = Store(store.path / FOLDER / str(time), _listed(study, tuple(points)))
         yield between
-        verdicts = _verdicts(between).reshape(len(points), len(study.ask))
+        verdicts = _verdicts(between)
         left = [
             step._replace(low=point) if tuple(verdict) == step.verdict else step._replace(high=point)
             for step, point, verdict in zip(left, points, verdicts, strict=True)
@@ -95,10 +95,6 @@ def _listed(study: Study, points: tuple[tuple[float, ...], ...]) -> Study:
 
 
 def _verdicts(store: Store) -> np.ndarray[Any, Any]:
-    """The verdict of every point, (points, questions), in the order of the points."""
+    """The verdict of every point to each question, (*shape of the study, questions)."""
     study = store.study
-    found = np.empty((*study.shape, len(study.ask)), dtype="U12")
-    for number in range(study.chunks):
-        region = study.region(number)
-        found[region] = store.values(number)["verdict"].reshape(found[region].shape)
-    return found
+    return store.values("verdict").astype("U12").reshape(*study.shape, len(study.ask))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from concurrent.futures import CancelledError, Future
+import asyncio
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from typing import Any
@@ -34,9 +35,12 @@ class Cluster:
         except ImportError:
             raise InputError("--scheduler needs Dask; install the extra: pip install 'lure[sweep]'") from None
         try:
+            with ThreadPoolExecutor(1) as aside:  # whether a loop of events runs here or not
+                aside.submit(asyncio.run, _greeted(address)).result()
             self._client: Any = Client(address, timeout=_PATIENCE, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
-            raise InputError(f"no Dask scheduler answers at {address!r} ({error}); start one: dask scheduler") from None
+            said = str(error) or f"within {_PATIENCE} s"
+            raise InputError(f"no Dask scheduler answers at {address!r} ({said}); start one: dask scheduler") from None
         self._address = address
         with suppress(TimeoutError):
             self._client.wait_for_workers(1, timeout=_PATIENCE)
@@ -90,6 +94,16 @@ class Cluster:
     def shutdown(self) -> None:
         """Leave the cluster as it is."""
         self._client.close(timeout=2)
+
+
+async def _greeted(address: str) -> None:
+    """Wait for the first word of a scheduler, for which a client of Dask would wait for ever."""
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    given = Security().get_connection_args("client")
+    comm = await asyncio.wait_for(connect(address, timeout=_PATIENCE, **given), _PATIENCE)
+    comm.abort()
 
 
 def _computed_alone(number: int, job: Job) -> int:

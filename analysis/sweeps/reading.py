@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from decimal import Decimal
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import numpy as np
 
 from lure.analysis.sweeps.rows import refusal
 from lure.analysis.sweeps.study import QUESTIONS, Axis, Distribution, Draw, Study
-from lure.errors import InputError
+from lure.errors import InputError, did_you_mean
 from lure.exact import exact_number
 from lure.extensions import extension
 from lure.files.reading import MAX_BYTES, tables_of
@@ -81,7 +82,8 @@ def study_of(tables: Mapping[str, Any], *, folder: Path = Path()) -> Study:
     unknown = [key for key in tables if key not in _KEYS]
     if unknown:
         raise InputError(
-            f"unknown key {shown(unknown[0])} of a study; it has system, ask, chunk, refine, [over], [boxes] and [draw]"
+            f"unknown key {shown(unknown[0])} of a study; {did_you_mean(unknown[0], _KEYS)}it has system, ask, chunk, "
+            "refine, [over], [boxes] and [draw]"
         )
     system, over, boxes = tables.get("system"), tables.get("over"), tables.get("boxes", {})
     if not isinstance(system, str):
@@ -129,8 +131,9 @@ def study_of(tables: Mapping[str, Any], *, folder: Path = Path()) -> Study:
 
 def _demand_served(study: Study) -> None:
     """Refuse, before anything is computed, keys that the system has not and questions of another kind of system."""
+    cut = {axis.key for axis in study.axes if axis.edges}
     for key in study.keys:
-        study.source.check_key(key)
+        study.source.check_key(key, "[boxes]" if key in cut else "[over]")
     if study.boxes:
         try:
             study.source.changed(study.settings((0,) * len(study.shape)))
@@ -267,8 +270,19 @@ def _axis(key: str, value: object, *, table: str = "over", more: int = 0) -> Axi
         raise InputError(f"{table}.{key}.count is {count}; give at most {MOST_POINTS}")
     if spacing == "log" and not (low > 0 and high > 0):
         raise InputError(f"{table}.{key} has spacing 'log' from {low:g} to {high:g}; give positive ends")
-    spaced = np.geomspace if spacing == "log" else np.linspace
-    return Axis(key, tuple(repr(float(each)) for each in spaced(low, high, count + more)), spacing=spacing)
+    spaced = np.geomspace(low, high, count + more).tolist() if spacing == "log" else _even(low, high, count + more)
+    return Axis(key, tuple(map(repr, spaced)), spacing=spacing)
+
+
+def _even(low: float, high: float, count: int) -> list[float]:
+    """Evenly spread values between the decimals that two numbers are written as, each the double next to it.
+
+    So a grid from -0.1 to 0.2 holds 0, where steps of doubles give 1.4e-17, which another verdict may be about.
+    """
+    first, second, steps = Fraction(repr(low)), Fraction(repr(high)), max(count - 1, 1)
+    whole = math.lcm(first.denominator, second.denominator)
+    a, b = int(first * whole), int(second * whole)
+    return [(a * (steps - i) + b * i) / (whole * steps) for i in range(count)]
 
 
 def _distribution(key: str, value: object) -> Distribution:
@@ -300,7 +314,8 @@ def _draw(value: object) -> Draw:
         raise InputError(f"draw is {_said(value)}; give a table [draw] with count, and perhaps seed and method")
     unknown = [key for key in value if key not in ("count", "seed", "method")]
     if unknown:
-        raise InputError(f"unknown key draw.{shown(unknown[0])[1:-1]}; [draw] has count, seed and method")
+        hint = did_you_mean(unknown[0], ("count", "seed", "method"))
+        raise InputError(f"unknown key draw.{shown(unknown[0])[1:-1]}; {hint}[draw] has count, seed and method")
     count, seed, method = value.get("count"), value.get("seed", 0), value.get("method", "random")
     for name, number, least in (("count", count, 1), ("seed", seed, 0)):
         if isinstance(number, bool) or not isinstance(number, int) or number < least:
@@ -318,7 +333,8 @@ def _said(value: object) -> str:
 def _only(key: str, value: Mapping[str, Any], known: tuple[str, ...]) -> None:
     unknown = [each for each in value if each not in known]
     if unknown:
-        raise InputError(f"unknown key {key}.{shown(unknown[0])[1:-1]}; give {', '.join(known)}")
+        hint = did_you_mean(unknown[0], known)
+        raise InputError(f"unknown key {key}.{shown(unknown[0])[1:-1]}; {hint}give {', '.join(known)}")
 
 
 def _number(name: str, value: object) -> float:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import gc
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -13,6 +15,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from multiprocessing import forkserver
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
@@ -37,7 +40,7 @@ ONE_IN = 1000  # rows that are computed again
 MOST_AGAIN = 1000
 _LOST = 3  # deaths of a process in turn, without a chunk done between them, after which the run ends
 _READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
-_WATCH = 1.0  # [s] between two looks for a parent that has died
+_WATCH = 1.0  # [s] between two looks for a scheduler that went away
 
 
 class SweepSummary(Record):
@@ -180,8 +183,8 @@ class _Asked(NamedTuple):
 
 def _complete(store: Store, asked: _Asked) -> tuple[int, int]:
     """Compute what is left of a study: how many points, and how many times a process died."""
-    store.open()
-    study, done = store.study, store.done()
+    study, there = store.study, store.there()
+    done = store.done() if there else set()
     left = [number for number in range(study.chunks) if number not in done]
     job = Job(
         path=str(store.path.resolve()),
@@ -191,8 +194,7 @@ def _complete(store: Store, asked: _Asked) -> tuple[int, int]:
         seconds=asked.seconds,
     )
     run = _Run(store, left, job, asked.tell)
-    if left:
-        run.everything(lambda: _pool(min(asked.workers, len(left)), asked.scheduler))
+    run.everything(lambda: _pool(min(asked.workers, len(left)), asked.scheduler), make=not there)
     missing = set(left) - store.done()
     if missing:
         raise InputError(
@@ -211,11 +213,18 @@ class _Run:
         self.lost = self.in_vain = 0
         self.finished = store.study.chunks - len(left)
 
-    def everything(self, opened: Callable[[], Pool]) -> None:
-        """Compute them all; a pool whose process died is opened anew."""
+    def everything(self, opened: Callable[[], Pool], *, make: bool) -> None:
+        """Compute them all; a pool whose process died is opened anew.
+
+        A store that is to be made is made after the first pool is there: one that never comes leaves nothing behind,
+        and processes begin meanwhile.
+        """
         while self.waiting:
             pool = opened()
             try:
+                if make:
+                    self.store.make()
+                    make = False
                 self._with(pool)
             finally:
                 pool.shutdown()
@@ -235,7 +244,7 @@ class _Run:
                     del running[future]
                     self.finished, self.in_vain = self.finished + 1, 0
                     self.tell(f"{self.store.study.system}", self.finished / self.store.study.chunks)
-        except BrokenProcessPool:
+        except (BrokenProcessPool, ImportError):  # what is imported here is not for want of memory alone
             self._after_loss(list(running.values()))
 
     def _after_loss(self, begun: list[int]) -> None:
@@ -244,8 +253,9 @@ class _Run:
         left = [number for number in begun if number not in done]
         self.lost += 1
         self.in_vain = self.in_vain + 1 if len(done) == self.finished else 1
-        if self.in_vain >= _LOST and left:
-            first = self.store.study.settings([part.start for part in self.store.study.region(left[0])])
+        at = (left or self.waiting[::-1])[:1]  # none was handed out where no process could begin
+        if self.in_vain >= _LOST and at:
+            first = self.store.study.settings([part.start for part in self.store.study.region(at[0])])
             raise InputError(
                 f"a process died {_LOST} times before anything was done at {', '.join(first)}, of too little memory "
                 f"perhaps; what is done is kept in {self.store.path}: give fewer --workers and run it again"
@@ -273,18 +283,25 @@ class _Here:
 
 
 class _Processes:
-    """Processes of this machine."""
+    """Processes of this machine: copies of one that has imported what they need, where the system has a cheap copy."""
 
     def __init__(self, workers: int) -> None:
-        context, self.workers = multiprocessing.get_context("spawn"), workers
-        self._pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(os.getpid(),))
+        self.workers, linux = workers, sys.platform.startswith("linux")
+        if linux:
+            forkserver.set_forkserver_preload(_imported())
+            forkserver.ensure_running()
+        context = multiprocessing.get_context("forkserver" if linux else "spawn")
+        self._pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin)
 
     def check(self) -> None:
         """The pool itself tells when a process has died."""
 
     def submit(self, number: int, job: Job) -> Future[int]:
         """Have a chunk computed by one that is free."""
-        return self._pool.submit(computed, number, job)
+        try:
+            return self._pool.submit(computed, number, job)
+        except (OSError, EOFError) as error:  # the process that is copied has died
+            raise BrokenProcessPool(str(error)) from None
 
     def shutdown(self) -> None:
         """Let them finish what they are at."""
@@ -299,16 +316,23 @@ def _pool(workers: int, scheduler: str | None) -> Pool:
     return _Here() if workers == 1 else _Processes(workers)
 
 
-def _begin(parent: int) -> None:
-    """Of a process: leave interrupts to the parent, and end when it has died."""
+def _imported() -> list[str]:
+    """What the question has had imported here, as it was asked of a point when the study was read."""
+    return [name for name in sys.modules if name.startswith("lure.") and not {"cli", "plots"} & set(name.split("."))]
+
+
+def _begin() -> None:
+    """Of a process: leave interrupts to the parent, end when it has died, look for no garbage in what is imported."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None, "it has been started by one"
 
     def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(_WATCH)
+        parent.join()
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+    gc.freeze()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -392,7 +416,7 @@ def computed(number: int, job: Job) -> int:
         _KNOWN.clear()
         store = _KNOWN[job.path, job.digest] = Store(Path(job.path), job.study)
     study = store.study
-    points: list[list[Row]] = []
+    rows: list[Row] = []
     kept: list[Certificate] = []
     with _writing(store.path):
         store.begin(number)
@@ -401,12 +425,12 @@ def computed(number: int, job: Job) -> int:
             answers = [answered(study.source, place, one, job.seconds) for one in study.ask]
             if interrupted.is_set():  # a search hands back what it had so far: no answer to keep
                 raise KeyboardInterrupt
-            points.append([each.row for each in answers])
+            rows += [each.row for each in answers]
             if job.keep == "all" or (job.keep == "sample" and not kept):
                 kept += [one for each in answers for one in each.certificates]
     with _writing(store.path):
-        store.write(number, points, kept)
-    return len(points)
+        store.write(number, rows, kept)
+    return study.size(number)
 
 
 # Rows again, by another way.
@@ -431,22 +455,15 @@ def computed_again(store: Store, seconds: float | None = None) -> int:
     count = min(max(study.points // ONE_IN, 1), MOST_AGAIN)
     chosen = np.random.default_rng(int(study.digest[:15], 16)).choice(study.points, count, replace=False)
     places = np.stack(np.unravel_index(np.sort(chosen), study.shape), axis=1)
-    by_chunk: dict[int, list[tuple[int, ...]]] = {}
-    for place in places.tolist():
-        by_chunk.setdefault(study.chunk_with(place), []).append(tuple(place))
-    source, again = system_source(study.reference), 0
-    for number, members in by_chunk.items():
-        values, start = store.values(number), [part.start for part in study.region(number)]
-        for place in members:
-            inside, has_answer = tuple(i - first for i, first in zip(place, start, strict=True)), False
-            for i, question in enumerate(study.ask):
-                where = (*inside, *([i] if len(study.ask) > 1 else []))
-                found = answered(source, study.settings(place), question, seconds, plain=True)
-                kept = {name: each[where] for name, each in values.items()}
-                _demand_agreement(store, study.settings(place), found, kept)
-                has_answer |= not found.row.get("error")
-            again += has_answer
-    return again
+    source, answers = system_source(study.reference), np.zeros(count, dtype=bool)
+    for i, question in enumerate(study.ask):
+        asked = np.insert(places, places.shape[1], i, axis=1) if len(study.ask) > 1 else places
+        values = {name: store.values(name, asked) for name in store.variables}
+        for j, place in enumerate(places.tolist()):
+            found = answered(source, study.settings(place), question, seconds, plain=True)
+            _demand_agreement(store, study.settings(place), found, {name: each[j] for name, each in values.items()})
+            answers[j] |= not found.row.get("error")
+    return int(answers.sum())
 
 
 def _demand_agreement(store: Store, settings: list[str], found: Answered, kept: Mapping[str, Any]) -> None:

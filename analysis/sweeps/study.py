@@ -179,9 +179,19 @@ class Study:
         """How many chunks there are."""
         return math.prod(self._blocks)
 
-    @property
+    @cached_property
     def _blocks(self) -> tuple[int, ...]:
         return tuple(-(-length // size) for length, size in zip(self.shape, self.chunk, strict=True))
+
+    def block(self, number: int) -> tuple[int, ...]:
+        """Where a chunk stands among the others, along each dimension.
+
+        Parameters
+        ----------
+        number : int
+            Of the chunk, from 0.
+        """
+        return tuple(map(int, np.unravel_index(number, self._blocks)))
 
     def region(self, number: int) -> tuple[slice, ...]:
         """Where the points of a chunk stand.
@@ -191,22 +201,10 @@ class Study:
         number : int
             Of the chunk, from 0.
         """
-        places = np.unravel_index(number, self._blocks)
         return tuple(
-            slice(int(place) * size, min((int(place) + 1) * size, length))
-            for place, size, length in zip(places, self.chunk, self.shape, strict=True)
+            slice(place * size, min((place + 1) * size, length))
+            for place, size, length in zip(self.block(number), self.chunk, self.shape, strict=True)
         )
-
-    def chunk_with(self, place: Sequence[int]) -> int:
-        """The number of the chunk that a point is in.
-
-        Parameters
-        ----------
-        place : sequence of int
-            Of the point along each dimension.
-        """
-        blocks = [i // size for i, size in zip(place, self.chunk, strict=True)]
-        return int(np.ravel_multi_index(blocks, self._blocks))
 
     def size(self, number: int) -> int:
         """How many points a chunk has.

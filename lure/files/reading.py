@@ -135,20 +135,22 @@ class SystemSource:
         title, source = self.title + changes, self.source + changes
         return _checked(tables, self.kind, title=title, source=source, folder=self.folder)
 
-    def check_key(self, key: str) -> None:
+    def check_key(self, key: str, where: str) -> None:
         """Refuse a key that no file of this kind has.
 
         Parameters
         ----------
         key : str
             As before the ``=`` of a setting.
+        where : str
+            Where it was given, for the message.
 
         Raises
         ------
         InputError
             There is no such key.
         """
-        _changed(self.tables, [f"{key}=0"], self.kind)
+        _changed(self.tables, [f"{key}=0"], self.kind, where)
 
 
 def system_source(reference: str) -> SystemSource:
@@ -313,7 +315,7 @@ def _stands(head: str, text: str) -> bool:
     return any("".join(line.split("#")[0].split()) == head for line in text.split("\n"))
 
 
-def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
+def _changed(tables: Tables, settings: Sequence[str], kind: FileKind, where: str = "--set") -> Tables:
     changed = {key: _copied(value) for key, value in tables.items()}
     for setting in settings:
         key, equals, text = (part.strip() for part in setting.partition("="))
@@ -323,41 +325,37 @@ def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
             raise InputError(f"--set {shown(setting)[1:-1]}: the key is missing; give one such as rod.damping=8e-4")
         key, place = _placed(key)
         table, _, last = key.rpartition(".")
-        _check_key(key, kind)
-        inner = table in kind.keys
-        target = _inner(changed, table, last, kind) if inner else changed.setdefault(table, {}) if table else changed
+        inner = table in kind.keys  # an entry of a table within a table: the file tells
+        if not inner and key not in kind.keys and not (kind.free and key.startswith(f"{kind.free}.")):
+            raise InputError(f"{where}: {unknown_key(key, kind)}")
+        outer = changed.setdefault(table, {}) if table and not inner else changed
+        target = _inner(changed, table, last, kind, where) if inner else outer
         if isinstance(target, list):
             if place is None or not 0 < place <= len(target):
                 raise InputError(
-                    f"--set: the file has {len(target)} tables [[{table}]]; say which one, such as "
+                    f"{where}: the file has {len(target)} tables [[{table}]]; say which one, such as "
                     f"{table}.{len(target)}.{last}"
                 )
             target = target[place - 1]
         elif place is not None:
-            raise InputError(f"--set: there is no array of tables [[{table}]]; give {key}")
+            raise InputError(f"{where}: there is no array of tables [[{table}]]; give {key}")
         if isinstance(target, dict):  # otherwise the file is wrong here, and is told so when it is checked
             target[last] = _value(key, text, kind)
     return changed
 
 
-def _inner(changed: Tables, key: str, last: str, kind: FileKind) -> object:
+def _inner(changed: Tables, key: str, last: str, kind: FileKind, where: str) -> object:
     """A table within a table, such as ``plant.parameters``, that the file has with such an entry; it may be changed."""
     table, _, name = key.rpartition(".")
     outer = changed.get(table)
     inner = outer.get(name) if isinstance(outer, dict) else None
     if not isinstance(outer, dict) or not isinstance(inner, dict):
-        raise InputError(f"--set: the {kind.word} has no table [{key}]; give it in the file")
+        raise InputError(f"{where}: the {kind.word} has no table [{key}]; give it in the file")
     if last not in inner:
-        raise InputError(f"--set: [{key}] has no {shown(last)[1:-1]}; it has {', '.join(map(str, inner))}")
+        hint = did_you_mean(last, map(str, inner))
+        raise InputError(f"{where}: [{key}] has no {shown(last)[1:-1]}; {hint}it has {', '.join(map(str, inner))}")
     outer[name] = found = dict(inner)
     return found
-
-
-def _check_key(key: str, kind: FileKind) -> None:
-    if key.rpartition(".")[0] in kind.keys:  # an entry of a table within a table: the file tells
-        return
-    if key not in kind.keys and not (kind.free and key.startswith(f"{kind.free}.")):
-        raise InputError(f"--set: {unknown_key(key, kind)}")
 
 
 def _copied(value: object) -> object:

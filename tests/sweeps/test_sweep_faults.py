@@ -6,6 +6,7 @@ import os
 import random
 import resource
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -16,6 +17,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+import zarr
 
 from lure.analysis.sweeps import store as stores
 from lure.analysis.sweeps import sweep
@@ -77,9 +79,9 @@ def test_what_a_killed_run_had_half_made_is_removed_and_said(written, tmp_path, 
         with monkeypatch.context() as patch:
             patch.setattr(stores.os, "getpid", lambda process=process: process)
             patch.setattr(stores.shutil, "rmtree", lambda *_given, **_more: None)
-            patch.setattr(stores.zarr, "consolidate_metadata", killed)
+            patch.setattr(zarr, "consolidate_metadata", killed)
             with pytest.raises(Killed):
-                Store(tmp_path / "study.zarr", read_study(study)).open()
+                Store(tmp_path / "study.zarr", read_study(study)).make()
     (tmp_path / ".study.zarr.mine").mkdir()
     found = sweep(study, tmp_path / "study.zarr")
     assert (found.removed, found.done) == (1, 20)
@@ -96,7 +98,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from lure.analysis.sweeps import run
 fork = multiprocessing.get_context("fork")
-run.multiprocessing, run._WATCH = SimpleNamespace(get_context=lambda _: fork), 0.05
+run.multiprocessing = SimpleNamespace(get_context=lambda _: fork, parent_process=multiprocessing.parent_process)
+run.forkserver = SimpleNamespace(set_forkserver_preload=lambda _: None, ensure_running=lambda: None)
 for _ in sys.stdin:
     one = os.fork()
     if not one:
@@ -147,19 +150,14 @@ def test_killed_twenty_times_at_random_nothing_is_lost(written, tmp_path, seed):
 def test_what_cannot_be_written_is_said_and_nothing_half_written_counts(written, tmp_path, monkeypatch):
     study, _ = written(count=40, chunk=20)
 
-    class Full:
-        """An array of a store on a disk that is full when the third chunk file is written."""
+    put = Store._put
 
-        def __init__(self, array, name):
-            self.array, self.name = array, name
+    def full(store, target, content):  # when the third chunk file is written
+        if target.match("theta/c/1"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        put(store, target, content)
 
-        def __setitem__(self, region, values):
-            if self.name == "theta" and region[0].start:
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-            self.array[region] = values
-
-    array = stores._array
-    monkeypatch.setattr(stores, "_array", lambda group, name: Full(array(group, name), name))
+    monkeypatch.setattr(Store, "_put", full)
     with pytest.raises(InputError, match=r"study.zarr cannot be written \(No space left on device\); what is done is"):
         sweep(study, tmp_path / "study.zarr")
     monkeypatch.undo()
@@ -197,7 +195,8 @@ def test_a_store_that_may_not_be_written_is_said(readable):
         sweep(study, folder / f"{name}.zarr")
     (folder / "open.zarr" / ".lure" / "done" / "1").unlink()
     close()
-    assert (sweep(study, folder / "done.zarr").computed_now, Store(folder / "open.zarr", study).open()) == (0, 1)
+    assert sweep(study, folder / "done.zarr").computed_now == 0
+    assert Store(folder / "open.zarr", study).there()
     with pytest.raises(InputError, match=r"open.zarr cannot be written \(Permission denied\); .* make it writable and"):
         sweep(study, folder / "open.zarr")
     with pytest.raises(InputError, match=r"new.zarr cannot be written \(Permission denied\); give another -o"):
@@ -220,7 +219,7 @@ def test_a_file_where_a_folder_should_be_is_said(tmp_path):
 def test_a_disk_that_is_full_is_said_and_nothing_half_written_counts(written, tmp_path):
     study, command = written(count=60, chunk=20)
     store = Store(tmp_path / "study.zarr", read_study(study))
-    store.open()
+    store.make()
 
     def short():
         resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
@@ -235,16 +234,18 @@ def test_a_disk_that_is_full_is_said_and_nothing_half_written_counts(written, tm
 
 @pytest.mark.thorough
 def test_too_little_memory_in_the_processes_is_said(written, tmp_path, monkeypatch):
-    study, _ = written(count=40, chunk=20)
+    study, command = written(count=40, chunk=20)
     monkeypatch.setenv("PYTHONSTARTUP", "")
     (tmp_path / "sitecustomize.py").write_text(
-        "import resource, sys\nif any('spawn' in each for each in sys.argv + sys.orig_argv):\n"
+        "import resource, sys\nif any('forkserver' in each for each in sys.orig_argv):\n"
         "    resource.setrlimit(resource.RLIMIT_AS, (150_000_000, 150_000_000))\n"
     )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
-    with pytest.raises(InputError, match=r"a process died 3 times .* give fewer --workers"):
-        sweep(study, tmp_path / "study.zarr", workers=2)
+    run = subprocess.run([*command, "--workers", "2"], capture_output=True, text=True, check=False)
     monkeypatch.undo()
+    assert run.returncode == 2
+    assert "a process died 3 times before anything was done" in " ".join(run.stderr.split())
+    assert "give fewer --workers" in " ".join(run.stderr.split())
     assert sweep(study, tmp_path / "study.zarr").done == 40
 
 
@@ -336,3 +337,15 @@ def test_a_scheduler_that_goes_away_ends_the_run_with_a_sentence(written, tmp_pa
     found = sweep(study, tmp_path / "study.zarr", workers=2)
     assert 5 <= 200 - found.computed_now // 5 < 200
     assert found.done == 1000
+
+
+def test_a_scheduler_that_never_answers_leaves_nothing_behind(written, tmp_path, monkeypatch):
+    cluster = pytest.importorskip("lure.analysis.sweeps.cluster")
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(cluster, "_PATIENCE", 0.2)
+    study, _ = written(count=4, chunk=2)
+    with socket.create_server(("127.0.0.1", 0)) as silent:  # takes connections and says nothing
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with pytest.raises(InputError, match=r"no Dask scheduler answers at 'tcp://.*'.*start one: dask scheduler"):
+            sweep(study, tmp_path / "folder" / "study.zarr", scheduler=address)
+    assert [each.name for each in tmp_path.iterdir()] == ["study.toml"]

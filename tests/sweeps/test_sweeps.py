@@ -6,6 +6,7 @@ import math
 import os
 import signal
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from lure.analysis.sweeps.page import page_of
 from lure.analysis.sweeps.reading import study_of
 from lure.analysis.sweeps.rows import answered
 from lure.analysis.sweeps.run import opened
+from lure.analysis.sweeps.store import Store
 from lure.errors import InputError
 
 # 1/(s(s+a)(s+2)): Routh gives the largest linear gain 2a(a+2), and Popov's criterion proves the whole sector below it.
@@ -146,12 +148,29 @@ def test_an_answer_cut_by_an_interrupt_is_not_kept(loops, monkeypatch):
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_values_without_a_marker_are_not_taken_for_done(loops):
+@pytest.mark.parametrize("harm", [Path.unlink, lambda path: path.write_bytes(b"")], ids=["missing", "empty"])
+@pytest.mark.parametrize("what", [".lure/done/1", "verdict/c/1"])
+def test_a_chunk_without_its_marker_or_its_whole_files_is_not_taken_for_done(loops, harm, what):
     study, folder = loops
-    study = study_of(study, folder=folder)
+    study = study_of({**study, "over": {"plant.num": [[1], [2]]}}, folder=folder)
     sweep(study, folder / "loops.zarr")
-    (folder / "loops.zarr" / ".lure" / "done" / "1").unlink()
+    harm(folder / "loops.zarr" / what)  # as after a power cut
     assert sweep(study, folder / "loops.zarr").computed_now == 1
+    assert list(opened(folder / "loops.zarr")["verdict"].values) == ["PROVED", "PROVED"]
+
+
+def test_zarr_reads_the_files_of_chunks_also_at_an_edge(tmp_path):
+    study = study_of({**ROD, "chunk": 4, "over": {"rod.damping": [1e-4, 2e-4], "rod.compliance": [1, 2, 3, 4, 5]}})
+    store = Store(tmp_path / "rods.zarr", study)
+    store.make()
+    assert study.chunk == (1, 4)
+    store.write(2, [{"verdict": "PROVED", "theta": math.pi, "error": "caf\u00e9"}] * 3 + [{"verdict": ""}], [])
+    store.write(3, [{"verdict": "REFUTED", "theta": -math.inf}], [])
+    data = opened(store.path)
+    assert data["verdict"].values.tolist() == [[""] * 5, ["PROVED"] * 3 + ["", "REFUTED"]]
+    assert data["error"].values[1, 2:].tolist() == ["caf\u00e9", "", ""]
+    np.testing.assert_array_equal(data["theta"].values, [[np.nan] * 5, [np.pi] * 3 + [np.nan, -np.inf]])
+    assert store.counts() == ({"PROVED": 3, "failed": 1, "REFUTED": 1}, "caf\u00e9")
 
 
 def test_a_row_that_was_changed_is_noticed(tmp_path):
@@ -159,14 +178,25 @@ def test_a_row_that_was_changed_is_noticed(tmp_path):
 
     study = study_of({**ROD, "over": {"rod.damping": [2e-4]}})
     sweep(study, tmp_path / "rods.zarr")
-    zarr.open_group(tmp_path / "rods.zarr", mode="r+")["slowest_decay"][0] = 2.0
-    with pytest.raises(RuntimeError, match=r"rod\.damping=0\.0002: slowest_decay is 1\.0.*, and 2\.0 in"):
+    decay = zarr.open_group(tmp_path / "rods.zarr", mode="r+")["slowest_decay"]
+    decay[0] = np.nextafter(decay[0], 2)  # a file as long as before
+    with pytest.raises(RuntimeError, match=r"rod\.damping=0\.0002: slowest_decay is 1\.0.*, and 1\.0.* in"):
         sweep(study, tmp_path / "rods.zarr")
+
+
+def test_the_store_says_how_many_rows_were_computed_again_also_of_a_run_that_was_resumed(tmp_path, monkeypatch):
+    monkeypatch.setattr(runs, "ONE_IN", 3)
+    study = study_of({**ROD, "chunk": 4, "over": {"rod.damping": {"from": 1e-4, "to": 1e-2, "count": 10}}})
+    store = Store(tmp_path / "rods.zarr", study)
+    store.make()
+    job = runs.Job(path=str(store.path), study=study, digest=study.digest, keep="none", seconds=None)
+    runs.computed(1, job)  # as in a run that was killed after one chunk
+    assert sweep(study, store.path).computed_now == 6
+    assert opened(store.path).attrs["checked_again"] == 10 // 3  # of all rows, those of the run before among them
 
 
 def test_only_sweeps_import_what_sweeps_need():
     import ast
-    from pathlib import Path
 
     import lure
 
@@ -179,7 +209,7 @@ def test_only_sweeps_import_what_sweeps_need():
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             if {name.partition(".")[0] for name in names} & packages:
                 found.add(path.relative_to(top).as_posix())
-    inside = {"analysis/sweeps/store.py", "analysis/sweeps/cluster.py", "analysis/cli/sweeps.py"}
+    inside = {"analysis/sweeps/store.py", "analysis/sweeps/cluster.py"}
     assert found == inside
 
 
@@ -234,6 +264,12 @@ def test_killed_processes_lose_nothing(tmp_path):
     assert first.drop_attrs().identical(second.drop_attrs())
 
 
+def test_an_even_grid_holds_the_decimals_that_it_is_written_with():
+    # steps of 0.1 from -0.1: as doubles the second is 1.4e-17, a rod with another verdict than the undamped one
+    study = study_of({**ROD, "over": {"rod.damping": {"from": -0.1, "to": 0.2, "count": 4}}})
+    assert study.axes[0].values == ("-0.1", "0.0", "0.1", "0.2")
+
+
 def test_points_are_drawn_alike_for_one_seed(tmp_path):
     tables = {
         "system": "paper-rod",
@@ -262,7 +298,8 @@ def test_points_are_drawn_alike_for_one_seed(tmp_path):
         ({"ask": "sectors"}, "ask is 'sectors'; give one of rod, sector"),
         ({"ask": "sector"}, "ask is 'sector', and paper-rod is a rod; ask 'rod'"),
         ({"over": {}}, "over is empty; give a table"),
-        ({"over": {"rod.dampin": [1]}}, "unknown key rod.dampin; did you mean rod.damping?"),
+        ({"over": {"rod.dampin": [1]}}, "[over]: unknown key rod.dampin; did you mean rod.damping?"),
+        ({"over": {}, "boxes": {"rod.dampin": [1, 2]}}, "[boxes]: unknown key rod.dampin; did you mean rod.damping?"),
         ({"over": {"rod.damping": []}}, "over.rod.damping is an empty array"),
         ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 2, "spacing": "log"}}}, "give positive ends"),
         ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 0}}}, "over.rod.damping.count is 0"),
@@ -272,7 +309,7 @@ def test_points_are_drawn_alike_for_one_seed(tmp_path):
         ({"ask": []}, "ask is an empty array"),
         ({"over": {"rod.damping": [1e-4, 1e-4]}}, "over.rod.damping has a value twice"),
         ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 1}}}, "give at least 2 for two ends"),
-        ({"sweep": 1}, "unknown key 'sweep' of a study"),
+        ({"systm": 1}, "unknown key 'systm' of a study; did you mean 'system'? it has"),
         ({"chunk": -1}, "chunk is -1"),
         ({"system": 3}, "system is 3"),
     ],
