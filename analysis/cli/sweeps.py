@@ -47,6 +47,8 @@ def sweep(
     """Answer a question for every point of a study."""
     if not (find_spec("zarr") and find_spec("xarray")):  # asked, not imported, which takes half a second
         raise InputError("sweeps need Zarr and xarray; install the extra: pip install 'lure[sweep]'")
+    if not study.name:
+        raise InputError(f"{study} is a folder; give the TOML file of a study, or --report for the page of a store")
     if report:
         from lure.analysis.output import write_new
         from lure.analysis.sweeps.page import page_of

@@ -186,7 +186,8 @@ def _demand_numbers(study: Study, axis: Axis) -> None:
         except ValueError:
             wrong = isinstance(given, int | float | Decimal) and not _taken(study, f"{axis.key}={value}")
         if wrong:
-            raise InputError(f"over.{axis.key} has {shown(value)}; give a finite number")
+            fit = "true or false" if isinstance(given, bool) else "a finite number"
+            raise InputError(f"over.{axis.key} has {shown(value)}; give {fit}")
 
 
 def _taken(study: Study, setting: str) -> bool:

@@ -320,6 +320,14 @@ def test_a_study_that_is_no_good_is_refused_in_a_sentence(change, sentence):
     assert sentence in str(error.value)
 
 
+def test_a_folder_and_a_word_for_a_truth_value_are_refused_in_a_sentence(tmp_path, lure):
+    status, _, err = lure("sweep", ".")
+    assert (status, ". is a folder; give the TOML file of a study" in " ".join(err.split())) == (2, True)
+    (tmp_path / "loop.toml").write_text(f"{LOOP}[class]\nslope = [0, 1]\nodd = true\n")
+    with pytest.raises(InputError, match=r"over.class.odd has 'maybe'; give true or false"):
+        study_of({"system": "loop.toml", "ask": "slope", "over": {"class.odd": ["maybe"]}}, folder=tmp_path)
+
+
 def test_another_study_does_not_go_into_the_same_store(tmp_path):
     sweep({**ROD, "over": {"rod.damping": [1e-4]}}, tmp_path / "rods.zarr")
     with pytest.raises(InputError, match="holds another study; give another -o"):
