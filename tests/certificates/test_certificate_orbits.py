@@ -5,6 +5,7 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 from counterexamples import BIT, changed, checked, rejected
+from depth import rarely
 from flint import arb
 from hypothesis import given
 from hypothesis import strategies as st
@@ -292,7 +293,7 @@ def test_the_switchings_found_are_accepted(block):
     assert isinstance(checked(refutation_draft(block, switched_witness(block))), Refuted)
 
 
-@pytest.mark.parametrize("plant", [6, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("plant", rarely([6, 1], 1))
 def test_switched_gains_in_discrete_time_are_accepted(plant):
     draft = refutation_draft(DISCRETE[plant], switched_witness_discrete(DISCRETE[plant]))
     assert "times" not in draft["proof"]

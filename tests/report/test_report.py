@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
 from html.parser import HTMLParser
@@ -10,6 +11,7 @@ from importlib import resources
 
 import jsonschema
 import pytest
+from depth import rarely
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
@@ -277,11 +279,13 @@ def test_progress_is_told_in_order():
     assert all(stage for stage, _ in told)
 
 
-def test_two_runs_write_the_same_bytes(pages, tmp_path):
-    again = write_report(build_report(SYSTEMS["touching"]), tmp_path).parent
+@pytest.mark.parametrize("name", rarely(["paper-rod", "touching"], "touching"))
+def test_two_runs_write_the_same_bytes(name, pages, tmp_path):
+    with sketches() if name in SKETCHED else nullcontext():
+        again = write_report(build_report(SYSTEMS[name]), tmp_path).parent
     first, second = (
         {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-        for folder in (pages["touching"].parent, again)
+        for folder in (pages[name].parent, again)
     )
     assert first == second
     assert {path.suffix for path in first} == {".html", ".json", ".svg", ".png"}

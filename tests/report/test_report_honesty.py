@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from depth import thorough
 
 from lure.analysis.cli import main
 
@@ -23,7 +24,7 @@ def test_extreme_but_legal_input_gets_its_verdict_and_an_honest_simulation(
     tmp_path, monkeypatch, request, setting, status, skipped
 ):
     monkeypatch.chdir(tmp_path)
-    if setting != "rod.damping=1e300":  # its figures are written
+    if setting != "rod.damping=1e300" or not thorough():  # its figures are written
         request.getfixturevalue("sketched")
     assert main(["report", "--set", setting, "--set", "rod.gap=0", "--quiet"]) == status
     data = json.loads((tmp_path / "lure-report" / "report.json").read_text())

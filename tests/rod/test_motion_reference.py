@@ -6,6 +6,7 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
+from depth import rarely
 from motions import other_rod, unit_rod
 from mpmath import mpf
 from reference_motion import derivative, reference, sine, term, total
@@ -38,7 +39,7 @@ def compared(motion, exact, until):
     return z, instants, abs(float(exact.impulse()) - math.fsum(i.impulse for i in motion.impacts))
 
 
-@pytest.mark.parametrize("eps", ["1e6", "0.2", "1e-3", "1e-6", "1e-9", "1e-12", "rigid"])
+@pytest.mark.parametrize("eps", rarely(["1e6", "0.2", "1e-3", "1e-6", "1e-9", "1e-12", "rigid"], "1e-3", "1e-9"))
 def test_every_stiffness_agrees_with_forty_digits_within_the_error_it_reports(eps):
     rigid = eps == "rigid"
     rod = other_rod(compliance=Fraction(1 if rigid else eps), damping=Fraction("0.3"), gap=Fraction("0.1"))

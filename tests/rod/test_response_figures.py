@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from depth import rarely
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 from motions import unit_rod
@@ -55,7 +56,7 @@ g = "0.3 + sin(t)"
 """
 
 
-@pytest.mark.parametrize("name", DRAWINGS)
+@pytest.mark.parametrize("name", rarely(DRAWINGS, "all, free", "all, irregular"))
 def test_a_figure_is_drawn_on_the_axes_given_and_is_the_same_every_time(name):
     figure = Figure()
     axes = figure.add_subplot()

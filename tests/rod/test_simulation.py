@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from depth import rarely
 from simulated import DRIVEN, FLYING, PAPER, reference, rod
 
 from lure.analysis.rod.simulation import contradictions, simulate
@@ -68,7 +69,7 @@ def test_a_rod_flying_at_the_obstacle_is_stopped_by_the_impulse_that_brings_zeta
     assert contradictions(run) == ()
 
 
-@pytest.mark.parametrize("exponent", [0.7, 1.0, 1.5, 2.0, 3.0])
+@pytest.mark.parametrize("exponent", rarely([0.7, 1.0, 1.5, 2.0, 3.0], 2.0))
 @pytest.mark.parametrize("damping", [0.4, 3.0])
 def test_contact_agrees_with_another_solver(exponent, damping):
     scheme = upwind(rod(exponent=exponent, damping=damping), 6)
@@ -91,7 +92,9 @@ def test_loads_agree_with_another_solver(exponent, loads):
     assert run.loaded
 
 
-@pytest.mark.parametrize(("compliance", "exponent"), [(1e-4, 1.0), (1e-8, 1.0), (1e-7, 1.5)])
+@pytest.mark.parametrize(
+    ("compliance", "exponent"), [(1e-4, 1.0), pytest.param(1e-8, 1.0, marks=pytest.mark.thorough), (1e-7, 1.5)]
+)
 def test_contact_much_stiffer_than_the_rod_agrees_with_another_solver(compliance, exponent):
     scheme = upwind(rod(compliance=compliance, exponent=exponent), 3)
     run = simulate(scheme, FLYING, until=3.0, samples=31)

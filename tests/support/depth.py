@@ -1,5 +1,6 @@
 """How hard the tests search: samples as a working day bears them, and all of them in `make thorough`."""
 
+import pytest
 from hypothesis import settings
 
 THOROUGH = "thorough"
@@ -13,3 +14,8 @@ def thorough():
 def sampled(count, *, of):
     """The size of a sample: ``count``, and ``of`` in a thorough run."""
     return of if thorough() else count
+
+
+def rarely(values, *left):
+    """The parameters of a test, those that are left to `make thorough` marked: the others show the same for less."""
+    return [pytest.param(value, marks=[pytest.mark.thorough] * (value in left)) for value in values]
