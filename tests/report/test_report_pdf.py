@@ -11,16 +11,20 @@ from lure.analysis.report.diagram import block_diagram, class_graph
 from lure.analysis.report.loop import build_loop_report
 from lure.analysis.report.loop.figures import loop_figures
 from lure.analysis.report.loop.write import loop_diagram, loop_page
-from lure.analysis.report.pdf import MARK, pdf_of, printed_diagram
+from lure.analysis.report.pdf import MARK, pdf_maker, pdf_of, printed_diagram
 from lure.errors import InputError
 from lure.files.builtin import builtin_loop
 
-try:
-    import weasyprint
-except (ImportError, OSError):  # OSError: without pango
-    weasyprint = None
+installed = pytest.mark.usefixtures("weasyprint")
 
-installed = pytest.mark.skipif(weasyprint is None, reason="needs weasyprint and pango")
+
+@pytest.fixture
+def weasyprint():
+    """The module, imported where a test needs it: it takes half a second."""
+    try:
+        return pdf_maker()
+    except InputError as missing:
+        pytest.skip(str(missing))
 
 
 @pytest.fixture
@@ -110,8 +114,7 @@ def test_the_diagram_on_paper_has_every_rule_of_the_page():
     assert "s + 1" in svg
 
 
-@installed
-def test_the_details_are_open_on_paper(paper):
+def test_the_details_are_open_on_paper(paper, weasyprint):
     page, _ = paper
     whole = weasyprint.HTML(string=page).render()
     folded = weasyprint.HTML(string=re.sub(r"<details.*?</details>", "", page, flags=re.DOTALL)).render()
