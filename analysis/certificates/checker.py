@@ -62,7 +62,7 @@ UNLIMITED = "no L2 gain from w to z is finite for all loops of the class"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
-ENDS = ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET
+ENDS: tuple[str, ...] = ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET
 ENDS += FINITE_ENERGY, UNLIMITED, LINEAR
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
 PACED, METHODS = ("circle", "zames-falb", "hurwitz"), ("polynomial", "cover", "matrix", "powers", "boxes")
