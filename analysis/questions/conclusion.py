@@ -21,7 +21,16 @@ from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Evidence, Verdict
-from lure.analysis.wording import class_words, counterexample, destroys, direct_term, meaning, plants_words, proviso
+from lure.analysis.wording import (
+    class_words,
+    counterexample,
+    destroys,
+    direct_term,
+    meaning,
+    plain,
+    plants_words,
+    proviso,
+)
 from lure.nonlinearities.base import Nonlinearity
 from lure.record import Page, Record, derived, quantity
 
@@ -145,7 +154,8 @@ class Certification(Record):
         return None if self.shown is None else self.shown.certificate
 
     def __str__(self) -> str:
-        return f"{self.verdict}: {self.detail}" if self.code is None else f"{self.verdict} ({self.code}): {self.detail}"
+        said = plain(self.detail)
+        return f"{self.verdict}: {said}" if self.code is None else f"{self.verdict} ({self.code}): {said}"
 
     def _page(self) -> Page:
         tried = [(one.search, f"{one.code.title} ({one.code.identifier})", one.detail) for one in self.failures]

@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from lure.analysis.plots.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILLION
 from lure.analysis.report.parts import Figure, Json
+from lure.analysis.wording import plain
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -69,7 +70,7 @@ def template(name: str, package: str) -> Template:
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"prose": prose, "sentence": _sentence, "unbroken": _unbroken}
+    environment.filters |= {"plain": plain, "prose": prose, "sentence": _sentence, "unbroken": _unbroken}
     style = resources.files("lure.analysis.report").joinpath("style.css")
     environment.globals["css"] = Markup(style.read_text("utf-8"))
     return environment.from_string(resources.files(package).joinpath(name).read_text("utf-8"))
@@ -88,8 +89,8 @@ def prose(text: str) -> str:
     >>> prose("zeta <= 0 on [0, inf), v^2")
     'ζ ≤ 0 on [0, ∞), v²'
     """
-    for plain, sign in _SIGNS:
-        text = re.sub(plain, sign, text)
+    for typed, sign in _SIGNS:
+        text = re.sub(typed, sign, text)
     return re.sub(r"\bphi_(\d+)\b", lambda found: f"φ{lowered(found[1])}", text)
 
 

@@ -58,7 +58,7 @@ def with_own(plant, nonlinearity):
     [
         # |H| < 1 but at 0, where H = 1: Re H > -1, the circle criterion for slope and sector [0, 1]
         pytest.param(
-            *('"exp(-s)/(s+1)"', '__import__("lure").Tanh()', ("PROVED: 0 attracts every motion", "(certified)")),
+            *('"exp(-s)/(s+1)"', '__import__("lure").Tanh()', ("PROVED: 0 attracts every solution", "(certified)")),
             marks=pytest.mark.thorough,
         ),
         # unstable, with small gains too; of a function a sample is all that is known
