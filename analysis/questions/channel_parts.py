@@ -53,7 +53,7 @@ _BEYOND = (
     Fraction(1, 2**30),
     Fraction(1, 2**20),
 )  # a gain with other equilibria alone
-_BEFORE, _AFTER = Fraction(99, 100), 1.01  # how near a cascade is refuted to where a part of it is
+_BEFORE, _AFTER = Fraction(99, 100), 4.0  # where a cascade is searched, relative to where a part of it is refuted
 _LEAST = 1e-2  # [s] for a part when the time is over
 
 
