@@ -13,6 +13,8 @@ from lure import NonlinearityClass, SlopeBounds, as_plant, certify
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.questions.channel_members import members_refuting
+from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.verdict import Verdict
 
 relu = NonlinearityClass.relu
@@ -117,9 +119,11 @@ def test_the_refuted_loops_do_grow():
 @pytest.mark.parametrize("dt", [None, 1])
 def test_a_channel_that_rests_has_any_gain(dt):
     A = [["-1", "0"], ["0", "-1"]] if dt is None else [["1/2", "0"], ["0", "1/2"]]
-    found = loop(A, [["1", "0"], ["0", "-2"]], [NonlinearityClass.relu()] * 2, dt)
-    assert found.verdict.name == "REFUTED"
-    shown = dict(found.shown.certificate)
+    B, C = [["1", "0"], ["0", "-2"]], [["1", "0"], ["0", "1"]]
+    plant = as_plant((A, B, C, [["0", "0"]] * 2), dt=dt)
+    assert certify(plant, [NonlinearityClass.relu()] * 2).certificate["proof"]["method"] == "part"
+    asked = channel_problem(plant, [NonlinearityClass.relu()] * 2)  # as one loop
+    shown = dict(members_refuting(asked, most=1)[1].certificate)
     assert shown["proof"]["state"][0] == "0"
     assert recheck(shown).accepted
     # where the second state moves the first, sigma_1 has a sign; and 0 has to be 0
