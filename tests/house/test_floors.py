@@ -53,6 +53,7 @@ def exports(package):
     return {name: home for home, name in re.findall(r"^from (lure[\w.]*) import (\w+) as \w+", text, re.MULTILINE)}
 
 
+@cache
 def module_of(name):
     """The module that a dotted name is or lies in, behind what packages hand out."""
     outer, _, last = name.rpartition(".")

@@ -31,8 +31,12 @@ def test_the_wheel_has_what_runs_and_the_sdist_what_explains(packages):
         "lure/analysis/report/schema.json",
         "lure/analysis/measured/example.csv",
         "lure/__init__.pyi",
+        "lure/analysis/starters/50-your-own-loop.py",
+        "lure/analysis/starters/nonlinearity_test.txt",
     ):
         assert name in shipped
+    (points,) = (name for name in shipped if name.endswith("entry_points.txt"))
+    assert "[pytest11]\nlure = pytest_lure\n" in zipfile.ZipFile(wheel).read(points).decode()
     with tarfile.open(sdist) as archive:
         kept = {name.split("/", 1)[1] for name in archive.getnames() if "/" in name}
     assert {"README.md", "LICENSE", "constraints.txt", "Makefile", "notebooks/10-the-paper.py"} <= kept
@@ -74,6 +78,7 @@ def test_from_an_empty_folder_to_an_answer_about_a_rod(plain, tmp_path):
     assert (tmp_path / "certificate.json").exists()
 
 
+@pytest.mark.thorough  # in the environment of the tests, without a wheel: test_starters.py
 def test_from_an_empty_folder_to_a_notebook_and_a_test_of_ones_own_nonlinearity(plain, tmp_path_factory):
     folder, own = tmp_path_factory.mktemp("own"), plain
     own.add("testing")
