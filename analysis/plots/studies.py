@@ -184,7 +184,9 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
     elif len(plane.along) == 2 or drawn_keys(plane.data):
         known = values.ravel()[finite]
         size = 9 if values.size > _FEW else 30
-        marks = axes.scatter(x[finite], y[finite], c=known, s=size, cmap="cividis", norm=_scale(known), rasterized=True)
+        rim = GREY if size > 9 else "face"  # so that the darkest is seen on a dark page
+        at = (x[finite], y[finite])
+        marks = axes.scatter(*at, size, known, cmap="cividis", norm=_scale(known), edgecolors=rim, rasterized=True)
         if endless.any():
             axes.plot(x[endless], y[endless], "o", mfc="none", color=GREY, ms=math.sqrt(size), label="inf")
         _colour_bar(axes, marks, label)
