@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
 
 LOOKS = (("PROVED", BLUE, "o"), ("INCONCLUSIVE", "#c8c8c8", "s"), ("REFUTED", VERMILLION, "x"))
-_FAILED = ("failed", "#111111", "+")
+_FAILED = ("failed", PURPLE, "+")
 _CRITERIA = (BLUE, VERMILLION, GREEN, PURPLE, GREY, "#e69f00", "#56b4e9", "#111111")
 _MANY = 200  # from so many values on colours leave the largest hundredth out
 FILLED = 2000  # from so many points on a map has cells in place of marks
