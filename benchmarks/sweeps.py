@@ -105,10 +105,10 @@ def main() -> int:
     quicker, points = min(clock[1]) / min(clock[2]), RUNS * POINTS
     print(f"{POINTS} rods: {kept / points * 1e3:.2f} ms each, without keeping anything {loop / points * 1e3:.2f} ms")
     print(f"  ratio {kept / loop:.3f}   (claim: at most {SHARE:g}); every row is the same: {same}")
-    begun = {workers: min(start(workers) for _ in range(RUNS)) for workers in clock}
-    alone = (min(clock[1]) - begun[1]) / (min(clock[2]) - begun[2])
+    starts = {workers: min(start(workers) for _ in range(RUNS)) for workers in clock}
+    alone = (min(clock[1]) - starts[1]) / (min(clock[2]) - starts[2])
     print(f"  two processes are {quicker:.2f} times as fast as one   (claim: at least {QUICKER:g})")
-    print(f"  without the start, {begun[1]:.1f} s of one and {begun[2]:.1f} s of two: {alone:.2f} times")
+    print(f"  without the start, {starts[1]:.1f} s of one and {starts[2]:.1f} s of two: {alone:.2f} times")
     holds = same and kept <= SHARE * loop and quicker >= QUICKER
     print("holds" if holds else "DOES NOT HOLD")
     return 0 if holds else 1
