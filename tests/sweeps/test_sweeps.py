@@ -136,10 +136,10 @@ def test_an_answer_cut_by_an_interrupt_is_not_kept(loops, monkeypatch):
     study, folder = loops
     answered = runs.answered
 
-    def cut(*given):  # as a search does that hands back what it has so far
+    def cut(*given, **options):  # as a search does that hands back what it has so far
         with contextlib.suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-        return answered(*given)
+        return answered(*given, **options)
 
     monkeypatch.setattr(runs, "answered", cut)
     with pytest.raises(KeyboardInterrupt):
