@@ -15,7 +15,7 @@ TESTS = $(PYTEST) -p no:nbmake -p no:zarr -n 2
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .SUFFIXES:
-.PHONY: help report explore explore-test test thorough quick check bench benchmarks-table notebooks docs paper release clean FORCE
+.PHONY: help report explore explore-test test slow thorough quick check bench benchmarks-table notebooks docs paper release clean FORCE
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 unexport PYTHONDONTWRITEBYTECODE # to compile a hundred modules at each start of Python takes minutes of the tests
 
@@ -31,14 +31,17 @@ explore: .venv/.core ## the page on which a loop is explored in the browser, int
 explore-test: .venv/.browser ## that page in Chromium: what it says is what the command says; without Chromium or npm it says so
 	$(PYTEST) -p no:nbmake -m browser -rs -s $(ARGS) tests/explore
 
-test: .venv/.test ## all tests but the thorough ones; ARGS="-k popov" for some
+test: .venv/.test ## the tests; ARGS="-k popov" for some
 	$(TESTS) --dist worksteal $(ARGS)
 
-thorough: .venv/.test ## all tests with large samples and many random examples: for a night
+slow: .venv/.test ## the dearest tests, two minutes of them, which `make test` leaves out
+	$(TESTS) --dist worksteal -m slow $(ARGS)
+
+thorough: .venv/.test ## these two and more, with large samples and many random examples: for a night
 	$(TESTS) --dist worksteal --hypothesis-profile=thorough $(ARGS)
 
 quick: .venv/.test ## under a minute: tests that name what is changed, then some of every floor, no slow ones
-	$(TESTS) -m "not slow" $(ARGS) $$($(BIN)/python tests/quick.py)
+	$(TESTS) $(ARGS) $$($(BIN)/python tests/quick.py)
 
 check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the first that fails
 	$(BIN)/python -m ruff format --check .

@@ -66,13 +66,15 @@ def pytest_collect_file():
 def pytest_collection_modifyitems(config, items):
     """Begin with the tests of compiled code, so that one process compiles; leave thorough ones to `make thorough`.
 
-    Files with slow tests are next, so that at the end, where processes wait for each other, all tests are short.  Those
-    in a browser are left to `make explore-test`, and the pages to `make docs`.
+    Files with slow tests are next, so that at the end, where processes wait for each other, all tests are short.  Slow
+    ones are left to `make slow`, those in a browser to `make explore-test`, and the pages to `make docs`.
     """
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: (not item.path.stem.startswith("test_motion"), item.path not in slow))
     asked = config.getoption("markexpr")
-    elsewhere = [name for name in ("browser", "pages") if name not in asked] + [THOROUGH] * (not thorough())
+    elsewhere = [name for name in ("browser", "pages") if name not in asked]
+    if not thorough():
+        elsewhere += [THOROUGH] + ["slow"] * ("slow" not in asked)
     left = [item for item in items if any(item.get_closest_marker(name) for name in elsewhere)]
     config.hook.pytest_deselected(items=left)
     gone = set(left)

@@ -198,6 +198,7 @@ def test_with_sound_solvers_the_same_questions_have_their_answers(name):
         *(pytest.param(8, name, marks=pytest.mark.thorough) for name in ("popov", "beyond popov", "taps")),
     ],
 )
+@pytest.mark.slow
 def test_with_two_bits_nothing_false_is_certified(monkeypatch, name, bits):
     block, nonlinearity_class, truth, ways = QUESTIONS[name]
     usual, before = precision.working_precision, flint.ctx.prec

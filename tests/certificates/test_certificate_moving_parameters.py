@@ -44,6 +44,7 @@ def test_a_parameter_that_jumps_from_sample_to_sample_is_decided_on_both_sides_o
 
 
 # with phi = g(t) x it is x'' + x' + (a(t) + g(t)) x = 0: the sum jumps in [1, 2 + k], or in [1, 1 + k'] with a = 1
+@pytest.mark.slow
 def test_gains_and_parameters_that_jump_together_do_what_one_gain_does():
     alone = max_sector(([1], [1, 1, 1]), JUMPING).refuted_at
     both, constant = (max_sector(spring(1, 2, rate), [JUMPING]) for rate in (inf, 0))
@@ -66,6 +67,7 @@ def test_gains_and_parameters_that_jump_together_do_what_one_gain_does():
 
 
 # a lightly damped spring is pumped by its stiffness, as a child on a swing pumps itself: also at a bounded rate
+@pytest.mark.slow
 def test_a_parameter_that_goes_at_its_rate_refutes_and_no_faster():
     found = certify(spring(HALF, 3 * HALF, 1, "0.1"), [STILL])
     proof = accepted(found.certificate)

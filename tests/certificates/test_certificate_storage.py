@@ -245,6 +245,7 @@ def test_gains_beside_integrators():
     assert_both_reject(edited(seen, "system", "B", value=[["1", "1"]]))  # w moves the integrator
 
 
+@pytest.mark.slow
 def test_the_published_gain_of_an_integrator_inside_a_dead_zone():
     # q' = phi(v - q), v = G phi + f, G = (s - 9)/(s^2 + s + 1), slopes in [0, 0.3]: IQCbeta prints 2.32; a
     # programme with 98 kernels at 600 frequencies ends at 2.2514, and phi = 0.3 sigma has 2.0242
@@ -264,6 +265,7 @@ def moved():
     return max_sector(as_plant("1/(s*(s+1)*(s+2))"), [STOP])
 
 
+@pytest.mark.slow
 def test_a_stop_moves_an_integrator():
     # the elastic loop s (s + 1)(s + 2) + k is stable for k < 6; a mass with a damper and friction comes to rest
     found = moved()

@@ -138,6 +138,7 @@ def test_what_does_not_say_how_it_changes_is_refused(how, said):
 # a in [1, 2] at any speed is a gain g(t) = a - 1 in a second channel, in the sector [0, 1]: by one quadratic function,
 # and one constraint on (x, g x) alone, which loses nothing, both ask for the same inequality.  A slow a gets less
 # through than a quick one and more than a constant one, and is no slower to settle
+@pytest.mark.slow
 def test_gains_and_rates_where_a_parameter_jumps_are_those_of_a_gain_that_does(largest):
     seen = {"Bw": [[0], [1]], "Cz": [[1, 0]]}
     both = ([[0, 1], [-1, -1]], [[0, 0], [1, 1]], [[1, 0], [1, 0]], 0)

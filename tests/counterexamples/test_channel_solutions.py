@@ -45,6 +45,7 @@ def test_a_direct_term_in_discrete_time_is_solved_and_the_loop_is_dead_beat():
 
 
 # beyond its width the dead zone has the gain 20, and 1/(s+1)^3 stands 8
+@pytest.mark.slow
 def test_what_grows_is_called_so_and_contradicts_a_proof():
     plant, gentle = as_plant([["1/(s+1)^3", "0"], ["0", "1/(s+1)"]]), DeadZone(gain=2, width=1)
     system = LoopSystem(name="pair", title="", block=plant, nonlinearities=(gentle, gentle))
@@ -105,6 +106,7 @@ def test_a_stop_in_discrete_time_comes_to_rest_where_it_should():
         channel_solutions(as_plant([["1+1/(z-0.5)", "0"], ["0", "1/z"]], dt=1), (stop, SATURATION), "")
 
 
+@pytest.mark.slow
 def test_members_of_the_classes_of_several_channels_are_simulated_in_the_report():
     classes = [NonlinearityClass.hysteretic("stop", 2), NonlinearityClass.slope_restricted(0, 1)]
     found = analyse(as_plant([["1/(s+1)^3", "0"], ["1/(s+1)", "1/(s+1)"]]), classes, seconds=1)

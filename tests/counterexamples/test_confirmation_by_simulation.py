@@ -99,6 +99,7 @@ def proof():
     return found("[plant]\nnum=[1]\nden=[1,2,1]\n[class]\nsector=[0,1]\n")
 
 
+@pytest.mark.slow
 def test_an_unstable_gain_of_the_class_contradicts_the_proof(proof):
     # 1/(s+1)^3 is stable for gains below 8 only
     loop = found('[plant]\nnum=[1]\nden=[1,3,3,1]\n[nonlinearity]\nkind="saturation"\ngain=20\nlimit=1\n')
@@ -144,6 +145,7 @@ def test_the_root_of_a_steep_law_is_found_however_large_the_state(y):
     assert 2.5 * root + root**3 == pytest.approx(y, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_solution_that_leaves_the_range_of_doubles_gives_no_warning():
     # 1/(s+1)^4 is unstable with every gain above 4, and the gain of the cubic grows with sigma
     found = tried(RationalPlant([1], [1, 4, 6, 4, 1]), Cubic(linear=3, cubic=1))
@@ -232,6 +234,7 @@ def contradicts(block, nonlinearity, said):
     return tried(block, nonlinearity, conclusion=said, budget=6_000).contradiction is not None
 
 
+@pytest.mark.slow
 def test_a_sample_of_false_loops_is_found(proof):
     assert judged_false(list(false_loops())[5 :: sampled(72, of=24)], proof) <= SLOW_ONES
 
@@ -267,6 +270,7 @@ def test_rounding_at_the_bend_where_solutions_come_to_rest_is_no_oscillation():
     assert all(run.finding is not Finding.OSCILLATES for run in found.trajectories)
 
 
+@pytest.mark.slow
 def test_a_slope_just_below_that_of_a_counterexample_is_not_accused_by_its_orbit():
     # dt-2: proved up to 1.105648654, refuted from 1.105648656: begun on the orbit of the counterexample, a solution
     # with the proved slope misses itself by 1e-9 after a period, and converges

@@ -41,6 +41,7 @@ def test_the_matrices_and_the_block_of_the_second_counterexample_are_one():
         assert c @ np.linalg.solve(s * np.eye(4) - A, b) == pytest.approx(complex(BRAGIN_BLOCK.transfer(s)), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_fitts_orbit_with_tanh_is_accepted_as_observed():
     witness = accept_orbit_continuous(FITTS, Tanh(scale=F("0.01")), FITTS_SEED, 11.917)
     assert (witness.kind, witness.evidence, witness.k) == ("simulated orbit", Evidence.OBSERVED, 100)
@@ -66,6 +67,7 @@ def test_bragin_leonov_kuznetsov_orbit_is_proved_from_a_distant_state():
 
 
 @pytest.mark.parametrize(("block", "reached"), [(FITTS, 1.52), (BRAGIN_BLOCK, 0.40)])
+@pytest.mark.slow
 def test_both_counterexamples_are_found_and_proved(block, reached):
     witness = found(block)
     assert (witness.kind, witness.evidence, witness.odd) == ("periodic orbit", Evidence.CERTIFIED, True)
@@ -145,6 +147,7 @@ def test_discrete_time_and_unstable_loops_have_no_witness_here():
 
 
 # With y = sigma + d phi the loop of H + d and phi is that of H and psi, psi(y) = phi(sigma): s turns into s/(1 + d s).
+@pytest.mark.slow
 def test_feedthrough_is_absorbed():
     d = F(1, 4)
     bottom = BRAGIN_BLOCK.denominator
@@ -218,6 +221,7 @@ def test_escape_from_a_double_zero_is_observed():
     assert accept_escape(RationalPlant([1, 1], [1, 2, 0]), nonlinearity, (1, 5), 2000) is None
 
 
+@pytest.mark.slow
 def test_piecewise_flow_agrees_with_an_integrator():
     nonlinearity = Graph.through([(F(-2), F(-1)), (F(-1), F(-1)), (F(1), F(2)), (F(3), F(2))], F(1, 2), F(1, 3))
     for block in (FITTS, RationalPlant([1, 2, 5], [1, 1, 4]), RationalPlant([1], [1, 3, 2, 0])):

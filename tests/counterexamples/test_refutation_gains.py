@@ -21,6 +21,7 @@ from lure.plants.rational import RationalPlant
 
 
 @pytest.mark.parametrize("plant", [1, 2, 3, 5, 6])
+@pytest.mark.slow
 def test_switched_gain_grows_and_is_not_below_the_circle_criterion(plant):
     witness = switched_witness_discrete(DISCRETE[plant])
     assert witness.evidence is Evidence.CERTIFIED

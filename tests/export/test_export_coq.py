@@ -96,6 +96,7 @@ def test_popov_in_the_critical_case_compiles_and_rests_on_the_axioms_of_the_real
 
 
 @needs_coq
+@pytest.mark.slow
 def test_discrete_time_compiles(library):
     text = coq_text(steps())
     assert "Un_cv xi 0" in text
@@ -332,6 +333,7 @@ def test_forms_of_higher_degree_compile_and_falsified_ones_do_not(library):
 
 
 @needs_coq
+@pytest.mark.slow
 def test_falsified_files_do_not_compile(library):
     text, own = coq_text(popov()), coq_text(popov()).partition(LOOP)[2]
     P = re.search(r"Definition P .*?:= \[\[(\d+);", own, re.DOTALL)[1]

@@ -292,6 +292,7 @@ def test_kill_9_while_the_report_is_written_leaves_the_old_one_and_the_next_run_
     assert names(tmp_path) == ["out"]
 
 
+@pytest.mark.slow
 def test_what_a_living_run_writes_is_not_cleaned_up_by_another(tmp_path):
     target = tmp_path / "out"
     with started(target, pause=1.0) as run:

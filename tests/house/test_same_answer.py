@@ -119,6 +119,7 @@ def test_a_double_pole_has_one_answer(top):
     assert max_sector(block).refuted_at == 0
 
 
+@pytest.mark.slow
 def test_the_other_questions_too():
     block = RationalPlant([1], [1, 2, 2, 1])
     forms = [(name, form) for name, form in [*exact_forms(block), *float_forms(block)] if "True" in name]

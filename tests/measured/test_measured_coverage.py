@@ -47,6 +47,7 @@ def holds(found, name):
 
 # of 10 sets 9 or 10 are expected inside; 7 or fewer is a chance of 1 in 87 at exactly 95 %
 @pytest.mark.parametrize("name", TRUTH)
+@pytest.mark.slow
 def test_smooth_laws_lie_inside_where_interpolation_alone_misses_them(name):
     assert sum(holds(bounded(name, seed, WORST[name]), name) for seed in range(10)) >= 8
 

@@ -203,6 +203,7 @@ SIZES = st.sampled_from([1e-300, 1e-15, 1e-9, 1.0, 1e9, 1e200])
     ),
     sizes=st.tuples(SIZES, SIZES),
 )
+@pytest.mark.slow
 def test_any_numbers_have_a_sector_or_a_sentence(values, sizes):
     from lure.analysis.measured import report_from_data
 

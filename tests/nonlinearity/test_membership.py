@@ -86,6 +86,7 @@ def test_a_narrow_peak_beyond_the_declared_sector_is_found_with_point_value_and_
     assert "certified bound is at most 9" in known.how
 
 
+@pytest.mark.slow
 def test_a_formula_inside_its_declared_class_is_checked_and_one_beyond_the_effort_stays_declared():
     smooth = NonlinearityClass(sector=Sector(0, 5), slope=SlopeBounds(0, 5), odd=True)
     assert membership(formula("tanh(sigma/0.2)"), smooth).status is Status.CHECKED

@@ -124,6 +124,7 @@ def test_precision_is_put_back_after_an_error():
 # two digits of precision: the answers get wide, never wrong
 @given(c=st.floats(-3, 3), m=st.floats(-5, 5))
 @settings(max_examples=sampled(4, of=100))
+@pytest.mark.slow
 def test_few_bits_widen_the_bracket_and_keep_it_valid(c, m):
     with working_precision(10):
         found = minimum(lambda x: (x - ball(c)) * (x - ball(c)) + ball(m), arb(-4), arb(4), width=lambda b: abs(b) / 4)

@@ -314,6 +314,7 @@ def test_an_entry_that_is_not_a_number_is_refused_by_place(value, message):
         exact_zero_eigenvalue([[0, 0], [0, 0]], [1, 1], [value, 1])
 
 
+@pytest.mark.slow
 def test_too_many_states_are_refused_with_the_limit():
     with pytest.raises(InputError, match=r"^zero_eigenvalue is for at most 1000 states; got 1001: "):
         zero_eigenvalue(upwind(paper_rod(), 500).block)

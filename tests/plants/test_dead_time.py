@@ -66,6 +66,7 @@ def test_an_integrator_with_dead_time_reaches_pi_over_two(delay):
 
 @given(DELAYS, RATES, RATES)
 @settings(max_examples=sampled(2, of=8))
+@pytest.mark.slow
 def test_nothing_on_the_axis_breaks_a_certified_inequality(delay, fast, slow):
     block = DelayPlant.parse(f"exp(-({delay})*s)*({fast} - s)/((s + {slow})*(s + {fast})*(s + 1))")
     circle, popov, limit = circle_largest(block), popov_largest(block), hurwitz_limit(block)

@@ -287,6 +287,7 @@ def test_a_class_without_an_upper_bound_is_more_than_every_finite_one():
     assert varying.verdict is not Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_only_a_member_of_the_very_class_refutes_it():
     # phi = 0 is no member of the sector [.1, .8], nor a nonlinearity without symmetry of the odd ones
     tighter = RationalPlant([1], [1, Fraction("-1.2"), Fraction("0.15")], dt=1)
@@ -349,6 +350,7 @@ def test_smooth_formulas_are_known_to_be_locally_lipschitz():
     assert "not known to be locally Lipschitz" in found.statement
 
 
+@pytest.mark.slow
 def test_a_class_below_the_nonlinear_counterexample_is_refuted_by_the_gain():
     # with a class that ends at 1/10, below 0.396, only phi = 0 belongs to it
     loop = builtin_loop("leonov-bragin-kuznetsov")

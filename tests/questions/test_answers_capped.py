@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
@@ -28,6 +29,7 @@ def test_the_largest_k_tried_is_called_so():
     assert found.answers[0].reason == "1e12 is the largest k for which a certificate was tried"
 
 
+@pytest.mark.slow
 def test_tables_pages_and_figures_say_so_too():
     report = build_loop_report(SEVENTH)
     said = str(report.analysis)

@@ -397,6 +397,7 @@ def test_an_answer_that_was_changed_is_compared_with_its_certificates_when_it_ar
         again(found)
 
 
+@pytest.mark.slow
 def test_without_a_class_the_row_that_reaches_farthest_is_said():
     # 1/(s + 1)^3: the circle criterion reaches 4 for nonlinearities that vary, Popov's 8, Routh's limit, for those that
     # do not
@@ -432,6 +433,7 @@ def test_a_class_without_an_upper_bound_is_proved_where_one_certificate_covers_i
     assert found.reason == ""
 
 
+@pytest.mark.slow
 def test_advice_names_the_farthest_bound_that_would_be_proved():
     # 1/(s + 1)^3: 4 for nonlinearities that vary, 8 for those that do not
     found = about(RationalPlant([1], [1, 3, 3, 1]), sector(0, 9))

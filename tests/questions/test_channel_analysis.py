@@ -113,6 +113,7 @@ def test_classes_beside_a_loop_that_has_its_own_are_refused():
         certify(RING.block)
 
 
+@pytest.mark.slow
 def test_the_report_has_the_channels_and_the_map(found, tmp_path, monkeypatch):
     from lure.analysis.report.loop import write
 

@@ -63,6 +63,7 @@ def second(found):
     [(VEENMAN, 0.767134), (FETZER, 0.523596), pytest.param(OPPOSITE, 0.670053, marks=pytest.mark.thorough)],
     ids=["1.1", "1.2", "1.2-"],
 )
+@pytest.mark.slow
 def test_published_plants_reach_what_others_computed(plant, largest):
     found = second(max_slope(plant, [UNIT] * plant.inputs, criterion="diagonal-circle"))
     assert found.verdict is Verdict.PROVED
@@ -220,6 +221,7 @@ def test_the_time_allowed_is_kept_and_said():
     assert "Nothing is proved" in str(found)
 
 
+@pytest.mark.slow
 def test_a_search_that_fails_proves_nothing(monkeypatch):
     monkeypatch.setattr(ShiftedLoop, "solutions", lambda *_: 1 / 0)
     found = max_slope(VEENMAN, [UNIT] * 3, criterion="full-block-popov")

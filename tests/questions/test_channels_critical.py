@@ -101,6 +101,7 @@ def test_where_the_solutions_go_depends_on_what_is_known():
     assert moving.conclusion.meaning == "Every solution is bounded"
 
 
+@pytest.mark.slow
 def test_an_analysis_says_that_the_plant_has_integrators():
     found = analyse(as_plant(([[0, 0]] * 2, ((2, 1), (1, 2)), ((1, 0), (0, 1)), [[0, 0]] * 2)), [ONE] * 2)
     assert (found.case, found.verdict) == ("critical", Verdict.PROVED)

@@ -67,6 +67,7 @@ def test_a_criterion_asked_for_by_name_is_asked(steps):
     assert found.criterion == "zames-falb"
 
 
+@pytest.mark.slow
 def test_the_rows_of_an_analysis_share_their_work(steps):
     found = analyse(PARK)
     # the search and the Lyapunov functions are for time-varying nonlinearities

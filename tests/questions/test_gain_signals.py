@@ -56,6 +56,7 @@ def oscillator():
 
 # The linear oscillator with stiffness 1, which the ReLU only adds to, has the gain 1/(c sqrt(1 - c^2/4)) = 2.0656, c =
 # 1/2; over the 8 s that are looked at less comes through.
+@pytest.mark.slow
 def test_a_disturbance_in_continuous_time_is_accepted_twice():
     low, certificate = oscillator()
     assert 1.3 < low < 2.0656
@@ -86,6 +87,7 @@ def test_the_disturbance_gets_through_what_is_claimed():
     assert math.sqrt(through / entered) == pytest.approx(low, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_what_is_altered_is_refused_by_both():
     low, good = oscillator()
     steps, middle, sides = len(good["proof"]["inputs"]), len(good["proof"]["inputs"]) // 2, good["proof"]["sides"]

@@ -82,6 +82,7 @@ def three_gain(criterion):
 
 # the optimum of diagonal multipliers, recomputed with a semidefinite programme (cvxpy, Clarabel); of full blocks the
 # published form asks for more than is needed, 3.646936
+@pytest.mark.slow
 def test_a_published_plant_with_three_channels():
     assert three_gain("diagonal-circle").gain.high == pytest.approx(4.775569, rel=1e-5)
     assert three_gain("full-block-circle").gain.high < 3.646936
@@ -180,6 +181,7 @@ def network(samples):
     return l2_gain(plant, [NonlinearityClass.relu()] * 2, performance, window=samples)
 
 
+@pytest.mark.slow
 def test_a_published_network_of_two_relus_with_constraints_over_one_sample_and_two():
     # published: 7.556 with one sample; 5.530 with two, lifted
     assert network(1).gain.high == pytest.approx(7.556, abs=5e-4)
@@ -335,6 +337,7 @@ def test_a_file_and_the_command(lure, tmp_path):
 
 
 @pytest.mark.usefixtures("sketched")
+@pytest.mark.slow
 def test_a_report_that_is_asked_for_the_gain_says_it_on_the_first_screen(lure, tmp_path):
     (tmp_path / "loop.toml").write_text(TEXT + PERFORMANCE + '[report]\nask = ["gain"]\n')
     assert lure("report", str(tmp_path / "loop.toml"), "-o", "page", "--quiet")[0] == 0

@@ -93,6 +93,7 @@ def test_a_sector_that_varies_with_time_ends_where_the_circle_criterion_does():
     assert found.criterion == "piecewise-circle"
 
 
+@pytest.mark.slow
 def test_one_class_is_decided_as_far_and_analysed():
     assert certify("exp(-s)/s", Sector(0.5, 1.5707)).verdict is Verdict.PROVED
     assert certify("exp(-s)/s", Sector(0.5, 1.570795)).verdict is Verdict.PROVED  # from 0 on, as before
@@ -114,6 +115,7 @@ def test_one_class_is_decided_as_far_and_analysed():
         ("exp(-s)/s", -0.5, -0.5),
     ],
 )
+@pytest.mark.slow
 def test_plants_that_small_gains_destabilise_are_refuted(plant, lower, gain):
     # with s > 0: s = k exp(-s) has a root for every k > 0; s - 1 + k exp(-s) is below 0 at s = 0 for k < 1; s^2 + k
     # exp(-s) has the roots i sqrt(k) exp(-s/2), of real part about k/2

@@ -227,6 +227,7 @@ def test_curves_are_for_two_states_in_continuous_time(plant):
     assert all(one.kind != "curve" for one in region(plant, Saturation(gain=2)).sets)
 
 
+@pytest.mark.slow
 def test_two_channels_have_an_outer_curve(held):
     # the same loop with its saturation in two halves
     twice = as_plant(([[0, 1], [-1, "0.5"]], [[0, 0], [1, 1]], [[1, 2], [1, 2]], [[0, 0], [0, 0]]))
@@ -235,6 +236,7 @@ def test_two_channels_have_an_outer_curve(held):
     assert recheck(found.refutation.certificate).accepted
 
 
+@pytest.mark.slow
 def test_a_region_between_saddles_is_larger_than_its_ellipsoid():
     # x'' = x - x'/10 - sat(3 x + x'/5): saddles at +-1, where x = sat
     found = region(as_plant(([[0, 1], [1, "-0.1"]], [0, 1], [3, "0.2"], 0)), Saturation())

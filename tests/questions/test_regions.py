@@ -189,6 +189,7 @@ def test_one_unstable_mode_of_a_saddle_is_bounded_by_its_left_eigenvector(saddle
         assert accepted(bad) == (False, False)
 
 
+@pytest.mark.slow
 def test_integrals_make_a_set_larger_and_both_checkers_accept_it():
     found = region(TWO, LIMITS)
     level, ellipse, *_ = found.sets

@@ -78,6 +78,7 @@ def a_loop(rng):
 
 
 @pytest.mark.parametrize("seed", range(sampled(5, of=100)))
+@pytest.mark.slow
 def test_solutions_of_random_loops_keep_to_what_was_proved(seed):
     rng = np.random.default_rng(seed)
     plant, laws, step = a_loop(rng)

@@ -170,6 +170,7 @@ def test_the_command_tells_the_same_as_json(tmp_path, capsys):
 
 # Duffing x'' + x'/10 + x + x^3/25 = cos(1.3 t): by one harmonic A^2 ((1 + 3 A^2/100 - 1.69)^2 + 0.0169) = 1 has three
 # roots, the middle one unstable (Kovacic, Brennan, The Duffing Equation, 2011, chapter 5)
+@pytest.mark.slow
 def test_a_duffing_equation_jumps_between_two_certified_responses():
     roots = np.sqrt(sorted(np.roots([9e-4, -0.0414, 0.69**2 + 0.0169, -1]).real))
     found = steady_response(([1], [1, F(1, 10), 1]), Cubic(cubic=F(1, 25)), {"amplitude": 1, "omega": F(13, 10)})

@@ -57,6 +57,7 @@ constant = 0.25
 """
 
 
+@pytest.mark.slow
 def test_no_sample_of_a_simulation_leaves_the_band_and_one_comes_near_to_it():
     system = parse_system(LOOP, name="loop", source="a test")
     found = steady_response(system)

@@ -127,6 +127,7 @@ def test_the_cases_differ(documents):
 
 
 @pytest.mark.usefixtures("sketched")
+@pytest.mark.slow
 def test_a_nonlinear_counterexample_is_named_before_the_gain_that_refutes_every_class():
     # Leonov, Bragin, Kuznetsov: under phi = 0 the poles +-i remain, and that nonlinearity lies in the time-varying
     # sector too; their hidden oscillation begins at a saturation of slope 0.39598

@@ -23,6 +23,7 @@ def made(tmp_path, question):
     return find_system(str(path))
 
 
+@pytest.mark.slow
 def test_what_was_asked_is_not_said_to_be_open(tmp_path):
     said = str(report_on(made(tmp_path, "rate"), output=tmp_path / "out"))
     assert "exp(-" in said

@@ -20,6 +20,7 @@ from lure.analysis.cli import main
         ("rod.compliance=1e-30", 0, "give a larger compliance"),
     ],
 )
+@pytest.mark.slow
 def test_extreme_but_legal_input_gets_its_verdict_and_an_honest_simulation(
     tmp_path, monkeypatch, request, setting, status, skipped
 ):

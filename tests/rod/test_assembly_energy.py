@@ -190,6 +190,7 @@ def test_a_rod_without_damping_is_not_proved():
     assert "nothing is proved: [[rod]] number 1" in text
 
 
+@pytest.mark.slow
 def test_the_report_on_the_scheme_says_what_is_proved_of_the_rods_and_follows_them():
     one = Rod(youngs_modulus=4, density=1, length=1, area=1, damping=1, compliance=1)
     thrown = (Scenario.parse(velocity=1), Scenario.parse(velocity=1))

@@ -85,6 +85,7 @@ def test_smooth_motion_is_approached_at_first_second_and_higher_order(smooth):
     assert p1[0].order is None
 
 
+@pytest.mark.slow
 def test_the_orders_hold_up_to_contact_and_fall_after_it(struck):
     event = struck.exact.event
     assert (event.kind, event.t) == ("contact", pytest.approx(2 / 3, abs=1e-12))
@@ -101,6 +102,7 @@ def test_the_orders_hold_up_to_contact_and_fall_after_it(struck):
         assert row.before_error == pytest.approx(math.sqrt(np.mean(early**2)), rel=0.05, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_orders_of_the_papers_release_are_those_of_a_smeared_kink(release):
     # a front smeared over sqrt(h T) leaves an error of that size in u over that time: L2 of order h^(3/4) up to the
     # kink; over the run the coarse scheme has lost everything, and the order is less

@@ -180,6 +180,7 @@ def test_contact_begins_when_the_exact_motion_reaches_the_obstacle():
     assert motion.end_displacement(np.linspace(0, touch.start - 1e-4, 999)).max() < 0.5
 
 
+@pytest.mark.slow
 def test_p1_p2_and_cosines_have_one_limit_through_contact():
     rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.3, compliance=0.05, gap=0.03)
     scenario = Scenario.parse(displacement="8*(x*(1 - x))**4")

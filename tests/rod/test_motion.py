@@ -118,6 +118,7 @@ def test_a_body_force_that_was_made_for_a_known_motion():
         assert motion.velocity(t, x) == pytest.approx(math.cos(t) * x**2 * (3 - 2 * x), abs=3e-13)
 
 
+@pytest.mark.slow
 def test_a_body_force_switched_on_a_part_of_the_rod_keeps_the_balance():
     scenario = Scenario.parse(body_force="where(t < 2, 1, 0)*where(x < 0.7, sin(x), 0.1)", displacement="0.05*x**2")
     assert imbalance(exact_motion(other_rod(gap=1), scenario, 4.0)) < 1e-12

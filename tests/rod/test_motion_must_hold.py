@@ -123,6 +123,7 @@ def test_a_net_of_characteristics_converges_to_it_at_second_order():
     assert errors[1] / errors[2] > 3.5
 
 
+@pytest.mark.slow
 def test_the_scheme_and_the_weak_form_come_near_it():
     rod = unit_rod(gap=0.1, damping=0.5, compliance=0.5)
     scenario = Scenario.parse(velocity="0.3*(1 - cos(2*pi*x))", force="0.2*(1 - cos(t))")

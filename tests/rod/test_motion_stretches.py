@@ -143,6 +143,7 @@ def test_loops_and_arrays_pass_over_the_same_round_trips(boundary, velocity, for
 # Round trips as a series in their number, round trips by doubling: see lure.rod.motion.blocks.
 @settings(max_examples=8)
 @given(problem=problems())
+@pytest.mark.slow
 def test_series_and_doubling_go_the_same_way(problem):
     rod, scenario, boundary, until = problem
     first = exact_motion(rod, scenario, until, boundary=boundary, numerics=PLAIN)

@@ -273,6 +273,7 @@ def test_the_json_has_the_largest_z_of_every_figure_and_variant(table):
     assert len(data["claims"]) == len(table.claims)
 
 
+@pytest.mark.slow
 def test_the_files_are_a_page_its_data_and_every_figure_twice(table, runs, tmp_path):
     write_paper(table, runs, tmp_path / "out")
     page = (tmp_path / "out/paper.html").read_text(encoding="utf-8")

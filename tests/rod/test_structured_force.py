@@ -143,6 +143,7 @@ def test_the_forced_motion_is_that_of_the_event_exact_simulation(force, gap, N, 
 #   d/dt [(h/2c) sum y^2 + 2 d P(z)] = (e^2 - y_2N^2)/2 - sum of (differences)^2/2 over both waves,
 # since what the nonlinearity takes at the end, (q^2 - y_N^2)/2 = -2 d p z', is what it stores.  Times A/(2d) it is a
 # power.
+@pytest.mark.slow
 def test_the_energy_grows_by_the_work_of_the_force_less_what_is_lost():
     rod, N = rod_with(0.3, 1e-5), 12
     scheme = upwind(rod, N)

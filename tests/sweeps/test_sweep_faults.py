@@ -48,6 +48,7 @@ def same(folder, one, other):
     return first.identical(second)
 
 
+@pytest.mark.slow
 def test_killed_whole_it_goes_on_and_repeats_one_chunk(written, tmp_path):
     study, command = written(count=160, chunk=20)
     done = tmp_path / "study.zarr" / ".lure" / "done"

@@ -56,6 +56,7 @@ def sampled_left_hand_side(plant, answer):
         (6, False, 175 / 192 - 1e-8, 175 / 192 + 1e-12),
     ],
 )
+@pytest.mark.slow
 def test_the_published_values_are_reached_and_bounded(example, odd, published, limit):
     plant = DISCRETE[example]
     answer = reach(example, odd)
