@@ -225,11 +225,14 @@ class _Run:
                 if make:
                     self.store.make()
                     make = False
-                self._with(pool)
+                lost = self._with(pool)
             finally:
                 pool.shutdown()
+            if lost is not None:  # what the others were at is done by now
+                self._after_loss(lost)
 
-    def _with(self, pool: Pool) -> None:
+    def _with(self, pool: Pool) -> list[int] | None:
+        """Compute what is waiting; what was handed out when a process died."""
         running: dict[Future[int], int] = {}
         try:
             while self.waiting or running:
@@ -245,7 +248,8 @@ class _Run:
                     self.finished, self.in_vain = self.finished + 1, 0
                     self.tell(f"{self.store.study.system}", self.finished / self.store.study.chunks)
         except (BrokenProcessPool, ImportError):  # what is imported here is not for want of memory alone
-            self._after_loss(list(running.values()))
+            return list(running.values())
+        return None
 
     def _after_loss(self, begun: list[int]) -> None:
         """Take up what was handed out and has no marker; end where processes die and nothing gets done."""
@@ -299,7 +303,7 @@ class _Processes:
     def submit(self, number: int, job: Job) -> Future[int]:
         """Have a chunk computed by one that is free."""
         try:
-            return self._pool.submit(computed, number, job)
+            return self._pool.submit(_to_the_end, number, job)
         except (OSError, EOFError) as error:  # the process that is copied has died
             raise BrokenProcessPool(str(error)) from None
 
@@ -324,6 +328,7 @@ def _imported() -> list[str]:
 def _begin() -> None:
     """Of a process: leave interrupts to the parent, end when it has died, look for no garbage in what is imported."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _Ending.wish)
     parent = multiprocessing.parent_process()
     assert parent is not None, "it has been started by one"
 
@@ -333,6 +338,30 @@ def _begin() -> None:
 
     threading.Thread(target=watch, daemon=True).start()
     gc.freeze()
+
+
+class _Ending:
+    """Whether a process is to end after its chunk: when one dies, the pool asks all others to end at once."""
+
+    at_work = wanted = False
+
+    @classmethod
+    def wish(cls, *_given: object) -> None:
+        """End, now or after the chunk."""
+        cls.wanted = True
+        if not cls.at_work:
+            os._exit(0)
+
+
+def _to_the_end(number: int, job: Job) -> int:
+    """Compute a chunk in a process of a pool."""
+    _Ending.at_work = True
+    try:
+        return computed(number, job)
+    finally:
+        _Ending.at_work = False
+        if _Ending.wanted:
+            os._exit(0)  # the pool is broken, and its queue may be held by the dead
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -65,6 +65,23 @@ def test_killed_whole_it_goes_on_and_repeats_one_chunk(written, tmp_path):
     assert same(tmp_path, "study", "plain")
 
 
+@pytest.mark.slow
+def test_one_process_that_is_killed_repeats_its_own_chunk_alone(written, tmp_path):
+    _, command = written(count=4000, chunk=200)  # a tenth of a second a chunk
+    done, kills = tmp_path / "study.zarr" / ".lure" / "done", 3
+    with subprocess.Popen([*command, "--workers=2"], stdout=subprocess.PIPE, cwd=tmp_path) as process:
+        for kill in range(kills):
+            while len(list(done.glob("[0-9]*"))) < 2 + 4 * kill:
+                assert process.poll() is None
+                time.sleep(0.005)
+            near = psutil.Process(process.pid).children()
+            workers = [one for child in near for one in child.children()]
+            workers[0].kill()
+        found = json.loads(process.stdout.read())
+    assert (found["done"], found["failed"]) == (4000, 0)
+    assert 1 <= found["repeated"] <= kills
+
+
 def test_what_a_killed_run_had_half_made_is_removed_and_said(written, tmp_path, monkeypatch):
     study, _ = written(count=20, chunk=20)
     gone = subprocess.Popen([sys.executable, "-c", ""])
