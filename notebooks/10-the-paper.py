@@ -80,7 +80,7 @@ def entry(head, **rows):
 # the ends nothing happens to a wave, at $x = L$ it turns round, at $x = 0$ it turns round and loses one part in
 # three thousand.
 #
-# On the left what the paper shows, on the right the rod. The upwind scheme replaces transport by transport plus
+# On the left is what the paper shows, on the right the rod. The upwind scheme replaces transport by transport plus
 # diffusion; on ten cells the diffusion wins within a millisecond.
 
 # %%
@@ -149,7 +149,7 @@ show("figure-09", "figure-10")
 # force divided by 60 000. Violet is the printed system with $N = 200$: the "same results" do not reach the
 # obstacle at all.
 #
-# How far the end gets beyond the obstacle, $\max z$ in metres, in every variant (a star: contact):
+# How far the end gets beyond the obstacle, $\max z$ in metres, in every variant (a star marks contact):
 
 # %%
 print(f"{'figure':40}" + "".join(f"{number:>11} " for number in (8, 9, 10)))
@@ -209,7 +209,7 @@ for row in rows:
 #
 # Six of thirteen claims survive, and among them are the two on which everything else in this project is built: the
 # zero eigenvalue is simple, and Popov's method applies. What does not survive is the picture of a rod that settles
-# in a millisecond. That was the grid.
+# in a millisecond. That settling is the damping of the grid.
 #
 # The numbers quoted above, checked:
 

@@ -15,8 +15,8 @@
 #
 # Two pictures of one curve, two theorems, and how much of either you can see. The loop is $\sigma = H\mu$, $\mu =
 # -\phi(\sigma)$ throughout, and of $\phi$ only a sector $[0, k]$ is known: $0 \le \sigma\phi(\sigma) \le
-# k\sigma^2$. What is called proved below was decided in exact arithmetic at every frequency. The pictures show it; they
-# do not prove it, and at the end two of them lie.
+# k\sigma^2$. What is called proved below was decided in exact arithmetic at every frequency. The pictures show it;
+# they do not prove it, and at the end two of them mislead.
 
 # %% tags=["hide-input"]
 from importlib.util import find_spec
@@ -51,7 +51,7 @@ def side_by_side(left, right):
 #
 # **Nyquist's plot** is $\mathrm{Im}\,H$ over $\mathrm{Re}\,H$. For a stable $H$ the circle criterion asks that the
 # curve stay to the right of the vertical line through $-1/k$. Then the loop is stable for every nonlinearity of the
-# sector, even one that changes with time.
+# sector, even one that depends on time.
 #
 # **Popov's plot** is $\omega\,\mathrm{Im}\,H$ over $\mathrm{Re}\,H$, and its line through $-1/k$ may have any slope:
 #
@@ -150,7 +150,7 @@ side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 #   $k$, gets no stronger conclusion.
 # - **The residue** must be positive. With a negative one every small positive gain is unstable, although
 #   $\mathrm{Re}\,H$ can be positive everywhere, as it is for $-1/(s(s + 1))$.
-# - **The order.** At a double pole the criterion ends, whatever the picture.
+# - **The order.** With a double pole at 0 the criterion does not apply, whatever the picture shows.
 
 # %%
 print(max_sector("1/s"))
@@ -161,10 +161,10 @@ print(f"(s+1)/s^2: {double.verdict}; {double.reason}")
 # %% [markdown] explore="num=1,0,0&den=1,1,1&k=6.4&theta=-1"
 # ## 4. Negative theta
 #
-# Many texts ask for $\theta \ge 0$. For finite $k$ that is not needed ([note 6](notes/0006-negative-theta.md)), and it
-# can cost most of the sector. $s^2/(s^2 + s + 1)$ is the oscillator of part 1 with $s$ and $1/s$ exchanged. The circle
-# criterion stops at $k = 3$ again, positive $\theta$ makes it worse, and $\theta = -1$ gives $3 + 2\sqrt3 = 6.46$. And
-# so on, for ever larger $k$.
+# Many texts ask for $\theta \ge 0$. For finite $k$ that is not needed ([note 6](notes/0006-negative-theta.md)), and
+# it can cost most of the sector. $s^2/(s^2 + s + 1)$ is the oscillator of part 1 with $s$ and $1/s$ exchanged. The
+# circle criterion stops at $k = 3$ again, positive $\theta$ makes it worse, and $\theta = -1$ gives
+# $3 + 2\sqrt3 = 6.46$. The more negative $\theta$ is, the larger is $k$.
 
 # %%
 MIRRORED = "s^2/(s^2 + s + 1)"

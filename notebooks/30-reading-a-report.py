@@ -72,7 +72,7 @@ say(
 
 # %% [markdown]
 # 1. **The verdict** is one of PROVED, REFUTED, INCONCLUSIVE. It has no truth value: `if report:` raises, because an
-#    INCONCLUSIVE that slips through an `if` is how a gap becomes a guarantee.
+#    `if` could take INCONCLUSIVE for PROVED.
 # 2. **Of what?** *In the rod and in its 10-cell scheme.* Two objects: the rod is a partial differential equation, the
 #    scheme the twenty-one ordinary ones that replace it for a computer. They have different spectra and different
 #    proofs, and every row below names the one it is about.
@@ -91,8 +91,8 @@ for claim in claims(report):
 
 # %% [markdown]
 # **Certified** rests on exact arithmetic or a proof, over all frequencies and the whole class. **Computed** is
-# floating point against a second computation. **Observed** is one solution: it may contradict a claim, and then no
-# report is written; it cannot prove one. Only the first ever carries PROVED.
+# floating point compared with a second computation. **Observed** is one solution: it may contradict a claim, and
+# then no report is written; it cannot prove one. Only the first ever carries PROVED.
 #
 # ## The criteria: theta, margin, largest k
 
@@ -117,7 +117,7 @@ for row in report.criteria:
 #   $\mathrm{Re}\,H$ goes down to $-1/8$ (hence its margin, $0.875 = 1 - 1/8$); Popov proves every finite
 #   stiffness. A contact ten times as hard as this one would need Popov.
 #
-# You can check the margin on your fingers: ask the block.
+# You can check the margin with one evaluation of the block:
 
 # %%
 blocks = {"scheme": report.scheme, "rod": RodPlant(report.scheme.rod)}
@@ -185,9 +185,9 @@ plt.show()
 
 # %% [markdown]
 # Two motions, both without a time step: of the rod along its characteristics, of the scheme from event to event.
-# Energy and Lyapunov function must not rise, $\zeta$ must not rise, and the resting place, predicted from momentum as
-# $-0.0199$ m, must be the one shown. Had one of these failed, you would have got an error instead of a report. That
-# they hold is good news about our programs, and no proof: these are two motions out of infinitely many.
+# Energy and Lyapunov function must not rise, $\zeta$ must not rise, and the resting place, predicted from momentum
+# as $-0.0199$ m, must be the one shown. Had one of these failed, you would have got an error instead of a report.
+# That they hold speaks for our programs, and is no proof: these are two motions out of infinitely many.
 #
 # ## The certificates
 #
@@ -243,7 +243,7 @@ print(undamped.verdict)
 say(undamped.conclusion.statement, undamped.criteria[0].reason)
 
 # %% [markdown]
-# INCONCLUSIVE is not a polite REFUTED. It says which hypothesis is missing (the zero eigenvalue is double) and what
+# INCONCLUSIVE does not mean REFUTED. It says which hypothesis is missing (the zero eigenvalue is double) and what
 # to try (a damping above zero). A criterion that fails refutes nothing.
 #
 # **With a dashpot that pushes.** Now one of the motions runs away, and the report has to name it:

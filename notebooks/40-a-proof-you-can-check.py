@@ -13,7 +13,7 @@
 # %% [markdown]
 # # A proof you can check
 #
-# You distrust our solver, our linear algebra and our plots. Good. Beside every PROVED and REFUTED stands a file in
+# You need not trust our solver, our linear algebra or our plots. Beside every PROVED and REFUTED stands a file in
 # exact numbers, and this notebook reads five of them with you, by hand: `fractions.Fraction` and `json`, no `lure`
 # between you and the arithmetic. What is left to believe is a handful of theorems with names, and Python's integers.
 #
@@ -203,8 +203,8 @@ assert min(deflated) > 0
 # **Concluded**, by Popov's theorem in the critical case (Aizerman and Gantmacher 1964): for every nonlinearity of the
 # class, every solution converges to the set of equilibria.
 #
-# **Not concluded**: asymptotic stability of 0, and not for want of trying. The nonlinearity $\max(\sigma - 1, 0)$
-# belongs to the class, the checker confirms it, and with it the loop rests at $\sigma = 1/2$ for ever. Nor a rate, nor
+# **Not concluded**: asymptotic stability of 0, which would be false. The nonlinearity $\max(\sigma - 1, 0)$ belongs
+# to the class, the checker confirms it, and with it the loop rests at $\sigma = 1/2$ for ever. Nor a rate, nor
 # anything about nonlinearities that depend on time, or about loads, or whether your plant has these coefficients.
 
 # %%
@@ -244,7 +244,7 @@ accepted = [text for text in changed if verdict(text) in ("Proved", "Refuted")]
 print(len(changed), "files with one digit changed,", len(accepted), "accepted")
 
 # %% [markdown]
-# A digit is not sacred. A change that makes another true claim, consistently, would be accepted, and rightly.
+# Not every change must be refused: one that consistently makes another true claim would be accepted, and rightly.
 #
 # ### The sector $[0, 6]$
 #
@@ -267,9 +267,9 @@ print("Rejected:", refusal)
 
 # %% [markdown]
 # No multiplier of any kind can work. The nonlinearity $\phi = 6\sigma$ is in the class, and
-# $d + 6n = s^3 + 3s^2 + 2s + 6 = (s+3)(s^2+2)$ has its roots $\pm i\sqrt2$ on the axis: that loop swings like
-# $\cos\sqrt2\,t$ and never comes to rest. At $\omega^2 = 2$ we have $1/6 + H = 0$, whatever it is multiplied by. What
-# can be certified is the opposite.
+# $d + 6n = s^3 + 3s^2 + 2s + 6 = (s+3)(s^2+2)$ has its roots $\pm i\sqrt2$ on the axis: that loop has the solution
+# $\cos\sqrt2\,t$, which never comes to rest. At $\omega^2 = 2$ we have $1/6 + H = 0$, whatever it is multiplied by.
+# What can be certified is the opposite.
 
 # %%
 assert times([3, 1], [2, 0, 1]) == plus(d, [6 * a for a in n])
@@ -429,8 +429,8 @@ by_matrix = checked(proof=critical)
 print(by_matrix.claim)
 
 # %% [markdown]
-# $V = x^TPx + \zeta^2/\varrho + 2\theta\int\phi$. The conclusion is that of part 1, word for word, by another road.
-# The last pivot is 0.002; in floating point one would have to say how well that is known.
+# $V = x^TPx + \zeta^2/\varrho + 2\theta\int\phi$. The conclusion is that of part 1, word for word, by another
+# proof. The last pivot is 0.002; in floating point one would have to say how well that is known.
 #
 # This $P$ was found with a pencil. The search solves Riccati equations at order 400, and what it returns is rounded to
 # dyadic numbers and read in just this way.

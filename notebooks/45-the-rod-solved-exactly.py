@@ -201,8 +201,8 @@ for name, motion in (("rigid", rigid), ("1e-10", stiff)):
     )
 
 # %% [markdown]
-# What is missing from 48 000 Pa and from $4\cdot10^{-4}$ N s is the dashpot's. The obstacle returns all it takes, and
-# nobody put in a coefficient of restitution: 0.2 % of the speed is lost, to the dashpot.
+# What is missing from 48 000 Pa and from $4\cdot10^{-4}$ N s went to the dashpot. The obstacle returns all the
+# energy it takes, and no coefficient of restitution was put in: 0.2 % of the speed is lost, to the dashpot.
 #
 # The scheme meets the same stiff obstacle without difficulty, stays on it for nearly the right time, and is thrown back
 # as a different body.
@@ -293,8 +293,8 @@ label(right, "t [s]", "contact stress [Pa]", ylim=(-2e3, 6.8e4), **shown)
 plt.show()
 
 # %% [markdown]
-# The order is one, over five decades: at $\varepsilon = 10^{-14}$ the two motions differ by a nanometre. An explicit
-# solver with a time step would need steps below $\varepsilon/d$, here $5\cdot10^{-10}$ s.
+# The observed order is one, over five decades: at $\varepsilon = 10^{-14}$ the two motions differ by a nanometre.
+# An explicit solver with a time step would need steps below $\varepsilon/d$, here $5\cdot10^{-10}$ s.
 
 # %%
 assert all(abs(rate - 1) < 2e-3 for rate in rates)
@@ -304,8 +304,8 @@ assert f"{1e-14 / rod.mobility:.1e}" == "4.8e-10"
 # %% [markdown]
 # ## 4. Other nonlinearities
 #
-# $p = c_n\,z_+^m$ with $m \ne 1$ is no linear equation any more; it is solved by collocation on pieces that adapt
-# themselves. Here $c_n$ is chosen such that every nonlinearity reaches 48 kPa at a depth of 10 µm: Hertz's exponent
+# $p = c_n\,z_+^m$ with $m \ne 1$ is no linear equation any more; it is solved by collocation on pieces of adapted
+# length. Here $c_n$ is chosen such that every nonlinearity reaches 48 kPa at a depth of 10 µm: Hertz's exponent
 # 3/2, a linear one, and a hard cubic one.
 
 # %%

@@ -88,7 +88,7 @@ found = max_sector(block, lower=0)
 print(f"linear gains are stable up to {found.hurwitz.low:g}")
 
 # %% [markdown]
-# So 20 is safe, with a factor of four to spare? For straight lines. A saturation is none, and a loop that every
+# So 20 is safe for straight lines, with a factor of four to spare. A saturation is not one, and a loop that every
 # straight line of a sector stabilises can oscillate with a curved one (Aizerman and Kalman conjectured otherwise).
 #
 # ## 4. The answer, and how to read it
@@ -104,7 +104,7 @@ print(found)
 # - *popov, certified*: by Popov's criterion, decided in exact arithmetic at every frequency. *Computed* and *observed*
 #   would be less, and neither may call itself PROVED.
 # - *phi = 84 sigma: the loop is not asymptotically stable*: the other side, a member of the class that fails.
-# - *in between nothing was shown.* 23 to 84 is not "unstable": there, nothing was shown either way.
+# - *in between nothing was shown.* Between 23 and 84 the loop is not shown to be unstable, nor to be stable.
 #
 # At the end of a cell an answer shows itself with all that stands behind it: what was tried, and why it stopped there.
 
@@ -282,10 +282,11 @@ room = tolerances(motor, Sector(0, 20))
 print(room)
 
 # %% [markdown]
-# The first interval is *certified*: the motor is stable with each gain in it and every nonlinearity of the sector. From
-# the second on one plant and a constant gain refute. Between them nothing is known. With two parameters the picture is
-# a map: the black box is given, blue is how far each and both may go, a cross is a plant that refutes. A servo
-# $k/(s(s+1)(s+a))$ takes gains below $a(a+1)/k$ by Routh's test, and Popov's criterion proves as much:
+# The first interval is *certified*: with each motor gain in it and every nonlinearity of the sector, every solution
+# converges to the set of equilibria. From the second on one plant and a constant gain refute the claim. Between
+# them nothing is known. With two parameters the picture is a map: the black box is given, blue is how far each and
+# both may go, a cross is a plant that refutes. A servo $k/(s(s+1)(s+a))$ takes gains below $a(a+1)/k$ by Routh's
+# test, and Popov's criterion proves as much:
 
 # %%
 servo = PlantFamily.of_formula(
@@ -309,7 +310,7 @@ for margin in joint.margins:
 #
 # ## What this notebook claims
 #
-# The numbers above are those of the motor. For your own two lines this cell has nothing to say.
+# The numbers above are those of the motor. For two lines of your own this cell checks nothing.
 
 # %% tags=["hide-input"] mystnb={"code_prompt_show": "Show the checks", "code_prompt_hide": "Hide the checks"}
 if (

@@ -83,7 +83,7 @@ plt.show()
 #
 # Behind the scatter we assume one mean nonlinearity $f$ with $f(0) = 0$. `sector_from_data` bounds all its chords
 # $f(\sigma)/\sigma$ and all its slopes *at once*: if the assumptions printed below hold, then of a hundred files
-# measured like this one about 95 give four bounds that are all true.
+# measured like this one about 95 or more give four bounds that are all true.
 
 # %%
 found = sector_from_data(data)
@@ -145,7 +145,7 @@ verdict = margin_from_data(found, loop, gain=0.005, assume_nonnegative=True)
 verdict
 
 # %% [markdown]
-# The same without our word, and with a gain of 0.007:
+# The same without this assumption, and with a gain of 0.007:
 
 # %%
 print(margin_from_data(found, loop, gain=0.005))
@@ -159,8 +159,9 @@ print(margin_from_data(found, loop, gain=0.007, assume_nonnegative=True))
 # ## 5. The nonlinearity, and a rod that meets it
 #
 # A sector forgets the shape. If you believe in normal compliance, $p = (u - \mathrm{gap})_+^m/\varepsilon$, fit it.
-# $\varepsilon$ and $m$ are nearly proportional to each other (correlation −0.999), so one interval for each would
-# mislead; the box given holds all three at once. With the area of the punch the load becomes a stress, as a rod needs.
+# The estimates of $\varepsilon$ and $m$ are almost perfectly correlated (−0.999), so one interval for each would
+# mislead; the box given holds all three at once. With the area of the punch the load becomes a stress, as a rod
+# needs.
 
 # %%
 fit = fit_compliance(example_measurements(area=25e-6))

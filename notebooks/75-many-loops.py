@@ -45,8 +45,9 @@ def answered(name, study):
 # %% [markdown]
 # ## The paper's rod
 #
-# By the energy theorem the sign of $k$ alone decides, for the rod and for its scheme with any number of cells $N$, and
-# whatever the compliance $\varepsilon$ is: damped rods are PROVED, driven ones REFUTED, and nothing is said of $k = 0$.
+# By the energy theorem the sign of $k$ alone decides, for the rod and for its scheme with any number of cells $N$,
+# and whatever the compliance $\varepsilon$ is: rods with $k > 0$ are PROVED, those with $k < 0$ REFUTED, and
+# $k = 0$ is INCONCLUSIVE.
 
 # %%
 rods = answered(
@@ -102,7 +103,7 @@ plt.show()
 # ## A servo and its tolerances
 #
 # $H(s) = k/(s\,(s + 1)(s + a))$ with both parameters uncertain. By Routh's test linear gains are stable below
-# $a(a + 1)/k$, and Popov's criterion proves every nonlinearity below that.
+# $a(a + 1)/k$, and Popov's criterion proves the sectors below that.
 
 # %%
 (folder / "servo.toml").write_text(

@@ -163,7 +163,7 @@ say(f"the checker, on the certificate: {type(again).__name__}, {again.claim}")
 # %% [markdown]
 # A saturation with a gain of 0.467 and a leak of 0.01 keeps the loop swinging for ever, although the linear loop
 # could take a gain twenty times as large. Popov proves the sector up to 0.0847. Of the sectors in between, up to
-# 0.4668, we do not know.
+# 0.4668, nothing is known here.
 #
 # **Moral: a gain margin is a statement about straight lines.**
 #
@@ -222,8 +222,8 @@ plt.show()
 
 # %% [markdown]
 # For odd nonlinearities the proof stops within $10^{-8}$ of $25/23 = 1.08696$, where a linear gain fails. Without
-# oddness it stops at $175/192 = 0.91146$, and that is not modesty: the nonlinearity on the right, of slope 0 and
-# $175/192$, has an orbit that visits the three marked points for ever. In fractions, by hand:
+# oddness it stops at $175/192 = 0.91146$, and no proof can go further: the nonlinearity on the right, of slope 0
+# and $175/192$, has an orbit that visits the three marked points for ever. In fractions, by hand:
 
 # %%
 points = [tuple(map(Fraction, point)) for point in monotone.witness.data["points"]]
@@ -320,8 +320,8 @@ plt.show()
 # %% [markdown]
 # Between 3 and 5.7102 nothing was shown of nonlinearities that depend on time; that does not touch Popov's result.
 #
-# **Moral: gain scheduling, wear and temperature are time-varying nonlinearities. Popov and Zames-Falb have not heard of
-# them.**
+# **Moral: gain scheduling, wear and temperature make a nonlinearity time-varying. Popov's criterion and Zames and
+# Falb's do not cover that.**
 #
 # ## 5. The describing function, wrong both ways
 #
@@ -387,7 +387,7 @@ plt.show()
 # it. (In floating point; so the solution is observed, and `lure` does not call this loop proved. It proves the sector
 # up to 0.39, and this nonlinearity reaches $\phi(2)/2 = 0.5$.)
 #
-# **Moral: a balance is a place to look, and its absence is none to rest.**
+# **Moral: a balance says where to look for an oscillation; that there is none proves nothing.**
 #
 # ## 6. Stable, and yet it remembers
 #
@@ -417,7 +417,8 @@ plt.show()
 # they attract what is near is computed. On the right one attracts all others, certified, and its amplitude is enclosed:
 # there the circle criterion holds for the *slopes*, which is what differences of two solutions see.
 #
-# **Moral: that a loop is stable says nothing of what it does when it is shaken. Popov and Zames-Falb do not tell.**
+# **Moral: that a loop is stable says nothing of what it does when it is shaken. A proof by Popov's criterion or
+# Zames and Falb's does not tell.**
 #
 # ## What to take home
 #
@@ -425,7 +426,7 @@ plt.show()
 # |---|---|---|
 # | linear | the gain margin | a saturation swings where any gain up to 9.9 is fine |
 # | a sector, time-invariant | Popov | a gain that switches between 0 and 5.71022 makes the solution grow |
-# | a sector, time-varying | the circle, homogeneous Lyapunov functions | there is nothing left to forget |
+# | a sector, time-varying | the circle, homogeneous Lyapunov functions | no criterion here applies |
 # | a slope | Park, Zames and Falb | Popov proves 1.7636 instead of 4.5894 |
 # | odd as well | their odd multipliers | an orbit of period 3 at $175/192$, below $25/23$ |
 #

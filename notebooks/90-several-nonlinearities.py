@@ -132,8 +132,9 @@ three = every_kind(THREE)
 print(three["sector, time-varying"])
 
 # %% [markdown]
-# Their sweeps end at 3.7 for three different nonlinearities and at 5.5 for one odd nonlinearity in all channels, with
-# kernels whose pole the user picks. Where a sweep ends is no bound, so that the diamonds only say how far they looked.
+# Their sweeps end at 3.7 for three different nonlinearities and at 5.5 for one odd nonlinearity in all channels,
+# with kernels whose pole the user picks. The end of a sweep is no bound on what is true, so that the diamonds only
+# say how far the sweeps went.
 
 # %%
 SWEPT = {"slopes": 3.7, "one, odd, with slopes": 5.5}
@@ -153,8 +154,8 @@ print(
 )
 
 # %% [markdown]
-# The red bar is gains that jump. Here they are, a fifth above that factor and a fifth below: once the first turns are
-# over the state grows or decays. The drawing is in floating point; that some solution grows is certified.
+# The red bar is for gains that jump. Here they are, a fifth above that factor and a fifth below: after the first
+# periods the state grows or decays. The drawing is in floating point; that some solution grows is certified.
 
 # %%
 jumps = three["sector, time-varying"].refutation.certificate["proof"]

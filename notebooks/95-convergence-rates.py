@@ -101,11 +101,11 @@ ax.legend(loc="upper left", bbox_to_anchor=(1, 1), **LEGEND)
 plt.show()
 
 # %% [markdown]
-# Full marks are proved, empty ones are members of the class. Where both coincide the answer is exact: for the gradient
-# method and for triple momentum, $1 - 1/\sqrt\kappa$, the fastest known. For Nesterov's method the proved numbers are
-# those published from semidefinite programmes. The heavy ball is tuned for quadratic functions, where it is the
-# fastest of all; with slopes that change it is proved at small $\kappa$ only, and at $\kappa = 25$ a piecewise linear
-# gradient keeps it in a cycle for ever:
+# Full marks are proved, empty ones are members of the class that are no faster. Where both coincide nothing is left
+# open: for the gradient method and for triple momentum, $1 - 1/\sqrt\kappa$, the fastest known. For Nesterov's
+# method the proved numbers are those published from semidefinite programmes. The heavy ball is tuned for quadratic
+# functions, where it is the fastest of all; with slopes that change it is proved at small $\kappa$ only, and at
+# $\kappa = 25$ a piecewise linear gradient keeps it in a cycle for ever:
 
 # %%
 print(found["heavy ball"][-2])

@@ -141,7 +141,8 @@ print(ours)
 # %% [markdown]
 # ## Nothing escapes
 #
-# Both sets are attacked from 50 000 starts on their boundaries, with the networks as they are.
+# From 50 000 initial states on their boundaries the solutions with the networks themselves are followed. This is an
+# observation; the proofs are the certificates.
 
 
 # %%
