@@ -434,8 +434,8 @@ print(
 )
 
 # %% [markdown]
-# Momentum keeps the books: what the force has given, $gt$, went into the impacts and into the dashpot, $k\,u(t, 0)$,
-# but for what the bar still has.
+# The momentum balance agrees: what the force has given, $gt$, went into the impacts and into the dashpot,
+# $k\,u(t, 0)$, but for what the bar still has.
 
 # %%
 given, taken = 0.02 * 0.05, sum(impact.impulse for impact in bounce.impacts)

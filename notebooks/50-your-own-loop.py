@@ -115,8 +115,8 @@ found
 #
 # ## 5. The bracket
 #
-# What is proved depends on what you promise about the nonlinearity. If it may change with time the class is larger, and
-# less is true of it; if its slope stays in $[0, k]$ the class is smaller.
+# What is proved depends on what you state about the nonlinearity. If it may change with time the class is larger,
+# and less is true of it; if its slope stays in $[0, k]$ the class is smaller.
 
 # %%
 varying = max_sector(block, time_varying=True, search="full")  # switching gains too

@@ -147,7 +147,7 @@ for ratio in chosen:
 # $$k_{\text{circle}} = \frac{E}{L}\,\frac{k^2}{Z^2 - k^2}, \qquad
 #   \text{least } \theta = T\Big(\frac Zk - \frac kZ\Big).$$
 #
-# Above $Z$ the scheme flatters: at $k = 2Z$ ten cells promise 4.5, the block of the rod has 2.7. At
+# Above $Z$ the scheme looks better than the rod: at $k = 2Z$ ten cells give 4.5, the block of the rod 2.7. At
 # $k = Z$ the block is an integrator, $H = d/s$, for the rod and for every $N$: the circle criterion covers every finite
 # sector, and no multiplier is needed. **The dashpot with the largest circle margin is the matched one.** (The table
 # shows $10^{17}$ and a $\theta$ not quite 0, since $Z$ of steel is irrational and $k$ a double.) Popov's margin
@@ -181,11 +181,12 @@ plt.show()
 # %% [markdown]
 # ## 3. What a stiff stop costs
 #
-# Turn the figure on the right round. The circle criterion accepts a stop of stiffness $\beta$ only if its largest slope
-# is larger: a window of $k$ around $Z$, from $k/Z = 1/\sqrt{1 + 1/\beta}$ on, which closes as the stop gets harder. For
-# the steel bar ($\beta = 95$) it begins half a percent below $Z$, and $k = 0.197 Z$, as built, lies far outside.
-# Popov's criterion holds for every $k > 0$, and the energy theorem never asks for $\varepsilon$. **So stiffness costs
-# margin in the circle criterion, and nothing in the theorem**: what fails is a method, not a rod.
+# Read the figure on the right the other way. The circle criterion accepts a stop of stiffness $\beta$ only if its
+# largest slope is larger than $\beta E/L$. This gives a window around $Z$, from $k/Z = 1/\sqrt{1 + 1/\beta}$ on,
+# which closes as the stop gets harder. For the steel bar ($\beta = 95$) it begins half a percent below $Z$, and
+# $k = 0.197 Z$, as built, lies far outside. Popov's criterion holds for every $k > 0$, and the energy theorem never
+# asks for $\varepsilon$. **So stiffness costs margin in the circle criterion, and nothing in the theorem**: what
+# fails is the method, and not the rod.
 
 # %%
 own = {}
@@ -311,10 +312,11 @@ ax.legend(fontsize="small")
 plt.show()
 
 # %% [markdown]
-# Beyond $Z$ even the bound goes. A bar with $k = 10Z$, let go in compression, with a dent in its forward wave as short
-# as the memory of the stop, $\varepsilon/d$: the stop relaxes into the dent, sends out three times the wave, and the
-# stiff end returns that as a blow. It reaches $a\,(4e^{-1/2} - 1) = 1.167$ times $\rho c v$, however small
-# $\varepsilon$ is. A rigid stop has no memory and returns every wave as large as it came: 1 is its limit for every $k$.
+# Beyond $Z$ the bound no longer holds. A bar with $k = 10Z$, let go in compression, with a dent in its forward wave
+# as short as the memory of the stop, $\varepsilon/d$: the stop relaxes into the dent, sends out three times the
+# wave, and the stiff end returns that as a blow. It reaches $a\,(4e^{-1/2} - 1) = 1.167$ times $\rho c v$, however
+# small $\varepsilon$ is. A rigid stop has no memory and returns every wave as large as it came: 1 is its limit for
+# every $k$.
 
 
 # %%

@@ -180,7 +180,7 @@ print(f"H = {third}\n")
 say(third_sector, third_slope)
 
 # %% [markdown]
-# Knowing the slope carries the proof from 1.7636 to 4.5894, to where a linear gain fails, by the criterion of
+# With a bound on the slope the proof extends from 1.7636 to 4.5894, where a linear gain fails, by the criterion of
 # Yakubovich and Park: for this plant the question of slope is closed. From order four on the guess is false. Fitts
 # (1966) found the plant; every linear gain $k \ge 0$ is stable:
 
@@ -198,7 +198,8 @@ print(
 
 # %% [markdown]
 # A dead zone: nothing for $|\sigma| \le 1$, slope 1.4994 beyond. It is odd, monotone, and has a certified periodic
-# solution of 10.77 s. Proved for odd nonlinearities is the slope up to 0.6738. Note what `inf` above does *not* say.
+# solution of 10.77 s. Proved for odd nonlinearities is the slope up to 0.6738. The `inf` above is about linear
+# gains only.
 #
 # **Moral: from order four on, stability under every linear gain replaces no criterion.**
 #
