@@ -292,7 +292,9 @@ def _text(path: Path) -> str:
             with path.open("rb") as file:
                 content = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise InputError(f"{label} does not exist; `lure init {label}` writes a file to start from") from None
+        raise InputError(
+            f"{label} does not exist; `lure init --loop {label}` writes a loop to start from, `lure init {label}` a rod"
+        ) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise InputError(f"{label} cannot be read ({reason}); give a readable TOML file") from None

@@ -179,6 +179,11 @@ def _coefficients_words(text: str, name: str) -> list[str]:
         inner = inner[1:-1].strip()
     if not inner:
         return []
+    if re.search(r"\d,\d", inner) and re.search(r"[^,\s]\s+[^,\s]", inner):
+        raise InputError(
+            f"{name} is {reprlib.repr(text)}, with commas and with spaces between numbers; write a decimal comma as a "
+            f"point, 0.5, or separate all numbers alike"
+        )
     parts = [part.strip() for part in inner.split(",")]
     if not all(parts):
         raise InputError(f"{name} is {reprlib.repr(text)} with nothing before or after a comma; give a number there")

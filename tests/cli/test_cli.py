@@ -155,7 +155,11 @@ def test_every_built_in_is_found_by_the_command(here, lure, stub):
             ["report", "paper-rd"],
             "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? choose from those that",
         ),
-        (["report", "mine.toml"], "mine.toml does not exist; `lure init mine.toml` writes a file to start from\n"),
+        (
+            ["report", "mine.toml"],
+            "mine.toml does not exist; `lure init --loop mine.toml` writes a loop to start from, `lure init mine.toml` "
+            "a rod\n",
+        ),
         (["report", "--set", "rod.dampng=1"], "--set: unknown key rod.dampng; did you mean rod.damping? [rod] takes "),
         (["report", "--set", "rod.length=-1"], "rod.length is -1; give a positive number\n"),
         (["report", "--set", "rod.length=1e999999999"], "rod.length is 1E+999999999, outside the range of double "),

@@ -53,6 +53,7 @@ def test_a_list_may_mix_numbers_and_texts_and_a_float_is_the_double_it_is():
         ("[]", "is empty"),
         ([], "is empty"),
         ("1,,2", "nothing before or after a comma"),
+        ("0,002 0,12 1 0", "decimal comma"),
         ("[1 2", "close the bracket '\\['"),
         ("1 x", r"\[1\] is 'x'; give a number such as 2"),
         ("1;2", "give a number such as 2"),

@@ -224,7 +224,7 @@ function showLargest(found) {
   const multiplier = found.multiplier ? `, ${found.multiplier.replaceAll("theta", "θ")}` : "";
   const size = found.theta !== null && found.multiplier?.includes("theta") ? `, θ = ${number(found.theta, 6)} s` : "";
   $("multiplier").textContent = found.reach ? `${found.criterion}${multiplier}${size}` : "none";
-  $("worst").textContent = found.reach && found.worst !== null ? `${number(found.worst)} rad/s` : "none that is finite";
+  $("worst").textContent = found.reach && found.worst !== null ? `${number(found.worst / (known.plant?.period || 1))} rad/s` : "none that is finite";
   $("wave-figure").hidden = found.gain === null || known.plant === null;
   if (found.gain !== null && known.plant) {
     wave($("wave"), impulse(known.plant, found.gain), known.plant.discrete);
