@@ -74,6 +74,7 @@ def classes(data: Any, several: bool = False) -> Family:
             "an operator has a bound of its norm alone",
         )
     form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")
+    form(rate is not None or not (linear and varying), "gains that depend on time have a rate, constant ones do not")
     form(
         all(isinstance(x, list) and len(x) == 2 for x in (sector, slope or [0, 0])),
         "sector and slope are pairs of bounds",
@@ -316,7 +317,7 @@ def switched_gain(realised: Any, discrete: bool, family: Family, proof: Any) -> 
     bits, m, times = integer(proof["bits"], 64, 4096), integer(proof["squarings"], 0, 64), [Fraction(1)] * len(gains)
     times = times if discrete else numbers(proof["times"], len(gains))
     need(0 < len(b) <= 64 and all(t > 0 for t in times), "orders 1 to 64 and times > 0 are needed")
-    need(family.varying and not family.linear, "the nonlinearities of the class do not vary")
+    need(family.varying, "the nonlinearities of the class do not vary")
     need(
         all(low <= g <= high for g in gains for low, high in (family.sector, family.slope)),
         "a gain is outside the class",

@@ -214,6 +214,13 @@ def test_what_a_part_assumes_the_whole_assumes():
     assert not both(PROOF).assumed
 
 
+def test_gains_that_depend_on_time_are_no_constant_ones():
+    constant = changed(STABLE, "laws", "channels", 1, law(0, 9, linear=True))
+    constant["proof"]["parts"][1] |= {"theorem": "hurwitz", "multiplier": {}, "proof": {"method": "polynomial"}}
+    assert both(constant).certificate["conclusion"] == "0 attracts every motion"
+    assert refused(changed(constant, "laws", "channels", 1, "time_varying", True))
+
+
 def test_a_member_of_one_part_refutes_the_whole():
     shown = both(COUNTER)
     assert isinstance(shown, Refuted)

@@ -213,7 +213,6 @@ REJECTED = [
     ("crossing", {"laws.sector": ["0", "9/4"]}, "outside the class"),
     ("crossing", {"laws.sector": ["9/4", "3"]}, "outside the class"),
     ("switched gain", {"laws.time_varying": False}, "do not vary"),
-    ("switched gain", {"laws.linear": True}, "do not vary"),
     ("switched gain", {"proof.gains": ["3", "-1"]}, "a gain is outside the class"),
     ("switched gain", {"laws.slope": ["0", "1"]}, "a gain is outside the class"),
     ("switched gain", {"proof.times": ["4/5", "0"]}, "times > 0 are needed"),
@@ -310,6 +309,7 @@ REJECTED = [
 ]
 
 MALFORMED = [
+    ("switched gain", {"laws.linear": True}, "gains that depend on time have a rate"),
     ("popov", {"format": "lure-certificate/2"}, "format or convention|numbers or verdict"),
     ("popov", {"convention": "sigma = H mu, mu = phi(sigma)"}, "format or convention|numbers or verdict"),
     ("popov", {"numbers": "floats"}, "format or convention|numbers or verdict"),

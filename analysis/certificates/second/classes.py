@@ -278,9 +278,12 @@ def read_nonlinearities(value: Mapping[str, object], *, rates: bool = False) -> 
         require(isinstance(lower, Fraction) and isinstance(upper, Fraction), "the bounds of a ReLU are finite")
         others = (nonlinearities.odd, nonlinearities.time_varying, nonlinearities.linear, rough)
         require(not any(others), "a ReLU has no other property")
-    if nonlinearities.rate is not None:
-        moving = nonlinearities.linear and nonlinearities.time_varying
-        require(nonlinearities.rate > 0 and moving, "a rate is positive, and one of linear gains that depend on time")
+    moving = nonlinearities.linear and nonlinearities.time_varying
+    paced = nonlinearities.rate is not None and nonlinearities.rate > 0
+    still = nonlinearities.rate is None and not moving
+    require(
+        still or (paced and moving), "a rate is positive, and one of linear gains that depend on time, which have one"
+    )
     least, greatest = nonlinearities.ends
     require(
         least is None or greatest is None or least <= greatest, "no nonlinearity has both the sector and the slopes"
