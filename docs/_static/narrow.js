@@ -8,7 +8,8 @@ window.addEventListener("load", async () => {
     for (const formula of all('mjx-container:not([display="true"])')) {
       formula.classList.remove("long");
       const room = formula.closest("p, li, dd, td, figcaption");
-      if (room && formula.getBoundingClientRect().width > room.clientWidth) formula.classList.add("long");
+      const whole = formula.closest(".joined") ?? formula;
+      if (room && whole.getBoundingClientRect().width > room.clientWidth) formula.classList.add("long");
     }
     for (const formula of all("div.math")) {
       formula.style.fontSize = "";
@@ -33,6 +34,21 @@ window.addEventListener("load", async () => {
   // Figures of several panels keep their size.
   for (const image of all(".cell_output img")) {
     if (image.naturalWidth > 1.8 * image.naturalHeight) image.closest(".cell_output").classList.add("wide");
+  }
+  // No line begins with the comma after a formula, or ends with the bracket before it.
+  for (const formula of all("span.math")) {
+    const [before, after] = [formula.previousSibling, formula.nextSibling];
+    const opening = before?.nodeType === Node.TEXT_NODE ? before.data.match(/[(“]*$/)[0].length : 0;
+    const closing = after?.nodeType === Node.TEXT_NODE ? after.data.match(/^[.,;:)”?]*/)[0].length : 0;
+    if (!opening && !closing) continue;
+    const joined = document.createElement("span");
+    joined.className = "joined";
+    formula.before(joined);
+    joined.append(opening ? before.splitText(before.length - opening) : "", formula);
+    if (closing) {
+      after.splitText(closing);
+      joined.append(after);
+    }
   }
   fit();
   window.addEventListener("resize", fit);

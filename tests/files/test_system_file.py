@@ -188,7 +188,7 @@ def test_a_file_is_found_by_its_suffix_or_because_it_is_there(tmp_path, monkeypa
     assert find_system(str(tmp_path / "bare")).source == "bare"
     (tmp_path / "paper-rod").write_text("nonsense")
     assert find_system("paper-rod").name == "paper-rod"
-    with pytest.raises(InputError, match=r"^mine\.toml does not exist; `lure init mine\.toml` writes a file"):
+    with pytest.raises(InputError, match=r"^mine\.toml does not exist; `lure init --loop mine\.toml` writes a loop"):
         find_system("mine.toml")
     with pytest.raises(
         InputError, match=r"'paper-rd'; did you mean 'paper-rod'\? .*, or give the path of a TOML file$"
