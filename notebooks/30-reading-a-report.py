@@ -33,7 +33,6 @@ from lure import LoopSystem, NonlinearityClass, Saturation, Sector, as_plant
 from lure.analysis import Verdict, check
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.plots import plot_largest, plot_popov
-from lure.analysis.questions.table import class_name
 from lure.analysis.report import build_loop_report, write_loop_report
 from lure.analysis.rod.plots import plot_both_decays, plot_both_ends, plot_damping
 from lure.analysis.rod.report import build_report, claims, write_report
@@ -277,7 +276,7 @@ for one in (saturated, sector_only):
     )
     print()
 
-names = [class_name(row) for row in sector_only.analysis.rows]
+names = [row.class_name for row in sector_only.analysis.rows]
 _, ax = plt.subplots(figsize=(5.4, 3.4), layout="constrained")
 plot_largest(sector_only.analysis.rows, names, ax=ax)
 ax.axvline(3, color="black", lw=0.8, ls=":")
@@ -359,7 +358,7 @@ assert all("of finite energy comes to rest" in one.claim for one in accepted[4:]
 assert undamped.spectrum.zero_multiplicity == 2
 assert not undamped.certificates
 assert len(loop_checked) == len(loop_data["certificates"])
-rows = {class_name(row): row for row in sector_only.analysis.rows}
+rows = {row.class_name: row for row in sector_only.analysis.rows}
 assert round(rows["sector"].largest.low, 2) == 1.76
 assert rows["slope"].closed
 assert rows["slope"].witness.kind == "linear gain"
