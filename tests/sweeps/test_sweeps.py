@@ -142,10 +142,14 @@ def test_an_answer_cut_by_an_interrupt_is_not_kept(loops, monkeypatch):
         return answered(*given, **options)
 
     monkeypatch.setattr(runs, "answered", cut)
-    with pytest.raises(KeyboardInterrupt):
-        sweep(study_of(study, folder=folder), folder / "cut.zarr")
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts beside itself ignores it
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            sweep(study_of(study, folder=folder), folder / "cut.zarr")
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert list((folder / "cut.zarr" / ".lure" / "done").iterdir()) == []
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.parametrize("harm", [Path.unlink, lambda path: path.write_bytes(b"")], ids=["missing", "empty"])
