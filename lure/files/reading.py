@@ -173,14 +173,14 @@ def system_source(reference: str) -> SystemSource:
         system = kind.builtin(reference)
         name, title, tables = system.name, system.title, kind.written(system)
         return SystemSource(kind=kind, tables=tables, name=name, title=title, source=system.source, builtin=system)
-    path = Path(reference)
+    path, beside = Path(reference), f"{reference}.toml"
     try:
-        there = path.exists()
+        there, meant = path.exists(), Path(beside).is_file()
     except OSError:  # no name of a file
-        there = False
+        there = meant = False
     if file or there:
         return _source_of(_text(path), name=path.stem, source=path.name, folder=path.parent)
-    hint = did_you_mean(reference, names)
+    hint = f"did you mean {beside!r}? " if meant else did_you_mean(reference, names, cutoff=0.6)
     raise InputError(
         f"there is no built-in system {shown(reference)}; {hint}choose from those that lure systems lists, or give the "
         "path of a TOML file"

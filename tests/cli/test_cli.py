@@ -155,6 +155,8 @@ def test_every_built_in_is_found_by_the_command(here, lure, stub):
             ["report", "paper-rd"],
             "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? choose from those that",
         ),
+        (["report", "servo"], "there is no built-in system 'servo'; did you mean 'servo.toml'? choose from those that lure "),
+        (["report", "motor"], "there is no built-in system 'motor'; choose from those that lure systems lists, or "),
         (
             ["report", "mine.toml"],
             "mine.toml does not exist; `lure init --loop mine.toml` writes a loop to start from, `lure init mine.toml` "
@@ -194,6 +196,7 @@ def test_bad_input_is_one_sentence_status_2_and_nothing_written(here, lure, stub
     (here / "file").write_text("")
     (here / "full").mkdir()
     (here / "full" / "thesis.tex").write_text("")
+    (here / "servo.toml").write_text("")
     before = names(here)
     status, out, err = lure(*arguments)
     assert (status, out) == (2, "")
