@@ -434,7 +434,7 @@ class KernelCone:
         return _Solved(
             x[:m],
             x[m : 2 * m] * unit,
-            x[2 * m : -1],
+            np.maximum(x[2 * m : -1], 0.0),
             float(x[-1]),
             hermitian_duals(weights, m),
             prices[: 2 * m].reshape(2, m),
