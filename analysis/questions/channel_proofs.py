@@ -131,7 +131,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     found = [x for x in found if x.kind not in left_out | ({STORED} if not stored else set())]
     if wanted == BEST:  # one channel needs no full block
         constant, functions = not any(free_channels(asked)), [one for one in asked.classes.classes if not one.operator]
-        left = {_COUPLED} if not asked.classes.rectified else {_FULL, _ORDERS}
+        left = {_FULL, _ORDERS} if asked.classes.rectified else set() if _shared(asked) else {_COUPLED}
         left |= {_FULL} if len(functions) <= 1 else set()
         moving = time_of(asked.plant) == "discrete" and any(any(sides_of(one)) for one in asked.classes.classes)
         sloped = any(sloped_channels(asked)) or moving
@@ -179,6 +179,11 @@ def _late_criteria(asked: Problem, wanted: str) -> list[Criterion]:
             f"{names}"
         )
     return found
+
+
+def _shared(asked: Problem) -> bool:
+    """Whether a nonlinearity stands in several channels, so that forms may couple these."""
+    return any(len(block) > 1 and not asked.classes.classes[block[0]].operator for block in asked.classes.blocks)
 
 
 def _parametric(asked: Problem) -> bool:

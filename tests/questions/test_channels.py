@@ -361,9 +361,9 @@ def test_the_slope_of_three_channels_does_not_depend_on_the_order_of_sums():
     assert found.largest.low > 4.3377
 
 
-# IQCbeta's iqc_d_slope_odd_test, by Megretski: sigma_1 = sigma_2 = y, so that both outputs are equal, and the loop is one
-# of 0.01/((s + 1)(s + 1.01)), stable up to 101; the diagonal multiplier knows nothing of this and stops at 1.  Masses in
-# the programme's solution that are a little negative left nothing of a multiplier that served up to 97.
+# IQCbeta's iqc_d_slope_odd_test, by Megretski: sigma_1 = sigma_2, so that outputs are equal, and the loop is one of
+# 0.01/((s + 1)(s + 1.01)), stable up to 101; the diagonal multiplier knows nothing of this and stops at 1.  Masses in
+# the programme's solution that were a little negative left nothing of a multiplier that served up to 97.
 @pytest.mark.slow
 def test_one_nonlinearity_with_equal_arguments_is_proved_far_beyond_diagonal_multipliers():
     plant = as_plant([["-1/(s + 1)", "1/(s + 1.01)"]] * 2)
