@@ -148,6 +148,7 @@ def meaning(shown: Proved, subject: str = "") -> str:
     """
     conclusion = str(shown.certificate["conclusion"])
     said = f"The point {conclusion}" if conclusion.startswith("0 ") else conclusion[0].upper() + conclusion[1:]
+    said = said.replace("zero of the law", "zero of the nonlinearity")
     if subject:
         return said.replace("motion", f"motion of {subject}", 1)
     return said if "comes to rest" in said else said.replace("motion", "solution", 1)  # the rod's are motions
@@ -169,6 +170,7 @@ def plain(claim: str) -> str:
     'every solution is bounded: all time-varying nonlinearities with phi(0) = 0'
     """
     said = re.sub(r"\b(time-invariant|time-varying) laws\b", r"\1 nonlinearities", claim)
+    said = said.replace("zero of the law", "zero of the nonlinearity")
     return said if "comes to rest" in said else re.sub(r"\bmotion(s?)\b", r"solution\1", said)
 
 

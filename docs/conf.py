@@ -45,6 +45,7 @@ html_js_files = ["narrow.js"]
 html_show_sourcelink = False
 html_copy_source = False
 html_search_scorer = str(Path(__file__).parent / "_ext" / "scorer.js")
+html_context = {"default_mode": "auto"}  # without it the theme complains in the console of a first visit
 html_theme_options = {
     "logo": {"text": "lure", "image_light": "_static/lure.svg", "image_dark": "_static/lure.svg"},
     "header_links_before_dropdown": 9,

@@ -172,12 +172,23 @@ def plant_answer(given: Given) -> dict[str, Any]:
         "num": num,
         "den": den,
         "formula": str(block),
+        "dropped": _dropped(given),
         "discrete": block.dt is not None,
         "period": None if block.dt is None else float(block.dt),
         "order": len(den) - 1,
         "title": "" if loop is None else loop.title,
         "source": "" if loop is None else loop.source,
     }
+
+
+def _dropped(given: Given) -> str:
+    """A sentence where coefficients begin with 0, as those in ascending order do; empty elsewhere."""
+    if given.get("system") or given.get("transfer"):
+        return ""
+    names = {"num": "numerator", "den": "denominator"}
+    read = {word: coefficients(given.get(name, ""), name) for name, word in names.items()}
+    found = " and the ".join(word for word, values in read.items() if values[0] == 0 and any(values))
+    return f"Leading zeros of the {found} were left out: the highest power stands first." if found else ""
 
 
 def largest_answer(given: Given) -> dict[str, Any]:

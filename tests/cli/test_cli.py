@@ -155,7 +155,10 @@ def test_every_built_in_is_found_by_the_command(here, lure, stub):
             ["report", "paper-rd"],
             "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? choose from those that",
         ),
-        (["report", "servo"], "there is no built-in system 'servo'; did you mean 'servo.toml'? choose from those that lure "),
+        (
+            ["report", "servo"],
+            "there is no built-in system 'servo'; did you mean 'servo.toml'? choose from those that lure ",
+        ),
         (["report", "motor"], "there is no built-in system 'motor'; choose from those that lure systems lists, or "),
         (
             ["report", "mine.toml"],

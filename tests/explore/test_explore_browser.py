@@ -83,7 +83,8 @@ def test_the_page_says_what_the_command_says(page):
         found = max_sector((num.split(), den.split()))
         says = told(page, f"#num={num.replace(' ', ',')}&den={den.replace(' ', ',')}")
         assert says["reach"] == (found.proved_text or "nothing is proved")
-        assert says["refuted"] == (found.refuted_text or "nothing is refuted")
+        refuted = "every k" if found.refuted_at == 0 else found.refuted_text or "nothing is refuted"
+        assert says["refuted"] == refuted
         assert says["report"]["largest"] == json.loads(json.dumps(found.to_dict()))
 
 
@@ -99,7 +100,9 @@ def test_a_link_is_a_loop(page):
 def test_what_a_browser_cannot_look_for_is_said(page):
     # the command proves 1.086956 by Zames-Falb multipliers, which are searched for with numpy
     assert told(page, "#system=dt-6&class=odd")["reach"] == "0.6849315"
-    assert "need numpy" in page.inner_text("#note")
+    assert page.inner_text("#note").endswith(
+        "were left out. They are made by the command lure max-slope --system dt-6 --odd"
+    )
     says = told(page, "#num=1&den=1,2,2,1&class=time-varying&k=2.4")  # of packages the note speaks, not the verdict
     assert says["verdict"] == "INCONCLUSIVENothing is decided for phi, time-varying, in the sector [0, 2.4]."
 
@@ -147,7 +150,7 @@ def test_a_drag_before_the_plant_has_arrived_is_about_the_new_plant(page):
         k.value = 100; k.dispatchEvent(new Event("input")); }"""
     )
     page.wait_for_selector("body[data-state=done]")
-    assert page.inner_text("#formula") == "H = 1 / (s^3 + 4 s^2 + 2 s + 1)"
+    assert page.inner_text("#formula") == "Read as H(s) = 1 / (s³ + 4 s² + 2 s + 1)"
     assert page.get_attribute("#popov .curve", "d") != curve
     assert page.inner_text("#reach") == max_sector(([1], [1, 4, 2, 1])).proved_text
 
@@ -229,6 +232,49 @@ def test_the_k_that_the_page_chooses_is_above_the_lower_end(page):
     says = told(page, "#num=1&den=1,1&lower=100000")
     assert float(says["k"]) > 100000
     assert page.inner_text("#k-error") == ""
+
+
+def typed(page, field, text):
+    page.fill(field, text)
+    page.wait_for_selector("body[data-state=done]")
+
+
+def test_the_plant_is_shown_as_it_was_read(page):
+    told(page, "#num=1&den=1,3,2,0&k=5")
+    assert page.inner_text("#dropped") == ""
+    typed(page, "#den", "0,2,3,1")  # 1 + 3 s + 2 s^2 + 0 s^3 in ascending order
+    assert page.inner_text("#formula") == "Read as H(s) = 0.5 / (s² + 1.5 s + 0.5)"
+    assert page.inner_text("#dropped").startswith("Leading zeros of the denominator were left out")
+    told(page, "#system=third-order")
+    assert page.inner_text("#formula").startswith("H(s) = 1 / (s³")
+    assert page.inner_text("#dropped") == ""
+
+
+def test_a_k_that_was_given_stays_when_the_plant_changes_and_one_that_the_page_took_does_not(page):
+    told(page, "#num=1&den=1,3,2,0")
+    assert page.input_value("#k") == "4.8"  # four fifths of what is proved
+    typed(page, "#den", "1,3,3,1")  # proved up to 8
+    assert page.input_value("#k") == "6.4"
+    typed(page, "#k", "59.99999999")
+    assert page.inner_text("#bar-k") == "59.99999999"  # and not 60
+    assert page.get_attribute("#bar", "aria-label").startswith("Proved up to 7.99999")
+    typed(page, "#den", "1,4,2,1")
+    assert page.input_value("#k") == "59.99999999"
+    page.evaluate("for (const one of document.querySelectorAll('form details')) one.open = true")
+    typed(page, "#dt", "0.1")
+    assert page.input_value("#k") == "59.99999999"
+    assert not page.is_visible("#theta")  # in discrete time there is no line
+    typed(page, "#lower", "100")
+    assert float(page.input_value("#k")) > 100
+    page.evaluate("for (const one of document.querySelectorAll('form details')) one.open = false")
+
+
+def test_the_menu_of_classes_names_nonlinearities(page):
+    told(page, "#num=1&den=1,3,2,1&k=5&class=odd")
+    assert "saturation" in page.inner_text("#class option:checked")
+    assert "Saturation, dead zone, tanh: k₁ = 0, k the slope where it is steepest" in page.inner_text("#class-about")
+    assert page.inner_text("#k-label") == "Greatest slope"
+    assert page.get_attribute("#class", "aria-describedby").startswith("class-about")
 
 
 def test_keys_are_enough(page):

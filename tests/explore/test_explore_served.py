@@ -44,6 +44,23 @@ def test_a_largest_slope_is_that_of_the_command(kind, odd):
     assert all(found["second"])
 
 
+@pytest.mark.parametrize(
+    ("num", "den", "names"),
+    [
+        ("1", "1 0", ""),
+        ("0 1", "1 2", "numerator"),
+        ("1", "0, 1 2", "denominator"),
+        ("0 1", "0 1 2", "numerator and the denominator"),
+    ],
+)
+def test_coefficients_that_begin_with_0_are_said_to_be_left_out(num, den, names):
+    found = ask("plant", num=num, den=den)
+    assert found["dropped"] == (
+        names and f"Leading zeros of the {names} were left out: the highest power stands first."
+    )
+    assert ask("plant", num="0", den="0 1 2", transfer="1/s")["dropped"] == ""
+
+
 # With theta = 3/2, Re[(1 + i w theta) H] >= -1/6, attained at w^2 = 2: this line proves k < 6 and not k = 6.  With
 # theta = 0, Re H = -3/((1 + w^2)(4 + w^2)) > -3/4: k up to 4/3.
 @pytest.mark.parametrize(

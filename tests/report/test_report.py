@@ -401,7 +401,7 @@ def test_hostile_names_are_text_and_nothing_else(reports):
 def test_the_page_goes_from_the_verdict_to_how_to_repeat_it(reports):
     found = page_of(reports["paper-rod"])
     assert found.headings == [
-        "Without load, every motion of the rod of finite energy comes to rest, its end at a zero of the law.",
+        "Without load, every motion of the rod of finite energy comes to rest, its end at a zero of the nonlinearity.",
         "What is shown, and what is not",
         "Popov and Nyquist",
         "Motion: the rod and its scheme, side by side",

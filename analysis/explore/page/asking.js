@@ -3,7 +3,7 @@
 /** @typedef {{ask: string} & Record<string, string>} Question */
 
 export class Asking {
-  /** @param {(text: string) => void} progress */
+  /** @param {(share: number, text: string) => void} progress told how much of the loading is done, and what comes next */
   constructor(progress) {
     /** @type {Map<string, {question: Question, answered: (answer: any) => void}>} */
     this.waiting = new Map();
@@ -13,11 +13,14 @@ export class Asking {
     this.ready = this.#start(progress);
   }
 
-  /** @param {(text: string) => void} progress */
+  /** @param {(share: number, text: string) => void} progress */
   async #start(progress) {
+    let [share, text] = [0, ""];
     await new Promise((done, failed) => {
       window.lure.listen((data) => {
-        if (data.progress) progress(data.progress);
+        if (data.progress) [share, text] = [data.share, data.progress];
+        else if (data.loaded) share = Math.max(share, (0.4 * data.loaded) / data.of);
+        if (data.progress || data.loaded) progress(share, share > 0.4 ? text : `Part ${data.loaded} of ${data.of} has arrived`);
         else if (data.failed) failed(new Error(data.failed));
         else if (data.ready) done(undefined);
         else this.#arrived(data);

@@ -19,6 +19,9 @@ export function ticks(low, high) {
 
 const RAISED = { "−": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
+/** A formula with its exponents raised. @param {string} text */
+export const raised = (text) => text.replace(/\^(\d+)/g, (_, digits) => [...digits].map((c) => RAISED[c]).join(""));
+
 /** A power of ten. @param {string} exponent */
 const power = (exponent) => `10${[...exponent.replace("-", "−")].map((c) => RAISED[c]).join("")}`;
 

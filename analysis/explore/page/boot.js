@@ -10,10 +10,15 @@ window.lure = (() => {
   worker.onmessage = ({ data }) => listener(data);
   worker.postMessage({ lock: JSON.parse(text("start")).lock });
   window.lureAsset = (file, packed) => worker.postMessage({ file, text: packed });
-  for (const name of ["pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "flint.zip", "core.zip"]) {
+  const parts = ["pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "core.zip", "flint.zip"];
+  let there = 0;
+  for (const name of parts) {
     const script = document.createElement("script");  // a page opened as a file may fetch nothing
     script.src = `assets/${name}.js`;
-    script.onload = () => script.remove();
+    script.onload = () => {
+      script.remove();
+      listener({ loaded: ++there, of: parts.length });
+    };
     script.onerror = () => listener({ failed: `assets/${name}.js is missing beside this page; keep the folder whole` });
     document.head.append(script);
   }

@@ -1,6 +1,6 @@
 /** The drawings: Popov plot, Nyquist plot, the bar of what is known, and the counterexample. */
 
-import { Axes, around, element, number } from "lure/axes.js";
+import { Axes, around, element, number, ticks } from "lure/axes.js";
 
 /** @typedef {import("lure/plant.js").Curve} Curve */
 /** @typedef {"" | "accepted" | "crossed"} Mood */
@@ -88,8 +88,9 @@ export class NyquistPlot {
 }
 
 /** One bar over k: proved up to its end, refuted from its start on, open between; a mark at the k asked about.
- * @param {SVGElement} svg @param {number} lower @param {number | null} proved @param {number | null} refuted @param {number} k */
-export function bar(svg, lower, proved, refuted, k) {
+ * @param {SVGElement} svg @param {HTMLElement} below where the ticks go, as text that is not stretched @param {number} lower
+ * @param {{proved: number | null, refuted: number | null, k: number}} known @param {string} words what it shows */
+export function bar(svg, below, lower, { proved, refuted, k }, words) {
   const ends = [proved, refuted, k].filter((one) => one !== null && Number.isFinite(one));
   const top = lower + Math.max(...ends.map((one) => one - lower), Number.MIN_VALUE) * 1.2;
   const [left, right, y, height] = [0, 1000, 6, 28];
@@ -99,9 +100,13 @@ export function bar(svg, lower, proved, refuted, k) {
   if (refuted !== null) parts.push(element("rect", { class: "refuted", x: x(refuted), y, width: right - x(refuted), height }));
   if (Number.isFinite(k)) parts.push(element("line", { class: "asked", x1: x(k), x2: x(k), y1: y - 6, y2: y + height + 6 }));
   svg.replaceChildren(...parts);
-  svg.setAttribute("aria-label", `Proved ${proved === null ? "nowhere" : `up to ${number(proved, 6)}`}, `
-    + `refuted ${refuted === null ? "nowhere" : `from ${number(refuted, 6)}`}`
-    + (Number.isNaN(k) ? "" : `; asked about ${number(k, 6)}`));
+  svg.setAttribute("aria-label", words);
+  below.replaceChildren(...ticks(lower, top).map((one) => {
+    const tick = document.createElement("span");
+    tick.textContent = number(one);
+    tick.style.left = `${x(one) / 10}%`;
+    return tick;
+  }));
 }
 
 /** @param {SVGElement} svg @param {{t: number[], sigma: number[]}} run @param {boolean} discrete */

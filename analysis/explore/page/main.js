@@ -2,7 +2,7 @@
 
 import { addressOf, FIELDS, stateOf } from "lure/address.js";
 import { Asking } from "lure/asking.js";
-import { number } from "lure/axes.js";
+import { number, raised } from "lure/axes.js";
 import { bar, NyquistPlot, PopovPlot, wave } from "lure/drawings.js";
 import { offer, offerDrawing } from "lure/keeping.js";
 import { circleSeen, impulse, popovSeen, sampled, shifted } from "lure/plant.js";
@@ -15,7 +15,10 @@ const systems = JSON.parse($("systems").textContent);
 let state = { form: "num", num: "", den: "", dt: "", transfer: "", system: "", class: "sector", lower: "0", k: "", theta: "" };
 
 const popov = new PopovPlot($("popov")), nyquist = new NyquistPlot($("nyquist"));
-const asking = new Asking((text) => { $("verdict").textContent = text; });
+const asking = new Asking((share, text) => {
+  $("loading").firstElementChild.value = share;
+  $("loading").lastElementChild.textContent = `${text}.`;
+});
 
 /** What is known of the plant and the class at hand; each null until its answer has arrived. */
 const known = {
@@ -28,6 +31,7 @@ const known = {
   current: false,  // whether the plant is that of the fields
 };
 let asked = 0;     // changes of the question so far: an answer to an older one is not shown
+let chosen = false;  // whether k is the reader's, who keeps it when the plant changes, and not one that the page took
 let typical = 1;   // a k of the size that the drawings show
 
 /** A number as this page's fields take them, in doubles; nan for anything else. @param {string} text */
@@ -71,7 +75,17 @@ function write() {
   slide();
   const at = systems.find((one) => one.name === state.system);
   $("system-about").textContent = at ? `${at.title}. Source: ${at.source}.` : "";
+  const bySlope = state.class === "slope" || state.class === "odd";
+  $("class-about").textContent = ABOUT[state.class] ?? "";
+  $("k-label").textContent = bySlope ? "Greatest slope" : "Upper end";
 }
+
+const ABOUT = {
+  sector: "k₁σ ≤ φ(σ) ≤ kσ for σ > 0, and the reverse for σ < 0.",
+  "time-varying": "k₁σ ≤ φ(σ, t) ≤ kσ for σ > 0, and the reverse for σ < 0: a gain that is scheduled, or oscillates.",
+  slope: "Every chord of φ has a slope between k₁ and k. A rectifier: k₁ = 0, k its gain.",
+  odd: "Every chord of φ has a slope between k₁ and k, and φ(−σ) = −φ(σ). Saturation, dead zone, tanh: k₁ = 0, k the slope where it is steepest.",
+};
 
 /** Range of the sliders: k over two decades around what is known, theta of both signs. */
 const range = { low: 0.1, high: 10, theta: 1 };
@@ -110,8 +124,12 @@ function silent() {
 function measure(k) {
   const { largest } = known;
   const end = (x) => (x === "inf" ? Infinity : x === "-inf" ? -Infinity : x ?? null);
-  if (largest) bar($("bar"), lower(), end(largest.proved), end(largest.refuted), k);
-  $("bar-k").textContent = Number.isNaN(k) ? "–" : number(k, 6);
+  if (largest) {
+    bar($("bar"), $("bar-ticks"), lower(), { proved: end(largest.proved), refuted: end(largest.refuted), k },
+      `Proved ${largest.reach ? `up to ${largest.reach}` : "nowhere"}, refuted ${largest.refuted_text ? `from ${largest.refuted_text}` : "nowhere"}`
+      + (Number.isNaN(k) ? "" : `; asked about ${state.k}`));
+  }
+  $("bar-k").textContent = Number.isNaN(k) ? "–" : state.k;
 }
 
 function redraw() {
@@ -130,7 +148,7 @@ function redraw() {
   const byCircle = line?.accepted && theta() === 0;
   nyquist.disk(low, k, disk.at, byCircle ? "accepted" : disk.margin < 0 ? "crossed" : "");
   const said = line === null ? "" : line.accepted ? " Both checkers accept this line: it proves the class."
-    : ` The checkers do not accept it: ${line.reason.replace("F > 0", "the inequality")}.`;
+    : ` The checkers do not accept it: ${line.reason.replace("F > 0", "the inequality").replace("d + l n", "the denominator of H/(1 + k₁H)")}.`;
   const sentence = (margin, omega, crosses, keeps, most) => (Number.isFinite(margin) && Number.isFinite(omega)
     ? `Drawn: the curve ${margin < 0 ? crosses : `keeps ${number(margin, 3)} from ${keeps}`}, ${margin < 0 ? most : "least"} at ${number(omega)} rad/s.` : "");
   $("popov-caption").textContent = sentence(seen.margin, own.omega[seen.at], "crosses the line", "the line", "most").concat(said).trim();
@@ -151,7 +169,8 @@ function showPlant(plant) {
   known.shifted = lower() === 0 ? known.curve : sampled(shifted(plant, lower()));
   $("popov-figure").hidden = $("theta-row").hidden = plant.discrete;
   offerDrawings();
-  $("formula").textContent = plant.formula ? `H = ${plant.formula}` : "";
+  $("formula").textContent = plant.formula ? `${state.form === "system" ? "" : "Read as "}H(${plant.discrete ? "z" : "s"}) = ${raised(plant.formula)}` : "";
+  $("dropped").textContent = plant.dropped ?? "";
   if (known.largest === null) {
     const sizes = [...known.shifted.re].map(Math.abs).sort((a, b) => a - b);
     typical = 1 / (sizes[Math.round(0.8 * (sizes.length - 1))] || 1);
@@ -198,6 +217,7 @@ function forget(text) {
   known.largest = known.class = null;
   for (const id of ["reach", "refuted", "multiplier", "worst", "checkers"]) $(id).textContent = text;
   $("bar").replaceChildren();
+  $("bar-ticks").replaceChildren();
   $("bar").removeAttribute("aria-label");
   $("note").textContent = "";
   $("wave-figure").hidden = true;
@@ -219,7 +239,7 @@ function showLargest(found) {
   }
   if (!state.theta) state.theta = String(found.line ?? 0);
   $("reach").textContent = found.reach || "nothing is proved";
-  $("refuted").textContent = found.refuted_text || "nothing is refuted";
+  $("refuted").textContent = refuted !== null && refuted <= lower() ? "every k" : found.refuted_text || "nothing is refuted";
   $("reach").title = found.sentence;
   const multiplier = found.multiplier ? `, ${found.multiplier.replaceAll("theta", "θ")}` : "";
   const size = found.theta !== null && found.multiplier?.includes("theta") ? `, θ = ${number(found.theta, 6)} s` : "";
@@ -246,12 +266,14 @@ function showClass() {
     : `the one of θ = ${number(found.line, 6)} s does`;
   const better = !own && found.verdict === "PROVED" && hasLine() && !varying() ? `This line does not prove it; ${size}.` : "";
   const missing = found.left_out || largest?.left_out
-    ? "Some searches need numpy, which a browser does not have: they were left out here, and the command below makes them." : "";
+    ? "Some searches need numpy, which a browser does not have, and were left out. They are made by the command " : "";
   const reason = found.verdict === "REFUTED" ? largest?.reason ?? "" : "";
   const advice = reason && `${reason[0].toUpperCase()}${reason.slice(1)}${reason.includes("give a lower gain") ? ", under Lower end k₁" : ""}.`;
   const most = largest?.proved === "inf" ? Infinity : largest?.proved ?? -Infinity;
   const only = found.verdict === "INCONCLUSIVE" && parsed(state.k) <= most ? `What is proved: ${largest.sentence}` : "";
-  $("note").textContent = [better, advice, only, missing].filter(Boolean).join(" ");
+  const whole = document.createElement("code");
+  whole.textContent = missing && command();
+  $("note").replaceChildren([better, advice, only, missing].filter(Boolean).join(" "), ...(missing ? [whole] : []));
   $("checkers").textContent = found.second === null ? "there is nothing to check" : found.second ? "both" : "the first only";
   offer("get-certificate", own ? line.certificate : found.certificate);
   offer("get-report", JSON.stringify({ largest: largest?.report ?? null, class: found.report }, null, 2) + "\n");
@@ -259,6 +281,7 @@ function showClass() {
   redraw();
 }
 
+/** The command that asks the same. */
 function command() {
   const quoted = (text) => `"${text.replace(/[\s,[\]()]+/g, " ").trim()}"`;
   const plant = { num: `--num ${quoted(state.num)} --den ${quoted(state.den)}`, transfer: `--transfer "${state.transfer}"`,
@@ -266,8 +289,11 @@ function command() {
   const slope = state.class === "slope" || state.class === "odd";
   const more = [state.dt && state.form !== "system" ? `--dt ${state.dt}` : "", lower() ? `--lower=${state.lower}` : "",
     varying() ? "--time-varying" : "", state.class === "odd" ? "--odd" : ""].filter(Boolean).join(" ");
-  $("command").textContent = `lure ${slope ? "max-slope" : "max-sector"} ${plant} ${more}`.trim()
-    + "\nlure certify plant.toml -o certificate.json";
+  return `lure ${slope ? "max-slope" : "max-sector"} ${plant} ${more}`.trim();
+}
+
+function showCommand() {
+  $("command").textContent = `${command()}\nlure certify plant.toml -o certificate.json  # the TOML file above`;
 }
 
 const question = (kind) => ({ ask: kind, ...Object.fromEntries(FIELDS.map((name) => [name, ""])),
@@ -287,7 +313,7 @@ async function ask(kind, of) {
   $("note").textContent = "";
   $("checkers").textContent = "–";
   if (kind === "plant" || kind === "largest") forget("–");
-  if (kind === "plant") $("formula").textContent = "";
+  if (kind === "plant") $("formula").textContent = $("dropped").textContent = "";
   $("verdict").classList.remove("old");
   $("verdict").textContent = "Correct the field that is marked.";
   delete $("verdict").dataset.verdict;
@@ -309,7 +335,7 @@ function outdated(what) {
   for (const id of ["get-certificate", "get-report", "get-toml"]) $(id).removeAttribute("href");
   if (what !== "line") forget("…");
   history.replaceState(null, "", addressOf(state));
-  command();
+  showCommand();
   redraw();
 }
 
@@ -344,13 +370,17 @@ async function changed(what) {
     $("verdict").textContent = `The checkers could not be started: ${error instanceof Error ? error.message : error}.`;
   } finally {
     if (of === asked) document.body.dataset.state = "done";
+    $("loading").hidden = true;
   }
 }
 
 // From the fields, the sliders and the address to a question.
 
 for (const name of ["num", "den", "dt", "transfer", "lower"]) {
-  const taken = () => { state = { ...state, [name]: $(name).value, k: "", theta: "" }; };
+  const taken = () => {
+    state = { ...state, [name]: $(name).value, theta: "" };
+    if (!chosen || !(parsed(state.k) > lower())) state.k = "";
+  };
   $(name).addEventListener("input", () => {
     taken();
     outdated("plant");
@@ -362,14 +392,20 @@ for (const name of ["num", "den", "dt", "transfer", "lower"]) {
     changed("plant");
   });
 }
-$("system").addEventListener("change", () => { state = { ...state, system: $("system").value, ...systemClass(), k: "", theta: "" }; write(); changed("plant"); });
+$("system").addEventListener("change", () => { chosen = false; state = { ...state, system: $("system").value, ...systemClass(), k: "", theta: "" }; write(); changed("plant"); });
 $("class").addEventListener("change", () => { state = { ...state, class: $("class").value, theta: "" }; write(); changed("class"); });
 for (const name of ["k", "theta"]) {
-  $(name).addEventListener("input", () => { state = { ...state, [name]: $(name).value }; slide(); changed("line"); });
+  $(name).addEventListener("input", () => {
+    chosen ||= name === "k";
+    state = { ...state, [name]: $(name).value };
+    slide();
+    changed("line");
+  });
 }
 $("k-slider").addEventListener("input", () => {
   const k = range.low * (range.high / range.low) ** (Number($("k-slider").value) / 1000);
   state = { ...state, k: above(k) };
+  chosen = true;
   $("k").value = state.k;
   changed("line");
 });
@@ -381,6 +417,7 @@ $("theta-slider").addEventListener("input", () => {
 $("best").addEventListener("click", () => {
   const { largest } = known;
   if (!largest) return;
+  chosen = false;
   state = { ...state, k: parsed(largest.reach) > lower() && largest.proved !== "inf" ? largest.reach : state.k,
     theta: String(largest.line ?? 0) };
   write();
@@ -405,6 +442,7 @@ window.addEventListener("hashchange", () => {
     return;
   }
   state = given;
+  chosen = state.k !== "";
   write();
   changed("plant");
 });
@@ -417,8 +455,9 @@ function systemClass() {
 
 $("system").append(...systems.map((one) => new Option(`${one.name}: ${one.title}`, one.name)));
 state = { ...state, ...(stateOf(location.hash) ?? start.state) };
+chosen = state.k !== "";
 write();
-command();
+showCommand();
 const at = systems.find((one) => one.name === state.system);
 const quick = { num: state.num.split(/[\s,]+/).map(parsed), den: state.den.split(/[\s,]+/).map(parsed), discrete: state.dt.trim() !== "",
   period: parsed(state.dt || "0") };
