@@ -21,6 +21,7 @@ from lure.record.values import exact_text
 
 BITS = 160
 _LARGEST = 10_000
+_ACCURATE, _NOTHING = 40, 2.0**-BITS  # [bits], and the radius of a value that may be 0
 End: TypeAlias = Fraction | float
 """An end of an interval: a Fraction, or a float that is an infinity."""
 
@@ -246,29 +247,46 @@ def ratio(node: Node) -> Ratio | None:
 
 
 def roots_between(p: fmpq_poly, low: End, high: End) -> list[Fraction | arb]:
-    """The distinct real roots of a polynomial in an open interval; a rational one exactly, else in a ball."""
+    """The distinct real roots of a polynomial in an open interval; a rational one exactly if short, else in a ball."""
     if p.degree() <= 0:
         return []
     with working_precision(BITS):
         balls = real_roots(p)
+    ends = [end for end in (low, high) if isinstance(end, Fraction)]
     found: list[Fraction | arb] = []
     for root in balls:
-        exact = _rational_root(p, root)
-        if exact is not None:
-            if low < exact < high:
-                found.append(exact)
+        left, right = _ends_of(root)
+        guess = ((left + right) / 2).limit_denominator(10**18)
+        if left <= guess <= right and p(to_fmpq(guess)) == 0:  # the one root in the ball
+            if low < guess < high:
+                found.append(guess)
             continue
-        left, right = interval_of(root)  # irrational, hence different from the ends; narrow it until that shows
+        if any(left <= end <= right and p(to_fmpq(end)) == 0 for end in ends):
+            continue
         bits = BITS
-        while left <= low <= right or left <= high <= right:
+        while any(left <= end <= right for end in ends):  # which are no roots: narrow it until that shows
             bits *= 2
-            with working_precision(bits):
-                again = next(ball for ball in real_roots(p) if ball.overlaps(root))
-            left, right = interval_of(again)
-            root = again
+            root = _narrower(p, root, bits)
+            left, right = _ends_of(root)
         if low < left and right < high:
             found.append(root)
     return found
+
+
+def _ends_of(root: arb) -> tuple[Fraction, Fraction]:
+    """The ends of a ball as they are: rounded, it may take in its neighbour."""
+    middle, radius = exact_midpoint(root), exact_midpoint(root.rad())
+    return middle - radius, middle + radius
+
+
+def _narrower(p: fmpq_poly, root: arb, bits: int) -> arb:
+    """The ball around the same root at a higher precision."""
+    while True:
+        with working_precision(bits):
+            near = [ball for ball in real_roots(p) if ball.overlaps(root)]
+        if len(near) == 1:
+            return near[0]
+        bits *= 2
 
 
 def candidates(r: Ratio, low: End, high: End) -> list[Candidate]:
@@ -287,7 +305,8 @@ def candidates(r: Ratio, low: End, high: End) -> list[Candidate]:
             assert value is not None, "poles inside are refused"
             found.append(Candidate(value=value, place=root, inside=True))
         else:
-            found.append(Candidate(value=_at_ball(r, root), place=interval_of(root), inside=True))
+            value = _at_root(r, slope.top, root)
+            found.append(Candidate(value=value, place=_ends_of(root), inside=True))
     return found
 
 
@@ -316,17 +335,16 @@ def _sign_beside(p: fmpq_poly, x: Fraction, side: int) -> int:
     return factor if value > 0 else -factor
 
 
-def _at_ball(r: Ratio, root: arb) -> tuple[Fraction, Fraction]:
-    """An enclosure of the value at a root given as a ball, by a mean value form that forgets nothing."""
-    with working_precision(2 * BITS):
-        return interval_of(arb_poly(r.top)(root) / arb_poly(r.bottom)(root))
-
-
-def _rational_root(p: fmpq_poly, root: arb) -> Fraction | None:
-    """The root in the ball, if it is rational with a denominator of at most 10^18."""
-    guess = exact_midpoint(root).limit_denominator(10**18)
-    low, high = interval_of(root)
-    return guess if low <= guess <= high and p(to_fmpq(guess)) == 0 else None
+def _at_root(r: Ratio, p: fmpq_poly, root: arb) -> tuple[Fraction, Fraction]:
+    """An enclosure of the value at a root of ``p`` in a ball, which is narrowed while the value is hardly known."""
+    bits = BITS
+    while True:
+        with working_precision(2 * bits):
+            value = arb_poly(r.top)(root) / arb_poly(r.bottom)(root)
+            if value.is_finite() and (value.rel_accuracy_bits() > _ACCURATE or value.rad() < _NOTHING):
+                return interval_of(value)
+        bits *= 2
+        root = _narrower(p, root, bits)
 
 
 def _power(base: Ratio, exponent: int) -> Ratio:

@@ -255,6 +255,26 @@ def test_an_exact_bound_decides_its_own_limit():
     assert nonlinearity_bounds("min(max(x/3, -1), 1)").within(Sector(0, Fraction(1, 3))) is Verdict.PROVED
 
 
+@pytest.mark.parametrize(
+    ("text", "on", "least", "most"),
+    [
+        # chords 2 + (t^4/4 - t^2) at t = (sigma - 1)/e, e = 1e-55: least at t = +-sqrt 2, where they are 1
+        ("x*(2 + 1e220*((x - 1)**4/4 - 1e-110*(x - 1)**2))", None, 1, INF),
+        # 50/sigma for 0 < |sigma - 1| < sqrt 2 e, e = 1e-20
+        ("where((x - 1)**2*((x - 1)**2 - 2e-40) < 0, 50, x)", None, 1, 50),
+        ("where(abs(x - 3) < 1e-40, 50, x)", None, 1, Fraction(50, 3)),
+        ("where(abs(x - 3) < 1e-40, 50, x)", (3 - Fraction(1, 10**40), 4), 1, Fraction(50, 3)),
+        # chords 1 + 1/(1 + 1e4 (t^2 - 2)^2), t = (sigma - 1)/1e-20: 2 at t = +-sqrt 2, next to nothing more at t = 0
+        ("x*(1 + 1/(1 + 1e84*((x - 1)**2 - 2e-40)**2))", None, 1, 2),
+    ],
+)
+def test_roots_closer_to_a_short_rational_than_the_working_precision_are_told_from_it(text, on, least, most):
+    found = nonlinearity_bounds(text, on=on)
+    assert found.sector_lower.outer <= least
+    assert found.sector_lower.inner == pytest.approx(least)
+    assert found.sector_upper.outer >= most
+
+
 def test_a_tail_that_does_not_settle_is_not_certified():
     found = nonlinearity_bounds("sin(x**2)/2 + x")  # the slope 1 + x cos(x^2) has no bounds, which is not shown
     assert (found.slope_lower.outer, found.slope_upper.outer) == (-INF, INF)
