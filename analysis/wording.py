@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
@@ -29,6 +30,7 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     ),
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
+_LONG = 300  # characters of one part of a plant
 _ORBITS = ("orbit", "flow-orbit", "memory-orbit", "sampled-orbit")
 _MOVING = ("switched-gains", "ramped-gains", "members")
 _LATE = ("late-gains", "late-turns", "late-crossing")
@@ -172,6 +174,27 @@ def plain(claim: str) -> str:
     said = re.sub(r"\b(time-invariant|time-varying) laws\b", r"\1 nonlinearities", claim)
     said = said.replace("zero of the law", "zero of the nonlinearity")
     return said if "comes to rest" in said else re.sub(r"\bmotion(s?)\b", r"solution\1", said)
+
+
+def loop_words(certificate: Mapping[str, Any]) -> str:
+    """The loop that a certificate is about: sign convention, plant and given phi, exactly, long parts cut off.
+
+    Parameters
+    ----------
+    certificate : Mapping
+        The certificate.
+
+    Examples
+    --------
+    >>> system = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "1/3"]}
+    >>> loop_words({"convention": "sigma = H mu, mu = -phi(sigma)", "system": system})
+    'sigma = H mu, mu = -phi(sigma); kind transfer, time continuous, numerator [1], denominator [1, 1/3]'
+    """
+    law = certificate.get("law")
+    given = certificate["system"] | ({} if law is None else {"phi": law})
+    texts = ((name, json.dumps(value).replace('"', "")) for name, value in given.items())
+    parts = (f"{name} {text if len(text) <= _LONG else text[:_LONG] + ' ...'}" for name, text in texts)
+    return f"{certificate['convention']}; {', '.join(parts)}"
 
 
 def destroys(shown: Refuted) -> str:

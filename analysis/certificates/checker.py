@@ -46,8 +46,7 @@ from .blocks import (
 
 FORMAT, CONVENTION = "lure-certificate/1", "sigma = H mu, mu = -phi(sigma)"
 ORIGINS = ("rationals", "decimals as written", "doubles, exactly")
-ATTRACTS = regions.ATTRACTS
-CONVERGES = "every motion converges to the set of equilibria"
+ATTRACTS, CONVERGES = regions.ATTRACTS, "every motion converges to the set of equilibria"
 BOUNDED = "every motion is bounded"
 FINITE_ENERGY = "0 attracts every motion with inputs to the block and initial functions of finite energy"
 RESTS = "every motion of finite energy comes to rest, its end at a zero of the law"
@@ -425,7 +424,8 @@ def main(paths: list[str]) -> int:
             with Path(path).open("rb") as file:
                 found = check(file.read(exact.LARGEST_FILE + 1))
             print(f"ACCEPTED: {found.claim} ({type(found).__name__}, {found.theorem})")
-            for name, fact in [*found.facts.items(), *[("assumed", found.assumed)] * bool(found.assumed)]:
+            told = [(name, json.dumps(found.certificate[name])) for name in ("convention", "system", "law")]
+            for name, fact in [*told, *found.facts.items(), *[("assumed", found.assumed)] * bool(found.assumed)]:
                 print(f"  {name}: {fact}")
         except Rejected as reason:
             print(f"REJECTED: {reason}")

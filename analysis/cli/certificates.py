@@ -7,7 +7,7 @@ import math
 import shlex
 import stat
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -33,7 +33,7 @@ from lure.analysis.cli.options import (
     print_json,
 )
 from lure.analysis.cli.texts import wrapped
-from lure.analysis.wording import plain
+from lure.analysis.wording import loop_words, plain
 from lure.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -95,6 +95,7 @@ class Verified:
             "verdict": "PROVED" if isinstance(found, Proved) else "REFUTED",
             "claim": found.claim,
             "theorem": found.theorem,
+            "system": found.certificate["system"],
             "facts": dict(found.facts),
             "assumed": [found.assumed] if found.assumed else [],
             "second": self.second,
@@ -111,7 +112,7 @@ class Verified:
 
 
 def accepted_lines(shown: Proved | Refuted, assumed: Sequence[str]) -> list[str]:
-    """The theorem, the hypotheses found to hold and what is assumed beside them, in lines of 80 columns.
+    """The loop, the theorem, the hypotheses found to hold and what is assumed beside them, in lines of 80 columns.
 
     Parameters
     ----------
@@ -121,7 +122,12 @@ def accepted_lines(shown: Proved | Refuted, assumed: Sequence[str]) -> list[str]
         What nothing shows, in clauses.
     """
     facts = [("nonlinearity" if name == "law" else name, text) for name, text in shown.facts.items()]
-    said = [("theorem", shown.theorem), *facts, *(("assumed", clause) for clause in assumed)]
+    said = [
+        ("loop", loop_words(shown.certificate)),
+        ("theorem", shown.theorem),
+        *facts,
+        *(("assumed", clause) for clause in assumed),
+    ]
     return [line for name, text in said for line in wrapped(f"  {name}: {plain(text)}", indent=4)]
 
 
@@ -297,7 +303,7 @@ def certify(
             from lure.analysis.output import write_new
 
             write_new(output, text, force=force)
-    _told(found, output, as_json=as_json, quiet=quiet)
+    _told(found, output, _about(loop, found.certificate), as_json=as_json, quiet=quiet)
     return exit_status(found.verdict)
 
 
@@ -356,6 +362,25 @@ def _has_class(loop: object) -> bool:
     return isinstance(loop, RodSystem)
 
 
+def _about(loop: object, certificate: Mapping[str, Any] | None) -> str:
+    """What of a system an answer is about, where that is not all of it; empty otherwise."""
+    from lure.files.system import LoopSystem
+    from lure.rod.systems import RodSystem
+
+    if isinstance(loop, RodSystem):
+        scheme = certificate is not None and str(certificate["system"]["kind"]).startswith("rod-scheme")
+        return (
+            "the upwind scheme, without load, and not the rod that it approximates"
+            if scheme
+            else "the rod without load"
+        )
+    if not isinstance(loop, LoopSystem):
+        return ""
+    if loop.approximates is not None:
+        return f"{loop.title}, without load, and not what it approximates"
+    return "the loop without input, w = 0" if loop.performance is not None or loop.forcing is not None else ""
+
+
 def _numbers(loop: object) -> Numbers:
     from lure.plants.state_space import StateSpace
 
@@ -363,15 +388,17 @@ def _numbers(loop: object) -> Numbers:
     return "doubles, exactly" if isinstance(block, StateSpace) else "decimals as written"
 
 
-def _told(found: Certification, output: Path, *, as_json: bool, quiet: bool) -> None:
-    """What was found: on stdout, or on stderr where that is for the certificate."""
+def _told(found: Certification, output: Path, about: str, *, as_json: bool, quiet: bool) -> None:
+    """What was found, and of what: on stdout, or on stderr where that is for the certificate."""
     from lure.analysis.cli.texts import wrapped
 
     to_stdout = str(output) == "-"
     if as_json and not to_stdout:
-        print_json(_outcome(found, output))
+        print_json(_outcome(found, output, about))
         return
     said = wrapped(f"{found.verdict}: {found.detail if found.shown is None else plain(found.detail)}", indent=2)
+    if about:
+        said += wrapped(f"  about: {about}", indent=4)
     if found.shown is not None:
         said += accepted_lines(found.shown, found.assumed)
         if not to_stdout and not quiet:
@@ -382,10 +409,11 @@ def _told(found: Certification, output: Path, *, as_json: bool, quiet: bool) -> 
         print("\n".join(said), file=sys.stderr if to_stdout else sys.stdout)
 
 
-def _outcome(found: Certification, output: Path) -> dict[str, Any]:
+def _outcome(found: Certification, output: Path, about: str) -> dict[str, Any]:
     shown = found.shown
     return {
         "verdict": str(found.verdict),
+        "about": about or None,
         "claim": None if shown is None else shown.claim,
         "theorem": None if shown is None else shown.theorem,
         "facts": None if shown is None else dict(shown.facts),

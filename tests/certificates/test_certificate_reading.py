@@ -139,7 +139,9 @@ def test_the_checker_as_a_script_says_what_it_found_and_the_worst_status_counts(
     first, *facts = capsys.readouterr().out.splitlines()
     assert first.startswith("ACCEPTED: every motion converges to the set of equilibria: all time-invariant laws")
     assert first.endswith("(Proved, popov)")
-    assert facts == [f"  {name}: {fact}" for name, fact in certificate("popov")["hypotheses"].items()]
+    shown = certificate("popov")
+    loop = [f"  {name}: {json.dumps(shown[name])}" for name in ("convention", "system", "law")]
+    assert facts == loop + [f"  {name}: {fact}" for name, fact in shown["hypotheses"].items()]
     assert (main([good, good]), main([false]), main([none]), main([]), main([good, none])) == (0, 11, 2, 2, 2)
     assert (main([none, false]), main([false, none]), main([false, good])) == (11, 11, 11)
     starts = [line.split(":")[0] for line in capsys.readouterr().out.splitlines() if not line.startswith("  ")]

@@ -197,6 +197,40 @@ def test_the_scheme_of_the_rod_has_a_certificate_by_matrices(lure, tmp_path):
     assert lure("verify", "certificate.json")[0] == 0
 
 
+@pytest.mark.parametrize(
+    ("arguments", "about", "loop"),
+    [
+        # figure 8 is driven by 2 sin 4t and never rests; what is proved is of the rod left to itself
+        (("paper-rod-figure-8",), "the rod without load", "kind rod, E 288000000, rho 8, L 1,"),
+        (
+            ("paper-rod", "--method", "matrix"),
+            "the upwind scheme, without load, and not the rod that it approximates",
+            "kind rod-scheme, E 288000000,",
+        ),
+        (
+            ("contact.toml",),
+            "the upwind scheme with 1 cell a rod of a rod between two obstacles, without load, and not what it "
+            "approximates",
+            "kind multivariable, time continuous, A [[-1, 1/3, 0], [1, -1, 0], [1, 0, 0]],",
+        ),
+        (("disturbance.toml",), "the loop without input, w = 0", "kind transfer, time continuous, numerator [1],"),
+        ((*THIRD, "--sector", "0", "5"), None, "numerator [1], denominator [1, 3, 2, 0] theorem"),
+    ],
+)
+def test_what_is_proved_is_said_of_the_loop_that_it_is_proved_of(lure, arguments, about, loop):
+    if arguments[0].endswith(".toml"):
+        kind = arguments[0].removesuffix(".toml")
+        assert lure("init", "--kind", kind)[0] == 0
+        arguments += ("--set", "discretisation.cells=1") if kind == "contact" else ()
+    out = " ".join(lure("certify", *arguments, "-o", "cert.json")[1].split())
+    assert (f" about: {about} loop: sigma = H mu, mu = -phi(sigma); kind" in out) is bool(about)
+    assert loop in out
+    again = " ".join(lure("verify", "cert.json")[1].split())
+    assert loop in again
+    assert " about:" not in again
+    assert json.loads(lure("certify", *arguments, "-o", "new.json", "--json")[1])["about"] == about
+
+
 def test_a_law_of_a_file_is_checked_to_be_in_its_class(lure, tmp_path):
     (tmp_path / "plant.toml").write_text(PLANT + '[nonlinearity]\nkind = "saturation"\ngain = 5.5\nlimit = 1\n')
     assert lure("certify", "plant.toml")[0] == 0
