@@ -271,8 +271,8 @@ def _destabilising(shown: _Shown) -> str:
     if method == "delayed-members":
         kinds = shown.certificate["laws"]["channels"]
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
-        late = " and ".join(f"a delay of {bound_below(Fraction(tau))}" for tau in proof["delays"])
-        return " and ".join([late, *([_linear(shown, own)] if own else [])])
+        delays = [f"a delay of {bound_below(Fraction(tau))}" for tau in proof["delays"]]
+        return " and ".join([*delays, *([_linear(shown, own)] if own else [])])
     if method == "signal":
         steps = "steps" if "times" in proof else "samples"
         jumps = " with gains that jump" if any(isinstance(one[0], list) for one in proof["slopes"]) else ""

@@ -372,7 +372,8 @@ def delayed_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[st
     need(not H.discrete and bool(own) and omega > 0, "in continuous time a gain from w to z is needed, and omega > 0")
     need(sorted([*own, *functions, *late]) == [*range(m)], "beside delays and functions there are other operators")
     need(ordered(H.D, asked) and m <= frequencies.MOST_CHANNELS, "D has a cycle of channels")
-    taus = dict(zip(late, numbers(listed, len(late))))
+    form(bool(late) or listed == [], "there are as many delays as channels with one")
+    taus = dict(zip(late, numbers(listed, len(late)) if late else ()))
     inside = all(0 <= tau <= asked.families[i].sector[1] for i, tau in taus.items())
     same = all(taus[i] == taus[block[0]] for block in asked.blocks if block[0] in taus for i in block)
     need(inside and same, "the delays are not of the class")
@@ -391,7 +392,8 @@ def delayed_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[st
         top = pieces.leading([[*row[:k], u, *row[k + 1 :]] for row, u in zip(whole, entering)])[-1]
         left = left + top * top.conjugate()
     need(box(left, omega, omega, 12), "the gain of this loop is not shown to be larger")
-    return 8, {"gain": f"|T w| > gamma |w| at omega = {omega}, the delays being {', '.join(map(str, taus.values()))}"}
+    waits = f", the delays being {', '.join(map(str, taus.values()))}" * bool(taus)
+    return 8, {"gain": f"|T w| > gamma |w| at omega = {omega}{waits}"}
 
 
 # -- delays: mu = -sigma(t - tau), 0 <= tau <= h, as the operator w = sigma(t - tau) - sigma beside the gain 1

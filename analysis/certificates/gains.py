@@ -42,8 +42,9 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     What follows, as in :func:`examined`, and what was found.
     """
     method = proof["method"]
-    H = plant(system, method in ("late-crossing", "late-gains", "late-turns", "delayed-gains"))
-    if H.late and method != "delayed-gains":
+    beside = ("delayed-gains", "delayed-members")
+    H = plant(system, method in ("late-crossing", "late-gains", "late-turns", *beside))
+    if H.late and method not in beside:
         return crossing(H, asked, proof)
     if method == "relu-ray":
         return 1, ray(H, asked, proof)

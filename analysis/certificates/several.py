@@ -91,7 +91,7 @@ def examined(
                 return True, 7, facts | found, assumed
             return True, 5 if any(one.varying for one in asked.families) else 4, facts | found, assumed
         late = "late" in system  # the past, and the inputs to the block, matter then
-        return True, 10 if late else 0 if asked.performance is None else 7, facts | found, assumed
+        return True, 7 if asked.performance is not None else 10 if late else 0, facts | found, assumed
     need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
     if family and proof["method"] == "members":
         return False, 1, facts | boxes.moving_members(system, asked, proof), ""
@@ -435,7 +435,6 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     need(not (popov and H.discrete), f"{name} is for continuous time")
     need(min(weights) >= 0, "a weight lambda is negative")
     uniform(weights, asked)
-    need(asked.performance is None or not H.late, "beside dead times gains from w to z are not covered")
     members, low = list[pieces.Member](), list[Fraction]()
     alone = {block[0] for block in asked.blocks if len(block) == 1}
     for i, one in each(asked):

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -375,7 +375,7 @@ def allpass(value: complex, omega: float, *, discrete: bool) -> tuple[Fraction, 
 
 # Constant gains and constant delays with a large gain from w to z.
 
-_LATE_GRID, _STEPS, _CORNERS, _LATE_REFINED, _SPREAD = 300, 9, 64, 3, 30.0
+_LATE_GRID, _STEPS, _CORNERS, _LATE_REFINED, _BELOW, _ABOVE = 400, 9, 64, 3, 3e3, 30.0
 
 
 def _solved(left: NDArray[Any], right: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -412,6 +412,10 @@ class DelayedMembers:
         (len(functions), 2), between which the gains lie.
     longest : ndarray
         Bounds of the delays [s].
+    transfer : callable or None
+        The plant at complex ``s``, where it has dead times; None for that of the matrices.
+    waits : sequence of float
+        Its dead times [s].
     """
 
     sides: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
@@ -420,8 +424,12 @@ class DelayedMembers:
     late: Sequence[Sequence[int]]
     bounds: NDArray[np.float64]
     longest: NDArray[np.float64]
+    transfer: Callable[[Complexes], Complexes] | None = None
+    waits: Sequence[float] = ()
 
     def _response(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+        if self.transfer is not None:
+            return self.transfer(np.asarray(1j * omega, dtype=complex))
         A, B, C, D = self.sides
         states = _solved(1j * omega[:, None, None] * np.eye(len(A)) - A, B.astype(complex))
         return np.asarray(C @ states + D)
@@ -446,8 +454,9 @@ class DelayedMembers:
     def best(self) -> Delayed | None:
         """The largest gain found, between the ends of a grid of frequencies: from corners of the gains on."""
         size = np.abs(np.linalg.eigvals(self.sides[0]))
-        slow, fast = min([*size[size > 0], *(1 / self.longest)]), max([*size, *(1 / self.longest)])
-        omega = np.geomspace(slow / _SPREAD, fast * _SPREAD, _LATE_GRID)
+        rates = [*size[size > 0], *(1 / self.longest), *(1 / wait for wait in self.waits)]
+        slow, fast = min(rates), max(rates)
+        omega = np.geomspace(slow / _BELOW, fast * _ABOVE, _LATE_GRID)
         H = self._response(omega)
         found: list[tuple[float, NDArray[np.float64]]] = []
         corners = [np.array(v) for v in product(*self.bounds)][:_CORNERS]

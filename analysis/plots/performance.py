@@ -19,6 +19,7 @@ from lure.analysis.questions.steady import SteadyPoint, SteadyResponse
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import DELAYS
 from lure.errors import InputError
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.record import rounded
@@ -94,7 +95,9 @@ def gain_curves(found: GainBound, omega: Reals | None = None) -> tuple[list[Real
         for b in classes.blocks
     ]
     sizes = [len(block) for block in classes.blocks]
-    extremes = [_gain(found, np.repeat(corner, sizes), omega) for corner in islice(product(*ends), _MOST)]
+    late = isinstance(found.plant, DelayMatrix)  # then which of these loops are stable is not known in floating point
+    corners = [] if late and found.verdict is not Verdict.PROVED else islice(product(*ends), _MOST)
+    extremes = [_gain(found, np.repeat(corner, sizes), omega) for corner in corners]
     member = None if found.refutation is None else found.refutation.certificate["proof"]
     member = member["proof"] if member and member["method"] == "member" else member
     largest = None
@@ -105,9 +108,11 @@ def gain_curves(found: GainBound, omega: Reals | None = None) -> tuple[list[Real
 
 
 def _plant(found: GainBound) -> MultivariablePlant:
-    """The plant; of those of a box that with the largest gain found, or the one in the middle."""
+    """The plant, without dead times; of those of a box that with the largest gain found, or the one in the middle."""
     if isinstance(found.plant, MultivariablePlant):
         return found.plant
+    if isinstance(found.plant, DelayMatrix):
+        return found.plant.base
     shown = None if found.refutation is None else found.refutation.certificate["proof"]
     return found.plant.central if shown is None else found.plant.at([Fraction(v) for v in shown["at"]])
 
@@ -126,6 +131,10 @@ def _gain(found: GainBound, gains: Reals, omega: Reals) -> Reals | None:
     A, B, C, D = _plant(found).doubles()
     m, count = len(gains), len(A)
     G = np.diag(gains)
+    if isinstance(found.plant, DelayMatrix):
+        H, whole = found.plant.transfer(1j * omega), np.eye(len(D))
+        whole = whole + H[:, :, :m] @ np.eye(m, len(D)) * np.array([*gains, *np.zeros(len(D) - m)])
+        return np.asarray(np.linalg.norm(np.linalg.solve(whole, H)[:, m:, m:], 2, axis=(1, 2)))
     whole = np.eye(m) + D[:m, :m] @ G
     if abs(np.linalg.det(whole)) < 1e-12:
         return None

@@ -59,6 +59,8 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
     most : float
         The largest factor of interest.
     """
+    if isinstance(asked.plant, DelayMatrix) and asked.classes.performance is not None:
+        return _largest_delayed(asked, most)
     if isinstance(asked.plant, DelayMatrix):
         ways = [late_gains_refuting(asked, most=most), _by_delays(asked, most) if delays_of(asked) else None]
         return min((one for one in ways if one is not None), key=lambda one: one[0], default=None)
@@ -381,20 +383,26 @@ def _largest_at_ends(asked: Problem, most: float) -> tuple[Fraction, Refuted] | 
 
 def _largest_delayed(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
     """The inverse of the gain of members with constant delays, where there are such in continuous time."""
-    H, classes, late = channel_plant(asked.plant), asked.classes, delays_of(asked)
+    plant, classes, late = asked.plant, asked.classes, delays_of(asked)
     own, blocks = list(classes.performance or ()), _functions(asked)
     delays = [block for block in classes.operators if block[0] in late]
-    if H.dt is not None or not late or len(blocks) + len(delays) + 1 != len(classes.blocks):
+    others = len(classes.blocks) - len(blocks) - len(delays) - 1
+    if plant.dt is not None or not (late or isinstance(plant, DelayMatrix)) or others:
         return None
     if any(classes.classes[block[0]].memory or classes.classes[block[0]].rectifier for block in blocks):
         return None
     ends = [(float(classes.lower[block[0]]), float(classes.upper[block[0]])) for block in blocks]
     bounds = [Fraction(classes.classes[block[0]].sector.upper) for block in delays]
     longest = np.array([float(bound) for bound in bounds])
-    found = DelayedMembers(H.doubles(), own, blocks, delays, np.array(ends).reshape(-1, 2), longest).best()
+    given = own, blocks, delays, np.array(ends).reshape(-1, 2), longest
+    found = (
+        DelayedMembers(plant.base.doubles(), *given, plant.transfer, [float(delay) for delay, _ in plant.late])
+        if isinstance(plant, DelayMatrix)
+        else DelayedMembers(channel_plant(plant).doubles(), *given)
+    ).best()
     if found is None or not found.gain > 0:
         return None
-    gains = [Fraction(0) if i in own else Fraction(1) for i in range(len(H.D))]
+    gains = [Fraction(0) if i in own else Fraction(1) for i in range(len(classes.classes))]
     for block, gain in zip(blocks, found.gains, strict=True):
         for i in block:
             gains[i] = min(max(Fraction(gain), classes.lower[i]), classes.upper[i])

@@ -91,12 +91,18 @@ def loop_plant(source: object) -> MultivariablePlant | DelayMatrix:
     InputError
         It is neither.
     """
-    found = _late_plant(source)
+    found = late_plant(source)
     return channel_plant(source) if found is None else found
 
 
-def _late_plant(source: object) -> DelayMatrix | None:
-    """The plant with dead times that a source means, one with a single channel too; None if it has none."""
+def late_plant(source: object) -> DelayMatrix | None:
+    """The plant with dead times that a source means, one with a single channel too; None if it has none.
+
+    Parameters
+    ----------
+    source : object
+        As for :func:`channel_plant`.
+    """
     found = source.block if isinstance(source, LoopSystem) else as_plant(source)
     if isinstance(found, DelayPlant):
         found = one_channel_of(found)
@@ -129,7 +135,7 @@ def channel_problem(
     InputError
         The plant is not rational, what is given is neither, or not for each channel, or a declaration is false.
     """
-    plant: MultivariablePlant | ChannelFamily | DelayMatrix | None = _late_plant(source) if late else None
+    plant: MultivariablePlant | ChannelFamily | DelayMatrix | None = late_plant(source) if late else None
     plant = channel_plants(source) if plant is None else plant
     named: dict[str, Any] = {}
     if isinstance(source, LoopSystem):

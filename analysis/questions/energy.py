@@ -36,6 +36,7 @@ from lure.classes import OPERATORS, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.files.system import LoopSystem
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.record import Page, Record, plain, quantity
@@ -113,6 +114,8 @@ def energy_bounds(plant: object, classes: object = None, performance: object = N
     (0.5, 0.5)
     """
     problem, stated, _ = gain_problem(plant, classes, performance)
+    if isinstance(problem.plant, DelayMatrix):
+        raise InputError("energy and peak are not bounded beside dead time; ask for the gain alone")
     for one in problem.classes.classes[:-1]:
         if one.memory or one.operator not in ("", *OPERATORS, "performance"):
             raise InputError(

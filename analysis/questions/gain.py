@@ -12,7 +12,7 @@ from lure.analysis.certificates.checker import UNLIMITED
 from lure.analysis.drawing import drawn
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.questions.answers import answer
-from lure.analysis.questions.channel_problem import channel_plants, channel_problem
+from lure.analysis.questions.channel_problem import channel_plants, channel_problem, late_plant
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.problem import Problem, class_given
 from lure.analysis.questions.two_sided import TwoSided
@@ -23,6 +23,8 @@ from lure.classes import DELAYS, OPERATORS, Diagonal, NonlinearityClass
 from lure.errors import InputError
 from lure.files.system import LoopSystem
 from lure.plants.channel_family import ChannelFamily
+from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.performance import Performance
@@ -31,7 +33,7 @@ from lure.record import Page, derived, plain, quantity
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked, Proved, Refuted
 
-Whole = MultivariablePlant | ChannelFamily
+Whole = MultivariablePlant | ChannelFamily | DelayMatrix
 _FREQUENCIES = 200
 LONGEST = 12  # samples in a window
 
@@ -305,7 +307,7 @@ def gain_problem(
             raise InputError(
                 f"an L2 gain needs finite bounds, and a class is {one}; give two numbers, such as sector = [0, 10]"
             )
-    asked = channel_problem(source, classes, kind="sector", criterion=criterion)
+    asked = channel_problem(source, classes, kind="sector", criterion=criterion, late=True)
     own = asked.classes
     if incremental:
         asked = replace(asked, classes=_differences(asked.classes))
@@ -313,6 +315,10 @@ def gain_problem(
     if (found.Bw or found.Cz) and _without_states(plant):
         raise InputError("performance.Bw and Cz are about states, and the plant is given without; give A, B, C and D")
     whole, size = found.beside(H), max(found.inputs, found.outputs)
+    late = late_plant(plant) if source is not plant else None
+    if isinstance(whole, DelayMatrix) and late is not None and late.outputs > len(own.classes):  # z sees what is late
+        less = ((Fraction(0),) * whole.order,) * (whole.outputs - late.outputs)
+        whole = replace(whole, late=tuple((delay, (*rows, *less)) for delay, rows in late.late))
     alone = whole.central if isinstance(whole, ChannelFamily) else whole
     channel = NonlinearityClass.performance(_unit(alone, asked.classes, size))
     sizes = (*(len(block) for block in asked.classes.blocks), size)
@@ -366,13 +372,20 @@ def _without_states(plant: object) -> bool:
     block = plant.block if isinstance(plant, LoopSystem) else as_plant(plant)
     if isinstance(block, PlantFamily):
         return block.states is None
-    return isinstance(block, RationalPlant) and block.matrices is None and block.order > 0
+    return isinstance(block, DelayPlant) or (
+        isinstance(block, RationalPlant) and block.matrices is None and block.order > 0
+    )
 
 
 def _last_channels(plant: object, m: int) -> tuple[object, Performance | None]:
     """The plant of the first channels, and what its last inputs and outputs are as a performance."""
-    H = channel_plants(plant)
-    if isinstance(H, ChannelFamily) or H.inputs <= m or H.outputs <= m:
+    late = late_plant(plant)
+    if late is not None and late.inputs > m < late.outputs:  # what z sees late is put back by gain_problem
+        own, stated = _last_channels(late.base, m)
+        assert isinstance(own, MultivariablePlant), "as the base is"
+        return replace(late, base=own, late=tuple((delay, rows[:m]) for delay, rows in late.late)), stated
+    H = plant if late is not None else channel_plants(plant)
+    if not isinstance(H, MultivariablePlant) or H.inputs <= m or H.outputs <= m:
         return plant, None
     own = replace(H, B=tuple(row[:m] for row in H.B), C=H.C[:m], D=tuple(row[:m] for row in H.D[:m]), names=H.names[:m])
     sides = {"Dzw": tuple(row[m:] for row in H.D[m:]), "Dzmu": tuple(row[:m] for row in H.D[m:])}
@@ -381,9 +394,9 @@ def _last_channels(plant: object, m: int) -> tuple[object, Performance | None]:
     return own, Performance.given(sides)
 
 
-def _unit(H: MultivariablePlant, classes: Diagonal, size: int) -> Fraction:
+def _unit(H: MultivariablePlant | DelayMatrix, classes: Diagonal, size: int) -> Fraction:
     """About the inverse of the gain of the loop at the lower bounds, a power of two: searches are begun there."""
-    A, B, C, D = H.doubles()
+    A, B, C, D = (H.base if isinstance(H, DelayMatrix) else H).doubles()
     gains = np.diag([float(v) for v in classes.lower] + [0.0] * size)
     whole = np.eye(len(D)) + D @ gains
     if abs(np.linalg.det(whole)) < 1e-12:
@@ -398,7 +411,10 @@ def _unit(H: MultivariablePlant, classes: Diagonal, size: int) -> Fraction:
         points = np.exp(1j * np.linspace(0, np.pi, _FREQUENCIES))
     pencil = points[:, None, None] * np.eye(len(A)) - Ac
     try:
-        response = closed @ np.linalg.solve(pencil, Bc.astype(complex)) + Dc
+        if isinstance(H, DelayMatrix):
+            response = np.linalg.solve(np.eye(len(D)) + (through := H.transfer(points)) @ gains, through)
+        else:
+            response = closed @ np.linalg.solve(pencil, Bc.astype(complex)) + Dc
     except np.linalg.LinAlgError:
         return Fraction(1)
     largest = float(np.linalg.norm(response[:, -size:, -size:], 2, axis=(1, 2)).max())

@@ -26,7 +26,7 @@ from lure.nonlinearities.points_file import points_from_csv
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
-from lure.plants.delay_matrix import DelayMatrix
+from lure.plants.delay_matrix import DelayMatrix, one_channel_of
 from lure.plants.family import PlantFamily
 from lure.plants.interconnection import padded
 from lure.plants.multivariable import MultivariablePlant, counted
@@ -80,12 +80,13 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     if isinstance(block, PlantFamily | ChannelFamily):
         performance.beside(block.channels if isinstance(block, PlantFamily) else block)
         return replace(system, performance=performance)
-    if not isinstance(block, MultivariablePlant | RationalPlant):
-        raise InputError(
-            "performance needs a plant with exact rational entries; give the dead time as a channel, [[class]] with "
-            "delay = h beside the others, or leave it out"
-        )
-    performance.beside(MultivariablePlant.of_one_channel(block) if isinstance(block, RationalPlant) else block)
+    if isinstance(block, RationalPlant):
+        block = MultivariablePlant.of_one_channel(block)
+    if isinstance(block, DelayPlant):
+        block = one_channel_of(block)
+    if not isinstance(block, MultivariablePlant | DelayMatrix):
+        raise InputError("performance needs a plant with exact entries; give num and den, transfer, or A, B and C")
+    performance.beside(block)
     return replace(system, performance=performance)
 
 

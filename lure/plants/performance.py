@@ -11,6 +11,7 @@ from typing import cast
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.plants.channel_family import ChannelFamily
+from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant, counted
 from lure.plants.parameters import Constants, Rate, interval, names_in
 from lure.plants.text import descending, parsed_quotient
@@ -117,18 +118,21 @@ class Performance(Record):
         entries: list[object] = [v for side in self.stated.values() for row in side for v in row]
         return [v for v in entries if isinstance(v, str)]
 
-    def beside(self, H: MultivariablePlant | ChannelFamily) -> MultivariablePlant | ChannelFamily:
+    def beside(
+        self, H: MultivariablePlant | ChannelFamily | DelayMatrix
+    ) -> MultivariablePlant | ChannelFamily | DelayMatrix:
         """The plant with ``w`` as last inputs and ``z`` as last outputs, filled up with zeros to as many of both.
 
         Parameters
         ----------
-        H : MultivariablePlant or ChannelFamily
-            The plant, or those with parameters: the matrices are the same for all of them, but for formulas.
+        H : MultivariablePlant, ChannelFamily or DelayMatrix
+            The plant, or those with parameters: the matrices are the same for all of them, but for formulas.  What
+            ``z`` sees arrives without dead time.
 
         Returns
         -------
-        MultivariablePlant or ChannelFamily
-            The latter too where there are parameters in the performance alone.
+        MultivariablePlant, ChannelFamily or DelayMatrix
+            The second too where there are parameters in the performance alone.
 
         Raises
         ------
@@ -145,6 +149,12 @@ class Performance(Record):
                     f"{counted(p, 'input')} w and {counted(q, 'output')} z give {_size(*shapes[name])}"
                 )
         size = max(p, q)
+        if isinstance(H, DelayMatrix):
+            base = self.beside(H.base)
+            if not isinstance(base, MultivariablePlant):
+                raise InputError("performance has parameters, and the plant has dead time; give numbers")
+            late = tuple((delay, (*rows, *_filled((), size, n))) for delay, rows in H.late)
+            return replace(H, base=base, late=late)
 
         into, seen = _filled(self.Bw, n, size), _filled(self.Cz, size, n)
         right, below = _filled(self.Dsigmaw, m, size), _filled(self.Dzmu, size, m)

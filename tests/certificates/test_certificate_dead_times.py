@@ -165,7 +165,27 @@ DIRECT = draft(
     {"method": "pieces", "ends": ["1", "2", "4", "8", "16"]},
     {"lambda": ["1"], "pieces": [[None]] * 6},
 )
+# z = exp(-s)/(s + 1) (w - phi): |phi| <= |z|/2 leaves |z| <= |w| + |z|/2.  With weights 2 and 1 F is at least the form
+# 2 |mu|^2 + |w|^2 - (2/4 + 4/25) |mu + w|^2, and |mu + w|^2 <= 3/2 (2 |mu|^2 + |w|^2): positive, as .66 3/2 = .99
+BESIDE = late([["-1"]], [["1", "1"]], NO * 2, [["0", "0"]] * 2, ("1", ONE * 2))
+THROUGH = sector("-2/5", "2/5", operator="performance")
+GAIN = draft(
+    BESIDE,
+    [sector("-1/2", "1/2"), THROUGH],
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["1"]},
+    {"lambda": ["2", "1"], "pieces": [[None, None]] * 2},
+)
+# phi = -sigma/2: 1/T = (1 + i/10) exp(i/10) - 1/2 = .48502 + .19933 i at w = 1/10, of modulus .52439 = 1/1.9070
+ABOVE = draft(
+    BESIDE,
+    [sector("-1/2", "1/2"), sector("-10/19", "10/19", operator="performance")],
+    "counterexample",
+    {"method": "delayed-members", "gains": ["-1/2", "0"], "delays": [], "omega": "1/10", "input": [["1", "0"]]},
+)
 ALL = {
+    "gain": GAIN,
+    "above": ABOVE,
     "direct": DIRECT,
     "back": BACK,
     "comes": COMES,
@@ -199,6 +219,8 @@ def test_both_checkers_accept(name):
     said = {"rest": "every motion converges to the set of equilibria"} | dict.fromkeys(
         ("circle", "popov", "both", "lower", "unknown", "back", "direct"), ATTRACTS
     )
+    said |= {"gain": "the L2 gain from w to z is at most gamma in every loop of the class"}
+    said |= {"above": "the L2 gain from w to z is above gamma in a loop of the class"}
     moves = "a loop of the class has a motion that does not converge to an equilibrium"
     assert check(found).certificate["conclusion"] == said.get(name, moves)
 
@@ -325,6 +347,26 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("returns", "proof", "gains", [["1"], ["11/10"]]),
         ("returns", "proof", "gains", [["12/10"], ["21/10"]]),  # not of the class
         ("returns", "proof", "frequencies", ["21/10", "211/100"]),
+        ("gain", "laws", "channels", 1, "sector", ["-9/20", "9/20"]),  # true, but not by these weights
+        ("gain", "laws", "channels", 1, "sector", ["-3/5", "3/5"]),  # false: the gain is 2
+        ("gain", *CLASS, "sector", ["-11/20", "11/20"]),
+        ("gain", "multiplier", "lambda", ["2", "0"]),
+        ("gain", "multiplier", "lambda", ["1", "1/8"]),
+        ("gain", "system", "A", [["-9/10"]]),
+        ("gain", "system", "A", [["0"]]),
+        ("gain", "system", "late", [["1", [["1"], ["11/10"]]]]),
+        ("gain", "system", "late", [["1", ONE * 2, [["-3"]]]]),  # as in "comes"
+        ("above", "laws", "channels", 1, "sector", ["-1/2", "1/2"]),
+        ("above", "proof", "gains", ["-3/5", "0"]),  # not of the class
+        ("above", "proof", "gains", ["-1/2", "1/2"]),
+        ("above", "proof", "gains", ["0", "0"]),
+        ("above", "proof", "delays", ["1"]),
+        ("above", "proof", "omega", "1/5"),
+        ("above", "proof", "omega", "0"),
+        ("above", "proof", "input", [["0", "0"]]),
+        ("above", "proof", "input", [["1", "0"]] * 2),
+        ("above", "system", "late", [["3", ONE * 2]]),
+        ("above", "system", "late", [["1", [["1"], ["9/10"]]]]),
         ("grows", "proof", "at", "1/100"),
         ("grows", "proof", "gains", ["1/100"]),
         ("grows", "proof", "gains", ["0"]),

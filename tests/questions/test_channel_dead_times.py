@@ -13,6 +13,7 @@ from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channel_refutations import constant_gains, refutation
+from lure.analysis.questions.energy import energy_bounds
 from lure.files import find_system
 from lure.files.loop import loop_to_toml
 from lure.plants.delay_matrix import DelayMatrix
@@ -233,8 +234,38 @@ def test_constant_gains_beside_an_integrator_with_dead_time_are_proved_as_functi
 
 def test_other_questions_say_that_dead_time_is_not_covered():
     on = {"Bw": [[1], [0]], "Cz": [[1, 0]]}
-    for ask in (lambda: l2_gain(LAGS, UNIT, on), lambda: decay_rate(LAGS, UNIT), lambda: region(LAGS, UNIT)):
+    for ask in (lambda: decay_rate(LAGS, UNIT), lambda: region(LAGS, UNIT), lambda: energy_bounds(LAGS, UNIT, on)):
         with pytest.raises(InputError, match="dead time"):
             ask()
     with pytest.raises(InputError, match="dead time"):
         steady_response(LAGS, UNIT, {"Bw": [[1], [0]], "amplitude": 1})
+
+
+def test_the_gain_of_a_plant_with_dead_time_is_met_from_both_sides():
+    # z = H (w - phi) with |H| <= H(0) = 1 and |phi| <= |z|/2: |z| <= |w| + |z|/2, with equality at 0 for phi = -z/2
+    lag = "exp(-s)/(s+1)"
+    found = l2_gain(as_plant([[lag, lag]] * 2), [Sector(-0.5, 0.5)])
+    assert 1.9999 < found.gain.low < 2 < found.gain.high < 2.0001
+    assert recheck(found.proof.certificate).accepted
+    assert recheck(found.refutation.certificate).accepted
+    assert "with phi = -0.5" in str(found)
+
+
+def test_what_z_sees_late_and_at_once_in_a_file(tmp_path):
+    # from w at the sensor to mu: -g/(1 + g H), |1 + g H| >= 1/2 as |g H| <= 1/2; |H| is least far out, where it is g
+    (tmp_path / "loop.toml").write_text(
+        """[plant]
+transfer = "exp(-s)/(2*s + 2)"
+[class]
+sector = [0, 1]
+[performance]
+Dsigmaw = [[1]]
+Dzmu = [[1]]
+"""
+    )
+    found = l2_gain(find_system(str(tmp_path / "loop.toml")))
+    assert found.criterion == "piecewise-circle"
+    assert 1.2 < found.gain.low <= found.gain.high < 2
+    with pytest.raises(InputError, match="Bw and Cz are about states"):
+        l2_gain(as_plant("exp(-s)/(s+1)"), [Sector(0, 1)], {"Bw": [[1]], "Cz": [[1]]})
+    assert str(found.performance) == "1 disturbance w (Dsigmaw), 1 output z (Dzmu)"

@@ -13,7 +13,7 @@ from flint import acb, acb_series, arb, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channels import Asked, diagonal, member
-from lure.analysis.certificates.second.delays import refuted_by_delay
+from lure.analysis.certificates.second.delays import refuted_by_delay, refuted_by_delayed_members
 from lure.analysis.certificates.second.late_loops import LateLoop, opened
 from lure.analysis.certificates.second.numerics import ball, half_plane_counts, working_precision
 from lure.analysis.certificates.second.pieces import numerators, require_pieces
@@ -41,11 +41,14 @@ def shown_late(document: Document, asked: Asked) -> str:
     require(known, "play, stop and ReLUs are not covered beside dead times")
     if document.verdict == "PROVED":
         require(document.theorem in ("piecewise-circle", "piecewise-popov"), "the theorem is not for dead times")
-        return claims.EQUILIBRIA if require_pieces(document, asked) else claims.DELAYED
+        resting = require_pieces(document, asked)
+        return claims.EQUILIBRIA if resting else claims.GAIN if asked.performance else claims.DELAYED
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
     require(asked.D.nrows() <= _MOST_CHANNELS, "there are too many channels")
-    require(not asked.performance, "gains are not covered beside dead times")
+    if document.proof.get("method") == "delayed-members":
+        return refuted_by_delayed_members(document, asked)
+    require(not asked.performance, "of a gain, members at a frequency refute beside dead times")
     if document.proof.get("method") == "delayed-gains":
         return refuted_by_delay(document, asked)
     ways = {"late-gains": _still, "late-turns": _turning}

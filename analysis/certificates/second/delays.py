@@ -188,7 +188,7 @@ def refuted_by_delayed_members(document: Document, asked: Asked) -> str:
     """
     proof = record(document.proof, "method", "gains", "delays", "omega", "input")
     gains, taus, omega = member(proof["gains"], asked), numbers(proof["delays"]), number(proof["omega"])
-    own, m, n = asked.performance, len(asked.nonlinearities), asked.A.nrows()
+    own, m = asked.performance, len(asked.nonlinearities)
     late = [i for i, one in enumerate(asked.nonlinearities) if one.operator in claims.DELAYS]
     others = [one for i, one in enumerate(asked.nonlinearities) if i not in (*late, *own)]
     require(not asked.discrete and bool(own) and omega > 0, "a gain in continuous time and a frequency are needed")
@@ -205,12 +205,7 @@ def refuted_by_delayed_members(document: Document, asked: Asked) -> str:
     if bound is None:
         raise NotShown("the gain has no bound")
     with working_precision(_CROSSING_BITS):
-        s = acb(0, ball(omega))
-        inner = acb_mat([[s * int(i == j) - acb(arb(asked.A[i, j])) for j in range(n)] for i in range(n)])
-        B, C, D = (
-            acb_mat([[acb(arb(v)) for v in row] for row in side.tolist()]) for side in (asked.B, asked.C, asked.D)
-        )
-        H = C * inner.solve(B) + D
+        s, H = acb(0, ball(omega)), LateLoop.of(asked, [Fraction(0)] * m).at(ball(omega))
         G = [(-s * ball(of[j])).exp() if j in of else acb(ball(gains[j])) for j in range(m)]
         entering = acb_mat(
             [

@@ -88,7 +88,6 @@ def require_pieces(document: Document, asked: Asked) -> bool:
     bounds = [(Fraction(1), Fraction(2)) if one.operator in DELAYS else one.ends for one in asked.nonlinearities]
     closed, gains = None, [one.shift for one in known]
     if asked.late:
-        require(not asked.performance, "beside dead times gains are not covered")
         bounds = [(Fraction(0), Fraction(1))] * m
     if any(gains) or asked.inner:
         closed = LateLoop.of(asked, gains)
