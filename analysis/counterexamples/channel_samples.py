@@ -35,7 +35,7 @@ from lure.errors import InputError
 
 _LONGEST, _MOST_SAMPLES, _ALL = 12, 36, 400
 _SUBSETS, _WAVES, _RISES, _CLIMBS = 7, 3, 30, 12
-_GAIN, _TINY = 1e-9, 1e-12
+_GAIN, _TINY, _NONE = 1e-9, 1e-12, 1e-200
 _GIVEN = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
 
 
@@ -212,8 +212,11 @@ class SampledOrbits:
             if not len(places):
                 break
             image = np.einsum("bij,bj->bi", A[places], mixtures)
-            needed = np.where(mixtures > 0, mixtures / np.where(image > 0, image, 1e-300), 0.0)
-            factor = ((needed - wide + alpha * top) / top).max(axis=1)
+            needed = np.where(mixtures > 0, np.inf, 0.0)
+            np.divide(mixtures, image, out=needed, where=(mixtures > 0) & (image > _NONE))
+            spare = wide - needed
+            still = np.where(spare >= 0, 0.0, np.inf)  # an upper bound 0 is that for all factors
+            factor = np.where(top > 0, alpha - spare / np.where(top > 0, top, 1.0), still).max(axis=1)
             at = int(factor.argmin())
             if not factor[at] < alpha:
                 break

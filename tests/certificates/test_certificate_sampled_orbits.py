@@ -10,8 +10,10 @@ import pytest
 from tampering import assert_both_reject, edited
 
 from lure import Diagonal, NonlinearityClass, Sector, SlopeBounds, as_plant, certify, max_sector
+from lure.analysis.certificates.channels import Plant
 from lure.analysis.certificates.checker import MOVES, check
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.counterexamples.channel_samples import SampledOrbits
 from lure.analysis.questions.channel_members import orbits_refuting
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.wording import counterexample
@@ -55,6 +57,18 @@ def test_half_a_period_is_enough_where_all_are_odd():
     assert recheck(dict(shown.certificate)).accepted
     lopsided = edited(shown.certificate, "proof", "nonlinearities", 0, "right", value="1/2")
     assert_both_reject(lopsided)
+
+
+def test_an_upper_bound_0_is_that_for_all_factors():
+    # z^2 - z + 0.9 and z^2 - z/2 + 0.8 less a gain of [-1, 0]; there was a division by 0, and a warning is an error
+    A = [[0, 1, 0, 0], [Fraction(-9, 10), 1, 0, 0], [0, 0, 0, 1], [0, 0, Fraction(-4, 5), Fraction(1, 2)]]
+    sides = A, [[0, 0], [1, 0], [0, 0], [0, 1]], [[1, 0, 0, 0], [0, 0, 1, 0]], [[0, 0], [0, 0]]
+    plant = Plant(*([[Fraction(v) for v in row] for row in side] for side in sides), discrete=True)
+    ends = [Fraction(-1)] * 2, [Fraction(0)] * 2
+    search = SampledOrbits(plant, *ends, [(0,), (1,)], ["monotone", "odd"], [False, True])
+    factor, proof = next(search.found(Fraction(0), 10.0))
+    assert factor == 0
+    assert proof["method"] == "sampled-orbit"
 
 
 def test_a_sector_has_orbits_that_slopes_do_not_have():
