@@ -11,6 +11,7 @@ from typing import Any
 
 from lure.analysis.certificates.arithmetic import number
 from lure.analysis.certificates.checker import Checked, Proved
+from lure.analysis.export.beside import beside_text
 from lure.analysis.export.decaying import decaying_text
 from lure.analysis.export.falling import falling_text, through_text
 from lure.analysis.export.modes import METHODS, mode_text
@@ -44,6 +45,8 @@ def coq_text(shown: Checked) -> str:
         return written(data, shown.claim)
     if "rate" in data:
         return decaying_text(data, shown.claim)
+    if data["proof"]["method"] == "parts":
+        return beside_text(data, shown.claim)
     if data["proof"]["method"] == "powers":
         return powers_text(data, shown.claim)
     relying = data["theorem"] in THEOREMS and data["proof"]["method"] == "polynomial"

@@ -29,12 +29,26 @@ def falling_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it has no such form, or none of few enough digits was found.
     """
-    for loop in candidates(data):
-        written = forms(loop)
-        if written is not None:
-            theorem = FallingTheorem(data, loop)
-            theorem.forms = written
-            return theorem.text(claim)
+    return fallen(data).text(claim)
+
+
+def fallen(data: Mapping[str, Any]) -> FallingTheorem:
+    """The theorem of a certificate that a quadratic form with integrals shows, and that form.
+
+    Parameters
+    ----------
+    data : Mapping
+        The certificate.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: it has no such form, or none of few enough digits was found.
+    """
+    for loop, written in _falling(candidates(data)):
+        theorem = FallingTheorem(data, loop)
+        theorem.forms = written
+        return theorem
     raise refused("no quadratic form of few enough digits was found; a slightly smaller sector has one")
 
 
@@ -113,7 +127,7 @@ class FallingTheorem:
                 found.append((f"integral{s}", f"integral_of Phi{s} phi{s}"))
         if not self.transfer:
             found += [
-                (f"value{s}", self.later(f"w {i}%nat t = {self.phi(i)} ({self.sigma(i)})"))
+                (f"graph{s}", self.later(f"w {i}%nat t = {self.phi(i)} ({self.sigma(i)})"))
                 for i, s in enumerate(self.own)
             ]
             for k, row in enumerate(self.loop.then):
@@ -137,15 +151,22 @@ class FallingTheorem:
                 text = self.entry(places[0]).removesuffix(" t")
                 text = text if text == "xi" else f"({text})"
             else:
-                text = f"(fun t => {self.sum([*row, *[Fraction(0)] * (self.forms.size - self.order)])})"
+                text = f"(fun t => {self.sum([*row, *[Fraction(0)] * (len(self.loop.now[0]) - self.order)])})"
             found.append(f"Un_cv {text} 0" if self.discrete else f"tends_to {text} 0")
         return found
 
     def text(self, claim: str) -> str:
         """The whole file."""
         origin = f"{self.data['theorem']}, {self.data['proof']['method']}"
-        libraries = ("forms.v", *["flow.v"] * (not self.discrete), *["cones.v", "blocks.v"] * bool(self.forms.block))
-        return whole_file(claim, origin, libraries, ["\n".join(self.definitions()), self.witness(), self.theorem()])
+        return whole_file(claim, origin, self.libraries(), self.parts())
+
+    def libraries(self) -> tuple[str, ...]:
+        """The files with what the proof uses."""
+        return ("forms.v", *["flow.v"] * (not self.discrete), *["cones.v", "blocks.v"] * bool(self.forms.block))
+
+    def parts(self) -> list[str]:
+        """The plant, the witness and the theorem."""
+        return ["\n".join(self.definitions()), self.witness(), self.theorem()]
 
     def witness(self) -> str:
         """The numbers of the proof, and the test that they pass."""
@@ -193,17 +214,22 @@ class FallingTheorem:
         found += f" ({' '.join(varying)} : {self.moment} -> R -> R)" * bool(varying)
         return " (K : R)" * self.loop.each + found, ["K"] * self.loop.each + phis + varying
 
-    def theorem(self) -> str:
-        """The statement and its proof."""
+    def statement(self) -> list[str]:
+        """The statement, and the names of what it is about."""
         binders, names = self.binders()
         told, ends = [f"  ({text}) ->" for _, text in self.hypotheses()], self.conclusions()
         lines = [f"Theorem stable : forall{binders} ({self.path} : {self.kind}),", *told]
         lines += ["  " + " /\\ ".join(ends) + ".", "Proof."]
         lines.append(f"  intros {' '.join([*names, self.path, *(name for name, _ in self.hypotheses())])}.")
+        return lines
+
+    def theorem(self) -> str:
+        """The statement and its proof."""
+        lines = self.statement()
         entries = "; ".join(self.entry(k) for k in range(self.forms.size))
         lines.append(f"  pose (z := fun t : {self.moment} => [{entries}]).")
         lines += self.by_steps() if self.discrete else self.in_time()
-        lines += self.ends(len(ends))
+        lines += self.ends(len(self.conclusions()))
         return "\n".join([*lines, "Qed."])
 
     def orthants(self, *signs: int) -> str:
@@ -223,7 +249,7 @@ class FallingTheorem:
         for i, s in enumerate(self.own):
             low, high = self.loop.bounds[i][0], Fraction(self.loop.bounds[i][1])
             held = f"(class{s} t)" if self.families[i].varying else f"class{s}"
-            value = f"(eq_sym (value{s} {at}))"
+            value = f"(eq_sym (graph{s} {at}))"
             lines += [
                 f"    destruct (gain_of {number(low)} {number(high)} ({self.phi(i)}) _ _ {held} ltac:(lra) {value})",
                 f"      as [d{s} [D{s} E{s}]].",
@@ -249,7 +275,7 @@ class FallingTheorem:
         at = "t" if self.discrete else "t Ht"
         for i, s in enumerate(self.own):
             (low, high), (a, b), value = self.loop.bounds[i], self.forms.factors[i], self.value(i)
-            shown = f"rewrite (closed {at}); ring" if self.transfer else f"symmetry; apply (value{s} {at})"
+            shown = f"rewrite (closed {at}); ring" if self.transfer else f"symmetry; apply (graph{s} {at})"
             lines.append(f"    assert (E{s} : {self.phi(i)} ({self.sigma(i)}) = {value}) by ({shown}).")
             name = "half_line" if high == INF else "sector"
             bounds = number(low) if high == INF else f"{number(low)} {number(Fraction(high))}"
@@ -317,7 +343,7 @@ class FallingTheorem:
             if self.transfer
             else "unfold z, psi, argument, sigma; cbn [dot]"
         )
-        shown = "rewrite (closed t Ht); ring" if self.transfer else "symmetry; apply (value t Ht)"
+        shown = "rewrite (closed t Ht); ring" if self.transfer else "symmetry; apply (graph t Ht)"
         held = "(class t)" if self.families[0].varying else "class"
         return [
             "  - apply Rdiv_lt_0_compat; [lra|apply Rmult_lt_0_compat; lra].",
@@ -367,7 +393,7 @@ class FallingTheorem:
             slope = f"(dot {integers(row)}%Z (at_ next (z t)) / {number(q)})"
             parts.append(f"({number(c)} * ({self.value(i)} * {slope})")
             at = "t Ht"
-            shown = f"rewrite (closed {at}); ring" if self.transfer else f"symmetry; apply (value{s} {at})"
+            shown = f"rewrite (closed {at}); ring" if self.transfer else f"symmetry; apply (graph{s} {at})"
             lines.append(f"    assert (E{s} : {self.phi(i)} ({self.sigma(i)}) = {self.value(i)}) by ({shown}).")
             steps.append(
                 f"    apply (derivable_pt_lim_plus (fun t => {number(c)} * Phi{s} ({self.sigma(i)}))\n"

@@ -19,6 +19,7 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.export import coq_text, powers
+from lure.analysis.export.beside import beside_text
 from lure.analysis.export.circle import tree
 from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
 from lure.analysis.export.relying import halves
@@ -467,6 +468,53 @@ def test_a_rounded_matrix_is_symmetric_and_near():
         for row, other in zip(P, found, strict=True)
         for v, w in zip(row, other, strict=True)
     )
+
+
+def beside():
+    """``1/(s + 2)`` and ``1/(s (s + 1))``, the state of the first between those of the second."""
+    system = {
+        **{"kind": "multivariable", "time": "continuous"},
+        "A": [["0", "0", "1"], ["0", "-2", "0"], ["0", "0", "-1"]],
+        "B": [["0", "0"], ["1", "0"], ["0", "1"]],
+        "C": [["0", "1", "0"], ["1", "0", "0"]],
+        "D": [["0", "0"], ["0", "0"]],
+    }
+    one = {"slope": None, "odd": False, "time_varying": False, "linear": False}
+    classes = [{**one, "sector": ["0", upper]} for upper in ("5", "9")]
+    first = {"channels": [1], "states": [2], "kind": "multivariable", "theorem": "diagonal-circle"}
+    first |= {"multiplier": {"lambda": ["1"]}, "proof": {"method": "matrix", "P": [["4"]], "exponent": 0}}
+    # |d|^2/9 + Re (1 + i w) n d* = x (1 + x)/9
+    second = {"channels": [2], "states": [1, 3], "kind": "transfer", "theorem": "popov", "multiplier": {"theta": "1"}}
+    second["proof"] = {"method": "polynomial", "variable": "omega^2", "coefficients": ["1", "1"], "limits": ["1", "1"]}
+    draft = {"verdict": "PROVED", "system": system, "laws": {"channels": classes, "repeated": False}}
+    proof = {"method": "parts", "parts": [first, second]}
+    return complete_and_check({**draft, "theorem": "parts", "multiplier": {}, "proof": proof})
+
+
+def test_loops_side_by_side_are_a_module_each_and_one_theorem():
+    text = coq_text(beside())
+    stated = text[text.rindex("Theorem stable") :]
+    assert "(forall t, 0 < t -> derivable_pt_lim (x 0%nat) t (1 * x 2%nat t))" in stated
+    assert "  tends_to (x 1%nat) 0 /\\ tends_to (x 2%nat) 0.\n" in stated  # in the order of the parts
+    assert text.count("Module Part") == 2
+    with pytest.raises(InputError, match="other states"):
+        beside_text({**beside().certificate, "theorem": "cascade"}, "")
+
+
+@needs_coq
+@pytest.mark.thorough
+def test_loops_side_by_side_compile_and_what_is_falsified_does_not(library):
+    text = coq_text(beside())
+    ok, said = compiled(library, text)
+    assert ok, said
+    whole = text.rindex("Theorem stable")
+    for old, new in (
+        ("tends_to (x 2%nat) 0", "tends_to (x 0%nat) 0"),  # the integrator, which need not tend to 0
+        ("derivable_pt_lim (x 1%nat) t ((-2)", "derivable_pt_lim (x 1%nat) t (2"),
+        ("(in_sector 0 9 phi2)", "(in_sector 0 10 phi2)"),
+    ):
+        assert text.count(old, whole) == 1
+        assert not compiled(library, text[:whole] + text[whole:].replace(old, new))[0]
 
 
 def test_what_has_no_export_is_refused_in_a_sentence():
