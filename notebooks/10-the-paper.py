@@ -23,8 +23,6 @@
 # 0.99967$ times itself. Keep that number in mind; much of what follows is about damping that is not there.
 
 # %% tags=["hide-input"]
-import textwrap
-
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -59,16 +57,9 @@ def show(*names):
 
 
 def entry(head, **rows):
-    """Print a heading and a few labelled texts, broken into lines."""
-    lines = textwrap.TextWrapper(
-        80, subsequent_indent="    ", break_on_hyphens=False
-    )
-    print(lines.fill(head))
-    lines.initial_indent, lines.subsequent_indent = "    ", " " * 14
+    """Print a heading and a few labelled texts."""
     print(
-        *(lines.fill(f"{label:<10}{text}") for label, text in rows.items()),
-        "",
-        sep="\n",
+        head, *(f"  {label}: {text}" for label, text in rows.items()), "", sep="\n"
     )
 
 

@@ -21,7 +21,6 @@
 import hashlib
 import json
 import tempfile
-import textwrap
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -36,6 +35,7 @@ from lure.analysis.plots import plot_largest, plot_popov
 from lure.analysis.report import build_loop_report, write_loop_report
 from lure.analysis.rod.plots import plot_both_decays, plot_both_ends, plot_damping
 from lure.analysis.rod.report import build_report, claims, write_report
+from lure.analysis.wording import plain
 from lure.rod import RodPlant, builtin_system
 
 
@@ -83,10 +83,7 @@ say(
 
 # %%
 for claim in claims(report):
-    line = f"{claim.evidence!s:10} {claim.answer:7} {claim.model}: {claim.text}"
-    print(
-        textwrap.fill(line, 72, subsequent_indent=" " * 19, break_on_hyphens=False)
-    )
+    print(f"{claim.evidence}, {claim.answer}, {claim.model}: {claim.text}")
 
 # %% [markdown]
 # **Certified** rests on exact arithmetic or a proof, over all frequencies and the whole class. **Computed** is
@@ -203,7 +200,7 @@ for entry in data["certificates"]:
     print(
         f"{entry['file']}  {entry['sha256'][:12]}...  {type(accepted[-1]).__name__}"
     )
-    say(f"  {accepted[-1].claim}")
+    say(f"  {plain(accepted[-1].claim)}")
 
 # %% [markdown]
 # Read the claims, not the file names: 1 and 2 are the energy theorem, for the rod and its scheme. 3 says *converges*,
@@ -250,7 +247,10 @@ say(undamped.conclusion.statement, undamped.criteria[0].reason)
 # %%
 pushed = damped(-1e-4)
 print(pushed.verdict)
-say(pushed.conclusion.statement, f"The checker: {pushed.certificates[0].claim}")
+say(
+    pushed.conclusion.statement,
+    f"The checker: {plain(pushed.certificates[0].claim)}",
+)
 
 # %% [markdown]
 # REFUTED is about the class: there is a nonlinearity in it, $\phi = 0$, under which the rod recedes for ever. The

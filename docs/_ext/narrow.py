@@ -1,6 +1,6 @@
 """What a phone needs of a page: tables whose rows can stand as cards, one cell below the other with its heading.
 
-A table of numbers stays one, and scrolls.
+A table of numbers stays one, and scrolls; no number is broken.
 
 The heading of its column goes into each cell as an attribute, which ``_static/site.css`` shows on narrow screens alone;
 so it is neither read twice nor found twice by the search.
@@ -27,6 +27,7 @@ def stack(_app: Sphinx, document: nodes.document, _name: str) -> None:
         titles = [entry.astext() for entry in head[-1]]
         cells = [entry for row in group.next_node(nodes.tbody) for entry in row[1:]]
         if len(titles) > 3 and all(re.fullmatch(r"[\d .]*", entry.astext()) for entry in cells):
+            group.parent["classes"].append("numbers")
             continue
         group.parent["classes"].append("stacked")
         for row in group.next_node(nodes.tbody) if len(titles) > 2 else ():

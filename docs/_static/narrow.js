@@ -2,14 +2,18 @@
 window.addEventListener("load", async () => {
   await window.MathJax?.startup?.promise;
   const all = (what) => document.querySelectorAll(`.bd-article ${what}`);
-  // A formula within a sentence that is wider than its paragraph scrolls by itself; the page would cut it off.
-  // One that stands alone is made smaller if that is enough: by a third at most.
+  // A formula that is wider than its paragraph is made smaller: within a sentence by a quarter, alone by a third at most.
+  // If that is not enough it scrolls by itself; the page would cut it off.
   const fit = () => {
     for (const formula of all('mjx-container:not([display="true"])')) {
+      const own = (formula.dataset.size ??= parseFloat(formula.style.fontSize) || 100);
+      formula.style.fontSize = `${own}%`;
       formula.classList.remove("long");
       const room = formula.closest("p, li, dd, td, figcaption");
       const whole = formula.closest(".joined") ?? formula;
-      if (room && whole.getBoundingClientRect().width > room.clientWidth) formula.classList.add("long");
+      const share = room ? room.clientWidth / whole.getBoundingClientRect().width : 1;
+      if (share < 1) formula.style.fontSize = `${Math.floor(own * Math.max(0.97 * share, 0.75))}%`;
+      if (share < 0.77) formula.classList.add("long");
     }
     for (const formula of all("div.math")) {
       formula.style.fontSize = "";

@@ -9,16 +9,37 @@ export const more = new Map();
 
 const FURTHER = () => [...more].map(([name, value]) => `${name}=${encodeURIComponent(value).replace(/%(2F|2A)/g, decodeURIComponent)}`);
 
+let due = 0;     // the timer of a change of the address
+let last = -1e9;  // when it changed
+let wanted = "";  // what it is, or is about to be
+
+/** The address follows the fields five times a second at most: browsers refuse 200 changes in half a minute, a drag of some
+ * seconds.  One that somebody gives meanwhile stays. @param {string} address */
+export function follow(address) {
+  clearTimeout(due);
+  wanted = address;
+  const before = location.hash;
+  const change = () => {
+    if (location.hash !== before) return;
+    last = performance.now();
+    history.replaceState(null, "", address);
+  };
+  const wait = last + 200 - performance.now();
+  if (wait > 0) due = setTimeout(change, wait);
+  else change();
+}
+
 /** Keep the fields of a further part of the page. @param {Record<string, string>} fields */
 export function remember(fields) {
   more.clear();
   for (const [name, value] of Object.entries(fields)) more.set(name, value);
-  const loop = location.hash.replace(/^#/, "").split("&").filter((part) => FIELDS.includes(part.split("=")[0]));
-  history.replaceState(null, "", `#${[...loop, ...FURTHER()].join("&")}`);
+  const loop = wanted.replace(/^#/, "").split("&").filter((part) => FIELDS.includes(part.split("=")[0]));
+  follow(`#${[...loop, ...FURTHER()].join("&")}`);
 }
 
 /** The state of an address; null where it names no block. @param {string} hash @returns {State | null} */
 export function stateOf(hash) {
+  wanted = hash;
   const given = new URLSearchParams(hash.replace(/^#/, "").replace(/\+/g, "%2B"));
   more.clear();
   for (const [name, value] of given) if (value !== "" && !FIELDS.includes(name)) more.set(name, value);

@@ -1,6 +1,6 @@
 /** The page: what is written and dragged, what the drawings see at once, what the checkers say a moment later. */
 
-import { addressOf, FIELDS, stateOf } from "lure/address.js";
+import { addressOf, FIELDS, follow, stateOf } from "lure/address.js";
 import { Asking } from "lure/asking.js";
 import { number, raised } from "lure/axes.js";
 import { bar, NyquistPlot, PopovPlot, wave } from "lure/drawings.js";
@@ -334,7 +334,7 @@ function outdated(what) {
   refuse();
   for (const id of ["get-certificate", "get-report", "get-toml"]) $(id).removeAttribute("href");
   if (what !== "line") forget("…");
-  history.replaceState(null, "", addressOf(state));
+  follow(addressOf(state));
   showCommand();
   redraw();
 }
@@ -355,7 +355,7 @@ async function changed(what) {
       if (!largest) return;
       known.largest = largest;
       showLargest(largest);
-      history.replaceState(null, "", addressOf(state));
+      follow(addressOf(state));
     }
     const line = await ask("line", of);
     if (!line) return;
@@ -438,7 +438,7 @@ $("controls").addEventListener("submit", (event) => event.preventDefault());
 window.addEventListener("hashchange", () => {
   const given = stateOf(location.hash);
   if (!given) {  // the address stays that of the loop
-    history.replaceState(null, "", addressOf(state));
+    follow(addressOf(state));
     return;
   }
   state = given;
