@@ -26,7 +26,8 @@ Rows = list[list[Fraction]]
 class Plant(NamedTuple):
     """``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x+``), ``mu_i = -phi_i(sigma_i)``.
 
-    To ``sigma(t)`` each ``(T, C_T)`` of ``late`` adds ``C_T x(t - T)``, and ``A_T x(t - T)`` of ``inner`` to ``x'``.
+    To ``sigma(t)`` each ``(T, C_T)`` of ``late`` adds ``C_T x(t - T)``, and ``A_T x(t - T)`` of ``inner`` to ``x'``;
+    ``(D_T, E_T)`` of ``rates`` add ``D_T x'(t - T)`` and ``E_T x'(t - T)``, an equation of neutral type.
     """
 
     A: Rows
@@ -36,6 +37,11 @@ class Plant(NamedTuple):
     discrete: bool
     late: tuple[tuple[Fraction, Rows], ...] = ()
     inner: tuple[Rows, ...] = ()
+    rates: tuple[tuple[Rows, Rows], ...] = ()
+
+    def direct(self, i: int) -> bool:
+        """Whether ``sigma_i`` is no function of states alone."""
+        return any(map(any, (self.D[i], *(D[i] for D, _ in self.rates))))
 
 
 class Channels(NamedTuple):
@@ -82,19 +88,19 @@ def plant(system: Any, late: bool = False) -> Plant:
     form(n <= MOST_STATES and m <= MOST_CHANNELS, "there are too many states or channels")
     form([len(side) for side in sides] == [n, n, m, m], "A, B, C and D do not fit, or inputs and outputs differ")
     A, B, C, D = ([numbers(row, width) for row in side] for side, width in zip(sides, (n, m, n, m)))
-    form(
-        isinstance(listed, list) and len(listed) <= MOST_DELAYS and (not late or len(listed) > 0),
-        "late is a list of pairs, or of triples",
-    )
-    parts, inner = list[tuple[Fraction, Rows]](), list[Rows]()
+    listing = isinstance(listed, list) and len(listed) <= MOST_DELAYS and (not late or len(listed) > 0)
+    form(listing, "late is a list of pairs, of triples, or of five each")
+    parts, inner, rates = list[tuple[Fraction, Rows]](), list[Rows](), list[tuple[Rows, Rows]]()
     for one in listed:
-        form(isinstance(one, list) and len(one) == len(listed[0]) and len(one) in (2, 3), "a dead time has its C")
-        for side, rows in zip(one[1:], (m, n)):
+        form(isinstance(one, list) and len(one) == len(listed[0]) and len(one) in (2, 3, 5), "a dead time has its C")
+        for side, rows in zip(one[1:], (m, n, m, n)):
             form(isinstance(side, list) and len(side) == rows, "C or A of a dead time has other rows")
-        parts.append((number(one[0]), [numbers(row, n) for row in one[1]]))
-        inner += [[numbers(row, n) for row in side] for side in one[2:]]
+        C_T, *back = ([numbers(row, n) for row in side] for side in one[1:])
+        parts.append((number(one[0]), C_T))
+        inner += back[:1]
+        rates += [(back[1], back[2])] if len(back) > 1 else []
     form(all(a < b for a, b in pairwise([ZERO, *(tau for tau, _ in parts)])), "the dead times do not ascend from 0")
-    return Plant(A, B, C, D, domain == "discrete", tuple(parts), tuple(inner))
+    return Plant(A, B, C, D, domain == "discrete", tuple(parts), tuple(inner), tuple(rates))
 
 
 def channels(data: Any, m: int) -> Channels:
@@ -306,7 +312,16 @@ def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]
     if proof["method"] == "late-gains":
         return still(H, asked, proof)
     if proof["method"] == "late-turns":
-        number, found = pieces.right_roots(H, member(fields(proof, "method", "gains")[1], asked))
+        gains = member(fields(proof, "method", "gains")[1], asked)
+        if not (any(gains) or H.inner):  # the dead times are outputs alone
+            p = characteristic(H.A)
+            while not p[-1]:
+                p.pop()
+            need(not inside(p, False), "with the gains 0 all roots but s = 0 are strictly inside")
+            return 1, {
+                "root": "det(s - A) has a root s != 0 that is not strictly inside, by Routh's array; all gains are 0"
+            }
+        number, found = pieces.right_roots(H, gains)
         need(number > 0, "with these gains no root Re s > 0 is shown")
         return 1, {"root": f"{number} roots Re s > 0: {found}"}
     H, inner = pieces.opened(H)

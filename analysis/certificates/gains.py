@@ -46,6 +46,7 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     H = plant(system, method in ("late-crossing", "late-gains", "late-turns", *beside))
     if H.late and method not in beside:
         return crossing(H, asked, proof)
+    need(not H.rates, "in neutral equations delays are not covered")
     if method == "relu-ray":
         return 1, ray(H, asked, proof)
     if method == "signal":

@@ -118,6 +118,7 @@ def part(H: Plant, asked: Channels, given: Any, listed: Any, own: Any, kind: Any
     det(s - A)``.
     """
     form(isinstance(listed, list) and isinstance(own, list) and min(len(listed), len(own)) > 0, "a part is empty")
+    need(not H.rates, "parts of neutral equations are not covered")
     rows, inside = [integer(i, 1, len(H.D)) - 1 for i in listed], [integer(i, 1, len(H.A)) - 1 for i in own]
     form(all(a < b for x in (rows, inside) for a, b in pairwise(x)), "channels or states of a part do not ascend")
     joint = [b for b in asked.operators if asked.families[b[0]].operator not in (SCALAR, *DELAYS)]

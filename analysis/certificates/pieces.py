@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from .arithmetic import ZERO, need
-from .balls import Lift, Model, above, box, tail
+from .balls import Lift, Model, above, box, dot, tail
 from .frequencies import chained, quotient, shifted, signed, transfer
 
 TAYLOR = 12  # of the exponentials on a piece
@@ -74,9 +74,16 @@ def quotients(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.
 
 
 def transfer_parts(H: Any) -> tuple[list[int], list[tuple[Fraction, Any]]]:
-    """``d``, and ``N_tau`` of each dead time, 0 first: ``H = sum e^(-s tau) N_tau/d``."""
-    m, none = len(H.D), [[ZERO] * len(H.D) for _ in H.D]
-    d, N = transfer(H.A, H.B, [*H.C, *(row for _, rows in H.late for row in rows)], [*H.D, *(none * len(H.late))])
+    """``d``, and ``N_tau`` of each dead time, 0 first: ``H = sum e^(-s tau) N_tau/d``.
+
+    Of ``rates`` ``D_T x' = D_T A x + D_T B mu``.
+    """
+    m, C, D = len(H.D), [*H.C], [*H.D]
+    rates = [moved for moved, _ in H.rates] or [[[ZERO] * len(H.A)] * m] * len(H.late)
+    for (_, rows), moved in zip(H.late, rates):
+        C += [[v + dot(rate, column) for v, column in zip(row, zip(*H.A))] for row, rate in zip(rows, moved)]
+        D += [[dot(rate, column) for column in zip(*H.B)] for rate in moved]
+    d, N = transfer(H.A, H.B, C, D)
     return d, [(tau, N[k * m : (k + 1) * m]) for k, tau in enumerate([ZERO, *(tau for tau, _ in H.late)])]
 
 
@@ -117,16 +124,20 @@ def looped(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.For
 
 
 def opened(H: Any) -> tuple[Any, list[Fraction]]:
-    """``mu_k`` for what comes late to ``x_i'``, ``sigma_k = -sum_T A_T x(t - T)``, row ``i``; and the gains 1."""
+    """``mu_k`` for what comes late to ``x_i'``, ``sigma_k = -sum_T A_T x(t - T)``, row ``i``; and the gains 1.
+
+    And ``-sum_T E_T x'(t - T)``, with ``x'`` of the opened plant.
+    """
     n, m = len(H.A), len(H.D)
-    fed = [i for i in range(n) if any(any(A[i]) for A in H.inner)]
+    fed = [i for i in range(n) if any(any(A[i]) for A in (*H.inner, *(E for _, E in H.rates)))]
     if not H.inner:
         return H, []
     zeros = [ZERO] * len(fed)
     B = [[*row, *(Fraction(i == k) for k in fed)] for i, row in enumerate(H.B)]
     D = [[*row, *zeros] for row in H.D] + [[ZERO] * m + zeros for _ in fed]
     late = [(tau, [*C, *([-v for v in A[i]] for i in fed)]) for (tau, C), A in zip(H.late, H.inner)]
-    whole = H._replace(B=B, C=[*H.C, *([ZERO] * n for _ in fed)], D=D, late=tuple(late), inner=())
+    rates = tuple(([*moved, *([-v for v in E[i]] for i in fed)], list[Any]()) for moved, E in H.rates)
+    whole = H._replace(B=B, C=[*H.C, *([ZERO] * n for _ in fed)], D=D, late=tuple(late), inner=(), rates=rates)
     return whole, [Fraction(1)] * len(fed)
 
 
@@ -141,7 +152,8 @@ def right_roots(H: Any, low: list[Fraction]) -> tuple[int, str]:
 
     Those of ``chi``, :func:`looped`, which is analytic and ``s^n det(1 + D L) (1 + o(1))`` in ``Re s >= 0``: by the
     argument principle its angle rises by ``n`` quarter turns less two for each root from 0 to infinity.  On each of
-    some pieces ``Re i^-k chi > 0``; from one to the next ``k`` changes by at most 1, so that no turn is missed.
+    some pieces ``Re i^-k chi > 0``; from one to the next ``k`` changes by at most 1, so that no turn is missed.  With
+    ``rates`` it is ``s^n (c + sum c_T e^(-s T) + o(1))``, and far out ``c > sum |c_T|`` is shown.
     """
     n, (chi, _) = len(H.A), looped(H, low)
     turned, (u, v) = on_line(chi), ((1, 0), (0, -1), (-1, 0), (0, 1))[n % 4]
@@ -165,7 +177,8 @@ def right_roots(H: Any, low: list[Fraction]) -> tuple[int, str]:
     end = n - 4 * ((n - k + 1) // 4)  # the far direction is n, up to whole turns
     need(abs(end - k) <= 1, "the pieces do not go together")
     rise = f"rises by {end - start} of {n} quarter turns, on {pieces} pieces"
-    back = " - sum A_T e^(-s T)" * bool(H.inner)
+    late = "(A_T + s E_T)" if H.rates else "A_T"
+    back = f" - sum {late} e^(-s T)" * bool(H.inner)
     return (n - end + start) // 2, f"chi(i omega) = det(s - A{back}) det(1 + H L) {rise}"
 
 

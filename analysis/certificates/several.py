@@ -435,6 +435,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     need(not (popov and H.discrete), f"{name} is for continuous time")
     need(min(weights) >= 0, "a weight lambda is negative")
     uniform(weights, asked)
+    need(not (H.rates and asked.operators), "in neutral equations there are functions and constant gains alone")
     members, low = list[pieces.Member](), list[Fraction]()
     alone = {block[0] for block in asked.blocks if len(block) == 1}
     for i, one in each(asked):
@@ -446,7 +447,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
         need(not one.rough, "locally Lipschitz nonlinearities are needed")
         need(not (kind == "slow" and H.discrete), "slow delays are for continuous time")
         need(not (kind and (weights[i] or theta[i])), f"channel {i + 1} has multipliers by pieces alone")
-        fixed = not (one.varying or one.operator or any(H.D[i]))
+        fixed = not (one.varying or one.operator or H.direct(i))
         need(not theta[i] or fixed, f"theta_{i + 1} needs a function of the state alone that does not depend on time")
         low.append(pieces.base(l, u) if H.late else l)
         members.append(pieces.Member(kind, u - l, weights[i], theta[i], one.sector[1] if kind else ZERO, l - low[i]))

@@ -16,7 +16,7 @@ from lure.plants.channel_family import ChannelFamily, Term
 from lure.plants.delay import DelayPlant
 from lure.plants.delay_matrix import DelayMatrix, one_channel_of
 from lure.plants.family import PlantFamily
-from lure.plants.multivariable import MultivariablePlant
+from lure.plants.multivariable import MultivariablePlant, Rows
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
@@ -120,10 +120,12 @@ def system_of(block: object) -> dict[str, Any]:
         return {"kind": "multivariable", "time": time, **sides}
     if isinstance(block, DelayMatrix):
         sides = {name: [texts(row) for row in getattr(block.base, name)] for name in "ABCD"}
-        inner = [[[texts(row) for row in rows]] for rows in block.inner] or [[]] * len(block.late)
+        back: list[tuple[Rows, ...]] = [(rows,) for rows in block.inner] or [()] * len(block.late)
+        if block.rates:
+            back = [(*one, *pair) for one, pair in zip(back, block.rates, strict=True)]
         late = [
-            [str(delay), [texts(row) for row in rows], *back]
-            for (delay, rows), back in zip(block.late, inner, strict=True)
+            [str(delay), *([texts(row) for row in side] for side in (rows, *more))]
+            for (delay, rows), more in zip(block.late, back, strict=True)
         ]
         return {"kind": "multivariable delay", "time": "continuous", **sides, "late": late}
     if isinstance(block, StructuredPlant):

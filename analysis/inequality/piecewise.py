@@ -25,7 +25,8 @@ from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
 from lure.analysis.numerics.semidefinite import hermitian_programme, hermitian_rows
 from lure.arrays import NDArray, np
 
-_GRID, _BESIDE, _INSIDE, _BETWEEN, _CUTS, _ZOOMS, _DIPS, _DOUBLINGS = 60, 30.0, 5, 8, 6, 4, 4, 12
+_GRID, _BESIDE, _INSIDE, _BETWEEN, _CUTS, _ZOOMS, _DIPS, _DOUBLINGS, _FEW = 60, 30.0, 5, 8, 6, 4, 4, 12, 3
+_MOST_PIECES = 1000
 _LARGEST, _LEAST, _MARGIN, _CLOSE = 1e3, 1e-9, 1e-7, 1e-4
 _EASY, _STEP, _FINE = 1e-5, 3e-4, 400
 _AT_REST, _NEAR = 1e-12, 1e-3  # relative: poles at 0, and the first frequency then
@@ -72,6 +73,8 @@ class Piecewise:
         Beside dead times what the loop is shifted by.
     inner : sequence of ndarray
         (n, n) for each dead time, what shows the states of that time to themselves; or nothing.
+    rates : sequence of (ndarray, ndarray)
+        (p, n) and (n, n) for each, what shows ``x'`` of that time to ``sigma`` and to ``x'``; or nothing.
     """
 
     A: NDArray[np.float64]
@@ -84,6 +87,7 @@ class Piecewise:
     late: Sequence[tuple[float, NDArray[np.float64]]] = ()
     gains: Sequence[float] | None = None
     inner: Sequence[NDArray[np.float64]] = ()
+    rates: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]] = ()
 
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]
@@ -141,11 +145,15 @@ class Piecewise:
         A: NDArray[Any] = self.A
         for wait, own in zip(waits, self.inner, strict=False):
             A = A + wait * own
+        for wait, (_, own) in zip(waits, self.rates, strict=False):
+            A = A + s[:, None, None] * wait * own
         states = np.linalg.solve(s[:, None, None] * np.eye(len(self.A)) - A, self.B.astype(complex))
         states[far] = 0
         H, turned = self.C @ states + self.D, self.C @ (A @ states + self.B)
         for wait, (_, outputs) in zip(waits, self.late, strict=True):
             H, turned = H + wait * (outputs @ states), turned + wait * (outputs @ (A @ states + self.B))
+        for wait, (outputs, _) in zip(waits, self.rates, strict=False):  # Popov's terms are not for rows of these
+            H = H + wait * (outputs @ (A @ states + self.B))
         if self.gains is not None:
             back = np.linalg.inv(np.eye(len(self.D)) + np.array(self.gains)[:, None] * H)
             H, turned = H @ back, turned @ back
@@ -389,10 +397,13 @@ class Piecewise:
         ends, rows = list[Fraction](), list[list[list[str] | None]]()
         low = far / 2**6
         stack = [(low * 2**k, low * 2 ** (k + 1)) for k in reversed(range(6))] + [(Fraction(0), low)]
-        for doubling in range(_DOUBLINGS if self.late else 1):
+        doublings = _FEW if self.rates else _DOUBLINGS  # in neutral equations F does not settle
+        for doubling in range(doublings if self.late else 1):
             while stack:
                 checkpoint()
                 a, b = stack.pop()
+                if len(ends) == _MOST_PIECES:
+                    return float(b)
                 row = self._constant(numbers, axis, a, b)
                 if row is not None:
                     ends.append(b)
@@ -408,7 +419,7 @@ class Piecewise:
                 break
             stack = [(far * 2**doubling, far * 2 ** (doubling + 1))]
         if len(rows) == len(ends) and not self.discrete:
-            return 2 * float(far)
+            return float(far) * (1 if self.rates else 2)
         return ends, rows
 
     def _constant(

@@ -78,13 +78,18 @@ def stated(asked: Problem) -> tuple[Plant, channels.Channels]:
         The question about several channels.
     """
     whole = asked.plant
-    H, late, inner = (
-        (whole.base, whole.late, whole.inner) if isinstance(whole, DelayMatrix) else (channel_plant(whole), (), ())
+    H, late, inner, rates = (
+        (whole.base, whole.late, whole.inner, whole.rates)
+        if isinstance(whole, DelayMatrix)
+        else (channel_plant(whole), (), (), ())
     )
     A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
     arriving = tuple((delay, [list(row) for row in rows]) for delay, rows in late)
     back = tuple([list(row) for row in rows] for rows in inner)
-    return Plant(A, B, C, D, H.dt is not None, arriving, back), channels.channels(class_entries(asked.classes), len(D))
+    moved = tuple(([list(row) for row in D_T], [list(row) for row in E]) for D_T, E in rates)
+    return Plant(A, B, C, D, H.dt is not None, arriving, back, moved), channels.channels(
+        class_entries(asked.classes), len(D)
+    )
 
 
 def without_delays(asked: Problem) -> Problem:

@@ -25,7 +25,10 @@ def free_channels(asked: Problem) -> list[bool]:
         The question.
     """
     plant = loop_plant(asked.plant)
-    static = [not any(line) for line in (plant.base if isinstance(plant, DelayMatrix) else plant).D]
+    lines = [list(line) for line in (plant.base if isinstance(plant, DelayMatrix) else plant).D]
+    for moved, _ in plant.rates if isinstance(plant, DelayMatrix) else ():
+        lines = [[*line, *more] for line, more in zip(lines, moved, strict=True)]
+    static = [not any(line) for line in lines]
     functions = [not (one.time_varying or one.operator) for one in asked.classes.classes]
     return [alone and one for alone, one in zip(static, functions, strict=True)]
 

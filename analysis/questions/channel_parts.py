@@ -339,7 +339,7 @@ def _is_plain(one: NonlinearityClass) -> bool:
 
 def _is_scalar(plant: object) -> bool:
     """Whether the plant is one of one channel: with dead times strictly proper, none inside a feedback."""
-    return not isinstance(plant, DelayMatrix) or not (plant.inner or any(map(any, plant.base.D)))
+    return not isinstance(plant, DelayMatrix) or not (plant.inner or plant.rates or any(map(any, plant.base.D)))
 
 
 def _plant(plant: object, part: Part) -> MultivariablePlant | DelayMatrix:

@@ -18,6 +18,7 @@ from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
 _FAR_BACK = (0.9, 0.99, 0.99)  # where the factor is bounded by numbers alone
+_NEUTRAL_BACK = (0.0, 0.0, 3e-3, 0.1, 0.3, 0.3, 0.5, 0.9)  # where what comes late is to be less than what does not
 
 
 def _require_covered(plant: Plant, known: Channels) -> None:
@@ -25,6 +26,11 @@ def _require_covered(plant: Plant, known: Channels) -> None:
     pairs = [
         (known.bounds(i), one.slope) for i, one in enumerate(known.families) if one.operator not in channels.DELAYS
     ]
+    if plant.rates and known.operators:
+        raise AssumptionError(
+            "a neutral equation is covered with nonlinearities and constant gains alone; give such classes",
+            code=Reason.NOT_APPLICABLE,
+        )
     if not (channels.ordered(plant.D, known) or all(low <= a and b <= high for (low, high), (a, b) in pairs)):
         raise AssumptionError(
             "beside dead times D has a cycle of channels, and the slopes are not within the bounds; give slope bounds, "
@@ -80,7 +86,10 @@ class PiecewiseProofs:
         blocks = known.operators
         late = [(float(delay), np.array([[*map(float, row)] for row in rows])) for delay, rows in plant.late]
         inner = [np.array([[*map(float, row)] for row in rows]) for rows in plant.inner]
-        self.search = Piecewise(A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late, gains, inner)
+        rates = [(np.array(D_T, dtype=float), np.array(E, dtype=float)) for D_T, E in plant.rates]
+        self.search = Piecewise(
+            A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late, gains, inner, rates
+        )
 
     def _require_stable(self, plant: Plant, known: Channels, poles: NDArray[np.complex128]) -> None:
         """Refuse a loop at the lower bounds that is not stable, but for poles at 0 that a theorem covers."""
@@ -134,7 +143,7 @@ class PiecewiseProofs:
         for i, one in enumerate(known.families):
             kind = self._kind(known, i)
             if kind in ("delay", "slow delay"):
-                smooth = not plant.discrete and not any(plant.D[i])
+                smooth = not plant.discrete and not plant.direct(i)
                 found.append(Channel(kind, one.sector[1], smooth, one.rate))
                 continue
             low, high = known.bounds(i)
@@ -188,10 +197,8 @@ class PiecewiseProofs:
             Nor are larger ones.
         """
         most = min(most, LARGEST)
-        for step in (
-            *_STEPS_BACK,
-            *(_FAR_BACK if self.late else ()),
-        ):  # where a proposal fails its frequencies are looked at from then on
+        steps = _NEUTRAL_BACK if self.search.rates else (*_STEPS_BACK, *(_FAR_BACK if self.late else ()))
+        for step in steps:  # where a proposal fails its frequencies are looked at from then on
             most = self.search.largest(lambda factor: self._widths(Fraction(f"{factor:.9g}")), most) * (1 - step)
             alpha = Fraction(double_below(Fraction(f"{most:.9g}")))
             if alpha <= known:

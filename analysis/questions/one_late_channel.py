@@ -40,7 +40,7 @@ def as_one_channel(asked: Problem) -> Problem:
     if not isinstance(plant, DelayPlant) or asked.endless_below:
         return asked
     from_zero = asked.nonlinearity_class.sector.lower == 0
-    direct = any(delay == 0 and len(top) == len(plant.denominator) for delay, top in plant.terms)
+    direct = any(len(top) == len(plant.denominator) for _, top in plant.terms)
     if from_zero and not (plant.feedback or direct) and not _unstable_from_zero(plant):
         return asked
     one = asked.nonlinearity_class

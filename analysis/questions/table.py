@@ -59,6 +59,10 @@ def _loop(problem: Problem) -> dict[str, Any]:
         late = [[str(delay), [[str(v) for v in row] for row in rows]] for delay, rows in plant.late]
         inner = [[[str(v) for v in row] for row in rows] for rows in plant.inner]
         data["matrices"] = {**plant.base.to_dict(), "late": late, **({"inner": inner} if inner else {})}
+        if plant.rates:
+            data["matrices"]["rates"] = [
+                [[[str(v) for v in row] for row in side] for side in one] for one in plant.rates
+            ]
     elif isinstance(plant, PlantFamily | ChannelFamily):
         if isinstance(plant, PlantFamily):
             data["numerator"], data["denominator"] = plant.sides

@@ -35,7 +35,8 @@ def require_pade_order(pade: int | None, what: str, instead: str = "") -> None:
 class DelayPlant(Record):
     r"""A block ``H(s) = sum_j n_j(s) exp(-s T_j) / (d(s) + sum_k q_k(s) exp(-s T_k))`` in continuous time, exact.
 
-    Every ``n_j/d`` is proper, every ``q_k/d`` strictly: with a delayed feedback inside, an equation of retarded type.
+    Every ``n_j/d`` and ``q_k/d`` is proper.  With a delayed feedback inside it is an equation of retarded type if every
+    ``q_k/d`` is strictly proper, of neutral type if not.
 
     Parameters
     ----------
@@ -49,8 +50,8 @@ class DelayPlant(Record):
     Raises
     ------
     InputError
-        A delay is negative, a term improper, everything is zero, or a ``q_k`` has the degree of ``d``: the equation is
-        of neutral type.
+        A delay is negative, a term improper, everything is zero, or a ``q_k`` has a higher degree than ``d``: the
+        equation is of advanced type.
 
     Examples
     --------
@@ -190,10 +191,10 @@ def _inner(
         q = tuple(c / lead for c in p[next((k for k, c in enumerate(p) if c), len(p)) :])
         if delay <= 0:
             raise InputError(f"DelayPlant has the delay {float(delay):g} s in its denominator; give delays > 0 there")
-        if len(q) > degree:
+        if len(q) > degree + 1:
             raise InputError(
-                f"the denominator has dead time with s^{len(q) - 1} and s^{degree} without: a neutral equation, which "
-                "is not covered; give a higher power without dead time"
+                f"the denominator has dead time with s^{len(q) - 1} and s^{degree} without: an equation of advanced "
+                "type, which foresees; give as high a power without dead time"
             )
         if q:
             yield delay, q

@@ -26,7 +26,8 @@ class DelayMatrix(Record, kw_only=False):
     r"""``x' = A x + B mu``, ``sigma(t) = C x(t) + D mu(t) + sum_k C_k x(t - T_k)``, exact entries.
 
     In a loop ``mu_i = -phi_i(sigma_i)``, one nonlinearity a channel; the transfer matrix is ``H = C (sI - A)^{-1} B +
-    D + sum_k exp(-s T_k) C_k (sI - A)^{-1} B``.  With ``inner`` ``x' = A x + sum_k A_k x(t - T_k) + B mu``.
+    D + sum_k exp(-s T_k) C_k (sI - A)^{-1} B``.  With ``inner`` ``x' = A x + sum_k A_k x(t - T_k) + B mu``.  With
+    ``rates`` ``D_k x'(t - T_k)`` is added to ``sigma`` and ``E_k x'(t - T_k)`` to ``x'``, an equation of neutral type.
 
     Parameters
     ----------
@@ -36,11 +37,13 @@ class DelayMatrix(Record, kw_only=False):
         Pairs of a dead time [s] and the rows of ``C_k``, (p, n); the dead times are above 0 and ascend.
     inner : tuple
         The rows of ``A_k``, (n, n), for each dead time, or nothing: what of the states comes back late.
+    rates : tuple
+        Pairs of the rows of ``D_k``, (p, n), and of ``E_k``, (n, n), for each dead time, or nothing.
 
     Raises
     ------
     InputError
-        The plant is in discrete time, a dead time is not above 0, or a ``C_k`` or ``A_k`` does not fit.
+        The plant is in discrete time, a dead time is not above 0, or a matrix of one does not fit.
 
     Examples
     --------
@@ -58,6 +61,9 @@ class DelayMatrix(Record, kw_only=False):
     )
     inner: tuple[Rows, ...] = quantity(
         "", default=(), label="states that come back late", form=lambda inner: "yes" if inner else "none"
+    )
+    rates: tuple[tuple[Rows, Rows], ...] = quantity(
+        "", default=(), label="derivatives that come back late", form=lambda rates: "yes" if rates else "none"
     )
     dt: ClassVar[None] = None
     _kind, _said = "plant with dead times", "text"
@@ -80,6 +86,12 @@ class DelayMatrix(Record, kw_only=False):
         sizes = {(len(rows), *map(len, rows)) for rows in self.inner}
         if self.inner and (len(self.inner) != len(self.late) or sizes != {(self.order,) * (self.order + 1)}):
             raise InputError("inner does not fit; give a square matrix of the order for each dead time, or nothing")
+        wide = [len(row) for pair in self.rates for side in pair for row in side]
+        tall = {tuple(map(len, pair)) for pair in self.rates}
+        if self.rates and (
+            len(self.rates) != len(self.late) or tall != {(self.outputs, self.order)} or {*wide} != {self.order}
+        ):
+            raise InputError("rates do not fit; give D_k, a row for each output, and a square E_k for each dead time")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -112,22 +124,29 @@ class DelayMatrix(Record, kw_only=False):
         """``H`` at complex ``s`` in floating point: the shape of ``s``, then (p, m)."""
         points = np.asarray(s, dtype=complex)
         (A, B, C, D), late = self._doubles
-        back = points[..., None, None] * np.eye(self.order) - A
-        for (delay, _), own in zip(late, self.inner, strict=False):
-            back = back - np.exp(-delay * points)[..., None, None] * np.array(own, dtype=float)
+        s = points[..., None, None]
+        waits = [np.exp(-delay * s) for delay, _ in late]
+        back = s * np.eye(self.order) - A
+        for wait, own in zip(waits, self.inner, strict=False):
+            back = back - wait * np.array(own, dtype=float)
+        for wait, (_, own) in zip(waits, self.rates, strict=False):
+            back = back - s * wait * np.array(own, dtype=float)
         states = np.linalg.solve(back, B.astype(complex))
         total = C @ states + D
-        for delay, rows in late:
-            total = total + np.exp(-delay * points)[..., None, None] * (rows @ states)
+        for wait, (_, rows) in zip(waits, late, strict=True):
+            total = total + wait * (rows @ states)
+        for wait, (moved, _) in zip(waits, self.rates, strict=False):
+            total = total + s * wait * (np.array(moved, dtype=float) @ states)
         return np.asarray(total)
 
     def opened(self) -> DelayMatrix:
         """The plant without ``inner``, with a channel for each state that has some: with gains 1 there it is this one.
 
         They follow the other channels: ``mu`` is added to ``x_i'``, and ``sigma = -sum_k A_k x(t - T_k)``, row ``i``.
+        Of ``rates`` ``E_k`` is moved likewise.
         """
         n, p = self.order, self.outputs
-        fed = [i for i in range(n) if any(any(rows[i]) for rows in self.inner)]
+        fed = [i for i in range(n) if any(any(rows[i]) for rows in (*self.inner, *(E for _, E in self.rates)))]
         zero, width = Fraction(0), self.inputs + len(fed)
         base = replace(
             self.base,
@@ -141,7 +160,9 @@ class DelayMatrix(Record, kw_only=False):
             (delay, (*rows[:p], *(tuple(-v for v in back[i]) for i in fed)))
             for (delay, rows), back in zip(self.late, inner, strict=True)
         )
-        return DelayMatrix(base, late)
+        none = ((zero,) * n,) * n
+        rates = tuple(((*D[:p], *(tuple(-v for v in E[i]) for i in fed)), none) for D, E in self.rates)
+        return DelayMatrix(base, late, (), rates)
 
     @cached_property
     def _doubles(self) -> tuple[tuple[NDArray[np.float64], ...], list[tuple[float, NDArray[np.float64]]]]:
@@ -196,7 +217,7 @@ class DelayMatrix(Record, kw_only=False):
         return plant.delayless or plant
 
     def _require_open(self) -> None:
-        if self.inner:
+        if self.inner or self.rates:
             raise InputError("the plant has states that come back late, and no formulas for its entries; keep its own")
 
     def to_control(self, *, pade: int | None = None) -> control.StateSpace:
@@ -222,9 +243,11 @@ class DelayMatrix(Record, kw_only=False):
             whole = control.feedback(opened.to_control(pade=pade), control.ss([], [], [], gains))
             return whole[:p, : self.inputs]
         total, inner = self.base.to_control(), self.base.to_control()
-        for delay, rows in self.late:
+        for k, (delay, rows) in enumerate(self.late):
             wait = control.tf2ss(control.TransferFunction(*control.pade(float(delay), pade)))
-            part = control.StateSpace(inner.A, inner.B, np.array(rows, dtype=float), np.zeros(inner.D.shape))
+            moved = np.array(self.rates[k][0] if self.rates else 0 * np.array(rows), dtype=float)
+            seen = np.array(rows, dtype=float) + moved @ inner.A
+            part = control.StateSpace(inner.A, inner.B, seen, moved @ inner.B)
             total = total + control.append(*[wait] * self.outputs) * part
         return total
 
@@ -236,17 +259,17 @@ class DelayMatrix(Record, kw_only=False):
 def one_channel_of(plant: DelayPlant) -> DelayMatrix:
     """A realisation of a block with dead time, exactly, of the order of ``d``: all its modes stay, hidden ones too.
 
-    ``x_i' = x_(i+1)``, ``x_n' = mu`` less what ``d`` and the late terms of the denominator say of ``x``.
+    ``x_i' = x_(i+1)``, ``x_n' = mu`` less what ``d`` and the late terms of the denominator say of ``x`` and ``x_n'``.
 
     Parameters
     ----------
     plant : DelayPlant
-        The block; terms with dead time strictly proper.
+        The block.
 
     Raises
     ------
     InputError
-        One is not (a neutral equation).
+        It has no states.
     """
     n, terms, feedback = len(plant.denominator) - 1, dict(plant.terms), dict(plant.feedback)
 
@@ -254,9 +277,11 @@ def one_channel_of(plant: DelayPlant) -> DelayMatrix:
         """The coefficients below ``s^n``, ascending."""
         return (*reversed(p), *(Fraction(0),) * n)[:n]
 
-    direct = {delay: top[0] for delay, top in terms.items() if len(top) == n + 1}
-    if any(direct) or not n:
-        raise InputError(_NEUTRAL.format("transfer"), code=Reason.DEAD_TIME)
+    direct, swift = ({delay: top[0] for delay, top in side.items() if len(top) == n + 1} for side in (terms, feedback))
+    if not n:
+        raise InputError(
+            f"the block {plant} with dead time has no states; add a fast pole to the model", code=Reason.DEAD_TIME
+        )
     D = direct.get(Fraction(0), Fraction(0))
     shift = tuple(tuple(Fraction(int(j == i + 1)) for j in range(n)) for i in range(n - 1))
     base = MultivariablePlant(
@@ -265,12 +290,16 @@ def one_channel_of(plant: DelayPlant) -> DelayMatrix:
         (tuple(a - D * b for a, b in zip(row(terms.get(Fraction(0), ())), row(plant.denominator), strict=True)),),
         ((D,),),
     )
-    late, inner = list[tuple[Fraction, Rows]](), list[Rows]()
+    late, inner, rates = list[tuple[Fraction, Rows]](), list[Rows](), list[tuple[Rows, Rows]]()
+    nothing = (Fraction(0),) * n
     for delay in sorted({*terms, *feedback} - {Fraction(0)}):
         back = row(feedback.get(delay, ()))
         late.append((delay, (tuple(a - D * b for a, b in zip(row(terms.get(delay, ())), back, strict=True)),)))
-        inner.append((*((Fraction(0),) * n,) * (n - 1), tuple(-b for b in back)))
-    return DelayMatrix(base, tuple(late), tuple(inner) if feedback else ())
+        inner.append((*(nothing,) * (n - 1), tuple(-b for b in back)))
+        a, c = swift.get(delay, Fraction(0)), direct.get(delay, Fraction(0))
+        rates.append((((*nothing[1:], c - D * a),), (*(nothing,) * (n - 1), (*nothing[1:], -a))))
+    neutral = bool(swift or any(direct))
+    return DelayMatrix(base, tuple(late), tuple(inner) if feedback or neutral else (), tuple(rates) if neutral else ())
 
 
 def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> DelayMatrix | MultivariablePlant:

@@ -115,7 +115,7 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
     found = as_plant(plant, dt=dt)
     if isinstance(found, RationalPlant):
         found = MultivariablePlant.of_one_channel(found)
-    late, inner = (found.late, found.inner) if isinstance(found, DelayMatrix) else ((), ())
+    late, inner, rates = (found.late, found.inner, found.rates) if isinstance(found, DelayMatrix) else ((), (), ())
     found = found.base if isinstance(found, DelayMatrix) else found
     if not isinstance(found, MultivariablePlant):
         raise InputError(f"lft needs a plant with exact entries and channels, and this is a {type(found).__name__}")
@@ -138,7 +138,8 @@ def lft(  # noqa: PLR0913  (a plant, its channels, and how its sides are called)
     )
     moved = [(delay, tuple(side[i] for i in rows)) for delay, side in late]
     moved = moved if inner else [(delay, side) for delay, side in moved if any(map(any, side))]
-    whole = DelayMatrix(chosen, tuple(moved), inner) if moved else chosen
+    swift = tuple((tuple(side[i] for i in rows), E) for side, E in rates)
+    whole = DelayMatrix(chosen, tuple(moved), inner, swift) if moved else chosen
     return whole.channel(0, 0) if len(pairs) == 1 and not inner else whole
 
 

@@ -183,9 +183,52 @@ ABOVE = draft(
     "counterexample",
     {"method": "delayed-members", "gains": ["-1/2", "0"], "delays": [], "omega": "1/10", "input": [["1", "0"]]},
 )
+# s + 1 + s exp(-s)/2: |1/H|^2 + 3 Re 1/H = a^2 + 3 a + w^2 (1 + cos(w)/2)^2 with a = 1 + w sin(w)/2; a^2 + 3 a >= -9/4,
+# and a < 0 only from w = pi on, where the rest is above 9/4.  At w = 4.2 14 a is less than minus the rest
+NEUTRAL = draft(
+    late([["-1"]], ONE, ONE, NO, ("1", NO, NO, NO, [["-1/2"]])),
+    [sector("0", "3")],
+    "piecewise-circle",
+    {"method": "pieces", "ends": [str(end) for end in (1, 2, 3, 4, 5, 6, 8, 12, 16)]},
+    {"lambda": ["1"], "pieces": [[None]] * 10},
+)
+# 1/(s + 1) + exp(-s)/2: Re H >= -1/2
+ECHO = draft(
+    late([["-1"]], ONE, ONE, NO, ("1", [["1/2"]], NO, [["1/2"]], NO)),
+    [sector("0", "3/2")],
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["1", "2", "4", "8", "16"]},
+    {"lambda": ["1"], "pieces": [[None]] * 6},
+)
+# s + 1 - s exp(-s)/2 - exp(-s)/2 - 2 < 0 at 0
+NEUTRAL_AWAY = draft(
+    late([["-1"]], [["-1"]], ONE, NO, ("1", NO, [["1/2"]], NO, [["1/2"]])),
+    [sector("0", "2")],
+    "counterexample",
+    {"method": "late-gains", "gains": ["2"]},
+)
+# s + (s/4 + 2) exp(-s): |i w| = |i w/4 + 2| at w = 2.0656, where w T = pi/2 + arctan(w/8) for T = .883: roots beyond
+NEUTRAL_TURNS = draft(
+    late([["0"]], ONE, ONE, NO, ("1", NO, [["-2"]], NO, [["-1/4"]])),
+    [sector("0", "1")],
+    "counterexample",
+    {"method": "late-turns", "gains": ["0"]},
+)
+# 1/(s^2 + 4) beside a dead time that is none of a feedback: +-2 i with the gain 0
+SWINGS = draft(
+    late([["0", "1"], ["-4", "0"]], [["0"], ["1"]], [["0", "0"]], NO, ("1", [["1", "0"]])),
+    [sector("0", "1")],
+    "counterexample",
+    {"method": "late-turns", "gains": ["0"]},
+)
 ALL = {
     "gain": GAIN,
     "above": ABOVE,
+    "neutral": NEUTRAL,
+    "echo": ECHO,
+    "neutral-away": NEUTRAL_AWAY,
+    "neutral-turns": NEUTRAL_TURNS,
+    "swings": SWINGS,
     "direct": DIRECT,
     "back": BACK,
     "comes": COMES,
@@ -217,7 +260,7 @@ def test_both_checkers_accept(name):
     jsonschema.Draft202012Validator(SCHEMA).validate(found)
     assert recheck(found).accepted, recheck(found).reason
     said = {"rest": "every motion converges to the set of equilibria"} | dict.fromkeys(
-        ("circle", "popov", "both", "lower", "unknown", "back", "direct"), ATTRACTS
+        ("circle", "popov", "both", "lower", "unknown", "back", "direct", "neutral", "echo"), ATTRACTS
     )
     said |= {"gain": "the L2 gain from w to z is at most gamma in every loop of the class"}
     said |= {"above": "the L2 gain from w to z is above gamma in a loop of the class"}
@@ -324,6 +367,30 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("direct", *CLASS, "slope", ["-1", "1"]),
         ("direct", "system", "D", [["-1"]]),
         ("direct", "system", "D", [["-7/10"]]),
+        ("neutral", *CLASS, "sector", ["0", "14"]),
+        ("neutral", "system", "late", [["1", NO, NO, NO, [["-1"]]]]),  # not less than 1
+        ("neutral", "system", "late", [["1", NO, NO, NO, [["5/4"]]]]),
+        ("neutral", "system", "late", [["1", NO, NO, [["1/2"]], [["-1/2"]]]]),  # F < 0 far out
+        ("neutral", "system", "late", [["1", NO, [["2"]], NO, [["-1/2"]]]]),  # -1 at 0
+        ("neutral", "system", "late", [["1", NO, NO, NO]]),
+        ("neutral", "system", "late", [["1", NO, NO, NO, [["-1/2", "0"]]]]),
+        ("neutral", "system", "A", [["1"]]),
+        ("echo", *CLASS, "sector", ["0", "2"]),
+        ("echo", "system", "late", [["1", [["1/2"]], NO, [["7/10"]], NO]]),
+        ("echo", "system", "late", [["1", [["1/2"]], NO, [["1/2"]], [["1"]]]]),
+        (
+            "echo",
+            *CLASS,
+            {**sector("-1/2", "1/2", time_varying=False), "operator": "linear time-invariant"},
+        ),
+        ("neutral-away", "proof", "gains", ["1/2"]),
+        ("neutral-away", "system", "late", [["1", NO, [["-3/2"]], NO, [["1/2"]]]]),
+        ("neutral-turns", "system", "late", [["1/2", NO, [["-2"]], NO, [["-1/4"]]]]),
+        ("neutral-turns", "system", "late", [["1", NO, [["-2"]], NO, [["-1"]]]]),  # whatever the rest: not less than 1
+        ("swings", "system", "A", [["0", "1"], ["-4", "-1"]]),
+        ("swings", "system", "A", [["0", "1"], ["0", "-1"]]),  # a pole at 0, which is at rest
+        ("swings", "system", "A", [["0", "1"], ["0", "0"]]),
+        ("swings", *CLASS, "sector", ["1/100", "1"]),
         ("back", "system", "late", [["1", NO, [["-3"]]]]),  # as in "comes"
         ("back", "system", "late", [["1", NO, [["1"]]]]),  # s + 1 - exp(-s) is 0 at 0
         ("back", "system", "late", [["1", NO, [["3/2"]]]]),

@@ -125,9 +125,8 @@ def test_with_a_pole_at_zero_the_circle_criterion_is_refused():
     [
         ("exp(s)/(s + 1)", "delays >= 0"),
         ("exp(-s*s)", r"exp\(-T\*s\)"),
-        ("1/(1 + exp(-s))", "neutral equation"),
-        ("1/(s + 1 + s*exp(-s)/2)", "neutral equation"),
-        ("1/(s*exp(-s) + 1)", "neutral equation"),
+        ("1/(s*exp(-s) + 1)", "advanced type"),
+        ("1/(s*s*exp(-s) + s)", "advanced type"),
         ("s", "improper"),
         ("1/(s - s)", "divides by zero"),
         ("0*s", "is zero"),
@@ -178,6 +177,8 @@ def test_delays_in_the_denominator_are_states_that_come_back():
         "exp(-s)/(s + 1) + 2*exp(-3*s)/(s + 1)",
         "(s - 2)*exp(-s/2)/(s + 1)**2 + 1/(s + 1)",
         "exp(-s)/(s**2 + (s - 1)*exp(-s/2) + 3*exp(-s))",
+        "1/(s + 1 + s*exp(-s)/2)",
+        "(s**2 + 1)*exp(-s)/(s**2 + (s**2/2 - 1)*exp(-s/2) + 3*exp(-s)) + 2",
     ],
 )
 def test_a_block_prints_all_its_terms(text):

@@ -57,6 +57,24 @@ def test_delays_in_the_denominator_end_at_the_linear_gain(plant, lower, end):
         assert recheck(shown.certificate).accepted
 
 
+@pytest.mark.parametrize(
+    ("text", "end"),
+    [
+        # w + arctan(w) = pi + arctan(w/2) and k^2 = (1 + w^2)/(4 + w^2): w = 2.8683; 1 + k exp(-s) far out
+        ("(s + 2)*exp(-s)/(s + 1)", 0.8686926736),
+        # 3 w^2/4 + 1 = k^2 and w cos(w) + sin(w) + w/2 = 0: w = 2.4407
+        ("exp(-s)/(s + 1 + s*exp(-s)/2)", 2.338295859),
+    ],
+)
+def test_neutral_equations_end_at_the_linear_gain(text, end):
+    found = max_sector(text)
+    assert found.verdict is Verdict.PROVED
+    assert end * (1 - 4e-3) < found.largest.low < end < found.refuted_at < end * (1 + 2e-5)
+    for shown in (found.proof, found.refutation):
+        assert check(shown.certificate)
+        assert recheck(shown.certificate).accepted
+
+
 @pytest.mark.parametrize("text", ["-1/2 - exp(-s)/(s + 3)", "-1/2 - 2/3/(s + 3 - exp(-s))"])
 def test_a_direct_term_without_dead_time_needs_slopes(text):
     # H(0) = -1/2 - 1/3, and Re H is least there: the gain 6/5 puts a root at 0

@@ -54,6 +54,13 @@ class Asked:
     delayed: bool = False  # whether delays were taken out of it: D had no cycle before
     late: tuple[tuple[Fraction, fmpq_mat], ...] = ()  # dead times T, and the C_T that shows x(t - T) to sigma
     inner: tuple[fmpq_mat, ...] = ()  # for each of them the A_T that shows x(t - T) to x', if there are such
+    rates: tuple[tuple[fmpq_mat, fmpq_mat], ...] = ()  # and D_T, E_T, that show x'(t - T) to sigma and to x'
+
+    def has_direct_term(self, i: int) -> bool:
+        """Whether inputs show in output ``i`` without passing through a state."""
+        p = self.D.nrows()
+        now = any(self.D[i, j] != 0 for j in range(p))
+        return now or any(D[i, j] != 0 for D, _ in self.rates for j in range(self.A.nrows()))
 
     @property
     def operators(self) -> list[list[int]]:
@@ -106,19 +113,20 @@ def _delayed(value: object, asked: Asked) -> Asked:
     """The plant with its dead times."""
     require(not asked.discrete, "dead times are of continuous time")
     found, n = list[tuple[Fraction, fmpq_mat]](), asked.A.nrows()
-    inner, whole = list[fmpq_mat](), [listed(one) for one in listed(value)]
-    require({len(one) for one in whole} in ({2}, {3}), "a dead time has its outputs, and perhaps what comes back")
+    inner, rates, whole = list[fmpq_mat](), list[tuple[fmpq_mat, fmpq_mat]](), [listed(one) for one in listed(value)]
+    require({len(one) for one in whole} in ({2}, {3}, {5}), "a dead time has its outputs, and perhaps what comes back")
     for tau, *given in whole:
         sides = list[fmpq_mat]()
-        for side, height in zip(given, (asked.D.nrows(), n), strict=False):
+        for side, height in zip(given, (asked.D.nrows(), n) * 2, strict=False):
             rows = [numbers(row) for row in listed(side)]
             require(len(rows) == height and {len(row) for row in rows} == {n}, "matrices of a dead time do not fit")
             sides.append(fmpq_mat([[to_fmpq(v) for v in row] for row in rows]))
         found.append((number(tau), sides[0]))
-        inner += sides[1:]
+        inner += sides[1:2]
+        rates += [(sides[2], sides[3])] if len(sides) == 4 else []
     times = [Fraction(0), *(tau for tau, _ in found)]
     require(0 < len(found) <= LATEST and all(a < b for a, b in pairwise(times)), "the dead times do not ascend from 0")
-    return replace(asked, late=tuple(found), inner=tuple(inner))
+    return replace(asked, late=tuple(found), inner=tuple(inner), rates=tuple(rates))
 
 
 def matrices(document: Document, *, late: bool = False) -> tuple[dict[str, fmpq_mat], bool]:

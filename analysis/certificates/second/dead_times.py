@@ -50,6 +50,7 @@ def shown_late(document: Document, asked: Asked) -> str:
         return refuted_by_delayed_members(document, asked)
     require(not asked.performance, "of a gain, members at a frequency refute beside dead times")
     if document.proof.get("method") == "delayed-gains":
+        require(not asked.rates, "a neutral equation has no other delays")
         return refuted_by_delay(document, asked)
     ways = {"late-gains": _still, "late-turns": _turning}
     return ways.get(str(document.proof.get("method")), _crossing)(document, asked)
@@ -69,10 +70,15 @@ def _still(document: Document, asked: Asked) -> str:
 
 
 def _turning(document: Document, asked: Asked) -> str:
-    """Constant gains with roots ``Re s > 0``, which are counted."""
+    """Constant gains with roots ``Re s > 0``, which are counted; with all gains 0 some ``s != 0``, ``Re s >= 0``."""
     gains = member(record(document.proof, "method", "gains")["gains"], asked)
     whole = diagonal([Fraction(1)] * len(gains)) + asked.D * diagonal(gains)
     require(bool(whole.det() > 0), "det(1 + D G) > 0 fails")
+    if not (any(gains) or asked.inner):
+        p = asked.A.charpoly()
+        counts, zeros = half_plane_counts(p), next(k for k in range(p.degree() + 1) if p[k] != 0)
+        require(counts.right > 0 or counts.axis > zeros, "no root s != 0, Re s >= 0, is shown")
+        return claims.NO_REST
     with working_precision(_BITS):
         require(LateLoop.of(asked, gains).right_roots() > 0, "no root Re s > 0 is shown")
     return claims.NO_REST
@@ -89,7 +95,9 @@ def _crossing(document: Document, asked: Asked) -> str:
     numbers(proof["turn"])
     d = asked.A.charpoly()
     parts = [(Fraction(0), numerators((asked.A, asked.B, asked.C, asked.D))[1])]
-    parts += [(tau, numerators((asked.A, asked.B, C, 0 * asked.D))[1]) for tau, C in asked.late]
+    moved = [D for D, _ in asked.rates] or [0 * C for _, C in asked.late]
+    for (tau, C), D in zip(asked.late, moved, strict=True):
+        parts.append((tau, numerators((asked.A, asked.B, C + D * asked.A, D * asked.B))[1]))
     with working_precision(_BITS):
         found = _Response(d, parts, rows)
         t, omega = (arb(0.5), arb(0).union(arb(1))), (ball((band[0] + band[1]) / 2), ball(band[0]).union(ball(band[1])))

@@ -1,14 +1,16 @@
 r"""A plant with dead times in feedback with constant gains, checked again: ``x'(t) = A x(t) + sum_k A_k x(t - T_k)``.
 
 With ``mu = w - L sigma`` and ``K = (1 + D L)^-1``, ``A - B L K C``, ``A_k - B L K C_k``; its response is ``(K C + sum
-e^{-s T_k} K C_k)(s - M(s))^-1 B (1 - L K D) + K D``.
+e^{-s T_k} K C_k)(s - M(s))^-1 B (1 - L K D) + K D``.  In neutral equations read ``C_k + s D_k`` for ``C_k`` and ``A_k
++ s E_k`` for ``A_k``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import product
 
 from flint import acb, acb_mat, acb_series, arb, fmpq_mat
 
@@ -17,18 +19,20 @@ from lure.analysis.certificates.second.numerics import ball
 from lure.analysis.certificates.second.reading import require, tick
 
 _MOST, _DOUBLINGS, _NARROWEST = 20_000, 60, 2**40
+_ARCS = 64
 Series = list[list[acb_series]]
 
 
 @dataclass(frozen=True, slots=True)
 class LateLoop:
-    """The closed loop: what arrives late of the state is ``(T, A_k, C_k)``."""
+    """The closed loop: what arrives late of the state is ``(T, A_k, C_k)``, and of ``x'`` ``(E_k, D_k)``."""
 
     A: fmpq_mat
     B: fmpq_mat
     C: fmpq_mat
     D: fmpq_mat
     late: tuple[tuple[Fraction, fmpq_mat, fmpq_mat], ...]
+    rates: tuple[tuple[fmpq_mat, fmpq_mat], ...]
 
     @classmethod
     def of(cls, asked: Asked, gains: Sequence[Fraction]) -> LateLoop:
@@ -48,13 +52,15 @@ class LateLoop:
         back = asked.B * L * K
         inner = asked.inner or [0 * asked.A] * len(asked.late)
         late = tuple((tau, own - back * C, K * C) for (tau, C), own in zip(asked.late, inner, strict=True))
-        return cls(asked.A - back * asked.C, asked.B * (one - L * K * asked.D), K * asked.C, K * asked.D, late)
+        moved = asked.rates or [(0 * C, 0 * asked.A) for _, C in asked.late]
+        rates = tuple((E - back * D, K * D) for D, E in moved)
+        return cls(asked.A - back * asked.C, asked.B * (one - L * K * asked.D), K * asked.C, K * asked.D, late, rates)
 
     def right_roots(self) -> int:
         r"""How many zeros with ``Re s >= 0`` ``chi(s) = det(s - M(s))`` has, none lying on the axis.
 
-        It is ``s^n g(s)``, ``g -> 1`` far out there: the angle of ``g``, which is ``-n pi/2`` at 0 where ``chi(0) >
-        0``, and ``pi`` more where not, rises to 0 less ``pi`` for each.  ``k`` counts quarters on pieces with ``Re
+        It is ``s^n g(s)``, ``Re g > 0`` far out there: the angle of ``g``, which is ``-n pi/2`` at 0 where ``chi(0) >
+        0``, and ``pi`` more where not, rises to near 0 less ``pi`` for each.  ``k`` counts quarters on pieces with ``Re
         i^-k g > 0``.
 
         Raises
@@ -91,38 +97,54 @@ class LateLoop:
         """``g`` between two frequencies, from 0 on times ``omega^n``; None: from the second on."""
         n, omega = self.A.nrows(), ball(b) if a is None else ball(a).union(ball(b))
         any_phase = acb(arb(0, 1), arb(0, 1))
-        M = acb_mat(self.A)
-        for tau, A, _ in self.late:
-            M += acb_mat(A) * (any_phase if a is None else (acb(0, -omega) * ball(tau)).exp())
-        one = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        M, one = acb_mat(self.A), acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        for (tau, A, _), (E, _) in zip(self.late, self.rates, strict=True):
+            wait = any_phase if a is None else (acb(0, -omega) * ball(tau)).exp()
+            M, one = M + acb_mat(A) * wait, one - acb_mat(E) * wait
         if a == 0:
             return acb_mat.det(one * acb(omega) + M * acb(0, 1))
         small = acb(0, (1 / omega).union(arb(0)) if a is None else 1 / omega)
         return acb_mat.det(one + M * small)
 
-    def at_any_phase(self, u: arb) -> list[tuple[acb_mat, acb_mat]] | None:
+    def at_any_phase(self, u: arb) -> Iterator[list[tuple[acb_mat, acb_mat]] | None]:
         """What arrives of ``H`` and of ``s H`` without dead time, and with each, ``|s| = 1/u``, for any waits inside.
+
+        In neutral equations for each arc of the phases that ``x'`` arrives with, which are then in the first.
 
         Parameters
         ----------
         u : arb
             ``1/omega``; it may contain 0.
 
-        Returns
-        -------
+        Yields
+        ------
         list of (acb_mat, acb_mat) or None
             (p, m) each, without the phase of the output's own dead time; None if nothing is shown.
         """
-        n, M, over = self.A.nrows(), acb_mat(self.A), acb(0, -u)
-        for _, A, _ in self.late:
-            M += acb_mat(A) * acb(arb(0, 1), arb(0, 1))
-        one = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
-        try:
-            states = (one - M * over).solve(acb_mat(self.B))
-        except ZeroDivisionError:
-            return None
-        sides = [acb_mat(C) * states for C in (self.C, *(C for _, _, C in self.late))]
-        return [(side * over + (acb_mat(self.D) if k == 0 else 0 * side), side) for k, side in enumerate(sides)]
+        n, over, any_phase = self.A.nrows(), acb(0, -u), acb(arb(0, 1), arb(0, 1))
+        unit = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        moved = [any(v != 0 for side in pair for v in side.entries()) for pair in self.rates]
+        pieces = _ARCS // max(sum(moved), 1)
+        arcs = [acb(0, (arb(k).union(arb(k + 1))) * 2 * arb.pi() / pieces).exp() for k in range(pieces)]
+        for phases in product(*(arcs if own else [any_phase] for own in moved)):
+            M, one = acb_mat(self.A), unit
+            for wait, (_, A, _), (E, _) in zip(phases, self.late, self.rates, strict=True):
+                M, one = M + acb_mat(A) * wait, one - acb_mat(E) * wait
+            try:
+                states = (one - M * over).solve(acb_mat(self.B))
+            except ZeroDivisionError:
+                yield None
+                continue
+            plain, turned, apart = acb_mat(self.C) * states, acb_mat(self.C) * states, []
+            plain = plain * over + acb_mat(self.D)
+            for wait, own, (_, _, C), (_, D) in zip(phases, moved, self.late, self.rates, strict=True):
+                side = acb_mat(C) * states
+                h = side * over + acb_mat(D) * states  # s H is not asked for in rows with D
+                if own:
+                    plain, turned = plain + h * wait, turned + side * wait
+                else:
+                    apart.append((h, side))
+            yield [(plain, turned), *apart]
 
     def at(self, omega: arb) -> acb_mat:
         """The transfer matrix at ``i omega``.
@@ -132,12 +154,12 @@ class LateLoop:
         omega : arb
             The frequency [rad/s].
         """
-        n, M, C = self.A.nrows(), acb_mat(self.A), acb_mat(self.C)
-        for tau, A, outputs in self.late:
-            wait = (acb(0, -omega) * ball(tau)).exp()
-            M, C = M + acb_mat(A) * wait, C + acb_mat(outputs) * wait
+        n, M, C, s = self.A.nrows(), acb_mat(self.A), acb_mat(self.C), acb(0, omega)
+        for (tau, A, outputs), (E, D) in zip(self.late, self.rates, strict=True):
+            wait = (-s * ball(tau)).exp()
+            M, C = M + (acb_mat(A) + acb_mat(E) * s) * wait, C + (acb_mat(outputs) + acb_mat(D) * s) * wait
         one = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
-        return C * (one * acb(0, omega) - M).solve(acb_mat(self.B)) + acb_mat(self.D)
+        return C * (one * s - M).solve(acb_mat(self.B)) + acb_mat(self.D)
 
     def response(self, s: acb_series) -> Series | None:
         """Rows of the transfer matrix as series; None if ``s - M(s)`` may be singular.
@@ -149,6 +171,7 @@ class LateLoop:
         """
         n, m = self.A.nrows(), self.B.ncols()
         waits = [(s * -ball(tau)).exp() for tau, _, _ in self.late]
+        waits += [s * wait for wait in waits]
 
         def total(first: fmpq_mat, others: Sequence[fmpq_mat], i: int, j: int) -> acb_series:
             """An entry of one matrix and of those that arrive late."""
@@ -157,7 +180,8 @@ class LateLoop:
                 found = found + wait * acb(arb(one[i, j])) if one[i, j] != 0 else found
             return found
 
-        inner, outer = [A for _, A, _ in self.late], [C for _, _, C in self.late]
+        inner = [*(A for _, A, _ in self.late), *(E for E, _ in self.rates)]
+        outer = [*(C for _, _, C in self.late), *(D for _, D in self.rates)]
         rows = [
             [
                 *((s if i == j else 0 * s) - total(self.A, inner, i, j) for j in range(n)),
@@ -188,7 +212,7 @@ class LateLoop:
 def opened(asked: Asked) -> tuple[Asked, list[Fraction]]:
     """The plant with the late states as outputs and inputs of its own, one for each that comes back, and their gains.
 
-    ``x' = A x + B mu + sum_i e_i nu_i``, ``nu_i = -tau_i`` with ``tau_i = -sum_k e_i' A_k x(t - T_k)``.
+    ``x' = A x + B mu + sum_i e_i nu_i``, ``nu_i = -tau_i`` with ``tau_i = -sum_k e_i' (A_k x + E_k x')(t - T_k)``.
 
     Parameters
     ----------
@@ -196,7 +220,8 @@ def opened(asked: Asked) -> tuple[Asked, list[Fraction]]:
         The plant.
     """
     n, m = asked.A.nrows(), asked.D.nrows()
-    rows = [i for i in range(n) if any(A[i, j] != 0 for A in asked.inner for j in range(n))]
+    back = [*asked.inner, *(E for _, E in asked.rates)]
+    rows = [i for i in range(n) if any(A[i, j] != 0 for A in back for j in range(n))]
     if not rows:
         return asked, []
     r = len(rows)
@@ -204,5 +229,6 @@ def opened(asked: Asked) -> tuple[Asked, list[Fraction]]:
     seen = [(tau, stacked(C, -units.transpose() * A)) for (tau, C), A in zip(asked.late, asked.inner, strict=True)]
     B = stacked(asked.B.transpose(), units.transpose()).transpose()
     D = stacked(stacked(asked.D.transpose(), fmpq_mat(r, m)).transpose(), fmpq_mat(r, m + r))
-    wider = replace(asked, B=B, C=stacked(asked.C, fmpq_mat(r, n)), D=D, late=tuple(seen), inner=())
+    moved = tuple((stacked(own, -units.transpose() * E), 0 * E) for own, E in asked.rates)
+    wider = replace(asked, B=B, C=stacked(asked.C, fmpq_mat(r, n)), D=D, late=tuple(seen), inner=(), rates=moved)
     return wider, [Fraction(1)] * r

@@ -159,6 +159,7 @@ def _without_drive(asked: Asked, entries: Sequence[object]) -> Asked:
 
 def _alone(document: Document, asked: Asked, found: Mapping[str, object]) -> Document:
     """A document about one part, without what proves it."""
+    require(not asked.rates, "a neutral equation is not taken apart")
     n, m, kind = asked.A.nrows(), asked.D.nrows(), text(found["kind"])
     states, channels = _places(found["states"], n), _places(found["channels"], m)
     inside, own = _projection(states, n), _projection(channels, m)

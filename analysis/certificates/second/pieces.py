@@ -88,6 +88,7 @@ def require_pieces(document: Document, asked: Asked) -> bool:
     bounds = [(Fraction(1), Fraction(2)) if one.operator in DELAYS else one.ends for one in asked.nonlinearities]
     closed, gains = None, [one.shift for one in known]
     if asked.late:
+        require(not (asked.rates and asked.operators), "a neutral equation has functions and constant gains alone")
         bounds = [(Fraction(0), Fraction(1))] * m
     if any(gains) or asked.inner:
         closed = LateLoop.of(asked, gains)
@@ -257,7 +258,7 @@ def _channels(asked: Asked, weights: Sequence[Fraction], theta: Sequence[Fractio
         require(kind != "slow" or (known and not asked.discrete), "a delay changes too fast")
         require(not one.rough and (late or None not in (low, high)), "a channel has no finite bounds")
         require(weights[i] >= 0 and (kind == "" or weights[i] == theta[i] == 0), "a weight does not fit its channel")
-        fixed = not (one.time_varying or one.operator or any(asked.D[i, j] != 0 for j in range(len(weights))))
+        fixed = not (one.time_varying or one.operator or asked.has_direct_term(i))
         require(theta[i] == 0 or fixed, "Popov's term does not fit its channel")
         width = one.upper if late else (high or Fraction(0)) - (low or Fraction(0))
         require(isinstance(width, Fraction) and width > 0, "a channel has no finite bounds")
@@ -395,9 +396,15 @@ def _compared(loop: _Loop, known: Sequence[_Channel], row: _Row, u: arb) -> bool
     Of delays ``x (|mu|^2 - |sigma|^2)``, of slow ones ``x |mu|^2 - x |sigma|^2/(1 - d) + y |mu + sigma|^2 - y h^2
     |sigma'|^2``.
     """
-    m, arriving = len(known), _arriving(loop, u)
-    if arriving is None:
-        return False
+    return all(
+        arriving is not None and _above(arriving, known, row)
+        for arriving in (loop.plant.at_any_phase(u) if loop.plant is not None else [_arriving(loop, u)])
+    )
+
+
+def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], row: _Row) -> bool:
+    """The same for what arrives without dead time, and with each."""
+    m = len(known)
     first, late = [[acb(0)] * m for _ in known], [[arb(0)] * m for _ in known]
     less = [[arb(0)] * m for _ in known]
     for i, (one, pair) in enumerate(zip(known, row, strict=True)):
@@ -444,8 +451,6 @@ def _compared(loop: _Loop, known: Sequence[_Channel], row: _Row, u: arb) -> bool
 
 def _arriving(loop: _Loop, u: arb) -> list[tuple[acb_mat, acb_mat]] | None:
     """``H`` and ``s H`` without dead time, and with each; None if ``d`` may vanish."""
-    if loop.plant is not None:
-        return loop.plant.at_any_phase(u)
     below = _value(loop.d, acb(u))
     if below.contains(0):
         return None
