@@ -10,7 +10,7 @@ from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lure.analysis.numerics.doubles import bound_above, bound_below
-from lure.classes import in_channels, operator_words
+from lure.classes import FULL_BLOCK, in_channels, operator_words
 from lure.record import exact_text
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled
         low, high = map(Fraction, nonlinearities["slope"])
         leak = f" + {_number(low, up=inwards, spelled=spelled)} min(sigma, 0)" if low else ""
         return f"phi = {'' if high == 1 else _number(high, up=not inwards, spelled=spelled) + ' '}max(sigma, 0){leak}"
-    if "operator" in nonlinearities:
+    if nonlinearities.get("operator", FULL_BLOCK) != FULL_BLOCK:
         bound, gain = Fraction(nonlinearities["sector"][1]), nonlinearities["operator"] == "performance"
         about = _number(1 / bound if gain else bound, up=inwards is gain, spelled=spelled)
         slow = nonlinearities.get("rate")
@@ -111,7 +111,8 @@ def kind_words(nonlinearities: Nonlinearities) -> str:
     )
     if nonlinearities["slope"] is None:
         when = "" if nonlinearities["linear"] else " time-varying," if varying else " time-invariant,"
-        return f"{phi}{rough or ',' * bool(when)}{when} in the sector"
+        kind = "full-block sector" if "operator" in nonlinearities else "sector"
+        return f"{phi}{rough or ',' * bool(when)}{when} in the {kind}"
     return f"{'time-varying ' if varying else ''}{phi}{rough} with slope in"
 
 
@@ -283,6 +284,12 @@ def _destabilising(shown: _Shown) -> str:
         size = f"{proof['samples']} samples" if "samples" in proof else bound_below(Fraction(proof["delays"][1]))
         late = f"a delay of {size} in channel {i}"
         return f"{late} and the gains {', '.join(_near(Fraction(gain)) for gain in own)}" if own else late
+    if "matrices" in proof:
+        kinds = shown.certificate["laws"]["channels"]
+        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
+        rows = ["; ".join(", ".join(_near(Fraction(v)) for v in row) for row in one) for one in proof["matrices"]]
+        matrices = " and ".join(f"the matrix of gains [{text}]" for text in rows)
+        return f"{_linear(shown, own)} and {matrices}" if own else matrices
     if method == "linear-gains":
         kinds = shown.certificate["laws"]["channels"]
         own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if one.get("operator") != "performance"]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import accumulate
-from typing import Literal
+from typing import Final, Literal
 
 from lure.bounds import Sector as Sector
 from lure.bounds import SlopeBounds as SlopeBounds
@@ -17,8 +17,16 @@ from lure.exact import exact_number
 from lure.record import Record, quantity
 
 SCALAR = "scalar linear time-invariant"
+FULL_BLOCK: Final = "full block"
 Operator = Literal[
-    "", "any", "linear time-invariant", "scalar linear time-invariant", "performance", "delay", "varying delay"
+    "",
+    "any",
+    "linear time-invariant",
+    "scalar linear time-invariant",
+    "performance",
+    "delay",
+    "varying delay",
+    "full block",
 ]
 OPERATORS = ("any", "linear time-invariant", SCALAR)
 DELAYS = ("delay", "varying delay")
@@ -49,7 +57,8 @@ class NonlinearityClass(Record):
     operator : str
         Not ``""``: an operator ``mu_b = -Delta sigma_b`` on the channels of its block, ``"any"``, ``"linear
         time-invariant"``, ``"scalar linear time-invariant"``, ``"performance"``, ``"delay"`` or ``"varying delay"``;
-        see :meth:`norm_bounded`, :meth:`performance` and :meth:`delayed`.
+        see :meth:`norm_bounded`, :meth:`performance` and :meth:`delayed`.  ``"full block"``: a function of all
+        ``sigma`` of the block together, see :meth:`full_block`.
 
     Raises
     ------
@@ -133,9 +142,16 @@ class NonlinearityClass(Record):
         return same and not (self.odd or self.linear or self.time_varying or math.inf in map(abs, ends))
 
     def _check_operator(self) -> None:
-        if self.operator not in (*OPERATORS, "performance", *DELAYS):
+        if self.operator not in (*OPERATORS, "performance", *DELAYS, FULL_BLOCK):
             raise InputError(f"NonlinearityClass.operator is {self.operator!r:.40}; choose from {', '.join(OPERATORS)}")
         low, high = self.sector.lower, self.sector.upper
+        if self.operator == FULL_BLOCK:
+            if self.slope is not None or self.odd or self.linear or self.rate is not None or math.inf in (-low, high):
+                raise InputError(
+                    "NonlinearityClass is a function of several channels with other properties than finite bounds of "
+                    "its sector; give NonlinearityClass.full_block(lower, upper)"
+                )
+            return
         if self.slope is not None or self.odd or self.linear or low != -high or high == math.inf:
             raise InputError(
                 "NonlinearityClass is an operator with other properties than a finite bound of its norm; give "
@@ -242,6 +258,32 @@ class NonlinearityClass(Record):
         return cls._of_norm(bound, dynamics, "bound")
 
     @classmethod
+    def full_block(
+        cls, lower: float | Fraction, upper: float | Fraction, *, time_varying: bool = False
+    ) -> NonlinearityClass:
+        r"""Functions ``mu_b = -phi(sigma_b)`` of all channels of a block together, in a full-block sector.
+
+        They are locally Lipschitz, and :math:`(\phi(\sigma_b) - l\sigma_b)^\top(u\sigma_b - \phi(\sigma_b)) \ge 0`
+        for every :math:`\sigma_b`.  A nonlinearity in the sector ``[l, u]`` in each channel is a member, and so is each
+        matrix of gains :math:`G` with :math:`(G - l)^\top(u - G) + (u - G)^\top(G - l) \ge 0`.  In a
+        :class:`Diagonal` the class stands once for each channel of the block, and ``repeated`` says how many these are.
+
+        Parameters
+        ----------
+        lower, upper : int, float or Fraction
+            ``l`` and ``u``, finite [unit of mu / unit of sigma].
+        time_varying : bool
+            Whether ``phi`` may depend on time.
+
+        Examples
+        --------
+        >>> one = NonlinearityClass.full_block(0, 2)
+        >>> print(Diagonal((one, one, NonlinearityClass(sector=Sector(0, 1))), repeated=(2, 1)))
+        (phi_1, phi_2) in the full-block sector [0, 2]; phi_3 in the sector [0, 1]
+        """
+        return cls(sector=Sector(lower, upper), time_varying=time_varying, operator=FULL_BLOCK)
+
+    @classmethod
     def hysteretic(cls, kind: str, slope: float | Fraction = 1) -> NonlinearityClass:
         """Play (backlash) and stop (elastic, perfectly plastic) operators, their initial states included.
 
@@ -339,7 +381,7 @@ class NonlinearityClass(Record):
         alpha : Fraction
             The factor.
         """
-        if self.operator:
+        if self.operator and self.operator != FULL_BLOCK:
             bound = alpha * Fraction(self.sector.upper)
             return replace(self, sector=Sector(-bound, bound))
 
@@ -360,12 +402,13 @@ class NonlinearityClass(Record):
             low, high = self.gains
             leak = f" + {lower_text(low)} min(sigma, 0)" if low else ""
             return f"phi = {'' if high == 1 else f'{upper_text(high)} '}max(sigma, 0){leak}"
-        if self.operator:
+        if self.operator and self.operator != FULL_BLOCK:
             bound, gain = self.sector.upper, self.operator == "performance"
             slow = "" if self.rate is None else upper_text(self.rate)
             return operator_words(self.operator, upper_text(1 / Fraction(bound)) if gain else lower_text(bound), slow)
         words = "odd phi" if self.odd else "phi"
-        bounds = f"slope in {self.slope}" if self.slope is not None else f"sector {self.sector}"
+        kind = "full-block sector" if self.operator else "sector"
+        bounds = f"slope in {self.slope}" if self.slope is not None else f"{kind} {self.sector}"
         if self.slope is not None and (self.slope.lower, self.slope.upper) != (self.sector.lower, self.sector.upper):
             bounds += f" and sector {self.sector}"
         when = ", time-varying" if self.time_varying else ""
@@ -493,8 +536,8 @@ class Diagonal(Record, kw_only=False):
 
         0 for operators, and 1 for delays: what these are where ``tau = 0``.
         """
-        ends = (Fraction(one.operator in DELAYS if one.operator else one.gains[0]) for one in self.classes)
-        return tuple(ends)
+        moved = ((one, bool(one.operator) and one.operator != FULL_BLOCK) for one in self.classes)
+        return tuple(Fraction(one.operator in DELAYS if whole else one.gains[0]) for one, whole in moved)
 
     @property
     def upper(self) -> tuple[Fraction, ...]:
@@ -506,7 +549,7 @@ class Diagonal(Record, kw_only=False):
         """Of the factors beyond it each leaves every upper bound above the lower one."""
         if self.performance is not None:
             return Fraction(0)
-        ends = [one.gains for one in self.classes if not one.operator]
+        ends = [one.gains for one in self.classes if one.operator in ("", FULL_BLOCK)]
         return max(Fraction(0), *(Fraction(low) / Fraction(high) for low, high in ends if high > 0), Fraction(0))
 
     def scaled(self, alpha: Fraction) -> Diagonal:
@@ -540,6 +583,7 @@ def in_channels(words: Sequence[str], blocks: Iterable[Sequence[int]]) -> str:
     same = {block[0]: [f"phi_{i + 1}" for i in block] for block in blocks}
     shown = {i: each if len(each) < 4 else [each[0], "...", each[-1]] for i, each in same.items()}
     names = {i: " = ".join(each) for i, each in shown.items()}
-    joint = {i for i in shown if "operator" in words[i] and not words[i].startswith("scalar")}
+    together = {i for i in shown if "operator" in words[i] or "full-block" in words[i]}
+    joint = {i for i in together if not words[i].startswith("scalar")}
     names |= {i: f"({', '.join(shown[i])})" for i in joint if len(shown[i]) > 1}
     return "; ".join(words[i].replace("phi", name, 1) for i, name in names.items())

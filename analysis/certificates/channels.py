@@ -20,6 +20,7 @@ RESTED = "play and stop have phi = 0 at first"
 MOST_STATES, MOST_CHANNELS, MOST_DELAYS = 200, 100, 20
 DELAYS = ("delay", "varying delay")
 SCALAR = "scalar linear time-invariant"  # one delta in each channel of its block
+FULL_BLOCK = "full block"  # (phi - l sigma)'(u sigma - phi) >= 0 for the channels of a block together
 Rows = list[list[Fraction]]
 
 
@@ -69,10 +70,12 @@ class Channels(NamedTuple):
     def bounds(self, i: int) -> tuple[Any, Any]:
         """Bounds of ``phi_i(sigma)/sigma``: those of the sector and, as ``phi_i(0) = 0``, those of the slope.
 
-        A delay has none, nor is it of small norm: there the bound is that of ``tau``.
+        A delay has none, nor is it of small norm: there the bound is that of ``tau``.  Nor has a full block: see
+        :func:`centred`.
         """
         need(not self.families[i].memory, f"channel {i + 1} has memory, which this theorem does not cover")
         need(self.families[i].operator not in DELAYS, f"channel {i + 1} has a delay, which this theorem does not cover")
+        need(self.families[i].operator != FULL_BLOCK, f"channel {i + 1} is of a full block, not covered here")
         sector, slope = self.families[i].sector, self.families[i].slope
         return max(sector[0], slope[0]), min(sector[1], slope[1])
 
@@ -125,8 +128,10 @@ def described(asked: Channels) -> str:
     words = "; ".join(f"channel {i}: {states.described(family)}" for i, family in enumerate(asked.families, 1))
     joint = [(block, f"{block[0] + 1} to {block[-1] + 1}") for block in asked.blocks if len(block) > 1]
     alike = {block[0] for block in asked.operators if asked.families[block[0]].operator == SCALAR}
-    acting = [("in each of" if b[0] in alike else "on", where) for b, where in joint if b in asked.operators]
-    words += "".join(f"; one operator {how} the channels {where}" for how, where in acting)
+    for b, where in joint:
+        if b in asked.operators:
+            kind = "function of" if asked.families[b[0]].operator == FULL_BLOCK else "operator on"
+            words += f"; one {'operator in each of' if b[0] in alike else kind} the channels {where}"
     same = [where for block, where in joint if block not in asked.operators]
     if len(asked.blocks) == 1 and same:
         return f"{words}; one nonlinearity in all channels"
@@ -275,14 +280,34 @@ def member(data: Any, asked: Channels, growing: bool = False, near: bool = False
             ends.append((0, k if kind == "play" else 0))
         elif near and family.memory:
             ends.append((0, family.memory[1]))
+        elif family.operator == FULL_BLOCK:
+            ends.append(family.sector)
         else:
             ends.append((1, 1) if family.operator in DELAYS else asked.bounds(i))
     inside = all(low <= g <= high for g, (low, high) in zip(gains, ends))
     need(not any(gains[i] for i in asked.performance or ()), "the performance channel is no part of the loop")
-    need(
-        inside and all(len({gains[i] for i in block}) == 1 for block in asked.blocks), "the gains are outside the class"
-    )
+    alike = [block for block in asked.blocks if asked.families[block[0]].operator != FULL_BLOCK]
+    need(inside and all(len({gains[i] for i in block}) == 1 for block in alike), "the gains are outside the class")
     return gains
+
+
+def matrices(gains: list[Fraction], given: Any, asked: Channels) -> Rows:
+    """Gains, and matrices of them for full blocks, ``(G - l)'(u - G)`` and its transpose adding up to ``>= 0``."""
+    found = [[g * (i == j) for j in range(len(gains))] for i, g in enumerate(gains)]
+    blocks = [block for block in asked.operators if asked.families[block[0]].operator == FULL_BLOCK]
+    form(isinstance(given, list) and len(given) == len(blocks) > 0, "there is a matrix for each full block, in order")
+    for block, rows in zip(blocks, given):
+        form(isinstance(rows, list) and len(rows) == len(block), "a matrix of gains does not fit its block")
+        G, (low, high) = [numbers(row, len(block)) for row in rows], asked.families[block[0]].sector
+        above = [[v - low * (i == j) for j, v in enumerate(row)] for i, row in enumerate(G)]
+        below = [[high * (i == j) - v for j, v in enumerate(row)] for i, row in enumerate(G)]
+        sides = [[dot(a, b) for b in zip(*below)] for a in zip(*above)]
+        half = [[sides[i][j] + sides[j][i] for j in range(i + 1)] for i in range(len(G))]
+        need(semidefinite(half), "a matrix of gains is not of its class")
+        for i, row in zip(block, G):
+            for j, v in zip(block, row):
+                found[i][j] = v
+    return found
 
 
 def moved(H: Plant) -> Rows:
@@ -371,44 +396,6 @@ def still(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
     near = characteristic((found or H).A)[-1]  # chi(0)/det(1 + D G)
     need(near < 0 or (near == 0 and not H.inner and within(H.A, False)), "no root s >= 0 is shown with these gains")
     return 1 if near else 2, {"root": f"det(s - A) det(1 + H(s) G) is {near} at 0, of its sign at infinity"}
-
-
-def delayed_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
-    """Constant gains and constant delays, and a frequency where ``|T w| > gamma |w|``.
-
-    With ``G`` of gains and ``e^(-i omega tau)``, 0 from ``w`` to ``z``, ``(d + N G) sigma = N w``; ``z`` by Cramer's
-    rule.  Were the gain at most ``gamma``, ``T`` would be analytic in ``Re s > 0``, ``|T| <= gamma``, and so it would
-    be on the axis: whether the loop is stable does not matter.
-    """
-    _, data, listed, where, given = fields(proof, "method", "gains", "delays", "omega", "input")
-    m, gains, omega = len(H.D), member(data, asked), number(where)
-    own, functions = list(asked.performance or ()), [i for i, family in each(asked) if not family.operator]
-    late = [i for i, family in each(asked) if family.operator in DELAYS]
-    need(not H.discrete and bool(own) and omega > 0, "in continuous time a gain from w to z is needed, and omega > 0")
-    need(sorted([*own, *functions, *late]) == [*range(m)], "beside delays and functions there are other operators")
-    need(ordered(H.D, asked) and m <= frequencies.MOST_CHANNELS, "D has a cycle of channels")
-    form(bool(late) or listed == [], "there are as many delays as channels with one")
-    taus = dict(zip(late, numbers(listed, len(late)) if late else ()))
-    inside = all(0 <= tau <= asked.families[i].sector[1] for i, tau in taus.items())
-    same = all(taus[i] == taus[block[0]] for block in asked.blocks if block[0] in taus for i in block)
-    need(inside and same, "the delays are not of the class")
-    form(isinstance(given, list) and len(given) == len(own), "the input has one entry for each channel")
-    w = [numbers(pair, 2) for pair in given]
-    d, N = pieces.quotients(H, [ZERO] * m)
-    G = [exact.Form({(taus[j], 0): (Fraction(1), ZERO)}) if j in taus else real(g) for j, g in enumerate(gains)]
-    whole = [[(d if i == j else exact.Form()) + f * G[j] for j, f in enumerate(row)] for i, row in enumerate(N)]
-    entering = [exact.Form() for _ in range(m)]
-    for j, (x, y) in zip(own, w):
-        entering = [u + row[j] * exact.Form({(ZERO, 0): (x, y)}) for u, row in zip(entering, N)]
-    below = pieces.leading(whole)[-1]
-    size = sum((v * v for pair in w for v in pair), ZERO) / asked.bounds(own[0])[1] ** 2
-    left = below * below.conjugate() * real(-size)
-    for k in own:
-        top = pieces.leading([[*row[:k], u, *row[k + 1 :]] for row, u in zip(whole, entering)])[-1]
-        left = left + top * top.conjugate()
-    need(box(left, omega, omega, 12), "the gain of this loop is not shown to be larger")
-    waits = f", the delays being {', '.join(map(str, taus.values()))}" * bool(taus)
-    return 8, {"gain": f"|T w| > gamma |w| at omega = {omega}{waits}"}
 
 
 # -- delays: mu = -sigma(t - tau), 0 <= tau <= h, as the operator w = sigma(t - tau) - sigma beside the gain 1
@@ -536,6 +523,27 @@ def with_storage(M: Any, P: Any, units: Any, Pi: Rows, stored: Any) -> tuple[Any
     return M, V
 
 
+def centred(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
+    """The loop with ``(l + u) sigma/2`` in place of each full block, and a function of norm up to ``(u - l)/2`` beside.
+
+    ``(phi - l sigma)'(u sigma - phi) = r^2 |sigma|^2 - |phi - c sigma|^2``.  It is a causal operator, at rest at first,
+    and locally Lipschitz: solutions exist where ``D`` has no cycle, the channels of a block being taken together.
+    """
+    own = [i for i, family in each(asked) if family.operator == FULL_BLOCK]
+    if not own:
+        return H, asked
+    need(not H.late, "beside dead times full blocks are not covered")
+    families, m = list(asked.families), len(asked.families)
+    middle = [sum(family.sector) / 2 if i in own else ZERO for i, family in each(asked)]
+    found = closed_loop(H, [[middle[i] * (i == j) for j in range(m)] for i in range(m)])
+    need(found is not None, "the loop with the gains in the middle of full blocks has no solution", exact.IllPosed)
+    for i in own:
+        r = (families[i].sector[1] - families[i].sector[0]) / 2
+        families[i] = families[i]._replace(operator="any", sector=(-r, r), varying=True)
+    solved = tuple(own) if ordered(H.D, asked) else ()
+    return found or H, asked._replace(families=families, delayed=solved)
+
+
 def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Channels]:
     """The loop with the gain 1 in place of each delay, and norm-bounded operators beside these.
 
@@ -550,10 +558,12 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
     causal operator of norm up to ``h`` on ``sigma'``.  What is before ``t = 0`` is an input ``e`` of finite energy.
     """
     own = [i for i, family in each(asked) if family.operator in DELAYS]
+    if own:
+        need(ordered(H.D, asked), "beside delays D has a cycle of channels")
+    H, asked = centred(H, asked)
     if not own:
         return H, asked
-    need(ordered(H.D, asked), "beside delays D has a cycle of channels")
-    asked = asked._replace(delayed=tuple(own))
+    asked = asked._replace(delayed=(*asked.delayed, *own))
     if H.late:
         need(kept, "beside dead times delays are covered on pieces of the axis")
         return H, asked

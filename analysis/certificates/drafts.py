@@ -256,6 +256,7 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
         kinds = larger.get("operator"), smaller.get("operator")
         slow = "rate" not in larger or kinds[1] == "delay" or "rate" in smaller
         slow = slow and Fraction(smaller.get("rate", "0")) <= Fraction(larger.get("rate", "1"))
+        slow = slow and (larger["time_varying"] or not smaller["time_varying"])
         return (slow and _inside(smaller["sector"], larger["sector"])) and (
             kinds[0] == kinds[1]
             or kinds in (("varying delay", "delay"), *combinations(OPERATORS, 2))  # each is among those before it

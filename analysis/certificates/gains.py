@@ -23,9 +23,9 @@ from .channels import (
     closed_by,
     closed_loop,
     crossing,
-    delayed_members,
     each,
     inside,
+    matrices,
     member,
     plant,
     rank,
@@ -57,7 +57,7 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     if method == "ramped-gains":
         return 1, ramped(H, asked, proof)
     if method == "delayed-members":
-        return delayed_members(H, asked, proof)
+        return signals.delayed_members(H, asked, proof)
     if method == "linear-members":
         return linear_members(H, asked, proof)
     if method == "delayed-gains":
@@ -71,6 +71,11 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
     if "unlimited" in proof:
         return 11, unlimited(H, asked, proof)
+    if "matrices" in proof:
+        _, data, given = fields(proof, "method", "gains", "matrices")
+        found = closed_loop(H, matrices(member(data, asked), given, asked))
+        need(found is not None, "the loop with these gains has no solution", exact.IllPosed)
+        return unstable(H, (found or H).A, f"{', '.join(data)} and matrices of gains")
     _, data, *growth = fields(proof, "method", "gains", *["growth"] * ("growth" in proof))
     gains = member(data, asked, bool(growth))
     words, closed = ", ".join(map(str, gains)), closed_by(H, gains)

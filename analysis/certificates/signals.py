@@ -9,9 +9,11 @@ from fractions import Fraction
 from math import comb
 from typing import Any
 
-from .arithmetic import INF, ZERO, fields, form, integer, need, number, numbers, tick
-from .balls import Ball, ball, dot, exponential, norm, product, size
-from .channels import Channels, Plant, Rows
+from . import arithmetic as exact
+from . import frequencies, pieces
+from .arithmetic import INF, ZERO, fields, form, integer, need, number, numbers, real, tick
+from .balls import Ball, ball, box, dot, exponential, norm, product, size
+from .channels import DELAYS, Channels, Plant, Rows, each, member, ordered
 
 MOST_STEPS, TERMS, SHORT = 2000, 20, 96  # terms of a series, and the bits that its squares are given
 Line = tuple[Fraction, Fraction]
@@ -216,3 +218,41 @@ def squared(series: tuple[Ball, Ball, int], X: Ball, apart: int) -> Fraction:
     ]
     whole = sum(p // (m + 1) for m, p in enumerate(powers)) - 2 * TERMS - 2 * off * sum(map(abs, c))
     return Fraction(max(0, whole), 4**SHORT)
+
+
+def delayed_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """Constant gains and constant delays, and a frequency where ``|T w| > gamma |w|``.
+
+    With ``G`` of gains and ``e^(-i omega tau)``, 0 from ``w`` to ``z``, ``(d + N G) sigma = N w``; ``z`` by Cramer's
+    rule.  Were the gain at most ``gamma``, ``T`` would be analytic in ``Re s > 0``, ``|T| <= gamma``, and so it would
+    be on the axis: whether the loop is stable does not matter.
+    """
+    _, data, listed, where, given = fields(proof, "method", "gains", "delays", "omega", "input")
+    m, gains, omega = len(H.D), member(data, asked), number(where)
+    own, functions = list(asked.performance or ()), [i for i, family in each(asked) if not family.operator]
+    late = [i for i, family in each(asked) if family.operator in DELAYS]
+    need(not H.discrete and bool(own) and omega > 0, "in continuous time a gain from w to z is needed, and omega > 0")
+    need(sorted([*own, *functions, *late]) == [*range(m)], "beside delays and functions there are other operators")
+    need(ordered(H.D, asked) and m <= frequencies.MOST_CHANNELS, "D has a cycle of channels")
+    form(bool(late) or listed == [], "there are as many delays as channels with one")
+    taus = dict(zip(late, numbers(listed, len(late)) if late else ()))
+    inside = all(0 <= tau <= asked.families[i].sector[1] for i, tau in taus.items())
+    same = all(taus[i] == taus[block[0]] for block in asked.blocks if block[0] in taus for i in block)
+    need(inside and same, "the delays are not of the class")
+    form(isinstance(given, list) and len(given) == len(own), "the input has one entry for each channel")
+    w = [numbers(pair, 2) for pair in given]
+    d, N = pieces.quotients(H, [ZERO] * m)
+    G = [exact.Form({(taus[j], 0): (Fraction(1), ZERO)}) if j in taus else real(g) for j, g in enumerate(gains)]
+    whole = [[(d if i == j else exact.Form()) + f * G[j] for j, f in enumerate(row)] for i, row in enumerate(N)]
+    entering = [exact.Form() for _ in range(m)]
+    for j, (x, y) in zip(own, w):
+        entering = [u + row[j] * exact.Form({(ZERO, 0): (x, y)}) for u, row in zip(entering, N)]
+    below = pieces.leading(whole)[-1]
+    size = sum((v * v for pair in w for v in pair), ZERO) / asked.bounds(own[0])[1] ** 2
+    left = below * below.conjugate() * real(-size)
+    for k in own:
+        top = pieces.leading([[*row[:k], u, *row[k + 1 :]] for row, u in zip(whole, entering)])[-1]
+        left = left + top * top.conjugate()
+    need(box(left, omega, omega, 12), "the gain of this loop is not shown to be larger")
+    waits = f", the delays being {', '.join(map(str, taus.values()))}" * bool(taus)
+    return 8, {"gain": f"|T w| > gamma |w| at omega = {omega}{waits}"}

@@ -45,6 +45,7 @@ OPERATORS = {
     "performance": "from z to w",
     "delay": "sigma(t - tau) with a constant tau",
     "varying delay": "sigma(t - tau(t)) with any tau(t)",
+    "full block": "functions of all sigma of the block together",
 }
 
 
@@ -69,10 +70,9 @@ def classes(data: Any, several: bool = False) -> Family:
     if operator is not None:
         plain = (slope, odd, linear, len(keys) - own) == (None, False, False, 6)
         form(isinstance(operator, str) and operator in OPERATORS, "operator is of no kind there is")
-        form(
-            plain and varying is (operator in ("any", "performance", "varying delay")),
-            "an operator has a bound of its norm alone",
-        )
+        moving = operator in ("any", "performance", "varying delay") or (operator == "full block" and varying)
+        form(plain and not (own and operator == "full block"), "an operator has a bound of its norm alone")
+        form(varying is moving, "an operator has a bound of its norm alone")
     form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")
     form(rate is not None or not (linear and varying), "gains that depend on time have a rate, constant ones do not")
     form(
@@ -88,7 +88,8 @@ def classes(data: Any, several: bool = False) -> Family:
     rough, relu = "regularity" in data, "relu" in data
     known = bounds[0] == bounds[1] and INF not in map(abs, bounds[0]) and not (odd or varying or linear or rough)
     form(known or not relu, "a ReLU has equal finite bounds of sector and slope, and no other property")
-    form(operator is None or -bounds[0][0] == bounds[0][1] < INF, "the bounds of an operator are -r and r, finite")
+    centred = operator in (None, "full block") or -bounds[0][0] == bounds[0][1]
+    form(centred and (operator is None or INF not in map(abs, bounds[0])), "the bounds of an operator are -r and r")
     if "memory" in keys:  # of phi(sigma)/sigma there is no bound
         form(data["memory"] in ("play", "stop") and len(keys) == 6, "memory is play or stop, with no other property")
         plain = bounds[0] == bounds[1] and bounds[0][0] == 0 and bounds[0][1] < INF and not (odd or varying or linear)
@@ -119,6 +120,10 @@ def described(family: Family) -> str:
         if "delay" in family.operator:
             slow = "" if family.rate is None else f" of a slope up to {family.rate}"
             return f"all phi = {OPERATORS[family.operator]}{slow} in [0, {bound}], from any bounded initial function on"
+        if family.operator == "full block":
+            time = "which may depend on time" if family.varying else "the same at all times"
+            within = ", ".join(map(str, family.sector))
+            return f"all {OPERATORS[family.operator]}, {REGULAR}, {time}, in the full-block sector [{within}]"
         return f"all {OPERATORS[family.operator]} of L2 gain up to {bound}, at rest at first"
     kind = "constant gains" if family.linear else "time-varying laws" if family.varying else "time-invariant laws"
     if family.relu:

@@ -216,7 +216,8 @@ def nonlinearity_class_of(nonlinearities: Mapping[str, Any]) -> NonlinearityClas
     if "operator" in nonlinearities:
         slow = Fraction(nonlinearities["rate"]) if "rate" in nonlinearities else None
         sector = Sector(*bounds(nonlinearities["sector"]))
-        return NonlinearityClass(sector=sector, operator=nonlinearities["operator"], rate=slow)
+        own = {"operator": nonlinearities["operator"], "time_varying": nonlinearities["time_varying"]}
+        return NonlinearityClass(sector=sector, rate=slow, **own)
     sector, slope = Sector(*bounds(nonlinearities["sector"])), nonlinearities["slope"]
     within = None if slope is None else SlopeBounds(*bounds(slope))
     if within is not None:  # nonlinearities with these slopes lie in the sector of the same bounds

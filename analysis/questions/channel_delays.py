@@ -18,7 +18,7 @@ from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_problem import channel_plant, loop_plant
 from lure.analysis.questions.problem import Problem
 from lure.arrays import NDArray, np, optimize
-from lure.classes import DELAYS, SCALAR, Diagonal, NonlinearityClass, Sector
+from lure.classes import DELAYS, FULL_BLOCK, SCALAR, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant
@@ -38,6 +38,17 @@ def delays_of(asked: Problem) -> list[int]:
         The question about several channels.
     """
     return [i for i, one in enumerate(asked.classes.classes) if one.operator in DELAYS]
+
+
+def wide_channels(asked: Problem) -> list[int]:
+    """The channels of functions of several channels, in a full-block sector.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question about several channels.
+    """
+    return [i for i, one in enumerate(asked.classes.classes) if one.operator == FULL_BLOCK]
 
 
 def increments(asked: Problem) -> Problem:
@@ -93,7 +104,7 @@ def stated(asked: Problem) -> tuple[Plant, channels.Channels]:
 
 
 def without_delays(asked: Problem) -> Problem:
-    """The question about norm-bounded operators, or sectors, whose answer holds for delays, or for play and stop.
+    """The question about norm-bounded operators, or sectors: its answer holds for delays, play, stop and full blocks.
 
     Parameters
     ----------
@@ -105,7 +116,7 @@ def without_delays(asked: Problem) -> Problem:
     AssumptionError
         The theorem on delays is not for this plant.
     """
-    asked, own = increments(asked), delays_of(asked)
+    asked, own = increments(asked), [*delays_of(asked), *wide_channels(asked)]
     if not own:
         return asked
     try:

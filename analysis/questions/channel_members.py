@@ -21,14 +21,17 @@ from lure.analysis.counterexamples.linear_members import DelayedMembers, Found, 
 from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
-from lure.analysis.questions.channel_delays import delays_of, delays_refuting, stated, without_delays
+from lure.analysis.questions.channel_delays import delays_of, delays_refuting, stated, wide_channels, without_delays
 from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_refutations import (
+    as_members,
     constant_gains,
     ends_of,
     gains_refuting,
     late_gains_refuting,
+    matrices_refuting,
+    narrowed,
     refutation,
     unlimited,
 )
@@ -68,6 +71,11 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
         return _by_rays(asked)
     if not asked.classes.operators:
         return gains_refuting(asked, most=most)
+    wide = wide_channels(asked)
+    if wide and len(wide) == sum(map(len, asked.classes.operators)):
+        return matrices_refuting(asked, most)
+    if wide:
+        return as_members(asked, members_refuting(narrowed(asked), most=most))
     if asked.classes.performance is not None and asked.classes.rectified:
         return _by_signal(asked, most)
     if asked.classes.performance is not None:

@@ -35,7 +35,7 @@ from lure.analysis.inequality.storage import MovedByStops, SampledStorage, Stora
 from lure.analysis.inequality.zero_modes import diagonal, exact
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions import channel_families
-from lure.analysis.questions.channel_delays import delays_of, increments, stated, without_delays
+from lure.analysis.questions.channel_delays import delays_of, increments, stated, wide_channels, without_delays
 from lure.analysis.questions.channel_hypotheses import (
     free_channels,
     groups_of,
@@ -506,7 +506,7 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
             if shown is not None:
                 return alpha, shown
         return None
-    if any(asked.classes.classes[i].operator == DELAYS[0] for i in delays_of(asked)):
+    if any(asked.classes.classes[i].operator == DELAYS[0] for i in delays_of(asked)) or wide_channels(asked):
         return _farthest_delayed(asked, criterion, known, most)
     if criterion.kind == _KERNELS:
         return _farthest_by_kernels(asked, criterion.name, known, most)
@@ -533,7 +533,7 @@ def _by_pieces(asked: Problem, criterion: Criterion) -> PiecewiseProofs:
 def _farthest_delayed(
     asked: Problem, criterion: Criterion, known: Fraction, most: float
 ) -> tuple[Fraction, Proved] | None:
-    """The same where a constant delay is bounded: the plant that takes its place changes with the factor."""
+    """The same where a constant delay or a full block is bounded: the plant in its place changes with the factor."""
     best: tuple[Fraction, Proved] | None = None
 
     def proved(factor: float) -> bool:

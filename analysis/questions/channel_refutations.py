@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, product
 from typing import Any
@@ -13,6 +14,7 @@ from lure.analysis.certificates.checker import OTHERS, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainSearch, LateGains
+from lure.analysis.counterexamples.channel_matrices import MatrixGains
 from lure.analysis.counterexamples.channel_ramps import MovingParameters, RampedGains
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.deadline import checkpoint
@@ -21,7 +23,7 @@ from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.arrays import np
-from lure.classes import DELAYS
+from lure.classes import DELAYS, FULL_BLOCK, Diagonal
 from lure.errors import InputError
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
@@ -72,6 +74,10 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
     tried: Iterable[list[Fraction]] = search.proposals(*found, most=most) if found is not None else ()
     if lost is not None and (found is None or lost[0] <= found[0]):
         tried = chain(search.singular(H.D, (asked.classes.lower, one), lost, most=most), tried)
+    if most < math.inf and not memory:  # an eigenvalue on the axis, of which floating point does not see the side
+        corners = ([*map(Fraction, gains)] for gains in ends_of(asked.scaled(Fraction(most))))
+        size = _SURE * (1 + np.abs(A).max(initial=0))
+        tried = chain(tried, (gains for gains in corners if search.growth(np.array([*map(float, gains)])) > -size))
     for gains in tried:
         least = max((g / u for g, u in zip(gains, one, strict=True) if u > 0), default=Fraction(0))
         if math.isinf(most) and least <= 0:  # no gain is positive: they lie in the classes of every factor
@@ -156,6 +162,8 @@ def switching_refuting(
     whole : bool
         Whether as a refutation of the classes as they are given.
     """
+    if any(one.operator == FULL_BLOCK and one.time_varying for one in asked.classes.classes):
+        return as_members(asked, switching_refuting(narrowed(asked), known, most, whole=whole))
     if asked.classes.operators or any(one.memory for one in asked.classes.classes):
         return None
     if isinstance(asked.plant, DelayMatrix):  # not searched for beside dead times
@@ -294,6 +302,61 @@ def ends_of(asked: Problem) -> Iterator[list[Fraction]]:
             for i in block if up else ():
                 gains[i] = classes.upper[i]
         yield gains
+
+
+def matrices_refuting(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
+    """Matrices of gains for functions of several channels, constant gains of the others: the smallest factor.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question, functions of several channels being its only operators.
+    most : float
+        The largest factor of interest; finite: of the classes of that factor.
+    """
+    H, classes = channel_plant(asked.plant), asked.classes
+    ends, inside = (classes.lower, classes.upper), {i for block in classes.operators for i in block}
+    search = MatrixGains(*H.doubles(), *ends, classes.blocks, classes.operators, H.dt is not None)
+    for alpha, rows in search.found(most):
+        wide = [[texts(rows[i][j] for j in block) for i in block] for block in classes.operators]
+        gains = [low if i in inside else rows[i][i] for i, low in enumerate(classes.lower)]
+        shown = refutation(asked, alpha, constant_gains(gains) | {"matrices": wide})
+        if shown is not None:
+            return alpha, shown
+    return None
+
+
+def narrowed(asked: Problem) -> Problem:
+    """The question with a function in each channel in place of functions of several: its members are members.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    classes, sizes = list(asked.classes.classes), list[int]()
+    for block in asked.classes.blocks:
+        one = classes[block[0]]
+        sizes += [1] * len(block) if one.operator == FULL_BLOCK else [len(block)]
+        for i in block if one.operator == FULL_BLOCK else ():
+            classes[i] = replace(one, operator="")
+    return replace(asked, classes=Diagonal(tuple(classes), repeated=tuple(sizes)))
+
+
+def as_members(asked: Problem, found: tuple[Fraction, Refuted] | None) -> tuple[Fraction, Refuted] | None:
+    """What refutes the narrower classes, as a refutation of those asked about.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    found : tuple of Fraction, Refuted, or None
+        Of :func:`narrowed`.
+    """
+    if found is None:
+        return None
+    shown = refutation(asked, found[0] or Fraction(1), found[1].certificate["proof"])
+    return None if shown is None else (found[0], shown)
 
 
 def constant_gains(gains: Sequence[Fraction]) -> dict[str, Any]:

@@ -108,7 +108,9 @@ class Problem:
         if not H.order:
             raise InputError("the plant has no state, so that nothing moves; give one with dynamics")
         if len(given) != H.inputs:
-            raise InputError(f"{len(given)} classes are given for {H.inputs} channels; give one for each, in order")
+            listed = f"{len(given)} classes are" if given[1:] else "one class is"
+            each = f"{H.inputs} channels" if H.inputs > 1 else "one channel"
+            raise InputError(f"{listed} given for {each}; give one for each, in order")
         for i, (low, high) in enumerate((one.gains for one in given), 1):
             if not (-math.inf < low <= high < math.inf) and (where := f"channel {i}" if given[1:] else "the class"):
                 raise InputError(f"{where} has the bounds [{low}, {high}]; give finite ones, such as [0, 10]")

@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import cast
 
-from lure.classes import DELAYS, OPERATORS, SCALAR, Diagonal, NonlinearityClass, Sector, SlopeBounds
+from lure.classes import DELAYS, FULL_BLOCK, OPERATORS, SCALAR, Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.expressions.tree import decimal
 from lure.files.builtin import builtin_loop, loop_names
@@ -297,8 +297,8 @@ def _with_parameters(plant: PlantTable, given: set[str]) -> Block:
 
 
 def _operates(table: ClassTable) -> bool:
-    """Whether it is about an operator, a delay or memory."""
-    return any(one is not None for one in (table.norm, table.delay, table.memory))
+    """Whether it is about an operator, a function of several channels, a delay or memory."""
+    return any(one is not None for one in (table.norm, table.size, table.delay, table.memory))
 
 
 def _delay(table: ClassTable, bound: Fraction) -> NonlinearityClass:
@@ -343,8 +343,10 @@ def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
             )
         dynamics = SCALAR if table.repeated > 1 else table.dynamics or "any"
         return NonlinearityClass.norm_bounded(table.norm, dynamics=dynamics)
-    if table.size is not None or table.dynamics is not None:
-        raise InputError("class: size and dynamics are of an operator, whose norm is not given; give norm = r")
+    if table.dynamics is not None:
+        raise InputError("class: dynamics is of an operator, whose norm is not given; give norm = r")
+    if table.size is not None:
+        return _full_block(table, table.size)
     if table.gain is not None:
         if table.sector is not None or table.slope is not None or table.odd or table.time_varying or table.relu:
             raise InputError(
@@ -372,6 +374,20 @@ def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
         raise InputError("class: neither sector, slope, gain nor relu is given; give one, such as sector = [0, 5.9]")
     try:
         return NonlinearityClass(sector=Sector(*bounds), slope=slope, odd=table.odd, time_varying=table.time_varying)
+    except InputError as error:
+        raise InputError(f"class: {error}") from None
+
+
+def _full_block(table: ClassTable, size: tuple[int, int]) -> NonlinearityClass:
+    given = [table.slope, table.gain, table.rate]
+    plain = table.sector is not None and size[0] == size[1] and table.repeated == 1
+    if table.sector is None or not plain or any(one is not None for one in given) or table.odd or table.relu:
+        raise InputError(
+            "class: size is given without norm, or beside other keys; give norm = r with size for an operator, or "
+            "sector = [l, u] with size = n for one function of n channels, and time_varying = true if it may change"
+        )
+    try:
+        return NonlinearityClass.full_block(*table.sector, time_varying=table.time_varying)
     except InputError as error:
         raise InputError(f"class: {error}") from None
 
@@ -515,7 +531,7 @@ def _class(asked: NonlinearityClass) -> dict[str, object]:
     if asked.operator in DELAYS:
         slow = {} if asked.rate is None else {"rate": asked.rate}
         return {"delay": asked.sector.upper, "time_varying": asked.operator != DELAYS[0], **slow}
-    if asked.operator:
+    if asked.operator and asked.operator != FULL_BLOCK:
         return {"norm": asked.sector.upper, "dynamics": asked.operator.removeprefix("scalar ")}
     if asked.linear:
         paced = {} if asked.rate is None else {"rate": asked.rate}
@@ -525,7 +541,8 @@ def _class(asked: NonlinearityClass) -> dict[str, object]:
     table: dict[str, object] = {"sector": (asked.sector.lower, asked.sector.upper)}
     if asked.slope is not None:
         table["slope"] = (asked.slope.lower, asked.slope.upper)
-    return table | {"odd": asked.odd, "time_varying": asked.time_varying}
+    odd = {} if asked.operator else {"odd": asked.odd}
+    return table | odd | {"time_varying": asked.time_varying}
 
 
 def _formula(coefficients: Sequence[Fraction]) -> str:

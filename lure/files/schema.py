@@ -322,7 +322,10 @@ class ClassTable(BaseModel):
     )
     repeated: Count = Field(default=1, description="in how many channels in turn one such nonlinearity acts")
     norm: Bound = Field(default=None, description="bound of the norm of an operator mu_b = -Delta sigma_b, instead")
-    size: Size = Field(default=None, description="rows and columns of that operator, or one number for both")
+    size: Size = Field(
+        default=None,
+        description="rows and columns of that operator, or one number for both; beside sector: of one function",
+    )
     dynamics: Dynamics = Field(default=None, description="its kind: 'any', or 'linear time-invariant'")
     memory: Memory = Field(default=None, description="'play' or 'stop' of a slope in the bounds of slope, from 0 on")
     delay: Bound = Field(default=None, description="bound of an unknown delay, phi = sigma(t - tau), instead [s]")

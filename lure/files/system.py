@@ -293,7 +293,7 @@ def channel_system(
         if number not in (0, m):
             raise InputError(
                 f"{word}: the tables [[{word}]] are about {number} channel{'s' * (number != 1)}, and the plant has {m} "
-                f"inputs and outputs; give one for each channel, in order, with repeated = n for one that acts in n, "
+                f"of them; give one for each channel, in order, with repeated = n for one that acts in n, "
                 "or channel = n in each [[nonlinearity]] where [[class]] is about the others"
             )
     for one, own in zip(found, () if classes is None else classes.classes, strict=False):

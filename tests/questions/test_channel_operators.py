@@ -128,7 +128,7 @@ def test_operators_beside_a_sector_and_a_file_of_blocks_that_are_not_square(tmp_
     [
         ("norm = -1", "class.norm is -1; give a positive bound"),
         ("norm = 1\nodd = true", "norm is given beside other keys"),
-        ("size = 2\nsector = [0, 1]", "size and dynamics are of an operator"),
+        ("size = 2\nsector = [0, 1]", "are about 2 channels, and the plant has 1"),
         ('norm = 1\ndynamics = "fast"', "give 'any' or 'linear time-invariant'"),
         ("norm = 1\nsize = [1, 2]", "the blocks have 1 inputs and 2 outputs together"),
         ("norm = 1\nsize = 0", "give the rows and columns of the operator"),

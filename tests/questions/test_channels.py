@@ -301,6 +301,13 @@ def test_poles_at_zero_that_the_theorem_does_not_cover_are_refused_unless_the_lo
     assert double.verdict is Verdict.REFUTED  # with the gain 0 some solution grows like t
 
 
+def test_gains_that_leave_an_eigenvalue_on_the_axis_refute():
+    # 1 + g/(s + 1)^3: s = +-i sqrt(3) at g = 8; x+ = -x/2 - g x/2: z = -1 at g = 1, but not an integrator at g = 0
+    for plant, sector in (("1/(s+1)^3", Sector(0, 8)), ("0.5/(z+0.5)", Sector(-1, 1))):
+        assert certify(plant, [sector]).verdict is Verdict.REFUTED
+    assert certify(as_plant([["1/s", "0"], ["0", "1/(s+1)"]]), [Sector(0, 1)] * 2).verdict is Verdict.PROVED
+
+
 def test_a_rectifier_around_one_channel():
     # x+ = x/2 - k max(x, 0): below 0 it decays by itself, so that every k serves; a gain fails from 3/2 on
     plant, relu = as_plant(([1], [1, "-1/2"]), dt=1), NonlinearityClass.relu(0, 2)

@@ -148,12 +148,50 @@ def refuted(document: Document, asked: Asked) -> str:
         _require_unlimited(document, asked)
         return claims.UNLIMITED
     grows = "growth" in document.proof
-    proof = record(document.proof, "method", "gains", *(["growth"] if grows else []))
+    more = [key for key in ("growth", "matrices") if key in document.proof]
+    proof = record(document.proof, "method", "gains", *more)
     require(proof["method"] == "linear-gains", "the method is unknown for several nonlinearities")
+    if "matrices" in proof:
+        require(not grows, "solutions of a given growth are those of gains alone")
+        G = _matrices(member(proof["gains"], asked), proof["matrices"], asked)
+        whole = diagonal([Fraction(1)] * len(asked.nonlinearities)) + asked.D * G
+        require(bool(whole.det() != 0), "the loop with these matrices is not well posed")
+        return unstable(asked.A - asked.B * G * whole.inv() * asked.C, discrete=asked.discrete)
     if grows:
         return _growing(asked, growing_member(proof["gains"], asked), number(proof["growth"]))
     closed = closed_by(asked, member(proof["gains"], asked))
     return claims.NO_SOLUTION if closed is None else unstable(closed, discrete=asked.discrete)
+
+
+def _matrices(gains: Sequence[Fraction], value: object, asked: Asked) -> fmpq_mat:
+    """Gains, on the channels of each function of a block a matrix ``G = c + R`` with ``r^2 - R'R >= 0``.
+
+    ``c`` is the middle of the sector and ``r`` half its width; the sign of a symmetric matrix is that of its roots.
+
+    Raises
+    ------
+    NotShown
+        A matrix is missing, or not of its class.
+    """
+    G, blocks = (
+        diagonal(gains),
+        [b for b in asked.operators if asked.nonlinearities[b[0]].operator == claims.FULL_BLOCK],
+    )
+    given = listed(value)
+    require(0 < len(blocks) == len(given), "there is not one matrix for each function of a block")
+    for block, stated in zip(blocks, given, strict=True):
+        rows, one = [numbers(row) for row in listed(stated)], asked.nonlinearities[block[0]]
+        require([len(row) for row in rows] == [len(block)] * len(block), "a matrix does not fit its block")
+        if not (isinstance(one.lower, Fraction) and isinstance(one.upper, Fraction)):
+            raise NotShown("a function of a block has no bounds")
+        middle, radius, size = (one.lower + one.upper) / 2, (one.upper - one.lower) / 2, len(block)
+        R = fmpq_mat([[to_fmpq(v - middle * (i == j)) for j, v in enumerate(row)] for i, row in enumerate(rows)])
+        p = (diagonal([radius**2] * size) - R.transpose() * R).charpoly()
+        require(all(c * (-1) ** (size - i) >= 0 for i, c in enumerate(p.coeffs())), "a matrix is not in its class")
+        for i, row in zip(block, rows, strict=True):
+            for j, v in zip(block, row, strict=True):
+                G[i, j] = to_fmpq(v)
+    return G
 
 
 def _require_unlimited(document: Document, asked: Asked) -> None:

@@ -10,6 +10,7 @@ from itertools import pairwise
 from flint import arb, arb_mat, fmpq_mat
 
 from lure.analysis.certificates.second.classes import (
+    FULL_BLOCK,
     SCALAR,
     Nonlinearities,
     read_memory,
@@ -385,10 +386,44 @@ def member(value: object, asked: Asked) -> list[Fraction]:
         all(nonlinearities.has_gain(g) for nonlinearities, g in zip(asked.nonlinearities, gains, strict=True)),
         "a gain is not in its class",
     )
-    require(
-        all(gains[first] == g for first, g in zip(asked.repeated, gains, strict=True)), "one nonlinearity, one gain"
-    )
+    alike = [
+        one.operator == FULL_BLOCK or gains[first] == g
+        for first, g, one in zip(asked.repeated, gains, asked.nonlinearities, strict=True)
+    ]
+    require(all(alike), "one nonlinearity, one gain")
     return gains
+
+
+def centred(asked: Asked) -> Asked:
+    """The loop with the gain ``c = (l + u)/2`` in place of functions of a block, and one of norm up to ``(u - l)/2``.
+
+    Parameters
+    ----------
+    asked : Asked
+        The plant and its classes.
+
+    Raises
+    ------
+    NotShown
+        There are dead times, or that loop is not well posed.
+    """
+    own = [i for i, one in enumerate(asked.nonlinearities) if one.operator == FULL_BLOCK]
+    if not own:
+        return asked
+    require(not asked.late, "functions of a block beside dead times")
+    classes, gains = list(asked.nonlinearities), [Fraction(0)] * len(asked.nonlinearities)
+    for i in own:
+        low, high = classes[i].lower, classes[i].upper
+        if not (isinstance(low, Fraction) and isinstance(high, Fraction)):
+            raise NotShown("a function of a block has no bounds")
+        gains[i], radius = (low + high) / 2, (high - low) / 2
+        classes[i] = replace(classes[i], operator="any", lower=-radius, upper=radius, time_varying=True)
+    one, G = diagonal([Fraction(1)] * len(gains)), diagonal(gains)
+    whole = one + asked.D * G
+    require(bool(whole.det() != 0), "the loop with the middle gains is not well posed")
+    C, D = whole.inv() * asked.C, whole.inv() * asked.D
+    A, B = asked.A - asked.B * G * C, asked.B * (one - G * D)
+    return replace(asked, A=A, B=B, C=C, D=D, nonlinearities=tuple(classes), delayed=asked.delayed or acyclic(asked))
 
 
 def closed_by(asked: Asked, gains: Sequence[Fraction]) -> fmpq_mat | None:

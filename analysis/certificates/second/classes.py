@@ -153,8 +153,8 @@ class Nonlinearities:
 
     @property
     def ends(self) -> tuple[Fraction | None, Fraction | None]:
-        """Least and greatest gain of the class, None where there is none, and of delays, whose bound is another."""
-        if self.operator in DELAYS:
+        """Least and greatest gain of the class, None where there is none, of delays and of functions of a block."""
+        if self.operator in (*DELAYS, FULL_BLOCK):
             return None, None
         slope = self.slope or (self.lower, self.upper)
         lows = [end for end in (self.lower, slope[0]) if isinstance(end, Fraction)]
@@ -203,7 +203,7 @@ def at_least(bound: Lower, limit: Lower) -> bool:
 
 
 DELAYS = ("delay", "varying delay")
-SCALAR = "scalar linear time-invariant"
+SCALAR, FULL_BLOCK = "scalar linear time-invariant", "full block"
 
 
 def read_memory(value: Mapping[str, object]) -> Nonlinearities:
@@ -234,9 +234,12 @@ def read_operator(value: Mapping[str, object]) -> Nonlinearities:
         **{"delay": False, "varying delay": True},
     }
     operator = found["operator"]
+    block = operator == FULL_BLOCK
+    kinds |= {FULL_BLOCK: flag(found["time_varying"])}
     require(isinstance(operator, str) and operator in kinds, "the kind of operator is unknown")
     lower, upper = _bounds(found["sector"])
-    require(isinstance(upper, Fraction) and lower == -upper, "the norm of an operator has no bound")
+    finite = isinstance(upper, Fraction) and isinstance(lower, Fraction)
+    require(finite and (block or lower == -upper), "the norm of an operator has no bound")  # type: ignore[operator]
     bare = found["slope"] is None and not flag(found["odd"]) and not flag(found["linear"])
     require(bare and flag(found["time_varying"]) is kinds[str(operator)], "an operator has no other properties")
     rate = number(found["rate"]) if slow else None

@@ -15,7 +15,7 @@ from flint import acb, acb_mat, arb, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.channel_gains import positive_between, unstable
-from lure.analysis.certificates.second.channels import Asked, acyclic, closed_by, diagonal, joined, member
+from lure.analysis.certificates.second.channels import Asked, acyclic, centred, closed_by, diagonal, joined, member
 from lure.analysis.certificates.second.late_loops import LateLoop
 from lure.analysis.certificates.second.numerics import X, ball, even_odd, to_fmpq, working_precision
 from lure.analysis.certificates.second.reading import (
@@ -49,9 +49,10 @@ def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
         The theorem on delays is not for this plant.
     """
     own = [i for i, one in enumerate(asked.nonlinearities) if one.operator in claims.DELAYS]
+    require(not own or acyclic(asked), "D has a cycle of channels beside delays")
+    asked = centred(asked)
     if not own:
         return asked
-    require(acyclic(asked), "D has a cycle of channels beside delays")
     fixed = [i for i in own if asked.nonlinearities[i].operator == "delay"]
     slow = [i for i in own if asked.nonlinearities[i].rate is not None]
     own = [i for i in own if constant or i not in (*fixed, *slow)]
