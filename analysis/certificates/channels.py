@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import accumulate, pairwise, product
-from math import factorial
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
@@ -399,7 +398,6 @@ def still(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
 
 
 # -- delays: mu = -sigma(t - tau), 0 <= tau <= h, as the operator w = sigma(t - tau) - sigma beside the gain 1
-RISE, FALL = (0, 10041, 4751, 1133), (10000, 8563, 3183, 561)  # m(s) = RISE/FALL, ascending
 
 
 def increments(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
@@ -553,9 +551,10 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
     differences of ``sigma``, an operator of norm up to ``h`` on these, whether ``tau`` is constant or not.
 
     A constant one: ``w = Delta m(h s) sigma`` with ``|Delta| <= 1``, linear and time-invariant, as
-    ``|e^(-i omega tau) - 1| <= |m(i omega h)|`` (:func:`majorised`), ``m(s)/s`` and its inverse times ``s/(1 + s)``
-    being stable.  Else ``w = -int_(t - tau)^t sigma'``: ``|w|^2 <= h int_(t - h)^t |sigma'|^2``, so that ``w`` is a
-    causal operator of norm up to ``h`` on ``sigma'``.  What is before ``t = 0`` is an input ``e`` of finite energy.
+    ``|e^(-i omega tau) - 1| <= |m(i omega h)|`` (:func:`frequencies.majorised`), ``m(s)/s`` and its inverse times
+    ``s/(1 + s)`` being stable.  Else ``w = -int_(t - tau)^t sigma'``: ``|w|^2 <= h int_(t - h)^t |sigma'|^2``, so that
+    ``w`` is a causal operator of norm up to ``h`` on ``sigma'``.  What is before ``t = 0`` is an input ``e`` of finite
+    energy.
     """
     own = [i for i, family in each(asked) if family.operator in DELAYS]
     if own:
@@ -570,8 +569,9 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
     apart = [i for i in own if not asked.families[i].varying or asked.families[i].rate is not None]
     own = [i for i in own if not (kept and i in apart)]
     constant = [i for i in own if not asked.families[i].varying and not H.discrete]
+    rise, fall = frequencies.RISE, frequencies.FALL
     if constant:
-        majorised()
+        frequencies.majorised()
     families = list(asked.families)
     found = closed_loop(H, [[Fraction(i == j and i in own) for j in range(len(H.D))] for i in range(len(H.D))])
     need(found is not None, "the loop without delay has no solution", exact.IllPosed)
@@ -588,25 +588,12 @@ def undelayed(H: Plant, asked: Channels, kept: bool = False) -> tuple[Plant, Cha
             need(not any(H.D[i]), f"sigma_{i + 1}, whose delay varies, is no function of the state alone")
             C[i], D[i] = ([dot(C[i], column) for column in zip(*side)] for side in (A, B))
             continue
-        n, last = len(A), FALL[3] * h  # h z' = shift z, its last row with sigma: z_1 = FALL_3 sigma/FALL(h s)
+        n, last = len(A), fall[3] * h  # h z' = shift z, its last row with sigma: z_1 = FALL_3 sigma/FALL(h s)
         A = [[*row, *[ZERO] * 3] for row in A] + [[ZERO] * n + [(k == j + 1) / h for k in range(3)] for j in range(2)]
-        A.append([*(v / h for v in C[i]), *(-Fraction(v) / last for v in FALL[:3])])
+        A.append([*(v / h for v in C[i]), *(-Fraction(v) / last for v in fall[:3])])
         B += [[ZERO] * len(D), [ZERO] * len(D), [v / h for v in D[i]]]
-        top = Fraction(RISE[3], FALL[3])
-        C[i] = [top * v for v in C[i]] + [(RISE[k] - top * FALL[k]) / FALL[3] for k in range(3)]
+        top = Fraction(rise[3], fall[3])
+        C[i] = [top * v for v in C[i]] + [(rise[k] - top * fall[k]) / fall[3] for k in range(3)]
         C = [[*row, *[ZERO] * (n + 3 - len(row))] for row in C]
         D[i] = [top * v for v in D[i]]
     return Plant(A, B, C, D, H.discrete), asked._replace(families=families)
-
-
-def majorised() -> None:
-    """``|m(i x)|^2 >= sup_(t <= x) |e^(-i t) - 1|^2``: ``2 - 2 cos x`` up to ``pi``, 4 beyond; ``p`` in ``x^2``.
-
-    ``2 - 2 cos x <= sum_(k <= 11) (-1)^(k + 1) 2 x^(2k)/(2k)!``, the last term being positive; ``9.8 < pi^2 < 10``.
-    """
-    top, low = (frequencies.in_square(frequencies.times(p, frequencies.conjugate(p))) for p in map(list, (RISE, FALL)))
-    cosine = [ZERO, *(Fraction(2 * (-1) ** (k + 1), factorial(2 * k)) for k in range(1, 12))]
-    near = frequencies.total(top, [-v for v in frequencies.times(cosine, low)])
-    far = frequencies.total(top, [-4 * v for v in low])
-    need(exact.positive(exact.primitive(near[1:]), ZERO, Fraction(10)), "the majorant fails up to pi")
-    need(exact.positive(exact.primitive(far), Fraction(49, 5)), "the majorant fails beyond pi")

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 from itertools import product
+from math import factorial
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
@@ -17,6 +18,7 @@ from .balls import dot, positive_definite
 from .states import unit
 
 MOST_CHANNELS, MOST_KERNELS = 8, 400
+RISE, FALL = (0, 10041, 4751, 1133), (10000, 8563, 3183, 561)  # of |e^(-i x t) - 1|: m(s) = RISE/FALL, ascending
 Rows = list[list[Fraction]]
 
 
@@ -402,3 +404,15 @@ def quotient(p: Any, q: Any) -> list[Fraction]:
         rest = [c - (out[-1] * q[i - low] if i >= low else 0) for i, c in enumerate(rest[:-1])]
     need(not any(rest), "det F has another denominator")
     return out[::-1]
+
+
+def majorised() -> None:
+    """``|m(i x)|^2 >= sup_(t <= x) |e^(-i t) - 1|^2``: ``2 - 2 cos x`` up to ``pi``, 4 beyond; ``p`` in ``x^2``.
+
+    ``2 - 2 cos x <= sum_(k <= 11) (-1)^(k + 1) 2 x^(2k)/(2k)!``, the last term being positive; ``9.8 < pi^2 < 10``.
+    """
+    top, low = (in_square(times(p, conjugate(p))) for p in map(list, (RISE, FALL)))
+    cosine = [ZERO, *(Fraction(2 * (-1) ** (k + 1), factorial(2 * k)) for k in range(1, 12))]
+    near, far = total(top, [-v for v in times(cosine, low)]), total(top, [-4 * v for v in low])
+    need(exact.positive(exact.primitive(near[1:]), ZERO, Fraction(10)), "the majorant fails up to pi")
+    need(exact.positive(exact.primitive(far), Fraction(49, 5)), "the majorant fails beyond pi")

@@ -64,7 +64,8 @@ def beside_text(data: Mapping[str, Any], claim: str) -> str:
 def _text(data: Mapping[str, Any], claim: str, H: Plant, parts: list[_Part]) -> str:
     """The whole file."""
     m, n = len(H.D), len(H.A)
-    bounds, theta, rows = [(Fraction(0), Fraction(0))] * m, [Fraction(0)] * m, []
+    bounds: list[tuple[Fraction, Fraction | float]] = [(Fraction(0), Fraction(0))] * m
+    theta, rows = [Fraction(0)] * m, []
     for one in parts:
         loop = one.theorem.loop
         for i, own, turn in zip(one.channels, loop.bounds, loop.theta, strict=True):

@@ -305,8 +305,8 @@ def candidates(r: Ratio, low: End, high: End) -> list[Candidate]:
             assert value is not None, "poles inside are refused"
             found.append(Candidate(value=value, place=root, inside=True))
         else:
-            value = _at_root(r, slope.top, root)
-            found.append(Candidate(value=value, place=_ends_of(root), inside=True))
+            near = _at_root(r, slope.top, root)
+            found.append(Candidate(value=near, place=_ends_of(root), inside=True))
     return found
 
 

@@ -160,6 +160,21 @@ def _by_rays(asked: Problem) -> tuple[Fraction, Refuted] | None:
     return None
 
 
+def _exceeding(
+    asked: Problem, gain: float, proof: dict[str, Any], most: float, steps: Sequence[float] = _STEPS
+) -> tuple[Fraction, Refuted] | None:
+    """The inverse of a gain that was computed, as little less as is accepted."""
+    own = asked.classes.performance
+    assert own is not None, "of a gain"
+    for step in steps if gain > 0 else ():
+        checkpoint()
+        alpha = Fraction(double_above(1 / (Fraction(gain * (1 - step)) * asked.classes.upper[own[0]])))
+        shown = refutation(asked, alpha, proof) if alpha < most else None
+        if shown is not None:
+            return alpha, shown
+    return None
+
+
 def _by_signal(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
     """The inverse of the gain that a disturbance of some steps shows; of ReLUs no linear gain is a member."""
     own, H = list(asked.classes.performance or ()), channel_plant(asked.plant)
@@ -177,11 +192,8 @@ def _by_signal(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
             found.append((gain, {"inputs": [texts(row) for row in inputs]}))
     for gain, steps in found:
         proof = {"method": "signal", "slopes": [texts(pair) for pair in ends], **steps}
-        for step in _STEPS if gain > 0 else ():
-            alpha = Fraction(double_above(1 / (Fraction(gain * (1 - step)) * asked.classes.upper[own[0]])))
-            shown = refutation(asked, alpha, proof) if alpha < most else None
-            if shown is not None:
-                return alpha, shown
+        if (exceeding := _exceeding(asked, gain, proof, most)) is not None:
+            return exceeding
     return None
 
 
@@ -247,12 +259,7 @@ def _by_moving(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
         return None
     chosen = [[texts([pair[row[k]]] * 2) for row in found.ends] for k, pair in enumerate(ends)]
     proof = {"method": "signal", "slopes": chosen, "inputs": [texts(row) for row in found.inputs], **rest}
-    for step in _STEPS[1::3]:
-        alpha = Fraction(double_above(1 / (Fraction(found.gain * (1 - step)) * asked.classes.upper[own[0]])))
-        shown = refutation(asked, alpha, proof)
-        if shown is not None:
-            return alpha, shown
-    return None
+    return _exceeding(asked, found.gain, proof, math.inf, _STEPS[1::3])
 
 
 def _functions(asked: Problem) -> list[range]:
@@ -344,12 +351,8 @@ def _largest_gain(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
         omega = None if math.pi - found.omega < 1e-9 else Fraction(f"{math.tan(found.omega / 2):.12g}")
     units = [[str(Fraction(round(part * 2**40), 2**40)) for part in (v.real, v.imag)] for v in found.direction]
     at = {"omega": None if omega is None else str(omega), "input": units}
-    for step in _STEPS:
-        checkpoint()
-        alpha = Fraction(double_above(1 / (Fraction(found.gain * (1 - step)) * asked.classes.upper[out[0]])))
-        shown = refutation(asked, alpha, proof | at) if alpha < most else None
-        if shown is not None:
-            return alpha, shown
+    if (exceeding := _exceeding(asked, found.gain, proof | at, most)) is not None:
+        return exceeding
     shown = refutation(asked, Fraction(1), proof) if operators else None
     return None if shown is None else (Fraction(0), shown)
 
@@ -381,12 +384,7 @@ def _largest_at_ends(asked: Problem, most: float) -> tuple[Fraction, Refuted] | 
     gain, at, gains, direction = max(best, key=lambda one: one[0])
     units = [[str(Fraction(round(part * 2**40), 2**40)) for part in (v.real, v.imag)] for v in direction]
     proof = {"method": "linear-members", "gains": texts(gains), "operators": [], "omega": str(at), "input": units}
-    for step in _STEPS if gain > 0 else ():
-        alpha = Fraction(double_above(1 / (Fraction(gain * (1 - step)) * asked.classes.upper[out[0]])))
-        shown = refutation(asked, alpha, proof) if alpha < most else None
-        if shown is not None:
-            return alpha, shown
-    return None
+    return _exceeding(asked, gain, proof, most)
 
 
 def _largest_delayed(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
@@ -422,12 +420,7 @@ def _largest_delayed(asked: Problem, most: float) -> tuple[Fraction, Refuted] | 
         "delays": texts(taus[i] for i in sorted(taus)),
     }
     proof |= {"omega": str(Fraction(found.omega)), "input": units}
-    for step in _STEPS:
-        alpha = Fraction(double_above(1 / (Fraction(found.gain * (1 - step)) * classes.upper[own[0]])))
-        shown = refutation(asked, alpha, proof) if alpha < most else None
-        if shown is not None:
-            return alpha, shown
-    return None
+    return _exceeding(asked, found.gain, proof, most)
 
 
 def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:

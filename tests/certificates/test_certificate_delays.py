@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tampering import assert_both_reject, edited
 
-from lure.analysis.certificates import channels
+from lure.analysis.certificates import frequencies
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check, contains
@@ -205,18 +205,18 @@ def test_neither_accepts_what_was_changed(change):
 
 def test_a_smaller_majorant_is_refused_by_both(monkeypatch):
     found = certificate("constant")
-    monkeypatch.setattr(channels, "RISE", (0, 10041, 4600, 1133))
+    monkeypatch.setattr(frequencies, "RISE", (0, 10041, 4600, 1133))
     monkeypatch.setattr(delays, "_TOP", delays._TOP - delays.X**2 * 151)
     assert_both_reject(found)
     with pytest.raises(Rejected, match="majorant"):
-        channels.majorised()
+        frequencies.majorised()
 
 
 def test_members_stay_below_the_majorant_and_varying_ones_below_their_bound():
     # |e^(-i w tau) - 1| <= |m(i w h)|, and the energy of w against that of h sigma' for delays that jump
     rng = np.random.default_rng(1)
     omega, share = np.geomspace(1e-3, 1e3, 4000), rng.random(4000)
-    top, low = (np.polyval(list(p)[::-1], 1j * omega) for p in (channels.RISE, channels.FALL))
+    top, low = (np.polyval(list(p)[::-1], 1j * omega) for p in (frequencies.RISE, frequencies.FALL))
     room = np.abs(top / low) - np.abs(np.exp(-1j * omega * share) - 1)
     assert room.min() >= 0
     least = np.abs(top / low) / np.where(omega < np.pi, 2 * np.sin(omega / 2), 2)
