@@ -34,6 +34,7 @@ Kind = Literal["relu", "monotone", "odd", "sector", "operator", "rising", "odd r
 Samples = TypeVar("Samples", bound="NDArray[Any]")
 MOST_UNKNOWNS, MOST_ROWS = 1500, 60
 _SURE, _LARGEST, _LARGEST_THETA, _BITS, _SMALL = 1e-7, 100.0, 1e4, 56, 1e-12
+_PLAIN = 1 / 16  # bounds between this and its inverse need no units of their own
 
 
 class Group(NamedTuple):
@@ -250,6 +251,8 @@ class CoupledForms(ChannelSearch):
         turns = np.array([sign * (t + t.T) for t in turning for sign in (1, -1)]).reshape(-1, n + m * T, n + m * T)
         if self.rate and len(turns):
             turns -= self._growing(u, v, widths)
+        unit = float(top.max()) if not _PLAIN < top.max() < 1 / _PLAIN else 1.0  # of u, v and of phi sigma'
+        turns, u, v = turns / unit, u / unit, v / unit
         parts = [falls, *(-self._products(g, c, u, v, T) for g, c in zip(self.groups, self.cones, strict=True)), turns]
         begun = [
             -self._products(g, c, u, v, T - 1)[:, :order, :order]
@@ -268,7 +271,7 @@ class CoupledForms(ChannelSearch):
         rows = [C[i] for i in range(m) if self.free[i]]
         for k, ((below, above), c) in enumerate(zip(ends, rows, strict=True)):
             for sign, end in ((0, below), (1, -above)):
-                second[places[spare - 1] + 2 * k + sign] = end * np.outer(c, c) * self.unit
+                second[places[spare - 1] + 2 * k + sign] = end * np.outer(c, c) * self.unit / unit
         limits = self._limits(places, total)
         blocks = [Block(np.zeros(first.shape[1:]), first)]
         blocks += [Block(np.zeros(second.shape[1:]), second)] * self.bounded
@@ -278,6 +281,8 @@ class CoupledForms(ChannelSearch):
         if found is None or found[-1] <= _SURE:
             return None
         each = [found[a:b] for a, b in pairwise(places)]
+        each = [each[0], *(one / unit**2 for one in each[1:-1]), each[-1]]
+        each[spare - 1] *= unit
         whole = np.tensordot(each[0], basis, 1) / size[:order] / size[:order, None]
         theta, turned = np.zeros(m), each[spare - 1]
         theta[[i for i in range(m) if self.free[i]]] = (turned[::2] - turned[1::2]) * self.unit

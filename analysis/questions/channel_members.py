@@ -49,6 +49,7 @@ _NEAR, _SAMPLES, _LONG = 1e-4, 200, 1200
 _SHORT, _FEW = 60, 12  # samples and signals with which slopes are compared
 _INSIDE = 128  # the share of a class by which gains are above its lower end
 _MOST_STATES, _MOST_CHANNELS, _STARTS, _KEPT, _BEYOND = 20, 6, 40, 2, 30.0  # of the search for periodic solutions
+_MOST_OF_RAY = 30  # states and channels: beyond them the exact eigenvector of a ray takes the checker minutes
 _HALVES, _WHOLE = (1, 3, 5, 7), (0, 1, 2, 3, 4)
 
 
@@ -142,6 +143,8 @@ def rays_refuting(asked: Problem, known: Fraction) -> tuple[Fraction, Refuted] |
 def _by_rays(asked: Problem) -> tuple[Fraction, Refuted] | None:
     """A solution of the loop with ReLUs that grows along a ray."""
     H, classes = channel_plant(asked.plant), asked.classes
+    if max(H.order, H.inputs) > _MOST_OF_RAY:
+        return None
     ends = [[Fraction(end) for end in one.gains] for one in classes.classes]
     lower, upper = (np.array([float(pair[k]) for pair in ends]) for k in range(2))
     rectified = [one.rectifier for one in classes.classes]

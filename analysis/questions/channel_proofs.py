@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple
 
 from flint import fmpq_mat
@@ -60,6 +61,7 @@ _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 2e-5, 4e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9, 0.99, 0.999, 0.9999)
 SCALINGS = "matrix-scalings"
 _MEETING = (1e-5, 2e-3)  # relative: how near the ends of a search are that asks for proofs at each step; of kernels
+_LOST = 1e-3  # relative: a factor that rounding may lose
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 
@@ -574,10 +576,24 @@ def _farthest_by(
         return None
     low = search.largest(widths, max(float(known), double_above(least)), most)
     steps = [step for step in _STEPS_DOWN if step == _STEPS_DOWN[0] or 10 * step >= search.precision]
+    above = Fraction(low)
     for step in steps if low > known else ():
         checkpoint()
         alpha = Fraction(double_below(Fraction(low) * (1 - Fraction(step))))
         shown = proved_at(asked, name, search, alpha) if alpha > max(least, known) else None
         if shown is not None:
-            return alpha, shown
+            return _between(partial(proved_at, asked, name, search), (alpha, shown), above)
+        above = alpha
     return None
+
+
+def _between(
+    proof: Callable[[Fraction], Proved | None], known: tuple[Fraction, Proved], above: Fraction
+) -> tuple[Fraction, Proved]:
+    """What is proved where floating point said too much: halving from what is proved to what is not."""
+    while above > known[0] * (1 + Fraction(_LOST)):
+        checkpoint()
+        alpha = Fraction(double_below(math.sqrt(known[0] * above)))
+        shown = proof(alpha)
+        known, above = (known, alpha) if shown is None else ((alpha, shown), above)
+    return known

@@ -352,6 +352,22 @@ def test_a_factor_of_rectifiers_is_proved_alone():
     assert not contains(found.proof.certificate["laws"], shown.problem.class_entry)
 
 
+# Drummond, Guiver and Turner (2022), example 3: A is Metzler, B and C are nonnegative, so that ReLUs are as unstable as
+# the gain k for which A + k C is singular, 89.909; floating point says that the forms serve up to 262144
+@pytest.mark.parametrize("unit", [1, 1000])
+def test_forms_of_rectifiers_reach_the_gain_of_a_positive_loop_in_any_unit(unit):
+    A, C = (
+        [["-.99", ".01", ".01"], [".01", "-9.99", ".01"], [".01", ".01", "-99.99"]],
+        [[0, 1, 1], [0, 0, 1], [0, 0, 1]],
+    )
+    plant = as_plant(
+        (A, [[-1, 0, 0], [0, -1, 0], [0, 0, -1]], [[unit * v for v in row] for row in C], np.zeros((3, 3)))
+    )
+    relus = Diagonal((NonlinearityClass.relu(),) * 3, repeated=True)
+    found = max_sector(plant, relus, criterion="coupled-circle")
+    assert 89.8 < found.largest.low * unit < 89.91
+
+
 def test_a_factor_of_rectifiers_is_refuted_alone():
     # x_1' = -x_1 + k max(x_1, 0) grows for k > 1, the other one, x_2' = -2 x_2 + k max(x_2, 0), for k > 2
     plant = as_plant(([[-1, 0], [0, -2]], [[-1, 0], [0, -1]], [[1, 0], [0, 1]]))
