@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import accumulate
-from typing import Final, Literal
+from typing import Final, Literal, cast
 
 from lure.bounds import Sector as Sector
 from lure.bounds import SlopeBounds as SlopeBounds
@@ -38,7 +38,7 @@ class NonlinearityClass(Record):
     Parameters
     ----------
     sector : Sector
-        Bounds on ``phi(sigma) / sigma``.
+        Bounds on ``phi(sigma) / sigma``; by default those of the slope.
     slope : SlopeBounds or None
         Bounds on every difference quotient, None if nothing is assumed of them.
     odd : bool
@@ -63,9 +63,10 @@ class NonlinearityClass(Record):
     Raises
     ------
     InputError
-        The slope bounds lie outside the sector's: members would leave the sector; or the bounds coincide; or constant
-        gains are said to depend on time, or a rate is given of others; or a ReLU is said to be odd, or its sector and
-        slope bounds differ or are infinite; or an operator has other properties than a bound of its norm.
+        Neither sector nor slope bounds are given; or the slope bounds lie outside the sector's: members would leave
+        the sector; or the bounds coincide; or constant gains are said to depend on time, or a rate is given of others;
+        or a ReLU is said to be odd, or its sector and slope bounds differ or are infinite; or an operator has other
+        properties than a bound of its norm.
 
     Examples
     --------
@@ -73,7 +74,7 @@ class NonlinearityClass(Record):
     odd phi with slope in [0, 2]
     """
 
-    sector: Sector
+    sector: Sector = quantity("", default=None)
     slope: SlopeBounds | None = quantity("", form=lambda bounds: bounds or "nothing is assumed", default=None)
     odd: bool = quantity("", form=lambda odd: "assumed" if odd else "not assumed", default=False)
     time_varying: bool = quantity(
@@ -87,6 +88,10 @@ class NonlinearityClass(Record):
     _kind, _said = "class of nonlinearities", "text"
 
     def __post_init__(self) -> None:
+        if cast("Sector | None", self.sector) is None:
+            if self.slope is None:
+                raise InputError("NonlinearityClass has neither sector nor slope bounds; give one of both")
+            object.__setattr__(self, "sector", Sector(self.slope.lower, self.slope.upper))
         for bounds in (self.sector, self.slope):
             if bounds is not None and bounds.lower == bounds.upper:
                 raise InputError(
@@ -169,7 +174,7 @@ class NonlinearityClass(Record):
         cls, lower: float | Fraction, upper: float | Fraction, *, odd: bool = False
     ) -> NonlinearityClass:
         """Time-invariant nonlinearities with slope in ``[lower, upper]``, hence in the same sector."""
-        return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), odd=odd)
+        return cls(slope=SlopeBounds(lower, upper), odd=odd)
 
     @classmethod
     def constant_gain(cls, lower: float | Fraction, upper: float | Fraction) -> NonlinearityClass:

@@ -231,8 +231,9 @@ Examples:
   lure gain plant.toml -o gain.json && lure verify gain.json
 
 \b
-The file has a table [performance]: Bw, Cz, Dzw, Dzmu and Dsigmaw, 0 where
-they are left out, and a [class] or a [nonlinearity] for each channel:
+The file has a [class] or a [nonlinearity] for each channel, and a table
+[performance]: Bw, Cz, Dzw, Dzmu and Dsigmaw, 0 where they are left out.
+Without it w is added to mu, and z is sigma.
   x' = A x + B mu + Bw w,  sigma = C x + D mu + Dsigmaw w,
   z = Cz x + Dzmu mu + Dzw w,  mu = -phi(sigma),  x(0) = 0.
 Printed is a number that the gain of no member of the class exceeds, and one

@@ -113,7 +113,9 @@ def energy_bounds(plant: object, classes: object = None, performance: object = N
     >>> round(found.initial, 3), round(found.peak, 3)
     (0.5, 0.5)
     """
-    problem, stated, _ = gain_problem(plant, classes, performance)
+    problem, stated, _, beside = gain_problem(plant, classes, performance)
+    if beside:
+        raise InputError("energy and peak are asked of w and z, which are not given; give [performance] with Bw and Cz")
     if isinstance(problem.plant, DelayMatrix):
         raise InputError("energy and peak are not bounded beside dead time; ask for the gain alone")
     for one in problem.classes.classes[:-1]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from lure.analysis.certificates.checker import UNLIMITED
 from lure.analysis.drawing import drawn
@@ -49,6 +49,9 @@ class GainBound(TwoSided):
     classes: Diagonal = quantity("The classes of the channels, without that from ``z`` to ``w``")
     performance: Performance = quantity("Where ``w`` enters and what ``z`` is")
     incremental: bool = quantity("Whether it is the gain of differences of solutions", default=False)
+    at_input: bool = quantity(
+        "Whether ``w`` is added to ``mu`` and ``z`` is ``sigma``", key="", label="", default=False
+    )
     plant: Whole = quantity("The plant, ``w`` and ``z`` its last channels", key="", label="")
     factors: StabilityBound = quantity(
         "The answer about the loop with a channel from ``z`` to ``w`` of norm ``1/gamma``", key="", label=""
@@ -134,7 +137,8 @@ class GainBound(TwoSided):
 
     @property
     def _name(self) -> str:
-        return f"{'incremental ' if self.incremental else ''}L2 gain from w to z"
+        sides = "w, added to mu, to z = sigma" if self.at_input else "w to z"
+        return f"{'incremental ' if self.incremental else ''}L2 gain from {sides}"
 
     def _widths(self) -> str:
         """Which plays and stops come near to the gains of the member: no gain is one of them."""
@@ -205,7 +209,8 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     performance : mapping or Performance, optional
         ``Bw`` (n, p), ``Cz`` (q, n), ``Dzw`` (q, p), ``Dzmu`` (q, m) and ``Dsigmaw`` (m, p), row by row, 0 where they
         are left out; that of the system if it is not given.  Or none where the plant has more inputs and outputs than
-        there are classes: then the last inputs are ``w`` and the last outputs ``z``.
+        there are classes: then the last inputs are ``w`` and the last outputs ``z``.  Or none at all: then ``w`` is
+        added to ``mu`` where it enters the plant, and ``z`` is ``sigma``.
     criterion : str
         A criterion for several nonlinearities, or ``best``.
     window : int, optional
@@ -233,7 +238,7 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     Raises
     ------
     InputError
-        A matrix does not fit, there are no classes, no ``w`` and no ``z``, or the plant is not rational.
+        A matrix does not fit, there are no classes, parameters and no ``w`` and ``z``, or the plant is not rational.
     AssumptionError
         The loop with the gains at the lower bounds is no such that a theorem on gains covers it.
 
@@ -249,7 +254,8 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
     >>> print(found.verdict, round(found.gain.low, 5), round(found.gain.high, 5))
     PROVED 1.0 1.0
     """
-    problem, stated, asked = gain_problem(plant, classes, performance, criterion=criterion, incremental=incremental)
+    ways: dict[str, Any] = {"criterion": criterion, "incremental": incremental}
+    problem, stated, asked, beside = gain_problem(plant, classes, performance, **ways)
     problem = replace(problem, window=_window(window, problem), worst=bool(worst))
     found = cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
     unit, H = Fraction(problem.classes.classes[-1].sector.upper), cast("Whole", problem.plant)
@@ -264,6 +270,7 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
         classes=asked,
         performance=stated,
         incremental=incremental,
+        at_input=beside,
         plant=H,
         factors=found,
     )
@@ -271,8 +278,10 @@ def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settin
 
 def gain_problem(
     plant: object, classes: object, performance: object, *, criterion: str = BEST, incremental: bool = False
-) -> tuple[Problem, Performance, Diagonal]:
+) -> tuple[Problem, Performance, Diagonal, bool]:
     """The question about the loop with a channel from ``z`` to ``w``, the performance, and the classes asked about.
+
+    And whether nothing was said of ``w`` and ``z``: then they are at the input and the output of the plant.
 
     Parameters
     ----------
@@ -296,9 +305,8 @@ def gain_problem(
     source: object = plant
     if stated is None and isinstance(classes, list | tuple | Diagonal):
         source, stated = _last_channels(plant, len(classes.classes if isinstance(classes, Diagonal) else classes))
-    if stated is None:
-        raise InputError("the L2 gain is asked of w and z, which are not given; give [performance] with Bw and Cz")
-    found = Performance.given(stated)
+    beside = stated is None
+    found = _at_the_input(plant) if stated is None else Performance.given(stated)
     if isinstance(plant, LoopSystem) and isinstance(classes, list) and source is plant:
         source = plant.block
     listed = classes.classes if isinstance(classes, Diagonal) else classes if isinstance(classes, list | tuple) else ()
@@ -312,18 +320,19 @@ def gain_problem(
     if incremental:
         asked = replace(asked, classes=_differences(asked.classes))
     H = cast("Whole", asked.plant)
-    if (found.Bw or found.Cz) and _without_states(plant):
+    if not beside and (found.Bw or found.Cz) and _without_states(plant):
         raise InputError("performance.Bw and Cz are about states, and the plant is given without; give A, B, C and D")
     whole, size = found.beside(H), max(found.inputs, found.outputs)
-    late = late_plant(plant) if source is not plant else None
-    if isinstance(whole, DelayMatrix) and late is not None and late.outputs > len(own.classes):  # z sees what is late
-        less = ((Fraction(0),) * whole.order,) * (whole.outputs - late.outputs)
-        whole = replace(whole, late=tuple((delay, (*rows, *less)) for delay, rows in late.late))
+    late, m = late_plant(plant) if beside or source is not plant else None, len(own.classes)
+    if isinstance(whole, DelayMatrix) and late is not None and (beside or late.outputs > m):  # z sees what is late
+        seen = [(delay, (*rows, *rows) if beside else rows) for delay, rows in late.late]
+        less = ((Fraction(0),) * whole.order,) * (whole.outputs - len(seen[0][1]))
+        whole = replace(whole, late=tuple((delay, (*rows, *less)) for delay, rows in seen))
     alone = whole.central if isinstance(whole, ChannelFamily) else whole
     channel = NonlinearityClass.performance(_unit(alone, asked.classes, size))
     sizes = (*(len(block) for block in asked.classes.blocks), size)
     both = Diagonal((*asked.classes.classes, *[channel] * size), repeated=sizes)
-    return replace(asked, plant=whole, classes=both, known=()), found, own
+    return replace(asked, plant=whole, classes=both, known=()), found, own, beside
 
 
 def _differences(classes: Diagonal) -> Diagonal:
@@ -375,6 +384,18 @@ def _without_states(plant: object) -> bool:
     return isinstance(block, DelayPlant) or (
         isinstance(block, RationalPlant) and block.matrices is None and block.order > 0
     )
+
+
+def _at_the_input(plant: object) -> Performance:
+    """``w`` added to ``mu`` where it enters the plant, and ``z = sigma``; what comes late is added by gain_problem."""
+    late = late_plant(plant)
+    H = channel_plants(plant) if late is None else late.base
+    if isinstance(H, ChannelFamily):
+        raise InputError(
+            "the L2 gain is asked of w and z, which are not given beside parameters; give [performance] with Bw and Cz"
+        )
+    sides = {"Dzw": H.D, "Dzmu": H.D, "Dsigmaw": H.D} | ({"Bw": H.B, "Cz": H.C} if H.order else {})
+    return Performance.given(sides)
 
 
 def _last_channels(plant: object, m: int) -> tuple[object, Performance | None]:

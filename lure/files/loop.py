@@ -66,8 +66,6 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
         stated = {name: side for name, side in tables.forcing if side}
         system = replace(system, forcing=Forcing.given(stated))
     if tables.performance is None:
-        if "gain" in system.ask:
-            raise InputError("report.ask has 'gain', and nothing says of what; give [performance] with Bw and Cz")
         return system
     stated = {name: side for name, side in tables.performance if side is not None}
     states = [name for name in ("Bw", "Cz") if name in stated]

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from lure import InputError, Sector, SlopeBounds
+from lure import InputError, NonlinearityClass, Sector, SlopeBounds
 
 BOUNDS = pytest.mark.parametrize("bounds", [Sector, SlopeBounds])
 
@@ -61,3 +61,9 @@ def test_sectors_are_equal_by_value_and_cannot_be_changed():
     assert Sector(0, 1) == Sector(0.0, Fraction(1)) != Sector(0, 2)
     with pytest.raises(AttributeError):
         Sector(0, 1).upper = 2
+
+
+def test_a_class_with_slope_bounds_alone_has_the_sector_of_these():
+    assert NonlinearityClass(slope=SlopeBounds(0, 2), odd=True) == NonlinearityClass.slope_restricted(0, 2, odd=True)
+    with pytest.raises(InputError, match="neither sector nor slope bounds"):
+        NonlinearityClass(odd=True)

@@ -38,7 +38,7 @@ PUSHED = {"Bw": [[0], [1]], "Cz": [[1, 0]]}
 
 def shown_below(plant, classes, performance, **options):
     """What a disturbance shows of a gain: the bound, and the certificate as it is read from a file."""
-    asked, _, _ = gain_problem(plant, classes, performance)
+    asked, *_ = gain_problem(plant, classes, performance)
     asked = replace(asked, **options)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(flow_signals, "_STEPS", (64, 64))  # 8 s; by default 50 s

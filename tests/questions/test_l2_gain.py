@@ -347,8 +347,6 @@ def test_a_report_that_is_asked_for_the_gain_says_it_on_the_first_screen(lure, t
     assert "anything about external inputs" not in " ".join(data["conclusion"]["not_shown"])
     claims = [one["claim"] for one in data["certificates"]]
     assert any("the L2 gain from w to z is at most gamma" in claim for claim in claims)
-    (tmp_path / "none.toml").write_text(TEXT + '[report]\nask = ["gain"]\n')
-    assert "report.ask has 'gain', and nothing says of what" in lure("report", str(tmp_path / "none.toml"))[2]
     (tmp_path / "none.toml").write_text(TEXT + '[report]\nask = ["gains"]\n')
     assert "report.ask has 'gains'; give a list of gain, rate, region" in lure("report", str(tmp_path / "none.toml"))[2]
 
@@ -365,7 +363,6 @@ def test_the_figure_has_the_bound_above_every_linear_member():
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ("", "give [performance] with Bw and Cz"),
         ("[performance]\nBw = [[1], [0]]\n", "performance has no w or no z"),
         (
             "[performance]\nBw = [[1]]\nCz = [[1, 1]]\n",
@@ -518,3 +515,11 @@ def test_a_loop_on_the_edge_of_stability_is_no_failure_of_the_search():
         {"Bw": [[2], [F(-1, 2)]], "Cz": [[F(-6, 5), F(1, 5)]]},
     )
     assert found.gain.low <= found.gain.high
+
+
+@pytest.mark.parametrize("plant", [([1], [1, 2]), "exp(-s)/(s + 2)"])
+def test_of_a_plant_alone_it_is_the_gain_from_its_input_to_its_output(plant):
+    # sigma = H (w - phi), |H| <= H(0) = 1/2, |phi| <= |sigma|/2: |sigma| <= (|w| + |sigma|/2)/2, so 2/3; phi = -sigma/2
+    found = l2_gain(as_plant(plant), [Sector(-0.5, 0.5)])
+    assert 0.6666 < found.gain.low < 2 / 3 < found.gain.high < 0.6667
+    assert str(found).startswith("The L2 gain from w, added to mu, to z = sigma is at most 0.66")
