@@ -42,6 +42,7 @@ from lure.errors import AssumptionError
 from lure.plants.delay_matrix import DelayMatrix
 
 _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+_FAR = (0.5, 0.9, 0.99, 0.999, 1 - 1e-4, 1 - 1e-6)
 _FACTORS = (1e-6, 1e-4, 1e-2, 0.1, 1.0, 10.0, 100.0)  # of ReLUs, beyond what is proved: where a ray is looked for
 _SHAPES, _CORNERS, _LARGEST = 3, 4, 1e6
 _TRIED, _RADII = 20, (Fraction(1, 10**10), Fraction(1, 10**7))
@@ -423,7 +424,8 @@ def _largest_delayed(asked: Problem, most: float) -> tuple[Fraction, Refuted] | 
         "delays": texts(taus[i] for i in sorted(taus)),
     }
     proof |= {"omega": str(Fraction(found.omega)), "input": units}
-    return _exceeding(asked, found.gain, proof, most)
+    steps = (*_STEPS, *_FAR)  # near a pole on the axis the gain is known roughly
+    return _exceeding(asked, found.gain, proof, most, steps)
 
 
 def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:

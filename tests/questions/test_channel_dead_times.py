@@ -251,6 +251,14 @@ def test_the_gain_of_a_plant_with_dead_time_is_met_from_both_sides():
     assert "with phi = -0.5" in str(found)
 
 
+def test_near_a_gain_that_destabilises_the_gain_of_members_is_large():
+    # 1 + k exp(-i w)/(i w + 1) = 0 at k = 2.26183: no gain of the class [0, 3] is finite
+    found = l2_gain(as_plant("exp(-s)/(s+1)"), [Sector(0, 3)])
+    assert found.verdict.name == "INCONCLUSIVE"
+    assert found.gain.low > 1e6
+    assert recheck(found.refutation.certificate).accepted
+
+
 def test_what_z_sees_late_and_at_once_in_a_file(tmp_path):
     # from w at the sensor to mu: -g/(1 + g H), |1 + g H| >= 1/2 as |g H| <= 1/2; |H| is least far out, where it is g
     (tmp_path / "loop.toml").write_text(
