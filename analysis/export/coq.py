@@ -14,6 +14,7 @@ from lure.analysis.certificates.checker import Checked, Proved
 from lure.analysis.export.beside import beside_text
 from lure.analysis.export.decaying import decaying_text
 from lure.analysis.export.falling import falling_text, through_text
+from lure.analysis.export.members import members_text
 from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.powers import powers_text
 from lure.analysis.export.relying import THEOREMS, relying_text
@@ -41,8 +42,8 @@ def coq_text(shown: Checked) -> str:
     data = shown.certificate
     if not isinstance(shown, Proved):
         method = data["proof"]["method"]
-        written = switched_text if method == "switched-gain" else mode_text if method in METHODS else orbit_text
-        return written(data, shown.claim)
+        written = {"switched-gain": switched_text, "linear-gains": members_text} | dict.fromkeys(METHODS, mode_text)
+        return written.get(method, orbit_text)(data, shown.claim)
     if "rate" in data:
         return decaying_text(data, shown.claim)
     if data["proof"]["method"] == "parts":

@@ -43,7 +43,7 @@ def mode_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it has matrices, a dead time or a rate, or no such place was found.
     """
-    return _Mode(data).text(claim)
+    return Mode(data).text(claim)
 
 
 @dataclass(frozen=True)
@@ -88,11 +88,11 @@ class _Place:
     below: tuple[list[int], Fraction] | None
 
 
-class _Mode:
-    """The words of one file."""
+class Mode:
+    """The words of one file; with ``several`` the class is that of one channel of several."""
 
-    def __init__(self, data: Mapping[str, Any]) -> None:
-        family, system, proof = classes(data["laws"]), data["system"], data["proof"]
+    def __init__(self, data: Mapping[str, Any], *, several: bool = False) -> None:
+        family, system, proof = classes(data["laws"], several=several), data["system"], data["proof"]
         if "rate" in data or system["kind"] != "transfer":
             raise refused("it is about a rate, or its plant is not given by two polynomials")
         top, self.den, self.discrete = coefficients(system)
@@ -210,6 +210,11 @@ class _Mode:
 
     def text(self, claim: str) -> str:
         """The whole file."""
+        libraries = ("forms.v", "flow.v", "frequencies.v", "modes.v")
+        return whole_file(claim, f"counterexample, {self.method}", libraries, self.parts())
+
+    def parts(self) -> list[str]:
+        """The plant, and the theorem ``moves``."""
         lists = [
             folded(f"Definition {name} : list R := [{'; '.join(map(number, side))}].")
             for name, side in (("num", self.num), ("den", self.den))
@@ -237,9 +242,7 @@ class _Mode:
             proof = self.real_proof(Fraction(int(self.discrete)), rest)
         else:
             raise refused("no root was found whose place can be told; see its gain")
-        libraries = ("forms.v", "flow.v", "frequencies.v", "modes.v")
-        parts = ["\n".join(lists), "\n".join([*stated, "Proof.", *proof, "Qed."])]
-        return whole_file(claim, f"counterexample, {self.method}", libraries, parts)
+        return ["\n".join(lists), "\n".join([*stated, "Proof.", *proof, "Qed."])]
 
     def witness(self, place: _Place) -> list[str]:
         """Polynomials in the place of ``omega`` between two numbers."""

@@ -29,7 +29,7 @@ from lure.files.builtin import builtin_loop, loop_names
 KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
 LIBRARIES = (
     *("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle"),
-    *("switching", "powers", "feedthrough"),
+    *("switching", "powers", "feedthrough", "members"),
 )
 LOOP = "(* ---- This loop ---- *)"
 AXIOMS = {
@@ -513,6 +513,52 @@ def test_loops_side_by_side_compile_and_what_is_falsified_does_not(library):
         ("derivable_pt_lim (x 1%nat) t ((-2)", "derivable_pt_lim (x 1%nat) t (2"),
         ("(in_sector 0 9 phi2)", "(in_sector 0 10 phi2)"),
     ):
+        assert text.count(old, whole) == 1
+        assert not compiled(library, text[:whole] + text[whole:].replace(old, new))[0]
+
+
+TWICE = {
+    **{"kind": "multivariable", "time": "continuous"},  # 1/((s + 1) (s + 2)^2) by a chain, its end back to the middle
+    "A": [["-1", "1", "0"], ["0", "-2", "1"], ["0", "0", "-2"]],
+    "B": [["0", "0"], ["0", "1"], ["1", "0"]],
+    "C": [["1", "0", "0"], ["0", "0", "1"]],
+    "D": [["0", "0"], ["0", "0"]],
+}
+STEPS = {
+    **{"kind": "multivariable", "time": "discrete", "A": [["0", "1"], ["-1/2", "0"]], "B": [["0", "1/3"], ["1", "0"]]},
+    **{"C": [["1", "0"], ["0", "1"]], "D": [["0", "0"], ["1/5", "0"]]},
+}
+
+
+def refuted_by(system, *gains):
+    one = {"slope": None, "odd": False, "time_varying": False, "linear": False}
+    classes = [{**one, "sector": ["0", upper]} for upper in ("60", "1")]
+    draft = {"verdict": "REFUTED", "system": system, "laws": {"channels": classes, "repeated": False}}
+    proof = {"method": "linear-gains", "gains": list(gains)}
+    return complete_and_check({**draft, "theorem": "counterexample", "multiplier": {}, "proof": proof})
+
+
+def test_gains_of_several_channels_move_the_states_of_the_plant():
+    text = coq_text(refuted_by(TWICE, "50", "1/8"))
+    stated = text[text.rindex("Theorem moves") :]
+    assert "derivable_pt_lim (x 1%nat) t ((-2) * x 1%nat t + 1 * x 2%nat t + (-1) * w 1%nat t)" in stated
+    assert "(forall t, w 1%nat t = g1 * (1 * x 2%nat t))" in stated
+    assert "~ (forall k, (k < 3)%nat -> tends_to (x k) (c k))" in stated
+    apart = {**TWICE, "A": [["-1", "0", "0"], ["0", "-2", "0"], ["0", "0", "1"]]}  # no input moves all of them
+    with pytest.raises(InputError, match="no channel alone moves all states"):
+        coq_text(refuted_by(apart, "0", "0"))
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize(("system", "gains"), [(TWICE, ("50", "1/8")), (STEPS, ("2", "1/2"))])
+def test_gains_of_several_channels_compile_and_what_is_falsified_does_not(library, system, gains):
+    text = coq_text(refuted_by(system, *gains))
+    ok, said = compiled(library, text)
+    assert ok, said
+    whole = text.rindex("Theorem moves")
+    entry = "(-2) * x 1%nat" if system is TWICE else "(-1 / 2) * x 0%nat"
+    for old, new in ((entry, entry.replace("(-", "(")), ("0 <= g0 <= 60", "0 <= g0 <= 1")):
         assert text.count(old, whole) == 1
         assert not compiled(library, text[:whole] + text[whole:].replace(old, new))[0]
 
