@@ -214,6 +214,19 @@ NEUTRAL_TURNS = draft(
     "counterexample",
     {"method": "late-turns", "gains": ["0"]},
 )
+# s + 1 + (s/2 + g) exp(-s) has the root i w, where 3 w^2/4 + 1 = g^2 and w cos(w) + sin(w) + w/2 = 0: w = 2.44066,
+# g = 2.33830
+NEUTRAL_RETURNS = draft(
+    late([["-1"]], ONE, NO, NO, ("1", ONE, NO, NO, [["-1/2"]])),
+    [sector("0", "3")],
+    "counterexample",
+    {
+        "method": "late-crossing",
+        "gains": [["2336/1000"], ["234/100"]],
+        "frequencies": ["24402/10000", "24411/10000"],
+        "turn": ["307/1000", "952/1000"],
+    },
+)
 # 1/(s^2 + 4) beside a dead time that is none of a feedback: +-2 i with the gain 0
 SWINGS = draft(
     late([["0", "1"], ["-4", "0"]], [["0"], ["1"]], [["0", "0"]], NO, ("1", [["1", "0"]])),
@@ -228,6 +241,7 @@ ALL = {
     "echo": ECHO,
     "neutral-away": NEUTRAL_AWAY,
     "neutral-turns": NEUTRAL_TURNS,
+    "neutral-returns": NEUTRAL_RETURNS,
     "swings": SWINGS,
     "direct": DIRECT,
     "back": BACK,
@@ -387,6 +401,8 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("neutral-away", "system", "late", [["1", NO, [["-3/2"]], NO, [["1/2"]]]]),
         ("neutral-turns", "system", "late", [["1/2", NO, [["-2"]], NO, [["-1/4"]]]]),
         ("neutral-turns", "system", "late", [["1", NO, [["-2"]], NO, [["-1"]]]]),  # whatever the rest: not less than 1
+        ("neutral-returns", "system", "late", [["1", ONE, NO, NO, [["1/2"]]]]),
+        ("neutral-returns", "system", "late", [["1", ONE, NO, [["1/100"]], [["-1/2"]]]]),
         ("swings", "system", "A", [["0", "1"], ["-4", "-1"]]),
         ("swings", "system", "A", [["0", "1"], ["0", "-1"]]),  # a pole at 0, which is at rest
         ("swings", "system", "A", [["0", "1"], ["0", "0"]]),

@@ -193,6 +193,12 @@ ONE = ("laws", "channels", 0)
         ("late", *ONE, "operator", "any"),
         ("samples", "proof", "ends", ["11/10", "3"]),
         ("samples", "multiplier", "pieces", [[["0", "1"]], [["-1", "0"]]]),
+        (
+            "samples",
+            "multiplier",
+            "pieces",
+            [[["-1/100", "1"]], [["1", "0"]]],
+        ),  # F > 0, but x < 0 is for continuous time
         ("samples", "system", "B", [["-1"]]),
         ("samples", *ONE, "sector", ["-7/2", "7/2"]),  # unstable from a phase of 1.8680 samples on
         ("crossing", *ONE, "operator", "any"),
