@@ -305,8 +305,7 @@ def candidates(r: Ratio, low: End, high: End) -> list[Candidate]:
             assert value is not None, "poles inside are refused"
             found.append(Candidate(value=value, place=root, inside=True))
         else:
-            near = _at_root(r, slope.top, root)
-            found.append(Candidate(value=near, place=_ends_of(root), inside=True))
+            found.append(Candidate(value=_at_root(r, slope.top, root), place=_ends_of(root), inside=True))
     return found
 
 

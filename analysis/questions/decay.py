@@ -29,6 +29,7 @@ from lure.analysis.theorems.weighted import WeightedCircle, WeightedKernels, Wei
 from lure.analysis.theorems.zames_falb_discrete import NAME as ZAMES_FALB
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import counterexample as counterexample_in_words
+from lure.analysis.wording import proviso
 from lure.arrays import Reals, np
 from lure.classes import Diagonal
 from lure.errors import InputError
@@ -110,6 +111,12 @@ class RateBound(TwoSided):
         return "" if self.refutation is None else _member(self.refutation)
 
     @property
+    @derived()
+    def assumed(self) -> str:
+        """What the proof assumes of the nonlinearities beyond their class; empty if nothing."""
+        return "" if self.proof is None else proviso(self.proof)
+
+    @property
     def _sides(self) -> tuple[Checked | None, Checked | None]:
         return (self.refutation, self.proof) if self.time == "discrete" else (self.proof, self.refutation)
 
@@ -129,7 +136,8 @@ class RateBound(TwoSided):
             because = f": {self.reason}" if self.reason else ""
             said = "Every" if self.verdict is Verdict.PROVED else f"No decay is proved{because}; every"
             like = self._like(_rate_of(self.proof), proved=True)
-            said += f" solution satisfies |x(t)| <= c |x(0)| {like} with one c for {self.nonlinearity_class}"
+            whole = ", ".join(filter(None, (self.nonlinearity_class, self.assumed)))
+            said += f" solution satisfies |x(t)| <= c |x(0)| {like} with one c for {whole}"
             said += f" ({self.criterion}, certified)"
         if self.refutation is not None:
             said += f"; {self.witness} a solution {self._slow(self.refutation)}"

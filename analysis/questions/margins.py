@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import partial
 from itertools import islice
@@ -13,6 +14,7 @@ from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.drawing import drawn
+from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions import channel_families, families
 from lure.analysis.questions.channel_kinds import has_channels
@@ -25,7 +27,7 @@ from lure.analysis.questions.problem import Problem, class_given, loop_given, po
 from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.theorems.table import BEST, Theorem, Upper, theorems_for
 from lure.analysis.verdict import Evidence, Verdict
-from lure.analysis.wording import class_words, interval
+from lure.analysis.wording import class_words, interval, proviso
 from lure.errors import InputError
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.family import Box, PlantFamily
@@ -67,7 +69,8 @@ class Margin(Record):
         for box, verb in ((self.proved, "may be in"), (self.refuted, "not in")):
             if box is not None:
                 ranges = ", ".join(_range(family, j, box, inwards=box is self.proved, named=len(own) > 1) for j in own)
-                said.append(f"{verb} {ranges} ({_percent(family, own[0], box)})")
+                wider = _percent(family, own[0], box, inwards=box is self.proved)
+                said.append(f"{verb} {ranges} ({wider})")
         if self.refuted is None and self.proved is not None:
             said.append("and nothing farther was refuted")
         return f"{who}: {', '.join(said) or 'nothing is shown'}"
@@ -79,11 +82,13 @@ def _range(family: PlantFamily | ChannelFamily, j: int, box: Box, *, inwards: bo
     return f"{family.names[j]} in {words}" if named else words
 
 
-def _percent(family: PlantFamily | ChannelFamily, j: int, box: Box) -> str:
-    """How much wider than given."""
+def _percent(family: PlantFamily | ChannelFamily, j: int, box: Box, *, inwards: bool) -> str:
+    """How much wider than given, to three digits, rounded to what is narrower where it is proved, else to the wider."""
     (low, high), (left, right) = family.box[j], box[j]
-    more = float((right - left) / (high - low) - 1) * 100
-    return f"{abs(more):.3g} % {'wider' if more >= 0 else 'narrower'}" if more else "as given"
+    more = ((right - left) / (high - low) - 1) * 100
+    rounded = Context(prec=3, rounding=ROUND_FLOOR if inwards else ROUND_CEILING)
+    size = float(rounded.divide(Decimal(more.numerator), Decimal(more.denominator)))
+    return f"{abs(size):g} % {'wider' if more >= 0 else 'narrower'}" if more else "as given"
 
 
 class Tolerances(TwoSided):
@@ -114,6 +119,12 @@ class Tolerances(TwoSided):
 
     @property
     @derived()
+    def assumed(self) -> str:
+        """What the proofs assume of the nonlinearities beyond their class; empty if nothing."""
+        return next((proviso(one.proof) for one in self.margins if one.proof is not None), "")
+
+    @property
+    @derived()
     def evidence(self) -> Evidence | None:
         """What the margins rest on; None where there is none."""
         shown = any(one.proof is not None or one.refutation is not None for one in self.margins)
@@ -121,7 +132,8 @@ class Tolerances(TwoSided):
 
     def __str__(self) -> str:
         head = {Verdict.PROVED: "Proved", Verdict.REFUTED: "Refuted"}.get(self.verdict, "Undecided")
-        said = f"{head} for {self.nonlinearity_class} and every {self.family.ranges}"
+        assumed = self.assumed and f", {self.assumed},"
+        said = f"{head} for {self.nonlinearity_class}{assumed} and every {self.family.ranges}"
         said += f": {self.reason}" if self.reason else ""
         each = "; ".join(one.words(self.family) for one in self.margins)
         more = f" {UNFINISHED[self.stopped]}" if self.stopped else ""
@@ -301,7 +313,7 @@ class _Growth:
         low, high = (None if one is None else one[0] for one in (proof, against))
         return Margin(
             parameters=tuple(self.plants.names[j] for j in own),
-            width=Bracket(float(low or 0), math.inf if high is None else float(high)),
+            width=Bracket(double_below(low or Fraction(0)), math.inf if high is None else double_above(high)),
             proved=None if low is None else self.box(own, low),
             refuted=None if high is None else self.box(own, high),
             proof=None if proof is None else proof[1],

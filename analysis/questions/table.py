@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
+
+from flint import fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.drafts import Failure, guarded
 from lure.analysis.deadline import check_seconds, time_limit
@@ -14,6 +16,7 @@ from lure.analysis.drawing import drawing
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
 from lure.analysis.inequality.plant import Case, TransferPolynomials
 from lure.analysis.numerics.doubles import bound_below
+from lure.analysis.numerics.polynomial import to_descending, to_fmpq
 from lure.analysis.questions.advice import hints, row_asked
 from lure.analysis.questions.answers import answers
 from lure.analysis.questions.channel_kinds import channel_hints, channel_kinds, has_channels
@@ -33,6 +36,7 @@ from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
 from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.family import PlantFamily
+from lure.plants.matrices import MAX_EXACT_STATES
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
@@ -161,9 +165,9 @@ class LoopAnalysis(Record):
     r"""What was found about ``sigma = H mu``, ``mu = -phi(sigma)``."""
 
     problem: Problem = quantity("The loop: its name, plant, nonlinearity and the class asked about")
-    case: Case = quantity(
-        "Its poles: all stable; one simple one at 0 (``z = 1``), or of several channels some, besides stable ones; or "
-        "anything else"
+    case: Case | None = quantity(
+        "Its poles, of every plant: all stable; one simple one at 0 (``z = 1``), or of several channels some, besides "
+        "stable ones; or anything else, with parameters of some plants.  None where that was not decided"
     )
     gains: tuple[GainInterval, ...] | None = quantity(
         "All linear gains for which the loop is stable; None where they were not computed"
@@ -453,18 +457,31 @@ def _of_channels(problem: Problem, seconds: float | None, progress: Progress | N
     )
 
 
-def _channel_case(problem: Problem, rows: list[StabilityBound]) -> Case:
-    """By a proof with the gains 0 as a member, else by poles in floating point, of which those at the edge are out."""
+def _channel_case(problem: Problem, rows: list[StabilityBound]) -> Case | None:
+    """By a proof with the gains 0 as a member, else by an exact count of the poles, where there are few."""
     zero = not any(problem.classes.lower) and not problem.classes.rectified
     proved = [row for row in rows if zero and row.verdict is Verdict.PROVED]
     if proved:
         return "critical" if any(row.critical for row in proved) else "stable"
-    for one in _rational_parts(problem):
-        poles = np.linalg.eigvals(one.doubles()[0])
-        size = poles.real if problem.plant.dt is None else np.abs(poles) - 1
-        if not (size < -1e-12 * np.abs(poles).max()).all():
-            return "unstable"
-    return "stable"
+    if isinstance(problem.plant, DelayMatrix) and problem.plant.inner:
+        return None
+    return _together([_poles(one) for one in _rational_parts(problem)])
+
+
+def _poles(plant: StateSpace | MultivariablePlant) -> Case | None:
+    """The case of a plant, exactly; of many states only poles that are far outside are seen, in floating point."""
+    A = plant.A.tolist() if isinstance(plant, StateSpace) else plant.A
+    if plant.order <= MAX_EXACT_STATES:
+        d = fmpq_mat([[to_fmpq(v) for v in row] for row in A]).charpoly() if plant.order else fmpq_poly([1])
+        return TransferPolynomials.of(RationalPlant([1], to_descending(d), plant.dt)).case
+    poles = np.linalg.eigvals(np.array(A, dtype=float))
+    outside = poles.real if plant.dt is None else np.abs(poles) - 1
+    return "unstable" if (outside > 1e-6 * np.abs(poles).max()).any() else None
+
+
+def _together(cases: Sequence[Case | None]) -> Case | None:
+    """The case of one plant, or of several out of a box, of which unstable ones alone decide."""
+    return cases[0] if len(cases) == 1 else "unstable" if "unstable" in cases else None
 
 
 def _rational_parts(problem: Problem) -> list[MultivariablePlant]:
@@ -486,20 +503,18 @@ def _gains(block: Plant) -> tuple[GainInterval, ...] | None:
     return None if isinstance(found, Failure) else found
 
 
-def _case(block: Plant, rows: list[StabilityBound]) -> Case:
-    if isinstance(block, PlantFamily):  # of every plant
-        shown_rows = [row for row in rows if row.verdict is Verdict.PROVED and row.lower == 0]
-        return ("critical" if shown_rows[0].critical else "stable") if shown_rows else "unstable"
-    if isinstance(block, StateSpace):
-        shown = any(row.verdict is Verdict.PROVED and row.lower == 0 for row in rows)
-        poles = np.linalg.eigvals(block.A)
-        inside = poles.real < 0 if block.dt is None else np.abs(poles) < 1
-        return "stable" if shown or inside.all() else "unstable"
-    assert isinstance(block, RationalPlant | DelayPlant)
-    if isinstance(block, DelayPlant) and block.feedback:
-        return "stable" if any(row.verdict is Verdict.PROVED and row.lower == 0 for row in rows) else "unstable"
-    rational = block if isinstance(block, RationalPlant) else RationalPlant([1], block.denominator)
-    return TransferPolynomials.of(rational).case
+def _case(block: Plant, rows: list[StabilityBound]) -> Case | None:
+    """By an exact count of the poles, or by a proof with ``phi = 0`` as a member; None where neither decides."""
+    if isinstance(block, RationalPlant | DelayPlant) and not getattr(block, "feedback", ()):
+        rational = block if isinstance(block, RationalPlant) else RationalPlant([1], block.denominator)
+        return TransferPolynomials.of(rational).case
+    for row in rows:
+        if row.verdict is Verdict.PROVED and row.lower <= 0 <= row.largest.low:
+            return "critical" if row.critical and row.lower == 0 else "stable"
+    if isinstance(block, PlantFamily):
+        points = (block.middle, *block.corners)
+        return _together([TransferPolynomials.of(block.undelayed(point)).case for point in points])
+    return _poles(block) if isinstance(block, StateSpace) else None
 
 
 def _start(bounds: Sector | SlopeBounds) -> Fraction:

@@ -32,11 +32,14 @@ from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.systems import class_entry, nonlinearity_class_of
 from lure.analysis.questions import advice, analyse, answers, max_sector, max_slope, search, table
 from lure.analysis.questions.certify import ProofOptions, certify
+from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.table import class_dict, table_row
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.files.builtin import builtin_loop
+from lure.plants.delay_matrix import DelayMatrix
+from lure.plants.family import PlantFamily
 
 THIRD = RationalPlant([1], [1, 3, 2, 0])
 ODD = NonlinearityClass.slope_restricted(0, 1, odd=True)
@@ -234,6 +237,38 @@ def test_any_row_may_decide_and_without_a_class_the_best_does():
     lag, varying = max_sector("1/(s + 1)"), max_sector("1/(s + 1)", time_varying=True)  # both for every finite k
     for rows, best in (((third, never), third), ((lag, varying), lag)):
         assert table._farthest(list(rows)) is table._farthest(list(rows[::-1])) is best
+
+
+def row_of(lower, k=1.0, *, critical=False):
+    return SimpleNamespace(
+        verdict=Verdict.PROVED, lower=Fraction(lower), largest=Bracket(k, k), critical=critical, class_name=""
+    )
+
+
+def test_of_poles_nothing_is_said_that_was_neither_counted_nor_proved():
+    stable, some = (PlantFamily.of_coefficients([1], [1, "a"], {"a": (low, 2)}) for low in (1, -1))
+    assert (table._case(stable, []), table._case(some, [])) == (None, "unstable")
+    assert table._case(stable, [row_of("-1/2")]) == "stable"  # of every plant: phi = 0 is a member
+    assert table._case(stable, [row_of("1/2")]) is None
+    assert table._case(some, [row_of("3/2")]) == "unstable"
+    late = as_plant("1/(s + 1 + 2*exp(-s))")  # a class that begins at 1 says nothing of its poles
+    assert (table._case(late, [row_of(1)]), table._case(late, [row_of(0, critical=True)])) == (None, "critical")
+    wide = [
+        StateSpace(np.diag(np.r_[last, -np.arange(1.0, 62.0)]), np.ones(62), np.ones(62)) for last in (-1.0, 0.0, 1.0)
+    ]
+    assert [table._case(one, []) for one in wide] == [None, None, "unstable"]  # too many to be counted
+    assert [table._case(one, [row_of(0, critical=True)]) for one in wide[:2]] == ["critical"] * 2
+
+
+@pytest.mark.parametrize(
+    ("A", "said"), [([[-1, 5], [0, -2]], "stable"), ([[0, 5], [0, -2]], "critical"), ([[0, 1], [-1, 0]], "unstable")]
+)
+def test_the_poles_of_several_channels_are_counted_exactly(A, said):
+    asked = channel_problem((A, np.eye(2), np.eye(2), np.zeros((2, 2))), [sector(1, 2)] * 2)
+    assert table._channel_case(asked, []) == said
+    nothing, delayed = ((Fraction(0),) * 2,) * 2, ((Fraction(1, 9), Fraction(0)), (Fraction(0),) * 2)
+    inner = DelayMatrix(base=asked.plant, late=((Fraction(1), nothing),), inner=(delayed,))
+    assert table._channel_case(replace(asked, plant=inner), []) is None
 
 
 def decided(problem, rows):

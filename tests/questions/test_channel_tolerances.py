@@ -1,8 +1,10 @@
 """Gains and several channels for every plant of a box: exact families, refutations by one plant, files."""
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 from math import inf
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -98,6 +100,10 @@ def test_the_intervals_of_several_channels_grow_up_to_the_plant_that_is_unstable
     assert 2.97 < margin.width.low < 3 <= margin.width.high < 3.03
     assert all(recheck(dict(one.certificate)).accepted for one in (margin.proof, margin.refutation))
     assert "a: may be in [1.0" in str(found)
+    assert found.assumed == ""
+    beside = replace(margin, proof=SimpleNamespace(assumed="y has one sigma"))  # as beside a direct term
+    told = str(replace(found, margins=(beside,)))
+    assert "phi_2, time-invariant, in the sector [0, 1], for which y has one sigma, and every a in [2, 3]" in told
     with pytest.raises(InputError, match="those of a plant with parameters"):
         tolerances(([[-1]], [[1]], [[1]], 0), [Sector(0, 1)])
     with pytest.raises(InputError, match="no class of nonlinearities"):

@@ -229,6 +229,19 @@ def test_what_has_no_rate_is_refused_in_a_sentence(plant, given, said):
         decay_rate(plant, given)
 
 
+def test_what_is_assumed_beside_a_direct_term_is_part_of_the_sentence():
+    # D = 1/2: phi in the sector [0, 1] may fall steeper than -2, and then y = sigma + phi(sigma)/2 has several sigma
+    plant = RationalPlant([Fraction(1, 2), 1, Fraction(3, 2)], [1, 2, 1])
+    found, told = decay_rate(plant, Sector(0, 1)), "for which sigma + D phi(sigma) = y, D = 1/2, has exactly one"
+    assert found.proof.assumed in found.assumed
+    assert found.assumed.startswith(told)
+    assert f"in the sector [0, 1], {told} solution sigma for every y (circle, certified)" in str(found)
+    assert found.to_dict()["assumed"] == found.assumed
+    steep = decay_rate(plant, SlopeBounds(0, 1))
+    assert steep.assumed == ""
+    assert "with slope in [0, 1] (circle" in str(steep)
+
+
 def test_members_without_a_solution_do_not_end_the_search():
     found = decay_rate(as_plant([["-1", "0"], ["0", "1/(s+2)"]]), [Sector(0, 1)] * 2)  # 1 - g1 = 0 for one of them
     assert found.verdict.name == "INCONCLUSIVE"

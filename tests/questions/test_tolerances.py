@@ -181,6 +181,21 @@ def test_a_margin_ends_where_a_plant_refutes():
     assert "wider" in str(found)
 
 
+def test_shares_of_a_margin_are_rounded_to_the_safe_side():
+    # widths of 2.9889 and 3.0039 about [1, 2]: 198.89 and 200.39 % wider; of 0.99991 and 0.99999: narrower by a trace
+    family = PlantFamily.of_coefficients([1], [1, "a"], {"a": (1, 2)})
+    for proved, refuted, said in (
+        ("2.9889", "3.0039", ("198 % wider", "201 % wider")),
+        ("0.99991", "0.99999", ("0.009 % narrower", "0.001 % narrower")),
+        ("1", "1.23456", ("as given", "23.5 % wider")),
+        ("0.500001", "0.500004", ("50 % narrower", "49.9 % narrower")),
+    ):
+        boxes = [((Fraction(3, 2) - w / 2, Fraction(3, 2) + w / 2),) for w in map(Fraction, (proved, refuted))]
+        width = margins.Bracket(float(proved), float(refuted))
+        words = margins.Margin(parameters=("a",), width=width, proved=boxes[0], refuted=boxes[1]).words(family)
+        assert re.findall(r"\(([^)]*)\)", words) == list(said)
+
+
 def test_a_box_too_wide_is_made_narrower_until_it_is_proved():
     found = tolerances(PlantFamily.of_coefficients([1], [1, "a"], {"a": (0, 3)}), Sector(Fraction(-1, 2), 1))
     (margin,) = found.margins

@@ -50,6 +50,10 @@ FILES = {
     "discrete nonlinearity": '[plant]\ntransfer="1/(z-0.5)"\ndt=1\n[nonlinearity]\nkind="relu"\ngain=1\n',
     "not Lipschitz": '[plant]\nnum=[1]\nden=[1,2,1]\n[nonlinearity]\nkind="quantiser"\nstep=1\n',
     "time-varying": "[plant]\nnum=[1]\nden=[1,1,1]\n[class]\nsector=[0,10]\ntime_varying=true\n",
+    "parameters": (
+        '[plant]\ntransfer="1/(s+a)"\n[plant.parameters]\na=[1,2]\n[class]\nsector=[-0.5,1]\n'
+        '[report]\nask=["tolerances"]\n'
+    ),
     "hostile": f"name='''{HOSTILE}'''\n[plant]\nnum=[1]\nden=[1,1]\n[nonlinearity]\nkind=\"relu\"\ngain=1\n",
 }
 BUILT_IN = ("unstable-lag", "double-zero", "contact", "positive-real", "lurie-hidden-zero")
@@ -121,6 +125,10 @@ def test_the_cases_differ(documents):
     assert verdicts["unstable-lag"] == verdicts["time-varying"] == verdicts["double-zero"] == "REFUTED"
     assert verdicts["not Lipschitz"] == "INCONCLUSIVE"
     assert {data["system"]["case"] for data in documents.values()} == {"stable", "critical", "unstable"}
+    # with gains from -1/2 on: no class begins at 0, and yet phi = 0 is a member, so that all plants are stable
+    assert documents["parameters"]["system"]["case"] == "stable"
+    assert documents["parameters"]["system"]["block"]["parameters"] == {"a": ["1", "2"]}
+    assert documents["parameters"]["asked"]["tolerances"]["margins"][0]["parameters"] == ["a"]
     assert documents["dead time"]["gains"] is None
     assert documents["lurie-hidden-zero"]["gains"] == []
     assert documents["discrete"]["system"]["block"]["dt"] == "1/10"
