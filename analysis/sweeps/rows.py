@@ -182,6 +182,10 @@ def _largest(question: Literal["sector", "slope"]) -> Ask:
             bound = ask(system.block, system.classes, seconds=seconds)
         else:
             given = system.nonlinearity_class
+            if question == "slope" and given is not None and given.time_varying:
+                raise InputError(
+                    "the class depends on time, and slopes are asked of nonlinearities that do not; ask for the sector"
+                )
             low = given.sector.lower if given is not None and given.sector.lower > -math.inf else 0
             more: dict[str, Any] = {} if given is None else _said(question, given)
             if plain:

@@ -64,6 +64,8 @@ def test_a_sweep_of_sectors_agrees_with_routh_and_a_point_that_fails_is_a_row(lo
     page = page_of(folder / "loops.zarr")
     assert "3 PROVED" in page
     assert "failed: plant.den" in page
+    assert "all converge to equilibria" in page
+    assert "a rod without load" not in page
     again = sweep(study_of(study, folder=folder), folder / "loops.zarr")
     assert again.computed_now == 0
 
@@ -93,6 +95,14 @@ def test_a_row_is_that_of_the_plain_question(loops, question, num, den):
     quick, plain = (answered(source, place, question, plain=each) for each in (False, True))
     assert words(quick.row) == words(plain.row)
     assert quick.certificates == plain.certificates
+
+
+def test_slopes_of_a_class_that_depends_on_time_are_not_asked(loops):
+    study, folder = loops
+    source = study_of({**study, "over": {"plant.num": [[1]]}}, folder=folder).source
+    place = ["plant.num=[1]", "plant.den=[1, 2, 2, 1]", "class.sector=[0, 1]", "class.time_varying=true"]
+    assert "nonlinearities that do not" in answered(source, place, "slope", plain=False).row["error"]
+    assert answered(source, place, "sector", plain=False).row["verdict"] == "PROVED"
 
 
 @pytest.mark.parametrize(
@@ -351,4 +361,6 @@ def test_the_command_prints_counts_and_writes_a_page(tmp_path, lure, monkeypatch
     assert {found[name] for name in ("points", "done", "computed_now")} == {2}
     assert (found["proved"], found["inconclusive"], found["failed"]) == (1, 1, 0)
     assert lure("sweep", "study.zarr", "--report")[0] == 0
-    assert "lure report paper-rod --set rod.damping=0.0" in (tmp_path / "study.html").read_text()
+    page = (tmp_path / "study.html").read_text()
+    assert "lure report paper-rod --set rod.damping=0.0" in page
+    assert "PROVED is about a rod without load: every motion of finite energy comes to rest." in page
