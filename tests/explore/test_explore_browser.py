@@ -294,6 +294,17 @@ def test_the_menu_of_classes_names_nonlinearities(page):
     assert page.get_attribute("#class", "aria-describedby").startswith("class-about")
 
 
+def test_every_field_and_every_drawing_has_a_name_for_a_screen_reader(page):
+    told(page, "#num=1&den=1,3,2,0&k=7")
+    nameless = page.evaluate(
+        """() => [...document.querySelectorAll("input, select, button, svg[role=img]")].filter((one) => {
+        const by = document.getElementById(one.getAttribute("aria-labelledby"));
+        return !(one.getAttribute("aria-label") || by?.textContent || one.labels?.[0]?.textContent || one.textContent.trim());
+        }).map((one) => one.id)"""
+    )
+    assert nameless == []
+
+
 def test_keys_are_enough(page):
     told(page, "#num=1&den=1,3,2,0&k=5")
     page.focus("#k-slider")

@@ -66,7 +66,7 @@ export function open(asking) {
       spectrum.show(around(all.map(([x]) => x), all.map(([, y]) => y), [0]));
       const at = ([x, y]) => `translate(${spectrum.x(x)} ${spectrum.y(y)})`;
       spectrum.front.replaceChildren(...exact.map((one) => element("circle", { class: "worst", r: 5, transform: at(one) })),
-        ...scheme.map((one) => element("path", { class: "wave", d: "M-4 -4L4 4M-4 4L4 -4", transform: at(one) })));
+        ...scheme.map((one) => element("path", { class: "cross", d: "M-4 -4L4 4M-4 4L4 -4", transform: at(one) })));
     }
     const [own, other] = [curve(rod, false), curve(rod, true)];
     const near = [...own, ...other].sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(0, 5400);
