@@ -252,7 +252,7 @@ def _by_moving(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
     loop, ends = Loop(H.doubles(), own), [(asked.classes.lower[i], asked.classes.upper[i]) for i in functions]
     count, step_of, rest = _SAMPLES, Fraction(0), dict[str, Any]()
     if H.dt is None:
-        cut = Cut.of(loop, np.array([[float(v) for v in pair] for pair in ends]), most=_LONG)
+        cut = Cut.of(loop, _doubles(ends), most=_LONG)
         if cut is None:
             return None
         count, step_of = cut.steps, cut.step
@@ -403,8 +403,7 @@ def _largest_delayed(asked: Problem, most: float) -> tuple[Fraction, Refuted] | 
         return None
     ends = [(float(classes.lower[block[0]]), float(classes.upper[block[0]])) for block in blocks]
     bounds = [Fraction(classes.classes[block[0]].sector.upper) for block in delays]
-    longest = np.array([float(bound) for bound in bounds])
-    given = own, blocks, delays, np.array(ends).reshape(-1, 2), longest
+    given = own, blocks, delays, np.array(ends).reshape(-1, 2), np.array([float(bound) for bound in bounds])
     found = (
         DelayedMembers(plant.base.doubles(), *given, plant.transfer, [float(delay) for delay, _ in plant.late])
         if isinstance(plant, DelayMatrix)
@@ -418,12 +417,8 @@ def _largest_delayed(asked: Problem, most: float) -> tuple[Fraction, Refuted] | 
             gains[i] = min(max(Fraction(gain), classes.lower[i]), classes.upper[i])
     taus = {i: min(Fraction(tau), h) for block, tau, h in zip(delays, found.delays, bounds, strict=True) for i in block}
     units = [[str(Fraction(round(part * 2**40), 2**40)) for part in (v.real, v.imag)] for v in found.direction]
-    proof: dict[str, Any] = {
-        "method": "delayed-members",
-        "gains": texts(gains),
-        "delays": texts(taus[i] for i in sorted(taus)),
-    }
-    proof |= {"omega": str(Fraction(found.omega)), "input": units}
+    proof: dict[str, Any] = {"method": "delayed-members", "gains": texts(gains), "omega": str(Fraction(found.omega))}
+    proof |= {"delays": texts(taus[i] for i in sorted(taus)), "input": units}
     steps = (*_STEPS, *_FAR)  # near a pole on the axis the gain is known roughly
     return _exceeding(asked, found.gain, proof, most, steps)
 

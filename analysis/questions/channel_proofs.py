@@ -593,7 +593,7 @@ def _between(
     """What is proved where floating point said too much: halving from what is proved to what is not."""
     while above > known[0] * (1 + Fraction(_LOST)):
         checkpoint()
-        alpha = Fraction(double_below(math.sqrt(known[0] * above)))
+        alpha = Fraction(math.sqrt(known[0] * above))
         shown = proof(alpha)
         known, above = (known, alpha) if shown is None else ((alpha, shown), above)
     return known
