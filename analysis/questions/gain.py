@@ -323,11 +323,6 @@ def gain_problem(
     if not beside and (found.Bw or found.Cz) and _without_states(plant):
         raise InputError("performance.Bw and Cz are about states, and the plant is given without; give A, B, C and D")
     whole, size = found.beside(H), max(found.inputs, found.outputs)
-    late, m = late_plant(plant) if beside or source is not plant else None, len(own.classes)
-    if isinstance(whole, DelayMatrix) and late is not None and (beside or late.outputs > m):  # z sees what is late
-        seen = [(delay, (*rows, *rows) if beside else rows) for delay, rows in late.late]
-        less = ((Fraction(0),) * whole.order,) * (whole.outputs - len(seen[0][1]))
-        whole = replace(whole, late=tuple((delay, (*rows, *less)) for delay, rows in seen))
     alone = whole.central if isinstance(whole, ChannelFamily) else whole
     channel = NonlinearityClass.performance(_unit(alone, asked.classes, size))
     sizes = (*(len(block) for block in asked.classes.blocks), size)
@@ -387,7 +382,7 @@ def _without_states(plant: object) -> bool:
 
 
 def _at_the_input(plant: object) -> Performance:
-    """``w`` added to ``mu`` where it enters the plant, and ``z = sigma``; what comes late is added by gain_problem."""
+    """``w`` added to ``mu`` where it enters the plant, and ``z = sigma``."""
     late = late_plant(plant)
     H = channel_plants(plant) if late is None else late.base
     if isinstance(H, ChannelFamily):
@@ -395,16 +390,19 @@ def _at_the_input(plant: object) -> Performance:
             "the L2 gain is asked of w and z, which are not given beside parameters; give [performance] with Bw and Cz"
         )
     sides = {"Dzw": H.D, "Dzmu": H.D, "Dsigmaw": H.D} | ({"Bw": H.B, "Cz": H.C} if H.order else {})
-    return Performance.given(sides)
+    found = Performance.given(sides)
+    return found if late is None else replace(found, late=late.late)
 
 
 def _last_channels(plant: object, m: int) -> tuple[object, Performance | None]:
     """The plant of the first channels, and what its last inputs and outputs are as a performance."""
     late = late_plant(plant)
-    if late is not None and late.inputs > m < late.outputs:  # what z sees late is put back by gain_problem
-        own, stated = _last_channels(late.base, m)
-        assert isinstance(own, MultivariablePlant), "as the base is"
-        return replace(late, base=own, late=tuple((delay, rows[:m]) for delay, rows in late.late)), stated
+    if late is not None and late.inputs > m < late.outputs:
+        base, stated = _last_channels(late.base, m)
+        assert isinstance(base, MultivariablePlant), "as that of the plant is"
+        assert stated is not None, "there are more channels than m"
+        own, seen = (tuple((delay, rows[side]) for delay, rows in late.late) for side in (slice(m), slice(m, None)))
+        return replace(late, base=base, late=own), replace(stated, late=seen)
     H = plant if late is not None else channel_plants(plant)
     if not isinstance(H, MultivariablePlant) or H.inputs <= m or H.outputs <= m:
         return plant, None

@@ -49,6 +49,9 @@ class Performance(Record):
     Dzw: Rows = quantity("(q, p) from ``w`` to ``z``", default=())
     Dzmu: Rows = quantity("(q, m) from ``mu`` to ``z``", default=())
     Dsigmaw: Rows = quantity("(m, p) from ``w`` to ``sigma``", default=())
+    late: tuple[tuple[Fraction, Rows], ...] = quantity(
+        "pairs of a dead time [s] and how ``z`` sees the state of that time, (q, n)", label="", default=()
+    )
     parameters: Bounded = quantity("bounds of the parameters that occur in these alone", label="", default=())
     _kind, _said = "performance", "text"
 
@@ -126,8 +129,7 @@ class Performance(Record):
         Parameters
         ----------
         H : MultivariablePlant, ChannelFamily or DelayMatrix
-            The plant, or those with parameters: the matrices are the same for all of them, but for formulas.  What
-            ``z`` sees arrives without dead time.
+            The plant, or those with parameters: the matrices are the same for all of them, but for formulas.
 
         Returns
         -------
@@ -153,7 +155,8 @@ class Performance(Record):
             base = self.beside(H.base)
             if not isinstance(base, MultivariablePlant):
                 raise InputError("performance has parameters, and the plant has dead time; give numbers")
-            late = tuple((delay, (*rows, *_filled((), size, n))) for delay, rows in H.late)
+            seen = dict(self.late)
+            late = tuple((delay, (*rows, *_filled(seen.get(delay, ()), size, n))) for delay, rows in H.late)
             return replace(H, base=base, late=late)
 
         into, seen = _filled(self.Bw, n, size), _filled(self.Cz, size, n)
@@ -198,7 +201,7 @@ class Performance(Record):
         return ", ".join(said)
 
 
-_NAMES, _OWN = tuple(part.name for part in fields(Performance))[:-1], "parameters"
+_NAMES, _OWN = tuple(part.name for part in fields(Performance))[:-2], "parameters"
 
 
 def _time(H: MultivariablePlant | ChannelFamily) -> Fraction | bool | None:

@@ -249,6 +249,8 @@ def test_the_gain_of_a_plant_with_dead_time_is_met_from_both_sides():
     assert recheck(found.proof.certificate).accepted
     assert recheck(found.refutation.certificate).accepted
     assert "with phi = -0.5" in str(found)
+    assert found.performance.late == ((1, ((1,),)),)  # z sees the state of one second ago alone
+    assert found.performance.Cz == ((0,),)
 
 
 def test_near_a_gain_that_destabilises_the_gain_of_members_is_large():
