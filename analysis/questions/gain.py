@@ -401,8 +401,8 @@ def _last_channels(plant: object, m: int) -> tuple[object, Performance | None]:
         base, stated = _last_channels(late.base, m)
         assert isinstance(base, MultivariablePlant), "as that of the plant is"
         assert stated is not None, "there are more channels than m"
-        own, seen = (tuple((delay, rows[side]) for delay, rows in late.late) for side in (slice(m), slice(m, None)))
-        return replace(late, base=base, late=own), replace(stated, late=seen)
+        first, last = (tuple((delay, rows[side]) for delay, rows in late.late) for side in (slice(m), slice(m, None)))
+        return replace(late, base=base, late=first), replace(stated, late=last)
     H = plant if late is not None else channel_plants(plant)
     if not isinstance(H, MultivariablePlant) or H.inputs <= m or H.outputs <= m:
         return plant, None

@@ -94,7 +94,7 @@ class Performance(Record):
                     raise InputError(f"performance.{_OWN}.{name} is {ends!r:.40}; give two bounds: it is constant")
                 ranges.append((name, *interval(name, ends)))
         sides = {str(name): _matrix(str(name), value, known) for name, value in stated.items() if name != _OWN}
-        found = cls(**sides, parameters=tuple(ranges))
+        found = cls(**sides, late=(), parameters=tuple(ranges))
         unused = next((name for name in bounds if name not in names_in([*stated.values()])), None)
         if unused is not None:
             raise InputError(f"performance.{_OWN}.{unused} does not occur in the matrices; leave it out, or use it")
@@ -155,8 +155,8 @@ class Performance(Record):
             base = self.beside(H.base)
             if not isinstance(base, MultivariablePlant):
                 raise InputError("performance has parameters, and the plant has dead time; give numbers")
-            seen = dict(self.late)
-            late = tuple((delay, (*rows, *_filled(seen.get(delay, ()), size, n))) for delay, rows in H.late)
+            known = dict(self.late)
+            late = tuple((delay, (*rows, *_filled(known.get(delay, ()), size, n))) for delay, rows in H.late)
             return replace(H, base=base, late=late)
 
         into, seen = _filled(self.Bw, n, size), _filled(self.Cz, size, n)
