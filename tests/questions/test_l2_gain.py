@@ -523,3 +523,31 @@ def test_of_a_plant_alone_it_is_the_gain_from_its_input_to_its_output(plant):
     found = l2_gain(as_plant(plant), [Sector(-0.5, 0.5)])
     assert 0.6666 < found.gain.low < 2 / 3 < found.gain.high < 0.6667
     assert str(found).startswith("The L2 gain from w, added to mu, to z = sigma is at most 0.66")
+
+
+# iqc_slope_odd_test, iqc_polytope_test and iqc_monotonic_test1 of IQCbeta: its bounds are 28.99 and 234.28; in the last
+# the gain 1 has |H/(1 + H)| = .51746, which its test takes for the truth; v = H (w - phi) in the first and the last
+LAGS = "400*(s^2 - 0.5*s + 1)/((s + 10)*(s + 20)*(s + 30))"
+SWING, LAG_72 = "0.15/(s^2 + 0.3*s + 1)", "0.72/(s + 1)"
+TURN = "0.645435*(1 - s)/(s^2 + 2*s + 5)"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rows", "classes", "published", "low", "high"),
+    [
+        ([[LAGS, LAGS]] * 2, [NonlinearityClass.slope_restricted(0, 1, odd=True)], 28.99, 7.46185, 7.46187),
+        (
+            [[f"-{SWING}", LAG_72, SWING, f"-{LAG_72}"]] * 3,
+            [NonlinearityClass(sector=Sector(-1, 1), time_varying=True)] * 2,
+            234.28,
+            5.65,
+            234,
+        ),
+        ([[TURN, TURN], ["-1", "0"]], [NonlinearityClass.slope_restricted(0, 1)], 0.5175, 0.5174, 0.5175),
+    ],
+)
+def test_gains_of_another_tool_are_reached(rows, classes, published, low, high):
+    found = l2_gain(as_plant(rows), classes)
+    assert low < found.gain.low <= found.gain.high < high
+    assert found.gain.high < published
