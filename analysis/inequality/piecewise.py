@@ -26,7 +26,7 @@ from lure.analysis.numerics.semidefinite import hermitian_programme, hermitian_r
 from lure.arrays import NDArray, np
 
 _GRID, _BESIDE, _INSIDE, _BETWEEN, _CUTS, _ZOOMS, _DIPS, _DOUBLINGS, _FEW = 60, 30.0, 5, 8, 6, 4, 4, 12, 3
-_MOST_PIECES = 1000
+_MOST_PIECES, _LONG = 1000, 1000
 _LARGEST, _LEAST, _MARGIN, _CLOSE = 1e3, 1e-9, 1e-7, 1e-4
 _EASY, _STEP, _FINE = 1e-5, 3e-4, 400
 _AT_REST, _NEAR = 1e-12, 1e-3  # relative: poles at 0, and the first frequency then
@@ -324,7 +324,7 @@ class Piecewise:
             self.channels = widths(factor)
             found = self.constants()
             made = self._pieces(found[1], None) if found is not None else 0.0
-            if not isinstance(made, float):
+            if not isinstance(made, float) or made == math.inf:
                 break
             self.points = np.union1d(self.points, [made])
         return factor
@@ -381,6 +381,8 @@ class Piecewise:
                         weights[i] = Fraction(f"{max(value, 0.0):.{_DIGITS}g}")
             self.slowly = slow
             made = self._pieces(numbers, exactly(weights, theta))
+            if made == math.inf:
+                return None
             if isinstance(made, float):
                 self.points = np.union1d(self.points, [made])
                 continue
@@ -392,9 +394,14 @@ class Piecewise:
     def _pieces(
         self, numbers: NDArray[np.float64], axis: Axis | None
     ) -> tuple[list[Fraction], list[list[list[str] | None]]] | float:
-        """Ends and functions of pieces that all pass; or a frequency where none did."""
+        """Ends and functions of pieces that all pass; or a frequency where none did, infinite if there are too many."""
         far = Fraction(f"{self.points[-1 if self.late else -2]:.6g}") if not self.discrete else HALF_TURN
         ends, rows = list[Fraction](), list[list[list[str] | None]]()
+        while self.late and far * Fraction(self.late[-1][0]) > _LONG:  # a piece has few radians of a dead time
+            checkpoint()
+            if self._constant(numbers, axis, far / 2, None) is None:
+                break
+            far /= 2
         low = far / 2**6
         stack = [(low * 2**k, low * 2 ** (k + 1)) for k in reversed(range(6))] + [(Fraction(0), low)]
         doublings = _FEW if self.rates else _DOUBLINGS  # in neutral equations F does not settle
@@ -403,7 +410,7 @@ class Piecewise:
                 checkpoint()
                 a, b = stack.pop()
                 if len(ends) == _MOST_PIECES:
-                    return float(b)
+                    return math.inf
                 row = self._constant(numbers, axis, a, b)
                 if row is not None:
                     ends.append(b)

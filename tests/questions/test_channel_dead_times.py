@@ -188,7 +188,6 @@ def test_channels_of_a_larger_plant():
 @pytest.mark.parametrize(
     ("plant", "classes"),
     [
-        (as_plant([["1/s", "0"], ["0", "-exp(-s)/(s**2+4)"]]), UNIT),
         (
             as_plant([["1/s", "0"], ["0", "exp(-s)/(s+2)"]]),
             [NonlinearityClass(sector=Sector(0, 1), time_varying=True)] * 2,
@@ -199,6 +198,20 @@ def test_channels_of_a_larger_plant():
 )
 def test_what_no_theorem_covers_is_not_proved(plant, classes):
     assert certify(plant, classes).verdict.name == "INCONCLUSIVE"
+
+
+def test_an_undamped_mode_refutes_classes_from_0_on_by_the_gain_0():
+    found = certify(as_plant([["1/s", "0"], ["0", "-exp(-s)/(s**2+4)"]]), UNIT)
+    assert found.verdict.name == "REFUTED"
+    assert found.certificate["proof"]["proof"] == {"method": "late-turns", "gains": ["0"]}
+
+
+@pytest.mark.slow
+def test_a_long_dead_time_beside_a_fast_pole_needs_few_pieces():
+    # of a few radians of the dead time each, up to thirty times the pole, they would be a thousand and more
+    found = certify("exp(-8*s)/(s+1) + 1/(s+50)", NonlinearityClass.constant_gain(-0.5, 0.9))
+    assert found.verdict.name == "PROVED"
+    assert len(found.certificate["proof"]["ends"]) < 100
 
 
 @pytest.mark.parametrize(
