@@ -154,7 +154,7 @@ print(
 )
 
 # %% [markdown]
-# The red bar is for gains that jump. Here they are, a fifth above that factor and a fifth below: after the first
+# The hatched bar is for gains that jump. Here they are, a fifth above that factor and a fifth below: after the first
 # periods the state grows or decays. The drawing is in floating point; that some solution grows is certified.
 
 # %%

@@ -70,7 +70,7 @@ found = {
 }
 
 # %%
-_, ax = plt.subplots(figsize=(7.2, 4.6), layout="constrained")
+_, ax = plt.subplots(figsize=(4.8, 5.2), layout="constrained")
 k = np.array([float(kappa) for kappa in KAPPAS])
 for name, (_, color, mark) in METHODS.items():
     high = np.array([one.rate.high for one in found[name]])
@@ -97,7 +97,7 @@ ax.set_xscale("log")
 ax.set_xlabel("κ = L/m [1]")
 ax.set_ylabel("factor per iteration [1]")
 finish_axes(ax)
-ax.legend(loc="upper left", bbox_to_anchor=(1, 1), **LEGEND)
+ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, **LEGEND)
 plt.show()
 
 # %% [markdown]

@@ -23,7 +23,7 @@ window.addEventListener("load", async () => {
     }
   };
   // Columns that a program printed, lines with gaps within, keep their places; the sentences around them are wrapped.
-  const gap = /\S {3,}\S|\S {2,}\S.* {2,}\S|-{20}/;
+  const gap = /\S {3,}\S|\S {2,}\S.* {2,}\S|[-.]{20}/;
   for (const text of all(".cell_output pre")) {
     if ([...text.children].some((part) => part.textContent) || (text.textContent.match(new RegExp(gap, "g")) ?? []).length < 2) continue;
     text.replaceChildren(...text.textContent.split(/(?<=\n)/).map((line) => {
