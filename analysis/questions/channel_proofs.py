@@ -439,13 +439,19 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
     found = farthest_kernels(cone, lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
     if found is None:
         return None
+
+    def proof(alpha: Fraction) -> Proved | None:
+        """What the checker accepts of this multiplier for a factor."""
+        return _accepted(asked, name, alpha, _by_kernels(asked, cone, found, widths(alpha)))
+
+    above = Fraction(found.factor)
     for step in _STEPS_BACK:
         checkpoint()
         alpha = Fraction(double_below(Fraction(found.factor) * (1 - Fraction(step))))
-        if alpha > max(known, least):
-            shown = _accepted(asked, name, alpha, _by_kernels(asked, cone, found, widths(alpha)))
-            if shown is not None:
-                return alpha, shown
+        shown = proof(alpha) if alpha > max(known, least) else None
+        if shown is not None:
+            return _between(proof, (alpha, shown), above)
+        above = alpha
     return None
 
 

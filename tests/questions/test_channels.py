@@ -308,6 +308,17 @@ def test_gains_that_leave_an_eigenvalue_on_the_axis_refute():
     assert certify(as_plant([["1/s", "0"], ["0", "1/(s+1)"]]), [Sector(0, 1)] * 2).verdict is Verdict.PROVED
 
 
+@pytest.mark.slow
+def test_one_odd_nonlinearity_twice_of_the_same_signal():
+    # published with the IQC toolbox (D'Amato): sigma_1 = sigma_2 = (1/(s + 1) - 1/(s + 1.01)) phi = .01 phi/((s + 1)(s +
+    # 1.01)) is stable for slopes below 101; as two nonlinearities, of which one may be 0, below 1
+    plant = as_plant([["-1/(s+1)", "1/(s+1.01)"]] * 2)
+    odd = NonlinearityClass.slope_restricted(0, 1, odd=True)
+    found = max_slope(plant, Diagonal((odd, odd), repeated=True))
+    assert 96 < found.largest.low < 101 < found.refuted_at < 101.001
+    assert max_slope(plant, [odd, odd]).refuted_at < 1.001
+
+
 def test_a_rectifier_around_one_channel():
     # x+ = x/2 - k max(x, 0): below 0 it decays by itself, so that every k serves; a gain fails from 3/2 on
     plant, relu = as_plant(([1], [1, "-1/2"]), dt=1), NonlinearityClass.relu(0, 2)
