@@ -310,8 +310,8 @@ def test_gains_that_leave_an_eigenvalue_on_the_axis_refute():
 
 @pytest.mark.slow
 def test_one_odd_nonlinearity_twice_of_the_same_signal():
-    # published with the IQC toolbox (D'Amato): sigma_1 = sigma_2 = (1/(s + 1) - 1/(s + 1.01)) phi = .01 phi/((s + 1)(s +
-    # 1.01)) is stable for slopes below 101; as two nonlinearities, of which one may be 0, below 1
+    # published with the IQC toolbox (D'Amato): sigma_1 = sigma_2 = (1/(s + 1) - 1/(s + 1.01)) phi = .01 phi/((s + 1)
+    # (s + 1.01)) is stable for slopes below 101; as two nonlinearities, of which one may be 0, below 1
     plant = as_plant([["-1/(s+1)", "1/(s+1.01)"]] * 2)
     odd = NonlinearityClass.slope_restricted(0, 1, odd=True)
     found = max_slope(plant, Diagonal((odd, odd), repeated=True))
