@@ -57,6 +57,7 @@ def _loop(problem: Problem) -> dict[str, Any]:
     step = plant.dt
     data: dict[str, Any] = {"text": str(plant), "denominator": None, "numerator": None, "terms": None}
     data["dt"] = None if step is None else str(step)
+    data |= {"any_period": True} if getattr(plant, "any_period", False) else {}
     if isinstance(plant, StateSpace | MultivariablePlant):
         data["matrices"] = plant.to_dict()
     elif isinstance(plant, DelayMatrix):

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import jsonschema
 import numpy as np
 import pytest
+from markupsafe import Markup
 from sketches import sketches
 
 from lure import DelayPlant, InputError, RationalPlant
@@ -27,6 +28,7 @@ from lure.analysis.report.loop.write import (
     counterexamples,
     explanation,
     headline,
+    loop_page,
     open_questions,
     own,
 )
@@ -42,6 +44,7 @@ FILES = {
     "proved": "[plant]\nnum=[1]\nden=[1,1]\n[class]\nsector=[0,5]\n",
     "shifted": '[plant]\nnum=[12]\nden=[1,2,-3]\n[class]\nsector=["1/2",3]\n',
     "discrete": '[plant]\ntransfer="1/(z*(z-0.5))"\ndt=0.1\n[class]\nsector=[0,0.5]\nslope=[0,0.5]\n',
+    "samples": '[plant]\ntransfer="1/(z-0.5)"\n[class]\nsector=[0,0.2]\n',
     "dead time": '[plant]\ntransfer="exp(-s)/(s+1)"\n',
     "dead time and nonlinearity": (
         '[plant]\ntransfer="exp(-s)/(s+1)"\n[nonlinearity]\nkind="saturation"\ngain=1\nlimit=1\n'
@@ -129,6 +132,11 @@ def test_the_cases_differ(documents):
     assert documents["parameters"]["system"]["case"] == "stable"
     assert documents["parameters"]["system"]["block"]["parameters"] == {"a": ["1", "2"]}
     assert documents["parameters"]["asked"]["tolerances"]["margins"][0]["parameters"] == ["a"]
+    assert documents["samples"]["system"]["block"]["any_period"] is True
+    assert "any_period" not in documents["discrete"]["system"]["block"]
+    page = loop_page(documents["samples"], (), Markup(""))
+    assert "sampled: no period is stated, and 1 s stands for it" in page
+    assert "sampled every 1/10 s" in loop_page(documents["discrete"], (), Markup(""))
     assert documents["dead time"]["gains"] is None
     assert documents["lurie-hidden-zero"]["gains"] == []
     assert documents["discrete"]["system"]["block"]["dt"] == "1/10"
