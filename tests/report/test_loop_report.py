@@ -19,7 +19,7 @@ from lure import DelayPlant, InputError, RationalPlant
 from lure.analysis import nyquist_response, popov_response
 from lure.analysis.graphical.axis import OnAxis
 from lure.analysis.plots.loops import plot_largest, plot_solutions
-from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
+from lure.analysis.report.loop import LoopReport, build_loop_report, figures, write_loop_report
 from lure.analysis.report.loop.figures import loop_figures
 from lure.analysis.report.loop.model import balance_hints, inputs_sha256, nonlinearity_text
 from lure.analysis.report.loop.write import (
@@ -120,6 +120,14 @@ def test_the_json_keeps_the_published_schema(documents, name):
     CHECK.validate(json.loads(text))
     assert documents[name]["system"]["kind"] == "loop"
     assert SCHEMA["$id"] == "urn:lure:report:1"
+
+
+def test_a_curve_of_one_plant_of_many_is_said_to_be_that(reports):
+    for name, middle in (("parameters", True), ("proved", False)):
+        specs = [figures._nyquist(reports[name]), *figures._popov(reports[name]), *figures._response(reports[name])]
+        assert len(specs) >= 2
+        for spec in specs:
+            assert spec.caption.endswith(" Of the plant in the middle of the intervals alone.") is middle
 
 
 def test_the_cases_differ(documents):

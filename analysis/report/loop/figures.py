@@ -24,6 +24,7 @@ from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.verdict import Verdict, Witness
 from lure.loop import shifted_block
+from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
@@ -38,6 +39,7 @@ _MAP = (
 _PROVED = "The largest sector that {} proves: the curve stays {}."
 _NEEDED = "{} proves nothing here. For the sector [{:g}, {}] the curve would have to stay {}, and it does not."
 _SHIFTED = " Drawn for H/(1 + {0:g} H) and φ(σ) − {0:g} σ, the same loop."
+_MIDDLE = " Of the plant in the middle of the intervals alone."
 _SEEN = "Simulated with {}: observed, no proof. Each curve is divided by its largest |σ|; the whole run is longer."
 _CHANNELS = "Simulated with {}: observed, no proof. This solution {} within {:.4g} s; here is its beginning."
 _LAW = "The nonlinearity φ of the counterexample.{}"
@@ -102,7 +104,7 @@ def _nyquist(report: LoopReport) -> FigureSpec:
     )
     where = "out of the shaded half-plane" if lower == 0 else "inside the disc" if seen.inside else "out of the disc"
     where += " and goes round it as often as H has unstable poles" if lower > 0 else ""
-    caption = _caption("the circle criterion", where, lower, k, proved=proved)
+    caption = _caption("the circle criterion", where, lower, k, proved=proved) + _middle(report)
     draw = partial(plot_nyquist_response, seen)
     return FigureSpec(name="nyquist", section="frequency", title="Nyquist plot", caption=caption, draw=draw)
 
@@ -129,6 +131,7 @@ def _popov(report: LoopReport) -> Iterator[FigureSpec]:
     )
     where = "to the right of the line" if proved else "to the right of a line through −1/k such as this one"
     caption = _caption("Popov's criterion", where, lower, k, proved=proved) + (_SHIFTED.format(lower) if lower else "")
+    caption += _middle(report)
     draw = partial(plot_popov_response, line)
     yield FigureSpec(name="popov", section="frequency", title="Popov plot", caption=caption, draw=draw)
 
@@ -138,6 +141,11 @@ def _caption(criterion: str, where: str, lower: float, k: float, *, proved: bool
         return _PROVED.format(criterion, where)
     end = "∞" if math.isinf(k) else f"{k:g}"
     return _NEEDED.format(criterion[0].upper() + criterion[1:], lower, end, where).replace("∞]", "∞)")
+
+
+def _middle(report: LoopReport) -> str:
+    """That a figure is of one plant of many; empty for a single one."""
+    return _MIDDLE if isinstance(report.analysis.problem.plant, PlantFamily) else ""
 
 
 def _lower(report: LoopReport) -> float:
@@ -165,8 +173,8 @@ def _response(report: LoopReport) -> Iterator[FigureSpec]:
         nonlinearity = report.analysis.problem.nonlinearity
         words = "the given φ" if nonlinearity is not None else seen[0].nonlinearity
         draw = partial(plot_solutions, seen)
-        title = "Response σ(t) from a few starts"
-        yield FigureSpec(name="response", section="frequency", title=title, caption=_SEEN.format(words), draw=draw)
+        title, caption = "Response σ(t) from a few starts", _SEEN.format(words) + _middle(report)
+        yield FigureSpec(name="response", section="frequency", title=title, caption=caption, draw=draw)
 
 
 def _counterexamples(block: Plant, rows: tuple[StabilityBound, ...]) -> Iterator[FigureSpec]:
