@@ -80,8 +80,8 @@ print(tilted)
 side_by_side(nyquist_response(OSCILLATOR), tilted)
 
 # %% [markdown] explore="num=1&den=1,1,1&k=10&theta=1"
-# The shaded part is forbidden. On the left the curve touches the line of $k = 3$. On the right $k = 10$, the line has slope 1,
-# and there is room. In between each $\theta$ has a $k$ of its own; for $\theta = 1/2$ it is $6 +
+# The shaded part is forbidden. On the left the curve touches the line of $k = 3$. On the right $k = 10$, the line has
+# slope 1, and there is room. In between each $\theta$ has a $k$ of its own; for $\theta = 1/2$ it is $6 +
 # 4\sqrt3 = 12.93$.
 
 # %%

@@ -64,7 +64,6 @@ _MEETING = (1e-5, 2e-3)  # relative: how near the ends of a search are that asks
 _LOST = 1e-3  # relative: a factor that rounding may lose
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
-
 KINDS = (  # how the names begin, the multipliers in words, and their letter
     ("diagonal", "a multiplier for each channel", "Lambda"),
     ("matrix", "kernels for the channels", "M"),
@@ -125,12 +124,10 @@ def criteria_for(asked: Problem) -> list[Criterion]:
         rows = [row for row in rows if row.stage != LAST]
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
     scaled = channel_plant(asked.plant).dt is not None and bool(_fixed(asked) or _constant(asked))
-    found = [x for x in found if scaled or x.name != SCALINGS]
     late = [asked.classes.classes[i] for i in delays_of(asked)]
     delayed = any(one.operator == DELAYS[0] or one.rate is not None for one in late)
-    found = [x for x in found if delayed or x.kind != _PIECES]
-    left_out = {PARAMETRIC} if not _parametric(asked) else set()
-    found = [x for x in found if x.kind not in left_out | ({STORED} if not stored else set())]
+    served = {PARAMETRIC: _parametric(asked), STORED: stored, _PIECES: delayed}
+    found = [x for x in found if served.get(x.kind, True) and (scaled or x.name != SCALINGS)]
     if wanted == BEST:  # one channel needs no full block
         constant, functions = not any(free_channels(asked)), [one for one in asked.classes.classes if not one.operator]
         left = {_FULL, _ORDERS} if asked.classes.rectified else set() if _shared(asked) else {_COUPLED}
@@ -145,9 +142,8 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             and (sloped or not x.row.slope or (x.kind == _KERNELS and bool(_fixed(asked))))
         ]
         if is_critical(asked):
-            kinds = {0, STORED, _COUPLED, _FULL} | (
-                {_KERNELS} if rising(asked) and channel_plant(asked.plant).dt is None else set()
-            )
+            kinds = {0, STORED, _COUPLED, _FULL}
+            kinds |= {_KERNELS} if rising(asked) and channel_plant(asked.plant).dt is None else set()
             ascending = all(sides_of(one)[0] for one in asked.classes.classes)
             kinds |= {_WINDOWS} if ascending or asked.classes.rectified else set()
             found = [x for x in found if x.kind in kinds and not x.row.linear] or found
@@ -571,7 +567,6 @@ def _farthest_by(
 ) -> tuple[Fraction, Proved] | None:
     least, classes = asked.classes.least, without_delays(asked).classes
     lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
-
     scaled = np.zeros(len(upper))
     scaled[[*(asked.classes.performance or range(len(upper)))]] = 1.0  # of a gain: its channel alone
 
