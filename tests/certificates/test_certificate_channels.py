@@ -8,6 +8,7 @@ from importlib import resources
 
 import jsonschema
 import pytest
+from handwritten import nonlinearities
 
 from lure.analysis.certificates import several
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
@@ -16,12 +17,6 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
-
-
-def nonlinearity(low, high, *, slope=False, **more):
-    bounds = [str(low), str(high)]
-    found = {"sector": bounds, "slope": bounds if slope else None, "odd": False, "time_varying": False, "linear": False}
-    return found | more
 
 
 # H = diag(1/(s + 1), 1/(s + 2)) with phi_1 in [-1/2, 1] and phi_2 in [0, 5]: with V = x_1^2 + 4 x_2^2 and lambda = 1
@@ -39,7 +34,7 @@ SYSTEM = {
 PROOF = {
     "verdict": "PROVED",
     "system": SYSTEM,
-    "laws": {"channels": [nonlinearity("-1/2", 1), nonlinearity(0, 5)], "repeated": False},
+    "laws": {"channels": [nonlinearities("-1/2", 1), nonlinearities(0, 5)], "repeated": False},
     "theorem": "diagonal-circle",
     "multiplier": {"lambda": ["1", "1"]},
     "proof": {"method": "matrix", "P": [["1"], ["0", "4"]], "exponent": 0},
@@ -66,7 +61,7 @@ LEAF = {"omega": ["2"], "directions": [["1", "1"], ["-1", "1"]]}
 GAINS = {
     **PROOF,
     "laws": {
-        "channels": [nonlinearity(*ends, slope=True, odd=True, linear=True) for ends in (("-1/2", 1), (0, 5))],
+        "channels": [nonlinearities(*ends, slope=True, odd=True, linear=True) for ends in (("-1/2", 1), (0, 5))],
         "repeated": False,
     },
     "theorem": "constant-gains",
@@ -84,7 +79,7 @@ JUMPING = {
         "C": [["0", "1"], ["1", "0"]],
         "D": [["0", "0"], ["0", "0"]],
     },
-    "laws": {"channels": [nonlinearity(0, 1, time_varying=True)] * 2, "repeated": False},
+    "laws": {"channels": [nonlinearities(0, 1, time_varying=True)] * 2, "repeated": False},
     "theorem": "counterexample",
     "proof": {"method": "switched-gains", "gains": [["1", "0"], ["0", "1"]], "squarings": 3, "bits": 64},
 }
@@ -92,7 +87,7 @@ JUMPING = {
 COUNTER = {
     "verdict": "REFUTED",
     "system": SYSTEM,
-    "laws": {"channels": [nonlinearity(-5, 1), nonlinearity(-5, 5)], "repeated": False},
+    "laws": {"channels": [nonlinearities(-5, 1), nonlinearities(-5, 5)], "repeated": False},
     "theorem": "counterexample",
     "proof": {"method": "linear-gains", "gains": ["-3", "-2"]},
 }
@@ -168,7 +163,7 @@ def test_in_discrete_time_the_unit_circle_counts():
         complete_and_check(changed(discrete, "proof", "gains", ["-1", "-2"]))  # diag(0, 0)
     # x+ = x/2 - phi, phi in [0, 1]: P = 1, lambda: x^2 - (x/2 - phi)^2 - 2 phi (x - phi) = 3/4 x^2 - x phi + phi^2
     proof = {**PROOF, "system": {**SYSTEM, "time": "discrete", "A": [["1/2", "0"], ["0", "1/2"]]}}
-    proof |= {"laws": {"channels": [nonlinearity(0, 1)] * 2, "repeated": True}}
+    proof |= {"laws": {"channels": [nonlinearities(0, 1)] * 2, "repeated": True}}
     shown = complete_and_check(changed(proof, "proof", "P", [["1"], ["0", "1"]]))
     assert recheck(dict(shown.certificate)).accepted
 
@@ -230,9 +225,9 @@ CONVEX = [["1/4"], ["0", "1/4"], ["-9/2", "0", "9"], ["0", "5", "0", "-2"]]
         (FULL_POPOV, ("laws", "channels", 0, "time_varying", True)),
         (FULL_POPOV, ("system", "time", "discrete")),
         (GAINS, ("laws", "channels", 0, "linear", False)),  # nothing is shown of gains that depend on sigma
-        (GAINS, ("laws", "channels", 0, nonlinearity(-1, 1, linear=True))),  # a root at 0
-        (GAINS, ("laws", "channels", 0, nonlinearity("-1/2", 50, linear=True))),
-        (GAINS, ("laws", "channels", 1, nonlinearity(0, 3, linear=True))),  # split at an end
+        (GAINS, ("laws", "channels", 0, nonlinearities(-1, 1, linear=True))),  # a root at 0
+        (GAINS, ("laws", "channels", 0, nonlinearities("-1/2", 50, linear=True))),
+        (GAINS, ("laws", "channels", 1, nonlinearities(0, 3, linear=True))),  # split at an end
         (GAINS, ("proof", "tree", "parts", [LEAF])),
         (GAINS, ("proof", "tree", "split", [2, "3"])),
         (GAINS, ("proof", "tree", "parts", 0, "omega", ["3"])),  # 1 + 15/2 - 9 < 0 for a = 1/2, b = 2
@@ -253,11 +248,11 @@ def test_a_proof_of_another_kind_that_was_tampered_with_is_accepted_by_neither(d
 def test_a_root_that_leaves_through_infinity_is_seen():
     # p = (1 - 2 g)(s + 1) + 2 g = (1 - 2 g) s + 1 has the real part 1 on the axis, and for g = 1 the root 1
     system = {**SYSTEM, "A": [["-1"]], "B": [["1"]], "C": [["2"]], "D": [["-2"]]}
-    given = {"channels": [nonlinearity(0, "2/5", linear=True)], "repeated": False}
+    given = {"channels": [nonlinearities(0, "2/5", linear=True)], "repeated": False}
     tree = {"omega": [], "directions": [["1", "0"]]}
     draft = {**GAINS, "system": system, "laws": given, "proof": {"method": "hull", "tree": tree}}
     accepted = complete_and_check(draft).certificate  # 1 - 2 g > 0
-    wide = {"channels": [nonlinearity(0, 1, linear=True)], "repeated": False}
+    wide = {"channels": [nonlinearities(0, 1, linear=True)], "repeated": False}
     with pytest.raises(Rejected, match="changes its sign"):
         complete_and_check(draft | {"laws": wide})
     assert recheck(dict(accepted)).accepted
@@ -279,7 +274,7 @@ def test_the_same_nonlinearity_in_some_of_the_channels():
     system |= {name: [["1", "0", "0"], ["0", "1", "0"], ["0", "0", "1"]] for name in "BC"}
     system |= {"D": [["0", "0", "0"]] * 3}
     draft = {**COUNTER, "system": system}
-    three = [nonlinearity(-5, 1), nonlinearity(-5, 5), nonlinearity(-5, 5)]
+    three = [nonlinearities(-5, 1), nonlinearities(-5, 5), nonlinearities(-5, 5)]
     draft |= {"laws": {"channels": three, "repeated": [1, 2]}, "proof": {**COUNTER["proof"], "gains": ["-3", "0", "0"]}}
     shown = complete_and_check(draft)
     assert shown.certificate["hypotheses"]["class"].endswith("one nonlinearity in the channels 2 to 3")
@@ -349,7 +344,7 @@ TAMPERED = {
     "a weight is negative": ("multiplier", "lambda", ["-1", "1"]),
     "too large a weight": ("multiplier", "lambda", ["90", "1"]),
     "no upper bound": ("laws", "channels", 0, "sector", ["-1/2", "finite"]),
-    "a class is missing": ("laws", "channels", [nonlinearity("-1/2", 1)]),
+    "a class is missing": ("laws", "channels", [nonlinearities("-1/2", 1)]),
     "repeated": ("laws", "repeated", True),
     "nonlinearities that jump": ("laws", "channels", 0, "regularity", "any"),
     "discrete time": ("system", "time", "discrete"),
@@ -395,7 +390,7 @@ def test_popovs_terms_need_their_hypotheses(path):
         ("proof", "gains", ["0", "0"]),  # stable
         ("proof", "gains", ["-6", "0"]),  # outside
         ("proof", "gains", ["-3"]),
-        ("laws", {"channels": [nonlinearity(-5, 1)] * 2, "repeated": True}),  # -3 is not -2
+        ("laws", {"channels": [nonlinearities(-5, 1)] * 2, "repeated": True}),  # -3 is not -2
         ("multiplier", {"lambda": ["1", "1"]}),
         ("conclusion", "0 attracts every motion"),
         ("verdict", "PROVED"),
@@ -426,7 +421,7 @@ def test_the_inequality_of_p_alone_is_not_enough(what):
     draft = {
         "verdict": "PROVED",
         "system": {"kind": "multivariable", "time": "continuous", "A": [[a]], "B": [[b]], "C": [[c]], "D": [[d]]},
-        "laws": {"channels": [nonlinearity(0, top)], "repeated": False},
+        "laws": {"channels": [nonlinearities(0, top)], "repeated": False},
         "theorem": "diagonal-circle",
         "multiplier": {"lambda": [weight]},
         "proof": {"method": "matrix", "P": [[p]], "exponent": 0},
@@ -443,12 +438,14 @@ def test_what_a_direct_term_with_a_cycle_assumes():
     def shown(*, slope):
         cycle = changed(PROOF, "system", "D", [["0", "1/10"], ["1/10", "0"]])
         return complete_and_check(
-            changed(cycle, "laws", "channels", [nonlinearity("-1/2", 1, slope=slope), nonlinearity(0, 2, slope=slope)])
+            changed(
+                cycle, "laws", "channels", [nonlinearities("-1/2", 1, slope=slope), nonlinearities(0, 2, slope=slope)]
+            )
         )
 
     assert shown(slope=True).assumed == ""
     assert shown(slope=False).assumed == several.ONE_SOLUTION
-    one, two = (several.channels({"channels": [nonlinearity(0, 1)] * m, "repeated": False}, m) for m in (1, 2))
+    one, two = (several.channels({"channels": [nonlinearities(0, 1)] * m, "repeated": False}, m) for m in (1, 2))
     assert several.ordered([[F(0), F(0)], [F(1), F(0)]], two)
     assert not several.ordered([[F(1)]], one)
 

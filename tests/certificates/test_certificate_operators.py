@@ -7,6 +7,7 @@ from importlib import resources
 
 import jsonschema
 import pytest
+from handwritten import nonlinearities
 from tampering import assert_both_reject, edited
 
 from lure.analysis.certificates import frequencies
@@ -21,13 +22,8 @@ UNLIMITED = "no L2 gain from w to z is finite for all loops of the class"
 EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
 
 
-def function(low, high, **more):
-    bounds = [str(low), str(high)]
-    return {"sector": bounds, "slope": None, "odd": False, "time_varying": False, "linear": False} | more
-
-
 def operator(kind, bound):
-    return function(-F(bound), bound, operator=kind, time_varying=kind != "linear time-invariant")
+    return nonlinearities(-F(bound), bound, operator=kind, time_varying=kind != "linear time-invariant")
 
 
 def loop(A, B, C, D, time="continuous"):
@@ -70,7 +66,7 @@ THREE = loop(*([[-v * (i == j) for j in range(3)] for i in range(3)] for v in (1
 I3 = {"method": "matrix", "P": [["1"], ["0", "1"], ["0", "0", "1"]], "exponent": 0}
 MIXED = draft(
     THREE,
-    [operator("any", "9/10")] * 2 + [function(0, 1)],
+    [operator("any", "9/10")] * 2 + [nonlinearities(0, 1)],
     "diagonal-circle",
     {"lambda": ["1/2", "1/2", "1/2"]},
     I3,
@@ -85,7 +81,7 @@ FULL = MIXED | {
 # 1/2, gamma = 10/9, lambda_1 = 1: 1.19 x^2 + 2 phi^2 - 2 x w + w^2, of determinant 2 (.19)
 LOOP = loop([[-1]], [[1, 1]], [[1], [1]], [[0, 0], [0, 0]])
 PERFORMANCE = draft(
-    LOOP, [function(0, 1), operator("performance", "9/10")], "diagonal-circle", {"lambda": ["1", "1/2"]}, P1
+    LOOP, [nonlinearities(0, 1), operator("performance", "9/10")], "diagonal-circle", {"lambda": ["1", "1/2"]}, P1
 )
 OVER_ALL = PERFORMANCE | {"proof": {"method": "determinant"}}
 # q' = v, v' = -v - phi(q) + w, z = v: w moves q, which z does not see.  V = v^2 + 2 int phi, lambda of w to z 1/2,
@@ -93,7 +89,7 @@ OVER_ALL = PERFORMANCE | {"proof": {"method": "determinant"}}
 SERVO = loop([[0, 1], [0, -1]], [[0, 0], [1, 1]], [[1, 0], [0, 1]], [[0, 0], [0, 0]])
 RESTING = draft(
     SERVO,
-    [function(0, 5), operator("performance", 1)],
+    [nonlinearities(0, 5), operator("performance", 1)],
     "diagonal-popov",
     {"lambda": ["0", "1/2"], "theta": ["1", "0"]},
     {"method": "matrix", "P": [["0"], ["0", "1"]], "exponent": 0, "semidefinite": True},
@@ -112,7 +108,7 @@ PROOFS = {
 # the gain with phi = 0 is 1 at omega = 0, above 1/r = 10/11
 ABOVE = draft(
     LOOP,
-    [function(0, 1), operator("performance", "11/10")],
+    [nonlinearities(0, 1), operator("performance", "11/10")],
     "counterexample",
     {},
     {"method": "linear-members", "gains": ["0", "0"], "operators": [], "omega": "0", "input": [["1", "0"]]},
@@ -137,7 +133,7 @@ HIDDEN = ABOVE | {"system": SERVO, "proof": ABOVE["proof"] | {"omega": "1/1000"}
 # x' = w, z = x with phi = 0; x+ = -x + w, of which z = -1 is the pole; and the second of two states from w_2 to z_1
 DRIFTS = draft(
     loop([[0]], [[1, 1]], [[1], [1]], [[0, 0], [0, 0]]),
-    [function(0, 1), operator("performance", 1)],
+    [nonlinearities(0, 1), operator("performance", 1)],
     "counterexample",
     {},
     {"method": "linear-gains", "gains": ["0", "0"], "unlimited": [1, 1]},
@@ -145,7 +141,7 @@ DRIFTS = draft(
 TURNS = DRIFTS | {"system": loop([[-1]], [[1, 1]], [[1], [1]], [[0, 0], [0, 0]], "discrete")}
 CROSSES = DRIFTS | {
     "system": loop([[-1, 0], [0, 0]], [[1, 1, 0], [0, 0, 1]], [[1, 0], [1, 1], [1, 0]], [[0] * 3] * 3),
-    "laws": {"channels": [function(0, 1), *[operator("performance", 1)] * 2], "repeated": [1, 2]},
+    "laws": {"channels": [nonlinearities(0, 1), *[operator("performance", 1)] * 2], "repeated": [1, 2]},
     "proof": {"method": "linear-gains", "gains": ["0", "0", "0"], "unlimited": [1, 2]},
 }
 
@@ -195,7 +191,7 @@ TAMPERED = [
     (PERFORMANCE, "laws", "channels", 1, operator("performance", "11/10")),
     (PERFORMANCE, "multiplier", "lambda", ["1", "0"]),
     (PERFORMANCE, "laws", "channels", [operator("performance", "9/10")] * 2),
-    (PERFORMANCE, "laws", "channels", [operator("performance", "9/10"), function(0, 1)]),
+    (PERFORMANCE, "laws", "channels", [operator("performance", "9/10"), nonlinearities(0, 1)]),
     (PERFORMANCE, "conclusion", ATTRACTS),
     (OVER_ALL, "system", "C", [["1"], ["2"]]),
     (ABOVE, "laws", "channels", 1, operator("performance", "9/10")),
@@ -210,14 +206,14 @@ TAMPERED = [
     (PASSES, "proof", "operators", []),
     (PASSES, "conclusion", EXCEEDED),
     (RESTING, "laws", "channels", 1, operator("performance", "11/10")),
-    (RESTING, "laws", "channels", 0, function(0, 5, time_varying=True)),
-    (RESTING, "laws", "channels", 0, function(-1, 5)),  # V < 0 where phi = -sigma
+    (RESTING, "laws", "channels", 0, nonlinearities(0, 5, time_varying=True)),
+    (RESTING, "laws", "channels", 0, nonlinearities(-1, 5)),  # V < 0 where phi = -sigma
     (RESTING, "multiplier", "theta", ["99/100", "0"]),
     (RESTING, "proof", "P", [["-1"], ["0", "1"]]),
     (RESTING, "proof", "semidefinite", False),
     (RESTING, "proof", {"method": "matrix", "P": [["0"], ["0", "1"]], "exponent": 0}),
     (RESTING, "system", "D", [["0", "0"], ["1", "0"]]),
-    (RESTING, "laws", "channels", 0, function(0, 5, slope=["0", "5"], memory="play")),
+    (RESTING, "laws", "channels", 0, nonlinearities(0, 5, slope=["0", "5"], memory="play")),
     (RESTING, "conclusion", ATTRACTS),
     (HIDDEN, "proof", "omega", "0"),  # which is that of a pole
     (HIDDEN, "proof", "omega", "1"),

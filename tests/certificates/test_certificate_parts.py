@@ -6,6 +6,7 @@ from importlib import resources
 
 import jsonschema
 import pytest
+from handwritten import nonlinearities
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
@@ -13,12 +14,6 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
-
-
-def law(low, high, *, slope=False, **more):
-    bounds = [str(low), str(high)]
-    found = {"sector": bounds, "slope": bounds if slope else None, "odd": False, "time_varying": False, "linear": False}
-    return found | more
 
 
 # three loops, the states of the second around those of the first: diag(1/(s + 1), 1/(s + 2)), 1/(s (s + 1)) and
@@ -62,7 +57,15 @@ DIRECT = {
 PROOF = {
     "verdict": "PROVED",
     "system": SYSTEM,
-    "laws": {"channels": [law("-1/2", 1), law(0, 9), law(0, 5), law(0, 2, slope=True)], "repeated": False},
+    "laws": {
+        "channels": [
+            nonlinearities("-1/2", 1),
+            nonlinearities(0, 9),
+            nonlinearities(0, 5),
+            nonlinearities(0, 2, slope=True),
+        ],
+        "repeated": False,
+    },
     "theorem": "parts",
     "multiplier": {},
     "proof": {"method": "parts", "parts": [PAIR, INTEGRATOR, DIRECT]},
@@ -80,7 +83,10 @@ STABLE["proof"]["parts"][1] |= {
 COUNTER = {
     "verdict": "REFUTED",
     "system": SYSTEM,
-    "laws": {"channels": [law("-1/2", 1), law(-2, 9), law(0, 5), law(0, 2)], "repeated": False},
+    "laws": {
+        "channels": [nonlinearities("-1/2", 1), nonlinearities(-2, 9), nonlinearities(0, 5), nonlinearities(0, 2)],
+        "repeated": False,
+    },
     "theorem": "counterexample",
     "multiplier": {},
     "proof": {
@@ -103,7 +109,7 @@ LATE = {
         "D": [["0", "0"], ["0", "0"]],
         "late": [["1", [["1", "0"], ["0", "0"]]]],
     },
-    "laws": {"channels": [law(0, "1/2"), law(0, 5)], "repeated": False},
+    "laws": {"channels": [nonlinearities(0, "1/2"), nonlinearities(0, 5)], "repeated": False},
     "theorem": "parts",
     "multiplier": {},
     "proof": {
@@ -215,7 +221,7 @@ def test_what_a_part_assumes_the_whole_assumes():
 
 
 def test_gains_that_depend_on_time_are_no_constant_ones():
-    constant = changed(STABLE, "laws", "channels", 1, law(0, 9, linear=True))
+    constant = changed(STABLE, "laws", "channels", 1, nonlinearities(0, 9, linear=True))
     constant["proof"]["parts"][1] |= {"theorem": "hurwitz", "multiplier": {}, "proof": {"method": "polynomial"}}
     assert both(constant).certificate["conclusion"] == "0 attracts every motion"
     assert refused(changed(constant, "laws", "channels", 1, "time_varying", True))
@@ -229,10 +235,16 @@ def test_a_member_of_one_part_refutes_the_whole():
 
 
 def test_a_nonlinearity_may_be_repeated_over_parts_and_an_operator_on_all_its_channels_may_not():
-    same = changed(STABLE, "laws", {"channels": [law(0, 1)] * 3 + [law(0, 2, slope=True)], "repeated": [3, 1]})
+    same = changed(
+        STABLE,
+        "laws",
+        {"channels": [nonlinearities(0, 1)] * 3 + [nonlinearities(0, 2, slope=True)], "repeated": [3, 1]},
+    )
     assert "one nonlinearity in the channels 1 to 3" in both(same).facts["class"]
-    operator = law("-1/4", "1/4", operator="any", time_varying=True)
-    draft = changed(STABLE, "laws", {"channels": [operator] * 3 + [law(0, 2, slope=True)], "repeated": [3, 1]})
+    operator = nonlinearities("-1/4", "1/4", operator="any", time_varying=True)
+    draft = changed(
+        STABLE, "laws", {"channels": [operator] * 3 + [nonlinearities(0, 2, slope=True)], "repeated": [3, 1]}
+    )
     draft["proof"]["parts"][1] |= {
         **{"kind": "multivariable", "theorem": "diagonal-circle", "multiplier": {"lambda": ["1"]}},
         "proof": {"method": "matrix", "P": [["1"], ["0", "1"]], "exponent": 0},
@@ -263,7 +275,7 @@ PARTS = ("proof", "parts")
         changed(PROOF, *PARTS, 1, "kind", "multivariable"),
         changed(PROOF, *PARTS, 1, "multiplier", {"theta": "9/10"}),  # proofs that fail
         changed(PROOF, *PARTS, 0, "proof", "P", [["-1"], ["0", "4"]]),
-        changed(PROOF, "laws", "channels", 2, law(0, 50)),
+        changed(PROOF, "laws", "channels", 2, nonlinearities(0, 50)),
         changed(PROOF, "laws", "channels", 1, "time_varying", True),
         changed(PROOF, *PARTS, 2, "theorem", "parts"),
         changed(PROOF, "theorem", "diagonal-circle"),
@@ -280,7 +292,7 @@ PARTS = ("proof", "parts")
         changed(CASCADE, *PARTS, CASCADE["proof"]["parts"][::-1]),  # another order
         changed(CASCADE, "system", "A", 3, 0, "1/1000"),
         changed(CASCADE, "system", "D", 3, 0, "1/1000"),  # at once
-        changed(CASCADE, "laws", "channels", 2, law(0, "inf")),
+        changed(CASCADE, "laws", "channels", 2, nonlinearities(0, "inf")),
         {**PROOF, "theorem": "cascade"},  # a pole at 0
         {**LATE, "theorem": "cascade"},
         changed(TURNED, "proof", "basis", 3, 0, "2"),

@@ -27,11 +27,10 @@ def transfer(numerator, denominator, time="continuous"):
 
 
 def nonlinearities(lower, upper, **more):
-    """`slope=True` takes the bounds of the sector."""
+    """`slope=True` takes the bounds of the sector; other entries are added, or take the place of those."""
     ends = [str(lower), str(upper)]
-    slope = ends if more.get("slope") is True else more.get("slope")
-    flags = {name: more.get(name, False) for name in ("odd", "time_varying", "linear")}
-    return {"sector": ends, "slope": slope, **flags}
+    slope = ends if more.get("slope") is True else more.get("slope") or None
+    return {"sector": ends, "odd": False, "time_varying": False, "linear": False} | more | {"slope": slope}
 
 
 def whole(coefficients):
