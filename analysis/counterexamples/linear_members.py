@@ -25,7 +25,7 @@ from lure.analysis.inequality.channels import ChannelInequality
 from lure.arrays import Complexes, NDArray, Reals, np, optimize
 
 _EDGE = 1e-12
-_VERTICES, _DRAWN, _REFINED, _GRID, _TURNS, _ZOOMS, _SEED = 6, 24, 3, 9, 12, 7, 20261122
+_VERTICES, _DRAWN, _REFINED, _GRID, _TURNS, _ZOOMS, _SEED, _CLIMBED = 6, 24, 3, 9, 12, 7, 20261122, 3
 _POWERS, _SPINS = 16, 4
 _BITS, _NEAR, _FLAT = 40, 1e-9, 1e-5
 
@@ -181,7 +181,21 @@ class MemberSearch:
                         if tried[i] != shape[i] and (found := peak(tried)) > reached:
                             reached, shape = found, tried
             best, at = (reached, shape) if reached > best else (best, at)
-        return self._sharpened(at, widths, radii) if best else None
+        return self._climbed(at, widths, radii) if best else None
+
+    def _climbed(self, shape: Reals, widths: Reals, radii: Reals) -> Found:
+        """A member with a larger gain nearby, whose peak may lie between the frequencies of the grid."""
+        best = self._sharpened(shape, widths, radii)
+        for step in (0.1, 0.01) if 0 < len(shape) <= _CLIMBED and not self.operators else ():
+            for i, part in product(range(len(shape)), np.linspace(-1, 1, _GRID) * step):
+                checkpoint()
+                tried = best.shape.copy()
+                tried[i] = min(max(shape[i] + part, 0.0), 1.0)
+                if self._stable(self._spread(tried) * widths):
+                    found = self._sharpened(tried, widths, radii)
+                    best = found if found.gain > best.gain else best
+            shape = best.shape
+        return best
 
     def closing(self, blocks: Sequence[Sequence[int]], radii: Reals) -> Found:
         """Operators on all channels with about the largest modulus of an eigenvalue of ``H Delta``, which is ``-gain``.

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     Parts = tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]
 
 _NARROW = 24  # frequencies at which a crossing is looked for first
+_SOUGHT = 20  # rounds in which frequencies and kernels are added though nothing serves yet
 _ROUNDS, _FLAT, _FIRST, _MORE, _ZOOMS, _DIPS = 40, 6, 24, 8, 6, 4
 _ORDERS, _BESIDE, _SPACING = (1, 2, 3), 16.0, 2.0
 _GAIN, _EXACTLY, _LEAST_PRICE, _UNUSED = 1e-3, 1e-7, 1e-9, 1e-9
@@ -153,7 +154,8 @@ class KernelCone:
         self.watched = np.zeros(0)
         if self.gains or self.wide:
             ends = float(self.rates[0]) / 4, 4 * float(self.rates[-1])
-            self.watched = np.concatenate([[0.0], np.geomspace(*ends, _WATCHED), [np.inf]])
+            count = _WATCHED if self.wide else 5 * _WATCHED  # a matrix at each, or a number
+            self.watched = np.concatenate([[0.0], np.geomspace(*ends, count), [np.inf]])
         self.shapes = [Kernel(0, 0, 1, rate, n, side) for rate in self.rates for n in _ORDERS for side in (1, -1)]
 
     def look_at(self, omega: NDArray[np.float64]) -> None:
@@ -208,7 +210,7 @@ class KernelCone:
             if i == j
             for side in (1, -1)
         ]
-        best, last, flat, factor = Found.none(len(self.odd)), Found.none(len(self.odd)), 0, start
+        best, last, flat, factor, sought = Found.none(len(self.odd)), Found.none(len(self.odd)), 0, start, 0
         gain = 1 + (_GAIN if self.pairs or self.fixed else _EXACTLY)
         for _ in range(_ROUNDS):
             checkpoint()
@@ -216,7 +218,9 @@ class KernelCone:
             solved = self._solved(np.searchsorted(self.omega, seen), widths(factor), kernels, last)
             tried = None if solved is None else Found(factor, solved.gamma, solved.theta, kernels, solved.masses)
             serves = 0.0 if tried is None else self.reached(tried, widths, factor, (best.factor, most))
-            if solved is None or tried is None or (best.factor == 0 == serves):
+            sought += best.factor == 0 == serves
+            seeks = bool(self.pairs or self.fixed) and 2 < sought < _SOUGHT
+            if solved is None or tried is None or (best.factor == 0 == serves and not seeks):
                 factor /= 4
                 if best.factor or factor < _LOWEST or widths(factor).min() <= 0:
                     break

@@ -59,6 +59,7 @@ from lure.plants.delay_matrix import DelayMatrix
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 2e-5, 4e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9, 0.99, 0.999, 0.9999)
+_DENSE, _NEARLY = 2000, 3e-3
 SCALINGS = "matrix-scalings"
 _MEETING = (1e-5, 2e-3)  # relative: how near the ends of a search are that asks for proofs at each step; of kernels
 _LOST = 1e-3  # relative: a factor that rounding may lose
@@ -432,19 +433,43 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
     top = min(most * (1 - MEETING), LARGEST)
     if 4 * start > LARGEST:  # more is not asked
         return None
-    found = farthest_kernels(cone, lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
-    if found is None:
-        return None
+    best: tuple[Fraction, Proved] | None = None
+    for closely in (False, True):  # where what is found fails between its frequencies
+        if closely:
+            seen = cone.omega[(cone.omega > 0) & np.isfinite(cone.omega)]
+            cone.look_at(np.geomspace(seen.min(), seen.max(), _DENSE))
+        found = farthest_kernels(cone, lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
+        if found is None:
+            break
+        shown = _from_above(partial(_kernels_at, asked, name, cone, found, widths), found.factor, max(known, least))
+        best = best if shown is None else shown
+        if best is not None and best[0] >= Fraction(found.factor) * (1 - Fraction(_NEARLY)):
+            break
+        known = known if best is None else best[0]
+    return best
 
-    def proof(alpha: Fraction) -> Proved | None:
-        """What the checker accepts of this multiplier for a factor."""
-        return _accepted(asked, name, alpha, _by_kernels(asked, cone, found, widths(alpha)))
 
-    above = Fraction(found.factor)
+def _kernels_at(
+    asked: Problem,
+    name: str,
+    cone: KernelCone,
+    found: Found,
+    widths: Callable[[Fraction], list[Fraction]],
+    alpha: Fraction,
+) -> Proved | None:
+    """What the checker accepts of a multiplier for a factor."""
+    return _accepted(asked, name, alpha, _by_kernels(asked, cone, found, widths(alpha)))
+
+
+def _from_above(
+    proof: Callable[[Fraction], Proved | None], factor: float, known: Fraction
+) -> tuple[Fraction, Proved] | None:
+    """The largest factor that is proved, as far below what floating point says as it must be."""
+    above = Fraction(factor)
     for step in _STEPS_BACK:
         checkpoint()
-        alpha = Fraction(double_below(Fraction(found.factor) * (1 - Fraction(step))))
-        shown = proof(alpha) if alpha > max(known, least) else None
+        alpha = Fraction(double_below(Fraction(factor) * (1 - Fraction(step))))
+        shown = proof(alpha) if alpha > known else None
         if shown is not None:
             return _between(proof, (alpha, shown), above)
         above = alpha

@@ -525,10 +525,11 @@ def test_of_a_plant_alone_it_is_the_gain_from_its_input_to_its_output(plant):
     assert str(found).startswith("The L2 gain from w, added to mu, to z = sigma is at most 0.66")
 
 
-# iqc_slope_odd_test, iqc_polytope_test and iqc_monotonic_test1 of IQCbeta: its bounds are 28.99 and 234.28; in the last
-# the gain 1 has |H/(1 + H)| = .51746, which its test takes for the truth; v = H (w - phi) in the first and the last
+# iqc_slope_odd_test, iqc_polytope_test, manual_test1, iqc_monotonic_test1 of IQCbeta.  Its bounds are 28.99 and 234.28,
+# that of the third is not stated; in the last the gain 1 has |H/(1 + H)| = .51746, which its test takes for the truth.
 LAGS = "400*(s^2 - 0.5*s + 1)/((s + 10)*(s + 20)*(s + 30))"
 SWING, LAG_72 = "0.15/(s^2 + 0.3*s + 1)", "0.72/(s + 1)"
+RINGS = "(s^2 + s + 7)/(s^3 + 3.1*s^2 + 3.1*s + 9)"  # 11.0983 at the gain -.76, on a grid of 10^-4 rad/s and .005
 TURN = "0.645435*(1 - s)/(s^2 + 2*s + 5)"
 
 
@@ -544,6 +545,7 @@ TURN = "0.645435*(1 - s)/(s^2 + 2*s + 5)"
             5.65,
             234,
         ),
+        ([[f"-{RINGS}", "1"]] * 2, [NonlinearityClass.constant_gain(-1, 1)], math.inf, 11.0982, 11.2),
         ([[TURN, TURN], ["-1", "0"]], [NonlinearityClass.slope_restricted(0, 1)], 0.5175, 0.5174, 0.5175),
     ],
 )
