@@ -3,6 +3,7 @@
 import cmath
 from dataclasses import replace
 from fractions import Fraction as F
+from itertools import product
 from math import pi
 
 import numpy as np
@@ -173,12 +174,13 @@ def late_plant():
     return Asked(**sides, discrete=False, nonlinearities=(), repeated=(0, 1), late=late, inner=inner)
 
 
-def closed_response(s):
-    """``H (1 + L H)^-1`` by the formulas of the plant."""
+def closed_response(s, moved=()):
+    """``H (1 + L H)^-1`` by the formulas of the plant; ``moved``: ``s e^(-s T)``, ``D_T`` and ``E_T``."""
     A, B, C, D = (np.array(SIDES[name], dtype=float) for name in "ABCD")
     waits = [(np.exp(-float(tau) * s), np.array(rows, dtype=float)) for tau, rows in LATE]
     back = s * np.eye(2) - A - sum(w * np.array(one, dtype=float) for (w, _), one in zip(waits, INNER, strict=True))
-    H = (C + sum(w * rows for w, rows in waits)) @ np.linalg.solve(back, B) + D
+    back = back - sum(w * E for w, _, E in moved)
+    H = (C + sum(w * rows for w, rows in waits) + sum(w * D_T for w, D_T, _ in moved)) @ np.linalg.solve(back, B) + D
     return H @ np.linalg.inv(np.eye(2) + np.diag([float(g) for g in GAINS]) @ H)
 
 
@@ -194,9 +196,9 @@ def test_a_late_plant_closed_by_gains_has_the_response_of_its_formulas():
     assert values == pytest.approx(closed_response(1j * omega))
     by_difference = (closed_response(1j * (omega + h)) - closed_response(1j * (omega - h))) / (2 * h)
     assert slopes == pytest.approx(by_difference, rel=1e-6, abs=1e-8)
-    assert loop.at_any_phase(arb(1 / omega)) is None  # the phases may be any there
+    assert [*loop.at_any_phase(arb(1 / omega))] == [None]  # the phases may be any there
     omega = 64.0
-    parts = loop.at_any_phase(arb(1 / omega))
+    (parts,) = loop.at_any_phase(arb(1 / omega))
     waits = [1, *(np.exp(-1j * float(tau) * omega) for tau, _ in LATE)]
     true = closed_response(1j * omega)
     for i in range(2):
@@ -207,6 +209,26 @@ def test_a_late_plant_closed_by_gains_has_the_response_of_its_formulas():
                 wanted = true[i, j] if not power else 1j * omega * (true[i, j] - direct)
                 assert value.real.contains(arb(wanted.real, 1e-9))
                 assert value.imag.contains(arb(wanted.imag, 1e-9))
+
+
+def test_a_neutral_plant_closed_by_gains_has_the_response_of_its_formulas():
+    D, E = [[F(1, 9), F(0)], [F(0), F(-1, 8)]], [[F(0), F(1, 7)], [F(1, 6), F(0)]]
+    zero = [[F(0)] * 2] * 2
+    rates = ((flint(D), flint(E)), (flint(zero), flint(zero)))
+    loop, omega = LateLoop.of(replace(late_plant(), rates=rates), GAINS), 400.0
+    s, tau = 1j * omega, float(LATE[0][0])
+    moved = [(s * np.exp(-tau * s), *(np.array(side, dtype=float) for side in (D, E)))]
+    true = closed_response(s, moved)
+    assert numbers_of(loop.at(arb(omega))) == pytest.approx(true)
+    rows = loop.response(acb_series([acb(0, omega), acb(0, 1)]))
+    assert np.array([[complex(f[0].mid()) for f in row] for row in rows]) == pytest.approx(true)
+    arcs = [*loop.at_any_phase(arb(1 / omega))]
+    at = int(-tau * omega / (2 * np.pi) % 1 * len(arcs))  # the arc of this phase; what is late by 3/2 is apart
+    wait = acb(complex(np.exp(-1.5 * s)))
+    for i, j in product(range(2), repeat=2):
+        value = arcs[at][0][0][i, j] + wait * arcs[at][1][0][i, j]
+        assert value.real.contains(arb(true[i, j].real, 1e-9))
+        assert value.imag.contains(arb(true[i, j].imag, 1e-9))
 
 
 def test_the_angle_of_a_late_loop_is_enclosed_on_pieces_and_far_out():
