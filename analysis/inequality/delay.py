@@ -90,8 +90,8 @@ class DelayResponse:
             )
         if any(len(top) == len(block.denominator) for _, top in block.terms):
             raise AssumptionError(
-                f"the block {block} is not strictly proper; with dead time that is a neutral equation, which is not "
-                "covered: add a fast pole to the model",
+                f"the block {block} is not strictly proper; with dead time that is a neutral equation, where classes "
+                "with two finite bounds are covered, by the circle criterion and Popov's; give such a class",
                 code=Reason.DEAD_TIME,
             )
         reduced = bottom // X if critical else bottom

@@ -334,8 +334,8 @@ def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> 
 
 _ZERO = RationalPlant([0], [1])
 _NEUTRAL = (
-    "{} has dead time and is not strictly proper; that is a neutral equation, which is not covered: add a fast pole to "
-    "the model"
+    "{} has dead time and is not strictly proper; that is a neutral equation, which is covered in one channel alone: "
+    "add a fast pole to the model"
 )
 
 
