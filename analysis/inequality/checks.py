@@ -286,7 +286,7 @@ def _check_zero(plant: TransferPolynomials, lower: Fraction) -> None:
     if multiplicity > 1:
         raise AssumptionError(
             f"the pole at {zero}{shift} has multiplicity {multiplicity}; the critical case needs a simple one: for "
-            "(s + 1)/s^2 every linear gain is stable, yet with phi = sigma exp(-|sigma|) motions escape to infinity; "
+            "(s + 1)/s^2 every linear gain is stable, yet with phi = sigma exp(-|sigma|) solutions escape to infinity; "
             "a class with a positive lower gain, if phi lies in one, has no such pole",
             code=Reason.DOUBLE_ZERO,
         )
