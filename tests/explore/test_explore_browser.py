@@ -299,8 +299,8 @@ def test_every_field_and_every_drawing_has_a_name_for_a_screen_reader(page):
     nameless = page.evaluate(
         """() => [...document.querySelectorAll("input, select, button, svg[role=img]")].filter((one) => {
         const by = document.getElementById(one.getAttribute("aria-labelledby"));
-        const name = one.getAttribute("aria-label") || by?.textContent || one.labels?.[0]?.textContent;
-        return !(name || one.textContent.trim());
+        const names = [one.getAttribute("aria-label"), by?.textContent, one.labels?.[0]?.textContent, one.textContent];
+        return !names.some((name) => name?.trim());
         }).map((one) => one.id)"""
     )
     assert nameless == []
