@@ -78,6 +78,7 @@ KINDS = (  # how the names begin, the multipliers in words, and their letter
 )
 _KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC, _PIECES, STORED = range(1, 9)
 _SAMPLES, _MANY = (2, 3, 4), 20
+KernelSearch = tuple[KernelCone, Callable[[Fraction], list[Fraction]]]
 _FIRST_OF_MEMORY = "diagonal-circle"
 
 
@@ -387,7 +388,7 @@ def _constant(asked: Problem) -> list[range]:
     return [block for block in asked.classes.blocks if classes[block[0]].linear and classes[block[0]].rate is None]
 
 
-def _kernel_search(asked: Problem) -> tuple[KernelCone, Callable[[Fraction], list[Fraction]]] | None:
+def _kernel_search(asked: Problem) -> KernelSearch | None:
     """The search for kernels, and the widths of a factor: of the slopes where they are bounded; None if nowhere."""
     if not rising(asked) or channel_plant(asked.plant).dt is not None:
         require_no_zero(asked)
@@ -441,7 +442,7 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
         found = farthest_kernels(cone, lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
         if found is None:
             break
-        shown = _from_above(partial(_kernels_at, asked, name, cone, found, widths), found.factor, max(known, least))
+        shown = _from_above(partial(_kernels_at, asked, name, search, found), found.factor, max(known, least))
         best = best if shown is None else shown
         if best is not None and best[0] >= Fraction(found.factor) * (1 - Fraction(_NEARLY)):
             break
@@ -449,16 +450,9 @@ def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float
     return best
 
 
-def _kernels_at(
-    asked: Problem,
-    name: str,
-    cone: KernelCone,
-    found: Found,
-    widths: Callable[[Fraction], list[Fraction]],
-    alpha: Fraction,
-) -> Proved | None:
+def _kernels_at(asked: Problem, name: str, search: KernelSearch, found: Found, alpha: Fraction) -> Proved | None:
     """What the checker accepts of a multiplier for a factor."""
-    return _accepted(asked, name, alpha, _by_kernels(asked, cone, found, widths(alpha)))
+    return _accepted(asked, name, alpha, _by_kernels(asked, search[0], found, search[1](alpha)))
 
 
 def _from_above(
