@@ -154,3 +154,26 @@ def sides_of(one: NonlinearityClass) -> tuple[bool, bool]:
     if one.slope is None or one.time_varying or one.operator:
         return False, False
     return one.slope.lower >= one.gains[0], one.slope.upper <= one.gains[1]
+
+
+def fixed_operators(asked: Problem) -> list[range]:
+    """The channels of each operator that does not depend on time.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    return [block for block in asked.classes.operators if not asked.classes.classes[block[0]].time_varying]
+
+
+def constant_gains_of(asked: Problem) -> list[range]:
+    """The channels of each constant gain.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    """
+    classes = asked.classes.classes
+    return [block for block in asked.classes.blocks if classes[block[0]].linear and classes[block[0]].rate is None]

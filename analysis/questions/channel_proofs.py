@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -15,7 +15,7 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Plant, from_rest, ordered
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked
-from lure.analysis.certificates.frequencies import MOST_CHANNELS, shifted
+from lure.analysis.certificates.frequencies import shifted
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channel_windows import ChannelWindows
 from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
@@ -25,19 +25,17 @@ from lure.analysis.inequality.critical_forms import CriticalForms
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.gain_splines import SPLINES, GainSplines
-from lure.analysis.inequality.kernel_cone import KernelCone
-from lure.analysis.inequality.kernel_parts import farthest_kernels
-from lure.analysis.inequality.kernel_rounding import multiplier
-from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.semidefinite_forms import RestingGain
-from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, ChannelSearch, Proposal
+from lure.analysis.inequality.shifted_loop import LARGEST, ChannelSearch, Proposal
 from lure.analysis.inequality.storage import MovedByStops, SampledStorage, StorageInequality
 from lure.analysis.inequality.zero_modes import diagonal, exact
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions import channel_families
 from lure.analysis.questions.channel_delays import delays_of, increments, stated, wide_channels, without_delays
 from lure.analysis.questions.channel_hypotheses import (
+    constant_gains_of,
+    fixed_operators,
     free_channels,
     groups_of,
     is_critical,
@@ -47,22 +45,20 @@ from lure.analysis.questions.channel_hypotheses import (
     sides_of,
     sloped_channels,
 )
+from lure.analysis.questions.channel_kernels import KernelSearch, between
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
 from lure.arrays import NDArray, np
-from lure.classes import DELAYS, SCALAR
+from lure.classes import DELAYS
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
 
-_STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 2e-5, 4e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9, 0.99, 0.999, 0.9999)
-_DENSE, _NEARLY = 2000, 3e-3
 SCALINGS = "matrix-scalings"
 _MEETING = (1e-5, 2e-3)  # relative: how near the ends of a search are that asks for proofs at each step; of kernels
-_LOST = 1e-3  # relative: a factor that rounding may lose
 _WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 
 KINDS = (  # how the names begin, the multipliers in words, and their letter
@@ -78,7 +74,6 @@ KINDS = (  # how the names begin, the multipliers in words, and their letter
 )
 _KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC, _PIECES, STORED = range(1, 9)
 _SAMPLES, _MANY = (2, 3, 4), 20
-KernelSearch = tuple[KernelCone, Callable[[Fraction], list[Fraction]]]
 _FIRST_OF_MEMORY = "diagonal-circle"
 
 
@@ -125,7 +120,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     if not all(map(bool.__or__, sloped_channels(asked), (bool(one.operator) for one in asked.classes.classes))):
         rows = [row for row in rows if row.stage != LAST]
     found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
-    scaled = channel_plant(asked.plant).dt is not None and bool(_fixed(asked) or _constant(asked))
+    scaled = channel_plant(asked.plant).dt is not None and bool(fixed_operators(asked) or constant_gains_of(asked))
     late = [asked.classes.classes[i] for i in delays_of(asked)]
     delayed = any(one.operator == DELAYS[0] or one.rate is not None for one in late)
     served = {PARAMETRIC: _parametric(asked), STORED: stored, _PIECES: delayed}
@@ -141,7 +136,7 @@ def criteria_for(asked: Problem) -> list[Criterion]:
             for x in found
             if (x.row.time_varying or x.row.linear or x.row.slope or not constant)
             and x.kind not in left
-            and (sloped or not x.row.slope or (x.kind == _KERNELS and bool(_fixed(asked))))
+            and (sloped or not x.row.slope or (x.kind == _KERNELS and bool(fixed_operators(asked))))
         ]
         if is_critical(asked):
             kinds = {0, STORED, _COUPLED, _FULL}
@@ -193,11 +188,6 @@ def _parametric(asked: Problem) -> bool:
     gains = sum(asked.classes.classes[block[0]].linear for block in asked.classes.blocks)
     more = more and not asked.classes.operators
     return more and 0 < gains <= max(SPLINES) and not any(D[i][j] for i in linear for j in linear)
-
-
-def _fixed(asked: Problem) -> list[range]:
-    """The channels of each operator that does not depend on time."""
-    return [block for block in asked.classes.operators if not asked.classes.classes[block[0]].time_varying]
 
 
 def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
@@ -382,94 +372,6 @@ def _accepted(asked: Problem, name: str, alpha: Fraction, one: Proposal) -> Prov
     return shown if isinstance(shown, Proved) else None
 
 
-def _constant(asked: Problem) -> list[range]:
-    """The channels of each constant gain."""
-    classes = asked.classes.classes
-    return [block for block in asked.classes.blocks if classes[block[0]].linear and classes[block[0]].rate is None]
-
-
-def _kernel_search(asked: Problem) -> KernelSearch | None:
-    """The search for kernels, and the widths of a factor: of the slopes where they are bounded; None if nowhere."""
-    if not rising(asked) or channel_plant(asked.plant).dt is not None:
-        require_no_zero(asked)
-    modes, asked = modes_of(asked), without_delays(asked)
-    H, sloped, classes = channel_plant(asked.plant), sloped_channels(asked), asked.classes
-    A, B, C, D = H.doubles()
-    if H.dt is not None:  # functions of the frequency alone, in terms of s = (z - 1)/(z + 1)
-        sloped = [any(i in block for block in _constant(asked)) for i in range(len(D))]
-        E = np.linalg.inv(np.eye(len(A)) + A)
-        A, B, D = np.eye(len(A)) - 2 * E, 2 * E @ E @ B, D - C @ E @ B
-    if not (any(sloped) or _fixed(asked)) or len(D) > MOST_CHANNELS or len(A) > MOST_STATES:
-        return None
-
-    ends = list(zip(classes.lower, classes.upper, strict=True))
-    for i, one in enumerate(classes.classes):
-        if sloped[i] and one.slope is not None:
-            ends[i] = Fraction(one.slope.lower), Fraction(one.slope.upper)
-    lower = np.array([float(low) for low, _ in ends])
-    free = [one and H.dt is None for one in free_channels(asked)]
-    plant = ChannelInequality(A, B, C, D, lower, free, True, False, classes.operators, modes)  # noqa: FBT003
-    blocks, scaled = [block for block in classes.blocks if sloped[block[0]]], classes.performance or range(len(ends))
-    odd = [one.odd for one in classes.classes]
-    if modes is None:
-        gains, fixed = _constant(asked), _fixed(asked)
-        wide = [one for one in (*gains, *fixed) if len(one) > 1]
-        wide = [one for one in wide if one in gains or classes.classes[one[0]].operator == SCALAR]
-        alone = [one[0] for one in gains if len(one) == 1]
-        own = classes.performance or ()
-        cone = KernelCone(plant, blocks, odd, fixed=fixed, gains=alone, wide=wide, scaled=own)
-    else:
-        ratios, own = [(first, float(ratio)) for first, ratio in modes.ratios], classes.performance or ()
-        cone = KernelCone(plant, blocks, odd, ratios, residue=modes.residue(), scaled=own)
-    return cone, lambda factor: [(factor if i in scaled else 1) * high - low for i, (low, high) in enumerate(ends)]
-
-
-def _farthest_by_kernels(asked: Problem, name: str, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
-    search, least = _kernel_search(asked), asked.classes.least
-    if search is None:
-        return None
-    cone, widths = search
-    begin = min(1.0, most / 2) if cone.gains or cone.wide else float(known) or min(1.0, most / 2)
-    start = max(begin, 1.01 * double_above(least))
-    top = min(most * (1 - MEETING), LARGEST)
-    if 4 * start > LARGEST:  # more is not asked
-        return None
-    best: tuple[Fraction, Proved] | None = None
-    for closely in (False, True):  # where what is found fails between its frequencies
-        if closely:
-            seen = cone.omega[(cone.omega > 0) & np.isfinite(cone.omega)]
-            cone.look_at(np.geomspace(seen.min(), seen.max(), _DENSE))
-        found = farthest_kernels(cone, lambda factor: np.array([*map(float, widths(Fraction(factor)))]), start, top)
-        if found is None:
-            break
-        shown = _from_above(partial(_kernels_at, asked, name, search, found), found.factor, max(known, least))
-        best = best if shown is None else shown
-        if best is not None and best[0] >= Fraction(found.factor) * (1 - Fraction(_NEARLY)):
-            break
-        known = known if best is None else best[0]
-    return best
-
-
-def _kernels_at(asked: Problem, name: str, search: KernelSearch, found: Found, alpha: Fraction) -> Proved | None:
-    """What the checker accepts of a multiplier for a factor."""
-    return _accepted(asked, name, alpha, _by_kernels(asked, search[0], found, search[1](alpha)))
-
-
-def _from_above(
-    proof: Callable[[Fraction], Proved | None], factor: float, known: Fraction
-) -> tuple[Fraction, Proved] | None:
-    """The largest factor that is proved, as far below what floating point says as it must be."""
-    above = Fraction(factor)
-    for step in _STEPS_BACK:
-        checkpoint()
-        alpha = Fraction(double_below(Fraction(factor) * (1 - Fraction(step))))
-        shown = proof(alpha) if alpha > known else None
-        if shown is not None:
-            return _between(proof, (alpha, shown), above)
-        above = alpha
-    return None
-
-
 def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
     """What a criterion proves of the classes as they are given; None if nothing.
 
@@ -490,20 +392,8 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
     if criterion.kind != _KERNELS:
         tried = (proved_at(asked, criterion.name, search, one) for search in searches(asked, criterion))
         return next((shown for shown in tried if shown is not None), None)
-    search = _kernel_search(asked)
-    if search is None:
-        return None
-    cone, widths = search
-    found = farthest_kernels(cone, lambda factor: np.array([*map(float, widths(Fraction(factor)))]), 1.0, 1.001)
-    if found is None or found.factor <= 1:
-        return None
-    return _accepted(asked, criterion.name, one, _by_kernels(asked, cone, found, widths(one)))
-
-
-def _by_kernels(asked: Problem, cone: KernelCone, found: Found, widths: Sequence[Fraction]) -> Proposal:
-    modes = modes_of(asked) if cone.residue is not None else None
-    stated = multiplier(found, widths, cone.gains, () if modes is None else modes.ratios, cone.wide)
-    return Proposal(stated, {"method": "determinant"})
+    kernels = KernelSearch.of(asked)
+    return None if kernels is None else kernels.whole(partial(_accepted, asked, criterion.name))
 
 
 def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
@@ -532,7 +422,8 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     if any(asked.classes.classes[i].operator == DELAYS[0] for i in delays_of(asked)) or wide_channels(asked):
         return _farthest_delayed(asked, criterion, known, most)
     if criterion.kind == _KERNELS:
-        return _farthest_by_kernels(asked, criterion.name, known, most)
+        kernels = KernelSearch.of(asked)
+        return None if kernels is None else kernels.farthest(partial(_accepted, asked, criterion.name), known, most)
     best: tuple[Fraction, Proved] | None = None
     for search in searches(asked, criterion):
         found = _farthest_by(asked, criterion.name, search, known if best is None else best[0], most)
@@ -602,18 +493,6 @@ def _farthest_by(
         alpha = Fraction(double_below(Fraction(low) * (1 - Fraction(step))))
         shown = proved_at(asked, name, search, alpha) if alpha > max(least, known) else None
         if shown is not None:
-            return _between(partial(proved_at, asked, name, search), (alpha, shown), above)
+            return between(partial(proved_at, asked, name, search), (alpha, shown), above)
         above = alpha
     return None
-
-
-def _between(
-    proof: Callable[[Fraction], Proved | None], known: tuple[Fraction, Proved], above: Fraction
-) -> tuple[Fraction, Proved]:
-    """What is proved where floating point said too much: halving from what is proved to what is not."""
-    while above > known[0] * (1 + Fraction(_LOST)):
-        checkpoint()
-        alpha = Fraction(math.sqrt(known[0] * above))
-        shown = proof(alpha)
-        known, above = (known, alpha) if shown is None else ((alpha, shown), above)
-    return known
