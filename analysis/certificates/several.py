@@ -251,12 +251,11 @@ def proved(
     posed, assumed = well_posed(H.D, asked) if key != "forms" else (solvable(H, asked, bounds), "")
     V = "V = x^T P x + 2 sum theta_i int phi_i" if any(theta) else "V = x^T P x"
     V = f"V = y^T P y + what is stored, y = {'x+ - x' if H.discrete else 'A x - B phi'}," if stored else V
-    facts = {
+    return {
         "stable": f"{V} is positive definite (order {n})",
         "inequality": f"the matrix of order {len(falls)} is positive definite: V falls",
         "well-posed": posed,
-    }
-    return facts | rest, assumed
+    } | rest, assumed
 
 
 def unsettled(H: Plant, asked: Channels, name: str, falls: Rows, above: Rows) -> tuple[dict[str, str], str]:

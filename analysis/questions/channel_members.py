@@ -44,14 +44,13 @@ from lure.plants.delay_matrix import DelayMatrix
 _STEPS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _FAR = (0.5, 0.9, 0.99, 0.999, 1 - 1e-4, 1 - 1e-6)
 _FACTORS = (1e-6, 1e-4, 1e-2, 0.1, 1.0, 10.0, 100.0)  # of ReLUs, beyond what is proved: where a ray is looked for
-_SHAPES, _CORNERS, _LARGEST = 3, 4, 1e6
+_SHAPES, _CORNERS, _LARGEST, _HALVES, _WHOLE = 3, 4, 1e6, (1, 3, 5, 7), (0, 1, 2, 3, 4)
 _TRIED, _RADII = 20, (Fraction(1, 10**10), Fraction(1, 10**7))
 _NEAR, _SAMPLES, _LONG = 1e-4, 200, 1200
 _SHORT, _FEW = 60, 12  # samples and signals with which slopes are compared
 _INSIDE = 128  # the share of a class by which gains are above its lower end
 _MOST_STATES, _MOST_CHANNELS, _STARTS, _KEPT, _BEYOND = 20, 6, 40, 2, 30.0  # of the search for periodic solutions
 _MOST_OF_RAY = 30  # states and channels: beyond them the exact eigenvector of a ray takes the checker minutes
-_HALVES, _WHOLE = (1, 3, 5, 7), (0, 1, 2, 3, 4)
 
 
 def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
@@ -73,10 +72,9 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
         return _by_rays(asked)
     if not asked.classes.operators:
         return gains_refuting(asked, most=most)
-    wide = wide_channels(asked)
-    if wide and len(wide) == sum(map(len, asked.classes.operators)):
-        return matrices_refuting(asked, most)
-    if wide:
+    if wide := wide_channels(asked):
+        if len(wide) == sum(map(len, asked.classes.operators)):
+            return matrices_refuting(asked, most)
         return as_members(asked, members_refuting(narrowed(asked), most=most))
     if asked.classes.performance is not None and asked.classes.rectified:
         return _by_signal(asked, most)
@@ -148,8 +146,8 @@ def _by_rays(asked: Problem) -> tuple[Fraction, Refuted] | None:
         return None
     ends = [[Fraction(end) for end in one.gains] for one in classes.classes]
     lower, upper = (np.array([float(pair[k]) for pair in ends]) for k in range(2))
-    rectified = [one.rectifier for one in classes.classes]
-    search = ReluRays(*H.doubles(), lower, upper, rectified, classes.blocks, H.dt is not None)
+    relus = [one.rectifier for one in classes.classes]
+    search = ReluRays(*H.doubles(), lower, upper, relus, classes.blocks, H.dt is not None)
     for found in islice(search.found(), _TRIED):
         rows = [
             [high if g == float(high) else low if g == float(low) else Fraction(g) for g, (low, high) in pairs]

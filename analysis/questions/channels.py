@@ -273,9 +273,9 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
     family = isinstance(asked.plant, ChannelFamily)
     late = not family and loop_plant(asked.plant).order > _MOST_ROUTH
 
-    def afterwards() -> None:
-        against = guarded("constant gains", partial(_against, asked, before), passing=(TimeoutError,))
-        found.against = against if isinstance(against, tuple) else None
+    def refute(name: str, search: Callable[[], tuple[Fraction, Refuted] | None]) -> None:
+        shown = guarded(name, search, passing=(TimeoutError,))
+        found.against = shown if isinstance(shown, tuple) else found.against
 
     def gains() -> None:
         nonlocal before
@@ -293,21 +293,6 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
         if isinstance(said[-1], tuple):
             found.proofs.append(said[-1])
 
-    def switch() -> None:
-        search = partial(parameters_refuting if family else switching_refuting, asked, found.known, most)
-        jumping = guarded("switched gains", search, passing=(TimeoutError,))
-        found.against = jumping if isinstance(jumping, tuple) else found.against
-
-    def grow() -> None:
-        ray = guarded("rays of ReLUs", partial(rays_refuting, asked, found.known), passing=(TimeoutError,))
-        found.against = ray if isinstance(ray, tuple) else found.against
-
-    def oscillate() -> None:
-        orbits = guarded(
-            "periodic solutions", partial(orbits_refuting, asked, found.known, most), passing=(TimeoutError,)
-        )
-        found.against = orbits if isinstance(orbits, tuple) else found.against
-
     yield "constant gains", gains
     if found.stopped is None and (found.against is None or found.against[0] != 0):
         most, kind = math.inf if found.against is None else float(found.against[0]), -1
@@ -323,15 +308,19 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
             if isinstance(said[-1], tuple) or (said[-1] is None and one.kind):
                 kind = one.kind  # the others of this kind prove less
         if late:
-            yield "constant gains", afterwards
+            yield "constant gains", partial(refute, "constant gains", lambda: _against(asked, before))
             most = math.inf if found.against is None else float(found.against[0])
         if asked.classes.rectified and found.against is None:
-            yield "rays of ReLUs", grow
+            yield "rays of ReLUs", partial(refute, "rays of ReLUs", lambda: rays_refuting(asked, found.known))
         elif found.known < most * (1 - _NEAR):
-            yield "switched gains", switch
+            changing = parameters_refuting if family else switching_refuting
+            yield "switched gains", partial(refute, "switched gains", lambda: changing(asked, found.known, most))
         most = math.inf if found.against is None else float(found.against[0])
         if found.known < most * (1 - _OPEN) and not family:
-            yield "periodic solutions", oscillate
+            yield (
+                "periodic solutions",
+                partial(refute, "periodic solutions", lambda: orbits_refuting(asked, found.known, most)),
+            )
     found.complete = found.stopped is None
 
 

@@ -159,12 +159,7 @@ def _proved(document: Document, asked: Asked) -> bool:
         "the theorem is for locally Lipschitz nonlinearities",
     )
     require(not (popov and asked.discrete), "Popov's criterion is for continuous time")
-    for i, nonlinearities in enumerate(asked.nonlinearities):
-        state_only = all(asked.D[i, j] == 0 for j in range(m))
-        require(
-            theta[i] == 0 or (state_only and not nonlinearities.time_varying and not nonlinearities.operator),
-            "Popov's term does not fit its channel",
-        )
+    _require_fitting(theta, asked)
     zero, loose = (("zero",) if "zero" in mapping(document.proof) else ()), "semidefinite" in mapping(document.proof)
     proof = record(document.proof, "method", "P", "exponent", *zero, *(("semidefinite",) if loose else ()))
     require(proof["method"] == "matrix", "the method does not fit the theorem")
@@ -205,6 +200,14 @@ def _proved(document: Document, asked: Asked) -> bool:
             if all(map(positive_definite, (arb_mat(least), falls, *map(arb_mat, needed)))):
                 return bool(zero)
     raise NotShown("V, the multiplier or the matrix of the inequality is not shown to be positive definite")
+
+
+def _require_fitting(theta: Sequence[Fraction], asked: Asked) -> None:
+    """Check that Popov's terms are of functions that do not depend on time, of outputs without direct term."""
+    for i, one in enumerate(asked.nonlinearities):
+        state_only = all(asked.D[i, j] == 0 for j in range(asked.D.ncols()))
+        fits = state_only and not one.time_varying and not one.operator
+        require(theta[i] == 0 or fits, "Popov's term does not fit its channel")
 
 
 def _nonnegative(form: fmpq_mat) -> bool:
