@@ -40,9 +40,9 @@ def test_what_was_asked_and_not_proved_is_still_said_not_to_be_shown(tmp_path):
     assert "Not shown: a rate of decay" in str(report)
 
 
-@pytest.mark.parametrize("question", ["region", "gain", "steady"])
+@pytest.mark.parametrize("question", ["region", "steady"])
 def test_a_question_without_an_answer_is_refused_by_its_key(tmp_path, question):
-    # a region is one of a known nonlinearity, a gain one from w to z, a response one of slopes: the file has none
+    # a region is one of a known nonlinearity, a response one of slopes: the file has none
     with pytest.raises(InputError, match=rf"^report\.ask has '{question}', "):
         report_on(made(tmp_path, question), output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
