@@ -7,10 +7,9 @@ e^{-s T_k} K C_k)(s - M(s))^-1 B (1 - L K D) + K D``.  In neutral equations read
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import product
 
 from flint import acb, acb_mat, acb_series, arb, fmpq_mat
 
@@ -19,7 +18,6 @@ from lure.analysis.certificates.second.numerics import ball
 from lure.analysis.certificates.second.reading import require, tick
 
 _MOST, _DOUBLINGS, _NARROWEST = 20_000, 60, 2**40
-_ARCS = 64
 Series = list[list[acb_series]]
 
 
@@ -106,45 +104,49 @@ class LateLoop:
         small = acb(0, (1 / omega).union(arb(0)) if a is None else 1 / omega)
         return acb_mat.det(one + M * small)
 
-    def at_any_phase(self, u: arb) -> Iterator[list[tuple[acb_mat, acb_mat]] | None]:
+    @property
+    def turning(self) -> list[int]:
+        """The dead times with which ``x'`` arrives."""
+        return [k for k, pair in enumerate(self.rates) if any(v != 0 for side in pair for v in side.entries())]
+
+    def at_any_phase(self, u: arb, arcs: Sequence[tuple[Fraction, Fraction]]) -> list[tuple[acb_mat, acb_mat]] | None:
         """What arrives of ``H`` and of ``s H`` without dead time, and with each, ``|s| = 1/u``, for any waits inside.
 
-        In neutral equations for each arc of the phases that ``x'`` arrives with, which are then in the first.
+        In neutral equations for arcs of the phases that ``x'`` arrives with, which are then in the first.
 
         Parameters
         ----------
         u : arb
             ``1/omega``; it may contain 0.
+        arcs : sequence of pairs of Fraction
+            Two ends for each of :attr:`turning` [turns].
 
-        Yields
-        ------
+        Returns
+        -------
         list of (acb_mat, acb_mat) or None
             (p, m) each, without the phase of the output's own dead time; None if nothing is shown.
         """
         n, over, any_phase = self.A.nrows(), acb(0, -u), acb(arb(0, 1), arb(0, 1))
-        unit = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
-        moved = [any(v != 0 for side in pair for v in side.entries()) for pair in self.rates]
-        pieces = _ARCS // max(sum(moved), 1)
-        arcs = [acb(0, (arb(k).union(arb(k + 1))) * 2 * arb.pi() / pieces).exp() for k in range(pieces)]
-        for phases in product(*(arcs if own else [any_phase] for own in moved)):
-            M, one = acb_mat(self.A), unit
-            for wait, (_, A, _), (E, _) in zip(phases, self.late, self.rates, strict=True):
-                M, one = M + acb_mat(A) * wait, one - acb_mat(E) * wait
-            try:
-                states = (one - M * over).solve(acb_mat(self.B))
-            except ZeroDivisionError:
-                yield None
-                continue
-            plain, turned, apart = acb_mat(self.C) * states, acb_mat(self.C) * states, []
-            plain = plain * over + acb_mat(self.D)
-            for wait, own, (_, _, C), (_, D) in zip(phases, moved, self.late, self.rates, strict=True):
-                side = acb_mat(C) * states
-                h = side * over + acb_mat(D) * states  # s H is not asked for in rows with D
-                if own:
-                    plain, turned = plain + h * wait, turned + side * wait
-                else:
-                    apart.append((h, side))
-            yield [(plain, turned), *apart]
+        phases = [any_phase] * len(self.late)
+        for k, (start, end) in zip(self.turning, arcs, strict=True):
+            phases[k] = acb(0, ball(start).union(ball(end)) * 2 * arb.pi()).exp()
+        M, one = acb_mat(self.A), acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        for wait, (_, A, _), (E, _) in zip(phases, self.late, self.rates, strict=True):
+            M, one = M + acb_mat(A) * wait, one - acb_mat(E) * wait
+        try:
+            states = (one - M * over).solve(acb_mat(self.B))
+        except ZeroDivisionError:
+            return None
+        turned, apart = acb_mat(self.C) * states, list[tuple[acb_mat, acb_mat]]()
+        plain = turned * over + acb_mat(self.D)
+        for k, ((_, _, C), (_, D)) in enumerate(zip(self.late, self.rates, strict=True)):
+            side = acb_mat(C) * states
+            h = side * over + acb_mat(D) * states  # s H is not asked for in rows with D
+            if k in self.turning:
+                plain, turned = plain + h * phases[k], turned + side * phases[k]
+            else:
+                apart.append((h, side))
+        return [(plain, turned), *apart]
 
     def at(self, omega: arb) -> acb_mat:
         """The transfer matrix at ``i omega``.

@@ -34,6 +34,7 @@ from lure.analysis.certificates.second.reading import Document, NotShown, listed
 from lure.analysis.certificates.second.zero import require_one_solution, shifted_by
 
 _BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS = 192, 20_000, 2**36, 6, 500, 40
+_SHARE = 8  # of an arc, as wide as all frequencies beyond the last
 _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
 
 
@@ -379,31 +380,30 @@ def _at_any_phase(loop: _Loop, known: Sequence[_Channel], row: _Row, most: Fract
     With ``Y = Y_0 + sum w_k Y_k``, ``|w_k| = 1``, ``x^* F x`` is at least the form of ``|x|`` with ``2 Re Y_0 - 2 sum
     |Y_k|`` on the diagonal and less ``|Y_0 + Y_0^*| + sum |Y_k| + |Y_k'|`` beside it; less what is quadratic in ``H``.
     """
-    stack = [(Fraction(0), most)]
-    for _ in range(_PHASES):
+    turns = len(loop.plant.turning) if loop.plant is not None else 0
+    stack = [((Fraction(0), most), *[(Fraction(0), Fraction(1))] * turns)]
+    for _ in range(_PHASES * 4**turns):
         tick()
         if not stack:
             return True
-        a, b = stack.pop()
-        if not _compared(loop, known, row, ball(a).union(ball(b))):
-            stack += [(a, (a + b) / 2), ((a + b) / 2, b)]
+        (a, b), *arcs = sides = stack.pop()
+        u = ball(a).union(ball(b))
+        arriving = loop.plant.at_any_phase(u, arcs) if loop.plant is not None else _arriving(loop, u)
+        if arriving is None or not _above(arriving, known, row):
+            wide = [(b - a) / most / _SHARE, *(end - start for start, end in arcs)]
+            k = wide.index(max(wide))
+            start, end = sides[k]
+            middle = (start + end) / 2
+            stack += [(*sides[:k], half, *sides[k + 1 :]) for half in ((start, middle), (middle, end))]
     return False
 
 
-def _compared(loop: _Loop, known: Sequence[_Channel], row: _Row, u: arb) -> bool:
+def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], row: _Row) -> bool:
     """Whether the form of ``|x|`` is positive definite there, in ``mu`` before any shift: ``(e + l H)* x (e + u H)``.
 
     Of delays ``x (|mu|^2 - |sigma|^2)``, of slow ones ``x |mu|^2 - x |sigma|^2/(1 - d) + y |mu + sigma|^2 - y h^2
     |sigma'|^2``.
     """
-    return all(
-        arriving is not None and _above(arriving, known, row)
-        for arriving in (loop.plant.at_any_phase(u) if loop.plant is not None else [_arriving(loop, u)])
-    )
-
-
-def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], row: _Row) -> bool:
-    """The same for what arrives without dead time, and with each."""
     m = len(known)
     first, late = [[acb(0)] * m for _ in known], [[arb(0)] * m for _ in known]
     less = [[arb(0)] * m for _ in known]
