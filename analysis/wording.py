@@ -213,7 +213,7 @@ def destroys(shown: Refuted) -> str:
     does = "makes the loop oscillate" if moves and method_of(shown) in _ORBITS else _DOES[conclusion]
     verb, _, rest = does.partition(" ")
     said = counterexample(shown)
-    alone = said.startswith(("phi = ", "the gain ")) and " and " not in said
+    alone = said.startswith(("phi = ", "the gain ", "the matrix ")) and " and " not in said
     several = not alone and (
         method_of(shown) in ("linear-gains", "linear-members", *_LATE, *_MOVING) or " and the gains" in said
     )

@@ -10,7 +10,7 @@ from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Verdict
-from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
+from lure.classes import FULL_BLOCK, Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.files.system import LoopSystem, ManyChannels
 from lure.loop import Loop, LoopModel
@@ -83,6 +83,8 @@ def channel_kinds(problem: Problem) -> list[Problem]:
 def _named(one: NonlinearityClass) -> str:
     if one.memory or "delay" in one.operator:
         return one.memory or one.operator
+    if one.operator == FULL_BLOCK:
+        return "full-block sector"
     return "operator" if one.operator else "gain" if one.linear else "ReLU" if one.rectifier else _kind(one)
 
 
