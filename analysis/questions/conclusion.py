@@ -154,7 +154,9 @@ class Certification(Record):
         return None if self.shown is None else self.shown.certificate
 
     def __str__(self) -> str:
-        said = plain(self.detail)
+        said, kind = plain(self.detail), "" if self.shown is None else str(self.shown.certificate["system"]["kind"])
+        if kind.startswith("rod"):  # a force that the system has is not part of the claim
+            said = f"{'of the upwind scheme ' if kind.startswith('rod-scheme') else ''}without load, {said}"
         return f"{self.verdict}: {said}" if self.code is None else f"{self.verdict} ({self.code}): {said}"
 
     def _page(self) -> Page:

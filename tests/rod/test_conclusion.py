@@ -6,6 +6,7 @@ import pytest
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.questions.certify import certify
 from lure.analysis.questions.conclusion import MismatchError
 from lure.analysis.rod.certificates import energy_theorem_draft
 from lure.analysis.rod.conclusion import concluded as concluded_of
@@ -23,6 +24,11 @@ def scheme_of(**changes):
 
 def concluded(scenario=None, **changes):
     return conclusion(scheme_of(**changes), scenario or Scenario())
+
+
+def test_a_certificate_of_a_driven_rod_is_printed_as_what_it_is():
+    # figure 8 is driven by 2 sin 4t and never rests
+    assert str(certify(builtin_system("paper-rod-figure-8"))).startswith("PROVED: without load, every motion")
 
 
 @pytest.mark.parametrize(
