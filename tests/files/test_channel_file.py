@@ -146,7 +146,7 @@ def test_a_table_of_an_array_is_changed_by_its_number():
 @pytest.mark.parametrize(
     ("text", "settings", "said"),
     [
-        (THREE + GAIN * 2, (), r"class: the tables \[\[class\]\] are about 2 channels, and the plant has 3 inputs"),
+        (THREE + GAIN * 2, (), r"class: the tables \[\[class\]\] are about 2 channels, and the plant has 3 of them"),
         (THREE + "[class]\nsector = [0, 1]\n", (), "about 1 channel, and the plant has 3"),
         (THREE + "[class]\nsector = [0, 1]\n" + GAIN, (), r"loop.toml has both \[class\] and \[\[class\]\]; give"),
         (

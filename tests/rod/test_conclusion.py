@@ -55,7 +55,7 @@ def test_it_says_what_the_certificates_say_of_their_class():
         complete_and_check(energy_theorem_draft(block)).certificate for block in (RodPlant(scheme.rod), scheme)
     )
     assert rod["conclusion"] == discrete["conclusion"]
-    named = rod["conclusion"].replace("motion", "motion of the rod", 1)
+    named = rod["conclusion"].replace("motion", "motion of the rod", 1).replace("law", "nonlinearity")
     assert result.headline == f"Without load, {named}."
     assert rod["laws"]["sector"] == ["0", "inf"]
     assert result.found.nonlinearity_class == "phi, time-invariant, in the sector [0, inf]"

@@ -157,7 +157,10 @@ def test_where_every_point_failed_the_summary_and_the_page_say_so(servo, tmp_pat
         ({"over": {A: [1]}, "ask": "region"}, "servo.toml has no [nonlinearity]"),
         ({"system": "paper-rod", "ask": "rod", "boxes": {"rod.gap": [1, 2]}}, "[boxes] takes what may be an interval"),
         ({"boxes": {"class.sector": [1, 2]}}, "boxes.class.sector is no number of servo.toml; give values"),
-        ({"over": {A: [1, 2]}, "ask": ["class", "gain"]}, "ask is 'gain', and no point can be asked that: the L2 gain"),
+        (
+            {"over": {"class.sector": [[0, "inf"]]}, "ask": "gain"},
+            "ask is 'gain', and no point can be asked that: an L2 gain",
+        ),
         ({"over": {A: [1]}, "system": None}, "system is missing; give"),
         ({"over": {A: {"from": 1, "to": 2}}}, "over.plant.parameters.a.count is missing; give"),
         ({"over": {A: [1, 2]}, "refine": 3}, "refine is 3; give 'boundary'"),
