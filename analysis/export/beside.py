@@ -75,7 +75,7 @@ def _text(data: Mapping[str, Any], claim: str, H: Plant, parts: list[_Part]) -> 
             rows.append([values.get(j, Fraction(0)) for j in range(n)])
     loop = of_states(H.A, H.B, H.C, H.D, discrete=H.discrete)
     whole = FallingTheorem(data, replace(loop, bounds=bounds, theta=theta, rows=rows))
-    lines = whole.statement()
+    lines = whole.opening()
     for k, one in enumerate(parts):
         lines.append(f"  assert (E{k} := {_applied(k, one, whole)}).")
     ends = [f"E{k}_{p}" for k, one in enumerate(parts) for p in range(len(one.theorem.loop.rows))]

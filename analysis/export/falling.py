@@ -214,7 +214,7 @@ class FallingTheorem:
         found += f" ({' '.join(varying)} : {self.moment} -> R -> R)" * bool(varying)
         return " (K : R)" * self.loop.each + found, ["K"] * self.loop.each + phis + varying
 
-    def statement(self) -> list[str]:
+    def opening(self) -> list[str]:
         """The statement, and the names of what it is about."""
         binders, names = self.binders()
         told, ends = [f"  ({text}) ->" for _, text in self.hypotheses()], self.conclusions()
@@ -225,7 +225,7 @@ class FallingTheorem:
 
     def theorem(self) -> str:
         """The statement and its proof."""
-        lines = self.statement()
+        lines = self.opening()
         entries = "; ".join(self.entry(k) for k in range(self.forms.size))
         lines.append(f"  pose (z := fun t : {self.moment} => [{entries}]).")
         lines += self.by_steps() if self.discrete else self.in_time()
