@@ -259,19 +259,23 @@ def plants_words(system: Mapping[str, Any]) -> str:
     return f" for every {', '.join(varied)}"
 
 
+def _beside_operators(shown: _Shown) -> list[str]:
+    """The constant gains of a counterexample in the channels without operators."""
+    kinds = shown.certificate["laws"]["channels"]
+    return [gain for gain, one in zip(_proof(shown)["gains"], kinds, strict=True) if "operator" not in one]
+
+
 def _destabilising(shown: _Shown) -> str:
     proof, method = _proof(shown), method_of(shown)
     if method in ("linear-gain", "matrix-gain"):
         gain = Fraction(proof["gain"])
         return linear_gain(gain)
     if method == "linear-members":
-        kinds = shown.certificate["laws"]["channels"]
-        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
+        own = _beside_operators(shown)
         words = [_linear(shown, own)] if own else []
         return " and ".join(words + ["all-pass operators"] * bool(proof["operators"])) or "the linear loop"
     if method == "delayed-members":
-        kinds = shown.certificate["laws"]["channels"]
-        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
+        own = _beside_operators(shown)
         delays = [f"a delay of {bound_below(Fraction(tau))}" for tau in proof["delays"]]
         return " and ".join([*delays, *([_linear(shown, own)] if own else [])])
     if method == "signal":
@@ -279,14 +283,12 @@ def _destabilising(shown: _Shown) -> str:
         jumps = " with gains that jump" if any(isinstance(one[0], list) for one in proof["slopes"]) else ""
         return f"a disturbance of {len(proof['inputs'])} {steps}, from rest,{jumps}"
     if method == "delayed-gains":
-        kinds, i = shown.certificate["laws"]["channels"], int(proof["channel"])
-        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
+        own, i = _beside_operators(shown), int(proof["channel"])
         size = f"{proof['samples']} samples" if "samples" in proof else bound_below(Fraction(proof["delays"][1]))
         late = f"a delay of {size} in channel {i}"
         return f"{late} and the gains {', '.join(_near(Fraction(gain)) for gain in own)}" if own else late
     if "matrices" in proof:
-        kinds = shown.certificate["laws"]["channels"]
-        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if "operator" not in one]
+        own = _beside_operators(shown)
         rows = ["; ".join(", ".join(_near(Fraction(v)) for v in row) for row in one) for one in proof["matrices"]]
         matrices = " and ".join(f"the matrix of gains [{text}]" for text in rows)
         return f"{_linear(shown, own)} and {matrices}" if own else matrices

@@ -47,7 +47,9 @@ def _certificate(text: str) -> object:
 
 @app.command(help=texts.GAIN)
 def gain(
-    system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file, with a table [performance] or without.")],
+    system: Annotated[
+        str, typer.Argument(metavar="SYSTEM", help="A TOML file, with a table [performance] or without.")
+    ],
     output: Annotated[Path | None, _certificate("Write the certificate of the bound, or that there is none.")] = None,
     witness: Annotated[Path | None, option("--witness", "FILE", "Write that of the member with a large gain.")] = None,
     force: Force = False,
