@@ -285,7 +285,7 @@ class NonlinearityTable(BaseModel):
     """
 
     model_config = ConfigDict(strict=True, extra="allow", frozen=True, title="nonlinearity")
-    kind: Kind = Field(description="the kind of nonlinearity")
+    kind: Kind = Field(description="the kind of nonlinearity, such as saturation or expression")
     repeated: Count = Field(default=1, description="in how many channels in turn this one acts")
     channel: Channel = Field(
         default=None, description="the first of these, where [[class]] tables are about the others"

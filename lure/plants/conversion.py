@@ -119,6 +119,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
           returned as it is;
         - ``(num, den)``: lists or texts of coefficients, highest power first;
         - ``(A, B, C)`` or ``(A, B, C, D)``: ints, Fractions, floats, texts; nested lists or arrays, of any shapes;
+        - what ``scipy.signal.cont2discrete`` returns, ``(num, den, dt)`` with a row ``num``, or ``(A, B, C, D, dt)``;
         - a list of rows of formulas or blocks, ``[["1/(s+1)", "0"], ["1/s", "1/(s+2)"]]``: a transfer matrix, outputs
           down; with ``exp(-T*s)`` in one it becomes a ``DelayMatrix``;
         - a formula: ``"1/(s*(s+1))"``, ``"z/(z-0.5)"``; with ``exp(-T*s)`` it becomes a ``DelayPlant``;
@@ -240,10 +241,14 @@ def _transfer_entry(entry: object, dt: object, name: str) -> RationalPlant | Del
 
 
 def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpace | MultivariablePlant:
-    """``(num, den)`` or ``(A, B, C[, D])``."""
+    """``(num, den)``, ``(A, B, C[, D])``, or scipy's ``cont2discrete``: ``([num], den, dt)``, ``(A, B, C, D, dt)``."""
+    if len(parts) == 5:
+        return _from_matrices(parts[:4], sampling_time(dt, parts[4], name="the system"))
+    row = getattr(parts[0], "shape", (0,)) if len(parts) == 3 and isinstance(parts[2], int | float) else (0,)
+    if row[0] == 1 < row[-1]:  # a numerator as scipy writes it: it is no A, which is square
+        return _ratio(cast("Sequence[object]", parts[0])[0], parts[1], sampling_time(dt, parts[2], name="the system"))
     if len(parts) == 2:
-        top, bottom = (coefficients(part, name) for part, name in zip(parts, ("numerator", "denominator"), strict=True))
-        return RationalPlant(top, bottom, sampling_time(dt))
+        return _ratio(*parts, sampling_time(dt))
     if len(parts) not in (3, 4):
         raise InputError(f"a system of {len(parts)} parts is unknown; give (num, den) or (A, B, C) or (A, B, C, D)")
     if isinstance(parts[0], str):

@@ -161,6 +161,19 @@ def test_mixed_sampling_times_are_refused_for_every_source(source, dt):
     assert "leave dt out or convert the system" in refusal(as_plant, source, dt=dt)
 
 
+def test_what_scipy_makes_of_a_plant_in_continuous_time_is_that_plant_in_discrete_time():
+    # 1/(s + 1) held for .5 s: c/(z - a) with a = exp(-.5), c = 1 - a
+    sampled = [
+        scipy.signal.cont2discrete(([1], [1, 1]), 0.5),
+        scipy.signal.cont2discrete(tuple(np.array([[v]]) for v in (-1.0, 1.0, 1.0, 0.0)), 0.5),
+    ]
+    for found in map(as_plant, sampled):
+        assert found.dt == F(1, 2)
+        assert [*map(float, found.numerator)] == pytest.approx([1 - math.exp(-0.5)])
+        assert [*map(float, found.denominator)] == pytest.approx([1, -math.exp(-0.5)])
+    assert "leave dt out" in refusal(as_plant, sampled[0], dt=1)
+
+
 def test_a_loop_is_asked_for_its_block():
     with pytest.raises(
         InputError, match=r"a LoopSystem is a block and what closes the loop; give its block, loop\.block"
