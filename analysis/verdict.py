@@ -56,6 +56,7 @@ Kind = Literal[
     "disturbance",
     "delay",
     "ray",
+    "equilibrium",
 ]
 
 

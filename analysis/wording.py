@@ -330,6 +330,8 @@ def _destabilising(shown: _Shown) -> str:
         return f"{', '.join(parts)}, of any width, period {float(period):.7g} s"
     if method == "orbit":
         return _graph(proof)
+    if method == "equilibrium":
+        return "; ".join(_graph(one) for one in proof["nonlinearities"])
     if method == "sampled-orbit":
         graphs, period = [_graph(one) for one in proof["nonlinearities"]], len(proof["inputs"]) * (1 + proof["half"])
         return f"{'; '.join(graphs)}, period {period} samples"

@@ -67,7 +67,9 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
     if method == "memory-orbit":
         return 1, hysteresis(H, asked, proof)
     if method == "sampled-orbit":
-        return 1, sampled(H, asked, proof)
+        return 1, signals.sampled(H, asked, proof)
+    if method == "equilibrium":
+        return 2, signals.resting(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
     if "unlimited" in proof:
         return 11, unlimited(H, asked, proof)
@@ -490,7 +492,7 @@ def oscillation(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     plain = not asked.operators and not any(family.memory for family in asked.families)
     need(plain and not H.discrete, "orbits of flows are for continuous time, and for functions of sigma")
     X0, times, half, Y, r = states.orbit_numbers(rest, pieces, len(H.A))
-    lines = [phi.lines for phi in graphs(given, asked, half)]
+    lines = [phi.lines for phi in signals.graphs(given, asked, half)]
     form(all(isinstance(row, list) and len(row) == len(lines) for row in pieces), "a stay has a piece in each channel")
     path = [[integer(p, 0, len(own) - 1) for p, own in zip(row, lines)] for row in pieces]
     path += [[len(own) - 1 - p for p, own in zip(path[0], lines)] if half else path[0]]
@@ -508,41 +510,6 @@ def oscillation(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
         watched = [(row, side, k == i, k == last[0]) for k, (row, side) in enumerate(zip(sigma, sides))]
         stays.append(states.Stay(G, [*sigma[i][:-1], sigma[i][-1] - level / X0[-1]], watched))
     return states.periodic(stays, (X0, times), Y, r, -1 if half else 1)
-
-
-def graphs(given: Any, asked: Channels, half: bool) -> list[states.Graph]:
-    """The nonlinearity of each channel, one being given for each block; odd ones if half a period is."""
-    form(isinstance(given, list) and len(given) == len(asked.blocks), "one nonlinearity is needed for each block")
-    found = list[states.Graph]()
-    for block, one in zip(asked.blocks, given):
-        phi, family = states.piecewise(*fields(one, "points", "left", "right")), asked.families[block[0]]
-        need(phi.member(family._replace(odd=family.odd or half)), "a nonlinearity is not in its class, or not odd")
-        found += [phi] * len(block)
-    return found
-
-
-def sampled(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
-    """A periodic solution in samples, exactly: ``x+ = A x - B phi``, ``phi_i`` that of ``sigma = C x - D phi``.
-
-    After the last sample the state is what it was, or with ``half`` its negative, all ``phi_i`` being odd.
-    """
-    _, given, listed, state, half = fields(proof, "method", "nonlinearities", "inputs", "state", "half")
-    plain = not asked.operators and not any(family.memory for family in asked.families)
-    need(plain and H.discrete, "sampled orbits are for discrete time, and for functions of sigma")
-    form(type(half) is bool, "half is true or false")
-    own, first = graphs(given, asked, half), numbers(state, len(H.A))
-    form(isinstance(listed, list) and 0 < len(listed) <= MOST_STEPS, f"an orbit has 1 to {MOST_STEPS} samples")
-    x, second = first, first
-    for t, row in enumerate(listed):
-        tick()
-        mu = [-v for v in numbers(row, len(own))]
-        sigma = [dot(c, x) + dot(d, mu) for c, d in zip(H.C, H.D)]
-        need(all(phi.at(s) == -v for phi, s, v in zip(own, sigma, mu)), f"sample {t} is not on the nonlinearities")
-        x = [dot(a, x) + dot(b, mu) for a, b in zip(H.A, H.B)]
-        second = second if t else x
-    need(x == [-v if half else v for v in first], "the state does not return")
-    need(second != first, "the orbit rests")
-    return {"orbit": f"a periodic solution of {len(listed) * (1 + half)} samples"}
 
 
 def hysteresis(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:

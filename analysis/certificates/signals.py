@@ -1,4 +1,4 @@
-"""What a disturbance gets through a loop from rest, in exact samples or in balls; part of the checker.
+"""What a disturbance gets through a loop from rest, in samples or in balls; exact orbits, equilibria; of the checker.
 
 Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
 """
@@ -10,12 +10,17 @@ from math import comb
 from typing import Any
 
 from . import arithmetic as exact
-from . import frequencies, pieces
+from . import frequencies, pieces, states
 from .arithmetic import INF, ZERO, fields, form, integer, need, number, numbers, real, tick
 from .balls import Ball, ball, box, dot, exponential, norm, product, size
-from .channels import DELAYS, Channels, Plant, Rows, each, member, ordered
+from .channels import DELAYS, Channels, Plant, Rows, closed_by, each, member, ordered, rank
 
-MOST_STEPS, TERMS, SHORT = 2000, 20, 96  # terms of a series, and the bits that its squares are given
+MOST_STEPS, MOST_SAMPLES, TERMS, SHORT = (
+    2000,
+    1000,
+    20,
+    96,
+)  # terms of a series, and the bits that its squares are given
 Line = tuple[Fraction, Fraction]
 
 
@@ -256,3 +261,60 @@ def delayed_members(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[st
     need(box(left, omega, omega, 12), "the gain of this loop is not shown to be larger")
     waits = f", the delays being {', '.join(map(str, taus.values()))}" * bool(taus)
     return 8, {"gain": f"|T w| > gamma |w| at omega = {omega}{waits}"}
+
+
+def graphs(given: Any, asked: Channels, half: bool) -> list[states.Graph]:
+    """The nonlinearity of each channel, one being given for each block; odd ones if half a period is."""
+    form(isinstance(given, list) and len(given) == len(asked.blocks), "one nonlinearity is needed for each block")
+    found = list[states.Graph]()
+    for block, one in zip(asked.blocks, given):
+        phi, family = states.piecewise(*fields(one, "points", "left", "right")), asked.families[block[0]]
+        need(phi.member(family._replace(odd=family.odd or half)), "a nonlinearity is not in its class, or not odd")
+        found += [phi] * len(block)
+    return found
+
+
+def sampled(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """A periodic solution in samples, exactly: ``x+ = A x - B phi``, ``phi_i`` that of ``sigma = C x - D phi``.
+
+    After the last sample the state is what it was, or with ``half`` its negative, all ``phi_i`` being odd.
+    """
+    _, given, listed, state, half = fields(proof, "method", "nonlinearities", "inputs", "state", "half")
+    plain = not asked.operators and not any(family.memory for family in asked.families)
+    need(plain and H.discrete, "sampled orbits are for discrete time, and for functions of sigma")
+    form(type(half) is bool, "half is true or false")
+    own, first = graphs(given, asked, half), numbers(state, len(H.A))
+    form(isinstance(listed, list) and 0 < len(listed) <= MOST_SAMPLES, f"an orbit has 1 to {MOST_SAMPLES} samples")
+    x, second = first, first
+    for t, row in enumerate(listed):
+        tick()
+        mu = [-v for v in numbers(row, len(own))]
+        sigma = [dot(c, x) + dot(d, mu) for c, d in zip(H.C, H.D)]
+        need(all(phi.at(s) == -v for phi, s, v in zip(own, sigma, mu)), f"sample {t} is not on the nonlinearities")
+        x = [dot(a, x) + dot(b, mu) for a, b in zip(H.A, H.B)]
+        second = second if t else x
+    need(x == [-v if half else v for v in first], "the state does not return")
+    need(second != first, "the orbit rests")
+    return {"orbit": f"a periodic solution of {len(listed) * (1 + half)} samples"}
+
+
+def resting(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """A state that stays, exactly: ``A x - B phi`` is 0, or ``x`` in discrete time, ``phi`` that of ``C x - D phi``.
+
+    With an eigenvalue 0 (``z = 1``) of the loop at the lower bounds this is refused: all that is proved there is that
+    solutions converge to equilibria.
+    """
+    _, given, listed, state = fields(proof, "method", "nonlinearities", "inputs", "state")
+    plain = not asked.operators and not any(family.memory for family in asked.families)
+    need(plain, "equilibria are for functions of sigma")
+    own, x = graphs(given, asked, False), numbers(state, len(H.A))
+    mu = [-v for v in numbers(listed, len(own))]
+    sigma = [dot(c, x) + dot(d, mu) for c, d in zip(H.C, H.D)]
+    need(all(phi.at(s) == -v for phi, s, v in zip(own, sigma, mu)), "the state is not on the nonlinearities")
+    moved = [dot(a, x) + dot(b, mu) - v * H.discrete for a, b, v in zip(H.A, H.B, x)]
+    need(any(x) and not any(moved), "the state is 0, or does not stay")
+    least = [asked.bounds(i)[0] for i in range(len(own))]
+    closed = closed_by(H, least) if min(least) > -INF else None
+    apart = [[v - (i == j) * H.discrete for j, v in enumerate(row)] for i, row in enumerate(closed or [])]
+    need(closed is not None and rank(apart) == len(x), "equilibria refute nothing in the critical case")
+    return {"equilibrium": "a state other than 0 at which a loop of the class stays"}

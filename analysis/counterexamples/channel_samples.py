@@ -1,6 +1,7 @@
-r"""Periodic solutions of several channels in discrete time: found in floating point, then made exact.
+r"""Periodic solutions of several channels in discrete time, and equilibria: found in floating point, then made exact.
 
-With gains ``G`` beforehand, ``phi = G sigma + w``, ``sigma = -R w`` over one period.  On some channels ``w_i`` and
+An equilibrium has a period of one sample; in continuous time, with ``R = H(0)``, there is no other.  With gains
+``G`` beforehand, ``phi = G sigma + w``, ``sigma = -R w`` over one period.  On some channels ``w_i`` and
 ``k_i sigma_i - w_i`` are ordered alike, zero included, ``k_i`` being the width of the class; on the others ``w = 0``.
 For one order of the samples ``w = V d``, ``d >= 0`` are the steps between neighbours, and the condition reads ``K A d
 >= d`` with ``A = -V^-1 R V``: a matrix game, as for one channel in :mod:`.periodic_discrete`.  Orders come from
@@ -9,10 +10,11 @@ sinusoids near a frequency where the linear loop oscillates, and from exchanges 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any, NamedTuple
 
 from flint import fmpq, fmpq_mat
@@ -33,7 +35,7 @@ from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.arrays import Complexes, Reals, np
 from lure.errors import InputError
 
-_LONGEST, _MOST_SAMPLES, _ALL = 12, 36, 400
+_LONGEST, _MOST_SAMPLES, _ALL = 12, 36, 800
 _SUBSETS, _WAVES, _RISES, _CLIMBS = 7, 3, 30, 12
 _GAIN, _TINY, _NONE = 1e-9, 1e-12, 1e-200
 _GIVEN = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
@@ -65,7 +67,7 @@ class SampledOrbits:
     Parameters
     ----------
     plant : Plant
-        In discrete time, exactly.
+        Exactly.
     lower, upper : sequence of Fraction
         Bounds of the classes; the upper ones are multiplied by the factor.
     blocks : sequence of sequence of int
@@ -131,9 +133,11 @@ class SampledOrbits:
                 if closed is None:
                     continue
                 A, B, C, D = (np.array([[float(v) for v in row] for row in side]) for side in closed[:4])
-                for q in range(1, min(_LONGEST, _MOST_SAMPLES // len(inside)) + 1):
-                    for twist in (1, -1):
+                longest = min(_LONGEST, _MOST_SAMPLES // len(inside)) if self.plant.discrete else 1
+                for q in range(1, longest + 1):
+                    for twist in (1, -1) if self.plant.discrete else (1,):
                         roots = np.exp(1j * np.pi * (2 * np.arange(q) + (twist < 0)) / q)
+                        roots = roots if self.plant.discrete else np.zeros(1)
                         try:
                             states = np.linalg.solve(roots[:, None, None] * np.eye(len(A)) - A, B[None].astype(complex))
                         except np.linalg.LinAlgError:
@@ -148,10 +152,9 @@ class SampledOrbits:
 
     def _patterns(self, room: _Room) -> list[list[Reals]]:
         """Orders of the samples of each block."""
-        k, q = room.own[0], room.q
-        sizes = [len(b) * q for b in self._own(room)]
-        if len(sizes) == 1 and pattern_count(sizes[0], self._family(room, k)) <= _ALL:
-            return [[row] for row in all_patterns(sizes[0], self._family(room, k))]
+        q, sizes = room.q, [len(b) * room.q for b in self._own(room)]
+        if (every := self._all_patterns(room)) is not None:
+            return every
         scale = np.array([float(self.upper[i]) for b in self._own(room) for i in b])
         tops: list[tuple[float, int, Complexes]] = []
         for at in range(q // 2 + 1 if room.twist > 0 else (q + 1) // 2):
@@ -170,6 +173,21 @@ class SampledOrbits:
                         ranks = [np.argsort(np.argsort(v)).astype(np.float64) for v in parts]
                         found.append([v + 0.5 - round(share * len(v)) for v in ranks])
         return found
+
+    def _all_patterns(self, room: _Room) -> list[list[Reals]] | None:
+        """All orders, up to shifts in time and a common sign, of one block or of one sample; None if they are many."""
+        families, each = [self._family(room, k) for k in room.own], list[Reals]()
+        if len(families) > 1 and room.q > 1:
+            return None
+        for block, family in zip(self._own(room), families, strict=True):
+            c = len(block)
+            if pattern_count(c * room.q, family) * c * math.prod(map(len, each)) > _ALL:
+                return None
+            rows = all_patterns(c * room.q, family).reshape(-1, c, room.q)  # the largest is in the first channel
+            swaps = [[j, *(0 if i == j else i for i in range(1, c))] for j in range(c if family != "sector" else 1)]
+            signs = (1,) if family == "monotone" or (not each and "monotone" not in families) else (1, -1)
+            each.append(np.vstack([sign * rows[:, order].reshape(len(rows), -1) for order in swaps for sign in signs]))
+        return [list(rows) for rows in product(*each)]
 
     def _steps(self, room: _Room, values: list[Reals]) -> Reals:
         """``V``, the blocks after one another."""
@@ -258,7 +276,7 @@ class SampledOrbits:
         for u in steps:
             total, whole = A * total + B * u, A * whole
         try:
-            x = (power * fmpq(room.twist) - whole).solve(total)
+            x = (power * fmpq(room.twist * self.plant.discrete) - whole).solve(total)
         except ZeroDivisionError:
             return None
         state, points, inputs = x, [list[tuple[Fraction, Fraction]]() for _ in self.blocks], list[list[str]]()
@@ -280,5 +298,7 @@ class SampledOrbits:
                 return None
             listed = [[str(s), str(v)] for s, v in graph.points]
             given.append({"points": listed, "left": gain, "right": gain})
-        proof = {"method": "sampled-orbit", "nonlinearities": given, "inputs": inputs, "half": half}
-        return proof | {"state": [str(to_fraction(state[i, 0])) for i in range(n)]}
+        said = {"nonlinearities": given, "state": [str(to_fraction(state[i, 0])) for i in range(n)]}
+        if room.q == 1 and not half:
+            return {"method": "equilibrium", "inputs": inputs[0], **said}
+        return {"method": "sampled-orbit", "inputs": inputs, "half": half, **said}

@@ -485,20 +485,18 @@ def _by_operators(asked: Problem, most: float) -> tuple[Fraction, Refuted] | Non
 
 
 def _by_samples(asked: Problem, known: Fraction, most: float, *, whole: bool) -> tuple[Fraction, Refuted] | None:
-    """The same in discrete time, by exact periodic solutions of functions of ``sigma``."""
+    """The same by exact solutions of functions of ``sigma``: periodic ones in discrete time, equilibria."""
     classes, H = asked.classes, channel_plant(asked.plant)
     each = [classes.classes[block[0]] for block in classes.blocks]
     if any(one.memory or one.rectifier for one in each):
         return None
-    kept = [
-        "" if one.linear or one.time_varying else "sector" if one.slope is None else "odd" if one.odd else "monotone"
-        for one in each
-    ]
+    kinds = ["sector" if one.slope is None else "odd" if one.odd else "monotone" for one in each]
+    own = zip(each, kinds, classes.blocks, strict=True)  # gains that change do more than functions of one channel
+    kept = [kind * (not one.linear and (len(b) > 1 or not one.time_varying)) for one, kind, b in own]
     top = most if math.isfinite(most) else _BEYOND * max(float(known), float(classes.least), 1e-3)
     A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
-    plant = Plant(A, B, C, D, discrete=True)
-    odd = [one.odd for one in each]
-    search = SampledOrbits(plant, classes.lower, classes.upper, classes.blocks, kept, odd)
+    plant = Plant(A, B, C, D, discrete=H.dt is not None)
+    search = SampledOrbits(plant, classes.lower, classes.upper, classes.blocks, kept, [one.odd for one in each])
     for alpha, proof in search.found(known, top):
         factor = Fraction(1) if whole else Fraction(double_above(alpha))
         shown = refutation(asked, factor, proof) if known < factor and alpha <= top else None
@@ -571,15 +569,19 @@ def orbits_refuting(
         return _by_samples(asked, known, most, whole=whole)
     if any(one.memory for one in each):
         return _by_memory(asked, known, most, whole=whole)
-    if classes.rectified or len(each) > _MOST_CHANNELS or all(one.linear or one.time_varying for one in each):
-        return None  # gains that switch do more than members that do not depend on time
+    repeats = any(len(block) > 1 for block in classes.blocks)  # else gains give all equilibria that others do
+    resting = _by_samples(asked, known, most, whole=whole) if repeats else None
+    closed = resting is not None and (whole or known >= resting[0] * (1 - Fraction(_NEAR)))
+    if closed or classes.rectified or len(each) > _MOST_CHANNELS or all(one.linear or one.time_varying for one in each):
+        return resting  # gains that switch do more than members that do not depend on time
     lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
     A, B, C, D = ([list(row) for row in side] for side in (H.A, H.B, H.C, H.D))
     top = most if math.isfinite(most) else _BEYOND * max(float(known), float(classes.least), 1e-3)
     searches: list[tuple[tuple[int, ...], list[bool]]] = [(_HALVES, [True] * len(each))]
     if not all(one.odd for one in each):
         searches.append((_WHOLE, [one.odd for one in each]))
-    kinks, found = [0 if one.linear else 1 for one in each], list[tuple[Fraction, Refuted]]()
+    kinks, found = [0 if one.linear else 1 for one in each], [] if resting is None else [resting]
+    top = top if resting is None else float(resting[0])
     for harmonics, odd in searches:
         balance = Balance(*H.doubles(), lower, upper, classes.blocks, odd, harmonics, kinks)
         for finer, wave in balance.found(_STARTS, top)[:_KEPT]:

@@ -35,6 +35,7 @@ from lure.analysis.questions.channel_proofs import (
 from lure.analysis.questions.channel_refutations import (
     MEMBERS,
     RAMPS,
+    RESTS,
     constant_gains,
     parameters_refuting,
     refutation,
@@ -53,7 +54,7 @@ from lure.plants.delay_matrix import DelayMatrix
 
 Tell = Callable[[str, float], None]
 MOVING = ("switched-gains", "switched-gain", RAMPS, MEMBERS)
-ORBITS = ("flow-orbit", "memory-orbit", "sampled-orbit", "orbit")
+ORBITS = ("flow-orbit", "memory-orbit", "sampled-orbit", "orbit", RESTS)
 RAY = "relu-ray"
 _NO_MULTIPLIER = "no multiplier was found"
 _MOST_ROUTH = 40  # states; beyond them exact arrays take a minute, and come after the criteria
@@ -151,7 +152,7 @@ def _witness(shown: Refuted, factor: float) -> Witness:
         at, proof = {"channels": proof["channels"]}, proof["proof"]
     jumps, bends = (m := proof["method"]) in MOVING, m in ORBITS
     kinds: dict[str, Kind] = {RAMPS: "varying gain", "flow-orbit": "periodic orbit", "signal": "disturbance"}
-    kinds |= {"delayed-gains": "delay", RAY: "ray", **dict.fromkeys(ORBITS, "periodic orbit")}
+    kinds |= {"delayed-gains": "delay", RAY: "ray", **dict.fromkeys(ORBITS, "periodic orbit"), RESTS: "equilibrium"}
     said = counterexample(shown)
     names = ["slopes", "inputs"] if m == "signal" else ["gains", "gain"]
     names = names if not bends else ["nonlinearities", "points", "gains", "state", "durations", "inputs", "u", "sigma"]

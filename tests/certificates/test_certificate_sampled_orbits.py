@@ -1,4 +1,4 @@
-"""Periodic solutions of several channels in discrete time: found, made exact, and checked by both checkers."""
+"""Periodic solutions of several channels in discrete time, and equilibria: found, made exact, checked by both."""
 
 import json
 from fractions import Fraction
@@ -9,9 +9,9 @@ import jsonschema
 import pytest
 from tampering import assert_both_reject, edited
 
-from lure import Diagonal, NonlinearityClass, Sector, SlopeBounds, as_plant, certify, max_sector
+from lure import Diagonal, NonlinearityClass, Sector, SlopeBounds, as_plant, certify, max_sector, max_slope
 from lure.analysis.certificates.channels import Plant
-from lure.analysis.certificates.checker import MOVES, check
+from lure.analysis.certificates.checker import MOVES, OTHERS, check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.counterexamples.channel_samples import SampledOrbits
 from lure.analysis.questions.channel_members import orbits_refuting
@@ -68,7 +68,7 @@ def test_an_upper_bound_0_is_that_for_all_factors():
     search = SampledOrbits(plant, *ends, [(0,), (1,)], ["monotone", "odd"], [False, True])
     factor, proof = next(search.found(Fraction(0), 10.0))
     assert factor == 0
-    assert proof["method"] == "sampled-orbit"
+    assert proof["method"] == "equilibrium"  # z = 1: 0.9 - 0.9
 
 
 def test_a_sector_has_orbits_that_slopes_do_not_have():
@@ -134,3 +134,83 @@ def test_one_nonlinearity_in_both_channels_has_one_graph():
     assert len(shown.certificate["proof"]["nonlinearities"]) == 1
     assert found("coupled")[0] < alpha < Fraction(9, 10)
     assert recheck(dict(shown.certificate)).accepted
+
+
+# sigma = -M mu/(s + 1), or at z = 1 the same: sigma_1 = 2 phi_1 + phi_2, sigma_2 = -9/2 phi_1 - 3 phi_2 at rest.  One
+# phi = g max(sigma, 0): sigma_1 = 2 phi_1, at rest for g = 1/2.  Odd: phi = (1, -1), sigma = (1, -3/2), a saturation.
+# Equal gains: 1 + g - 3/2 g^2 = 0, g = (1 + 7^(1/2))/3 = 1.2153.
+@cache
+def resting(text, odd=False, turned=False):
+    rows = [[f"({v})*{text}" for v in row] for row in (("-2", "-1"), ("9/2", "3"))]
+    rows = [row[::-1] for row in rows[::-1]] if turned else rows
+    plant, one = as_plant(rows, dt=1 if "z" in text else None), NonlinearityClass.slope_restricted(0, 1, odd=odd)
+    known = Fraction(99999, 100000 if odd else 200000)  # what is proved: nothing else is looked for
+    return orbits_refuting(channel_problem(plant, Diagonal((one, one), repeated=True)), known, 1.2)
+
+
+@pytest.mark.parametrize(
+    ("text", "odd", "turned"),
+    [("1/(s+1)", False, False), ("1/(s+1)", True, False), ("1/(s+1)", False, True), ("0.5/(z-0.5)", False, False)],
+)
+def test_an_equilibrium_refutes_one_nonlinearity_in_two_channels_where_no_gain_does(text, odd, turned):
+    alpha, shown = resting(text, odd, turned)
+    assert float(alpha) == pytest.approx(1 if odd else 0.5, rel=1e-8)
+    certificate = dict(shown.certificate)
+    assert certificate["conclusion"] == OTHERS
+    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    check(certificate)
+    assert recheck(certificate).accepted
+
+
+@pytest.mark.parametrize("limit", [0.5, 0.6])
+def test_an_equilibrium_is_an_answer_of_its_own(limit):
+    plant = as_plant([["-2/(s+1)", "-1/(s+1)"], ["9/2/(s+1)", "3/(s+1)"]])
+    one = NonlinearityClass.slope_restricted(0, limit)
+    if limit == 0.6:
+        shown = certify(plant, Diagonal((one, one), repeated=True))
+        assert shown.verdict.name == "REFUTED"
+        assert "has equilibria other than 0" in str(shown)
+        return
+    bound = max_slope(plant, Diagonal((one, one), repeated=True))
+    assert bound.largest.low == pytest.approx(1, rel=1e-8)
+    assert bound.refuted_at == pytest.approx(1, rel=1e-8)
+    assert bound.witness.kind == "equilibrium"
+    assert bound.witness.description.endswith("gives the loop other equilibria than 0")
+
+
+@pytest.mark.parametrize("text", ["1/(s+1)", "0.5/(z-0.5)"])
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("proof", "state", 0), lambda v: str(Fraction(v) * 2)),
+        (("proof", "state"), lambda v: ["0"] * len(v)),
+        (("proof", "inputs", 0), lambda v: str(Fraction(v) + 1)),
+        (("proof", "inputs"), lambda v: v[:1]),
+        (("proof", "nonlinearities", 0, "points"), lambda v: [["0", "0"]]),
+        (("laws", "channels"), lambda v: [one | {"odd": True} for one in v]),
+        (("laws", "channels"), lambda v: [one | {"slope": ["0", "2/5"], "sector": ["0", "2/5"]} for one in v]),
+        (("laws", "channels"), lambda v: [one | {"linear": True} for one in v]),
+        (("system", "A", 0, 0), lambda v: str(Fraction(v) + Fraction(1, 100))),
+        (("conclusion",), lambda _: MOVES),
+    ],
+)
+def test_neither_accepts_an_equilibrium_that_was_changed(text, path, value):
+    certificate = dict(resting(text)[1].certificate)
+    assert_both_reject(edited(certificate, *path, value=value), stored=path == ("conclusion",))
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+def test_an_equilibrium_refutes_nothing_where_the_gains_at_the_lower_bounds_leave_an_eigenvalue_0(discrete):
+    # x_1' = -x_1 + phi(x_1) + u, x_2' = -phi(x_2): (1, 0) stays with phi = 1 at 1, and all are to come to equilibria
+    certificate = dict(resting("1/(s+1)")[1].certificate)
+    one = certificate["laws"]["channels"][0] | {"sector": ["0", "1"], "slope": ["0", "1"]}
+    system = {"kind": "multivariable", "time": "discrete" if discrete else "continuous", "C": [["1", "0"], ["0", "1"]]}
+    A, B = ([["0", "0"], ["0", "1"]] if discrete else [["-1", "0"], ["0", "0"]]), [["-1", "0"], ["0", "1"]]
+    proof = {"method": "equilibrium", "nonlinearities": [{"points": [["0", "0"]], "left": "1", "right": "1"}] * 2}
+    proof |= {"inputs": ["1", "0"], "state": ["1", "0"]}
+    told = {"laws": {"channels": [one, one], "repeated": [1, 1]}, "proof": proof, "conclusion": OTHERS}
+    critical = certificate | told | {"system": system | {"A": A, "B": B, "D": [["0", "0"], ["0", "0"]]}}
+    assert_both_reject(critical)
+    moved = critical | {"system": critical["system"] | {"A": [A[0], ["0", "1/2" if discrete else "-1"]]}}
+    assert check(json.dumps(moved), draft=True)
+    assert recheck(moved).accepted

@@ -144,6 +144,9 @@ def refuted(document: Document, asked: Asked) -> str:
     if document.proof.get("method") == "sampled-orbit":
         _require_repetition(document, asked)
         return claims.NO_REST
+    if document.proof.get("method") == "equilibrium":
+        _require_rest(document, asked)
+        return claims.OTHER_EQUILIBRIA
     if "unlimited" in document.proof:
         _require_unlimited(document, asked)
         return claims.UNLIMITED
@@ -352,6 +355,31 @@ def _require_repetition(document: Document, asked: Asked) -> None:
     seen = asked.C * states - asked.D * U
     fits = all(own[i].at(to_fraction(seen[i, t])) == rows[t][i] for i in range(m) for t in range(len(rows)))
     require(fits, "a sample is not on its nonlinearity")
+
+
+def _require_rest(document: Document, asked: Asked) -> None:
+    """Check an equilibrium: ``(A - 1, -B; C, -D) (x, phi) = (0, sigma)``, the 1 in discrete time only.
+
+    Raises
+    ------
+    NotShown
+        It is 0 or none, a nonlinearity is not in its class, or the loop at the lower bounds has an eigenvalue 0 (1).
+    """
+    found = record(document.proof, "method", "nonlinearities", "inputs", "state")
+    functions = not asked.operators and not any(one.memory for one in asked.nonlinearities)
+    require(functions, "equilibria are looked for with functions alone")
+    own, n = _members(found["nonlinearities"], asked, half=False), asked.A.nrows()
+    state, phi = numbers(found["state"]), numbers(found["inputs"])
+    require(len(state) == n and len(phi) == len(own) and any(state), "the state is 0, or does not fit")
+    still = diagonal([Fraction(int(asked.discrete))] * n)
+    x, u = (fmpq_mat([[to_fmpq(v)] for v in side]) for side in (state, phi))
+    require((asked.A - still) * x == asked.B * u, "the state does not stay")
+    seen = asked.C * x - asked.D * u
+    fits = all(graph.at(to_fraction(seen[i, 0])) == phi[i] for i, graph in enumerate(own))
+    require(fits, "phi is not that of sigma")
+    closed = closed_by(asked, [low for low, _ in asked.bounds])
+    if closed is None or (closed - still).det() == 0:
+        raise NotShown("where the loop at the lower bounds has an eigenvalue 0 (z = 1), equilibria refute nothing")
 
 
 def _require_oscillation(document: Document, asked: Asked) -> None:
