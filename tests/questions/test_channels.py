@@ -24,6 +24,7 @@ from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.inequality.shifted_loop import ShiftedLoop
 from lure.analysis.questions.answers import ContradictionError, answer
 from lure.analysis.questions.channel_problem import channel_problem
+from lure.analysis.questions.channel_refutations import gains_refuting
 from lure.analysis.questions.channels import channel_bound
 from lure.analysis.questions.conclusion import MismatchError
 from lure.analysis.questions.problem import Problem
@@ -87,15 +88,19 @@ def double(text):
     return int(top) / int(bottom or "1")
 
 
-def test_one_nonlinearity_in_all_channels_is_refuted_by_equal_gains_only():
-    repeated = Diagonal((NonlinearityClass.slope_restricted(0, 1),) * 4, repeated=True)
-    found = second(max_slope(FETZER, repeated))
+def test_one_nonlinearity_in_all_channels_is_refuted_by_equal_gains_or_by_an_equilibrium():
+    one = NonlinearityClass.slope_restricted(0, 1)
+    found = second(max_slope(FETZER, Diagonal((one,) * 4, repeated=True)))
     # equal gains are stable up to 0.698325; 0.523596 is what multipliers prove that do not know that it is one
     assert found.criterion == "matrix-zames-falb"
-    assert found.largest.low == pytest.approx(0.681838, abs=1e-4)
-    assert found.refuted_at == pytest.approx(0.698325, abs=1e-6)
-    gains = found.refutation.certificate["proof"]["gains"]
+    assert found.largest.low == pytest.approx(0.681838, abs=1e-6)
+    assert found.refuted_at == pytest.approx(0.681838, abs=1e-6)
+    assert found.witness.kind == "equilibrium"
+    odd = Diagonal((replace(one, odd=True),) * 4, repeated=True)
+    _, shown = gains_refuting(channel_problem(FETZER, odd), most=float("inf"))
+    gains = shown.certificate["proof"]["gains"]
     assert len(set(gains)) == 1
+    assert double(gains[0]) == pytest.approx(0.698325, abs=1e-6)
     A, B, C, _ = FETZER.doubles()
     assert np.linalg.eigvals(A - double(gains[0]) * B @ C).real.max() >= 0
     assert np.linalg.eigvals(A - (double(gains[0]) - 1e-6) * B @ C).real.max() < 0
