@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.forced.loop import ForcedLoop
 from lure.arrays import Complexes, Reals, np
 
-_BY_NEWTON, _STEPS, _HALVINGS, _SMALL = 24, 60, 12, 1e-13
+_BY_NEWTON, _STEPS, _TRIED, _HALVINGS, _SMALL = 24, 60, 25, 12, 1e-13
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def sampled(coefficients: Complexes, points: int) -> Reals:
     return np.asarray(np.fft.irfft(half, points, axis=-1))
 
 
-def balanced(loop: ForcedLoop, wave: Wave, start: Complexes, count: int) -> Balanced:
+def balanced(loop: ForcedLoop, wave: Wave, start: Complexes, count: int, steps: int = _STEPS) -> Balanced:
     """The harmonics that Newton's method leads to, those above the 24th by substitution.
 
     Parameters
@@ -105,6 +105,8 @@ def balanced(loop: ForcedLoop, wave: Wave, start: Complexes, count: int) -> Bala
         (m, any) where to begin.
     count : int
         How many harmonics.
+    steps : int
+        How many steps at most.
     """
     psi = np.zeros((loop.channels, count + 1), complex)
     psi[:, : start.shape[1]] = start
@@ -127,7 +129,7 @@ def balanced(loop: ForcedLoop, wave: Wave, start: Complexes, count: int) -> Bala
     with np.errstate(all="ignore"):
         found, sigma = applied(psi)
         off = found - psi
-        for _ in range(_STEPS):
+        for _ in range(steps):
             checkpoint()
             size = float(np.abs(off).max())
             if not size > _SMALL * max(1.0, float(np.abs(psi).max())):
@@ -183,7 +185,7 @@ def _newton(loop: ForcedLoop, inner: Complexes, sigma: Reals, off: Complexes, po
 
 # Several steady solutions of one loop: by simulation from many starts and harmonic balance, in floating point.
 
-_STARTS, _PERIODS, _PER_PERIOD, _FASTEST, _LONGEST, _FORGOTTEN = 24, (60, 240), 48, 8.0, 3, 6.0
+_STARTS, _PERIODS, _PER_PERIOD, _FASTEST, _LONGEST, _FORGOTTEN, _STILL = 24, (24, 160), 48, 8.0, 3, 6.0, 1e-5
 _COUNT, _FINER, _MISSED, _ALIKE, _SETTLED, _SEED, _RANDOM = 20, (64, 192), 1e-9, 1e-3, 0.02, 20261123, 16
 _FAR = 1e100
 
@@ -201,12 +203,15 @@ def solutions(loop: ForcedLoop, wave: Wave) -> list[Balanced]:
     found = list[Balanced]()
     for start in (*_settled(loop, wave), *_random(loop, wave)):
         checkpoint()
-        first = balanced(loop, start.wave, start.psi, _COUNT * start.wave.periods)
+        if any(_alike(start, other) for other in found):
+            continue
+        first = balanced(loop, start.wave, start.psi, _COUNT * start.wave.periods, _TRIED)
         if not _good(first) or any(_alike(first, other) for other in found):
             continue
-        finer = balanced(loop, start.wave, first.psi, _FINER[0])
+        first = _shortened(first)
+        finer = balanced(loop, first.wave, first.psi, _FINER[0])
         if finer.missed > _MISSED * finer.peak:
-            finer = balanced(loop, start.wave, finer.psi, _FINER[1])
+            finer = balanced(loop, first.wave, finer.psi, _FINER[1])
         if _good(finer) and not any(_alike(finer, other) for other in found):
             found.append(finer)
     return sorted(found, key=lambda one: one.peak)
@@ -277,6 +282,15 @@ def _alike(one: Balanced, other: Balanced) -> bool:
     return any(_near(one.psi[:, :size], other.psi[:, :size] * turn**k) for k in range(n))
 
 
+def _shortened(one: Balanced) -> Balanced:
+    """The same over one period of the input, if it repeats with it."""
+    n, rest = one.wave.periods, one.psi.copy()
+    rest[:, ::n] = 0
+    if n == 1 or np.linalg.norm(rest) > _ALIKE * np.linalg.norm(one.psi):
+        return one
+    return replace(one, wave=replace(one.wave, periods=1), psi=one.psi[:, ::n])
+
+
 def _near(one: Complexes, other: Complexes) -> bool:
     return float(np.linalg.norm(one - other)) <= _ALIKE * max(float(np.linalg.norm(side)) for side in (one, other))
 
@@ -293,18 +307,20 @@ def _settled(loop: ForcedLoop, wave: Wave) -> Iterator[Balanced]:
     decay = -float(np.linalg.eigvals(A).real.max())
     length = int(np.clip(_FORGOTTEN / max(decay * T, 1e-9), *_PERIODS))
     x = _starts(loop, wave)
-    kept = np.empty((_LONGEST * steps, len(x), m))
-    step = T / steps
-    every = (loop.nonlinearities, loop.gains)
+    kept = np.empty((_LONGEST, steps, len(x), m))
+    step, gains = T / steps, np.array([float(g) for g in loop.gains])
 
     def psi(x: Reals, k: int) -> Reals:
         sigma = x @ C[:m].T + seen[k]
-        return np.stack([np.asarray(phi(s)) - float(g) * s for phi, g, s in zip(*every, sigma.T, strict=True)], axis=1)
+        values = -gains * sigma
+        for i, phi in enumerate(loop.nonlinearities):
+            values[:, i] += phi(sigma[:, i])
+        return np.asarray(values)
 
     def rate(x: Reals, k: int) -> Reals:
         return np.asarray(x @ A.T - psi(x, k) @ B.T + pushed[k])
 
-    states = list[Reals]()
+    states, period = list[Reals](), 0
     with np.errstate(all="ignore"):
         for period in range(length):
             checkpoint()
@@ -314,9 +330,12 @@ def _settled(loop: ForcedLoop, wave: Wave) -> Iterator[Balanced]:
                 one = rate(x, k)
                 two = rate(x + step / 2 * one, k + 1)
                 three = rate(x + step / 2 * two, k + 1)
-                if period >= length - _LONGEST:
-                    kept[(period - length + _LONGEST) * steps + j] = psi(x, k)
+                kept[period % _LONGEST, j] = psi(x, k)
                 x = x + step / 6 * (one + 2 * two + 2 * three + rate(x + step * three, (k + 2) % (2 * steps)))
+            moved, size = (np.linalg.norm(one, axis=1) for one in (x - states[-1], x))
+            if period > _LONGEST and ((moved <= _STILL * size) | ~(size < _FAR)).all():
+                break
+    kept = np.roll(kept, -period - 1, axis=0).reshape(_LONGEST * steps, len(x), m)
     ended = (np.abs(x) < _FAR).all(axis=1) & (np.abs(kept) < _FAR).all(axis=(0, 2))
     for i in np.flatnonzero(ended):
         sizes = [float(np.linalg.norm(x[i] - states[-n][i])) for n in range(1, _LONGEST + 1)]

@@ -13,7 +13,7 @@ from flint import acb, acb_mat, arb, fmpq
 from lure.analysis.deadline import checkpoint
 from lure.analysis.forced.balance import Balanced
 from lure.analysis.forced.loop import Curve, ForcedLoop
-from lure.analysis.numerics.precision import ball, outward, working_precision
+from lure.analysis.numerics.precision import ball, outward, upward, working_precision
 from lure.analysis.verdict import Bracket
 from lure.arrays import Reals, np
 from lure.errors import InputError
@@ -409,7 +409,7 @@ def _top(value: arb) -> arb:
 
 def above(value: arb) -> float:
     """The least double that is found not to be below a ball."""
-    return outward(value, value).high
+    return upward(value)
 
 
 def _power_of_two(number: int) -> int:

@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 
-from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
+from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.nonlinearity.jets import jet
 from lure.analysis.nonlinearity.pieces import known_nonlinearity, tree_of
@@ -49,6 +49,9 @@ def curve_of(nonlinearity: Nonlinearity) -> Curve:
     own = callable(given) and getattr(type(given).__call__, "__module__", "").startswith("lure.")
     if own and isinstance(given, GraphNonlinearity | ExpressionNonlinearity) and given.graph is not None:
         return _bends(given.graph)
+    polynomial = polynomial_of(nonlinearity) if own else None
+    if polynomial is not None:
+        return _horner(polynomial)
     tree = tree_of(given) if own else None
     if tree is None:
         raise InputError(
@@ -64,8 +67,8 @@ def curve_of(nonlinearity: Nonlinearity) -> Curve:
     return curve
 
 
-def degree_of(nonlinearity: Nonlinearity) -> int | None:
-    """The degree of a nonlinearity that is a polynomial; None for others.
+def polynomial_of(nonlinearity: Nonlinearity) -> fmpq_poly | None:
+    """A nonlinearity that is a polynomial; None for others.
 
     Parameters
     ----------
@@ -77,7 +80,26 @@ def degree_of(nonlinearity: Nonlinearity) -> int | None:
     ratio = ratios[0]
     if ratio is None or ratio.poles.degree() > 0 or any(other != ratio for other in ratios):
         return None
-    return int(ratio.top.degree())
+    return ratio.top / ratio.bottom[0]
+
+
+def _horner(polynomial: fmpq_poly) -> Curve:
+    """The enclosures of a polynomial."""
+    series = [polynomial, polynomial.derivative(), polynomial.derivative().derivative()]
+    with working_precision(_BITS):
+        rows = [[arb(c) for c in reversed(one.coeffs())] for one in series]
+
+    def curve(box: arb) -> tuple[arb, arb, arb]:
+        """By Horner's rule."""
+        found = list[arb]()
+        for row in rows:
+            value = row[0] if row else arb(0)
+            for c in row[1:]:
+                value = value * box + c
+            found.append(value)
+        return found[0], found[1], found[2]
+
+    return curve
 
 
 def _bends(graph: Graph) -> Curve:
@@ -105,6 +127,7 @@ def _bends(graph: Graph) -> Curve:
 
 
 MOST_STATES = 24
+_SUMMED, _MOST_SUMMED = 512, 8192
 _BITS = 192
 _POINTS, _DECADE, _SHARE, _HALF_TURN = 25, 10.0, 1e-9, 3.14
 
@@ -200,7 +223,7 @@ class ForcedLoop:
             spread=tuple((high - low) / 2 for low, high in slopes),
             nonlinearities=tuple(nonlinearities),
             curves=tuple(map(curve_of, nonlinearities)),
-            degrees=tuple(map(degree_of, nonlinearities)),
+            degrees=tuple(None if one is None else int(one.degree()) for one in map(polynomial_of, nonlinearities)),
             discrete=H.dt is not None,
         )
 
@@ -255,6 +278,18 @@ class ForcedLoop:
         states = np.linalg.solve(points[:, None, None] * np.eye(len(A)) - A, np.hstack([B, E]).astype(complex))
         whole = C @ states + np.hstack([D, F])
         return whole[..., : self.channels], whole[..., self.channels :]
+
+    def resonance(self, omega: float) -> float:
+        """How near an eigenvalue of ``A`` is to a multiple of ``i omega``, relative, in floating point: 0 at one.
+
+        Parameters
+        ----------
+        omega : float
+            The frequency [rad/s].
+        """
+        values = np.linalg.eigvals(self.doubles[0])
+        nearest = 1j * omega * np.round(values.imag / omega)
+        return float((np.abs(values - nearest) / (np.abs(values) + omega)).min(initial=1.0))
 
     def beyond(self, omega: float, count: int, whole: Reals) -> float:
         """Which share of ``whole``, what :meth:`smoothing` says, is due to harmonics above these, in floating point.
@@ -318,12 +353,38 @@ class ForcedLoop:
         A, B = arb_mat(self.A.tolist()), arb_mat(self.B.tolist())
         E = (A * T).exp()
         one = arb_mat([[arb(i == j) for j in range(self.order)] for i in range(self.order)])
-        begun = (one - E).solve(B)  # of the periodic response to an impulse in every period
-        ended = E * begun
+        try:
+            begun = (one - E).solve(B)  # of the periodic response to an impulse in every period
+            ended, gramians = E * begun, self.observability
+        except ZeroDivisionError:
+            return self._summed(omega)
         found = list[arb]()
-        for X in self.observability:
+        for X in gramians:
             energy = (begun.transpose() * X * begun).trace() - (ended.transpose() * X * ended).trace()
             found.append((T * energy.nonnegative_part()).sqrt())
+        return found
+
+    def _summed(self, omega: Fraction) -> list[arb]:
+        r"""The same where ``A`` has eigenvalues ``s`` and ``-s``: ``(sum |G(i k omega)|^2)^(1/2)``, part of it bounded.
+
+        ``|c (s - A)^{-1} B| <= |c B|/|s| + |c A| |B|/(|s| (|s| - |A|))`` for ``|s| > |A|``.
+        """
+        rows, at = range(self.C.nrows()), ball(omega)
+        A, B, C = (arb_mat(side.tolist()) for side in (self.A, self.B, self.C))
+        a, b = (_length(side.tolist()) for side in (A, B))
+        last = max(_SUMMED, math.ceil(float(2 * a / at)))
+        if last > _MOST_SUMMED:
+            return [arb("inf")] * len(rows)
+        total = [arb(0)] * len(rows)
+        for k in range(last + 1):
+            whole = self.response(omega, k)
+            for r in rows:
+                size = sum((abs(whole[r, i] - arb(self.D[r, i])) ** 2 for i in range(self.channels)), arb(0))
+                total[r] += size * (2 if k else 1)
+        found, direct, through = list[arb](), C * B, C * A
+        for r, part in enumerate(total):
+            size = _length([direct.tolist()[r]]) + _length([through.tolist()[r]]) * b / (at * last - a)
+            found.append((part + 2 * size**2 / (at**2 * last)).sqrt())  # sum of 1/k^2 beyond the last: below 1/last
         return found
 
     @cached_property
@@ -342,6 +403,11 @@ class ForcedLoop:
         solved = arb_mat(left).solve(arb_mat(right))
         rows = range(self.C.nrows())
         return [arb_mat([[solved[at[i, j], r] for j in range(n)] for i in range(n)]) for r in rows]
+
+
+def _length(rows: Sequence[Sequence[arb]]) -> arb:
+    """The square root of the sum of all squares."""
+    return sum((v * v for row in rows for v in row), arb(0)).sqrt()
 
 
 def _sides(H: MultivariablePlant, performance: Performance | None) -> list[fmpq_mat]:

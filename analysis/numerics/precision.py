@@ -36,6 +36,11 @@ def outward(low: arb, high: arb) -> Bracket:
     return Bracket(_down(low) + 0.0, 0.0 - _down(-high))  # the zeros turn -0.0 into 0.0
 
 
+def upward(value: arb) -> float:
+    """A double that is not below a ball, infinite where it is not finite."""
+    return 0.0 - _down(-value)
+
+
 def _down(value: arb) -> float:
     lower = value.lower()
     if not lower.is_finite():

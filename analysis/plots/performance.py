@@ -281,7 +281,8 @@ def plot_steady(found: SteadyResponse, *, ax: Axes | None = None) -> Axes:
         VERMILLION,
         "exists, and attracts what is near (computed)",
     )
-    _bars(axes, [row for row in shown if not row.alone and not row.attracts], GREY, "exists, and repels (computed)")
+    rest = [row for row in shown if not row.alone and not row.attracts]
+    _bars(axes, rest, GREY, "exists, and does not attract (computed)")
     others = [row for row in rows if row not in shown]
     if others:
         at = [row.omega for row in others]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
@@ -44,6 +45,9 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
 
 _COUNTS, _WIDTH = (8, 16, 32, 64, 128), 1e-4  # harmonics; of the band, relative, where no more are taken
+_SHIFTS = (Fraction(1, 8), Fraction(1), Fraction(-1, 8), Fraction(4))  # of the gains, where the loop resonates
+_SHARED, _APART, _RESONANT = 6, 1e-3, 1e-9  # periods of all subharmonics; of an eigenvalue from those of the input
+_NEUTRAL = 1e-6  # of a multiplier from 1
 _NAMED = 12  # responses that are all in the sentence
 
 
@@ -93,7 +97,7 @@ class SteadyPoint(Record):
     @property
     def attracts(self) -> bool:
         """Whether what is near seems to approach it."""
-        return self.multiplier is None or self.multiplier < 1
+        return self.multiplier is None or self.multiplier < 1 - _NEUTRAL
 
     def __str__(self) -> str:
         at = f"at {self.omega:g} rad/s" if self.omega else "to the constant input"
@@ -105,9 +109,9 @@ class SteadyPoint(Record):
         if self.alone:
             return f"{at} the amplitude of z {said}"
         after = f", repeated after {self.periods} periods of the input," if self.periods > 1 else ""
-        near = (
-            "" if self.multiplier is None else f", {'attracts' if self.attracts else 'repels'} what is near (computed)"
-        )
+        neutral = self.multiplier is not None and abs(self.multiplier - 1) <= _NEUTRAL
+        word = "attracts" if self.attracts else "neither attracts nor repels" if neutral else "repels"
+        near = "" if self.multiplier is None else f", {word} what is near (computed)"
         return f"{at} the amplitude of one steady response{after} {said}{near}"
 
 
@@ -327,10 +331,11 @@ def steady_response(  # noqa: PLR0913  (a loop, what closes it, where w enters, 
     between = _differences(asked.classes, known=bool(asked.known))
     points, several, missing = list[SteadyPoint](), list[str](), list[tuple[str, str]]()
     gain, reason, differences = None, "", None
+    began = time.monotonic()
     if between is not None:
         differences = difference_rate(asked.plant, between, seconds=seconds, progress=progress)
     try:
-        with time_limit(seconds):
+        with time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
             if asked.forcing is None or not asked.known:
                 pass
             elif between is not None and differences is not None and differences.verdict is Verdict.PROVED:
@@ -491,10 +496,23 @@ def _points(asked: _Asked, between: Diagonal, gain: float, factor: float) -> Ite
 
 def _tried(asked: _Asked) -> Iterator[tuple[float, list[SteadyPoint], str]]:
     """The solutions that are found at each frequency, and what is said of two of which it is shown that they exist."""
-    gains = [_inside(one) for one in asked.known]
-    loop = ForcedLoop.around(asked.H, asked.performance, asked.known, [(g, g) for g in gains])
-    for done, wave in _waves(loop, cast("Forcing", asked.forcing)):
+    middle = [_inside(one) for one in asked.known]
+    unit = max(map(abs, middle)) or Fraction(1)
+
+    def around(share: Fraction) -> ForcedLoop:
+        """The loop around other gains: with those in the middle it may resonate with the input."""
+        gains = [(g + share * unit,) * 2 for g in middle]
+        return ForcedLoop.around(asked.H, asked.performance, asked.known, gains)
+
+    loops = [around(Fraction(0))]
+    for done, wave in _waves(loops[0], cast("Forcing", asked.forcing)):
         if not wave.omega:
+            continue
+        base = float(wave.omega) / _SHARED
+        if loops[0].resonance(base) < _APART and not any(map(any, loops[0].D.tolist())):
+            loops = loops if loops[1:] else [*loops, *map(around, _SHIFTS)]
+        loop = max(loops, key=lambda one: min(one.resonance(base), _APART))  # the first of equals
+        if loop.resonance(base) < _RESONANT:
             continue
         tried = [(found, existing(loop, found)) for found in solutions(loop, wave)]
         rows = [_row(loop, found, one, multiplier(loop, found)) for found, one in tried]

@@ -11,11 +11,13 @@ from lure import Cubic, DeadZone, InputError, Saturation, SlopeBounds, Tanh
 from lure.analysis import Verdict, steady_response
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
-from lure.analysis.forced.balance import Balanced, Wave
+from lure.analysis.forced import balance
+from lure.analysis.forced.balance import Balanced, Wave, _shortened
 from lure.analysis.forced.band import residual
 from lure.analysis.forced.loop import ForcedLoop
-from lure.analysis.numerics.evidence import Evidence
+from lure.analysis.numerics.evidence import Bracket, Evidence
 from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.steady import SteadyPoint
 from lure.nonlinearities import ExpressionNonlinearity, PiecewiseLinear
 
 RESONANT = ([1], [1, 1, 1])
@@ -182,6 +184,51 @@ def test_a_duffing_equation_jumps_between_two_certified_responses():
         assert row.amplitude.width < 1e-9
         assert not row.alone
     assert "another of 5.31929" in str(found)
+
+
+# x'' + 2 x' + x^3 = f: without a gain the linear part has the pole 0, a multiple of the frequency of any input.  At the
+# end of each period of 2 pi/3 the simulation has the same peak.
+def test_a_linear_part_that_resonates_with_the_input_is_taken_around_another_gain(monkeypatch):
+    monkeypatch.setattr(balance, "_STARTS", 2)
+    monkeypatch.setattr(balance, "_RANDOM", 0)
+    found = steady_response(([1], [1, 2, 0]), Cubic(), {"amplitude": 9, "omega": 3})
+    (row,) = found.response
+    assert row.evidence is Evidence.CERTIFIED
+    x, v, step, peak = 0.0, 0.0, 1e-3, 0.0
+    for k in range(20_000):  # by the midpoint rule
+        w = 9 * math.sin(3 * (k + 0.5) * step)
+        middle = x + step / 2 * v, v + step / 2 * (w - 2 * v - x**3)
+        x, v = x + step * middle[1], v + step * (w - 2 * middle[1] - middle[0] ** 3)
+        peak = max(peak, abs(x)) if k > 17_800 else 0.0
+    assert row.amplitude.low - 1e-5 < peak < row.amplitude.high + 1e-5
+
+
+# without friction sum |G(i k omega)|^2 has no Gramian; with a little both ways agree
+def test_harmonics_are_summed_where_the_linear_part_keeps_its_energy():
+    for friction, gramian in ((F(1, 100), True), (0, False)):
+        loop = ForcedLoop.around(channel_plant(([1, 1], [1, friction, 1])), None, [Cubic()], [(F(0), F(0))])
+        omega, whole = F(3, 2), np.arange(1, 200_000) * 1.5
+        sizes = np.abs((1j * whole + 1) / (1 - whole**2 + 1j * float(friction) * whole)) ** 2
+        truth = math.sqrt(1 + 2 * sizes.sum())
+        summed = float(loop._summed(omega)[0])
+        assert truth < summed < 1.002 * truth
+        assert float(loop.smoothing(omega)[0]) == pytest.approx(truth if gramian else summed, rel=1e-5)
+
+
+def test_a_solution_that_keeps_its_distance_from_others_is_not_said_to_attract():
+    given = {"omega": 1.0, "amplitude": Bracket(1.0, 1.1), "sigma": (), "computed": 1.05, "error": 0.1, "harmonics": 8}
+    one = SteadyPoint(**given, residual=0.0, evidence=Evidence.CERTIFIED, multiplier=1 - 1e-12)
+    assert not one.attracts
+    assert "neither attracts nor repels" in str(one)
+
+
+def test_a_solution_of_one_period_found_over_three_is_one_of_one_period():
+    psi = np.array([[0.5, 0, 0, 1 + 1j, 0, 0, 0.25]], complex)
+    wave = Wave((F(0),), (F(1),), F(1), periods=3)
+    short = _shortened(Balanced(wave, psi, 0.0, 0.0, 0.0))
+    assert (short.wave.periods, short.psi.tolist()) == (1, [[0.5, 1 + 1j, 0.25]])
+    psi[0, 1] = 0.1
+    assert _shortened(Balanced(wave, psi, 0.0, 0.0, 0.0)).wave.periods == 3
 
 
 # with phi = -2 sigma the loop is 1/(s^2 + s/2.5 - 1), which has a root on the right: e^(0.8 t) and no faster
