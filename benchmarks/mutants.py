@@ -1,7 +1,7 @@
 """Mutants of both checkers, and of what chooses, compares and words above them: one place changed, the tests run.
 
     python benchmarks/mutants.py --draw 180 --seed 3 --seconds 3000
-    python benchmarks/mutants.py --area second --draw 300
+    python benchmarks/mutants.py --area checkers --only second.windows --draw 20 --tests "certificate_*windows"
     python benchmarks/mutants.py --only lure.analysis.questions.search:_try --draw 1000
 
 Operators as in ``notebooks/notes/0009-mutants-of-the-checker.md``, and the branches of a conditional exchanged.  Once,
@@ -12,8 +12,8 @@ more than ``--each`` seconds.  The draw takes the modules in turn.
 
 Two things are said of each mutant: whether it ``changes`` a verdict, a class or a number of one of the probes,
 everything that is said of them compared word by word (the words of ``TOLD`` and numbers, no layout); and whether it is
-``killed``.  One that changes none of these and lives is for a reader to judge.  Of the checkers (``--area first``,
-``--area second``) only the second is asked.
+``killed``.  One that changes none of these and lives is for a reader to judge.  Of the checkers (``--area checkers``)
+only the second is asked.
 """
 
 from __future__ import annotations
@@ -56,14 +56,21 @@ ROOMS = (
 )
 DRAWN = ("diagram", "figures", "output", "pdf", "reporting")  # pictures and files, no words
 _FIRST = """
-arithmetic balls states blocks frequencies channels gains windows parametric powers boxes several regions parts
-checker"""
-_OF_CHECKERS = """
-edges refusals kernel blocks reading mutants claims matrix orbits covers channels boxes channel_boxes channel_orbits
-coupled dead_times delays first_survivors frequencies growth integrators integrator_kernels memory memory_orbits
-operators repeated slow_gains storage windows integrator_windows tampering"""
-_BESIDE = "homogeneous order_cone regions region_curves region_disturbances tolerances"
-_OF_SECOND = "differential discrete files matrices numerics refutations sectors slopes"
+arithmetic balls states blocks frequencies pieces channels signals gains windows parametric powers boxes several regions
+parts checker"""
+_OF_CHECKERS = (  # files of tests that ask them
+    *(
+        "certificate_*",
+        "homogeneous",
+        "order_cone",
+        "region_*",
+        "regions",
+        "channel_*",
+        "channels_*",
+        "one_late_channel",
+    ),
+    *("slopes_*", "gain_*", "l2_gain", "decay", "tolerances"),
+)
 SINGLE = {
     "lure.analysis.certificates.drafts": ("contains", "_inside"),
     "lure.analysis.numerics.doubles": ("_bound", "_directed"),
@@ -138,17 +145,8 @@ class Area:
 _CERTIFICATES = "lure.analysis.certificates"
 AREAS = {
     "above": Area(ROOMS, tuple(_ABOVE.split()), probes=True),
-    "first": Area(
-        tuple(f"{_CERTIFICATES}.{name}" for name in _FIRST.split()),
-        (*(f"certificate_{name}" for name in _OF_CHECKERS.split()), *_BESIDE.split()),
-    ),
-    "second": Area(
-        (f"{_CERTIFICATES}.second",),
-        (
-            *(f"certificate_second_{name}" for name in _OF_SECOND.split()),
-            *(f"certificate_{name}" for name in _OF_CHECKERS.split()),
-            *_BESIDE.split(),
-        ),
+    "checkers": Area(
+        (*(f"{_CERTIFICATES}.{name}" for name in _FIRST.split()), f"{_CERTIFICATES}.second"), _OF_CHECKERS
     ),
 }
 
@@ -467,8 +465,9 @@ def said(reports: dict[str, object]) -> list[str]:
 class Runner:
     """Everything that does not change from mutant to mutant."""
 
-    def __init__(self, area: str, names: tuple[str, ...], each: float) -> None:
-        self.each, self.probes, files = each, AREAS[area].probes, AREAS[area].tests
+    def __init__(self, area: str, names: tuple[str, ...], each: float, tests: tuple[str, ...]) -> None:
+        asked = replace(AREAS[area], named=tests or AREAS[area].named)
+        self.each, self.probes, files = each, asked.probes, asked.tests
         self.tests = reach(names, files, CACHE / area)
         self.rods = rods() if self.probes else {}
         self.base = said(self.rods) if self.probes else []
@@ -554,28 +553,29 @@ def drawn(names: tuple[str, ...], only: str, seed: int) -> list[Mutant]:
 def main() -> int:
     """Draw mutants and print what became of them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--draw", type=int, default=160)
+    parser.add_argument("--draw", type=int, default=160, help="of each --only")
     parser.add_argument("--area", choices=list(AREAS), default="above")
     parser.add_argument("--skip", type=int, default=0, help="of the draw, looked at before")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=int, default=3600, help="for all")
     parser.add_argument("--each", type=float, default=20, help="of CPU for the tests of one mutant")
     parser.add_argument("--only", action="append", help="module, module:function, or module:what is printed")
+    parser.add_argument("--tests", action="append", help="files of tests, such as certificate_*, and no others")
     given = parser.parse_args()
     end = time.monotonic() + given.seconds
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
     names = modules(given.area)
-    found = [one for only in given.only or [""] for one in drawn(names, only, given.seed)]
-    runner = Runner(given.area, names, given.each)
+    found = [one for only in given.only or [""] for one in drawn(names, only, given.seed)[given.skip : given.draw]]
+    runner = Runner(given.area, names, given.each, tuple(given.tests or ()))
     counts: Counter[tuple[str, str]] = Counter()
-    for mutant in found[given.skip : given.draw]:
+    for mutant in found:
         if time.monotonic() > end:
             break
         changes, how = runner.judged(mutant)
         counts[changes, how.partition(" (")[0]] += 1
         print(f"{changes}, {how}  {mutant}", flush=True)
-    print(f"{len(found)} mutants, {sum(counts.values())} looked at: {dict(counts)}")
+    print(f"{len(found)} mutants drawn, {sum(counts.values())} looked at: {dict(counts)}")
     return 0
 
 

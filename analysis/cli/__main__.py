@@ -23,6 +23,7 @@ from lure.analysis.cli.options import app
 for _commands in ("commands", "loops", "certificates", "performance", "sweeps", "sectors", "rods"):
     import_module(f"lure.analysis.cli.{_commands}")  # puts its commands on the one app
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
+LONGEST = 500  # signs of a refusal of arguments
 USAGE_ERROR = cast(
     "type[Exception]", typer.BadParameter.__base__
 )  # its module is typer's in one version, click's in another
@@ -77,6 +78,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     except USAGE_ERROR as error:
         wrong = cast("typer.BadParameter", error)
         sentence = wrong.format_message().rstrip().removesuffix(".")
+        if len(sentence) > LONGEST:  # a value that the sentence quotes
+            sentence = f"{sentence[: LONGEST - 100]} ... {sentence[-80:]}"
         command = wrong.ctx.command_path if wrong.ctx else "lure"
         stop = "" if sentence.endswith("?") else "."  # Did you mean ...?
         return _say(f"{sentence}{stop} See {command} --help.", status=BAD_INPUT)

@@ -455,7 +455,9 @@ def fit_compliance(
         )
     rows = measurements.rows(branch) if branch else np.arange(len(measurements))
     if rows.size < 12:
-        raise InputError(f"fit_compliance: there are {rows.size} rows on {branch}; give at least 12")
+        raise InputError(
+            f"fit_compliance: there are {rows.size} rows{f' of {branch}' if branch else ''}; give at least 12"
+        )
     used = measurements.taken(rows)
     problem, best, scores, noise = _fitted(used)
     scale = problem.least(best) / problem.degrees

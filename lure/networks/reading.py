@@ -104,10 +104,16 @@ def _json(path: Path) -> dict[str, Any]:
 
 def _npz(path: Path) -> dict[str, Any]:
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            found = {name: arrays[name] for name in arrays.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        with zipfile.ZipFile(path) as held:
+            size = sum(one.file_size for one in held.infolist())
+        found = {}
+        if size <= MAX_BYTES:
+            with np.load(path, allow_pickle=False) as arrays:
+                found = {name: arrays[name] for name in arrays.files}
+    except Exception:  # whatever the modules of archives and of arrays raise, of a header that asks for too much memory
         raise InputError(f"{path.name} is no archive of arrays; write it by numpy.savez(file, W1=W1, W2=W2)") from None
+    if size > MAX_BYTES:
+        raise InputError(f"{path.name} unpacks to more than 16 MiB; give the weights of a small network")
     return _of_arrays(path, found)
 
 

@@ -2,6 +2,8 @@
 
 import importlib.util
 import json
+import sys
+import zipfile
 from collections import Counter
 from pathlib import Path
 
@@ -11,6 +13,7 @@ from depth import sampled
 
 from lure import InputError
 from lure.analysis.certificates.second import recheck
+from lure.analysis.cli import main
 from lure.analysis.measured.reading import read_measurements
 from lure.analysis.measured.table import _NUMBER
 from lure.analysis.sweeps.reading import read_study
@@ -18,19 +21,27 @@ from lure.exact import exact_number
 from lure.files import parse_system
 from lure.networks.reading import read_network
 
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "fuzz_readers.py"
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates.json"
+
+
+READERS = (
+    *("systems", "studies", "certificates", "networks", "tables", "formulas", "weights", "points"),
+    *("transfer functions", "commands"),
+)
 
 
 @pytest.fixture(scope="module")
 def fuzzing():
-    spec = importlib.util.spec_from_file_location("fuzz_readers", SCRIPT)
+    sys.path.append(str(BENCHMARKS))
+    spec = importlib.util.spec_from_file_location("fuzz_readers", BENCHMARKS / "fuzz_readers.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module
+    yield module
+    sys.path.remove(str(BENCHMARKS))
 
 
-@pytest.mark.parametrize("name", ["systems", "studies", "certificates", "networks", "tables", "formulas"])
+@pytest.mark.parametrize("name", READERS)
 def test_whatever_a_file_holds_its_reader_answers_or_says_why_not(fuzzing, name, monkeypatch):
     monkeypatch.setattr(fuzzing.signal, "setitimer", lambda *_: None)
     fuzz, corpus = fuzzing.readers()[name]
@@ -85,6 +96,35 @@ def test_what_is_no_number_is_told_in_short():
     with pytest.raises(InputError) as caught:
         exact_number([["a" * 30] * 9] * 9, "entry")
     assert len(str(caught.value)) < 160
+
+
+# A header may ask for terabytes, and the compressed bytes be none: numpy and zlib then raise errors of their own.
+@pytest.mark.parametrize("count", [4, 2**40])
+def test_an_archive_that_cannot_be_unpacked_is_refused(tmp_path, count):
+    path = tmp_path / "network.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as held, held.open("W1.npy", "w") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (count,)})
+        file.write(bytes(32))
+    data = bytearray(path.read_bytes())
+    if count == 4:
+        data[40:44] = b"\xff\xff\xff\xff"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="is no archive of arrays"):
+        read_network(path, activation="tanh")
+
+
+def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path):
+    np.savez_compressed(tmp_path / "network.npz", W1=np.zeros((1500, 1500)), W2=np.zeros((1, 1500)))  # 18 MB
+    with pytest.raises(InputError, match="unpacks to more than 16 MiB"):
+        read_network(tmp_path / "network.npz", activation="tanh")
+
+
+def test_arguments_are_not_quoted_at_length(capsys):
+    assert main(["9" * 10_000]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("lure: No such command '999")
+    assert "See lure --help." in said
+    assert len(said) < 600
 
 
 def test_an_exponent_beyond_those_of_decimals_is_refused(tmp_path):
