@@ -151,9 +151,12 @@ def _torch(path: Path) -> dict[str, Any]:
         ) from None
     try:
         state = torch.load(path, map_location="cpu", weights_only=True)
-        arrays = {name: value.double().numpy() for name, value in state.items()}
+        large = 8 * sum(value.numel() for value in state.values()) > MAX_BYTES  # one number may stand for a matrix
+        arrays = {} if large else {name: value.double().numpy() for name, value in state.items()}
     except Exception:  # whatever that package raises
         raise InputError(f"{path.name} is no state dict; write it by torch.save(network.state_dict(), file)") from None
+    if large:
+        raise InputError(f"{path.name} unpacks to more than 16 MiB; give the weights of a small network")
     return _of_arrays(path, arrays)
 
 

@@ -379,6 +379,9 @@ def test_a_state_dict_is_read_in_the_order_of_its_layers(tmp_path, monkeypatch):
         def numpy(self):
             return np.asarray(self)
 
+        def numel(self):
+            return self.size
+
     one, two = np.array([[1.0, 2.0], [0.0, 1.0]]), np.array([[0.5, -1.0]])
     parts = {"10.weight": two, "2.weight": one, "2.bias": np.zeros(2), "10.bias": np.zeros(1)}
     asked = []
@@ -387,15 +390,19 @@ def test_a_state_dict_is_read_in_the_order_of_its_layers(tmp_path, monkeypatch):
         asked.append((path.name, settings))
         if path.name == "bad.pt":
             raise RuntimeError("invalid header")
+        if path.name == "vast.pt":  # 13 GB, of which the file holds one number
+            return {"0.weight": np.broadcast_to(np.zeros(1).view(Tensor), (40_000, 40_000), subok=True)}
         return {name: value.astype(np.float32).view(Tensor) for name, value in parts.items()}
 
     monkeypatch.setitem(sys.modules, "torch", SimpleNamespace(load=load))
-    for name in ("net.pt", "bad.pt"):
+    for name in ("net.pt", "bad.pt", "vast.pt"):
         (tmp_path / name).write_text("")
     assert read_network(tmp_path / "net.pt", activation="tanh") == Network.given([one, two], activation="tanh")
     assert asked == [("net.pt", {"map_location": "cpu", "weights_only": True})]  # nothing in the file is run
     with pytest.raises(InputError, match=r"bad\.pt is no state dict; write it by torch\.save"):
         read_network(tmp_path / "bad.pt", activation="tanh")
+    with pytest.raises(InputError, match="unpacks to more than 16 MiB"):
+        read_network(tmp_path / "vast.pt", activation="tanh")
     monkeypatch.setitem(sys.modules, "torch", None)
     with pytest.raises(InputError, match=r"net\.pt needs PyTorch, which is not installed"):
         read_network(tmp_path / "net.pt", activation="tanh")
