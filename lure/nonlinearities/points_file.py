@@ -13,6 +13,7 @@ from lure.errors import InputError
 
 MAX_BYTES = 1 << 20
 MAX_POINTS = 10_000
+MAX_DIGITS = 1000
 _POINT = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 _COMMA = re.compile(r"[+-]?(?:[0-9]+,?[0-9]*|,[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 
@@ -74,7 +75,9 @@ def _pair(line: str, number: int, label: str) -> tuple[Fraction, Fraction]:
 def _number(word: str, number: int, label: str, *, decimal_comma: bool) -> Fraction:
     if not _POINT.fullmatch(word) and not (decimal_comma and _COMMA.fullmatch(word)):
         raise InputError(f"{label}, line {number}: {word!r:.60} is no number such as 0.5 or -1e-3")
-    return Fraction(Decimal(word.replace(",", ".")))
+    if len(word) > MAX_DIGITS or abs(value := Fraction(Decimal(word.replace(",", ".")))) >= 2**1024:
+        raise InputError(f"{label}, line {number}: {word!r:.60} is beyond the largest double, or has too many digits")
+    return value
 
 
 def _text(path: Path, label: str) -> str:

@@ -20,6 +20,7 @@ from lure.analysis.sweeps.reading import read_study
 from lure.exact import exact_number
 from lure.files import parse_system
 from lure.networks.reading import read_network
+from lure.nonlinearities.points_file import points_from_csv
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates.json"
@@ -117,6 +118,15 @@ def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path):
     np.savez_compressed(tmp_path / "network.npz", W1=np.zeros((1500, 1500)), W2=np.zeros((1, 1500)))  # 18 MB
     with pytest.raises(InputError, match="unpacks to more than 16 MiB"):
         read_network(tmp_path / "network.npz", activation="tanh")
+
+
+@pytest.mark.parametrize("word", ["2e400", "9" * 400, "0." + "1" * 100_000])
+def test_a_point_beyond_the_doubles_is_refused(tmp_path, word):
+    path = tmp_path / "points.csv"
+    path.write_text(f"0 0\n{word} 1\n1 2\n")
+    with pytest.raises(InputError, match=r"points\.csv, line 2: .* is beyond the largest double") as caught:
+        points_from_csv(path)
+    assert len(str(caught.value)) < 200
 
 
 def test_arguments_are_not_quoted_at_length(capsys):
