@@ -571,7 +571,9 @@ def main() -> int:
     parser.add_argument("--seconds", type=int, default=3600, help="for all")
     parser.add_argument("--each", type=float, default=20, help="of CPU for the tests of one mutant")
     parser.add_argument("--only", action="append", help="module, module:function, or module:what is printed")
-    parser.add_argument("--tests", action="append", help="files of tests, such as certificate_*, run whole: for few mutants")
+    parser.add_argument(
+        "--tests", action="append", help="files of tests, such as certificate_*, run whole: for few mutants"
+    )
     given = parser.parse_args()
     end = time.monotonic() + given.seconds
     os.chdir(ROOT)

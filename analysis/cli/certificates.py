@@ -217,7 +217,7 @@ def _read(file: str) -> bytes | str:
 
 
 def _label(file: str) -> str:
-    return "standard input" if file == "-" else repr(file)
+    return "standard input" if file == "-" else f"{file!r:.200}"
 
 
 Pair = tuple[str, str]

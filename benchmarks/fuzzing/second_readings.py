@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import json
 import re
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -77,7 +78,7 @@ def same_formula(text: str, formula: Expression, sigma: float, t: float) -> None
 
 def same_network(text: str, network: Network) -> None:
     """A network has the numbers that the file holds, decimals as they stand."""
-    held = json.loads(text, parse_float=Fraction)
+    held = json.loads(text, parse_float=lambda word: Fraction(Decimal(word)))
     weights = tuple(tuple(tuple(Fraction(v) for v in row) for row in rows) for rows in held["weights"])
     biases = tuple(tuple(Fraction(v) for v in bias) for bias in held.get("biases", ()))
     if (weights, biases if any(map(any, biases)) else ()) != (network.weights, network.biases):
