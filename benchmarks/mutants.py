@@ -57,8 +57,8 @@ ROOMS = (
 )
 DRAWN = ("diagram", "figures", "output", "pdf", "reporting")  # pictures and files, no words
 _FIRST = """
-arithmetic balls states blocks frequencies pieces channels signals gains windows parametric powers boxes several regions
-parts checker"""
+arithmetic balls states blocks frequencies pieces channels memory signals gains windows parametric powers boxes several
+regions parts checker"""
 _OF_CHECKERS = (  # files of tests that ask them
     *(
         "certificate_*",

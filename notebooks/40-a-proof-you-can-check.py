@@ -549,7 +549,7 @@ assert all(mu[i + 1] == -phi(x) for i, x in enumerate(sigma))
 # %% [markdown]
 # ## 4. The checker alone
 #
-# `checker.py` and the sixteen files beside it need Python and nothing else. We copy all into an empty folder and
+# `checker.py` and the seventeen files beside it need Python and nothing else. We copy all into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
@@ -562,6 +562,7 @@ BESIDE = [
     "channels",
     "frequencies",
     "gains",
+    "memory",
     "parametric",
 ]
 BESIDE += [

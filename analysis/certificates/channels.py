@@ -170,6 +170,11 @@ def each(asked: Channels) -> Any:
     return enumerate(asked.families)
 
 
+def unit_of(Pi: Rows, theta: Any, bounds: Any) -> int:
+    """What makes integers of a multiplier, and of what ``V`` is at least."""
+    return states.unit([*Pi, theta, [min(t * l, t * u) for t, (l, u) in zip(theta, bounds)]])
+
+
 def triangle(given: Any, order: int) -> Rows:
     """The symmetric matrix of a lower triangle."""
     form(isinstance(given, list) and len(given) == order, f"a lower triangle of order {order} is missing")
@@ -398,127 +403,6 @@ def still(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
 
 
 # -- delays: mu = -sigma(t - tau), 0 <= tau <= h, as the operator w = sigma(t - tau) - sigma beside the gain 1
-
-
-def increments(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
-    """Beside play and stop: the loop of ``y = A x - B phi``, which is ``x'`` (``x+ - x``), with time-varying sectors.
-
-    ``mu_i' = -g_i(t) sigma_i'`` for almost all ``t``, ``0 <= g_i <= k`` for play and stop, and within the bounds of the
-    slope for functions; all are locally Lipschitz in time.  If ``y`` falls like ``e^(-c t)``, ``x`` has a limit.
-
-    With ``w``, from ``x = 0`` and ``phi = 0``: ``x' = y + B_w w``, and ``z = C_z A^-1 y + D_zw w`` if ``H(0) = 0`` from
-    ``mu`` to ``z``, so that ``z = 0`` wherever the loop may rest.
-    """
-    if not any(family.memory for family in asked.families):
-        return H, asked
-    out, families, free = asked.performance, list[states.Family](), (-exact.INF, exact.INF)
-    covered = ordered(H.D, asked) and len(asked.operators) == (out is not None) and not H.late
-    need(covered, "play and stop are covered beside functions and a gain, D without a cycle, without dead times")
-    for i in asked.functions:
-        family = asked.families[i]
-        ends = (ZERO, family.memory[1]) if family.memory else family.slope
-        fixed = not (family.varying or family.rough) and exact.INF not in map(abs, ends)
-        need(fixed, f"channel {i + 1}, beside play and stop, needs slope bounds and the same phi at all times")
-        families.append(states.Family(ends, free, (False, False), False, True, False))
-    own, blocks = asked.functions, [range(i, i + 1) for i in asked.functions]
-    if out is None:
-        return H, Channels(families, blocks)
-    T = [[v - (i == j) * H.discrete for j, v in enumerate(row)] for i, row in enumerate(H.A)]
-    columns = [*zip(*H.B)]
-    found = from_rest(T, [columns[j] for j in own], [[*H.C[i], *(H.D[i][j] for j in own)] for i in out])
-    need(found is not None, "z is not 0 where play and stop may rest: H(0) from mu to z is not 0")
-    E = dict(zip(out, found or []))  # z = E y + D_zw w
-    need(not any(H.D[i][j] for i in own for j in out), "beside play and stop w may not enter sigma at once")
-    B = [[dot(T[i], columns[j]) if j in out else v for j, v in enumerate(row)] for i, row in enumerate(H.B)]
-    D = [[dot(H.C[i], columns[j]) if j in out else v for j, v in enumerate(row)] for i, row in enumerate(H.D)]
-    for i in out:
-        D[i] = [H.D[i][j] if j in out else ZERO for j in range(len(H.D))]
-    C = [E.get(i, row) for i, row in enumerate(H.C)]
-    return Plant(H.A, B, C, D, H.discrete), Channels([*families, *(asked.families[i] for i in out)], [*blocks, out])
-
-
-def from_rest(T: Rows, columns: Any, rows: Any) -> Rows | None:
-    """``g`` with ``g (T, b_1, b_2, ..)`` equal to each of the rows; None if there is none, or more than one."""
-    W = [[*row, *(b[i] for b in columns)] for i, row in enumerate(T)]
-    found = eliminated([[dot(v, w) for w in W] for v in W], [[dot(w, row) for row in rows] for w in W])
-    g = None if found is None else [list(row) for row in zip(*found)]
-    fits = g and all([dot(one, column) for column in zip(*W)] == list(row) for one, row in zip(g, rows))
-    return g if fits else None
-
-
-def storages(H: Plant, asked: Channels, theta: list[Fraction]) -> tuple[Any, Rows]:
-    """Pairs of rows, whose products are what storage functions add to ``V'/2``, and what they add to ``V``.
-
-    ``sigma_i phi_i' >= (phi_i^2/(2 k))'`` for play, ``phi_i sigma_i' >= (phi_i^2/(2 k))'`` for stop, and the integrals
-    of both are ``>= phi_i^2/(2 k)`` for a function with slopes in ``[0, k]``; the sum of both is ``(phi_i sigma_i)'``.
-    With ``eta_i = c_i A^-1 y = sigma_i + H_i(0) phi`` and ``Theta H(0)`` symmetric ``2 sum theta_i phi_i' eta_i`` is at
-    least the derivative of ``phi' Theta H(0) phi + sum |theta_i| phi_i^2/k_i + 2 sum_(theta_i < 0) theta_i phi_i
-    sigma_i``.  ``V``, this and ``y'Py``, bounds ``phi_i`` where ``theta_i`` is not 0.
-
-    With an eigenvalue 0, for stops: ``phi_i = f y`` if ``f A = 0``, ``f B = -e_i``; ``2 |theta_i| phi_i sigma_i'``.
-
-    In discrete time, ``psi`` the difference of ``phi`` and ``A - 1`` in place of ``A`` in ``H`` and ``eta``, ``sigma_i+
-    psi_i`` for play and ``phi_i+ (sigma_i+ - sigma_i)`` for stop are at least the difference of ``phi_i^2/2k`` and
-    ``psi_i^2/2k``: ``eta_i`` is that of the next sample for ``theta_i > 0``, and ``psi'Theta H(1) psi - sum |theta_i|
-    psi_i^2/k_i`` is added.
-    """
-    need(any(family.memory for family in asked.families), "storage functions are those of play and stop")
-    need(not (H.discrete and asked.operators), "storage functions beside a gain are for continuous time")
-    n, m, used, own = len(H.A), len(H.D), [i for i, t in enumerate(theta) if t], asked.functions
-    stops = [i for i in own if (asked.families[i].memory or ("",))[0] == "stop"]
-    memory = all(asked.families[i].memory for i in own)
-    need(memory or {*used, *stops} >= {*own}, "beside functions all but stops need storage functions")
-    for i in used:
-        family, sign = asked.families[i], theta[i]
-        need(i in own, "an operator has no storage function")
-        right = (sign > 0) == (family.memory[0] == "play") if family.memory else family.slope[0] >= 0
-        need(right, f"theta_{i + 1} has the wrong sign, or its function falls")
-        need(not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
-    columns, zeros, unit = [*zip(*H.B)], [ZERO] * m, [[Fraction(i == j) for j in range(m)] for i in range(m)]
-    steep = {i: (asked.families[i].memory or ("", asked.families[i].slope[1]))[1] for i in used}
-    T = [[v - (i == j) * H.discrete for j, v in enumerate(row)] for i, row in enumerate(H.A)]
-    found = eliminated([list(column) for column in zip(*T)], [list(column) for column in zip(*H.C)])
-    if found is None:
-        need(not H.discrete, "storage functions do not cover an eigenvalue 1", exact.Critical)
-        rows = [[*[ZERO] * n, *(Fraction(-(i == j)) for j in own)] for i in used]
-        f = from_rest(H.A, [columns[j] for j in own], rows)
-        need(bool(memory and f and {*used} <= {*stops}), "an eigenvalue 0 that these stops do not move", exact.Critical)
-        into = [[dot(H.C[i], columns[j]) if j not in own else ZERO for j in range(m)] for i in used]
-        pairs = [
-            ([-theta[i] * v for v in g] + zeros, [*H.C[i], *(-v for v in b)]) for i, g, b in zip(used, f or [], into)
-        ]
-        scaled = [[abs(theta[i]) / steep[i] * v for v in g] for i, g in zip(used, f or [])]
-        return pairs, [[dot(x, y) for y in zip(*(f or []))] for x in zip(*scaled)]
-    E = [list(row) for row in zip(*found)]
-    S = [[-t * dot(row, columns[j]) if j in own else ZERO for j in range(m)] for t, row in zip(theta, E)]
-    need(all(S[i][j] == S[j][i] for i in range(m) for j in range(i)), "Theta H(0) is not symmetric")
-    V = [
-        [S[i][j] * (1 - (theta[i] < 0) - (theta[j] < 0)) + (i == j) * abs(theta[i]) / steep[i] for j in used]
-        for i in used
-    ]
-    side = [[min(theta[i], ZERO) * v for v in E[i]] for i in used]
-    top = [[*[ZERO] * n, *(row[j] for row in side)] for j in range(n)]
-    pairs = [([theta[i] * v for v in E[i]] + zeros, [ZERO] * n + unit[i]) for i in used]
-    for k, i in enumerate(used if H.discrete else ()):  # S = -Theta E B
-        after = [dot(E[i], column) for column in zip(*H.A)] if theta[i] > 0 else E[i]
-        beside = [(v - (i == j) * abs(theta[i]) / steep[i]) / 2 for j, v in enumerate(S[i])]
-        pairs[k] = [theta[i] * v for v in after] + beside, pairs[k][1]
-    return pairs, top + [a + b for a, b in zip(side, V)]
-
-
-def with_storage(M: Any, P: Any, units: Any, Pi: Rows, stored: Any) -> tuple[Any, Any]:
-    """The lower triangle ``M`` of the inequality less what :func:`storages` adds to ``V'``, and that of ``V``."""
-    (q, e), (pairs, extra) = units, stored
-    w, more = states.unit(Pi), states.unit([*(row for pair in pairs for row in pair), *extra]) ** 2
-    M = [[more * v for v in row] for row in M]
-    for a, b in pairs:
-        for i, row in enumerate(M):
-            for j in range(i + 1):
-                row[j] -= int(more * (a[i] * b[j] + a[j] * b[i])) * w * q * q << e
-    V = [[int(more * v) << e for v in row[: i + 1]] for i, row in enumerate(extra)]
-    for i, row in enumerate(P):
-        V[i][: i + 1] = [u + more * v for u, v in zip(V[i], row[: i + 1])]
-    return M, V
 
 
 def centred(H: Plant, asked: Channels) -> tuple[Plant, Channels]:

@@ -4,7 +4,7 @@
 
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
-Only this file makes a ``Proved`` or a ``Refuted``; what it imports beside it, sixteen files, computes.
+Only this file makes a ``Proved`` or a ``Refuted``; what it imports beside it, seventeen files, computes.
 """
 
 from __future__ import annotations

@@ -25,19 +25,18 @@ from .channels import (
     described,
     each,
     existing,
-    increments,
     moved,
     ordered,
     plant,
     seen,
     semidefinite,
-    storages,
     triangle,
     undelayed,
     uniform,
-    with_storage,
+    unit_of,
     within,
 )
+from .memory import apart, increments, with_storage
 
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
 MOST_VERTICES = 10
@@ -211,8 +210,8 @@ def proved(
     given, *turned = fields(data, key, *["theta"] * popov, *parts, *["lambda"] * (beside and bool(asked.operators)))
     theta = numbers(turned[0], m) if popov else [ZERO] * m
     need(not (popov and H.discrete) or name == "storage-circle", f"{name} is for continuous time")
-    stored = storages(plant(system), before, theta) if name == "storage-circle" else None
-    fitting(asked, [ZERO] * m if stored else theta, H.D)
+    stored, theta = apart(plant(system), before, theta) if name == "storage-circle" else (None, theta)
+    fitting(asked, theta, H.D)
     more = [key for key in ("zero", "semidefinite") if key in proof]
     method, half, exponent, *zero = fields(proof, "method", "P", "exponent", *more)
     form(method == "matrix" and len(more) < 2, "several nonlinearities are proved by a matrix")
@@ -235,10 +234,10 @@ def proved(
             for j, v in zip(places, row):
                 Pi[i][j] += v
     weighed(Pi, theta, bounds, asked, rate or ZERO)
-    falls, above = inequality(P, (R, Z, q, e), Pi, [ZERO] * m if stored else theta, bounds, H.discrete)
+    falls, above = inequality(P, (R, Z, q, e), Pi, theta, bounds, H.discrete)
     rest = {}
     if stored:
-        falls, above = with_storage(falls, P, (q, e), Pi, stored)
+        falls, above = with_storage(falls, above, unit_of(Pi, theta, bounds) * q * q << e, stored)
         rest["storage"] = "theta <= 0 for stop and >= 0 for play, and what is stored is a function of y and phi"
     if zero:
         falls = windows.at_rest(falls, H, [l for l, _ in bounds], zero[0])
@@ -349,7 +348,7 @@ def over_boxes(
             common[node] = [[Fraction(c, u)]]
         signs = [c for ((c,),) in parametric.coefficients(common, degrees)]
         need(min(signs) > 0 or max(signs) < 0, "the common denominator may vanish for some parameters")
-        w = states.unit([*Pi, theta, [min(t * l, t * u) for t, (l, u) in zip(theta, bounds)]])
+        w = unit_of(Pi, theta, bounds)
         for found in (above, *boxes.moving(H, box, parts, falls, common, w * L)):
             for M in parametric.coefficients(found, degrees):
                 parametric.definite(M)
@@ -567,7 +566,7 @@ def inequality(P: Any, scaled: Any, Pi: Rows, theta: Any, bounds: Any, discrete:
     R, Z, q, e = scaled
     n, m = len(P), len(Z)
     least = [min(t * l, t * u) for t, (l, u) in zip(theta, bounds)]
-    w, N = states.unit([*Pi, theta, least]), n + m
+    w, N = unit_of(Pi, theta, bounds), n + m
     t, low = [int(w * v) for v in theta], [int(w * v) for v in least]
     PR = [[dot(row, column) for column in zip(*R)] for row in P]  # q P (A, -B)
     M = [[0] * (i + 1) for i in range(N)]

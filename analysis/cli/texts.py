@@ -364,7 +364,7 @@ Examples:
 Prints ACCEPTED, the claim, the loop that it is about, the theorem and every
 hypothesis that was checked, or REJECTED and why.  Nothing in a file is
 believed: the checker recomputes all from the claim.  It needs Python's
-standard library only, and runs alone with the sixteen files beside it:
+standard library only, and runs alone with the seventeen files beside it:
 python checker.py certificate.json
 --second asks another checker too, which shares no code with the first.
 

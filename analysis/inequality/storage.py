@@ -34,7 +34,7 @@ _NOTHING = 1e-7  # relative: storage that is not worth its rounding
 
 @dataclass
 class StorageInequality(ChannelInequality):
-    """The inequality with storage functions; the lower bounds are 0; others: :class:`ChannelInequality`.
+    """The inequality with storage functions, lower bounds 0 where there are any; others: :class:`ChannelInequality`.
 
     Parameters
     ----------
@@ -42,10 +42,13 @@ class StorageInequality(ChannelInequality):
         Of each ``theta``: 1 for play, -1 for stop, 0 for either; where ``free`` says so.
     still : fmpq_mat or None
         (m, m) ``H(0)``.
+    resting : ndarray or None
+        (m, n) ``C A^{-1}``, and 0 in the channels of functions ``phi`` themselves, where ``theta`` is Popov's.
     """
 
     signs: Sequence[int] = ()
     still: fmpq_mat | None = None
+    resting: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -55,8 +58,10 @@ class StorageInequality(ChannelInequality):
 
     @property
     def rates(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """``C A^{-1}``, and nothing of the inputs."""
-        return np.asarray(np.linalg.solve(self.A.T, self.own.T).T, dtype=float), np.zeros_like(self.D)
+        """``C A^{-1}``, and nothing of the inputs; Popov's terms multiply ``sigma'``."""
+        assert self.resting is not None, "given with the signs"
+        (through, direct), stored = super().rates, self.resting.any(axis=1, keepdims=True)
+        return np.where(stored, self.resting * self.units, through), np.where(stored, 0.0, direct)
 
     def _exact(self, found: Found, digits: int) -> tuple[list[Fraction], list[Fraction]]:
         """``lambda`` and ``theta`` with so many digits; ``Theta H(0)`` symmetric exactly."""
@@ -131,7 +136,6 @@ class MovedByStops(ChannelSearch):
 
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
         """The solution of the programme, rounded."""
-        assert not any(lower), "of play and stop, and of gains"
         found = self._solved(np.array([float(w) for w in widths]))
         if found is not None:
             P, weights, theta = found
@@ -153,7 +157,7 @@ class MovedByStops(ChannelSearch):
         slopes = np.zeros((K + m + len(stops) + 1, n + m, n + m))
         slopes[:K] = -2 * (states.T @ basis @ flow)
         for i in range(m):
-            w, u, s = widths[i], inputs[i], seen[i]
+            w, u, s = widths[i], inputs[i] - self.lower[i] * seen[i], seen[i]
             form = w * w * np.outer(s, s) - np.outer(u, u) if i in out else np.outer(u, w * s - u)
             slopes[K + i] = -2 * form / w
         for k, i in enumerate(stops, K + m):  # -theta_i
@@ -190,11 +194,14 @@ class SampledStorage(ChannelSearch):
         Of each ``theta``: 1 for play, -1 for stop, 0 for either.
     still : fmpq_mat
         (m, m) ``H(1)``.
+    resting : ndarray
+        (m, n) ``C (A - 1)^{-1}``, and 0 in the channels of functions ``phi`` themselves.
     """
 
     free: Sequence[bool]
     signs: Sequence[int]
     still: fmpq_mat
+    resting: NDArray[np.float64]
     precision: ClassVar[float] = 1e-5
 
     def serves(self, widths: NDArray[np.float64]) -> bool:
@@ -213,7 +220,6 @@ class SampledStorage(ChannelSearch):
 
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
         """Solutions of the programmes, rounded."""
-        assert not any(lower), "of play and stop"
         at = np.array([float(w) for w in widths])
         for given in self._choices:
             found = self._solved(at, given)
@@ -250,8 +256,9 @@ class SampledStorage(ChannelSearch):
         slopes, V = np.zeros((K + m + count + 1, n + m, n + m)), np.zeros((K + m + count + 1, n + m, n + m))
         slopes[:K] = states.T @ basis @ states - flow.T @ basis @ flow
         for i in range(m):
-            slopes[K + i] = -2 * np.outer(inputs[i], widths[i] * seen[i] - inputs[i]) / widths[i]
-        E, still = np.linalg.solve((A - np.eye(n)).T, C.T).T, doubles(self.still)
+            above = inputs[i] - self.lower[i] * seen[i]
+            slopes[K + i] = -2 * np.outer(above, widths[i] * seen[i] - above) / widths[i]
+        E, still = self.resting @ np.linalg.inv(turn), doubles(self.still)
         for k, row in enumerate(given, K + m):
             theta = np.array([float(v) for v in row])
             falling, lost = np.diag(np.minimum(theta, 0)), np.diag(np.abs(theta) / widths)

@@ -9,7 +9,7 @@ from fractions import Fraction
 from itertools import product
 from typing import Any, NamedTuple
 
-from lure.analysis.certificates import channels
+from lure.analysis.certificates import channels, memory
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Plant, undelayed
 from lure.analysis.certificates.systems import class_entries, texts
@@ -52,7 +52,7 @@ def wide_channels(asked: Problem) -> list[int]:
 
 
 def increments(asked: Problem) -> Problem:
-    """Beside play and stop the question about the loop of ``x'`` less ``B_w w``, with time-varying sectors.
+    """Beside play and stop the question about the loop of ``x'`` less ``B_w w``, with sectors.
 
     Parameters
     ----------
@@ -67,17 +67,42 @@ def increments(asked: Problem) -> Problem:
     if not any(one.memory for one in asked.classes.classes):
         return asked
     try:
-        (A, B, C, D, *_), known = channels.increments(*stated(asked))
+        (A, B, C, D, *_), known = memory.increments(*stated(asked))
     except Rejected as error:
         raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
-    own = known.performance or ()
-    classes = [
-        asked.classes.classes[i] if i in own else NonlinearityClass(sector=Sector(*known.bounds(i)), time_varying=True)
-        for i in range(len(D))
-    ]
+    classes = list(asked.classes.classes)
+    for i in known.functions:
+        moving = known.families[i].varying
+        classes[i] = NonlinearityClass(sector=Sector(*known.bounds(i)), time_varying=moving)
     plant = MultivariablePlant(_rows(A), _rows(B), _rows(C), _rows(D), dt=channel_plant(asked.plant).dt)
     sizes = tuple(len(block) for block in known.blocks)
     return replace(asked, plant=plant, classes=Diagonal(tuple(classes), repeated=sizes))
+
+
+def sectors_beside_memory(asked: Problem) -> Problem | None:
+    """The question with sectors in place of slope bounds; None unless play and stop leave ``sigma = 0`` at rest there.
+
+    Such functions then keep their sector, where Popov's terms are possible, in the loop of :func:`increments`.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question about several channels.
+    """
+    classes = asked.classes
+    if not any(one.memory for one in classes.classes):
+        return None
+    sloped = [one.slope is not None and not (one.memory or one.rectifier) for one in classes.classes]
+    wider = tuple(
+        NonlinearityClass(sector=Sector(*one.gains), time_varying=one.time_varying) if wide else one
+        for one, wide in zip(classes.classes, sloped, strict=True)
+    )
+    found = replace(asked, classes=Diagonal(wider, repeated=classes.repeated))
+    try:
+        increments(found)
+    except AssumptionError:
+        return None
+    return found if any(sloped) else None
 
 
 def stated(asked: Problem) -> tuple[Plant, channels.Channels]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 from flint import fmpq_mat
 
 from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.channels import Plant, from_rest, ordered
+from lure.analysis.certificates.channels import Plant, ordered
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.frequencies import shifted
+from lure.analysis.certificates.memory import from_rest, remembered
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channel_windows import ChannelWindows
 from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
@@ -29,10 +30,17 @@ from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.semidefinite_forms import RestingGain
 from lure.analysis.inequality.shifted_loop import LARGEST, ChannelSearch, Proposal
 from lure.analysis.inequality.storage import MovedByStops, SampledStorage, StorageInequality
-from lure.analysis.inequality.zero_modes import diagonal, exact
+from lure.analysis.inequality.zero_modes import diagonal, doubles, exact
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions import channel_families
-from lure.analysis.questions.channel_delays import delays_of, increments, stated, wide_channels, without_delays
+from lure.analysis.questions.channel_delays import (
+    delays_of,
+    increments,
+    sectors_beside_memory,
+    stated,
+    wide_channels,
+    without_delays,
+)
 from lure.analysis.questions.channel_hypotheses import (
     constant_gains_of,
     fixed_operators,
@@ -78,10 +86,14 @@ _FIRST_OF_MEMORY = "diagonal-circle"
 
 
 class Criterion(NamedTuple):
-    """A row of the table with one kind of multipliers: its name in a certificate."""
+    """A row of the table with one kind of multipliers: its name in a certificate.
+
+    ``wide``: of the question with :func:`sectors_beside_memory`.
+    """
 
     name: str
     row: Theorem
+    wide: bool = False
 
     @property
     def kind(self) -> int:
@@ -102,6 +114,12 @@ def criteria_for(asked: Problem) -> list[Criterion]:
     InputError
         There is no such criterion.
     """
+    wider = sectors_beside_memory(asked)
+    ahead = [] if wider is None else [one._replace(wide=True) for one in _criteria_for(wider)]
+    return ahead + _criteria_for(asked)
+
+
+def _criteria_for(asked: Problem) -> list[Criterion]:
     if isinstance(asked.plant, ChannelFamily):
         shown = {name: row for row in TABLE for name in row.channels}
         return [Criterion(name, shown[name]) for name in channel_families.criteria(asked)]
@@ -155,10 +173,10 @@ def criteria_for(asked: Problem) -> list[Criterion]:
 
 
 def _stored(asked: Problem) -> bool:
-    """Whether there are storage functions: of play and stop, all lower bounds being 0; of samples without a gain."""
+    """Whether there are storage functions: of play and stop, slopes from 0 on; of samples without a gain."""
     classes, flowing = asked.classes, channel_plant(asked.plant).dt is None
-    covered = flowing or not classes.operators
-    return covered and any(one.memory for one in classes.classes) and not any(classes.lower)
+    covered = (flowing or not classes.operators) and any(one.memory for one in classes.classes)
+    return covered and not any(classes.lower[i] for i in remembered(stated(asked)[1]))
 
 
 def _late_criteria(asked: Problem, wanted: str) -> list[Criterion]:
@@ -274,9 +292,9 @@ def _resting_gain(before: Problem, asked: Problem, free: list[bool], *, popov: b
     if out is None or len(known.operators) > 1 or memory or not ordered(plant.D, known):
         return None
     lower = np.array([float(v) for v in asked.classes.lower])
-    doubles = channel_plant(asked.plant).doubles()
+    sides = channel_plant(asked.plant).doubles()
     loop = shifted(plant, list(asked.classes.lower))
-    search = RestingGain(*doubles, lower, loop, plant.C, out, free, popov, plant.discrete)
+    search = RestingGain(*sides, lower, loop, plant.C, out, free, popov, plant.discrete)
     return search if search.possible else None
 
 
@@ -295,10 +313,10 @@ def _exactly(asked: Problem) -> Plant:
     return Plant(A, B, C, D, H.dt is not None)
 
 
-def _moved_by_stops(asked: Problem, moved: Problem, operators: Sequence[int]) -> MovedByStops:
+def _moved_by_stops(asked: Problem, moved: Problem) -> MovedByStops:
     """The search where the stops move an eigenvalue 0."""
     (before, known), H = stated(asked), channel_plant(moved.plant)
-    own = [i for i in range(len(before.D)) if i not in operators]
+    own = remembered(known)
     columns, n, m = [*zip(*before.B, strict=True)], len(before.A), len(before.D)
     rows = np.zeros((m, n))
     for i in own:
@@ -310,27 +328,31 @@ def _moved_by_stops(asked: Problem, moved: Problem, operators: Sequence[int]) ->
         raise AssumptionError(
             "the plant has an eigenvalue 0 that no stop moves, or functions beside it", code=Reason.CRITICAL
         )
-    return MovedByStops(*H.doubles(), np.zeros(m), moved=rows, operators=moved.classes.operators)
+    lower = np.array([float(v) for v in moved.classes.lower])
+    return MovedByStops(*H.doubles(), lower, moved=rows, operators=moved.classes.operators)
 
 
 def _by_storage(asked: Problem, moved: Problem) -> ChannelSearch:
     """The search with storage functions, for the loop of the derivatives."""
-    before, H, m = channel_plant(asked.plant), channel_plant(moved.plant), len(asked.classes.classes)
-    operators = [i for block in asked.classes.operators for i in block]
+    before, H, own = channel_plant(asked.plant), channel_plant(moved.plant), remembered(stated(asked)[1])
     A, B, C, D = (exact(side) for side in (before.A, before.B, before.C, before.D))
     T = A - diagonal([Fraction(int(before.dt is not None))] * len(before.A))
     if T.det() == 0 and before.dt is not None:
         raise AssumptionError("the plant has an eigenvalue 1 beside play and stop", code=Reason.CRITICAL)
     if T.det() == 0:
-        return _moved_by_stops(asked, moved, operators)
-    still = D - C * T.inv() * B
-    free = [i not in operators and not any(row) for i, row in enumerate(before.D)]
-    shown = fmpq_mat([[0 if i in operators or j in operators else still[i, j] for j in range(m)] for i in range(m)])
+        return _moved_by_stops(asked, moved)
+    E, m = C * T.inv(), len(asked.classes.classes)
+    still = D - E * B
+    free = [not any(before.D[i]) if i in own else popov for i, popov in enumerate(free_channels(moved))]
+    shown = fmpq_mat([[still[i, j] if i in own and j in own else 0 for j in range(m)] for i in range(m)])
     signs = [{"play": 1, "stop": -1, "": 0}[one.memory] for one in asked.classes.classes]
+    resting = doubles(E) * np.array([[i in own] for i in range(m)])
+    lower = np.array([float(v) for v in moved.classes.lower])
     if before.dt is not None:
-        return SampledStorage(*H.doubles(), np.zeros(m), free, signs, shown)
-    loop = (*H.doubles(), np.zeros(m), free, True, False, moved.classes.operators)
-    return StorageInequality(*loop, signs=signs, still=shown)
+        stored = [one and i in own for i, one in enumerate(free)]
+        return SampledStorage(*H.doubles(), lower, stored, signs, shown, resting)
+    loop = (*H.doubles(), lower, free, True, False, moved.classes.operators)
+    return StorageInequality(*loop, signs=signs, still=shown, resting=resting)
 
 
 def proved_at(asked: Problem, name: str, search: ChannelSearch, alpha: Fraction) -> Proved | None:
@@ -382,6 +404,7 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
     criterion : Criterion
         The criterion.
     """
+    asked = _widened(asked, criterion)
     one = Fraction(1)
     if isinstance(asked.plant, ChannelFamily):
         return channel_families.BoxSearch(asked, criterion.name).whole()
@@ -410,6 +433,7 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     most : float
         The smallest factor that is refuted, or infinity.
     """
+    asked = _widened(asked, criterion)
     if isinstance(asked.plant, ChannelFamily):
         return channel_families.BoxSearch(asked, criterion.name).farthest(known, most)
     if criterion.kind == _PIECES:
@@ -429,6 +453,10 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
         found = _farthest_by(asked, criterion.name, search, known if best is None else best[0], most)
         best = best if found is None else found
     return best
+
+
+def _widened(asked: Problem, criterion: Criterion) -> Problem:
+    return (sectors_beside_memory(asked) if criterion.wide else None) or asked
 
 
 def _gains_as_functions(asked: Problem) -> Problem:

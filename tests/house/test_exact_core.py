@@ -31,6 +31,7 @@ EXACT = (  # and of these, those that compute with nothing else: no array at all
     *("analysis/certificates/channels.py", "analysis/certificates/several.py"),
     *(
         "analysis/certificates/gains.py",
+        "analysis/certificates/memory.py",
         "analysis/certificates/signals.py",
         "analysis/certificates/windows.py",
         "analysis/certificates/parametric.py",

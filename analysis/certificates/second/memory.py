@@ -47,44 +47,58 @@ def increments(asked: Asked) -> Asked:
     Raises
     ------
     NotShown
-        There are operators, a cycle in ``D``, or a class without slope bounds, or with its own time; or of a gain:
-        ``z`` does not vanish at rest, or ``w`` enters ``sigma`` at once.
+        There are operators, or a cycle in ``D``; or of a gain, and of a function without slope bounds or with its own
+        time: its ``z`` does not vanish at rest, or its ``w`` enters ``sigma`` at once.
     """
     if not remembering(asked):
         return asked
     alone = len(asked.operators) == bool(asked.performance)
     require(alone and acyclic(asked), "beside memory there are operators, or D has a cycle")
-    classes = list[Nonlinearities]()
-    for one in asked.nonlinearities:
+    classes, own = list[Nonlinearities](), _by_increments(asked)
+    for i, one in enumerate(asked.nonlinearities):
         if one.operator:
             classes.append(one)
             continue
-        low, high = (Fraction(0), one.memory[1]) if one.memory is not None else one.slope or (None, None)
-        known = isinstance(low, Fraction) and isinstance(high, Fraction) and not one.time_varying and not one.rough
-        if not known or low is None or high is None:
-            raise NotShown("beside memory a class has no slope bounds")
-        classes.append(Nonlinearities(lower=low, upper=high, slope=None, odd=False, time_varying=True, linear=False))
+        require(not one.rough, "beside memory a function is not locally Lipschitz")
+        slope = (Fraction(0), one.memory[1]) if one.memory is not None else one.slope
+        low, high = slope if slope is not None and i in own else one.ends
+        if not isinstance(low, Fraction) or not isinstance(high, Fraction):
+            raise NotShown("beside memory a class has neither slope bounds nor a finite sector")
+        varying = i in own or one.time_varying
+        classes.append(Nonlinearities(lower=low, upper=high, slope=None, odd=False, time_varying=varying, linear=False))
     firsts = tuple(first if i in asked.performance else i for i, first in enumerate(asked.repeated))
     found = replace(asked, nonlinearities=tuple(classes), repeated=firsts)
-    return from_rest(found) if asked.performance else found
+    return from_rest(found, own) if len(own) < len(classes) else found
 
 
-def from_rest(asked: Asked) -> Asked:
+def _by_increments(asked: Asked) -> list[int]:
+    """The channels of play and stop, and of functions with finite slope bounds that do not depend on time."""
+    found = list[int]()
+    for i, one in enumerate(asked.nonlinearities):
+        bounded = one.slope is not None and all(isinstance(end, Fraction) for end in one.slope)
+        if one.memory is not None or (bounded and not one.time_varying and not one.operator):
+            found.append(i)
+    return found
+
+
+def from_rest(asked: Asked, own: list[int]) -> Asked:
     """The plant from ``(phi', w)`` to ``(sigma', z)``, discrete: of differences.
 
     Parameters
     ----------
     asked : Asked
         The plant from ``(phi, w)`` to ``(sigma, z)``.
+    own : list of int
+        The channels of ``phi``; in the others are ``z`` and ``w``: of a gain, and of functions that stay as they are.
 
     Raises
     ------
     NotShown
         There is none.
     """
-    n, m, out = asked.A.nrows(), asked.D.nrows(), asked.performance
+    n, m = asked.A.nrows(), asked.D.nrows()
     T = asked.A - diagonal([Fraction(int(asked.discrete))] * n)
-    functions, through = _chosen(m, [i for i in range(m) if i not in out]), _chosen(m, out)
+    functions, through = _chosen(m, own), _chosen(m, [i for i in range(m) if i not in own])
     require(bool(functions * asked.D * through == fmpq_mat(m, m)), "w enters sigma at once")
     # z = G (T x - B phi) where the loop rests with w = 0, whatever x and phi are
     G = _of_y(T, asked.B * functions, through * asked.C, through * asked.D * functions)
@@ -114,52 +128,68 @@ def require_storage(document: Document, asked: Asked) -> None:
     require(proof["method"] == "matrix", "the method does not fit the theorem")
     weights, theta, m, n = numbers(given["lambda"]), numbers(given["theta"]), asked.D.nrows(), asked.A.nrows()
     require(len(theta) == m, "there is not one storage function for each channel")
-    moved, out = increments(asked), asked.performance
+    moved, own, out = increments(asked), _by_increments(asked), asked.performance
     require_uniform(weights, moved)
+    apart = [i for i in range(m) if i not in (*own, *out)]
+    _require_popov(moved, [t if i in apart else Fraction(0) for i, t in enumerate(theta)])
+    theta, popov = ([t if i in kept else Fraction(0) for i, t in enumerate(theta)] for kept in (own, apart))
     steep = [_require_sign(asked, i, t) for i, t in enumerate(theta)]
-    free = [one for i, one in enumerate(asked.nonlinearities) if not theta[i] and not one.operator]
-    bounded = all(one.memory is not None and one.memory[0] == "stop" for one in free)
-    one_function = any(one.memory is None and not one.operator for one in asked.nonlinearities)
+    known = [(theta[i], asked.nonlinearities[i].memory) for i in own]
+    bounded = all(memory is not None and memory[0] == "stop" for t, memory in known if not t)
+    one_function = any(memory is None for _, memory in known)
     require(bounded or not one_function, "solutions are not shown to be bounded")
     T = asked.A - diagonal([Fraction(int(asked.discrete))] * n)
     if T.det() == 0:
         require(not (one_function or asked.discrete), "an eigenvalue 0 beside functions and memory, or an eigenvalue 1")
-        _require_moved_by_stops(asked, moved, weights, (theta, steep), proof)
+        _require_moved_by_stops(asked, moved, (weights, popov), (theta, steep), proof)
         return
     require(not (asked.discrete and out), "in discrete time there are no storage functions beside a gain")
     back = T.inv()
     still = asked.D - asked.C * back * asked.B
-    functions, through = _chosen(m, [i for i in range(m) if i not in out]), _chosen(m, out)
+    functions, kept, through = _chosen(m, own), _chosen(m, apart), _chosen(m, out)
     turn = diagonal(theta)
     S = turn * still * functions
     require(bool(S.transpose() == S), "Theta H(0) is not symmetric")
-    # in v = A^-1 y, u = phi' and w
+    # in v = A^-1 y, u = phi' (phi itself of functions that stay as they are) and w
     states, inputs = _unit_rows(n + m, 0, n), _unit_rows(n + m, n, m)
-    rate = T * states + (asked.B * through - back * asked.B * functions) * inputs
+    beside = (through - kept) * inputs
+    rate = T * states + asked.B * beside - back * asked.B * functions * inputs
     eta = asked.C * states
-    sigma = functions * (asked.C * rate - still * functions * inputs)
-    z = through * (eta + asked.D * through * inputs)
+    seen = eta + asked.D * beside
+    sigma, z = functions * (asked.C * rate - still * functions * inputs) + kept * seen, through * seen
     ends = moved.bounds
     low, high = (diagonal([pair[k] for pair in ends]) for k in (0, 1))
-    u, w, share = functions * inputs, through * inputs, diagonal(weights)
-    products = (u - low * sigma).transpose() * share * functions * (high * sigma - u)
+    u, w, share = (functions + kept) * inputs, through * inputs, diagonal(weights)
+    products = (u - low * sigma).transpose() * share * (functions + kept) * (high * sigma - u)
     gain = z.transpose() * share * high * high * z - w.transpose() * share * w
-    stored = u.transpose() * turn * eta
+    stored = u.transpose() * turn * eta + u.transpose() * diagonal(popov) * asked.C * rate
     Q = T.transpose() * _read_matrix(proof, n) * T
     change = states.transpose() * Q * rate
     if asked.discrete:
-        after = asked.A * states - back * asked.B * u
+        after = states + rate
         change = (after.transpose() * Q * after - states.transpose() * Q * states) / 2
         stored = _stored_in_samples(u, (eta, asked.C * after), (turn, S), steep)
     half = change + products + gain + stored
     falls = -(half + half.transpose())
-    kept = [i for i in range(m) if theta[i]]
     negative = diagonal([min(t, Fraction(0)) for t in theta])
     edge = negative * asked.C  # of 2 theta phi sigma, sigma = eta - H(0) phi
     corner = S - negative * still * functions - (negative * still * functions).transpose()
     corner += diagonal([abs(t) / k for t, k in zip(theta, steep, strict=True)])
-    V = _without(joined(Q, edge.transpose(), corner), [n + i for i in range(m) if i not in kept])
+    Q += asked.C.transpose() * _least(popov, moved) * asked.C
+    V = _without(joined(Q, edge.transpose(), corner), [n + i for i in range(m) if not theta[i]])
     _require_definite(V, falls)
+
+
+def _require_popov(moved: Asked, theta: list[Fraction]) -> None:
+    """Check that Popov's terms are of functions that do not depend on time, ``sigma`` a function of the state alone."""
+    for one, t, row in zip(moved.nonlinearities, theta, moved.D.tolist(), strict=True):
+        fits = not moved.discrete and not one.time_varying and not any(row)
+        require(t == 0 or fits, "Popov's term does not fit its channel")
+
+
+def _least(theta: list[Fraction], moved: Asked) -> fmpq_mat:
+    """What ``2 sum theta_i int phi_i`` is at least, as a form in ``sigma``."""
+    return diagonal([min(t * low, t * high) for t, (low, high) in zip(theta, moved.bounds, strict=True)])
 
 
 def _stored_in_samples(
@@ -181,18 +211,18 @@ def _stored_in_samples(
 def _require_moved_by_stops(
     asked: Asked,
     moved: Asked,
-    weights: list[Fraction],
+    given: tuple[list[Fraction], list[Fraction]],
     stored: tuple[list[Fraction], list[Fraction]],
     proof: Mapping[str, object],
 ) -> None:
     """The same with an eigenvalue 0: ``phi_i = f_i y`` of stops, in the states ``y`` of the loop of the derivatives."""
-    (theta, steep), m, n, out = stored, asked.D.nrows(), asked.A.nrows(), asked.performance
+    (weights, popov), (theta, steep), m, n = given, stored, asked.D.nrows(), asked.A.nrows()
     own = [i for i, t in enumerate(theta) if t]
     require(bool(own), "no storage function moves the eigenvalue 0")
     require(all(theta[i] < 0 for i in own), "with an eigenvalue 0 there are storage functions of stops alone")
-    chosen, functions = _chosen(m, own), _chosen(m, [i for i in range(m) if i not in out])
+    chosen, functions = _chosen(m, own), _chosen(m, _by_increments(asked))
     F = _of_y(asked.A, asked.B * functions, fmpq_mat(m, n), -1 * chosen)
-    states, inputs = _unit_rows(n + m, 0, n), _unit_rows(n + m, n, m)  # inputs are (psi, -w)
+    states, inputs = _unit_rows(n + m, 0, n), _unit_rows(n + m, n, m)  # inputs are (psi, phi, -w)
     rate = moved.A * states - moved.B * inputs
     seen = moved.C * states - moved.D * inputs
     share, ends = diagonal(weights), moved.bounds
@@ -200,7 +230,9 @@ def _require_moved_by_stops(
     half = states.transpose() * _read_matrix(proof, n) * rate
     half += (inputs - low * seen).transpose() * share * (high * seen - inputs)
     half += (diagonal([-t for t in theta]) * F * states).transpose() * (chosen * seen)
+    half += inputs.transpose() * diagonal(popov) * moved.C * rate
     kept = F.transpose() * diagonal([abs(t) / k for t, k in zip(theta, steep, strict=True)]) * F
+    kept += moved.C.transpose() * _least(popov, moved) * moved.C
     _require_definite(_read_matrix(proof, n) + kept, -(half + half.transpose()))
 
 
@@ -236,7 +268,6 @@ def _require_sign(asked: Asked, i: int, theta: Fraction) -> Fraction:
     one = asked.nonlinearities[i]
     if theta == 0:
         return Fraction(1)
-    require(not one.operator, "an operator has no storage function")
     require(all(asked.D[i, j] == 0 for j in range(asked.D.nrows())), "sigma is no function of the state alone")
     if one.memory is not None:
         require((theta > 0) is (one.memory[0] == "play"), "the storage function has the wrong sign")
