@@ -191,8 +191,9 @@ class Model(NamedTuple):
 class Lift:
     """What becomes of a :class:`Form` on ``[a, b]``, with ``omega = (a + b)/2 + x (b - a)/2``."""
 
-    def __init__(self, a: Fraction, b: Fraction) -> None:
+    def __init__(self, a: Fraction, b: Fraction, pace: Fraction = ZERO) -> None:
         self.middle, self.radius, self.turns = (a + b) / 2, (b - a) / 2, dict[Fraction, Model]()
+        self.pace = pace
 
     def __call__(self, F: Form, halvings: int = 0) -> Model:
         """Of ``F/2^halvings``."""
@@ -214,10 +215,14 @@ class Lift:
         return found
 
     def turn(self, tau: Fraction) -> Model:
-        """``exp(-i tau omega)``: at the middle, times Taylor's polynomial, off by ``|tau radius|^TERMS/TERMS!``."""
+        """``exp(-i tau omega)``: at the middle, times Taylor's polynomial, off by ``|tau radius|^TERMS/TERMS!``.
+
+        With a pace ``a`` it is ``exp(a tau)`` times that, in forms that are analytic in ``Re s > 0``.
+        """
         if tau not in self.turns:
-            t, y = tau * self.middle, abs(tau * self.radius)
-            E = exponential([[ZERO, -t], [t, ZERO]], Fraction(1), WORD)  # [[cos, -sin], [sin, cos]]
+            need(not self.pace or tau > 0, "with a rate a dead time is above 0")
+            t, y, up = tau * self.middle, abs(tau * self.radius), tau * self.pace
+            E = exponential([[up, -t], [t, up]], Fraction(1), WORD)  # e^up [[cos, -sin], [sin, cos]]
             still = Model([E.rows[0][0]], [-E.rows[1][0]], 2 * E.error)
             u, v, term, turned = [0] * TERMS, [0] * TERMS, Fraction(2**WORD), [(0, 1), (1, -1), (0, -1), (1, 1)]
             for k in range(TERMS):

@@ -183,7 +183,7 @@ def paced(system: Any, rate: Fraction) -> Any:
     form(isinstance(system, dict), "the system is missing")
     kind, discrete = system.get("kind"), system.get("time") == "discrete"
     kinds = ("transfer", "state-space", "multivariable", "family", "channel-family", "varying-family")
-    need(kind in kinds, "rates are shown of rational plants")
+    need(kind in (*kinds, "multivariable delay"), "rates are not shown of such plants")
     need(rate > 0 or not discrete, "in discrete time a rate is positive")
     found = dict(system)
     if kind == "family":  # n and d are sums, and this is linear in them

@@ -38,6 +38,7 @@ class Plant(NamedTuple):
     late: tuple[tuple[Fraction, Rows], ...] = ()
     inner: tuple[Rows, ...] = ()
     rates: tuple[tuple[Rows, Rows], ...] = ()
+    pace: Fraction = ZERO  # a rate a: each C_T and A_T is multiplied by e^(a T)
 
     def direct(self, i: int) -> bool:
         """Whether ``sigma_i`` is no function of states alone."""
@@ -79,8 +80,8 @@ class Channels(NamedTuple):
         return max(sector[0], slope[0]), min(sector[1], slope[1])
 
 
-def plant(system: Any, late: bool = False) -> Plant:
-    """The plant of a certificate; with dead times only where these are asked for."""
+def plant(system: Any, late: bool = False, rate: Fraction | None = None) -> Plant:
+    """The plant of a certificate; with dead times only where these are asked for, at a rate what arrives is larger."""
     late = late and isinstance(system, dict) and "late" in system
     kind, domain, *sides = fields(system, "kind", "time", "A", "B", "C", "D", *["late"] * late)
     listed, times = sides.pop() if late else [], ("continuous",) if late else ("continuous", "discrete")
@@ -102,7 +103,7 @@ def plant(system: Any, late: bool = False) -> Plant:
         inner += back[:1]
         rates += [(back[1], back[2])] if len(back) > 1 else []
     form(all(a < b for a, b in pairwise([ZERO, *(tau for tau, _ in parts)])), "the dead times do not ascend from 0")
-    return Plant(A, B, C, D, domain == "discrete", tuple(parts), tuple(inner), tuple(rates))
+    return Plant(A, B, C, D, domain == "discrete", tuple(parts), tuple(inner), tuple(rates), (rate or ZERO) * late)
 
 
 def channels(data: Any, m: int) -> Channels:

@@ -47,7 +47,7 @@ from .blocks import (
 FORMAT, CONVENTION = "lure-certificate/1", "sigma = H mu, mu = -phi(sigma)"
 ORIGINS = ("rationals", "decimals as written", "doubles, exactly")
 ATTRACTS, CONVERGES = regions.ATTRACTS, "every motion converges to the set of equilibria"
-BOUNDED = "every motion is bounded"
+BOUNDED, OTHERS = "every motion is bounded", "a loop of the class has equilibria other than 0"
 FINITE_ENERGY = "0 attracts every motion with inputs to the block and initial functions of finite energy"
 RESTS = "every motion of finite energy comes to rest, its end at a zero of the law"
 RESTING = "every motion of finite energy comes to rest, and the pressure of every contact tends to 0"
@@ -55,17 +55,17 @@ QUIET = "every motion of finite energy comes to rest, and the pressure of every 
 LINEAR = "every constant gain of the class makes the loop asymptotically stable"
 GAIN = "the L2 gain from w to z is at most gamma in every loop of the class"
 DECAYS = "|x(t)| <= c |x(0)| {} for every motion of every loop of the class, with one c"
+LATER = "|x(t)| <= c m {} for every motion of every loop of the class, m the greatest |x| before t = 0, with one c"
 SLOWER = "a loop of the class has a motion for which {} does not tend to 0"
 EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
 UNLIMITED = "no L2 gain from w to z is finite for all loops of the class"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
-OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 ENDS: tuple[str, ...] = ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED, RESTING, GAIN, EXCEEDED, QUIET
 ENDS += FINITE_ENERGY, UNLIMITED, LINEAR
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
 PACED, METHODS = ("circle", "zames-falb", "hurwitz"), ("polynomial", "cover", "matrix", "powers", "boxes")
-PACED_MEMBERS = "linear-gain crossing matrix-gain switched-gain linear-gains switched-gains ramped-gains"
+PACED_MEMBERS = "linear-gain crossing matrix-gain switched-gain linear-gains switched-gains ramped-gains late-turns"
 SLOPED = ("off-axis-circle", "park", "zames-falb", "order-cone")
 _SEAL = object()
 
@@ -343,7 +343,7 @@ def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Ref
     kind, conclusion, facts, more = judged(verdict, paced(system, rate), given, phi, name, data, proof, rate)
     if conclusion != UNSOLVABLE:
         rates = (f"({rate})^t", f"x(t)/({rate})^t") if discrete else (f"exp({-rate} t)", f"x(t) exp({rate} t)")
-        conclusion = SLOWER.format(rates[1]) if refuted else DECAYS.format(rates[0])
+        conclusion = SLOWER.format(rates[1]) if refuted else (DECAYS, LATER)["late" in system].format(rates[0])
     scaled = f"all of this is of the loop with {'H(r z)' if discrete else 'H(s - r)'}, r = {rate}"
     return kind, conclusion, facts | {"rate": scaled}, more
 

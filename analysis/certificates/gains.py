@@ -36,14 +36,14 @@ MOST_VERTICES, MOST_STEPS, MOST_SAMPLES = 10, 1000, 50
 OPERATORS = ("any", "linear time-invariant", SCALAR)
 
 
-def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+def refuted(system: Any, asked: Channels, proof: Any, rate: Fraction | None = None) -> tuple[int, dict[str, str]]:
     """Linear members of the class, ``mu_i = -g_i sigma_i`` or operators, for which no proof is true.
 
     What follows, as in :func:`examined`, and what was found.
     """
     method = proof["method"]
     beside = ("delayed-gains", "delayed-members")
-    H = plant(system, method in ("late-crossing", "late-gains", "late-turns", *beside))
+    H = plant(system, method in ("late-crossing", "late-gains", "late-turns", *beside), rate)
     if H.late and method not in beside:
         return crossing(H, asked, proof)
     need(not H.rates, "in neutral equations delays are not covered")

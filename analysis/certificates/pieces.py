@@ -7,16 +7,17 @@ Standard library only.  Signs of sums of ``omega^n e^(-i omega tau)`` are shown 
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from .arithmetic import ZERO, need
-from .balls import Lift, Model, above, box, dot, tail
+from .balls import WORD, Lift, Model, above, box, dot, exponential, tail
 from .frequencies import chained, quotient, shifted, signed, transfer
 
 TAYLOR = 12  # of the exponentials on a piece
-MOST_DOUBLINGS, MOST_HALVINGS = 60, 40
+MOST_DOUBLINGS, FEW_DOUBLINGS, MOST_HALVINGS = 60, 12, 40
 Rows = list[list[Fraction]]
 
 
@@ -37,14 +38,25 @@ class Member(NamedTuple):
 
 
 class Axis(NamedTuple):
-    """``|d|^2``, ``N d^*`` and ``N`` on the axis, the loop being ``N/d`` after the shift, of order ``n``."""
+    """``d``, ``N``, ``|d|^2`` and ``N d^*`` on the axis, the loop being ``N/d`` after the shift, of order ``n``.
 
-    own: Any  # a form, or what stands for it on an interval
-    seen: list[list[Any]]
+    With a pace ``a`` each ``exp(-s tau)`` of ``d`` and ``N`` stands for ``exp(a tau) exp(-s tau)``, of their products
+    with conjugates on an interval alone.
+    """
+
+    d: Any  # a form, or what stands for it on an interval
     bare: list[list[Any]]
+    own: Any
+    seen: list[list[Any]]
     order: int
     members: list[Member]
     late: bool
+    pace: Fraction
+
+    def over(self, near: Any) -> Axis:
+        """With what stands for ``d`` and ``N`` on an interval."""
+        d, bare = near(self.d), [[near(f) for f in row] for row in self.bare]
+        return self._replace(d=d, bare=bare, own=d * d.conjugate(), seen=[[f * d.conjugate() for f in r] for r in bare])
 
 
 def base(low: Fraction, high: Fraction) -> Fraction:
@@ -55,8 +67,7 @@ def base(low: Fraction, high: Fraction) -> Fraction:
 def axis_of(H: Any, low: list[Fraction], members: list[Member]) -> Axis:
     """The loop after the shift by ``low``, on the imaginary axis or the unit circle."""
     d, bare = quotients(H, low)
-    back = d.conjugate()
-    return Axis(d * back, [[f * back for f in row] for row in bare], bare, len(H.A), members, bool(H.late))
+    return Axis(d, bare, d, bare, len(H.A), members, bool(H.late), H.pace).over(lambda f: f)
 
 
 def quotients(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.Form]]]:
@@ -78,6 +89,7 @@ def transfer_parts(H: Any) -> tuple[list[int], list[tuple[Fraction, Any]]]:
 
     Of ``rates`` ``D_T x' = D_T A x + D_T B mu``.
     """
+    need(not (H.pace and H.rates), "in neutral equations no rates are shown")
     m, C, D = len(H.D), [*H.C], [*H.D]
     rates = [moved for moved, _ in H.rates] or [[[ZERO] * len(H.A)] * m] * len(H.late)
     for (_, rows), moved in zip(H.late, rates):
@@ -158,13 +170,13 @@ def right_roots(H: Any, low: list[Fraction]) -> tuple[int, str]:
     n, (chi, _) = len(H.A), looped(H, low)
     turned, (u, v) = on_line(chi), ((1, 0), (0, -1), (-1, 0), (0, 1))[n % 4]
     last, far = turned * exact.Form({(ZERO, 0): (Fraction(u), Fraction(v))}), Fraction(1)
-    while not tail(last, far, n):
+    while not (above(outward(last, far, n, H.pace)) if H.pace else tail(last, far, n)):
         need(far < 2**MOST_DOUBLINGS, "the loop with constant gains is not shown to behave like s^n far out")
         far *= 2
     stack, k, start, pieces = [(ZERO, far)], 0, 0, 1
     while stack:
         a, b = stack.pop()
-        p, q, off = Lift(a, b)(turned)
+        p, q, off = Lift(a, b, H.pace)(turned)
         minus = [-x for x in p], [-x for x in q]
         sides = [(p, q), (q, minus[0]), minus, (minus[1], p)]  # chi, -i chi, -chi, i chi
         turns = (k, k + 1, k - 1) if a else (0, 2)
@@ -239,6 +251,8 @@ def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int
     """
     if b is not None and not (zeros and a == 0):
         return _between(axis, piece, a, b, halvings)
+    if axis.pace:
+        return _beyond(axis, piece, a, halvings)
     for k, p in enumerate(minors(axis, piece), 1):
         if b is None and axis.late:
             if not tail(p, a, 2 * axis.order * k):
@@ -254,19 +268,41 @@ def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int
 
 def _between(axis: Axis, piece: Any, a: Fraction, b: Fraction, halvings: int) -> str:
     """The same on an interval, with polynomials off by known errors in place of the forms; ``|d|^2`` is about 1."""
-    near, tops = Lift(a, b), [sum((c * w**n for n, c in enumerate(axis.own.part())), ZERO) for w in (a, (a + b) / 2, b)]
+    near, own = Lift(a, b, axis.pace), axis.own.part()
+    tops = [sum((c * w**n for n, c in enumerate(own)), ZERO) for w in (a, (a + b) / 2, b)]
     size = (max(tops).numerator.bit_length() - max(tops).denominator.bit_length()) // 2
-    close = axis._replace(
-        own=near(axis.own, 2 * size),
-        seen=[[near(f, 2 * size) for f in row] for row in axis.seen],
-        bare=[[near(f, size) for f in row] for row in axis.bare],
-    )
-    if all(map(above, minors(close, piece, near))):
+    if all(map(above, minors(axis.over(partial(near, halvings=size)), piece, near))):
         return ""
     if not halvings:
         return f"F > 0 fails between {float(a):.9g} and {float(b):.9g}"
     ends = pairwise((a, (a + b) / 2, b))
     return next((failed for v, w in ends if (failed := _between(axis, piece, v, w, halvings - 1))), "")
+
+
+def _beyond(axis: Axis, piece: Any, a: Fraction, halvings: int) -> str:
+    """The same from ``a`` up to infinity with a rate, first on intervals as far as is needed, all over ``omega^n``."""
+    need(a > 0, "with a rate the last piece begins above 0")
+    for _ in range(FEW_DOUBLINGS):
+        close = axis.over(partial(outward, start=a, degree=axis.order, pace=axis.pace))
+        if all(map(above, minors(close, piece, Lift(ZERO, 1 / a)))):
+            return ""
+        if failed := _between(axis, piece, a, 2 * a, halvings):
+            return failed
+        a *= 2
+    return f"F > 0 is not shown from {float(a):.9g} on"
+
+
+def outward(F: exact.Form, start: Fraction, degree: int, pace: Fraction) -> Model:
+    """``F/omega^degree`` of ``1/omega`` from 0 to ``1/start``, what comes late being a number of unknown phase."""
+    need(all(n <= degree for _, n in F), "the loop is not proper")
+    now = exact.Form({(ZERO, degree - n): z for (tau, n), z in F.items() if not tau})
+    late = [(exact.Form({(ZERO, 0): z}), tau, n) for (tau, n), z in F.items() if tau]
+    found, wide = Lift(ZERO, 1 / start)(now), ZERO
+    for one, tau, n in late:
+        up = exponential([[pace * tau]], Fraction(1), WORD)
+        size = sum(map(abs, one[ZERO, 0]), ZERO) * Fraction(start) ** (n - degree)
+        wide += size * (up.rows[0][0] + up.error)
+    return found._replace(off=found.off + int(wide) + 1)
 
 
 def on_axis(p: Any, discrete: bool) -> exact.Form:
@@ -283,6 +319,7 @@ def integrators(H: Any, members: list[Member]) -> tuple[int, dict[str, str]]:
     """
     alone = all(not one.kind and not one.low and one.theta >= 0 for one in members)
     need(alone, "beside dead times and an eigenvalue 0 there are functions in [0, u] alone, theta >= 0", exact.Critical)
+    need(not H.pace, "with a rate poles at 0 are not covered", exact.Critical)
     n, m, (d, parts) = len(H.A), len(H.D), transfer_parts(H)
     N = [row for _, seen in parts for row in seen]
     r = next(i for i, c in enumerate(d) if c)

@@ -42,7 +42,7 @@ ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for ever
 MOST_VERTICES = 10
 PIECEWISE = ("piecewise-circle", "piecewise-popov")
 PACED = (  # with a rate; those of order cones hold for one sample of each time
-    *("constant-gains", "diagonal-circle", "coupled-circle", "full-block-circle"),
+    *("constant-gains", "diagonal-circle", "coupled-circle", "full-block-circle", "piecewise-circle"),
     *("diagonal-popov", "coupled-popov", "full-block-popov", "matrix-zames-falb", "coupled-windows"),
 )
 THEOREMS = {  # the key of the multiplier, and whether with Popov's terms
@@ -95,7 +95,7 @@ def examined(
     if family and proof["method"] == "members":
         return False, 1, facts | boxes.moving_members(system, asked, proof), ""
     system, proof, point = boxes.member(system, proof) if family else (system, proof, {})
-    end, found = gains.refuted(system, asked, proof)
+    end, found = gains.refuted(system, asked, proof, rate)
     return False, end, facts | point | found, ""
 
 
@@ -188,7 +188,7 @@ def proved(
     an operator it is ``lambda (r^2 |sigma_b|^2 - |mu_b|^2)``, whose integral up to any time is, and from ``z`` to ``w``
     that with ``r = 1/gamma``: with ``x(0) = 0`` the integral of ``|z|^2 - gamma^2 |w|^2`` is at most 0.
     """
-    H = plant(system, name in PIECEWISE)
+    H = plant(system, name in PIECEWISE, rate)
     before, (H, asked) = asked, increments(H, asked)
     H, asked = undelayed(H, asked, name in PIECEWISE)
     if name == "constant-gains":

@@ -161,6 +161,8 @@ def _constant(loop: LoopSystem, found: RateBound) -> tuple[Overshoot | None, str
 
     if found.verdict is not Verdict.PROVED:
         return None, "No number c is given, since no decay is proved."
+    if found.proof is not None and "late" in found.proof.certificate["system"]:
+        return None, "No number c is given: beside dead time no quadratic function of x(0) shows the rate."
     for share in _SHARES:
         rate = found.rate.high**share if found.time == "discrete" else share * found.rate.low
         with suppress(AssumptionError):

@@ -355,13 +355,13 @@ class Piecewise:
             low, high = (middle, high) if serves(middle) else (low, middle)
         return low if low and widths(low) else 0.0
 
-    def proposal(self, exactly: Callable[[Sequence[Fraction], Sequence[Fraction]], Axis]) -> Proposal | None:
+    def proposal(self, exactly: Callable[[Sequence[Fraction], Sequence[Fraction]], Axis] | None) -> Proposal | None:
         """A multiplier by pieces, each of which passed its test; None if none was found.
 
         Parameters
         ----------
-        exactly : callable
-            The loop on the axis for weights and Popov's terms, as the checker has it.
+        exactly : callable or None
+            The loop on the axis for weights and Popov's terms, as the checker has it; None for no test.
         """
         for _ in range(_AGAIN):
             checkpoint()
@@ -380,7 +380,7 @@ class Piecewise:
                     else:
                         weights[i] = Fraction(f"{max(value, 0.0):.{_DIGITS}g}")
             self.slowly = slow
-            made = self._pieces(numbers, exactly(weights, theta))
+            made = self._pieces(numbers, exactly(weights, theta) if exactly else None)
             if made == math.inf:
                 return None
             if isinstance(made, float):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
@@ -48,6 +49,8 @@ class PiecewiseProofs:
         The question about several channels.
     free : sequence of bool or None
         In which channels Popov's terms are used; None for the circle criterion.
+    pace : Fraction
+        A rate ``a`` [1/s]: the inequality is that of ``x(t) e^(a t)``.
 
     Raises
     ------
@@ -55,8 +58,8 @@ class PiecewiseProofs:
         The theorem is not for this loop.
     """
 
-    def __init__(self, asked: Problem, free: Sequence[bool] | None) -> None:
-        self.asked, self.free = asked, free
+    def __init__(self, asked: Problem, free: Sequence[bool] | None, pace: Fraction = Fraction(0)) -> None:
+        self.asked, self.free, self.pace = asked, free, pace
         plant, known = self._kept(Fraction(1))
         self.late = bool(plant.late)
         if self.late:
@@ -84,8 +87,10 @@ class PiecewiseProofs:
         if gains is None:
             self._require_stable(plant, known, np.linalg.eigvals(A))
         blocks = known.operators
-        late = [(float(delay), np.array([[*map(float, row)] for row in rows])) for delay, rows in plant.late]
-        inner = [np.array([[*map(float, row)] for row in rows]) for rows in plant.inner]
+        up = [math.exp(float(pace * delay)) for delay, _ in plant.late]
+        sides = zip(up, plant.late, strict=True)
+        late = [(float(delay), by * np.array([[*map(float, row)] for row in rows])) for by, (delay, rows) in sides]
+        inner = [by * np.array([[*map(float, row)] for row in rows]) for by, rows in zip(up, plant.inner, strict=False)]
         rates = [(np.array(D_T, dtype=float), np.array(E, dtype=float)) for D_T, E in plant.rates]
         self.search = Piecewise(
             A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late, gains, inner, rates
@@ -109,7 +114,9 @@ class PiecewiseProofs:
     def _kept(self, alpha: Fraction) -> tuple[Plant, Channels]:
         """The loop of a factor with its constant delays, operators in place of those that vary."""
         try:
-            return channels.undelayed(*stated(self.asked.scaled(alpha)), kept=True)
+            plant, known = channels.undelayed(*stated(self.asked.scaled(alpha)), kept=True)
+            moved = [[v + self.pace * (i == j) for j, v in enumerate(row)] for i, row in enumerate(plant.A)]
+            return plant._replace(A=moved, pace=self.pace), known
         except Rejected as error:
             raise AssumptionError(f"not covered by the theorem: {error}", code=Reason.NOT_APPLICABLE) from None
 
@@ -172,16 +179,19 @@ class PiecewiseProofs:
 
         return axis
 
-    def at(self, alpha: Fraction) -> Proposal | None:
+    def at(self, alpha: Fraction, *, exactly: bool = True) -> Proposal | None:
         """A proposal for the classes of a factor; None if none was found.
 
         Parameters
         ----------
         alpha : Fraction
             The factor.
+        exactly : bool
+            Whether each piece is to pass the test of the checker; else it is looked at in floating point.
         """
         self.search.channels = self._widths(alpha)
-        found = self.search.proposal(self._exactly(alpha)) if self.search.channels else None
+        axis = self._exactly(alpha) if exactly else None
+        found = self.search.proposal(axis) if self.search.channels else None
         if found is not None and self.free is None:
             del found.multiplier["theta"]
         return found

@@ -49,8 +49,9 @@ def channel_plant(source: object) -> MultivariablePlant:
     if isinstance(found, DelayMatrix | DelayPlant):
         raise InputError(
             f"the plant has {found if isinstance(found, DelayMatrix) else 'dead time'}; with dead time the largest "
-            "classes, one class and the L2 gain are asked about (max_sector, max_slope, certify, analyse, l2_gain), "
-            "nothing else yet; leave the dead time out, or put a rational factor in its place"
+            "classes, one class, the L2 gain and the decay rate are asked about (max_sector, max_slope, certify, "
+            "analyse, l2_gain, decay_rate), nothing else yet; leave the dead time out, or put a rational factor in its "
+            "place"
         )
     if not isinstance(found, MultivariablePlant):
         raise InputError(

@@ -21,8 +21,9 @@ from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
 from lure.analysis.questions.decay_channels import RateSearch, SeveralChannels, accepted, jumps, require_states
 from lure.analysis.questions.decay_families import BoxOfChannels, BoxOfPlants, end_of
+from lure.analysis.questions.decay_late import LateChannels
 from lure.analysis.questions.largest import UNFINISHED, Stopped
-from lure.analysis.questions.problem import by_matrices, class_given, loop_given, posed
+from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
 from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.theorems.table import BEST
 from lure.analysis.theorems.weighted import WeightedCircle, WeightedKernels, WeightedTaps, closest
@@ -36,6 +37,7 @@ from lure.errors import InputError
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.conversion import rational_if_moderate
 from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix, one_channel_of
 from lure.plants.family import PlantFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -57,6 +59,8 @@ _GRID, _ROUNDS = 129, 6
 
 class RateBound(TwoSided):
     r"""How fast every solution of every loop of a class decays: ``|x(t)| <= c |x(0)| e^(-rate t)``, or ``rate^t``.
+
+    With dead time the greatest ``|x|`` before ``t = 0`` stands for ``|x(0)|``.
 
     In continuous time the largest such rate [1/s], in discrete time the smallest factor per sample, with one ``c`` for
     the class.
@@ -135,9 +139,10 @@ class RateBound(TwoSided):
         if self.proof is not None:
             because = f": {self.reason}" if self.reason else ""
             said = "Every" if self.verdict is Verdict.PROVED else f"No decay is proved{because}; every"
-            like = self._like(_rate_of(self.proof), proved=True)
+            like, late = self._like(_rate_of(self.proof), proved=True), "late" in self.proof.certificate["system"]
             whole = ", ".join(filter(None, (self.nonlinearity_class, self.assumed)))
-            said += f" solution satisfies |x(t)| <= c |x(0)| {like} with one c for {whole}"
+            start, told = ("m", ", m the greatest |x| before t = 0,") if late else ("|x(0)|", "")
+            said += f" solution satisfies |x(t)| <= c {start} {like}{told} with one c for {whole}"
             said += f" ({self.criterion}, certified)"
         if self.refutation is not None:
             said += f"; {self.witness} a solution {self._slow(self.refutation)}"
@@ -188,7 +193,7 @@ def decay_rate(
     Parameters
     ----------
     loop : LoopSystem, Loop, or anything :func:`lure.plants.as_plant` takes
-        The loop, with a rational plant.
+        The loop, with a rational plant or one with dead time, which may come back late inside.
     nonlinearity : object
         The class of nonlinearities, as for :func:`lure.analysis.certify`; by default that of the loop.
     seconds : float or None
@@ -205,7 +210,7 @@ def decay_rate(
     Raises
     ------
     InputError
-        The loop or the class is no good, no class is given, a bound is infinite, or the plant is not rational.
+        The loop or the class is no good, no class is given, a bound is infinite, or the plant is of another kind.
 
     Notes
     -----
@@ -213,7 +218,7 @@ def decay_rate(
     discrete time ``A/r`` and ``B/r``), so that the circle criterion decides; Zames-Falb multipliers, weighed by
     powers of ``r``, go farther for bounds of the slope; see ``docs/theory/rates.md``.  A constant gain of the class,
     found among the eigenvalues, bounds the rate from the other side, for time-varying classes one that jumps; or a
-    periodic orbit shows that nothing decays.
+    periodic orbit shows that nothing decays.  Beside dead time the circle criterion and constant gains are all.
 
     Examples
     --------
@@ -225,13 +230,19 @@ def decay_rate(
     (0.9, 0.9)
     """
     if has_channels(loop, nonlinearity):
-        problem = channel_problem(loop, nonlinearity)
+        problem = channel_problem(loop, nonlinearity, late=True)
         if problem.kind != "class":
             raise InputError("no class of nonlinearities is given; give one for each channel, in order")
-        several = BoxOfChannels if isinstance(problem.plant, ChannelFamily) else SeveralChannels
+        if isinstance(problem.plant, ChannelFamily):
+            return _answered(BoxOfChannels(problem), seconds, progress)
+        several = LateChannels if isinstance(problem.plant, DelayMatrix) else SeveralChannels
         return _answered(several(problem), seconds, progress)
     given = class_given(nonlinearity)
     asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
+    if isinstance(asked.plant, DelayPlant):
+        _require_known(asked)
+        listed = channel_problem(one_channel_of(asked.plant), [asked.nonlinearity_class], late=True)
+        return _answered(LateChannels(listed), seconds, progress)
     of_one = BoxOfPlants if isinstance(asked.plant, PlantFamily) else _OneChannel
     return _answered(of_one(asked), seconds, progress)
 
@@ -246,14 +257,11 @@ class _OneChannel(RateSearch):
         plant, own = rational_if_moderate(self.asked.plant), self.asked.nonlinearity_class
         long = plant is not self.asked.plant and isinstance(plant, RationalPlant) and by_matrices(plant) is not None
         if not isinstance(plant, RationalPlant) or long:
-            lacks = "has a dead time" if isinstance(plant, DelayPlant) else "is none"
             raise InputError(
-                f"decay rates are shown of rational plants of moderate order, and this one {lacks}; lure certify and "
-                "lure max-sector decide whether the loop is stable"
+                "decay rates are shown of rational plants of moderate order, and of such with dead time, and this one "
+                "is none; lure certify and lure max-sector decide whether the loop is stable"
             )
-        if self.asked.refusals or self.asked.untested or self.asked.rough:
-            why = next((one.detail for one in self.asked.refusals), "it is not known to be locally Lipschitz")
-            raise InputError(f"decay rates are shown of nonlinearities whose class is known: {why}")
+        _require_known(self.asked)
         require_states(plant.order)
         self.asked = replace(self.asked, plant=plant)
         if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
@@ -371,6 +379,13 @@ class _OneChannel(RateSearch):
     def refute(self, rate: Fraction) -> Refuted | None:
         """What is accepted against a rate."""
         return self.refuted_by(rate, {"method": "linear-gain", "gain": str(self.slowest[1])})
+
+
+def _require_known(asked: Problem) -> None:
+    """Refuse a nonlinearity whose class is not known."""
+    if asked.refusals or asked.untested or asked.rough:
+        why = next((one.detail for one in asked.refusals), "it is not known to be locally Lipschitz")
+        raise InputError(f"decay rates are shown of nonlinearities whose class is known: {why}")
 
 
 _Loop: TypeAlias = _OneChannel | BoxOfPlants | BoxOfChannels | SeveralChannels

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, ClassVar
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.blocks import paced
@@ -29,7 +29,7 @@ from lure.plants.multivariable import MultivariablePlant
 
 CLOSE = Fraction(1, 10**4)
 FORMS = ("diagonal-circle", "coupled-circle", "full-block-circle", "constant-gains")  # of one sample: not weighed
-_VERTICES, _DRAWN, _KEPT, _ROUNDS, _SEED = 10, 400, 6, 14, 20261122
+_VERTICES, _DRAWN, _KEPT, _BESIDE, _ROUNDS, _SEED = 10, 400, 6, 40, 14, 20261122
 _BACK = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # from what a pattern seems to reach
 _BITS = (256, 1024)
 _BELOW = tuple(Fraction(1, 10**digits) for digits in (12, 9, 6, 4))  # of a growth in floating point
@@ -149,6 +149,8 @@ class RateSearch:
 class SeveralChannels(RateSearch):
     """The searches for several nonlinearities, at a rate."""
 
+    _tried: ClassVar = _DRAWN, _KEPT, _BESIDE, _ROUNDS
+
     def __post_init__(self) -> None:
         self.require_functions()
         require_states(len(self.plant.A))
@@ -192,8 +194,7 @@ class SeveralChannels(RateSearch):
         if classes.rectified:  # no gain is a member
             return math.nan, ()
         lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
-        blocks, around = classes.blocks, GainsAround(*self.plant.doubles())
-        random = np.random.default_rng(_SEED)
+        blocks, random, (drawn, kept, beside, rounds) = classes.blocks, np.random.default_rng(_SEED), self._tried
 
         def spread(shares: Reals) -> Reals:
             """The gains of these shares of the intervals, one for each nonlinearity."""
@@ -202,29 +203,24 @@ class SeveralChannels(RateSearch):
                 whole[:, list(block)] = shares[:, [j]]
             return np.asarray(lower + whole * (upper - lower))
 
-        def slowness(shares: Reals) -> Reals:
-            """The spectral radius or abscissa."""
-            values = np.linalg.eigvals(around.closed_by(spread(shares)))
-            return np.asarray(np.abs(values).max(axis=1) if self.discrete else values.real.max(axis=1))
-
         ends = (
             np.array(np.meshgrid(*[[0.0, 1.0]] * min(len(blocks), _VERTICES)))
             .reshape(min(len(blocks), _VERTICES), -1)
             .T
         )
         vertices = np.concatenate([ends, random.integers(0, 2, (len(ends), len(blocks) - ends.shape[1]))], axis=1)
-        trial = np.concatenate([vertices, random.uniform(0, 1, (_DRAWN, len(blocks)))])
-        values = slowness(trial)
-        for k in range(_ROUNDS):
+        trial = np.concatenate([vertices, random.uniform(0, 1, (drawn, len(blocks)))])
+        values = self._slowness(spread(trial))
+        for k in range(rounds):
             checkpoint()
-            best = np.argsort(-values, kind="stable")[:_KEPT]
-            near = np.repeat(trial[best], 40, axis=0)
+            best = np.argsort(-values, kind="stable")[:kept]
+            near = np.repeat(trial[best], beside, axis=0)
             near += random.normal(0, 0.3 * 0.45**k, near.shape) * (random.random(near.shape) < 0.6)
             trial = np.concatenate([trial[best], np.clip(near, 0, 1)])
-            values = np.concatenate([values[best], slowness(trial[_KEPT:])])
+            values = np.concatenate([values[best], self._slowness(spread(trial[len(best) :]))])
         share = trial[int(np.argmax(values))]
         share = np.where(share < 1e-6, 0.0, np.where(share > 1 - 1e-6, 1.0, share))
-        best_value = float(slowness(share[None])[0])
+        best_value = float(self._slowness(spread(share[None]))[0])
         exact = [Fraction(0)] * len(lower)
         for j, block in enumerate(blocks):
             for i in block:
@@ -232,12 +228,16 @@ class SeveralChannels(RateSearch):
                 exact[i] = low + Fraction(float(share[j])) * (high - low)
         return (best_value if self.discrete else -best_value), exact
 
+    def _slowness(self, gains: Reals) -> Reals:
+        """The spectral radius or abscissa of the loop with constant gains, a row for each."""
+        values = np.linalg.eigvals(GainsAround(*self.plant.doubles()).closed_by(gains))
+        return np.asarray(np.abs(values).max(axis=1) if self.discrete else values.real.max(axis=1))
+
     @cached_property
     def fastest(self) -> float:
         """The rate of the loop with the gains at the lower bounds, which no proof exceeds."""
-        low = np.array([[float(v) for v in self.asked.classes.lower]])
-        values = np.linalg.eigvals(GainsAround(*self.plant.doubles()).closed_by(low))
-        return float(np.abs(values).max() if self.discrete else -values.real.max())
+        value = float(self._slowness(np.array([[float(v) for v in self.asked.classes.lower]]))[0])
+        return value if self.discrete else -value
 
     def refute(self, rate: Fraction) -> Refuted | None:
         """What is accepted against a rate, by constant gains.

@@ -517,3 +517,69 @@ def test_popovs_term_far_out_is_that_of_s_times_h():
     found = dict(complete_and_check(right).certificate)
     assert recheck(found).accepted
     assert_both_reject(edited(found, "multiplier", "theta", value=["-2"]))
+
+
+# exp(-s)/(s + 1), [-1/2, 1/2]: with s - r for s 1 > e^r |H(i w - r)|/2 while e^r < 2 (1 - r), r < .314923; -1/2 has the
+# root s = -r where 1 - r = e^r/2.  Were the dead time not weighed, 1/2 would be the limit
+HALVES = draft(
+    LAG,
+    [sector("-1/2", "1/2")],
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["1", "2"]},
+    {"lambda": ["1"], "pieces": [[None]] * 3},
+) | {"rate": "157/500"}
+NO_FASTER = draft(LAG, [sector("-1/2", "1/2")], "counterexample", {"method": "late-turns", "gains": ["-1/2"]})
+NO_FASTER |= {"rate": "63/200"}
+# x' = -k x(t - 1), k in [1/5, 7/20]: s = W_0(-k), W_0(-1/5) = -.259171 and W_0(-7/20) = -.71; 2/5 has complex ones
+SLOW = draft(
+    INTEGRATOR,
+    [sector("1/5", "7/20")],
+    "piecewise-circle",
+    {"method": "pieces", "ends": ["1/8", "1/4", "1/2", "1", "2", "4", "8"]},
+    {"lambda": ["1"], "pieces": [[None]] * 8},
+) | {"rate": "259/1000"}
+# x' = -x - x(t - 1)/2 - phi(x), phi in [0, 2]: Re (i w - r + 1 + e^(r - i w)/2) > -1/2 near w = 1 up to r = .907
+COMING = draft(
+    late([["-1"]], ONE, ONE, NO, ("1", NO, [["-1/2"]])),
+    [sector("0", "2")],
+    "piecewise-circle",
+    SLOW["proof"],
+    SLOW["multiplier"],
+) | {"rate": "9/10"}
+
+
+@pytest.mark.parametrize("draft", [HALVES, NO_FASTER, SLOW, COMING], ids=["both", "slower", "lower", "inside"])
+def test_both_checkers_accept_rates_beside_dead_time(draft):
+    shown = complete_and_check(draft)
+    falls, grows = "|x(t)| <= c m exp(-{} t) for every motion", "for which x(t) exp({} t) does not tend to 0"
+    rate = shown.certificate["rate"]
+    assert (grows if draft["verdict"] == "REFUTED" else falls).format(rate) in shown.claim
+    assert recheck(shown.certificate).accepted
+
+
+@pytest.mark.parametrize(
+    ("draft", "edits"),
+    [
+        (HALVES, {("rate",): "315/1000"}),
+        (HALVES, {("proof", "ends"): [], ("multiplier", "pieces"): [[None]]}),
+        (HALVES, {("system", "late", 0, 0): "101/100"}),  # e^(r T) < 2 (1 - r) ends below .314
+        (NO_FASTER, {("rate",): "314/1000"}),
+        (NO_FASTER, {("proof",): {"method": "late-gains", "gains": ["-1/2"]}}),
+        (SLOW, {("rate",): "260/1000"}),
+        (SLOW, {("laws", "channels", 0, "sector"): ["0", "7/20"]}),
+        (COMING, {("rate",): "1"}),  # too fast for the criterion
+        (COMING, {("theorem",): "piecewise-popov", ("multiplier", "theta"): ["0"]}),
+        (COMING, {("system", "late"): [["1", NO, [["-1/2"]], NO, NO]]}),  # a neutral equation
+    ],
+)
+def test_rates_beside_dead_time_that_are_not_shown_are_refused(draft, edits):
+    shown = complete_and_check(draft).certificate
+    for path, value in edits.items():
+        shown = edited(shown, *path, value=value)
+    assert_both_reject(shown)
+
+
+def test_the_sentence_about_a_rate_beside_dead_time_speaks_of_the_past():
+    shown = complete_and_check(HALVES).certificate
+    assert_both_reject({**shown, "conclusion": shown["conclusion"].replace("c m", "c |x(0)|")})
+    assert_both_reject({key: value for key, value in shown.items() if key != "rate"})

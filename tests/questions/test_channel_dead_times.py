@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lure import AssumptionError, Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, lft, max_sector
-from lure.analysis import analyse, decay_rate, l2_gain, region, steady_response
+from lure.analysis import analyse, l2_gain, region, steady_response
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
@@ -80,7 +80,7 @@ def test_one_channel_with_dead_time_is_a_matrix_like_others():
     assert "the gain about -1, within 2.000000004 times, destabilises" in str(found)
     assert certify("exp(-s)/s", [NonlinearityClass.norm_bounded(0.5)]).verdict.name == "REFUTED"
     with pytest.raises(InputError, match="the plant has dead time; with dead time the largest"):
-        decay_rate("exp(-s)/(s+1)", [Sector(0, 1)])
+        region("exp(-s)/(s+1)", [Sector(0, 1)])
 
 
 def test_lower_bounds_above_0_shift_the_loop():
@@ -247,7 +247,7 @@ def test_constant_gains_beside_an_integrator_with_dead_time_are_proved_as_functi
 
 def test_other_questions_say_that_dead_time_is_not_covered():
     on = {"Bw": [[1], [0]], "Cz": [[1, 0]]}
-    for ask in (lambda: decay_rate(LAGS, UNIT), lambda: region(LAGS, UNIT), lambda: energy_bounds(LAGS, UNIT, on)):
+    for ask in (lambda: region(LAGS, UNIT), lambda: energy_bounds(LAGS, UNIT, on)):
         with pytest.raises(InputError, match="dead time"):
             ask()
     with pytest.raises(InputError, match="dead time"):

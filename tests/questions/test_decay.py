@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from scipy import integrate, optimize
+from scipy import integrate, optimize, special
 from tampering import assert_both_reject, edited
 
 from lure import InputError, NonlinearityClass, Quantiser, RationalPlant, Sector, SlopeBounds, as_plant, methods
@@ -217,7 +217,8 @@ def test_random_members_are_no_slower_than_what_is_proved(friction):
     [
         (RationalPlant([1], [1, 1]), Sector(0, math.inf), "finite bounds"),
         (RationalPlant([1], [1, 1]), None, "no class"),
-        ("exp(-s)/(s+1)", Sector(0, 1), "this one has a dead time; lure certify and"),
+        ("(s*exp(-s)+1)/(s+1)", Sector(0, Fraction(1, 2)), "not shown of neutral equations"),
+        ("exp(-s)/(s+1)", Sector(0, math.inf), "give finite ones"),
         (RationalPlant([1], [1, 1]), Quantiser(step=1), "locally Lipschitz"),
         (RationalPlant([1], [2, 1], dt=1), Quantiser(step=1), "locally Lipschitz"),
         (RationalPlant([-1], [1]), Sector(0, 1), "has no states"),
@@ -227,6 +228,33 @@ def test_random_members_are_no_slower_than_what_is_proved(friction):
 def test_what_has_no_rate_is_refused_in_a_sentence(plant, given, said):
     with pytest.raises(InputError, match=said):
         decay_rate(plant, given)
+
+
+# roots s = W(-g) of s + g e^-s: the rightmost with the gain 1/5 is real, with the gain 1 it is W_0(-1)
+@pytest.mark.parametrize(
+    ("low", "high", "proved", "slowest"), [(0.2, 0.35, 0.259171, 0.259171), (0.5, 1, 0.238, 0.318132)]
+)
+def test_an_integrator_with_dead_time_decays_as_lambert_says(low, high, proved, slowest):
+    found = decay_rate("exp(-s)/s", Sector(Fraction(str(low)), Fraction(str(high))))
+    exact = min(-special.lambertw(-g).real for g in (low, high))
+    assert slowest == pytest.approx(exact, abs=1e-6)
+    assert exact <= found.rate.high <= exact * (1 + 1e-8)
+    assert proved == pytest.approx(found.rate.low, abs=2e-4)
+    assert found.rate.low <= exact
+    assert "<= c m exp(-" in str(found)
+    assert all(recheck(one.certificate).accepted for one in (found.proof, found.refutation))
+
+
+def test_several_channels_with_dead_time_have_a_rate_and_growth_is_bounded():
+    # side by side: 1/(s + 2) with the gain 0, and exp(-s)/(s + 1) with -1/2, the root s = -r where 1 - r = e^r/2
+    plant = as_plant([["1/(s+2)", "0"], ["0", "exp(-s)/(s+1)"]])
+    found = decay_rate(plant, [Sector(0, 1), Sector(Fraction(-1, 2), Fraction(1, 2))])
+    root = optimize.brentq(lambda r: 1 - r - math.exp(r) / 2, 0, 1)
+    assert found.rate.low <= root <= found.rate.high
+    assert found.rate.width < 1e-5
+    grows = decay_rate("exp(-s)/s", Sector(1, 2))
+    assert grows.verdict is Verdict.REFUTED
+    assert grows.rate.low < -special.lambertw(-2).real <= grows.rate.high < 0
 
 
 def test_what_is_assumed_beside_a_direct_term_is_part_of_the_sentence():

@@ -39,6 +39,7 @@ def shown_late(document: Document, asked: Asked) -> str:
     """
     known = all(one.memory is None and not one.relu for one in asked.nonlinearities)
     require(known, "play, stop and ReLUs are not covered beside dead times")
+    require(not (asked.pace and asked.rates), "a neutral equation has no rate here")
     if document.verdict == "PROVED":
         require(document.theorem in ("piecewise-circle", "piecewise-popov"), "the theorem is not for dead times")
         resting = require_pieces(document, asked)

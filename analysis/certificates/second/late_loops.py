@@ -17,7 +17,7 @@ from lure.analysis.certificates.second.channels import Asked, diagonal, stacked
 from lure.analysis.certificates.second.numerics import ball
 from lure.analysis.certificates.second.reading import require, tick
 
-_MOST, _DOUBLINGS, _NARROWEST = 20_000, 60, 2**40
+_MOST, _DOUBLINGS, _NARROWEST = 20_000, 60, 2**70
 Series = list[list[acb_series]]
 
 
@@ -31,6 +31,7 @@ class LateLoop:
     D: fmpq_mat
     late: tuple[tuple[Fraction, fmpq_mat, fmpq_mat], ...]
     rates: tuple[tuple[fmpq_mat, fmpq_mat], ...]
+    pace: Fraction
 
     @classmethod
     def of(cls, asked: Asked, gains: Sequence[Fraction]) -> LateLoop:
@@ -52,7 +53,12 @@ class LateLoop:
         late = tuple((tau, own - back * C, K * C) for (tau, C), own in zip(asked.late, inner, strict=True))
         moved = asked.rates or [(0 * C, 0 * asked.A) for _, C in asked.late]
         rates = tuple((E - back * D, K * D) for D, E in moved)
-        return cls(asked.A - back * asked.C, asked.B * (one - L * K * asked.D), K * asked.C, K * asked.D, late, rates)
+        sides = asked.A - back * asked.C, asked.B * (one - L * K * asked.D), K * asked.C, K * asked.D
+        return cls(*sides, late, rates, asked.pace)
+
+    def _grown(self, tau: Fraction) -> arb:
+        """By what the solutions times ``e^(a t)`` that arrive so late are larger."""
+        return grown(self.pace, tau)
 
     def right_roots(self) -> int:
         r"""How many zeros with ``Re s >= 0`` ``chi(s) = det(s - M(s))`` has, none lying on the axis.
@@ -97,7 +103,7 @@ class LateLoop:
         any_phase = acb(arb(0, 1), arb(0, 1))
         M, one = acb_mat(self.A), acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
         for (tau, A, _), (E, _) in zip(self.late, self.rates, strict=True):
-            wait = any_phase if a is None else (acb(0, -omega) * ball(tau)).exp()
+            wait = (any_phase if a is None else (acb(0, -omega) * ball(tau)).exp()) * self._grown(tau)
             M, one = M + acb_mat(A) * wait, one - acb_mat(E) * wait
         if a == 0:
             return acb_mat.det(one * acb(omega) + M * acb(0, 1))
@@ -131,16 +137,16 @@ class LateLoop:
         for k, (start, end) in zip(self.turning, arcs, strict=True):
             phases[k] = acb(0, ball(start).union(ball(end)) * 2 * arb.pi()).exp()
         M, one = acb_mat(self.A), acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
-        for wait, (_, A, _), (E, _) in zip(phases, self.late, self.rates, strict=True):
-            M, one = M + acb_mat(A) * wait, one - acb_mat(E) * wait
+        for wait, (tau, A, _), (E, _) in zip(phases, self.late, self.rates, strict=True):
+            M, one = M + acb_mat(A) * (wait * self._grown(tau)), one - acb_mat(E) * wait
         try:
             states = (one - M * over).solve(acb_mat(self.B))
         except ZeroDivisionError:
             return None
         turned, apart = acb_mat(self.C) * states, list[tuple[acb_mat, acb_mat]]()
         plain = turned * over + acb_mat(self.D)
-        for k, ((_, _, C), (_, D)) in enumerate(zip(self.late, self.rates, strict=True)):
-            side = acb_mat(C) * states
+        for k, ((tau, _, C), (_, D)) in enumerate(zip(self.late, self.rates, strict=True)):
+            side = acb_mat(C) * states * acb(self._grown(tau))
             h = side * over + acb_mat(D) * states  # s H is not asked for in rows with D
             if k in self.turning:
                 plain, turned = plain + h * phases[k], turned + side * phases[k]
@@ -158,7 +164,7 @@ class LateLoop:
         """
         n, M, C, s = self.A.nrows(), acb_mat(self.A), acb_mat(self.C), acb(0, omega)
         for (tau, A, outputs), (E, D) in zip(self.late, self.rates, strict=True):
-            wait = (-s * ball(tau)).exp()
+            wait = (-s * ball(tau)).exp() * self._grown(tau)
             M, C = M + (acb_mat(A) + acb_mat(E) * s) * wait, C + (acb_mat(outputs) + acb_mat(D) * s) * wait
         one = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
         return C * (one * s - M).solve(acb_mat(self.B)) + acb_mat(self.D)
@@ -172,7 +178,7 @@ class LateLoop:
             On the axis.
         """
         n, m = self.A.nrows(), self.B.ncols()
-        waits = [(s * -ball(tau)).exp() for tau, _, _ in self.late]
+        waits = [(s * -ball(tau)).exp() * acb(self._grown(tau)) for tau, _, _ in self.late]
         waits += [s * wait for wait in waits]
 
         def total(first: fmpq_mat, others: Sequence[fmpq_mat], i: int, j: int) -> acb_series:
@@ -209,6 +215,17 @@ class LateLoop:
             ]
             for i in range(self.C.nrows())
         ]
+
+
+def grown(pace: Fraction, tau: Fraction) -> arb:
+    """``e^(a T)``.
+
+    Parameters
+    ----------
+    pace, tau : Fraction
+        The rate ``a`` and the dead time ``T``.
+    """
+    return ball(pace * tau).exp()
 
 
 def opened(asked: Asked) -> tuple[Asked, list[Fraction]]:

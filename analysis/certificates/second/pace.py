@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from flint import fmpq_poly
 
-from lure.analysis.certificates.second.classes import NO_SOLUTION
+from lure.analysis.certificates.second.classes import DELAYED, NO_SOLUTION
 from lure.analysis.certificates.second.numerics import from_descending, to_fmpq, to_fraction
 from lure.analysis.certificates.second.reading import Document, NotShown, listed, mapping, number, numbers, require
 
@@ -21,9 +21,10 @@ THEOREMS = ("circle", "zames-falb", "hurwitz")
 OF_CHANNELS = (
     "constant-gains",
     *(f"{kind}-{theorem}" for kind in ("diagonal", "coupled", "full-block") for theorem in ("circle", "popov")),
-    *("matrix-zames-falb", "coupled-windows"),
+    *("matrix-zames-falb", "coupled-windows", "piecewise-circle"),
 )
 LINEAR = ("linear-gain", "crossing", "matrix-gain", "switched-gain", "linear-gains", "switched-gains", "ramped-gains")
+LATE = "multivariable delay"
 
 
 def weighted(document: Document, rate: Fraction) -> Document:
@@ -50,7 +51,7 @@ def weighted(document: Document, rate: Fraction) -> Document:
     else:
         proof = document.proof
         proof = mapping(proof["proof"]) if proof.get("method") == "member" else proof
-        require(proof.get("method") in LINEAR, "a refutation of a rate is linear")
+        require(proof.get("method") in (*LINEAR, "late-turns"), "a refutation of a rate is linear")
     return replace(document, system=_system(document.system, rate))
 
 
@@ -74,8 +75,12 @@ def conclusion(document: Document, rate: Fraction, shown: str, stable: Sequence[
             return shown
         grown = f"x(t)/({rate})^t" if discrete else f"x(t) exp({rate} t)"
         return f"a loop of the class has a motion for which {grown} does not tend to 0"
-    require(shown in stable, "the solutions of the weighted loop are not bounded")
+    late = document.system.get("kind") == LATE
+    require(shown in ((DELAYED,) if late else stable), "the solutions of the weighted loop are not bounded")
     falls = f"({rate})^t" if discrete else f"exp({-rate} t)"
+    if late:
+        every = f"|x(t)| <= c m {falls} for every motion of every loop of the class"
+        return f"{every}, m the greatest |x| before t = 0, with one c"
     return f"|x(t)| <= c |x(0)| {falls} for every motion of every loop of the class, with one c"
 
 
@@ -92,8 +97,8 @@ def _system(system: Mapping[str, object], rate: Fraction) -> Mapping[str, object
         return {**system, **{name: _descending(p(inner)) for name, p in both.items()}}
     if kind in ("channel-family", "varying-family"):  # A over a common denominator, of which each term has a share
         return {**system, "terms": [_part(mapping(term), rate, discrete=discrete) for term in listed(system["terms"])]}
-    if kind not in ("state-space", "multivariable"):
-        raise NotShown("a rate is one of a rational plant")
+    if kind not in ("state-space", "multivariable", LATE):  # with dead times C_T and A_T are weighted in balls
+        raise NotShown("rates are not shown of such plants")
     rows = [numbers(row) for row in listed(system["A"])]
     if not discrete:
         moved = [[v + rate if i == j else v for j, v in enumerate(row)] for i, row in enumerate(rows)]

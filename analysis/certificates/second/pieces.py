@@ -21,7 +21,7 @@ from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 from lure.analysis.certificates.second.channels import Asked, acyclic
 from lure.analysis.certificates.second.classes import DELAYS
 from lure.analysis.certificates.second.frequencies import Matrices
-from lure.analysis.certificates.second.late_loops import LateLoop
+from lure.analysis.certificates.second.late_loops import LateLoop, grown
 from lure.analysis.certificates.second.numerics import (
     SERIES_TERMS,
     X,
@@ -33,7 +33,7 @@ from lure.analysis.certificates.second.numerics import (
 from lure.analysis.certificates.second.reading import Document, NotShown, listed, numbers, record, require, tick
 from lure.analysis.certificates.second.zero import require_one_solution, shifted_by
 
-_BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS = 192, 20_000, 2**36, 6, 500, 40
+_BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS = 192, 20_000, 2**70, 6, 500, 40
 _SHARE = 8  # of an arc, as wide as all frequencies beyond the last
 _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
 
@@ -103,7 +103,7 @@ def require_pieces(document: Document, asked: Asked) -> bool:
     def balls(*, near: bool) -> _Loop:
         """The loop near 0, or far out."""
         if near:
-            late = tuple((ball(tau), _balls(part), [list[list[acb]]()]) for tau, part in later)
+            late = tuple((ball(tau), _larger(_balls(part), asked, tau), [list[list[acb]]()]) for tau, part in later)
             return _Loop(
                 [acb(arb(c)) for c in d.coeffs()], _balls(N), [[]], asked.discrete, far=False, late=late, closed=closed
             )
@@ -117,7 +117,8 @@ def require_pieces(document: Document, asked: Asked) -> bool:
             ]
             return [[_reversed(f, n) for f in line] for line in part], turned
 
-        late = tuple((ball(tau), *outward(part)) for tau, part in later)
+        sides = [(tau, *outward(part)) for tau, part in later]
+        late = tuple((ball(tau), _larger(part, asked, tau), _larger(moved, asked, tau)) for tau, part, moved in sides)
         plant = LateLoop.of(asked, [Fraction(0)] * m) if asked.inner else None
         return _Loop(_reversed(d, n), *outward(N), discrete=False, far=True, late=late, plant=plant)
 
@@ -125,6 +126,7 @@ def require_pieces(document: Document, asked: Asked) -> bool:
         near, start = balls(near=True), Fraction(0)
         if closed is not None:
             require(closed.right_roots() == 0, "the loop with constant gains is not stable")
+        require(stable or not asked.pace, "with a rate no pole lies at 0")
         if not stable:
             start = _past_zero(asked, known, d, [(Fraction(0), N), *later], ends[0])
         for row, (a, b) in zip(rows, pairwise([start, *ends]), strict=False):
@@ -325,6 +327,11 @@ def numerators(shifted: Matrices) -> tuple[fmpq_poly, list[list[fmpq_poly]]]:
 
 def _balls(N: Sequence[Sequence[fmpq_poly]]) -> list[list[list[acb]]]:
     return [[[acb(arb(c)) for c in f.coeffs()] or [acb(0)] for f in row] for row in N]
+
+
+def _larger(N: Balls, asked: Asked, tau: Fraction) -> Balls:
+    """What arrives so late of the solutions times ``e^(a t)``."""
+    return [[[c * grown(asked.pace, tau) for c in f] for f in row] for row in N]
 
 
 def _reversed(p: fmpq_poly, n: int) -> list[acb]:

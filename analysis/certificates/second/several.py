@@ -19,6 +19,7 @@ if ``Q + C' Theta^- W C > 0``, ``Theta^-`` the negative part.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
@@ -102,7 +103,7 @@ def shown(document: Document) -> str:
         document = channel_boxes.one_member(document)
     asked = read(document)
     if asked.late:
-        return shown_late(document, asked)
+        return shown_late(document, replace(asked, pace=document.rate or Fraction(0)))
     if document.verdict == "PROVED":
         if document.theorem == "storage-circle":
             require_storage(document, asked)
