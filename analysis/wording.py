@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from itertools import accumulate, pairwise
+from itertools import accumulate, groupby, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lure.analysis.numerics.doubles import bound_above, bound_below
@@ -31,6 +31,7 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
 _LONG = 300  # characters of one part of a plant
+_LISTED = 8  # gains, beyond which equal ones are counted
 _ORBITS = ("orbit", "flow-orbit", "memory-orbit", "sampled-orbit")
 _MOVING = ("switched-gains", "ramped-gains", "members")
 _LATE = ("late-gains", "late-turns", "late-crossing")
@@ -367,6 +368,11 @@ def _linear(shown: _Shown, gains: Sequence[str]) -> str:
         return linear_gain(exact[0])
     texts = [_near(gain) for gain in exact]
     about = "" if [Fraction(text) for text in texts] == exact else "about "
+    if len(texts) > _LISTED:
+        runs = [(text, len(list(run))) for text, run in groupby(texts)]
+        texts = [f"{text} ({times} times)" if times > 1 else text for text, times in runs]
+    if len(exact) > 1 == len(texts):
+        return f"the gain {about}{_near(exact[0])} in all of {len(exact)} channels"
     return (
         constant_gains([about + texts[0], *texts[1:]])
         if asked

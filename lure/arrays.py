@@ -1,10 +1,14 @@
 """numpy and scipy, each loaded when it is first used: what is exact does without them."""
 
 import sys
-from functools import cached_property
+from collections.abc import Callable
+from functools import cache, cached_property, wraps
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 
 
 class _Later:
@@ -30,6 +34,34 @@ class _Later:
 
 np, linalg, optimize, integrate = map(_Later, ("numpy", "scipy.linalg", "scipy.optimize", "scipy.integrate"))
 ArrayLike = NDArray = Reals = Complexes = Any  # for annotations, which nothing evaluates
+
+
+@cache
+def _libraries() -> Any:  # noqa: ANN401  (what sets the threads of those that are loaded)
+    from threadpoolctl import ThreadpoolController
+
+    assert np.array, "numpy is loaded, with its library"
+    assert linalg.inv, "scipy is, with another one"
+    return ThreadpoolController()
+
+
+def one_thread(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """The function with linear algebra on one thread: with some hundred rows threads cost more than they save.
+
+    Where more programs run than there are processors, they wait for each other many times as long as one would take.
+
+    Parameters
+    ----------
+    function : callable
+        What is called.
+    """
+
+    @wraps(function)
+    def limited(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+        with _libraries().limit(limits=1, user_api="blas"):
+            return function(*args, **kwargs)
+
+    return limited
 
 
 def balanced(A: NDArray) -> tuple[NDArray, NDArray]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.ellipsoids import Ellipsoid, Local, Matrix, shifted
 from lure.analysis.numerics.semidefinite import symmetric_basis
-from lure.arrays import linalg, np
+from lure.arrays import linalg, np, one_thread
 
 MANY = 6  # channels, from which on this search is the faster one
 _STEPS, _FACTOR = 120, 10.0
@@ -169,6 +169,7 @@ class _Programme:
         return x
 
 
+@one_thread
 def many_ellipsoid(  # noqa: PLR0913  (what a search needs)
     plant: Sequence[Matrix],
     local: Sequence[Local],

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.analysis.drawing import drawn
-from lure.analysis.measured.mean_nonlinearity import Noise, mean_nonlinearity, noise_of, one_thread
+from lure.analysis.measured.mean_nonlinearity import Noise, mean_nonlinearity, noise_of
 from lure.analysis.measured.measured_sector import Outlier, left_out
 from lure.analysis.measured.reading import Direction, Measurements
 from lure.analysis.measured.sector import hysteresis_from_data
 from lure.analysis.verdict import Evidence
+from lure.arrays import one_thread
 from lure.errors import AssumptionError, InputError
 from lure.nonlinearities.base import NormalCompliance
 from lure.record import Column, Page, Record, derived, quantity

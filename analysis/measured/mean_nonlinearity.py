@@ -6,10 +6,8 @@ the slope of the piece, which all of its points determine together.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, wraps
-from typing import ParamSpec, TypeVar
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -316,27 +314,6 @@ LEAST_ROWS = 12
 _PER_PIECE = 6
 _MOST_PIECES = 64
 BENT = 0.05
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """The function with linear algebra on one thread: matrices here are small, and threads cost more than they save.
-
-    Parameters
-    ----------
-    function : callable
-        What is called.
-    """
-
-    @wraps(function)
-    def limited(*args: P.args, **kwargs: P.kwargs) -> R:
-        from threadpoolctl import threadpool_limits
-
-        with threadpool_limits(limits=1, user_api="blas"):
-            return function(*args, **kwargs)
-
-    return limited
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

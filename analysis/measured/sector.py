@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.measured.mean_nonlinearity import BENT, LEAST_ROWS, MeanNonlinearity, mean_nonlinearity, one_thread
+from lure.analysis.measured.mean_nonlinearity import BENT, LEAST_ROWS, MeanNonlinearity, mean_nonlinearity
 from lure.analysis.measured.measured_sector import Bound, Hysteresis, MeasuredSector, Outlier
 from lure.analysis.measured.reading import Branch, Direction, Measurements
+from lure.arrays import one_thread
 from lure.errors import InputError
 
 # Whether the load depends on the direction of travel, decided from the branches themselves.

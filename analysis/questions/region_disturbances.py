@@ -9,7 +9,7 @@ from typing import Any
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.inequality.ellipsoids import Disturbance
 from lure.analysis.numerics.doubles import double_below, text_below
-from lure.analysis.questions.region_proofs import proved_ellipsoid
+from lure.analysis.questions.region_proofs import MOST_DISTURBED, proved_ellipsoid
 from lure.analysis.questions.region_sets import Shape, matrix_of
 from lure.arrays import np
 from lure.errors import InputError
@@ -87,3 +87,20 @@ def reachable_set(plant: MultivariablePlant, shapes: Sequence[Shape], moved: Dis
         return None
     energy = double_below(Fraction(shown.certificate["proof"]["energy"]))
     return ReachableSet(energy=energy, P=matrix_of(shown.certificate), Bw=moved.exact, proof=shown)
+
+
+def unanswered(found: ReachableSet | None, shapes: Sequence[Shape]) -> str:
+    """Why no energy of a disturbance is proved to be survived; empty if one is.
+
+    Parameters
+    ----------
+    found : ReachableSet or None
+        What was found.
+    shapes : sequence of Shape
+        What is known of each nonlinearity.
+    """
+    if found is not None:
+        return ""
+    if len(shapes) >= MOST_DISTURBED:
+        return f"disturbances are asked about with fewer than {MOST_DISTURBED} channels, and the loop has {len(shapes)}"
+    return "no energy of a disturbance is proved to be survived"

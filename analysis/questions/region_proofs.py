@@ -33,7 +33,7 @@ MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
 _BITS = 40
 _TRIED = 8  # of the intervals proposed
 _FARTHER = 1.01  # along an axis, for another ellipsoid to be worth its certificate
-_MOST_DISTURBED = 12  # channels, from which on no disturbance is asked about
+MOST_DISTURBED = 12  # channels, from which on no disturbance is asked about
 _THIN, _LINE, _FLAT = Fraction(1, 1024), Fraction(1, 10**9), 1e14
 _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no state exceeds what reaches it
 
@@ -185,7 +185,7 @@ def _found(
 ) -> Ellipsoid | None:
     """About the largest ellipsoid, without a margin roughly: by the search that fits the number of channels."""
     local = used.local
-    if len(local) < MANY or (isinstance(points, Disturbance) and len(local) < _MOST_DISTURBED):
+    if len(local) < MANY or (isinstance(points, Disturbance) and len(local) < MOST_DISTURBED):
         if margin is None:
             return ellipsoid(sides, local, discrete=discrete, points=points, turns=1)
         return ellipsoid(sides, local, discrete=discrete, points=points, margin=margin)

@@ -245,21 +245,29 @@ def loop_asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlan
             raise InputError(
                 f"the nonlinearity of channel {i}, {one}, is not known to be locally Lipschitz; give another"
             )
-    return _parted(found, known)
+    return found, list(map(shape_of, known))
 
 
-def _parted(plant: MultivariablePlant, known: Sequence[Any]) -> tuple[MultivariablePlant, list[Shape]]:
+def parted(plant: MultivariablePlant, given: Sequence[Shape]) -> tuple[MultivariablePlant, list[Shape]]:
     """The loop in which a line with limits that is moved to within a radius acts in two channels that see the same.
 
     The first has limits that are near enough to be reached wherever it is counted from, exactly; what is left over is 0
     between them and bounded beyond, and so lies in a narrow sector.  The second is this sector.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part.
+    given : sequence of Shape
+        What is known of the nonlinearity of each channel.
     """
     shapes, order = list[Shape](), list[int]()
-    for i, one in enumerate(known):
-        parts = _clip_and_rest(one) if isinstance(one, MovedNonlinearity) else None
-        shapes += [shape_of(one)] if parts is None else parts
+    for i, one in enumerate(given):
+        moved = one.nonlinearity
+        parts = _clip_and_rest(moved) if isinstance(moved, MovedNonlinearity) else None
+        shapes += [one] if parts is None else parts
         order += [i] * (1 if parts is None else 2)
-    if len(order) == len(known):
+    if len(order) == len(given):
         return plant, shapes
     B, D = (tuple(tuple(row[i] for i in order) for row in side) for side in (plant.B, plant.D))
     return replace(plant, B=B, C=tuple(plant.C[i] for i in order), D=tuple(D[i] for i in order), names=()), shapes

@@ -26,7 +26,7 @@ from lure.analysis.questions.region_curves import (
     union_volume,
     within,
 )
-from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set
+from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set, unanswered
 from lure.analysis.questions.region_everywhere import proved_everywhere
 from lure.analysis.questions.region_proofs import (
     ellipsoids_along,
@@ -39,6 +39,7 @@ from lure.analysis.questions.region_sets import (
     equilibria,
     loop_asked,
     matrix_of,
+    parted,
     points_along,
     positive,
     shape_given,
@@ -218,7 +219,7 @@ class RegionOfAttraction(TwoSided):
     reachable: ReachableSet | None = quantity(
         "With a disturbance that moves the state: what is survived; None where nothing is proved", default=None
     )
-    reason: str = quantity("why nothing is proved", default="")
+    reason: str = quantity("why nothing is proved, or nothing of a disturbance", default="")
     stopped: str | None = quantity("``time`` where that ended the search before it was complete", default=None)
     plant: MultivariablePlant | None = quantity("the linear part, for the drawing", hidden=True, default=None)
     nonlinearities: tuple[Any, ...] = quantity("of each channel, for the drawing", hidden=True, default=())
@@ -318,6 +319,8 @@ class RegionOfAttraction(TwoSided):
             said.append(f"The {word} of the region is at most {text_above(self.area[1], 7)}.")
         if self.reachable is not None:
             said.append(str(self.reachable))
+        elif self.sets and self.reason:
+            said.append(f"{self.reason[0].upper()}{self.reason[1:]}.")
         return said
 
 
@@ -398,17 +401,19 @@ def region(
     The length of the region is at most 2.
     """
     check_seconds(seconds)
-    found, shapes = loop_asked(plant, nonlinearities)
+    given = loop_asked(plant, nonlinearities)
+    found, shapes = parted(*given)
     moved = disturbance_of(plant, disturbance, found.order)
     points = None if along is None else points_along(along, found.order)
     if not found.order:
         raise InputError("the plant has no states; a region of attraction needs one at least")
     began = time.monotonic()
-    answer = _answered(found, shapes, points, seconds)
+    answer = _answered(given, (found, shapes), points, seconds)
     if moved is not None and answer.stopped is None and math.isfinite(answer.area[0]):
         try:
             with time_limit(None if seconds is None else max(1e-3, seconds - (time.monotonic() - began))):
-                answer = dataclasses.replace(answer, reachable=reachable_set(found, shapes, moved))
+                asked = reachable_set(found, shapes, moved)
+            answer = dataclasses.replace(answer, reachable=asked, reason=answer.reason or unanswered(asked, shapes))
         except TimeoutError:
             answer = dataclasses.replace(answer, stopped="time")
     laws = tuple(shape.nonlinearity for shape in shapes)
@@ -416,20 +421,20 @@ def region(
 
 
 def _answered(
-    found: MultivariablePlant,
-    shapes: Sequence[Shape],
+    given: tuple[MultivariablePlant, list[Shape]],
+    parts: tuple[MultivariablePlant, list[Shape]],
     points: Reals | None,
     seconds: float | None,
 ) -> RegionOfAttraction:
-    began = time.monotonic()
+    began, (found, shapes) = time.monotonic(), parts
     proof, beyond, late = None, None, True
     with suppress(TimeoutError), time_limit(seconds):
         signs = sign_interval(found, shapes)
         if signs is not None:
             return _of_signs(*signs)
         beyond = proved_growth(found, shapes)
-        local = beyond is not None or any(shape.reach is not None for shape in shapes)
-        whole = None if local else proved_everywhere(found, shapes)
+        local = beyond is not None or any(shape.reach is not None for shape in given[1])
+        whole = None if local else proved_everywhere(*given)
         if whole is not None:
             one = AttractedSet(kind="everything", volume=math.inf, proof=whole)
             ends = (math.inf, math.inf)

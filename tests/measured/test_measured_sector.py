@@ -17,8 +17,9 @@ from lure.analysis.measured import (
     report_from_data,
     sector_from_data,
 )
-from lure.analysis.measured.mean_nonlinearity import mean_nonlinearity, one_thread
+from lure.analysis.measured.mean_nonlinearity import mean_nonlinearity
 from lure.analysis.verdict import Evidence
+from lure.arrays import one_thread
 
 X = np.linspace(-1e-3, 1e-3, 200)
 # nonlinearity, its chords and its slopes on [-1 mm, 1 mm], by hand; affine between a few knots, as is assumed

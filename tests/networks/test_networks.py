@@ -23,7 +23,7 @@ from lure.analysis.inequality.ellipsoids import Local, ellipsoid, linear_ellipso
 from lure.analysis.inequality.many_ellipsoids import many_ellipsoid
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_on
-from lure.analysis.questions.region_sets import loop_asked, matrix_of, shape_of, volume_below
+from lure.analysis.questions.region_sets import loop_asked, matrix_of, parted, shape_of, volume_below
 from lure.analysis.questions.regions import AttractedSet, RegionOfAttraction
 from lure.analysis.verdict import Verdict
 from lure.expressions.rigorous import ball
@@ -540,7 +540,9 @@ def biased(tmp_path_factory):
     (folder / "tanh.json").write_text(json.dumps(BIASED_TANH))
     (folder / "loop.toml").write_text(TANH_FILE)
     system = read_system(folder / "loop.toml")
-    plant, shapes = loop_asked(system, None)  # the limit acts in two channels: one that is exact, and what is left
+    plant, shapes = parted(
+        *loop_asked(system, None)
+    )  # the limit acts in two channels: one that is exact, and what is left
     assert plant.inputs == system.block.inputs + 1 == 5
     reaches = [Fraction(12, 25), Fraction(43, 100), Fraction(6, 5)]
     return system, proved_on(plant, shapes, [*reaches, None, None], None).certificate
@@ -575,6 +577,13 @@ def test_a_loop_of_tanh_neurons_with_biases_has_a_certified_region(biased):
         assert np.all(now < before + 1e-9)
         before = now
     assert before.max() < 0.2
+
+
+def test_a_biased_network_with_a_limit_is_proved_from_everywhere_where_its_class_is():
+    # |N| <= 1.5 |4 x1 + 2 x2| around a plant of gain 1: with slope 1 of the neuron the loop is s^2 + 4 s + 7
+    network = Network.given([[[4, 2]], [[-1.5]]], [[0.5], [0.5]], activation="tanh", saturation=1)
+    found = equilibrium(network, as_plant(([[0, 1], [-1, -1]], [[0], [1]], [[1, 0], [0, 1]], 0)))
+    assert region(found.plant, found.nonlinearities).sets[0].kind == "everything"
 
 
 def test_a_changed_region_of_a_biased_network_is_refused_by_both(biased):

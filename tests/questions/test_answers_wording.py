@@ -139,6 +139,19 @@ def test_a_counterexample_is_named(conclusion, proof, does, nonlinearity):
     assert (destroys(found), counterexample(found)) == (does, nonlinearity)
 
 
+@pytest.mark.parametrize(
+    ("gains", "said"),
+    [
+        (["0", "1/2"], "the gains 0, 0.5"),
+        (["0"] * 64 + ["1/2"], "the gains 0 (64 times), 0.5"),
+        (["1"] * 9, "the gain 1 in all of 9 channels"),
+    ],
+)
+def test_equal_gains_of_many_channels_are_counted(gains, said):
+    laws = {"channels": [{"kind": "sector"}] * len(gains)}
+    assert counterexample(shown(MOVES, laws=laws, proof={"method": "linear-gains", "gains": gains})) == said
+
+
 def direct(d, **nonlinearities):
     system = {"kind": "state-space", "d": d} if "/" in d else None
     system = system or {"kind": "transfer", "numerator": [d, "1"], "denominator": ["1", "1"]}

@@ -672,3 +672,10 @@ def test_a_panic_of_the_solver_ends_the_search_and_no_more(monkeypatch):
     monkeypatch.setattr("clarabel.DefaultSolver", Solver)
     found = region(as_plant(([[0, 1], [1, 0]], [0, 1], [3, 4], 0)), Saturation())
     assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "no invariant ellipsoid was found")
+
+
+def test_why_nothing_is_said_of_a_disturbance_is_a_sentence():  # x' = x - sum sat(x) + w with 12 terms
+    plant = as_plant(([[1]], [[1] * 12], [[1]] * 12, [[0] * 12] * 12))
+    found = region(plant, [Saturation()] * 12, disturbance=[[1]])
+    assert found.reachable is None
+    assert str(found).endswith("Disturbances are asked about with fewer than 12 channels, and the loop has 12.")
