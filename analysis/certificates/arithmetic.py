@@ -357,3 +357,24 @@ def eliminated(left: Any, right: Any) -> list[list[Fraction]] | None:
                 table[j] = [(p * v - f * u) // last for v, u in zip(table[j], line)]  # without a remainder
         last = p
     return [[Fraction(v, last) for v in row[m:]] for row in table]
+
+
+def lasting(rows: Any, flow: Any) -> list[list[Fraction]]:
+    """Independent linear equations of ``(x, phi)`` that hold at all times if the given ones do, ``x' = flow (x, phi)``.
+
+    Of one in ``x`` alone the derivative is one, too.
+    """
+    n, before = len(flow), -1
+    while True:
+        left, kept = [row for row in rows if any(row)], list[list[Fraction]]()
+        for j in [*range(n, len(flow[0])), *range(n)]:  # phi first: what is left after it is in x alone
+            tick()
+            pivot = next((row for row in left if row[j]), None)
+            if pivot is not None:
+                others = [(row, row[j] / pivot[j]) for row in left if row is not pivot]
+                left = [[v - f * u for v, u in zip(row, pivot)] if f else row for row, f in others]
+                kept.append(pivot)
+        if len(kept) == before:
+            return kept
+        before, still = len(kept), [row[:n] for row in kept if not any(row[n:])]
+        rows = [*kept, *([sum((a * v for a, v in zip(row, c)), ZERO) for c in zip(*flow)] for row in still)]

@@ -320,12 +320,12 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
 
 
 def everywhere(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str, str]:
-    """``V = x'P x + 2 sum theta_i int_0^sigma_i phi_i >= 0`` falls wherever ``x`` is not 0.
+    """``V = x'P x + 2 sum theta_i int_0^sigma_i phi_i >= 0`` falls along every solution but 0.
 
-    ``V' <= -sum 2 lambda_i phi_i (sigma_i - inverse_i phi_i) - sum least_i phi_i^2``, ``sigma phi >= inverse phi^2``.
-    As ``phi_i`` has the sign of ``sigma_i`` and ends in polynomials, its integral goes to infinity, and so does ``V``
-    if ``P + sum C_i'C_i > 0`` over ``theta_i > 0``.  Where ``V`` stays the same ``phi = 0``, so ``sigma = C x = 0``,
-    ``x' = A x``: ``x = 0`` if no state is hidden (LaSalle).
+    ``V' = -sum 2 lambda_i phi_i (sigma_i - inverse_i phi_i) - sum least_i phi_i^2 - M(x, phi)``, ``M >= 0``, ``sigma phi
+    >= inverse phi^2``.  ``phi_i`` has the sign of ``sigma_i`` and ends in polynomials: its integral goes to infinity, and
+    ``V`` if ``P + sum C_i'C_i > 0`` over ``theta_i > 0``.  Where ``V`` stays the same ``M (x, phi) = 0`` at all times, and
+    ``phi_i = 0`` if ``least_i`` or ``lambda_i > 0 = inverse_i``; if ``phi = 0`` follows and then ``x = 0`` (LaSalle).
     """
     _, rows, squares = fields(proof, "method", "P", "least")
     n, m, least = len(H.A), len(H.D), numbers(squares, len(H.D))
@@ -333,8 +333,7 @@ def everywhere(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str
     weights, theta, inverse = (numbers(one, m) for one in fields(data, "lambda", "theta", "inverse"))
     P, Y, flow = triangle(rows, n), seen(H), [*zip(*moved(H))]
     need(min(*weights, *theta, *inverse, *least) >= 0, "a weight is negative")
-    need(all(e or (w and not c) for e, w, c in zip(least, weights, inverse)), "V may stay the same while phi is not 0")
-    products, above, W = list[Any](), [list(row) for row in P], [list(row) for row in H.C]
+    products, units, above = list[Any](), list[Any](), [list(row) for row in P]
     for i, one in enumerate(graphs):
         top = one.sector[1] if one.reach == ZERO else ZERO
         fits = one.reach in (INF, ZERO) and inverse[i] * top <= 1 and not (theta[i] and any(H.D[i]))
@@ -348,6 +347,7 @@ def everywhere(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str
                 below = never_negative(more([ZERO, Fraction(1)], scaled, side, -1), a, b)
                 need(below, f"sigma phi >= {inverse[i]} phi^2 fails in channel {i + 1}")
         unit = [Fraction(j == n + i) for j in range(n + m)]
+        units.append(unit)
         turned = [theta[i] * dot(H.C[i], column) for column in flow]
         products.append((2, unit, [t + weights[i] * (y - inverse[i] * z) for t, y, z in zip(turned, Y[i], unit)]))
         products.append((least[i], unit, unit))
@@ -356,11 +356,12 @@ def everywhere(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str
     falls = added((-1, growth(P, H)), (-1, quadratic(*products)))
     need(all(semidefinite([row[: i + 1] for i, row in enumerate(M)]) for M in (P, falls)), "V >= 0 or its fall fails")
     definite(above, "V does not grow with x")
-    for _ in range(n - 1):
-        W += [[dot(row, column) for column in zip(*H.A)] for row in W[-m:]]
-    definite([[dot(a, b) for b in zip(*W)] for a in zip(*W)], "a state is hidden from sigma")
+    known = [unit for unit, e, w, c in zip(units, least, weights, inverse) if e or (w and not c)]
+    held = exact.lasting([*falls, *known], moved(H))
+    need(len(exact.lasting([*held, *units], moved(H))) == len(held), "V may stay the same while phi is not 0")
+    need(len(exact.lasting([*held, *Y], moved(H))) == n + m, "a state is hidden from sigma")
     return {
-        "decrease": "V = x^T P x + 2 sum theta_i int phi_i >= 0 goes to infinity with x, and V' < 0 unless phi = 0",
+        "decrease": "V = x^T P x + 2 sum theta_i int phi_i >= 0 goes to infinity with x, and falls unless phi = 0",
         "rest": "where phi = 0, sigma = 0 at all times: then x = 0, as sigma sees all states",
     }
 

@@ -133,6 +133,8 @@ def blocks_of(found: Faces, *, room: bool) -> list[Block]:
 def everywhere(loop: Sequence[Rows], tops: Sequence[Fraction | None]) -> Iterator[Proposal]:
     """That 0 attracts everything: ``V = x'Px + 2 sum theta_i int phi_i`` falls with ``|phi|^2``, or ``sigma'phi``.
 
+    Or by a form that keeps no ``phi`` at 0, which is for a checker to see.
+
     Parameters
     ----------
     loop : sequence of matrices
@@ -146,9 +148,10 @@ def everywhere(loop: Sequence[Rows], tops: Sequence[Fraction | None]) -> Iterato
     turned = [i for i in range(m) if not any(loop[3][i])]
     places = list(zip(*np.tril_indices(n), strict=True))
     positive = [*(bool(i == j) for i, j in places), *[True] * (m + len(turned) + 1)]
-    for squares in (True, False):
+    for falls in ("squares", "products", "integrals"):
+        squares = falls != "products"
         inverse = [1 / top if top is not None and squares else Fraction(0) for top in tops]
-        forms = _forms_everywhere(loop, inverse, turned, squares=squares)
+        forms = _forms_everywhere(loop, inverse, turned, falls=falls)
         found = faces(forms, positive, loop[0], 1, discrete=False)
         free = None if found is None else _widest(found, len(places))
         if found is None or free is None:
@@ -157,17 +160,16 @@ def everywhere(loop: Sequence[Rows], tops: Sequence[Fraction | None]) -> Iterato
         *rest, least = values[len(places) :]
         theta = [Fraction(0)] * m
         for i, v in zip(turned, rest[m:], strict=True):
-            theta[i] = v
+            theta[i] = v + (least if falls == "integrals" else 0)
         half = [[str(values[i * (i + 1) // 2 + j]) for j in range(i + 1)] for i in range(n)]
-        weights = [str(v if squares else v + least) for v in rest[:m]]
+        weights = [str(v + least if falls == "products" else v) for v in rest[:m]]
         stated = {"lambda": weights, "theta": [*map(str, theta)], "inverse": [*map(str, inverse)]}
-        yield Proposal(stated, {"method": "everywhere", "P": half, "least": [str(least if squares else 0)] * m})
+        own = str(least if falls == "squares" else 0)
+        yield Proposal(stated, {"method": "everywhere", "P": half, "least": [own] * m})
 
 
-def _forms_everywhere(
-    loop: Sequence[Rows], inverse: Sequence[Fraction], turned: Sequence[int], *, squares: bool
-) -> Exact:
-    """The form of each unknown: ``P``, ``lambda``, ``theta``, and how much ``V`` falls."""
+def _forms_everywhere(loop: Sequence[Rows], inverse: Sequence[Fraction], turned: Sequence[int], *, falls: str) -> Exact:
+    """The form of each unknown: ``P``, ``lambda``, ``theta``, and how much ``V`` falls, or the least ``theta``."""
     A, B, C, D = (fractions(exact(side)) for side in loop)
     n, one = len(A), np.array([[fmpq(i == j) for j in range(sum(B.shape))] for i in range(sum(B.shape))])
     moved, seen, forms = np.hstack([A, -B]), np.hstack([C, -D]), list[Exact]()
@@ -178,7 +180,8 @@ def _forms_everywhere(
     for i, row in [*rows, *((i, C[i] @ moved) for i in turned)]:
         side = np.outer(row, one[n + i])
         forms.append(-(side + side.T))
-    last = one[n:].T @ (one[n:] if squares else 2 * seen)
+    own = [C[i] @ moved if i in turned else 0 * moved[0] for i in range(len(C))] if falls == "integrals" else seen
+    last = one[n:].T @ (one[n:] if falls == "squares" else 2 * np.array(own))
     return np.array([*forms, -(last + last.T) / fmpq(2)], dtype=object)
 
 

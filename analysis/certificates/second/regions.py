@@ -48,6 +48,7 @@ from lure.analysis.certificates.second.reading import (
     require,
     text,
 )
+from lure.analysis.certificates.second.zero import null_space
 
 INSIDE = "every motion that starts in {x : x^T P x <= 1} tends to 0, P as in the proof"
 LEVEL = (
@@ -275,8 +276,6 @@ def _require_everywhere(loop: Loop, document: Document) -> None:
     P, least = symmetric(found["P"], n), numbers(found["least"])
     sizes = all(len(side) == m and min(side) >= 0 for side in (weights, theta, inverse, least))
     require(sizes, "there are not m multipliers >= 0 each")
-    for square, weight, slack in zip(least, weights, inverse, strict=True):  # what falls with phi^2, or with sigma phi
-        require(square > 0 or (weight > 0 and slack == 0), "V is not said to fall where phi is not 0")
     grows, M, C = P + 0 * P, -loop.form(P), fmpq_mat([row[:n] for row in loop.Y.tolist()])
     for i, graph in enumerate(loop.graphs):
         signed = graph.reach == 0
@@ -302,10 +301,31 @@ def _require_everywhere(loop: Loop, document: Document) -> None:
         signs = form.charpoly().coeffs()
         require(all(c * (-1) ** (form.nrows() - k) >= 0 for k, c in enumerate(signs)), "V, or its fall, is negative")
     _require_definite(grows, "V is not shown to go to infinity")
+    every = zip(least, weights, inverse, strict=True)  # what falls with phi^2, or with sigma phi
+    known = [i for i, (square, weight, slack) in enumerate(every) if square > 0 or (weight > 0 and slack == 0)]
+    _require_no_phi(
+        loop, stacked(M, fmpq_mat([[int(j == n + i) for j in range(n + m)] for i in known])) if known else M
+    )
     A, rows = fmpq_mat([row[:n] for row in loop.F.tolist()]), C
     for _ in range(n - 1):
         rows = stacked(C, rows * A)
     require(rows.rank() == n, "sigma does not see all states")
+
+
+def _require_no_phi(loop: Loop, equations: fmpq_mat) -> None:
+    """Check that ``phi = 0`` along every solution on which linear equations of ``(x, phi)`` hold at all times.
+
+    Of the ``z = (x, phi)`` that solve them those are kept for which ``x' = F z`` is the state of one that was kept.
+    """
+    n, Z = loop.sizes[0], null_space(equations)
+    while Z.ncols():
+        states = fmpq_mat(Z.tolist()[:n])
+        away = null_space(states.transpose()).transpose()  # rows that vanish on the states
+        left = Z * null_space(away * loop.F * Z) if away.nrows() else Z
+        if left.ncols() == Z.ncols():
+            break
+        Z = left
+    require(not any(v != 0 for row in Z.tolist()[n:] for v in row), "V is not said to fall where phi is not 0")
 
 
 def _at(graph: Graph, cut: Fraction) -> fmpq:
