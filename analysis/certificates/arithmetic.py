@@ -172,6 +172,11 @@ class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
         """The complex conjugate."""
         return Form({(-tau, n): (u, -v) for (tau, n), (u, v) in self.items()})
 
+    def folded(self) -> Form:
+        """A sum with the same real part and no ``tau < 0``."""
+        ahead = Form({key: z for key, z in self.items() if key[0] < 0})
+        return Form({key: z for key, z in self.items() if key[0] >= 0}) + ahead.conjugate() if ahead else self
+
     def part(self, imaginary: int = 0, tau: Fraction = NOW) -> list[Fraction]:
         """Coefficients of one term, ascending."""
         top = max((n for (t, n), z in self.items() if t == tau and z[imaginary]), default=-1)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from .arithmetic import ZERO, Form, added, multiplied, need, onwards, positive, real, tick, value
 
 WORD, TERMS = 384, 32  # bits of the coefficients, and how many, of functions on a piece
+MOST_DOUBLINGS, MOST_HALVINGS = 60, 40
 
 
 class Ball(NamedTuple):
@@ -261,3 +262,59 @@ def tail(F: Form, start: Fraction, degree: int) -> bool:
         if len(left) == 2 * degree + 1 and positive(left, start):
             return True
     return False
+
+
+def outward(F: Form, start: Fraction, degree: int, pace: Fraction) -> Model:
+    """``F/omega^degree`` of ``1/omega`` from 0 to ``1/start``, what comes late being a number of unknown phase."""
+    need(all(n <= degree for _, n in F), "the loop is not proper")
+    now = Form({(ZERO, degree - n): z for (tau, n), z in F.items() if not tau})
+    late = [(Form({(ZERO, 0): z}), tau, n) for (tau, n), z in F.items() if tau]
+    found, wide = Lift(ZERO, 1 / start)(now), ZERO
+    for one, tau, n in late:
+        up = exponential([[pace * tau]], Fraction(1), WORD)
+        size = sum(map(abs, one[ZERO, 0]), ZERO) * Fraction(start) ** (n - degree)
+        wide += size * (up.rows[0][0] + up.error)
+    return found._replace(off=found.off + int(wide) + 1)
+
+
+def right_zeros(turned: Form, n: int, pole: bool = False, pace: Fraction = ZERO) -> tuple[int, str]:
+    """How many zeros with ``Re s > 0`` ``chi`` has, or with a ``pole`` ``chi/s``; ``turned`` is ``chi(i omega)``.
+
+    ``chi`` is entire, and ``s^n (c + sum c_T e^(-s T) + o(1))`` in ``Re s >= 0``, ``c > sum |c_T|`` being shown far
+    out: by the argument principle its angle rises by ``n`` quarter turns less two for each zero from 0 to infinity, if
+    none lies on the axis.  On each of some pieces ``Re i^-k chi > 0``; from one to the next ``k`` changes by at most 1,
+    so that no turn is missed.  With a ``pace`` ``a`` what is late by ``T`` is ``e^(a T)`` times as large.
+    """
+    need(not (pole and pace), "a pole at 0 has no rate")
+    (u, v), far = ((1, 0), (0, -1), (-1, 0), (0, 1))[n % 4], Fraction(1)
+    last = turned * Form({(ZERO, 0): (Fraction(u), Fraction(v))})
+    while not (above(outward(last, far, n, pace)) if pace else tail(last, far, n)):
+        need(far < 2**MOST_DOUBLINGS, "what is counted is not shown to behave like s^n far out")
+        far *= 2
+    inner, n = (turned * Form({(ZERO, 0): (ZERO, Fraction(-1))}), n - 1) if pole else (turned, n)
+    stack, k, start, pieces = [(ZERO, far)], 0, 0, 1
+    while stack:
+        a, b = stack.pop()
+        p, q, off = over_s(turned, b) if pole and not a else Lift(a, b, pace)(inner)
+        minus = [-x for x in p], [-x for x in q]
+        sides = [(p, q), (q, minus[0]), minus, (minus[1], p)]  # chi, -i chi, -chi, i chi
+        turns = (k, k + 1, k - 1) if a else (0, 2)
+        found = next((j for j in turns if above(Model(*sides[j % 4], off))), None)
+        if found is None:
+            need(b - a > far / 2**MOST_HALVINGS, "what is counted has a root on the axis, or near it")
+            stack += [((a + b) / 2, b), (a, (a + b) / 2)]
+            continue
+        k, pieces, start = found, pieces + 1, start if a else found
+    end = n - 4 * ((n - k + 1) // 4)  # the far direction is n, up to whole turns
+    need(abs(end - k) <= 1, "the pieces do not go together")
+    return (n - end + start) // 2, f"rises by {end - start} of {n} quarter turns, on {pieces} pieces"
+
+
+def over_s(turned: Form, b: Fraction) -> Model:
+    """``chi/s`` on ``i [0, b]``, ``chi(0) = 0``: ``(e^(-s T) - 1)/s`` is ``-T``, off by at most ``T^2 b/2``."""
+    rest, off = Form(), ZERO
+    for (tau, n), (u, v) in turned.items():
+        rest = rest + Form({(tau, n - 1): (v, -u)} if n else {(ZERO, 0): (-tau * u, -tau * v)})
+        off += (abs(u) + abs(v)) * tau * tau * b / 2 if not n else ZERO
+    near = Lift(ZERO, b)(rest)
+    return near._replace(off=near.off + int(off * 2**WORD) + 1)

@@ -27,6 +27,7 @@ from .arithmetic import (
     real,
     tick,
 )
+from .balls import right_zeros
 
 MINUS = real(-1)
 X1 = real(1, 0, 1)  # |1 + s|^2
@@ -104,6 +105,11 @@ class Block(NamedTuple):
     discrete: bool
     delayed: bool
 
+    @property
+    def at_zero(self) -> list[Fraction]:
+        """``d(0)`` and ``n(0)``."""
+        return [sum((u for (_, n), (u, _) in p.items() if n == 0), ZERO) for p in (self.d, self.n)]
+
 
 def multiplier(
     name: str, data: Any, B: Block, unbounded: bool, rate: Fraction | None = None
@@ -115,7 +121,7 @@ def multiplier(
         return one, one, none, none, False
     if name in ("popov", "off-axis-circle"):
         theta = number(*fields(data, "theta" if name == "popov" else "alpha"))
-        need(theta >= 0 or not B.delayed, "with dead time theta >= 0 is needed")
+        need(theta >= 0 or not B.delayed or B.at_zero[0] != 0, "with dead time and a pole at 0 theta >= 0 is needed")
         turn = S if name == "popov" else Form({(ZERO, 0): (ZERO, Fraction(1))})
         return one + turn * real(theta), one, none, none, False
     if name == "park":
@@ -147,7 +153,7 @@ def multiplier(
 def coefficients(system: Any) -> tuple[list[tuple[Fraction, list[Fraction]]], list[Fraction], bool]:
     """Delayed numerators and denominator, descending, and whether in discrete time."""
     if system.get("kind") == "delay":
-        _, terms, bottom = fields(system, "kind", "terms", "denominator")
+        _, terms, bottom, *_ = fields(system, "kind", "terms", "denominator", *["feedback"] * ("feedback" in system))
         pairs = isinstance(terms, list) and all(isinstance(x, list) and len(x) == 2 for x in terms)
         form(pairs and len(terms) <= 100, "terms are up to 100 pairs")
         top, d, discrete = [(number(tau), numbers(n)) for tau, n in terms], numbers(bottom), False
@@ -162,6 +168,17 @@ def coefficients(system: Any) -> tuple[list[tuple[Fraction, list[Fraction]]], li
     return top, d, discrete
 
 
+def below(system: Any, d: list[Fraction]) -> list[tuple[Fraction, list[Fraction]]]:
+    """What of the denominator ``d + sum q e^(-s T)`` has dead time: pairs of ``T > 0`` and ``q``, of a lower degree."""
+    given = system.get("feedback", [])
+    pairs = isinstance(given, list) and all(isinstance(x, list) and len(x) == 2 for x in given) and len(given) <= 100
+    form(pairs and ("feedback" not in system or len(given) > 0), "feedback is up to 100 pairs")
+    found = [(number(tau), numbers(q)) for tau, q in given]
+    proper = all(tau > 0 and len(q) < len(d) for tau, q in found) and len({tau for tau, _ in found}) == len(found)
+    form(proper, "feedback needs different delays > 0, each of a lower degree than the denominator")
+    return found
+
+
 def block(system: Any) -> Block:
     """The linear block."""
     top, d, discrete = coefficients(system)
@@ -171,8 +188,10 @@ def block(system: Any) -> Block:
     for tau, p in top:
         h = homogeneous(p, up, down, order)
         n = n + (h * Form({(tau, 0): (Fraction(1), ZERO)}) if tau else h)
-    direct = top[0][1][0] / d[0] if len(top[0][1]) == len(d) else ZERO
-    return Block(n, homogeneous(d, up, down, order), order, direct, discrete, system["kind"] == "delay")
+    direct, whole = top[0][1][0] / d[0] if len(top[0][1]) == len(d) else ZERO, homogeneous(d, up, down, order)
+    for tau, q in below(system, d):
+        whole = whole + homogeneous(q, up, down, order) * Form({(tau, 0): (Fraction(1), ZERO)})
+    return Block(n, whole, order, direct, discrete, system["kind"] == "delay")
 
 
 def paced(system: Any, rate: Fraction) -> Any:
@@ -237,6 +256,8 @@ def at_zero(F: Form, critical: bool) -> int:
 def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
     """``d + l n`` for the sector shifted by ``l``, whether it is critical, and what was checked of its roots."""
     need(l == 0 or not B.delayed, "with dead time the classes begin at 0")
+    if any(tau for tau, _ in B.d):
+        return late_roots(B)
     d, at = B.d + real(l) * B.n if l else B.d, "z = 1" if B.discrete else "s = 0"
     need(1 + l * B.direct != 0, "1 + l H(inf) = 0 at the lower bound l", IllPosed)
     need(max((n for _, n in d), default=-1) == B.order, "d + l n has a root at z = -1")
@@ -251,6 +272,22 @@ def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
         True,
         f"d + l n, of degree {B.order}: residue {residue} > 0 at a simple root {at}, the others strictly inside",
     )
+
+
+def late_roots(B: Block) -> tuple[Form, bool, str]:
+    """The same of ``d = d_0 + sum q e^(-s T)``, ``d/s^n`` having a limit: ``d'(0) = d_0'(0) + sum q'(0) - T q(0)``."""
+    bottom, top = B.at_zero
+    critical = not bottom
+    number, rise = right_zeros(
+        B.d if B.d.part(B.order % 2)[-1] * (-1) ** (B.order // 2) > 0 else B.d * MINUS, B.order, critical
+    )
+    need(not number, "d has a root with Re s > 0")
+    found = f"d(i omega){' / omega' * critical} {rise}"
+    if not critical:
+        return B.d, False, found
+    slope = sum(((v, -tau * u)[n == 0] for (tau, n), (u, v) in B.d.items() if n < 2), ZERO)
+    need(top * slope > 0, f"the residue at s = 0 is {top / slope}, not positive")
+    return B.d, True, f"{found}: residue {top / slope} > 0 at a simple root 0"
 
 
 def linear(B: Block, family: states.Family) -> dict[str, str]:
@@ -280,7 +317,7 @@ def mirrored(B: Block) -> Block:
 
 def critical_end(B: Block, low: Any, high: Any) -> bool:
     """Whether the gain at an end of the class is a critical case: then its other equilibria refute nothing."""
-    d, n = (part.get((ZERO, 0), (ZERO, ZERO))[0] for part in (B.d, B.n))
+    d, n = B.at_zero
     for end, sign in ((low, 1), (high, -1)):
         if abs(end) == INF or d + end * n != 0:
             continue

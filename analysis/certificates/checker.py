@@ -150,7 +150,7 @@ def inequality(
         facts["cones"] = f"w^T M w > 0 on every order cone of {len(data['window']) // 2} samples and 0"
     if mirror:
         facts = {fact: f"for -H, -phi, bounds {l} to {k}: {text}" for fact, text in facts.items()}
-    return F, full, critical, facts
+    return F.folded(), full, critical, facts
 
 
 def unbounded(name: str, data: Any, family: states.Family) -> bool:

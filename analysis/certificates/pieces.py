@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from .arithmetic import ZERO, need
-from .balls import WORD, Lift, Model, above, box, dot, exponential, tail
+from .balls import Lift, above, box, dot, outward, right_zeros, tail
 from .frequencies import chained, quotient, shifted, signed, transfer
 
 TAYLOR = 12  # of the exponentials on a piece
-MOST_DOUBLINGS, FEW_DOUBLINGS, MOST_HALVINGS = 60, 12, 40
+FEW_DOUBLINGS = 12
 Rows = list[list[Fraction]]
 
 
@@ -162,36 +162,13 @@ def on_line(p: exact.Form) -> exact.Form:
 def right_roots(H: Any, low: list[Fraction]) -> tuple[int, str]:
     """How many roots with ``Re s > 0`` a plant with dead times has with the gains ``low``, none lying on the axis.
 
-    Those of ``chi``, :func:`looped`, which is analytic and ``s^n det(1 + D L) (1 + o(1))`` in ``Re s >= 0``: by the
-    argument principle its angle rises by ``n`` quarter turns less two for each root from 0 to infinity.  On each of
-    some pieces ``Re i^-k chi > 0``; from one to the next ``k`` changes by at most 1, so that no turn is missed.  With
-    ``rates`` it is ``s^n (c + sum c_T e^(-s T) + o(1))``, and far out ``c > sum |c_T|`` is shown.
+    Those of ``chi``, :func:`looped`, which is analytic and ``s^n det(1 + D L) (1 + o(1))`` in ``Re s >= 0``; with
+    ``rates`` it is ``s^n (c + sum c_T e^(-s T) + o(1))``.
     """
-    n, (chi, _) = len(H.A), looped(H, low)
-    turned, (u, v) = on_line(chi), ((1, 0), (0, -1), (-1, 0), (0, 1))[n % 4]
-    last, far = turned * exact.Form({(ZERO, 0): (Fraction(u), Fraction(v))}), Fraction(1)
-    while not (above(outward(last, far, n, H.pace)) if H.pace else tail(last, far, n)):
-        need(far < 2**MOST_DOUBLINGS, "the loop with constant gains is not shown to behave like s^n far out")
-        far *= 2
-    stack, k, start, pieces = [(ZERO, far)], 0, 0, 1
-    while stack:
-        a, b = stack.pop()
-        p, q, off = Lift(a, b, H.pace)(turned)
-        minus = [-x for x in p], [-x for x in q]
-        sides = [(p, q), (q, minus[0]), minus, (minus[1], p)]  # chi, -i chi, -chi, i chi
-        turns = (k, k + 1, k - 1) if a else (0, 2)
-        found = next((j for j in turns if above(Model(*sides[j % 4], off))), None)
-        if found is None:
-            need(b - a > far / 2**MOST_HALVINGS, "the loop with constant gains has a root on the axis, or near it")
-            stack += [((a + b) / 2, b), (a, (a + b) / 2)]
-            continue
-        k, pieces, start = found, pieces + 1, start if a else found
-    end = n - 4 * ((n - k + 1) // 4)  # the far direction is n, up to whole turns
-    need(abs(end - k) <= 1, "the pieces do not go together")
-    rise = f"rises by {end - start} of {n} quarter turns, on {pieces} pieces"
+    number, rise = right_zeros(on_line(looped(H, low)[0]), len(H.A), pace=H.pace)
     late = "(A_T + s E_T)" if H.rates else "A_T"
     back = f" - sum {late} e^(-s T)" * bool(H.inner)
-    return (n - end + start) // 2, f"chi(i omega) = det(s - A{back}) det(1 + H L) {rise}"
+    return number, f"chi(i omega) = det(s - A{back}) det(1 + H L) {rise}"
 
 
 def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:
@@ -290,19 +267,6 @@ def _beyond(axis: Axis, piece: Any, a: Fraction, halvings: int) -> str:
             return failed
         a *= 2
     return f"F > 0 is not shown from {float(a):.9g} on"
-
-
-def outward(F: exact.Form, start: Fraction, degree: int, pace: Fraction) -> Model:
-    """``F/omega^degree`` of ``1/omega`` from 0 to ``1/start``, what comes late being a number of unknown phase."""
-    need(all(n <= degree for _, n in F), "the loop is not proper")
-    now = exact.Form({(ZERO, degree - n): z for (tau, n), z in F.items() if not tau})
-    late = [(exact.Form({(ZERO, 0): z}), tau, n) for (tau, n), z in F.items() if tau]
-    found, wide = Lift(ZERO, 1 / start)(now), ZERO
-    for one, tau, n in late:
-        up = exponential([[pace * tau]], Fraction(1), WORD)
-        size = sum(map(abs, one[ZERO, 0]), ZERO) * Fraction(start) ** (n - degree)
-        wide += size * (up.rows[0][0] + up.error)
-    return found._replace(off=found.off + int(wide) + 1)
 
 
 def on_axis(p: Any, discrete: bool) -> exact.Form:

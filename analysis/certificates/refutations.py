@@ -362,7 +362,7 @@ def _gain(block: RationalPlant, data: Mapping[str, object], top: Fraction | None
 def _static(block: DelayPlant) -> Fraction | None:
     """The gain with a root at 0, ``-1/H(0)``."""
     top = sum((numerator[-1] for _, numerator in block.terms), Fraction(0))
-    return -block.denominator[-1] / top if top else None
+    return -sum((q[-1] for _, q in block.feedback), block.denominator[-1]) / top if top else None
 
 
 def _switched(system: Mapping[str, Any], data: Mapping[str, object]) -> dict[str, Any]:

@@ -100,11 +100,12 @@ def system_of(block: object) -> dict[str, Any]:
         if isinstance(block, PlantFamily):
             return {**found, "kind": "delay-family", "delay": texts(block.delay)} if block.delay else found
         return {**found, "kind": "varying-family", "rates": texts(block.rates)} if block.rates else found
-    if isinstance(block, DelayPlant) and block.feedback:
+    if isinstance(block, DelayPlant) and block.feedback and not block.strictly_proper:
         return system_of(one_channel_of(block))
     if isinstance(block, DelayPlant):
-        terms = [[str(delay), texts(top)] for delay, top in block.terms]
-        return {"kind": "delay", "terms": terms, "denominator": texts(block.denominator)}
+        terms, inner = ([[str(delay), texts(top)] for delay, top in side] for side in (block.terms, block.feedback))
+        more = {"feedback": inner} if inner else {}
+        return {"kind": "delay", "terms": terms, "denominator": texts(block.denominator), **more}
     if isinstance(block, StateSpace):
         return {
             "kind": "state-space",

@@ -364,7 +364,13 @@ class LateGains:
     def _response(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """``H`` with the gains of the base."""
         H = self.transfer(points)
-        return np.asarray(H @ np.linalg.inv(np.eye(len(self.base)) + self.base[:, None] * H) if self.base.any() else H)
+        if not self.base.any():
+            return H
+        back = np.eye(len(self.base)) + self.base[:, None] * H
+        try:
+            return np.asarray(H @ np.linalg.inv(back))
+        except np.linalg.LinAlgError:  # near a pole at 0 of the loop itself
+            return np.asarray(H @ np.linalg.pinv(back))
 
     def _gains(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
         found = np.zeros(len(self.upper))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeVar
 
 from flint import acb, arb, arb_series, fmpq_poly
 
+from lure.analysis.certificates.arithmetic import Form, Rejected, S, homogeneous, real
+from lure.analysis.certificates.balls import right_zeros
 from lure.analysis.inequality.protocol import Best, Grounds
 from lure.analysis.numerics.doubles import text_above
 from lure.analysis.numerics.minimum import Minimum, at, minimum, sinc
@@ -30,8 +33,11 @@ from lure.plants.delay import DelayPlant
 #
 # .. math:: \mathrm{Re} H = \sum_j (b_j c_j - a_j s_j/\omega)/|d_1|^2, \qquad
 #           -\omega \mathrm{Im} H = \sum_j (a_j c_j + \omega b_j s_j)/|d_1|^2 .
+#
+# With dead time below ``H = N/chi`` is computed as it stands, and for ``chi = s chi_1`` as ``N/chi_1/(i w)``.
 
 Number = TypeVar("Number", arb, arb_series)
+Parts = Sequence[tuple[Fraction, fmpq_poly]]  # dead times and polynomials
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,13 +61,16 @@ class DelayResponse:
     bottom : fmpq_poly
         ``d``.
     critical : bool
-        Whether ``d`` has the root 0.
+        Whether ``d`` has the root 0, or ``chi``.
+    back : tuple of (Fraction, fmpq_poly)
+        What is added to ``d`` with dead time, in ``chi``.
     """
 
     terms: tuple[_Term, ...]
     size: fmpq_poly
     bottom: fmpq_poly
     critical: bool
+    back: Parts = ()
 
     @classmethod
     def of(cls, block: DelayPlant) -> DelayResponse:
@@ -72,7 +81,15 @@ class DelayResponse:
         AssumptionError
             A pole is unstable or a multiple or other root on the axis, or a term with dead time is not strictly proper.
         """
-        bottom = from_descending(block.denominator)
+        bottom, back = from_descending(block.denominator), [(T, from_descending(q)) for T, q in block.feedback]
+        if not block.strictly_proper:
+            raise AssumptionError(
+                f"the block {block} is not strictly proper; with dead time that is a neutral equation, where classes "
+                "with two finite bounds are covered, by the circle criterion and Popov's; give such a class",
+                code=Reason.DEAD_TIME,
+            )
+        if back:
+            return cls._with_back(block, bottom, tuple(back))
         counts = root_counts(bottom)
         critical = counts.axis == 1 and bottom[0] == 0
         if counts.right or (counts.axis and not critical):
@@ -80,18 +97,6 @@ class DelayResponse:
                 f"the block {block} has poles that are not stable ({counts.right} to the right of the axis, "
                 f"{counts.axis} on it); with dead time only stable blocks, "
                 "or a simple pole at 0 besides, are covered: stabilise it by a loop around it first",
-                code=Reason.DEAD_TIME,
-            )
-        if block.feedback:
-            raise AssumptionError(
-                f"the block {block} has dead time in its denominator, where classes with two finite bounds are "
-                "covered, by the circle criterion and Popov's; give such a class",
-                code=Reason.DEAD_TIME,
-            )
-        if any(len(top) == len(block.denominator) for _, top in block.terms):
-            raise AssumptionError(
-                f"the block {block} is not strictly proper; with dead time that is a neutral equation, where classes "
-                "with two finite bounds are covered, by the circle criterion and Popov's; give such a class",
                 code=Reason.DEAD_TIME,
             )
         reduced = bottom // X if critical else bottom
@@ -103,13 +108,44 @@ class DelayResponse:
             terms.append(_Term(delay, ne * de + X * no * do, no * de - ne * do, n))
         return cls(tuple(terms), de * de + X * do * do, bottom, critical)
 
+    @classmethod
+    def _with_back(cls, block: DelayPlant, bottom: fmpq_poly, back: Parts) -> DelayResponse:
+        """The response of a block with dead time in its denominator, whose zeros are counted in balls."""
+        critical = sum((q[0] for _, q in back), bottom[0]) == 0
+        turned = Form()
+        for delay, p in ((Fraction(0), block.denominator), *block.feedback):
+            wait = Form({(delay, 0): (Fraction(1), Fraction(0))})
+            turned = turned + homogeneous([*p], S, real(1), bottom.degree()) * wait
+        try:
+            zeros, _ = right_zeros(turned, bottom.degree(), critical)
+        except Rejected as refused:
+            raise AssumptionError(f"the poles of the block {block}: {refused}", code=Reason.DEAD_TIME) from None
+        if zeros:
+            raise AssumptionError(
+                f"the block {block} has {zeros} poles to the right of the axis; with dead time only stable blocks, or "
+                "a simple pole at 0 besides, are covered: stabilise it by a loop around it first",
+                code=Reason.DEAD_TIME,
+            )
+        terms = [_Term(delay, bottom, bottom, from_descending(top)) for delay, top in block.terms]
+        return cls(tuple(terms), bottom, bottom, critical, back)
+
+    @property
+    def _sides(self) -> tuple[Parts, Parts]:
+        """``N`` and ``chi``."""
+        return tuple((term.delay, term.top) for term in self.terms), ((Fraction(0), self.bottom), *self.back)
+
     @property
     def residue(self) -> arb:
         """Residue at the pole 0."""
+        if self.back:
+            N, chi = self._sides
+            return sum((arb(p[0]) for _, p in N), arb(0)) / _over_s(chi, arb(0))[0]
         return sum((arb(term.a[0]) for term in self.terms), arb(0)) / arb(self.size[0])
 
     def parts(self, omega: Number) -> tuple[Number, Number]:
         """``Re H`` and ``-w Im H`` at ``omega >= 0``."""
+        if self.back:
+            return self._with_dead_time_below(omega)
         x = omega * omega
         real: Number = 0 * omega
         slope: Number = 0 * omega
@@ -126,12 +162,31 @@ class DelayResponse:
         size = at(self.size, x)
         return real / size, slope / size
 
+    def _with_dead_time_below(self, omega: Number) -> tuple[Number, Number]:
+        N, chi = self._sides
+        (a, b), (c, d) = _on_axis(N, omega), _over_s(chi, omega) if self.critical else _on_axis(chi, omega)
+        size = c * c + d * d
+        across, along = (b * c - a * d) / size, (a * c + b * d) / size
+        if not self.critical:
+            return along, -omega * across
+        if not (isinstance(omega, arb) and omega.contains(0)):
+            return across / omega, along
+        n0, c0 = _on_axis(N, arb(0))[0], _over_s(chi, arb(0))[0]
+        (p, q), (u, v) = _over_s(N, omega), _twice_over_s(chi, omega)  # N = n_0 + s N_1, chi_1 = c_0 + s chi_2
+        return (c0 * p - n0 * u + omega * (q * u - p * v)) / size, along
+
+    def _below(self, degree: int, v: arb) -> acb:
+        """``chi/s^n`` from ``1/v`` on, whatever phases the dead times give."""
+        any_phase = acb(arb(0, 1), arb(0, 1))
+        own = _reversed_at(self.bottom, degree, v)
+        return own + sum((_reversed_at(q, degree, v) * any_phase for _, q in self.back), acb(0))
+
     def tail(self, start: arb, theta: arb) -> arb:
         """A lower bound on ``Re[(1 + i w theta) H]`` for all ``w >= start``."""
         v = arb(0).union(1 / start)
         total = arb(0)
         degree = self.bottom.degree()
-        below = _reversed_at(self.bottom, degree, v)
+        below = self._below(degree, v)
         for term in self.terms:
             value = _reversed_at(term.top, degree, v) / below
             slope = _reversed_at(term.top * X, degree, v) / below  # s n/d is proper: H is strictly so
@@ -143,8 +198,43 @@ class DelayResponse:
         """An upper bound on ``|H|`` for all ``w >= start``."""
         v = arb(0).union(1 / start)
         degree = self.bottom.degree()
-        below = _reversed_at(self.bottom, degree, v)
+        below = self._below(degree, v)
         return sum(((_reversed_at(term.top, degree, v) / below).abs_upper() for term in self.terms), arb(0)).upper()
+
+
+def _on_axis(parts: Parts, omega: Number) -> tuple[Number, Number]:
+    """Real and imaginary part of ``sum p e^(-s T)``."""
+    x = omega * omega
+    real_part: Number = 0 * omega
+    imaginary: Number = 0 * omega
+    for delay, p in parts:
+        even, odd = even_odd(p)
+        e, o, angle = at(even, x), omega * at(odd, x), omega * ball(delay)
+        c, s = angle.cos(), angle.sin()
+        real_part += e * c + o * s
+        imaginary += o * c - e * s
+    return real_part, imaginary
+
+
+def _over_s(parts: Parts, omega: Number) -> tuple[Number, Number]:
+    """The same of ``(F - F(0))/s``: ``(e^(-i x) - 1)/(i w) = -T (sinc x - i sin(x/2) sinc(x/2))``, ``x = w T``."""
+    real_part, imaginary = _on_axis([(delay, p // X) for delay, p in parts], omega)
+    for delay, p in parts:
+        if delay and p[0] != 0:
+            angle, weight = omega * ball(delay), arb(p[0]) * ball(delay)
+            real_part -= sinc(angle) * weight
+            imaginary += (angle / 2).sin() * sinc(angle / 2) * weight
+    return real_part, imaginary
+
+
+def _twice_over_s(parts: Parts, omega: arb) -> tuple[arb, arb]:
+    """The same of ``(F - F(0) - s F'(0))/s^2``: ``(e^(-s T) - 1 + s T)/s^2`` is ``T^2/2``, off by ``w T^3/6``."""
+    real_part, imaginary = _over_s([(delay, p // X) for delay, p in parts], omega)
+    for delay, p in parts:
+        T, most = ball(delay), (omega * ball(delay) ** 3 / 6).abs_upper()
+        real_part += arb(p[0]) * (T * T / 2 + arb(0, most))
+        imaginary += arb(p[0]) * arb(0, most)
+    return real_part, imaginary
 
 
 def _reversed_at(p: fmpq_poly, degree: int, v: arb) -> acb:
@@ -181,9 +271,9 @@ def popov_infimum(response: DelayResponse, theta: arb, start: float) -> Minimum:
 
     quadruplings, before = 0, arb("-inf")
     while True:
-        found = minimum(value, arb(0), arb(start), width=lambda best: abs(best) * arb(RELATIVE_WIDTH) + arb("1e-30"))
+        found = minimum(value, arb(0), arb(start), width=lambda best: abs(best) * arb(RELATIVE_WIDTH) + arb("1e-11"))
         tail = response.tail(arb(start), theta)
-        near = found.high >= 0 and tail > -abs(found.high) * arb("1e-3") - arb("1e-9")
+        near = found.high >= 0 and tail > -abs(found.high) * arb("1e-3") - arb("5e-7")
         stuck = before.is_finite() and not tail > before + abs(before) * arb("1e-2")  # it tends to less
         if tail >= found.high or near or stuck or quadruplings == MAX_QUADRUPLINGS:
             break
@@ -315,8 +405,8 @@ class Delayed:
                     "that small gains destabilise; turn the sign of the feedback",
                     code=Reason.RESIDUE,
                 )
-            features = [1 / float(delay) for delay, _ in block.terms if delay > 0]
-            for p in (response.bottom, *(term.top for term in response.terms)):
+            features = [1 / float(delay) for delay, _ in (*block.terms, *block.feedback) if delay > 0]
+            for p in (response.bottom, *(term.top for term in response.terms), *(q for _, q in response.back)):
                 features += root_sizes(p)
             return cls(
                 block, response, 8 * max([1e-3, *features]), min((size for size in features if size > 0), default=1.0)
@@ -330,7 +420,9 @@ class Delayed:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DelayInequality:
-    """``1/k + Re[(1 + i omega theta) H(i omega)] > 0`` on ``[0, inf]``, by branch and bound in balls, ``theta >= 0``.
+    """``1/k + Re[(1 + i omega theta) H(i omega)] > 0`` on ``[0, inf]``, by branch and bound in balls.
+
+    With a pole at 0 ``theta >= 0``.
 
     The infimum over frequency is concave in ``theta``; its maximum is enclosed between two multipliers whose worst
     frequencies pull to opposite sides, and the two together bound what any multiplier can reach.
@@ -400,15 +492,18 @@ class DelayInequality:
 
 
 def _best_theta(plant: Delayed) -> tuple[Fraction, arb]:
-    """A nearly best ``theta >= 0``, and an upper bound on the infimum for every ``theta >= 0``."""
+    """A nearly best ``theta``, and an upper bound on the infimum for every one; with a pole at 0 for those ``>= 0``."""
 
     def worst(theta: Fraction) -> tuple[arb, arb, arb]:
-        """Lower bound of the infimum for one multiplier, and both parts where it is attained."""
-        found = popov_infimum(plant.response, ball(theta), plant.start)
-        real, slope = plant.response.parts(found.where)
-        return found.low, real, slope
+        """Lower bound of the infimum for one multiplier, and both parts where it is attained, the second turned."""
+        found = popov_infimum(plant.response, ball(sign * theta), plant.start)
+        along, slope = plant.response.parts(found.where)
+        return found.low, along, sign * slope
 
+    sign = 1
     low, left_real, left_slope = worst(Fraction(0))
+    if left_slope < 0 and not plant.response.critical:
+        sign, left_slope = -1, -left_slope
     if not left_slope > 0:
         return Fraction(0), left_real.upper() if left_slope <= 0 else arb("inf")
     right = Fraction(1) / Fraction(plant.start)
@@ -423,19 +518,19 @@ def _best_theta(plant: Delayed) -> tuple[Fraction, arb]:
     left = Fraction(0)
     for _ in range(STEPS):
         middle = (left + right) / 2
-        value, real, slope = worst(middle)
+        value, along, slope = worst(middle)
         if value > best[0]:
             best = (value, middle)
         if slope > 0:
-            left, left_real, left_slope = middle, real, slope
+            left, left_real, left_slope = middle, along, slope
         elif slope < 0:
-            right, right_real, right_slope = middle, real, slope
+            right, right_real, right_slope = middle, along, slope
         else:
             break
     if not (left_slope > 0 and right_slope < 0):
-        return best[1], arb("inf")
+        return sign * best[1], arb("inf")
     ceiling = (left_real * -right_slope + right_real * left_slope) / (left_slope - right_slope)
-    return best[1], ceiling.upper()
+    return sign * best[1], ceiling.upper()
 
 
 def _upper_end(infimum: arb, unknown: arb) -> arb:

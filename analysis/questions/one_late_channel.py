@@ -40,8 +40,7 @@ def as_one_channel(asked: Problem) -> Problem:
     if not isinstance(plant, DelayPlant) or asked.endless_below:
         return asked
     from_zero = asked.nonlinearity_class.sector.lower == 0
-    direct = any(len(top) == len(plant.denominator) for _, top in plant.terms)
-    if from_zero and not (plant.feedback or direct) and not _unstable_from_zero(plant):
+    if from_zero and plant.strictly_proper and not _unstable_from_zero(plant):
         return asked
     one = asked.nonlinearity_class
     if whole and (one.gains[1] == math.inf or not asked.provable or asked.refusals or asked.method != BEST):
@@ -59,7 +58,7 @@ def _unstable_from_zero(plant: object) -> str:
         Delayed.of(plant)
     except AssumptionError as refused:
         roots = root_counts(from_descending(plant.denominator))
-        unstable = refused.code is Reason.RESIDUE or roots.right or roots.axis
+        unstable = refused.code is Reason.RESIDUE or plant.feedback or roots.right or roots.axis
         return str(refused) if unstable else ""
     return ""
 

@@ -13,7 +13,7 @@ from lure.analysis.inequality.delay import Delayed, DelayInequality
 from lure.analysis.inequality.protocol import Best, Grounds
 from lure.analysis.numerics.doubles import text_above
 from lure.analysis.theorems.criterion import LATE_CONCLUSIONS, Criterion
-from lure.analysis.theorems.kernel_search import TOLERANCE, Family, Search, around, increasing, short
+from lure.analysis.theorems.kernel_search import NEAR_ZERO, TOLERANCE, Family, Search, around, increasing, short
 from lure.analysis.theorems.kernels import Delay
 from lure.analysis.theorems.park import PARK
 from lure.analysis.theorems.zames_falb import kernel_criterion
@@ -55,8 +55,12 @@ class DelayedSearch(Search):
 
     def __post_init__(self) -> None:
         Search.__post_init__(self)
-        latest = max(float(delay) for delay, _ in self.plant.terms)
+        latest = max(float(delay) for delay, _ in (*self.plant.terms, *self.plant.feedback))
         self.far = max(self.far, FAR_DELAYS / latest) if latest else self.far
+        if self.plant.feedback:
+            at_rest = self.plant.denominator[-1] + sum(q[-1] for _, q in self.plant.feedback) == 0
+            self.drift = self.low if at_rest else 0.0
+            self.rows = increasing(self.rows[self.rows > 0], [self.low * NEAR_ZERO] if at_rest else [0.0])
         self.rows = increasing(self.rows, np.linspace(0, self.far, 200)[1:])
         self.lags = self.lags[self.lags * self.unit <= LONGEST]
         self.columns = [

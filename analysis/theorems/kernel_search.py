@@ -178,7 +178,7 @@ COEFFICIENT_BITS = 40
 HORIZON = 40.0
 NEW_COLUMNS = 10
 PRICE = 1e-8
-_NEAR_ZERO = 1e-5  # of the slowest pole, in place of 0 where there is a pole at 0
+NEAR_ZERO = 1e-5  # of the slowest pole, in place of 0 where there is a pole at 0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -235,7 +235,7 @@ class Search:
         self.far = 10 * high
         self.drift = self.low if self.denominator[-1] == 0 else 0.0
         self.rows = increasing(
-            [self.drift * _NEAR_ZERO],
+            [self.drift * NEAR_ZERO],
             np.geomspace(self.low / 100, high * 100, 80),
             np.linspace(0, 3 * high, 60)[1:],
             around(self.poles, 10),
@@ -314,7 +314,7 @@ class Search:
 
     def _fine(self, k: float) -> Reals:
         return increasing(
-            [self.drift * _NEAR_ZERO],
+            [self.drift * NEAR_ZERO],
             np.geomspace(self.low / 1e3, self.far * 1e3, 3000),
             np.linspace(0, self.far / 2, 4000)[1:],
             around(self.poles, 100),

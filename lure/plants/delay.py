@@ -120,19 +120,27 @@ class DelayPlant(Record):
             return RationalPlant(self.terms[0][1], self.denominator)
         return None
 
+    @property
+    def strictly_proper(self) -> bool:
+        """Whether all of ``n_j/d`` and ``q_k/d`` are strictly proper: with dead time an equation of retarded type."""
+        return all(len(top) < len(self.denominator) for _, top in (*self.terms, *self.feedback))
+
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H(s)``, elementwise, in floating point; not finite at a pole."""
         points = np.asarray(s, dtype=complex)
 
-        def over(terms: tuple[tuple[Fraction, Polynomial], ...]) -> NDArray[np.complex128]:
-            """These terms over ``d``."""
-            each = (
-                RationalPlant(top, self.denominator).transfer(points) * np.exp(-float(delay) * points)
-                for delay, top in terms
-            )
+        def total(terms: tuple[tuple[Fraction, Polynomial], ...]) -> NDArray[np.complex128]:
+            """These terms added up."""
+            each = (np.polyval([*map(float, top)], points) * np.exp(-float(delay) * points) for delay, top in terms)
             return np.asarray(sum(each, np.zeros(points.shape, dtype=complex)))
 
-        return over(self.terms) / (1 + over(self.feedback)) if self.feedback else over(self.terms)
+        if self.feedback:
+            return total(self.terms) / total(((Fraction(0), self.denominator), *self.feedback))
+        over = (
+            RationalPlant(top, self.denominator).transfer(points) * np.exp(-float(delay) * points)
+            for delay, top in self.terms
+        )
+        return np.asarray(sum(over, np.zeros(points.shape, dtype=complex)))
 
     def to_control(self, *, pade: int | None = None) -> control.TransferFunction:
         """The block with each dead time replaced by its Pade approximation: python-control has no dead time.

@@ -303,9 +303,10 @@ def one_channel_of(plant: DelayPlant) -> DelayMatrix:
 
 
 def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> DelayMatrix | MultivariablePlant:
-    """A minimal realisation, exactly, of a matrix of transfer functions with dead times.
+    """A realisation, exactly, of a matrix of transfer functions with dead times.
 
-    The parts of all dead times, one below the other, are a matrix without any, which is realised.
+    The parts of all dead times, one below the other, are a matrix without any, of which a minimal one is taken.  Beside
+    it stand the entries with dead time in the denominator, those of a column with the same denominator together.
 
     Parameters
     ----------
@@ -316,8 +317,12 @@ def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> 
     ------
     InputError
         :func:`lure.plants.multivariable.plant_of_transfers` refuses them, a part with dead time is not strictly proper
-        (a neutral equation), or all parts of an entry share a factor with its denominator, a hidden mode.
+        (a neutral equation), or all parts of an entry share a factor with its denominator, a hidden mode; or two
+        columns have entries of one row with the same dead times in the denominator, which a minimal one may share.
     """
+    inside = [(i, j) for i, row in enumerate(entries) for j, one in enumerate(row) if getattr(one, "feedback", ())]
+    if inside:
+        return _beside(entries, inside)
     parts = [[_parts(one, f"transfer[{i}][{j}]") for j, one in enumerate(row)] for i, row in enumerate(entries)]
     delays = sorted({delay for row in parts for one in row for delay in one if delay})
     if not delays:
@@ -330,6 +335,82 @@ def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> 
     whole, p = plant_of_transfers(stacked), len(entries)
     base = replace(whole, C=whole.C[:p], D=whole.D[:p])
     return DelayMatrix(base, tuple((delay, whole.C[(k + 1) * p : (k + 2) * p]) for k, delay in enumerate(delays)))
+
+
+def _beside(entries: Sequence[Sequence[RationalPlant | DelayPlant]], inside: list[tuple[int, int]]) -> DelayMatrix:
+    """The realisation of the entries without dead time in the denominator, and beside it those of the others."""
+    alike = dict[tuple[object, int], dict[int, DelayMatrix]]()
+    for i, j in inside:
+        one = entries[i][j]
+        assert isinstance(one, DelayPlant), "it has dead time in its denominator"
+        if any(delay and len(top) == len(one.denominator) for delay, top in (*one.terms, *one.feedback)):
+            raise InputError(_NEUTRAL.format(f"transfer[{i}][{j}]"), code=Reason.DEAD_TIME)
+        key = (one.denominator, one.feedback)
+        if any(other == key and column != j and i in rows for (other, column), rows in alike.items()):
+            raise InputError(
+                f"row {i} of transfer has the denominator of transfer[{i}][{j}], with dead time, in two columns: how "
+                "many states that takes is not decided; give the states, DelayMatrix(base, late, inner)"
+            )
+        alike.setdefault((key, j), {})[i] = one_channel_of(one)
+    rest = [[_ZERO if (i, j) in inside else one for j, one in enumerate(row)] for i, row in enumerate(entries)]
+    p, m = len(entries), len(entries[0])
+    blocks = list[tuple[DelayMatrix | MultivariablePlant, dict[int, int], list[int]]]()
+    if any(any(one.numerator if isinstance(one, RationalPlant) else one.terms) for row in rest for one in row):
+        blocks.append((plant_of_delays(rest), {i: i for i in range(p)}, [*range(m)]))
+    for (_, j), rows in alike.items():
+        blocks += [(_together(rows), {i: k for k, i in enumerate(rows)}, [j])]
+    return _side_by_side(blocks, p, m)
+
+
+def _together(rows: dict[int, DelayMatrix]) -> DelayMatrix:
+    """Outputs of the same states, which differ in their dead times too."""
+    first = next(iter(rows.values()))
+    times = sorted({delay for one in rows.values() for delay, _ in one.late})
+    nothing, zero = (Fraction(0),) * first.order, ((Fraction(0),) * first.order,) * first.order
+    base = replace(
+        first.base,
+        C=tuple(one.base.C[0] for one in rows.values()),
+        D=tuple(one.base.D[0] for one in rows.values()),
+        names=(),
+    )
+    back = dict(zip((delay for delay, _ in first.late), first.inner, strict=True))
+    late = [(T, tuple(dict(one.late).get(T, (nothing,))[0] for one in rows.values())) for T in times]
+    return DelayMatrix(base, tuple(late), tuple(back.get(T, zero) for T in times))
+
+
+def _side_by_side(
+    blocks: Sequence[tuple[DelayMatrix | MultivariablePlant, dict[int, int], list[int]]], p: int, m: int
+) -> DelayMatrix:
+    """The sum of plants, of each the output for every row that it has, and the columns of its inputs."""
+    n = sum(one.order for one, _, _ in blocks)
+    times = sorted({delay for one, _, _ in blocks if isinstance(one, DelayMatrix) for delay, _ in one.late})
+    A, B, C, D = ([[Fraction(0)] * width for _ in range(height)] for height, width in ((n, n), (n, m), (p, n), (p, m)))
+    late, inner = ({T: [[Fraction(0)] * n for _ in range(height)] for T in times} for height in (p, n))
+    start = 0
+    for one, rows, columns in blocks:
+        part, own = (one.base, one) if isinstance(one, DelayMatrix) else (one, None)
+        span = slice(start, start + one.order)
+        for k in range(one.order):
+            A[start + k][span] = part.A[k]
+            for at, j in enumerate(columns):
+                B[start + k][j] = part.B[k][at]
+        for i, k in rows.items():
+            C[i][span] = part.C[k]
+            for at, j in enumerate(columns):
+                D[i][j] += part.D[k][at]
+        for number, (T, seen) in enumerate(own.late if own else ()):
+            for i, k in rows.items():
+                late[T][i][span] = seen[k]
+            for k, row in enumerate(own.inner[number] if own and own.inner else ()):
+                inner[T][start + k][span] = row
+        start += one.order
+
+    def kept(side: list[list[Fraction]]) -> Rows:
+        """Rows that stay as they are."""
+        return tuple(map(tuple, side))
+
+    base = MultivariablePlant(kept(A), kept(B), kept(C), kept(D))
+    return DelayMatrix(base, tuple((T, kept(late[T])) for T in times), tuple(kept(inner[T]) for T in times))
 
 
 _ZERO = RationalPlant([0], [1])
@@ -345,11 +426,6 @@ def _parts(entry: RationalPlant | DelayPlant, name: str) -> dict[Fraction, Ratio
         if entry.dt is not None and entry.order:
             raise InputError(f"{name} is in discrete time, and another entry has dead time; write z**-n for a delay")
         return {Fraction(0): entry}
-    if entry.feedback:
-        raise InputError(
-            f"{name} has dead time in its denominator, which is covered in one channel alone; open the feedback "
-            "inside, and give it a channel with the class sector = [1, 1.000001]"
-        )
     bottom = polynomial_of(entry.denominator)
     tops = {delay: polynomial_of(top) for delay, top in entry.terms}
     shared = bottom

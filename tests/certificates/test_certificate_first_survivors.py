@@ -7,9 +7,10 @@ from certificate_family import draft, nonlinearities
 
 from lure.analysis.certificates import pieces, windows
 from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.channels import Plant, channels, from_rest
+from lure.analysis.certificates.channels import Plant, channels
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.memory import from_rest
 from lure.analysis.certificates.second import recheck
 from lure.analysis.certificates.systems import system_of
 from lure.plants.family import PlantFamily

@@ -66,7 +66,6 @@ REJECTED = [
     ("popov", {"multiplier.theta": "2"}, "at some frequency"),
     ("popov, every finite bound", {"multiplier.theta": "1/2"}, "at some frequency"),
     ("popov, every finite bound", {"laws.sector": ["0", "inf"], "multiplier.theta": "-1"}, "theta >= 0"),
-    ("popov, dead time", {"multiplier.theta": "-1/8"}, "with dead time theta >= 0 is needed"),
     ("popov, dead time", {"laws.sector": ["0", "inf"]}, "does not cover nonlinearities without an upper bound"),
     ("off-axis, critical", {"multiplier.alpha": "-2"}, "at some frequency"),
     ("off-axis", {"laws.time_varying": True}, "off-axis-circle is about nonlinearities that do not depend on time"),

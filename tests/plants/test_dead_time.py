@@ -10,7 +10,7 @@ from depth import sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lure import AssumptionError, InputError
+from lure import AssumptionError, InputError, as_plant
 from lure.analysis.inequality.delay import Delayed
 from lure.analysis.theorems.other_plants import largest
 from lure.analysis.verdict import Evidence, Verdict
@@ -169,6 +169,21 @@ def test_delays_in_the_denominator_are_states_that_come_back():
     assert DelayPlant.parse("3/(s + exp(-s)) - exp(-s)/(s + exp(-s))") == DelayPlant.parse(
         "(3 - exp(-s))/(s + exp(-s))"
     )
+
+
+def test_a_matrix_has_the_states_of_its_entries_once_for_each_column():
+    a, b = "(s + 3 + exp(-s)/2)", "(s - 1 + 2*exp(-s/10))"
+    texts = [
+        [f"exp(-s/2)/{a} + 1/2", f"2*exp(-s)/{b}", "1/(s + 2)"],
+        [f"(1 + exp(-s/3))/{a}", "0", "exp(-s)/(s + 2)"],
+        ["exp(-2*s)/(s + 5)", "3", f"1/{b}"],
+    ]
+    plant, s = as_plant(texts), np.array([0.3 + 1j, -0.2 + 2j])
+    expected = [
+        [float(text) + 0 * s if len(text) == 1 else DelayPlant.parse(text).transfer(s) for text in row] for row in texts
+    ]
+    assert np.allclose(plant.transfer(s), np.moveaxis(np.array(expected), 2, 0), rtol=1e-12)
+    assert plant.order == 1 + 1 + 1 + 2  # both of the first column; b twice; 1/(s + 2) and 1/(s + 5)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from lure import AssumptionError, Diagonal, InputError, NonlinearityClass, Secto
 from lure.analysis import analyse, l2_gain, region, steady_response
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_problem
@@ -243,6 +244,29 @@ def test_constant_gains_beside_an_integrator_with_dead_time_are_proved_as_functi
     # slopes within the bounds make up for a cycle in D
     direct = as_plant([["0.1+exp(-s)/(s+1)", "0"], ["0", "1/(s+2)"]])
     assert certify(direct, [NonlinearityClass.slope_restricted(0, 0.5)] * 2).verdict.name == "PROVED"
+
+
+# the first channel ends where i w + 1 + exp(-i w)/2 + k exp(-i w) = 0: k + 1/2 = 2.26182, as exp(-s)/(s + 1)
+def test_entries_with_dead_time_in_the_denominator_keep_what_they_have_apart():
+    plant = as_plant([["exp(-s)/(s + 1 + exp(-s)/2)", "1/(s + 3)"], ["0", "1/(s + 4 + exp(-s/2))"]])
+    below, above = (certify(plant, [Sector(0, k)] * 2) for k in (1.75, 1.762))
+    assert (below.verdict.name, above.verdict.name) == ("PROVED", "REFUTED")
+    for shown in (below, above):
+        assert recheck(shown.certificate).accepted
+    system = below.certificate["system"]
+    (wait, seen, back), *others = system["late"][::-1]
+    more = [wait, seen, [[str(8 * Fraction(v)) for v in row] for row in back]]
+    changed = {**below.certificate, "system": {**system, "late": [*others[::-1], more]}}
+    assert not recheck(changed).accepted
+    with pytest.raises(Rejected):
+        complete_and_check(changed)
+
+
+def test_a_denominator_with_dead_time_in_two_columns_of_a_row_is_refused():
+    with pytest.raises(InputError, match="how many states"):
+        as_plant([["1/(s + exp(-s))", "2/(s + exp(-s))"], ["0", "1/(s + 1)"]])
+    with pytest.raises(InputError, match="neutral"):
+        as_plant([["1/(s + 1 + s*exp(-s)/2)", "0"], ["0", "1/(s + 1)"]])
 
 
 def test_other_questions_say_that_dead_time_is_not_covered():

@@ -7,10 +7,16 @@ import pytest
 from certificate_family import delayed, draft, nonlinearities
 
 from lure.analysis import max_slope
-from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.arithmetic import Rejected, real
+from lure.analysis.certificates.balls import right_zeros
+from lure.analysis.certificates.blocks import block, shifted
 from lure.analysis.certificates.covers import cover_proof
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second import recheck
+from lure.analysis.certificates.second.numerics import right_zeros as second_zeros
+from lure.analysis.certificates.second.numerics import working_precision
+from lure.analysis.certificates.second.systems import read_system
+from lure.analysis.certificates.second.systems import shifted as theirs
 from lure.analysis.theorems.dead_time import first_order_largest
 from lure.analysis.theorems.kernels import multiplier_of
 from lure.analysis.verdict import Evidence, Verdict
@@ -102,6 +108,109 @@ def test_a_hypothesis_that_fails_is_seen_by_both(changes, reason):
     with pytest.raises((Rejected, ValueError), match=reason):
         complete_and_check({**shown, **changes})
     assert not recheck({**shown, **changes}).accepted
+
+
+BELOW = "exp(-s)/(s^2 + 2/5*s + 4 + exp(-s/2)/2)"
+# chi = s (s + 1 + exp(-s)), times exp(s/2) at i w: k = w^2 cos(w/2) where w tan(w/2) = 2, w = 1.720667178
+AT_REST = "exp(-s/2)/(s^2 + s + s*exp(-s))"
+
+
+@pytest.fixture(scope="module")
+def below():
+    """What is proved of two plants with dead time in the denominator by Park's multiplier."""
+    return {text: max_slope(text, criterion="park") for text in (BELOW, AT_REST)}
+
+
+# the linear gain of the first: Im H = 0 = Re H + 1/k at w = 2.168; the circle criterion and Popov's end at .41210
+@pytest.mark.parametrize(("text", "end"), [(BELOW, 0.42695309441), (AT_REST, 1.93092010569)])
+def test_park_reaches_the_linear_gains_with_dead_time_in_the_denominator(below, text, end):
+    found = below[text]
+    assert found.verdict is Verdict.PROVED
+    assert end * (1 - 1e-6) < found.largest.low < end < found.refuted_at * (1 + 1e-9) < end * (1 + 1e-8)
+    assert found.critical is (text == AT_REST)
+    for shown in (found.proof, found.refutation):
+        assert recheck(shown.certificate).accepted
+
+
+@pytest.mark.parametrize("text", [BELOW, AT_REST])
+def test_a_changed_number_below_is_seen_by_both(below, text):
+    shown = below[text].proof.certificate
+    system, boxes = shown["system"], shown["proof"]["boxes"][1:]
+    ((wait, q),) = system["feedback"]
+    changes = [
+        {"system": {**system, "feedback": [[wait, [*q[:-1], str(F(q[-1]) + 9)]]]}},
+        {"system": {**system, "feedback": [[str(8 * F(wait)), q]]}},
+        {"system": {**system, "feedback": [["0", q]]}},
+        {"system": {**system, "feedback": []}},
+        {"system": {**system, "feedback": [[wait, ["1", "0", *q]]]}},
+        {"system": {**system, "terms": [[wait, ["9"]]]}},
+        {"laws": nonlinearities(0, "2", slope=True)},
+        {"multiplier": {"theta": "9", "tau": "0"}},
+        {"proof": {**shown["proof"], "boxes": boxes}},
+    ]
+    for change in changes:
+        with pytest.raises((Rejected, ValueError)):
+            complete_and_check({**shown, **change})
+        assert not recheck({**shown, **change}).accepted
+
+
+# -exp(-s)/(s + 1): k = 1 at 0, where Re H is least only with theta < 0; exp(-s)/s: theta > 0 up to pi/2
+@pytest.mark.parametrize(
+    ("numerator", "denominator", "theta", "good"), [("-1", "1 1", "-3/4", True), ("1", "1 0", "-1/100", False)]
+)
+def test_theta_below_0_is_for_plants_without_a_pole_at_0(numerator, denominator, theta, good):
+    made = draft(delayed([("1", numerator)], denominator), nonlinearities(0, "1/2"), "popov", {"theta": "0"})
+    made = {**made, "multiplier": {"theta": theta if good else "1"}}
+    shown = complete_and_check({**made, "proof": cover_proof(made)}).certificate
+    assert recheck(shown).accepted
+    turned = {**shown, "multiplier": {"theta": theta}}
+    assert recheck(turned).accepted is good
+    if not good:
+        with pytest.raises(Rejected, match="theta >= 0 is needed"):
+            complete_and_check(turned)
+
+
+# s + K exp(-s) has 2 zeros to the right for K between pi/2 and 5 pi/2, none below; s - 1 + K exp(-s/10) has 1 for K < 1
+# and none just beyond; s + 1 - exp(-s) is 0 at 0, where its slope is 2, and s - 2 + 2 exp(-s) at 0 and at 1.594
+@pytest.mark.parametrize(
+    ("d", "wait", "q", "pole", "zeros"),
+    [
+        ("1 0", "1", "3/2", False, 0),
+        ("1 0", "1", "2", False, 2),
+        ("-1 1", "1/10", "-1/2", False, 1),
+        ("-1 1", "1/10", "-2", False, 0),
+        ("1 0 0", "1", "3/2 0", True, 0),
+        ("1 0 0", "1", "2 0", True, 2),
+        ("1 1", "1", "-1", True, 0),
+        ("1 -2", "1", "2", True, 1),
+        ("1 3 0 0", "1/3", "2 0 0", False, None),
+    ],
+)
+def test_zeros_of_a_denominator_with_dead_time_are_counted_by_both(d, wait, q, pole, zeros):
+    system = {"kind": "delay", "terms": [["0", ["1"]]], "denominator": d.split(), "feedback": [[wait, q.split()]]}
+    B, ours = block(system), read_system(system)
+    turned = B.d if F(d.split()[0]) > 0 else B.d * real(-1)
+    if zeros is None:  # a double root at 0
+        for count in (lambda: shifted(B, F(0)), lambda: theirs(ours, F(0))):
+            with pytest.raises(ValueError, match=r"root|pole"):
+                count()
+        return
+    assert right_zeros(turned, B.order, pole)[0] == zeros
+    with working_precision(192):
+        assert second_zeros(B.order - pole, ours.turn) == zeros
+
+
+@pytest.mark.parametrize("top", ["1", "-1"])
+def test_the_residue_is_that_of_the_whole_denominator(top):
+    # (s + 1 - exp(-s))' = 2 at 0
+    system = {"kind": "delay", "terms": [["1", [top]]], "denominator": ["1", "1"], "feedback": [["1", ["-1"]]]}
+    if top == "1":
+        assert "residue 1/2 > 0" in shifted(block(system), F(0))[2]
+        assert theirs(read_system(system), F(0)).case == "critical"
+        return
+    for count in (lambda: shifted(block(system), F(0)), lambda: theirs(read_system(system), F(0))):
+        with pytest.raises(ValueError, match="residue"):
+            count()
 
 
 def test_the_classes_begin_at_zero_with_dead_time():

@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import product
 from typing import Literal
 
-from flint import fmpq_poly
+from flint import fmpq, fmpq_poly
 
 from lure.analysis.certificates.second.numerics import (
     X,
@@ -161,11 +162,14 @@ class Curve:
         Degree in ``x`` that keeps the inequality away from 0 as ``omega`` grows.
     divided : bool
         Critical case: all is divided by ``x``, in ``U`` already; the sines stand for ``V sin(tau omega)/omega``.
+    level : mapping of Fraction to fmpq
+        In the critical case what ``U`` has left at ``x = 0``, before that; it adds up to 0.
     """
 
     terms: Mapping[Fraction, tuple[fmpq_poly, fmpq_poly]]
     full: int
     divided: bool
+    level: Mapping[Fraction, fmpq] = field(default_factory=dict)
 
     @property
     def polynomial(self) -> fmpq_poly | None:
@@ -185,23 +189,25 @@ def curve(block: Shifted, multiplier: Multiplier, inverse_gain: Fraction) -> Cur
     inverse_gain : Fraction
         ``1/w``, 0 for every finite ``w`` at once and for nonlinearities without bound.
     """
-    d = Axis.of(block.d)
-    square = d * d.conjugate()
-    eased = Axis(to_fmpq(inverse_gain) * square.e, ZERO)
+    parts = [(Fraction(0), Axis.of(block.d)), *((delay, Axis.of(q)) for delay, q in block.back)]
     sums: dict[Fraction, Axis] = {Fraction(0): Axis(ZERO, ZERO)}
-    for delay, m in multiplier.terms.items():
-        _add(sums, delay, m * eased)
-    for delay, n in block.n:
+    for (first, p), (second, q) in product(parts, repeat=2):
+        square = (p * q.conjugate()).times(fmpq_poly([to_fmpq(inverse_gain)]))
+        for delay, m in multiplier.terms.items():
+            _add(sums, delay + first - second, m * square)
+    for (delay, n), (second, q) in product(block.n, parts):
         tick()
-        cross = Axis.of(n) * d.conjugate()
+        cross = Axis.of(n) * q.conjugate()
         for further, m in multiplier.terms.items():
-            _add(sums, delay + further, m * cross)
+            _add(sums, delay - second + further, m * cross)
         weight = to_fmpq(multiplier.theta) * multiplier.below
-        _add(sums, delay, Axis(weight * (-X * cross.o), weight * cross.e))
-    full = square.e.degree() + multiplier.below.degree() + multiplier.growth
+        _add(sums, delay - second, Axis(weight * (-X * cross.o), weight * cross.e))
+    full = block.d.degree() + multiplier.below.degree() + multiplier.growth
     divided = block.case == "critical"
     terms = {tau: (f.e // X if divided else f.e, f.o) for tau, f in sums.items()}
-    return Curve(terms=terms, full=full - divided, divided=divided)
+    level = {tau: f.e[0] for tau, f in sums.items() if divided and f.e[0] != 0}
+    require(sum(level.values(), fmpq(0)) == 0, "the inequality has a pole at 0")
+    return Curve(terms=terms, full=full - divided, divided=divided, level=level)
 
 
 def off_axis(block: Shifted, alpha: Fraction, inverse_gain: Fraction) -> tuple[fmpq_poly, int]:

@@ -153,16 +153,17 @@ def _tail(curve: Curve, start: Fraction, need: Need) -> bool:
     ``U^2 > \sum_j |A_j|^2/\lambda_j >= (\sum_j |A_j|)^2``, ``\sum_j \lambda_j = 1``, which for terms in proportion is
     no loss with ``lambda_j`` in proportion to ``|A_j|`` at the start.
     """
-    plain = curve.terms[Fraction(0)][0]
-    one, x = fmpq_poly([1]), to_fmpq(start * start)
-    own, others = (X, one) if curve.divided else (one, X)  # |A|^2 = U^2 + x V^2, or over x: U^2 + V^2/x
-    squares = [own * U * U + others * V * V for tau, (U, V) in curve.terms.items() if tau]
+    x, full, terms = to_fmpq(start * start), curve.full + curve.divided, curve.terms
+    if curve.divided:  # what was before
+        terms = {tau: (X * U + fmpq_poly([curve.level.get(tau, 0)]), V) for tau, (U, V) in terms.items()}
+    plain = terms[Fraction(0)][0]
+    squares = [U * U + X * V * V for tau, (U, V) in terms.items() if tau]
     sizes = [size for size in squares if size.degree() >= 0]
     weights = [_root(to_fraction(size(x))) for size in sizes]
-    total = own * plain * plain
+    total = plain * plain
     for size, weight in zip(sizes, weights, strict=True):
         total -= size * to_fmpq(sum(weights) / weight)
-    if need != "nonnegative" and (plain.degree() < curve.full or total.degree() < 2 * curve.full + own.degree()):
+    if need != "nonnegative" and (plain.degree() < full or total.degree() < 2 * full):
         return False
     beyond = fmpq_poly([x, 1])
     return positive_from_zero(plain(beyond)) and positive_from_zero(total(beyond))
@@ -179,11 +180,12 @@ class _Term:
     tau: arb
     U: list[arb]
     V: list[arb]
+    level: arb
 
 
 def _positive(curve: Curve, boxes: list[tuple[Fraction, Fraction]]) -> bool:
     terms = [
-        _Term(ball(tau), [arb(c) for c in U.coeffs()], [arb(c) for c in V.coeffs()])
+        _Term(ball(tau), [arb(c) for c in U.coeffs()], [arb(c) for c in V.coeffs()], arb(curve.level.get(tau, 0)))
         for tau, (U, V) in curve.terms.items()
     ]
     stack = list(boxes)
@@ -220,11 +222,12 @@ def _bound(terms: list[_Term], low: Fraction, high: Fraction, *, divided: bool) 
 
 
 def _value(terms: list[_Term], omega: arb) -> arb:
-    """The critical case near 0: ``V sin(tau omega)/omega = V tau sinc``."""
+    """The critical case near 0: ``V sin(tau omega)/omega = V tau sinc``, and of ``level`` ``(cos - 1)/omega^2``."""
     x, total = omega * omega, arb(0)
     for term in terms:
         angle = omega * term.tau
         total += _ball_at(term.U, x) * angle.cos() + _ball_at(term.V, x) * term.tau * angle.sinc()
+        total -= term.level * (term.tau * (angle / 2).sinc()) ** 2 / 2
     return total
 
 
@@ -234,6 +237,9 @@ def _series(terms: list[_Term], omega: arb_series, *, divided: bool) -> arb_seri
         angle = omega * term.tau
         sine = angle.sin()
         total += _at(term.U, x) * angle.cos() + _at(term.V, x) * (sine / omega if divided else omega * sine)
+        if term.level != 0:
+            half = (angle / 2).sin() / omega
+            total -= half * half * (2 * term.level)
     return total
 
 

@@ -124,9 +124,9 @@ def positive_root(system: Delayed, gain: Fraction) -> Kind:
     NotShown
         The sign at 0 is the same.
     """
-    start = system.d[0] + to_fmpq(gain) * sum((n[0] for _, n in system.terms), fmpq(0))
+    start = system.at_zero + to_fmpq(gain) * sum((n[0] for _, n in system.terms), fmpq(0))
     start *= system.d[system.d.degree()]
-    require(bool(start < 0) or (bool(start == 0) and bool(system.d[0] != 0)), "no real root s >= 0 is shown")
+    require(bool(start < 0) or (bool(start == 0) and bool(system.at_zero != 0)), "no real root s >= 0 is shown")
     return "no rest" if start < 0 else "equilibria"
 
 
@@ -213,10 +213,11 @@ def _sampled_response(n: fmpq_poly, d: fmpq_poly) -> Callable[[arb], tuple[acb, 
 def _delayed_response(system: Delayed) -> Callable[[arb], tuple[acb, acb]]:
     def values(omega: arb) -> tuple[acb, acb]:
         """The same with dead time."""
-        s, total = acb(0, omega), acb(0)
-        for delay, n in system.terms:
-            total += _at(n, s) * (-s * ball(delay)).exp()
-        return total, _at(system.d, s)
+        s, below = acb(0, omega), ((Fraction(0), system.d), *system.back)
+        top, bottom = (
+            sum((_at(p, s) * (-s * ball(delay)).exp() for delay, p in side), acb(0)) for side in (system.terms, below)
+        )
+        return top, bottom
 
     return values
 

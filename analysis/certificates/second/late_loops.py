@@ -14,10 +14,9 @@ from fractions import Fraction
 from flint import acb, acb_mat, acb_series, arb, fmpq_mat
 
 from lure.analysis.certificates.second.channels import Asked, diagonal, stacked
-from lure.analysis.certificates.second.numerics import ball
+from lure.analysis.certificates.second.numerics import ball, right_zeros
 from lure.analysis.certificates.second.reading import require, tick
 
-_MOST, _DOUBLINGS, _NARROWEST = 20_000, 60, 2**70
 Series = list[list[acb_series]]
 
 
@@ -61,44 +60,17 @@ class LateLoop:
         return grown(self.pace, tau)
 
     def right_roots(self) -> int:
-        r"""How many zeros with ``Re s >= 0`` ``chi(s) = det(s - M(s))`` has, none lying on the axis.
-
-        It is ``s^n g(s)``, ``Re g > 0`` far out there: the angle of ``g``, which is ``-n pi/2`` at 0 where ``chi(0) >
-        0``, and ``pi`` more where not, rises to near 0 less ``pi`` for each.  ``k`` counts quarters on pieces with ``Re
-        i^-k g > 0``.
+        """How many zeros with ``Re s >= 0`` ``chi(s) = det(s - M(s))`` has, none lying on the axis.
 
         Raises
         ------
         NotShown
             They are not counted.
         """
-        n, end = self.A.nrows(), Fraction(1)
-        for _ in range(_DOUBLINGS):
-            if self._turn(None, end).real > 0:
-                break
-            end *= 2
-        require(bool(self._turn(None, end).real > 0), "nothing is shown far out")
-        first = k = -n
-        stack = [(Fraction(0), end)]
-        for _ in range(_MOST):
-            tick()
-            if not stack:
-                break
-            a, b = stack.pop()
-            g = self._turn(a, b)
-            turns = [j for j in ((k, k + 1, k - 1) if a else (-n, 2 - n)) if (g * acb(0, -1) ** (j % 4)).real > 0]
-            if turns:
-                k = turns[0]
-                first = first if a else k
-                continue
-            require(b - a > end / _NARROWEST, "the loop with constant gains may have a root on the axis")
-            stack += [((a + b) / 2, b), (a, (a + b) / 2)]
-        whole = [turn for turn in range(k - 1, k + 2) if turn % 4 == 0]
-        require(not stack and len(whole) == 1, "the turns are not counted")
-        return (first - whole[0] + n) // 2
+        return right_zeros(self.A.nrows(), self._turn)
 
     def _turn(self, a: Fraction | None, b: Fraction) -> acb:
-        """``g`` between two frequencies, from 0 on times ``omega^n``; None: from the second on."""
+        """``g = chi/s^n``, as :func:`right_zeros` asks."""
         n, omega = self.A.nrows(), ball(b) if a is None else ball(a).union(ball(b))
         any_phase = acb(arb(0, 1), arb(0, 1))
         M, one = acb_mat(self.A), acb_mat([[int(i == j) for j in range(n)] for i in range(n)])

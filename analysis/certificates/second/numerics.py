@@ -133,6 +133,53 @@ def half_plane_counts(p: fmpq_poly) -> Counts:
     return Counts(p.degree() - axis - right, axis, right)
 
 
+_MOST_PIECES, _DOUBLINGS, _NARROWEST = 20_000, 60, 2**40
+
+
+def right_zeros(n: int, turn: Callable[[Fraction | None, Fraction], acb]) -> int:
+    r"""How many zeros with ``Re s >= 0`` ``chi(s) = s^n g(s)`` has, ``Re g > 0`` far out there, none lying on the axis.
+
+    The angle of ``g``, which is ``-n pi/2`` at 0 where ``chi(0) > 0``, and ``pi`` more where not, rises to near 0 less
+    ``pi`` for each.  ``k`` counts quarters on pieces with ``Re i^-k g > 0``.
+
+    Parameters
+    ----------
+    n : int
+        The power.
+    turn : callable
+        ``g`` between two frequencies, from 0 on times ``omega^n``; from None: from the second on.
+
+    Raises
+    ------
+    NotShown
+        They are not counted.
+    """
+    end = Fraction(1)
+    for _ in range(_DOUBLINGS):
+        if turn(None, end).real > 0:
+            break
+        end *= 2
+    require(bool(turn(None, end).real > 0), "nothing is shown far out")
+    first = k = -n
+    stack = [(Fraction(0), end)]
+    for _ in range(_MOST_PIECES):
+        tick()
+        if not stack:
+            break
+        a, b = stack.pop()
+        g = turn(a, b)
+        turns = [j for j in ((k, k + 1, k - 1) if a else (-n, 2 - n)) if (g * acb(0, -1) ** (j % 4)).real > 0]
+        if turns:
+            k = turns[0]
+            first = first if a else k
+            continue
+        require(b - a > end / _NARROWEST, "what is counted may have a root on the axis")
+        stack += [((a + b) / 2, b), (a, (a + b) / 2)]
+    whole = [quarters for quarters in range(k - 1, k + 2) if quarters % 4 == 0]
+    require(not stack and len(whole) == 1, "the turns are not counted")
+    return (first - whole[0] + n) // 2
+
+
 # The unit circle, by ``c = cos w`` in ``[-1, 1]``.
 
 

@@ -9,16 +9,19 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Literal
 
-from flint import fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.numerics import (
     Counts,
     X,
+    ball,
     even_odd,
     from_descending,
     half_plane_counts,
+    right_zeros,
     to_fmpq,
     to_fraction,
+    working_precision,
 )
 from lure.analysis.certificates.second.reading import NotShown, count, listed, number, numbers, record, require
 
@@ -26,6 +29,7 @@ from lure.analysis.certificates.second.reading import NotShown, count, listed, n
 
 LARGEST_SCHEME = 1000  # cells, for matrices
 LARGEST_ORDER = 1000
+_BITS = 192
 Row = tuple[Fraction, ...]
 Case = Literal["stable", "critical"]
 
@@ -182,10 +186,37 @@ class Rational:
 
 @dataclass(frozen=True, kw_only=True)
 class Delayed:
-    """``H = sum n_j exp(-s T_j) / d``, every term strictly proper."""
+    """``H = sum n_j exp(-s T_j)/chi``, ``chi = d + sum q_k exp(-s T_k)``, ``n_j/d``, ``q_k/d`` strictly proper."""
 
     terms: tuple[tuple[Fraction, fmpq_poly], ...]
     d: fmpq_poly
+    back: tuple[tuple[Fraction, fmpq_poly], ...] = ()
+
+    @property
+    def at_zero(self) -> fmpq:
+        """``chi(0)``."""
+        return sum((q[0] for _, q in self.back), self.d[0])
+
+    def turn(self, a: Fraction | None, b: Fraction) -> acb:
+        """``chi/s^n``, ``d`` being monic, as :func:`right_zeros` asks; where ``chi(0) = 0`` for ``chi/s``."""
+        n, omega = self.d.degree(), ball(b) if a is None else ball(a).union(ball(b))
+        parts = [(Fraction(0), self.d), *self.back]
+        if a is None:
+            u, any_phase, total = (1 / omega).union(arb(0)), acb(arb(0, 1), arb(0, 1)), acb(0)
+            for T, p in parts:
+                far = sum((acb(arb(c)) * acb(0, -u) ** (n - k) for k, c in enumerate(p.coeffs())), acb(0))
+                total += far * any_phase if T else far
+            return total / acb(arb(self.d[n]))
+        s, chi = acb_series([acb(0, omega), acb(1)]), acb_series([acb(0)])
+        for T, p in parts:
+            value = acb_series([acb(0)])
+            for c in reversed(p.coeffs()):
+                value = value * s + acb(arb(c))
+            chi += value * (s * -ball(T)).exp() if T else value
+        lead = acb(arb(self.d[n]))
+        if a:
+            return chi[0] / lead / acb(0, omega) ** n
+        return chi[0] / lead * acb(0, -1) ** n if self.at_zero != 0 else chi[1] / lead * acb(0, -1) ** (n - 1)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -254,7 +285,7 @@ def read_system(value: Mapping[str, object]) -> System:
     if kind == "state-space":
         return _state_space(record(value, "kind", "time", "A", "b", "c", "d"))
     if kind == "delay":
-        return _delayed(record(value, "kind", "terms", "denominator"))
+        return _delayed(record(value, "kind", "terms", "denominator", *(["feedback"] if "feedback" in value else [])))
     if kind in ("rod", "rod-scheme"):
         names = ["kind", "E", "rho", "L", "A", "k"] + (["cells"] if kind == "rod-scheme" else [])
         found = record(value, *names)
@@ -293,8 +324,16 @@ def _delayed(found: Mapping[str, object]) -> Delayed:
     written = numbers(found["denominator"])
     require(written[:1] not in ([], [0]), "the denominator does not begin with its leading coefficient")
     d = from_descending(written)
+    terms = _late(found["terms"], d)
+    back = _late(found["feedback"], d) if "feedback" in found else {}
+    require(Fraction(0) not in back, "a dead time of the denominator is 0")
+    return Delayed(terms=tuple(terms.items()), d=d, back=tuple(back.items()))
+
+
+def _late(given: object, d: fmpq_poly) -> dict[Fraction, fmpq_poly]:
+    """Polynomials of a lower degree than ``d``, by their dead times."""
     terms: dict[Fraction, fmpq_poly] = {}
-    for entry in listed(found["terms"]):
+    for entry in listed(given):
         pair = listed(entry)
         require(len(pair) == 2, "a term with dead time is not a pair")
         delay, written = number(pair[0]), numbers(pair[1])
@@ -304,7 +343,7 @@ def _delayed(found: Mapping[str, object]) -> Delayed:
         require(n.degree() < d.degree(), "a term with dead time is not strictly proper")
         terms[delay] = n
     require(len(terms) > 0, "there are no terms")
-    return Delayed(terms=tuple(terms.items()), d=d)
+    return terms
 
 
 def _discrete(time: object) -> bool:
@@ -326,6 +365,8 @@ class Shifted:
         None with dead time.
     case : {"stable", "critical"}
         Critical: a simple pole at ``s = 0`` (``z = 1``) whose residue is positive.
+    back : tuple of (Fraction, fmpq_poly)
+        What is added to ``d`` with dead time.
     """
 
     n: tuple[tuple[Fraction, fmpq_poly], ...]
@@ -333,6 +374,7 @@ class Shifted:
     discrete: bool
     plant: Plant | None
     case: Case
+    back: tuple[tuple[Fraction, fmpq_poly], ...] = ()
 
     @property
     def hidden(self) -> bool:
@@ -373,11 +415,17 @@ def require_well_posed(direct: Fraction, lower: Fraction, upper: Fraction | str)
 
 
 def _shifted_delayed(system: Delayed) -> Shifted:
-    counts = half_plane_counts(system.d)
-    critical = counts.axis == 1 and system.d[0] == 0
-    require(counts.right == 0 and (counts.axis == 0 or critical), "a pole is not stable")
+    critical = system.at_zero == 0
+    if system.back:
+        with working_precision(_BITS):
+            zeros = right_zeros(system.d.degree() - bool(critical), system.turn)
+        require(zeros == 0, "a pole is not stable")
+    else:
+        counts = half_plane_counts(system.d)
+        require(counts.right == 0 and (counts.axis == 0 or (critical and counts.axis == 1)), "a pole is not stable")
     if critical:
-        residue = sum((n[0] for _, n in system.terms), fmpq(0)) / system.d[1]
+        slope = sum((q[1] - to_fmpq(T) * q[0] for T, q in system.back), system.d[1])
+        residue = sum((n[0] for _, n in system.terms), fmpq(0)) * slope
         require(bool(residue > 0), "the residue at the pole 0 is not positive")
     case: Case = "critical" if critical else "stable"
-    return Shifted(n=system.terms, d=system.d, discrete=False, plant=None, case=case)
+    return Shifted(n=system.terms, d=system.d, discrete=False, plant=None, case=case, back=system.back)
