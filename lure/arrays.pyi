@@ -1,9 +1,13 @@
-from typing import Any
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar
 
 import numpy
 from numpy.typing import ArrayLike as ArrayLike
 from numpy.typing import NDArray as NDArray
 from typing_extensions import TypeIs
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 
 np = numpy
 linalg: Any
@@ -14,3 +18,4 @@ Complexes = NDArray[numpy.complex128]
 
 def balanced(A: NDArray[numpy.float64]) -> tuple[Reals, Reals]: ...
 def is_array(value: object) -> TypeIs[NDArray[Any]]: ...
+def one_thread(function: Callable[_P, _R]) -> Callable[_P, _R]: ...

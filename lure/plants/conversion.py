@@ -248,7 +248,7 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpa
     if row[0] == 1 < row[-1]:  # a numerator as scipy writes it: it is no A, which is square
         return _ratio(cast("Sequence[object]", parts[0])[0], parts[1], sampling_time(dt, parts[2], name="the system"))
     if len(parts) == 2:
-        return _ratio(*parts, sampling_time(dt))
+        return _ratio(parts[0], parts[1], sampling_time(dt))
     if len(parts) not in (3, 4):
         raise InputError(f"a system of {len(parts)} parts is unknown; give (num, den) or (A, B, C) or (A, B, C, D)")
     if isinstance(parts[0], str):
