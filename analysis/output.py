@@ -95,8 +95,8 @@ def write_new(path: Path, text: str, *, force: bool) -> None:
     InputError
         The file exists and ``force`` is false, or it cannot be written.
     """
-    label = repr(str(path))
-    if path.is_dir():
+    label = f"{str(path)!r:.200}"
+    if os.path.isdir(path):  # which is quiet about names that no file may have
         raise InputError(f"{label} is a directory; give the name of a file, such as {str(path / 'rod.toml')!r}")
     if not force and os.path.lexists(path):
         raise InputError(f"{label} exists; give another name, or --force to replace it")
@@ -151,7 +151,7 @@ def checked_target(directory: Path) -> Path:
 def unwritable(path: Path, error: Exception, instead: str = "another directory with -o") -> str:
     """Sentence on a system call that failed."""
     reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    return f"{str(path)!r} cannot be written ({reason}); give {instead}"
+    return f"{str(path)!r:.200} cannot be written ({reason}); give {instead}"
 
 
 def _checked(directory: Path) -> Path:

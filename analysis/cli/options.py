@@ -7,7 +7,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -171,6 +171,13 @@ def check_target(path: Path | None, *, force: bool) -> None:
     """
     if path is None:
         return
+    try:
+        with suppress(FileNotFoundError, NotADirectoryError):
+            path.lstat()
+    except (OSError, ValueError) as error:  # a name that no file may have
+        from lure.analysis.output import unwritable
+
+        raise InputError(unwritable(path, error, "another place")) from None
     label = repr(str(path))
     if path.is_dir():
         raise InputError(f"{label} is a directory; give the name of a file, such as {str(path / 'certificate.json')!r}")

@@ -313,6 +313,26 @@ def test_an_integrator_beside_functions_and_a_stop_is_left_open():
     assert_both_reject({**certificate("both"), **draft(two, [channel("stop"), channel("")], **shape)})
 
 
+# y' = -psi, sigma' = y and phi = -y of stops: V = y^2 falls as -2 theta y^2 + ... where theta < 0
+def test_two_integrators_are_moved_by_two_stops_and_by_no_function():
+    none = [["0", "0"], ["0", "0"]]
+    two, shape = TWO | {"A": none}, stored(["-1", "-1"], ["1/2", "1/2"], [["0"], ["0", "0"]])
+    shown = complete_and_check(draft(two, [channel("stop"), channel("stop")], **shape)).certificate
+    assert shown["conclusion"] == CONVERGES
+    assert recheck(shown).accepted
+    assert_both_reject(edited(shown, "laws", "channels", 1, value=channel("")))
+
+
+# H = -1/s: the gain 1 has the eigenvalue 1, and of a play phi(sigma) = sigma is one
+def test_no_play_moves_an_integrator():
+    integrator = {**LAG, "A": [["0"]]}
+    shown = complete_and_check(draft(integrator, [channel("stop")], **stored(["-1"], P=[["0"]]))).certificate
+    assert recheck(shown).accepted
+    play = edited(shown, "laws", "channels", 0, value=channel("play"))
+    for C in ("1", "-1"):
+        assert_both_reject(edited(edited(play, "multiplier", "theta", 0, value="1/2"), "system", "C", value=[[C]]))
+
+
 # 1/(s + 1)^3 with s = 10 (z - 1): constant gains are stable up to 5.49820, where (10 (z - 1) + 1)^3 = -k has |z| = 1,
 # and the circle criterion ends at 3.45454 for play and stop
 SAMPLED = as_plant([["1/((10*(z - 1) + 1)^3)"]], dt=1)

@@ -131,7 +131,14 @@ def test_a_point_beyond_the_doubles_is_refused(tmp_path, word):
 
 @pytest.mark.parametrize(
     ("words", "sentence"),
-    [([], "No such command '999"), (["verify"], "'999"), (["report"], "there is no built-in system")],
+    [
+        ([], "No such command '999"),
+        (["verify"], "'999"),
+        (["report"], "there is no built-in system"),
+        (["report", "third-order", "-o"], "'999"),
+        (["certify", "third-order", "--sector", "0", "2", "-o"], "'999"),  # ended in a traceback, as does the next
+        (["init", "--loop"], "'999"),
+    ],
 )
 def test_arguments_are_not_quoted_at_length(capsys, words, sentence):
     assert main([*words, "9" * 10_000]) == 2
