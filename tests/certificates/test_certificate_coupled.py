@@ -18,6 +18,7 @@ from lure.analysis.certificates import windows
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import channels
 from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.channels import read
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.second.reading import NotShown
@@ -435,3 +436,21 @@ def test_both_checkers_read_the_same_forms():
                 [str(v) for v in row] for row in second.each[0].M.tolist()
             ]
     assert 40 < taken < 140
+
+
+# x' = -x - phi, sigma = -x: the gain 1 is the end. 2 x (-x - phi) + 2 phi (-k x - phi) falls for (1 + k)^2 < 4, and
+# with phi (-k x - 2 phi) in its place it would for (1 + k)^2 < 8
+def test_a_form_of_one_sample_is_about_the_bounds_of_its_class():
+    family = {"sector": ["0", "49/50"], "slope": None, "odd": False, "time_varying": True, "linear": False}
+    plant = {"kind": "multivariable", "time": "continuous", "A": [["-1"]], "B": [["1"]], "C": [["-1"]], "D": [["0"]]}
+    draft = {
+        "verdict": "PROVED",
+        "system": plant,
+        "laws": {"channels": [family], "repeated": False},
+        "theorem": "coupled-circle",
+        "multiplier": {"forms": [{"kind": "sector", "channels": [1], "rows": [["1"]]}]},
+        "proof": {"method": "matrix", "P": [["1"]], "exponent": 0},
+    }
+    shown = complete_and_check(draft).certificate
+    assert recheck(shown).accepted
+    assert_both_reject(edited(shown, "laws", "channels", 0, "sector", 1, value="3/2"))
