@@ -44,6 +44,8 @@ def refuted(system: Any, asked: Channels, proof: Any, rate: Fraction | None = No
     method = proof["method"]
     beside = ("delayed-gains", "delayed-members")
     H = plant(system, method in ("late-crossing", "late-gains", "late-turns", *beside), rate)
+    if H.late and "unlimited" in proof:
+        return 11, signals.late_pole(H, asked, proof)
     if H.late and method not in beside:
         return crossing(H, asked, proof)
     need(not H.rates, "in neutral equations delays are not covered")

@@ -318,3 +318,53 @@ def resting(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     apart = [[v - (i == j) * H.discrete for j, v in enumerate(row)] for i, row in enumerate(closed or [])]
     need(closed is not None and rank(apart) == len(x), "equilibria refute nothing in the critical case")
     return {"equilibrium": "a state other than 0 at which a loop of the class stays"}
+
+
+def late_pole(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """Constant gains of a plant with dead times, for which what leads from one ``w_j`` to one ``z_i`` has a pole.
+
+    It is ``N/chi``, both analytic, with a pole at ``s_0`` near by: in the disc of radius ``r``, in ``Re s > 0``, ``M``
+    a bound of ``|chi''|`` there and ``L`` of ``|N'|``, ``|chi(s_0)| + M r^2/2 < |chi'(s_0)| r`` (Rouche) and ``|N(s_0)|
+    > L r``; or ``chi(0) = 0`` exactly.  Of a finite gain it would be analytic in ``Re s > 0``, and bounded.
+    """
+    _, data, pair, where, near = fields(proof, "method", "gains", "unlimited", "root", "radius")
+    form(proof["method"] == "late-gains" and isinstance(pair, list) and len(pair) == 2, "z_i and w_j are named")
+    gains, own, (x, y), r = member(data, asked), list(asked.performance or ()), numbers(where, 2), number(near)
+    need(bool(own) and len(H.D) <= frequencies.MOST_CHANNELS, "a gain is asked of a performance channel, of few others")
+    i, j = (own[integer(v, 1, len(own)) - 1] for v in pair)
+    chi, N = pieces.looped(H, gains)
+    need((ZERO, len(H.A)) in chi, "the loop with these gains has no solution", exact.IllPosed)
+    n = N[i][j]
+    if x == y == r == 0:
+        at_zero = [sum((u for (_, k), (u, _) in f.items() if not k), ZERO) for f in (chi, n)]
+        need(at_zero[0] == 0 != at_zero[1], "s = 0 is no pole from w to z")
+    else:
+        need(0 < r < x, "the pole is not shown to lie in Re s > 0")
+        sizes = [at_point(f, x, y) for f in (chi, slope(chi), n)]
+        bounds = [
+            sum((abs(c) * (x + abs(y) + r) ** k for (_, k), (c, _) in f.items()), ZERO)
+            for f in (slope(slope(chi)), slope(n))
+        ]
+        need(sizes[0][1] + bounds[0] * r * r / 2 < sizes[1][0] * r, "no root of chi is shown to lie in the disc")
+        need(sizes[2][0] > bounds[1] * r, "w does not move, or z not see, what does not fall")
+    place = "s = 0" if not r else f"s = {x} + {y} i, within {r}"
+    return {"pole": f"with the gains {', '.join(map(str, gains))} a pole from w_{pair[1]} to z_{pair[0]} at {place}"}
+
+
+def slope(F: exact.Form) -> exact.Form:
+    """The derivative of a sum of ``c s^n e^(-s tau)``."""
+    first = exact.Form({(tau, n - 1): (n * c, ZERO) for (tau, n), (c, _) in F.items() if n})
+    return first + exact.Form({(tau, n): (-tau * c, ZERO) for (tau, n), (c, _) in F.items() if tau})
+
+
+def at_point(F: exact.Form, x: Fraction, y: Fraction) -> tuple[Fraction, Fraction]:
+    """Bounds of ``|F(x + i y)|``, of a sum of ``c s^n e^(-s tau)``."""
+    u, v, off = ZERO, ZERO, ZERO
+    for tau in {tau for tau, _ in F}:
+        p = q = ZERO
+        for c in reversed(F.part(0, tau)):
+            p, q = p * x - q * y + c, p * y + q * x
+        E = exponential([[-x * tau, y * tau], [-y * tau, -x * tau]], Fraction(1), 256)  # e^-x [[cos, sin], [-sin, cos]]
+        c, s, error = (Fraction(part, 2**256) for part in (E.rows[0][0], E.rows[0][1], E.error))
+        u, v, off = u + p * c + q * s, v + q * c - p * s, off + error * (abs(p) + abs(q))
+    return max(abs(u), abs(v)) - off, abs(u) + abs(v) + 2 * off

@@ -17,6 +17,7 @@ from lure.analysis.counterexamples.channel_gains import GainSearch, LateGains
 from lure.analysis.counterexamples.channel_matrices import MatrixGains
 from lure.analysis.counterexamples.channel_ramps import MovingParameters, RampedGains
 from lure.analysis.counterexamples.channel_switching import SwitchedGains
+from lure.analysis.counterexamples.late_roots import LateRoots
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_hypotheses import is_critical
@@ -31,6 +32,7 @@ from lure.plants.delay_matrix import DelayMatrix
 RAMPS, MEMBERS, RESTS = "ramped-gains", "members", "equilibrium"
 _ON_AXIS, _LITTLE = 1e-9, 1e-6  # how near to the axis a pole is, and a factor with little gain
 _POLES, _NEARBY, _CORNERS = 3, 1e-4, 6  # poles that are looked at, how near to them; channels of which all corners are
+_DISCS = (1e-9, 1e-7, 1e-5)  # radii about a root, relative
 _SURE = 1e-6  # of the largest entry: a growth below is more than rounding
 
 
@@ -252,6 +254,8 @@ def unlimited(asked: Problem, tried: Iterable[Sequence[Fraction]] = ()) -> Refut
     tried : iterable of sequences of Fraction
         Gains, one for each channel; by default those at the ends of the classes.
     """
+    if isinstance(asked.plant, DelayMatrix):
+        return _unlimited_late(asked, asked.plant)
     H, classes = channel_plant(asked.plant), asked.classes
     own = [*(classes.performance or ())]
     for gains in tried or ends_of(asked):
@@ -272,6 +276,32 @@ def unlimited(asked: Problem, tried: Iterable[Sequence[Fraction]] = ()) -> Refut
         for i, j in dict.fromkeys(places):
             pair = {"unlimited": [i + 1, j + 1]}
             shown = refutation(asked, Fraction(1), constant_gains(gains) | pair)
+            if shown is not None:
+                return shown
+    return None
+
+
+def _unlimited_late(asked: Problem, plant: DelayMatrix) -> Refuted | None:
+    """The same of a plant with dead times: a root in ``Re s > 0``, or at 0, that ``w`` moves and ``z`` sees."""
+    own = [*(asked.classes.performance or ())]
+    if plant.rates or asked.classes.rectified or not plant.order:
+        return None
+    roots, (A, _, _, D), one = LateRoots(plant), plant.base.doubles(), np.eye(plant.inputs)
+    for gains in ends_of(asked):
+        G = np.diag([float(g) for g in gains])
+        if abs(np.linalg.det(one + D @ G)) < _ON_AXIS:
+            continue
+        root = roots.rightmost(np.diagonal(G))
+        size = float(np.abs(A).max()) + abs(root) or 1.0
+        if root.real < -_SURE * size:
+            continue
+        H = plant.transfer(root + _NEARBY * size)  # where is its part the largest nearby?
+        i, j = divmod(int(np.abs(np.linalg.solve(one + H @ G, H)[np.ix_(own, own)]).argmax()), len(own))
+        proof = {"method": "late-gains", "gains": texts(gains), "unlimited": [i + 1, j + 1]}
+        at = [str(Fraction(f"{part:.14g}")) for part in (root.real, root.imag)]
+        discs = [str(Fraction(f"{step * size:.3g}")) for step in _DISCS if step * size < root.real]
+        for where, radius in [(at, disc) for disc in discs] or [(["0", "0"], "0")]:
+            shown = refutation(asked, Fraction(1), proof | {"root": where, "radius": radius})
             if shown is not None:
                 return shown
     return None

@@ -375,8 +375,8 @@ def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, R
             return alpha, shown
     if isinstance(asked.plant, ChannelFamily):
         return channel_families.refuting(asked, partial(_against, before=None))
-    gain = asked.classes.performance is not None and not isinstance(asked.plant, DelayMatrix)
-    endless = unlimited(asked) if gain and not asked.classes.rectified else None
+    gain = asked.classes.performance is not None and not asked.classes.rectified
+    endless = unlimited(asked) if gain else None
     if endless is not None:
         return Fraction(0), endless
     return _at_once(asked) or members_refuting(asked, most=math.inf)

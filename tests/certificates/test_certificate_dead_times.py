@@ -583,3 +583,57 @@ def test_the_sentence_about_a_rate_beside_dead_time_speaks_of_the_past():
     shown = complete_and_check(HALVES).certificate
     assert_both_reject({**shown, "conclusion": shown["conclusion"].replace("c m", "c |x(0)|")}, stored=True)
     assert_both_reject({key: value for key, value in shown.items() if key != "rate"}, stored=True)
+
+
+# exp(-s)/(s + 1) with the gain 3: s = W(-3 e) - 1 = .21400... + 2.0958... i; w_1 = mu, z_1 = sigma; z_2 = w_2/(s + 3)
+def endless(gain, root, radius, between=(1, 1)):
+    both = late(
+        [["-1", "0"], ["0", "-3"]],
+        [["1", "1", "0"], ["0", "0", "1"]],
+        [["0", "0"], ["0", "0"], ["0", "1"]],
+        [["0"] * 3] * 3,
+    )
+    both["late"] = [["1", [["1", "0"], ["1", "0"], ["0", "0"]]]]
+    known = [sector("0", "4"), *[sector("-1", "1", time_varying=True) | {"operator": "performance"}] * 2]
+    proof = {"method": "late-gains", "gains": [gain, "0", "0"], "unlimited": [*between], "root": root, "radius": radius}
+    found = draft(both, known, "counterexample", proof)
+    return found | {"laws": {"channels": known, "repeated": [1, 2]}}
+
+
+ROOT = ["21400352638555/100000000000000", "209581888472440/100000000000000"]
+ENDLESS = endless("3", ROOT, "1/1000000")
+RESTING = edited(endless("0", ["0", "0"], "0"), "system", "A", value=[["0", "0"], ["0", "-3"]])  # exp(-s)/s
+
+
+@pytest.mark.parametrize("draft", [ENDLESS, RESTING], ids=["beyond", "on the axis"])
+def test_both_checkers_accept_a_pole_from_w_to_z(draft):
+    shown = complete_and_check(draft)
+    assert "no L2 gain from w to z is finite for all loops of the class" in shown.claim
+    assert recheck(shown.certificate).accepted
+
+
+@pytest.mark.parametrize(
+    ("draft", "edits"),
+    [
+        (ENDLESS, {("proof", "unlimited"): [2, 1]}),  # z_2 does not see it
+        (ENDLESS, {("proof", "unlimited"): [1, 2]}),  # w_2 does not move it
+        (ENDLESS, {("proof", "unlimited"): [2, 2]}),
+        (ENDLESS, {("proof", "gains"): ["1", "0", "0"]}),
+        (ENDLESS, {("proof", "gains"): ["5", "0", "0"]}),
+        (ENDLESS, {("proof", "root", 0): "1/10"}),
+        (ENDLESS, {("proof", "root", 1): "2"}),
+        (ENDLESS, {("proof", "radius"): "0"}),
+        (ENDLESS, {("proof", "radius"): "1"}),
+        (ENDLESS, {("proof", "method"): "late-turns"}),
+        (ENDLESS, {("system", "late", 0, 0): "1/2"}),
+        (ENDLESS, {("rate",): "1/100"}),
+        (RESTING, {("proof", "gains"): ["1", "0", "0"]}),
+        (RESTING, {("proof", "unlimited"): [2, 2]}),
+        (RESTING, {("system", "A"): [["-1", "0"], ["0", "-3"]]}),
+    ],
+)
+def test_a_pole_from_w_to_z_that_is_none_is_refused(draft, edits):
+    shown = complete_and_check(draft).certificate
+    for path, value in edits.items():
+        shown = edited(shown, *path, value=value)
+    assert_both_reject(shown)

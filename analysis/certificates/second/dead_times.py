@@ -17,7 +17,7 @@ from lure.analysis.certificates.second.delays import refuted_by_delay, refuted_b
 from lure.analysis.certificates.second.late_loops import LateLoop, opened
 from lure.analysis.certificates.second.numerics import ball, half_plane_counts, working_precision
 from lure.analysis.certificates.second.pieces import numerators, require_pieces
-from lure.analysis.certificates.second.reading import Document, listed, numbers, record, require, tick
+from lure.analysis.certificates.second.reading import Document, count, listed, number, numbers, record, require, tick
 
 _BITS, _MOST_CHANNELS = 256, 8
 
@@ -49,6 +49,9 @@ def shown_late(document: Document, asked: Asked) -> str:
     require(asked.D.nrows() <= _MOST_CHANNELS, "there are too many channels")
     if document.proof.get("method") == "delayed-members":
         return refuted_by_delayed_members(document, asked)
+    if "unlimited" in document.proof:
+        _require_pole(document, asked)
+        return claims.UNLIMITED
     require(not asked.performance, "of a gain, members at a frequency refute beside dead times")
     if document.proof.get("method") == "delayed-gains":
         require(not asked.rates, "a neutral equation has no other delays")
@@ -83,6 +86,39 @@ def _turning(document: Document, asked: Asked) -> str:
     with working_precision(_BITS):
         require(LateLoop.of(asked, gains).right_roots() > 0, "no root Re s > 0 is shown")
     return claims.NO_REST
+
+
+def _require_pole(document: Document, asked: Asked) -> None:
+    """Check that constant gains leave a pole from ``w_j`` to ``z_i`` near a point of ``Re s > 0``, or at 0.
+
+    With ``x' = M x + b w_j`` and ``z_i = c x + d w_j`` the function is ``det [[s - M, b], [-c, d]]/det(s - M)``: the
+    numerator excludes 0 in the box, and Newton's operator of the denominator maps the box into itself.
+
+    Raises
+    ------
+    NotShown
+        It is not shown.
+    """
+    proof = record(document.proof, "method", "gains", "unlimited", "root", "radius")
+    require(proof["method"] == "late-gains" and bool(asked.performance), "no gain is asked for")
+    gains, places = member(proof["gains"], asked), [count(v, least=1) for v in listed(proof["unlimited"])]
+    (x, y), r, own = numbers(proof["root"]), number(proof["radius"]), sorted(asked.performance)
+    require(len(places) == 2 and max(places) <= len(own), "an output and an input are named")
+    i, j = (own[place - 1] for place in places)
+    with working_precision(_BITS):
+        loop = LateLoop.of(asked, gains)
+        if x == y == r == 0:
+            bottom, top = loop.at_rest(), loop.at_rest((i, j))
+            require(bool(bottom == 0 and top != 0), "0 is no pole from w to z")
+            return
+        require(0 < r < x, "the pole is not in Re s > 0")
+        wide = acb(ball(x - r).union(ball(x + r)), ball(y - r).union(ball(y + r)))
+        below, here = (loop.determinant(acb_series([s, acb(1)])) for s in (wide, acb(ball(x), ball(y))))
+        above = loop.determinant(acb_series([wide]), (i, j))
+        require(not below[1].contains(0), "the root is not simple")
+        inner = acb(ball(x), ball(y)) - here[0] / below[1]
+        require(bool(wide.contains_interior(inner)), "no root is shown there")
+        require(not above[0].contains(0), "w does not move what grows, or z does not see it")
 
 
 def _crossing(document: Document, asked: Asked) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from flint import acb, acb_mat, acb_series, arb, fmpq_mat
+from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat
 
 from lure.analysis.certificates.second.channels import Asked, diagonal, stacked
 from lure.analysis.certificates.second.numerics import ball, right_zeros
@@ -141,14 +141,55 @@ class LateLoop:
         one = acb_mat([[int(i == j) for j in range(n)] for i in range(n)])
         return C * (one * s - M).solve(acb_mat(self.B)) + acb_mat(self.D)
 
-    def response(self, s: acb_series) -> Series | None:
-        """Rows of the transfer matrix as series; None if ``s - M(s)`` may be singular.
+    def at_rest(self, border: tuple[int, int] | None = None) -> fmpq:
+        """:meth:`determinant` at 0, exactly, without a pace.
+
+        Parameters
+        ----------
+        border : (int, int), optional
+            An output and an input.
+        """
+        A, C = self.A, self.C
+        for _, own, outputs in self.late:
+            A, C = A + own, C + outputs
+        if border is None:
+            return (-A).det()
+        i, j = border
+        n = A.nrows()
+        rows = [[*(-A[h, k] for k in range(n)), self.B[h, j]] for h in range(n)]
+        return fmpq_mat([*rows, [*(-C[i, k] for k in range(n)), self.D[i, j]]]).det()
+
+    def determinant(self, s: acb_series, border: tuple[int, int] | None = None) -> acb_series:
+        """``det(s - M(s))``, or ``det [[s - M, b_j], [-c_i, d_ij]]``, as a series by elimination.
 
         Parameters
         ----------
         s : acb_series
-            On the axis.
+            Anywhere.
+        border : (int, int), optional
+            An output and an input.
         """
+        states, outputs = self._sides(s)
+        n = len(states)
+        rows = [row[:n] for row in states]
+        if border is not None:
+            i, j = border
+            direct = 0 * s + acb(arb(self.D[i, j]))
+            rows = [[*row[:n], row[n + j]] for row in states] + [[*(-v for v in outputs[i]), direct]]
+        found = 0 * s + acb(1)
+        for k in range(len(rows)):
+            tick()
+            best = max(range(k, len(rows)), key=lambda h: float(rows[h][k][0].mid().abs_upper()))
+            if best != k:
+                rows[k], rows[best], found = rows[best], rows[k], -found
+            found = found * rows[k][k]
+            for h in range(k + 1, len(rows)):
+                factor = rows[h][k] / rows[k][k]
+                rows[h] = [v - factor * w for v, w in zip(rows[h], rows[k], strict=True)]
+        return found
+
+    def _sides(self, s: acb_series) -> tuple[Series, Series]:
+        """Rows of ``(s - M(s), B)``, and of what shows the states to the outputs."""
         n, m = self.A.nrows(), self.B.ncols()
         waits = [(s * -ball(tau)).exp() * acb(self._grown(tau)) for tau, _, _ in self.late]
         waits += [s * wait for wait in waits]
@@ -169,6 +210,18 @@ class LateLoop:
             ]
             for i in range(n)
         ]
+        return rows, [[total(self.C, outer, i, k) for k in range(n)] for i in range(self.C.nrows())]
+
+    def response(self, s: acb_series) -> Series | None:
+        """Rows of the transfer matrix as series; None if ``s - M(s)`` may be singular.
+
+        Parameters
+        ----------
+        s : acb_series
+            On the axis.
+        """
+        n, m = self.A.nrows(), self.B.ncols()
+        rows, outputs = self._sides(s)
         for k in range(n):
             tick()
             best = max(range(k, n), key=lambda i: float(rows[i][k][0].mid().abs_upper()))
@@ -181,10 +234,7 @@ class LateLoop:
                 rows[i] = [v - factor * w for v, w in zip(rows[i], rows[k], strict=True)]
         states = [row[n:] for row in rows]
         return [
-            [
-                sum((total(self.C, outer, i, k) * states[k][j] for k in range(n)), 0 * s + acb(arb(self.D[i, j])))
-                for j in range(m)
-            ]
+            [sum((outputs[i][k] * states[k][j] for k in range(n)), 0 * s + acb(arb(self.D[i, j]))) for j in range(m)]
             for i in range(self.C.nrows())
         ]
 
