@@ -251,11 +251,11 @@ def test_a_loop_that_is_stable_from_everywhere_says_so():
 
 
 # V = int phi + y^2/2 for x' = y, y' = -phi(x + y): V' = -phi^2.  With H = (s + 1)(s + 2)/(s^2 (s + 4)) it is s H that
-# has a positive real part, (omega^4 + 10 omega^2)/|s (s + 4)|^2; with H = (s + 1)/(s^2 (s + 5)) it is 4/|s + 5|^2,
-# whose limit is 0: V falls by the square of a state that a solution keeps at 0 only if phi = 0.  With 1/2 for 5 it is < 0,
-# and large gains leave roots on the right.  For a force along the speed of an oscillator x^2 + y^2 falls by 2 y phi.
-# A dead zone leaves what is in it at rest, a triple integrator is unstable for small gains, and
-# a hidden state rests: nothing is said of these.
+# has a positive real part, (omega^4 + 10 omega^2)/|s (s + 4)|^2; with (s + 1)/(s^2 (s + 5)) it is 4/|s + 5|^2, which
+# has the limit 0: V falls by the square of a state that a solution keeps at 0 only if phi = 0.  With 1/2 for 5 large
+# gains leave roots on the right.  For a force along the speed of an oscillator x^2 + y^2 falls by 2 y phi.  A dead zone
+# leaves what is in it at rest, a triple integrator is unstable for small gains, and a hidden state rests: nothing is
+# said of these.
 @pytest.mark.parametrize(
     ("plant", "law", "everywhere"),
     [
