@@ -57,7 +57,7 @@ def late(k, name="park", given=PAIR, system=OSCILLATOR, odd=False):
     return {**made, "proof": cover_proof(made)}
 
 
-# exp(-s)/(s^2 + s/5 + 4): circle and Popov with theta >= 0 end at .41238, linear gains at .42348; theta < 0 serves
+# exp(-s)/(s^2 + s/5 + 4): the circle criterion ends at .41238, linear gains at .42348; theta < 0 serves
 @pytest.mark.parametrize(("k", "good"), [("42/100", True), ("4236/10000", False)])
 def test_a_multiplier_and_its_limit_are_seen_alike(k, good):
     shown = complete_and_check(late("42/100")).certificate
@@ -121,7 +121,7 @@ def below():
     return {text: max_slope(text, criterion="park") for text in (BELOW, AT_REST)}
 
 
-# the linear gain of the first: Im H = 0 = Re H + 1/k at w = 2.168; the circle criterion and Popov's end at .41210
+# the linear gain of the first: Im H = 0 = Re H + 1/k at w = 2.168; the circle criterion ends at .41210, Popov's with theta < 0 there too
 @pytest.mark.parametrize(("text", "end"), [(BELOW, 0.42695309441), (AT_REST, 1.93092010569)])
 def test_park_reaches_the_linear_gains_with_dead_time_in_the_denominator(below, text, end):
     found = below[text]
