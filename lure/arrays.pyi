@@ -6,9 +6,6 @@ from numpy.typing import ArrayLike as ArrayLike
 from numpy.typing import NDArray as NDArray
 from typing_extensions import TypeIs
 
-_P = ParamSpec("_P")
-_R = TypeVar("_R")
-
 np = numpy
 linalg: Any
 optimize: Any
@@ -22,4 +19,3 @@ _R = TypeVar("_R")
 def one_thread(function: Callable[_P, _R]) -> Callable[_P, _R]: ...
 def balanced(A: NDArray[numpy.float64]) -> tuple[Reals, Reals]: ...
 def is_array(value: object) -> TypeIs[NDArray[Any]]: ...
-def one_thread(function: Callable[_P, _R]) -> Callable[_P, _R]: ...
