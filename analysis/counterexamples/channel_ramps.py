@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
@@ -139,11 +140,23 @@ class RampedGains(GainsAround):
         shares, times = self._shares(exact, needed)
         return [self._gains(*which, share, factor) for share in shares], times
 
+    def _ends(self, which: _Set, alpha: float) -> tuple[list[Reals], Fraction]:
+        """The gains where those that move are at either end, and how long the slowest takes from one to the other."""
+        if (which, alpha) not in self._seen:
+            factor = Fraction(alpha)
+            ends = [np.array([float(v) for v in self._gains(*which, Fraction(s), factor)]) for s in (0, 1)]
+            self._seen[which, alpha] = ends, self._rise(which[0], factor)
+        return self._seen[which, alpha]
+
+    @cached_property
+    def _seen(self) -> dict[tuple[_Set, float], tuple[list[Reals], Fraction]]:
+        """What :meth:`_ends` has found."""
+        return {}
+
     def _growth(self, which: _Set, shape: _Shape, alpha: float) -> tuple[float, float]:
         """Logarithm of the spectral radius over one period, and the period."""
-        ends = [np.array([float(v) for v in self._gains(*which, Fraction(s), Fraction(alpha))]) for s in (0, 1)]
-        needed = Fraction(shape.high - shape.low) * self._rise(which[0], Fraction(alpha))
-        shares, times = self._shares([Fraction(v) for v in shape], needed)
+        ends, rise = self._ends(which, alpha)
+        shares, times = self._shares([Fraction(v) for v in shape], Fraction(shape.high - shape.low) * rise)
         if not 0 < len(shares) <= MOST_SAMPLES:
             return -math.inf, 1.0
         levels = np.array([float(share) for share in shares])[:, None]
@@ -153,7 +166,7 @@ class RampedGains(GainsAround):
             after = np.roll(closed, -1, axis=0)
             size = float(np.abs(closed).sum(axis=2).max())
             pairs = zip(closed, after, times, strict=True)
-            steps = np.array([_ramp(first, last, float(time), size) for first, last, time in pairs])
+            steps = exponentials(np.concatenate([_ramp(first, last, float(time), size) for first, last, time in pairs]))
         whole = _chained(steps)
         radius = float(np.abs(np.linalg.eigvals(whole)).max()) if np.isfinite(whole).all() else 0.0
         return (math.log(radius) if 0 < radius < math.inf else -math.inf), float(sum(times))
@@ -249,12 +262,12 @@ class RampedGains(GainsAround):
 
 
 def _ramp(first: Reals, last: Reals, time: float, size: float) -> NDArray[np.float64]:
-    """The solution of ``Y' = G Y``, ``Y(0) = 1``, at a time at which ``G`` has gone linearly to the last (Magnus)."""
+    """Matrices whose exponentials, one after the other, solve ``Y' = G Y`` while ``G`` goes to the last (Magnus)."""
     steps = 1 if (first == last).all() else max(_STEPS, min(math.ceil(2 * time * size), _MOST_STEPS))
     h, turn = time / steps, last - first
     middles = first + turn * ((np.arange(steps) + 0.5) / steps)[:, None, None]
     twist = (turn @ first - first @ turn) * (h * h / 12 / steps)
-    return _chained(exponentials(middles * h + twist))
+    return np.asarray(middles * h + twist)
 
 
 def _chained(steps: Reals) -> NDArray[np.float64]:

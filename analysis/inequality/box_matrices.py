@@ -181,8 +181,9 @@ class BoxMatrices:
             limits.at_most({total - 2: 1.0}, level)
             limits.at_most({total - 2: -1.0}, -level)
         chosen = self.needed.setdefault(tuple(len(one) for one, _ in parts), [set() for _ in parts])
-        found = in_stages(cost, parts, limits, chosen, _SURE if cost[-1] else -inf)
-        if found is None:
+        sure = _SURE if cost[-1] else -inf
+        found = in_stages(cost, parts, limits, chosen, sure)
+        if found is None or not found[-1] > sure:
             return None
         return self._restored(found, units, (functions, state), square)
 

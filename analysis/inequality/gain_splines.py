@@ -10,6 +10,7 @@ one semidefinite programme.  Nothing here is believed: a checker decides with ra
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -60,7 +61,7 @@ class GainSplines(ChannelSearch):
     discrete: bool
     degree: int
     pieces: int
-    known: dict[tuple[float, ...], _Found | None] = field(default_factory=dict, repr=False)
+    known: dict[tuple[float, ...], tuple[float, _Found | None]] = field(default_factory=dict, repr=False)
     needed: dict[tuple[int, ...], list[set[int]]] = field(default_factory=dict, repr=False)
 
     precision: ClassVar[float] = 1e-4
@@ -74,13 +75,23 @@ class GainSplines(ChannelSearch):
 
     def serves(self, widths: NDArray[np.float64]) -> bool:
         """Whether the programme finds a spline; see :class:`ChannelSearch`."""
-        return self.spline(widths) is not None
+        return self.margin(widths) > 0
+
+    def margin(self, widths: NDArray[np.float64]) -> float:
+        """What a spline leaves to spare beyond rounding, not positive if there is none; see :class:`ChannelSearch`."""
+        key = tuple(float(w) for w in widths)
+        if key not in self.known:
+            checkpoint()
+            self.known[key] = self._programme(widths)
+        return self.known[key][0]
 
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
         """The spline, rounded; see :class:`ChannelSearch`."""
-        found = self.spline(np.array([float(w) for w in widths]))
-        if found is None:
+        at = np.array([float(w) for w in widths])
+        if not self.serves(at):
             return
+        found = self.known[tuple(float(w) for w in at)][1]
+        assert found is not None, "as it serves"
         smallest = float(np.abs(found.P[:, range(len(self.A)), range(len(self.A))]).min())
         exponent = max(0, _BITS - int(np.floor(np.log2(max(smallest, 1e-300)))))
         whole = [
@@ -92,21 +103,8 @@ class GainSplines(ChannelSearch):
         theta = [str(Fraction(f"{v:.12g}")) for v in found.theta]
         yield Proposal({"lambda": weights, "theta": theta}, {**proof, "exponent": exponent})
 
-    def spline(self, widths: NDArray[np.float64]) -> _Found | None:
-        """A spline with a margin that is more than rounding, None if there is none or the programme is too large.
-
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) upper bounds less lower ones.
-        """
-        key = tuple(float(w) for w in widths)
-        if key not in self.known:
-            checkpoint()
-            self.known[key] = self._programme(widths)
-        return self.known[key]
-
-    def _programme(self, widths: NDArray[np.float64]) -> _Found | None:
+    def _programme(self, widths: NDArray[np.float64]) -> tuple[float, _Found | None]:
+        """The margin, and a spline where it is positive; ``-inf`` if the programme is too large, or has no answer."""
         n, k, d, p = len(self.A), len(self.others), self.degree, len(self.gains)
         state = symmetric_basis(n)
         q, order = len(state), n + k
@@ -119,7 +117,7 @@ class GainSplines(ChannelSearch):
         else:
             count = len(self.boxes) * (d + 2) ** p * 2**p
         if total * (count + 2 * len(self.indices)) * order**2 > _LARGEST_PROGRAMME:
-            return None
+            return -math.inf, None
         falls = list[Reals]()
         for box in range(len(self.boxes)):
             for local, slopes in self._falls(plant, box, starts):
@@ -154,13 +152,15 @@ class GainSplines(ChannelSearch):
             tuple(len(one) for one, _ in parts), [set(range(size)), set(range(size)), set()]
         )
         found = in_stages(cost, parts, limits, chosen, _SURE)
-        if found is None:
-            return None
+        if found is None or not found[-1] > _SURE:
+            return (-math.inf if found is None else float(found[-1]) - _SURE), None
         P = np.einsum("kq,qij->kij", found[: starts[1]].reshape(-1, q), state)
         P = P / units.state[:, None] / units.state[None, :]
         weights = found[starts[1] : starts[2]].reshape(len(self.boxes), k) * units.time / units.force[self.others] ** 2
         free = np.array([self.free[i] for i in self.others], dtype=float)
-        return _Found(P, weights, free * found[starts[2] : starts[3]] / units.force[self.others])
+        return float(found[-1]) - _SURE, _Found(
+            P, weights, free * found[starts[2] : starts[3]] / units.force[self.others]
+        )
 
     def _scaled(self, widths: NDArray[np.float64]) -> tuple[_Plant, _Units]:
         """The loop in units in which its matrices are of the size 1."""

@@ -71,30 +71,50 @@ class ChannelSearch(ABC):
         most : float
             Only smaller factors are of interest.
         """
+        margins = dict[float, float]()
 
         def serves(factor: float) -> bool:
             found = widths(factor)
-            return bool(found.min() > 0) and self.serves(found)
+            margins[factor] = self.margin(found) if found.min() > 0 else -math.inf
+            return margins[factor] > 0
 
-        low, high = self._between(serves, start, most)
+        low, high = self._between(serves, start, most, margins)
+        if low and math.isfinite(min(margins.values(), default=math.inf)):
+            serves(low)
         while high - low > self.precision * high:
             checkpoint()
-            middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
+            middle = _extrapolated(margins, low, high, 0.9 * self.precision * high)
+            if middle is None:
+                middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
             if middle * LARGEST < min(most, 1.0) / LARGEST:
                 return 0.0
             low, high = (middle, high) if serves(middle) else (low, middle)
         return low
 
-    def _between(self, serves: Callable[[float], bool], known: float, most: float) -> tuple[float, float]:
+    def _between(
+        self, serves: Callable[[float], bool], known: float, most: float, margins: dict[float, float] | None = None
+    ) -> tuple[float, float]:
         """A factor that serves, or what is known to begin with, and one that does not; just below ``most`` first."""
         if most < math.inf:
             near = [most * (1 - step) for step in (MEETING, 1e-4)]
-            served = next((alpha for alpha in near if serves(alpha)), None)
+            told = {} if margins is None else margins  # of a finite margin a line tells more than another try
+            tried = (alpha for alpha in near if alpha == near[0] or math.isinf(told.get(near[0], math.inf)))
+            served = next((alpha for alpha in tried if serves(alpha)), None)
             return (served, served * (1 + 1e-16)) if served == near[0] else (served or known, most)
         low, high = known, max(2 * known, 1.0)
         while high < LARGEST and serves(high):
             low, high = high, 4 * high
         return (low, low) if high >= LARGEST else (low, high)
+
+    def margin(self, widths: NDArray[np.float64]) -> float:
+        """How far something serves for these widths, not positive where nothing does; infinite where that is unknown.
+
+        Parameters
+        ----------
+        widths : ndarray
+            (m,) upper bounds less lower ones.
+        """
+        return math.inf if self.serves(widths) else -math.inf
 
     @abstractmethod
     def serves(self, widths: NDArray[np.float64]) -> bool:
@@ -115,6 +135,18 @@ class ChannelSearch(ABC):
         widths, lower : sequence of Fraction
             Upper bounds less lower ones, and these.
         """
+
+
+def _extrapolated(margins: dict[float, float], low: float, high: float, step: float) -> float | None:
+    """Where the margins of the two largest factors that serve vanish on a line; None for the middle instead."""
+    known = sorted(factor for factor, margin in margins.items() if 0 < margin < math.inf)[-2:]
+    if len(known) < 2 or len(margins) % 4 == 0:
+        return None
+    first, second = (margins[factor] for factor in known)
+    if not first > second:
+        return None
+    found = known[1] + (known[1] - known[0]) * second / (first - second)
+    return min(max(found, low + step), high - step)
 
 
 @dataclass

@@ -137,7 +137,7 @@ def in_stages(
     chosen : sequence of set of int
         Which of each are to begin with besides every eighth; those that were needed are added.
     sure : float
-        A solution of which the last unknown is no larger is none: with more inequalities it only falls.
+        A solution of which the last unknown is no larger is returned at once: with more inequalities it only falls.
     """
     for (constant, _), own in zip(parts, chosen, strict=True):
         own.update(range(0, len(constant), _EACH))
@@ -146,7 +146,7 @@ def in_stages(
         blocks = [Block(part[0][i], part[1][i]) for part, own in zip(parts, chosen, strict=True) for i in sorted(own)]
         found = proposed(cost, blocks, *limits.arrays())
         if found is None or not found[-1] > sure:
-            return None
+            return found
         more, worst = 0, 0.0
         for (constant, slopes), own in zip(parts, chosen, strict=True):
             least = np.linalg.eigvalsh(constant + np.tensordot(slopes, found, (1, 0)))[:, 0]

@@ -511,9 +511,12 @@ def _farthest_by(
     def widths(alpha: float) -> NDArray[np.float64]:
         return np.asarray(np.where(scaled, alpha, 1.0) * upper - lower)
 
-    if known and not search.serves(widths(float(known) * (1 + _WORTH))):
+    begin = float(known) * (1 + _WORTH)
+    margin = search.margin(widths(begin)) if known else math.inf
+    if margin <= 0:
         return None
-    low = search.largest(widths, max(float(known), double_above(least)), most)
+    begin = begin if margin < math.inf else max(float(known), double_above(least))  # its margin is looked at again
+    low = search.largest(widths, begin, most)
     steps = [step for step in _STEPS_DOWN if step == _STEPS_DOWN[0] or 10 * step >= search.precision]
     above = Fraction(low)
     for step in steps if low > known else ():

@@ -14,6 +14,7 @@ from lure import NonlinearityClass, Sector, as_plant, certify, max_sector
 from lure.analysis.certificates.balls import ramp
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.inequality.shifted_loop import ChannelSearch
 from lure.analysis.questions.certify import ProofOptions
 from lure.analysis.wording import class_words
 
@@ -226,3 +227,28 @@ def test_the_solution_of_a_ramp_is_enclosed():
         term *= -8 / (k * (k - 1))
     assert abs(found.rows[0][0] / 2**128 - total) < 1e-14
     assert 0 < found.error < 2**40
+
+
+class Margins(ChannelSearch):
+    """A search of which the margin is known: convex, as that of a programme, and none of what does not serve."""
+
+    tried = 0
+
+    def margin(self, widths):
+        self.tried += 1
+        return max(np.exp(-widths[0]) - np.exp(-3.7), -1e-9)
+
+    def serves(self, widths):
+        return self.margin(widths) > 0
+
+    def proposals(self, widths, lower):
+        return iter(())
+
+
+@pytest.mark.parametrize("most", [3.75, math.inf])
+def test_a_margin_is_followed_to_where_it_vanishes(most):
+    search = Margins(*[np.zeros((1, 1))] * 4, np.zeros(1))
+    search.precision = 1e-4
+    found = search.largest(lambda factor: np.array([factor]), 1.0, most)
+    assert 3.7 * (1 - 1e-4) < found < 3.7
+    assert search.tried <= 12  # 15 by halving
