@@ -411,7 +411,8 @@ def over_frequencies(
         rising = i in outer or (bounds[i][0] <= one.slope[0] and one.slope[1] < INF and not one.varying)
         need(rising, f"beside kernels and an eigenvalue 0 channel {i + 1} has no slope bounds", exact.Critical)
     posed, assumed = well_posed(H.D, asked)
-    if not name.startswith("matrix") or ordered(H.D, asked):
+    bare = not H.discrete and all(one.operator or one.linear for one in asked.families)  # at infinity M is real
+    if bare or not name.startswith("matrix") or ordered(H.D, asked):
         return facts | {"well-posed": posed}, assumed
     return facts | {"well-posed": solvable(H, asked, bounds)}, ""
 
@@ -482,8 +483,8 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
         failure = pieces.on_piece(axis, piece, a or ZERO, b, zeros, HALVINGS)
         need(not failure, failure)
     found = f"F > 0 on {len(given)} pieces of the axis, by its leading minors"
-    posed, assumed = well_posed(H.D, asked)
-    if not ordered(H.D, asked):
+    posed, assumed = well_posed(H.D, asked)  # by the last piece, which ends at infinity: there all is real
+    if not ordered(H.D, asked) and (H.late or H.discrete or any(one.kind in ("delay", "slow") for one in members)):
         posed, assumed = solvable(H, asked, [asked.bounds(i) for i, _ in each(asked)]), ""
     where = "the plant" if H.late else "without delay, at the lower bounds, the loop"
     how = "has all other eigenvalues in the open left half-plane" if zeros else "is asymptotically stable"

@@ -3,11 +3,11 @@ r"""Linear members of the classes of several channels with a large gain, in floa
 After the shift by the lower bounds a member is ``mu = w - Delta sigma``: ``Delta_i`` a constant gain in ``[0, w_i]``,
 or on the channels of an operator a matrix of norm ``r_b`` at each frequency.  From ``w`` to ``sigma`` on some of the
 channels the response is the block of ``S = (1 + H Delta)^{-1} H``.  At a frequency an operator that enlarges ``|p^* S
-q|`` fastest has rank one: ``-r l^* s^*/(|l| |s|)``, ``l = p^* S``, ``s = S q`` on its channels; so it is changed, over
-and over again.  Such a matrix is the value of ``u v'`` with all-passes ``u_i``, ``v_j`` in place of the phases.  A
-scalar operator is ``delta`` times the identity, ``delta = -r (l s)^*/|l s|``; where it closes the loop itself the
-largest eigenvalue of the block of ``S`` takes the place of the singular value, its left and right vectors those of
-``p`` and ``q``.
+q|`` fastest has rank one: ``-r l^* s^*/(|l| |s|)``, ``l = p^* S``, ``s = S q`` on its channels; what is there is
+changed to the mean of both, over and over again.  Such a matrix is the value of ``u v'`` with all-passes ``u_i``,
+``v_j`` in place of the phases.  A scalar operator is ``delta`` times the identity, ``delta = -r (l s)^*/|l s|``; where
+it closes the loop itself the largest eigenvalue of the block of ``S`` takes the place of the singular value, its left
+and right vectors those of ``p`` and ``q``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from lure.analysis.inequality.channels import ChannelInequality
 from lure.arrays import Complexes, NDArray, Reals, np, optimize
 
 _EDGE = 1e-12
-_VERTICES, _DRAWN, _REFINED, _GRID, _TURNS, _ZOOMS, _SEED, _CLIMBED = 6, 24, 3, 9, 12, 7, 20261122, 3
+_VERTICES, _DRAWN, _REFINED, _GRID, _TURNS, _ZOOMS, _SEED, _CLIMBED = 6, 24, 3, 9, 20, 7, 20261122, 3
 _POWERS, _SPINS = 16, 4
 _BITS, _NEAR, _FLAT = 40, 1e-9, 1e-5
 
@@ -139,7 +139,11 @@ class MemberSearch:
                     size = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
                     turned = -left.conj()[:, :, None] * right.conj()[:, None, :]
                 where = np.ix_(range(len(H)), block, block)
-                Delta[where] = radius * turned / np.maximum(size, 1e-300)[:, None, None]
+                mean = (
+                    Delta[where] + radius * turned / np.maximum(size, 1e-300)[:, None, None]
+                )  # else it may turn round
+                u, _, v = np.linalg.svd(mean)
+                Delta[where] = radius * (u @ v if block in self.scalar else u[:, :, :1] @ v[:, :1])
             S, best, p, q = self._response(H, Delta)
             better = best > value
             kept[better], value = Delta[better], np.maximum(best, value)

@@ -141,7 +141,9 @@ def _criteria_for(asked: Problem) -> list[Criterion]:
     scaled = channel_plant(asked.plant).dt is not None and bool(fixed_operators(asked) or constant_gains_of(asked))
     late = [asked.classes.classes[i] for i in delays_of(asked)]
     delayed = any(one.operator == DELAYS[0] or one.rate is not None for one in late)
-    served = {PARAMETRIC: _parametric(asked), STORED: stored, _PIECES: delayed}
+    rational = time_of(asked.plant) == "continuous" and asked.classes.performance is not None
+    rational = rational and bool(fixed_operators(asked) or constant_gains_of(asked))
+    served = {PARAMETRIC: _parametric(asked), STORED: stored, _PIECES: delayed or rational}
     found = [x for x in found if served.get(x.kind, True) and (scaled or x.name != SCALINGS)]
     if wanted == BEST:  # one channel needs no full block
         constant, functions = not any(free_channels(asked)), [one for one in asked.classes.classes if not one.operator]
@@ -168,7 +170,7 @@ def _criteria_for(asked: Problem) -> list[Criterion]:
             f"the criterion {asked.criterion!r:.40} is not for several nonlinearities in {time_of(asked.plant)} time; "
             f"choose from {BEST}, {names}"
         )
-    places = {_PIECES: -1.0, STORED: 0.5}
+    places = {_PIECES: -1.0 if delayed else 0.7, STORED: 0.5}
     return sorted(found, key=lambda one: (not one.row.linear, places.get(one.kind, one.kind)))
 
 

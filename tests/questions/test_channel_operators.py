@@ -148,3 +148,18 @@ def test_one_channel_may_have_an_operator_and_a_list_says_so():
         NonlinearityClass.norm_bounded(0)
     with pytest.raises(InputError, match="last block"):
         Diagonal((NonlinearityClass.performance(), NonlinearityClass(sector=Sector(0, 1))))
+
+
+# IQClab's demonstrations 1 to 5 are about one plant, whose D has a cycle; any loop is well posed as F > 0 at infinity
+CYCLE = as_plant(([[-2, -3], [1, 1]], [[1, 0], [0, 0]], [[1, 0], [0, 0]], [[1, -2], [1, -1]]))
+
+
+def test_a_scalar_operator_has_scalings_where_d_has_a_cycle():
+    # delta I destabilises from 1/rho on, the largest modulus of an eigenvalue of H; the norm of H is 1/.3016
+    exact = 1 / np.abs(np.linalg.eigvals(CYCLE.transfer(1j * np.linspace(0.5, 2, 20001)))).max()
+    assert exact == pytest.approx(0.469099, abs=1e-6)
+    for share, verdict in ((0.995, "PROVED"), (1.005, "REFUTED")):
+        one = NonlinearityClass.norm_bounded(exact * share, dynamics="scalar linear time-invariant")
+        shown = certify(CYCLE, Diagonal((one, one), repeated=True))
+        assert shown.verdict.name == verdict
+        assert recheck(dict(shown.shown.certificate)).accepted

@@ -10,6 +10,7 @@ import jsonschema
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from tampering import assert_both_reject, edited
 
 from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant
 from lure.analysis import l2_gain
@@ -531,6 +532,44 @@ LAGS = "400*(s^2 - 0.5*s + 1)/((s + 10)*(s + 20)*(s + 30))"
 SWING, LAG_72 = "0.15/(s^2 + 0.3*s + 1)", "0.72/(s + 1)"
 RINGS = "(s^2 + s + 7)/(s^3 + 3.1*s^2 + 3.1*s + 9)"  # 11.0983 at the gain -.76, on a grid of 10^-4 rad/s and .005
 TURN = "0.645435*(1 - s)/(s^2 + 2*s + 5)"
+
+
+DEMO = ([[-2, -3], [1, 1]], [[1, 0], [0, 0]], [[1, 0], [0, 0]], [[1, -2], [1, -1]])  # IQClab, Demo_001 to 005
+OF_DEMO = {"Bw": [[1], [0]], "Cz": [[1, 0]], "Dsigmaw": [[0], [1]], "Dzmu": [[0, 1]]}
+
+
+def demo(kind, r):
+    """Two constant gains, an operator on both channels, or one in each of them."""
+    one = (
+        NonlinearityClass.constant_gain(-r, r) if kind == "gains" else NonlinearityClass.norm_bounded(r, dynamics=kind)
+    )
+    return Diagonal((one, one), repeated=kind != "gains")
+
+
+# Two gains: the largest over a grid of 81 pairs.  An operator: the structured singular value with a second block from z
+# to w, by weights that are best at each frequency (exact for so few blocks), and by ascent over operators of rank one.
+@pytest.mark.parametrize(
+    ("kind", "r", "criterion", "exact", "room"),
+    [
+        ("gains", 0.3, "piecewise-circle", 3.944722, 1e-3),
+        ("linear time-invariant", 0.2, "diagonal-circle", 2.452567, 1e-6),
+        pytest.param("scalar linear time-invariant", 0.25, "matrix-zames-falb", 2.619413, 1e-6, marks=pytest.mark.slow),
+    ],
+)
+def test_gains_beside_linear_members_are_met_from_both_sides(kind, r, criterion, exact, room):
+    found = l2_gain(DEMO, demo(kind, r), OF_DEMO, criterion=criterion)
+    assert found.criterion == criterion
+    assert found.gain.low == pytest.approx(exact, rel=1e-6)
+    assert exact * (1 - 1e-6) <= found.gain.high < exact * (1 + room)
+    assert all(recheck(dict(one)).accepted for one in found.certificates.values())
+
+
+def test_multipliers_by_pieces_are_for_gains_that_are_constant_alone():
+    certificate = dict(l2_gain(DEMO, demo("gains", 0.3), OF_DEMO, criterion="piecewise-circle").certificates["high"])
+    first = certificate["laws"]["channels"][0]
+    for changed in ({"time_varying": True}, {"linear": False}, {"sector": ["-2/5", "2/5"], "slope": ["-2/5", "2/5"]}):
+        assert_both_reject(edited(certificate, "laws", "channels", 0, value=first | changed))
+    assert_both_reject(edited(certificate, "multiplier", "pieces", 0, 0, 1, value="100"))
 
 
 @pytest.mark.slow

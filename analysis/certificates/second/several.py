@@ -315,7 +315,8 @@ def _over_frequencies(document: Document, asked: Asked) -> bool:
                 rising = one.slope is not None and claims.at_least(one.slope[0], low) and not one.time_varying
                 require(rising and isinstance(steepest, Fraction), "kernels, an eigenvalue 0, and no slope bounds")
     require_frequencies(shifted, own.C, widths, given, jump)
-    if document.theorem.startswith("matrix"):
+    linear = all(one.operator or one.linear for one in asked.nonlinearities)  # then F > 0 at infinity is enough
+    if document.theorem.startswith("matrix") and (asked.discrete or not linear):
         require_one_solution(asked, bounds)
     return critical
 
