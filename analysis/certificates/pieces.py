@@ -258,8 +258,7 @@ def _between(axis: Axis, piece: Any, a: Fraction, b: Fraction, halvings: int) ->
 
 def _beyond(axis: Axis, piece: Any, a: Fraction, halvings: int) -> str:
     """The same from ``a`` up to infinity with a rate, first on intervals as far as is needed, all over ``omega^n``."""
-    need(a > 0, "with a rate the last piece begins above 0")
-    for _ in range(FEW_DOUBLINGS):
+    for _ in range(FEW_DOUBLINGS if a else 0):
         close = axis.over(partial(outward, start=a, degree=axis.order, pace=axis.pace))
         if all(map(above, minors(close, piece, Lift(ZERO, 1 / a)))):
             return ""

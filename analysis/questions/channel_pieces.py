@@ -98,7 +98,7 @@ class PiecewiseProofs:
 
     def _require_stable(self, plant: Plant, known: Channels, poles: NDArray[np.complex128]) -> None:
         """Refuse a loop at the lower bounds that is not stable, but for poles at 0 that a theorem covers."""
-        at_rest = self.late and known.operators == [] and np.abs(poles).min() == 0
+        at_rest = self.late and not self.pace and known.operators == [] and np.abs(poles).min() == 0
         poles = poles[poles != 0] if at_rest else poles
         if len(poles) and (np.abs(poles).max() if plant.discrete else 1 + poles.real.max()) >= 1:
             raise AssumptionError(

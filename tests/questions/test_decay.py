@@ -230,6 +230,13 @@ def test_what_has_no_rate_is_refused_in_a_sentence(plant, given, said):
         decay_rate(plant, given)
 
 
+def test_a_rate_is_proved_up_to_a_pole_of_a_plant_with_dead_time():
+    # with the gain 0 the root is the pole -0.984, and no root is farther to the right: |exp(-s/10)/(s + .984)| 1.64 < 1
+    found = decay_rate("0.01*exp(-0.1*s)/(s+0.984)", Sector(0, Fraction("1.64")))
+    assert found.rate.low == pytest.approx(0.984, rel=1e-6)
+    assert found.rate.low <= 0.984 <= found.rate.high
+
+
 # roots s = W(-g) of s + g e^-s: the rightmost with the gain 1/5 is real, with the gain 1 it is W_0(-1)
 @pytest.mark.parametrize(
     ("low", "high", "proved", "slowest"), [(0.2, 0.35, 0.259171, 0.259171), (0.5, 1, 0.238, 0.318132)]
