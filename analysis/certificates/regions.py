@@ -323,9 +323,9 @@ def everywhere(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str
     """``V = x'P x + 2 sum theta_i int_0^sigma_i phi_i >= 0`` falls along every solution but 0.
 
     ``V' = -sum 2 lambda_i phi_i (sigma_i - inverse_i phi_i) - sum least_i phi_i^2 - M(x, phi)``, ``M >= 0``, ``sigma
-    phi >= inverse phi^2``.  ``phi_i`` has the sign of ``sigma_i`` and ends in polynomials, so that its integral goes to
-    infinity, and ``V`` if ``P + sum C_i'C_i > 0`` over ``theta_i > 0``.  Where ``V`` stays the same ``M(x, phi) = 0``,
-    and ``phi_i = 0`` if ``least_i`` or ``lambda_i > 0 = inverse_i``; if ``phi = 0`` and so ``x = 0`` follow (LaSalle).
+    phi >= inverse phi^2``.  ``phi`` has the sign of ``sigma`` and ends in polynomials: ``int phi``, and with it ``V``
+    if ``P + sum C_i'C_i > 0`` over ``theta_i > 0``, goes to infinity.  Where ``V`` stays the same ``M (x, phi) = 0``,
+    and ``phi_i = 0`` if ``least_i`` or ``lambda_i > 0 = inverse_i``; ``phi = 0`` and ``x = 0`` follow (LaSalle).
     """
     _, rows, squares = fields(proof, "method", "P", "least")
     n, m, least = len(H.A), len(H.D), numbers(squares, len(H.D))

@@ -49,11 +49,13 @@ class LevelSet(NamedTuple):
         return low
 
     def values(self, C: Matrix, integrals: Sequence[Integral], points: Matrix) -> Matrix:
-        """``V`` at points."""
+        """``V`` at points; ``inf`` where an interval is left on which it may fall."""
         found = np.einsum("ki,ij,kj->k", points, self.P, points)
-        for theta, row, integral in zip(self.theta, C, integrals, strict=True):
+        for theta, row, integral, reach in zip(self.theta, C, integrals, self.reaches, strict=True):
             if theta:
-                found = found + 2 * theta * integral(points @ row)
+                sigma = points @ row
+                added = 2 * theta * integral(sigma)
+                found = np.where((np.abs(sigma) <= reach) | (added >= 0), found + added, np.inf)
         return np.asarray(found)
 
 
@@ -121,7 +123,8 @@ def level_set(  # noqa: PLR0913  (what a search needs)
     search = _Search(turned, own, inner, directions, margin)
     safe = [one or (lambda sigma: 0 * sigma) for one in inner]
     zero = np.zeros(len(local))
-    reaches = _SLACK * np.linalg.norm(turned[2], axis=1)
+    wide = np.array([one.reach if one.limit is None else 0.0 for one in own])  # where a sector holds: as far as that
+    reaches = np.maximum(_SLACK * np.linalg.norm(turned[2], axis=1), wide)
     best = LevelSet(np.eye(n), zero, reaches, np.ones(len(local)), first.rows @ scale / a[:, None])
     size = _size(best.radii(turned[2], safe, directions), n, alone=points is not None)
     start = size
@@ -262,7 +265,8 @@ def _turned(search: _Search, now: LevelSet) -> LevelSet | None:
     """Rows and weights for given ``P`` and ``theta``, for the largest level that can be had; it becomes 1."""
     n, m = search.plant[1].shape
     F, CF, left, right = search.parts()
-    free = [i for i, one in enumerate(search.local) if one.limit is not None]
+    limited = [one.limit is not None for one in search.local]
+    free = [i for i, one in enumerate(limited) if one]
     C = search.plant[2]
     low = _form_below(search, now)
     if np.linalg.eigvalsh(low)[0] <= 0:
@@ -305,7 +309,8 @@ def _turned(search: _Search, now: LevelSet) -> LevelSet | None:
         for a, i in enumerate(free):
             rows[i] = found[m + a * n : m + (a + 1) * n] / found[i]
         grown = np.sqrt(level * np.einsum("ij,ji->i", C, np.linalg.solve(low, C.T)))
-        return LevelSet(now.P / level, now.theta / level, np.maximum(_SLACK * grown, 1e-12), found[:m] / level, rows)
+        reaches = np.where(limited, np.maximum(_SLACK * grown, 1e-12), now.reaches)
+        return LevelSet(now.P / level, now.theta / level, reaches, found[:m] / level, rows)
 
     if not free:
         level = 1 / max(own) if own else 1.0

@@ -11,7 +11,6 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from itertools import pairwise, product
 from typing import Any, NamedTuple, cast
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
@@ -20,13 +19,13 @@ from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.polynomial import X, to_fraction
+from lure.analysis.questions.region_areas import Points, arcs, area, cross, polygon_within, union_below
 from lure.analysis.questions.region_sets import Shape, matrix_of
-from lure.arrays import NDArray, Reals, np
+from lure.arrays import NDArray, np
 from lure.plants.multivariable import MultivariablePlant
 
 Point = tuple[float, float]
 Arc = tuple[Point, Point | None, Point]  # a straight edge, or a parabola by its control point
-Points = tuple[tuple[Fraction, ...], ...]
 
 _ANGLES = (0.02, 0.004, 0.001, 0.0002)  # by which the field is turned
 _WIDE = (0.4, 0.2, 0.1, 0.05)  # tried first, where there is room for fewer arcs
@@ -35,9 +34,8 @@ _GROWS = 3e-4  # by which a turn of the spiral has to be larger than the one ins
 _CLOSED = 1e-7  # relative distance of the ends of a turn that counts as closed
 _TURNS, _ARCS, _STEPS, _HALVINGS = 80, 4000, 4000, 24
 _FAR, _BITS, _RAYS, _REST = 1e4, 44, 16, 0.003
-_WORTH, _PARTS, _CORNERS = Fraction(101, 100), 4, 200
+_WORTH = Fraction(101, 100)
 _INSIDE = 0.999  # of the ellipsoid, whose coordinates make it the unit disc
-_CONES = {2: 500, 3: 40}  # along each edge of a quadrant or an octant
 _TIMES = (0.0, 0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9, 1.0)
 
 
@@ -130,27 +128,6 @@ def points_of(shown: Proved | Refuted) -> Points:
     return _exactly(proof["turns"][0] if proof["method"] == "spiral" else proof["points"])
 
 
-def _arcs(points: Points) -> list[tuple[Any, Any, Any]]:
-    """Start, control point or None, and end of each arc, exactly; the last one closes the curve along the ray."""
-    closed = [*points[1:], points[0]]
-    ends = [points[0], *(row[-2:] for row in points[1:])]
-    return [(p, row[:2] if len(row) == 4 else None, row[-2:]) for p, row in zip(ends, closed, strict=True)]
-
-
-def area(points: Points) -> Fraction:
-    """The area within a closed curve, exactly.
-
-    Parameters
-    ----------
-    points : sequence of tuples of Fraction
-        As :func:`points_of` has them.
-    """
-    found = Fraction(0)
-    for p, c, q in _arcs(points):
-        found += _cross(p, q) / 2 if c is None else (2 * _cross(p, c) + 2 * _cross(c, q) + _cross(p, q)) / 6
-    return abs(found)
-
-
 def within(points: Points, x: tuple[Fraction, Fraction]) -> bool:
     """Whether a point lies within a closed curve, or on it, exactly; the curve is seen whole from 0.
 
@@ -165,94 +142,23 @@ def within(points: Points, x: tuple[Fraction, Fraction]) -> bool:
     """
     if not any(x):
         return True
-    for p, c, q in _arcs(points):
-        side = 1 if _cross(p, q) > 0 else -1
-        if _cross(p, q) == 0 or side * _cross(p, x) < 0 or side * _cross(x, q) < 0 or side * _cross(p, q) < 0:
+    for p, c, q in arcs(points):
+        side = 1 if cross(p, q) > 0 else -1
+        if cross(p, q) == 0 or side * cross(p, x) < 0 or side * cross(x, q) < 0 or side * cross(p, q) < 0:
             continue
-        whole = _cross(p, q) - _cross(x, q) - _cross(p, x)  # not negative, times the side, on this side of the chord
+        whole = cross(p, q) - cross(x, q) - cross(p, x)  # not negative, times the side, on this side of the chord
         near = side * whole >= 0
         if c is None:
             return bool(near)
-        size = _cross(p, c) + _cross(c, q) - _cross(p, q)
+        size = cross(p, c) + cross(c, q) - cross(p, q)
         if size == 0:
             return bool(near)
         v = -whole / size
-        u = (_cross(x, c) + _cross(c, q) - _cross(x, q)) / size
+        u = (cross(x, c) + cross(c, q) - cross(x, q)) / size
         bulge = v >= 0 and u >= 0 and u + v <= 1 and v * v <= 4 * u * (1 - u - v)
         outwards = side * size > 0  # the arc lies beyond its chord
         return bool(near or bulge) if outwards else bool(near and (not bulge or v * v == 4 * u * (1 - u - v)))
     return False
-
-
-def polygon_within(points: Points) -> list[tuple[Fraction, Fraction]]:
-    """Corners of a polygon that lies within a closed curve or an ellipse, anticlockwise, exactly: nearly itself.
-
-    Points of the parabolas are joined, over their control points where they bend towards 0.
-
-    Parameters
-    ----------
-    points : sequence of tuples of Fraction
-        As :func:`points_of` has them; or, of the ellipse ``x'P x <= 1``, the two rows of ``P``.
-    """
-    if len(points) == 2:
-        return _ellipse_within(points)
-    found = list[tuple[Fraction, Fraction]]()
-    for p, c, q in _arcs(points):
-        found.append((p[0], p[1]))
-        size = 0 if c is None else (_cross(p, c) + _cross(c, q) - _cross(p, q)) * _cross(p, q)
-        ends = [Fraction(k, _PARTS) for k in range(_PARTS + 1)] if size else []
-        for s, t in pairwise(ends):
-            if size < 0:  # the control point of the part from s to t
-                weights = (1 - s) * (1 - t), s + t - 2 * s * t, s * t
-                found.append(_weighted(weights, (p, c, q)))
-            if t < 1:
-                found.append(_weighted(((1 - t) ** 2, 2 * t * (1 - t), t * t), (p, c, q)))
-    return found if _cross(found[0], found[1]) > 0 else found[::-1]
-
-
-def _weighted(weights: Sequence[Fraction], corners: Sequence[Any]) -> tuple[Fraction, Fraction]:
-    x, y = (sum((w * corner[k] for w, corner in zip(weights, corners, strict=True)), Fraction(0)) for k in (0, 1))
-    return x, y
-
-
-def _ellipse_within(P: Points) -> list[tuple[Fraction, Fraction]]:
-    back = np.linalg.inv(np.linalg.cholesky(np.array(P, dtype=float)).T) * (1 - 1e-9)
-    found = list[tuple[Fraction, Fraction]]()
-    for angle in np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False):
-        x, y = (Fraction(float(v)) for v in back @ np.array([np.cos(angle), np.sin(angle)]))
-        if P[0][0] * x * x + 2 * P[0][1] * x * y + P[1][1] * y * y <= 1:
-            found.append((x, y))
-    return found
-
-
-def union_below(polygons: Sequence[Sequence[tuple[Fraction, Fraction]]]) -> Fraction:
-    """A lower bound of the area of a union of polygons that are seen whole from 0: the largest one in each direction.
-
-    Parameters
-    ----------
-    polygons : sequence of sequences of pairs of Fraction
-        Corners of each, anticlockwise.
-    """
-    sided = list[tuple[Any, list[tuple[Fraction, Fraction]]]]()
-    for polygon in polygons:
-        angles = np.array([math.atan2(float(y), float(x)) for x, y in polygon])
-        first = int(angles.argmin())
-        sided.append((np.roll(angles, -first), [*polygon[first:], *polygon[:first]]))
-    rays = sorted((math.atan2(float(y), float(x)), (x, y)) for polygon in polygons for x, y in polygon)
-    whole = Fraction(0)
-    for (start, u), (end, v) in zip(rays, [*rays[1:], (rays[0][0] + 2 * math.pi, rays[0][1])], strict=True):
-        if _cross(u, v) <= 0:
-            continue
-        middle, best = (start + end) / 2, Fraction(0)
-        for angles, corners in sided:
-            i = int(np.searchsorted(angles, middle if middle < math.pi else middle - 2 * math.pi)) - 1
-            a, b = corners[i], corners[(i + 1) % len(corners)]
-            if min(_cross(a, u), _cross(u, b), _cross(a, v), _cross(v, b)) < 0 or _cross(a, b) <= 0:
-                continue
-            edge = b[0] - a[0], b[1] - a[1]
-            best = max(best, _cross(a, b) ** 2 * _cross(u, v) / (2 * _cross(u, edge) * _cross(v, edge)))
-        whole += best
-    return whole * (1 - Fraction(1, 10**9))  # directions that are equal in floating point may be out of order
 
 
 def drawn(points: Points) -> NDArray[np.float64]:
@@ -264,7 +170,7 @@ def drawn(points: Points) -> NDArray[np.float64]:
         As :func:`points_of` has them.
     """
     t, found = np.linspace(0, 1, 8, endpoint=False)[:, None], list[Any]()
-    for p, c, q in _arcs(points):
+    for p, c, q in arcs(points):
         a, b = np.array(p, dtype=float), np.array(q, dtype=float)
         middle = (a + b) / 2 if c is None else np.array(c, dtype=float)
         found.append((1 - t) ** 2 * a + 2 * t * (1 - t) * middle + t**2 * b)
@@ -424,14 +330,14 @@ class _Search:
             size = math.hypot(*at)
             step = min(step, 0.3 * size)
             end = moved(*at, way, step)
-            gone = -self.sense * math.atan2(_cross(at, end), at[0] * end[0] + at[1] * end[1])
+            gone = -self.sense * math.atan2(cross(at, end), at[0] * end[0] + at[1] * end[1])
             last = passed + gone >= 2 * math.pi - 1e-12
             if last:
                 low, high = 0.0, step
                 for _ in range(60):  # where the ray is
                     middle = (low + high) / 2
                     end = moved(*at, way, middle)
-                    low, high = (middle, high) if self.sense * _cross(end, (a, b)) < 0 else (low, middle)
+                    low, high = (middle, high) if self.sense * cross(end, (a, b)) < 0 else (low, middle)
                 end = moved(*at, way, high)
                 end = (a * math.hypot(*end) / math.hypot(a, b), b * math.hypot(*end) / math.hypot(a, b))
                 step = max(high, 1e-12 * size)
@@ -452,9 +358,9 @@ class _Search:
 
     def _arc(self, p: Point, q: Point, way: Point, after: Point, margin: float) -> Arc | None:
         """A parabola with these tangents, or else a straight edge, that ``x'`` crosses; None if it does not."""
-        chord, bend = (q[0] - p[0], q[1] - p[1]), _cross(way, after)
+        chord, bend = (q[0] - p[0], q[1] - p[1]), cross(way, after)
         if abs(bend) > 1e-7:
-            far, back = _cross(chord, after) / bend, _cross(way, chord) / bend
+            far, back = cross(chord, after) / bend, cross(way, chord) / bend
             size = 2 * math.hypot(*chord)
             if 0 < far < size and 0 < back < size:
                 c = (p[0] + far * way[0], p[1] + far * way[1])
@@ -508,10 +414,6 @@ class _Search:
         return rows
 
 
-def _cross(p: Any, q: Any) -> Any:  # noqa: ANN401  (floats or fractions)
-    return p[0] * q[1] - p[1] * q[0]
-
-
 def _largest(arcs: Sequence[Arc]) -> float:
     return max(math.hypot(*point) for arc in arcs for point in arc if point is not None)
 
@@ -543,38 +445,3 @@ def _field(
         return u, v
 
     return field
-
-
-def union_volume(parts: Sequence[Callable[[Reals], Reals]], turn: Reals) -> float:
-    """A lower bound of the area or volume of a union of convex sets around 0: of simplices, each in one of them.
-
-    Space is cut into cones from 0; in each the set counts in which the corners reach farthest.
-
-    Parameters
-    ----------
-    parts : sequence of callable
-        For each set the values at points, (k, n), n = 2 or 3, of a convex function that is at most 1 on it.
-    turn : ndarray
-        (n, n): what makes of the unit ball about one of the sets.
-    """
-    n, count = len(turn), _CONES[len(turn)]
-    steps = [one for one in product(range(count + 1), repeat=n) if sum(one) == count]
-    place, corners = {one: k for k, one in enumerate(steps)}, list[list[int]]()
-    for one in steps:
-        moved = [tuple(v + (j == k) - (j == n - 1) for j, v in enumerate(one)) for k in range(n - 1)]
-        ways = [[one, *moved]]
-        if n == 3:
-            ways.append([*moved, (one[0] + 1, one[1] + 1, one[2] - 2)])
-        corners += [[place[v] for v in way] for way in ways if all(v in place for v in way)]
-    signs = np.array(list(product((1.0, -1.0), repeat=n)))
-    rays = (signs[:, None, :] * np.array(steps, dtype=float)).reshape(-1, n) @ turn.T
-    cones = (np.array(corners) + len(steps) * np.arange(len(signs))[:, None, None]).reshape(-1, n)
-    best = np.zeros(len(cones))
-    for value in parts:
-        low, high = np.zeros(len(rays)), np.full(len(rays), _FAR)
-        for _ in range(60):
-            middle = (low + high) / 2
-            inside = value(rays * middle[:, None]) <= 1 - 1e-9
-            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-        best = np.maximum(best, np.prod(low[cones], axis=1))
-    return float(best @ np.abs(np.linalg.det(rays[cones])) / math.factorial(n) * (1 - 1e-9))

@@ -461,7 +461,7 @@ def proved_level_set(
         entries: list[dict[str, Any]] = [
             {"channel": i + 1, "theta": str(_short(float(theta))), "reach": str(_short(float(reach) * (1 + 1e-6)))}
             for i, (theta, reach) in enumerate(zip(found.theta, found.reaches, strict=True))
-            if given[i] and 2 * abs(theta) * float(shapes[i].primitive(np.array([reach]))[0]) > 1e-6
+            if given[i] and 2 * abs(theta * float(shapes[i].primitive(np.array([reach]))[0])) > 1e-6
         ]
         for entry in entries:
             entry["least"] = str(_least(shapes[entry["channel"] - 1], entry))

@@ -15,17 +15,8 @@ from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.drawing import drawn
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
-from lure.analysis.questions.region_curves import (
-    PlanarSets,
-    area,
-    gauge,
-    planar_sets,
-    points_of,
-    polygon_within,
-    union_below,
-    union_volume,
-    within,
-)
+from lure.analysis.questions.region_areas import area, level_polygon, polygon_within, union_below, union_volume
+from lure.analysis.questions.region_curves import PlanarSets, gauge, planar_sets, points_of, within
 from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set, unanswered
 from lure.analysis.questions.region_everywhere import proved_everywhere
 from lure.analysis.questions.region_proofs import (
@@ -62,6 +53,7 @@ if TYPE_CHECKING:
 Exactly = tuple[tuple[Fraction, ...], ...]
 Ends = tuple[Fraction | float, Fraction | float]
 _UNITED = 3  # states, up to which several ellipsoids are looked for
+_ADDS = 1 + Fraction(1, 10**5)  # by which a curve makes a union larger, to be kept
 _SHOWN = 6  # states, up to which a matrix is written out
 
 
@@ -91,6 +83,9 @@ class AttractedSet(Record):
         "Of a closed curve in the plane its start, then the end of each arc, before it the control point of a parabola",
         label="",
         default=None,
+    )
+    corners: tuple[tuple[Fraction, Fraction], ...] = quantity(
+        "Of a level set in the plane, of a polygon within it", hidden=True, default=()
     )
     bounds: tuple[Mapping[str, Any], ...] = quantity(
         "What is used of each nonlinearity there: its sector on an interval of sigma; or, of a line with limits, a row "
@@ -127,13 +122,23 @@ class AttractedSet(Record):
             return within(self.points, (x[0], x[1]))
         if self.P is None:
             return self.interval is None or self.interval[0] < x[0] < self.interval[1]
-        value = sum((x[i] * v * x[j] for i, row in enumerate(self.P) for j, v in enumerate(row)), Fraction(0))
+        return self.exactly(x) <= 1
+
+    def exactly(self, x: Sequence[Fraction]) -> Fraction:
+        """``V`` at a point; 2 where an interval is left.
+
+        Parameters
+        ----------
+        x : sequence of Fraction
+            (n,), of an ellipsoid or a level set.
+        """
+        value = sum((x[i] * v * x[j] for i, row in enumerate(self.P or ()) for j, v in enumerate(row)), Fraction(0))
         for row, entry, shape in self._parts():
             sigma = sum((c * v for c, v in zip(row, x, strict=True)), Fraction(0))
             if abs(sigma) > Fraction(entry["reach"]):
-                return False
+                return Fraction(2)
             value += 2 * Fraction(entry["theta"]) * shape.exact_primitive(sigma)
-        return value <= 1
+        return value
 
     def values(self, points: Reals) -> Reals:
         """``V`` at points, (k, n), in floating point; at most 1 on the set, ``inf`` where an interval is left.
@@ -471,9 +476,9 @@ def _answered(
         high = min(double_above(area(around)), math.inf if high is None else high)
         outside = (OutsideSet(kind="curve", points=around, proof=planar.outside), *outside)
     low = max(one.volume for one in sets)
-    if planar.inside:
-        polygons = [polygon_within(one.points or one.P or ()) for one in sets if one.kind != "level set"]
-        low = max(low, double_below(union_below(polygons)))
+    if planar.inside or any(one.corners and not one.convex for one in sets):
+        sets, union = _needed(sets)
+        low = max(low, union)
     elif 1 < found.order <= _UNITED and len(convex := [one for one in sets if one.convex]) > 1:
         low = max(low, union_volume([one.values for one in convex], _ball(sets[0])))
     return RegionOfAttraction(
@@ -514,9 +519,22 @@ def _set_of(proof: Proved, shapes: Sequence[Shape]) -> AttractedSet:
         flat = flat if slope is None else _plus(flat, theta * Fraction(slope.outer), row)
     convex = known and positive(flat)
     one = AttractedSet(kind="level set", integrals=integrals, convex=convex, volume=volume_below(inner), **settings)
-    if convex and len(P) == 2:
-        return dataclasses.replace(one, volume=max(one.volume, union_volume([one.values], _ball(one))))
+    if known and len(P) == 2:
+        corners = level_polygon(one.values, one.exactly, flat, _ball(one), convex=convex)
+        volume = max(one.volume, double_below(union_below([corners]))) if corners else one.volume
+        return dataclasses.replace(one, corners=tuple(corners), volume=volume)
     return one
+
+
+def _needed(sets: list[AttractedSet]) -> tuple[list[AttractedSet], float]:
+    """The sets without closed curves that add nothing to the others, and the area of the union, from below."""
+    known = [one for one in sets if one.kind != "level set" or one.corners]
+    polygons = [one.corners or polygon_within(one.points or one.P or ()) for one in known]
+    whole, first = union_below(polygons), sets[0]
+    kept = [polygon for one, polygon in zip(known, polygons, strict=True) if one is first or one.kind != "curve"]
+    if union_below(kept) * _ADDS > whole:
+        sets = [one for one in sets if one is first or one.kind != "curve"]
+    return sets, double_below(whole)
 
 
 def _plus(P: Sequence[Sequence[Fraction]], factor: Fraction, row: Sequence[Fraction]) -> Exactly:

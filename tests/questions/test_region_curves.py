@@ -13,7 +13,8 @@ from tampering import assert_both_reject, edited
 from lure import Saturation, as_plant
 from lure.analysis import check, region
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.questions.region_curves import area, gauge, polygon_within, union_below, within
+from lure.analysis.questions.region_areas import area, level_polygon, polygon_within, union_below
+from lure.analysis.questions.region_curves import gauge, within
 from lure.nonlinearities import Cubic
 
 # Van der Pol's oscillator back in time: x' = -x + x^3/3 - y, y' = x.  The region ends at its periodic solution.
@@ -52,7 +53,7 @@ def test_the_area_within_van_der_pols_oscillation_is_enclosed(oscillator):
     truth = area_of_orbit(lambda z: (-z[0] + z[0] ** 3 / 3 - z[1], z[0]), [1, 0])
     low, high = oscillator.area
     assert low < truth < high < 1.003 * low
-    assert [one.kind for one in oscillator.sets] == ["curve", "ellipsoid"]
+    assert [one.kind for one in oscillator.sets] == ["curve", "level set", "ellipsoid"]
     assert "No solution that starts on or outside another one" in str(oscillator)
 
 
@@ -186,8 +187,44 @@ def test_a_polygon_within_a_curve_is_nearly_the_curve(oscillator):
     corners = polygon_within(points)
     assert all(within(points, corner) for corner in corners)
     assert 0.999 * area(points) < union_below([corners]) < area(points)
-    ellipse = polygon_within(oscillator.sets[1].P)
-    assert 0.999 * oscillator.sets[1].volume < union_below([ellipse]) < oscillator.sets[1].volume
+    ellipse = polygon_within(oscillator.sets[-1].P)
+    assert 0.999 * oscillator.sets[-1].volume < union_below([ellipse]) < oscillator.sets[-1].volume
+
+
+# Khalil, Nonlinear Systems: x'' + x' + x - x^3/3 = 0 with saddles at +-sqrt(3), and V = 3 x^2/4 - x^4/12 + x x'/2 +
+# x'^2/2, which falls on V < 9/8, |x| < sqrt(3), a set that is not convex, of area 7.408
+def test_a_spring_that_softens_has_a_level_set_that_is_larger_than_a_published_one():
+    spring = as_plant(([[0, 1], [-1, -1]], [0, 1], [1, 0], 0))
+    found = region(spring, Cubic(linear=0, cubic=Fraction(-1, 3)))
+    first = found.sets[0]
+    assert (first.kind, first.convex) == ("level set", False)
+    assert 7.408 * 1.2 < first.volume < found.area[0]
+    assert recheck(dict(first.proof.certificate)).accepted
+    weights = np.random.default_rng(0).dirichlet([1, 1, 1], size=200)  # of points of triangles
+    corners = np.array(first.corners, dtype=float)
+    triangles = np.stack([0 * corners, corners, np.roll(corners, -1, axis=0)], axis=1)
+    points = np.einsum("kc,kcx->kx", weights, triangles)
+    assert all(first.contains(point) for point in points.tolist())
+    x = corners
+    for _ in range(500):
+        half = x + 0.01 * np.column_stack([x[:, 1], -x[:, 0] + x[:, 0] ** 3 / 3 - x[:, 1]])
+        x = x + 0.02 * np.column_stack([half[:, 1], -half[:, 0] + half[:, 0] ** 3 / 3 - half[:, 1]])
+    assert np.abs(x).max() < 0.05
+    assert not any(first.contains([side * 1.7330, 0]) for side in (1, -1))  # beyond sqrt(3) solutions leave
+
+
+def test_a_polygon_within_the_unit_disc_is_smaller_the_less_is_known_of_the_bend():
+    def value(points):
+        return (points**2).sum(axis=1)
+
+    def polygon(bend, *, convex):
+        form = ((Fraction(bend), Fraction(0)), (Fraction(0), Fraction(bend)))
+        return level_polygon(value, lambda x: x[0] ** 2 + x[1] ** 2, form, np.eye(2), convex=convex)
+
+    sizes = [float(union_below([polygon(bend, convex=bend > 0)])) for bend in (1, -1, -20)]
+    assert sizes[0] == pytest.approx(100 * np.sin(2 * np.pi / 200), rel=2e-6)
+    assert sizes[0] > sizes[1] > sizes[2] > 0.9 * np.pi
+    assert polygon(-1000, convex=False) == []
 
 
 def test_membership_is_exact_and_agrees_with_the_drawing(oscillator):

@@ -18,7 +18,7 @@ from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
-from lure.analysis.questions.region_curves import union_volume
+from lure.analysis.questions.region_areas import union_volume
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth
 from lure.analysis.questions.region_sets import matrix_of, rests_at_0, shape_of, volume_below
 from lure.analysis.verdict import Verdict
