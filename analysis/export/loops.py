@@ -182,7 +182,8 @@ def _several(certificate: Data) -> Iterator[Loop]:
         raise refused(f"{name} has no export; diagonal and full-block ones, without an eigenvalue 0, have one")
     H = plant(system)
     asked = channels(certificate["laws"], len(H.D))
-    if asked.operators or asked.delayed or any(one.memory or one.rate is not None for one in asked.families):
+    others = [block for block in asked.operators if block != asked.performance]
+    if others or asked.delayed or any(one.memory or one.rate is not None for one in asked.families):
         raise refused("a channel is no function of sigma in a sector: it is an operator, has memory, a delay or a rate")
     if len(H.A) > MOST_STATES:
         raise refused(f"its plant has {len(H.A)} states, above {MOST_STATES}")

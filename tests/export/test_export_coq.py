@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from plants import ODD, SIXTH, TURNED
 
-from lure import RationalPlant
-from lure.analysis import analyse, certify
+from lure import RationalPlant, Sector
+from lure.analysis import analyse, certify, l2_gain
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.matrix import matrix_draft
@@ -29,7 +29,7 @@ from lure.files.builtin import builtin_loop, loop_names
 KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
 LIBRARIES = (
     *("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle"),
-    *("switching", "powers", "feedthrough", "members"),
+    *("switching", "powers", "feedthrough", "members", "gains"),
 )
 LOOP = "(* ---- This loop ---- *)"
 AXIOMS = {
@@ -239,6 +239,64 @@ def test_rates_in_continuous_time_compile(library):
     draft |= {"theorem": "diagonal-circle", "multiplier": {"lambda": ["1", "1"]}, "proof": {"method": "determinant"}}
     ok, said = compiled(library, coq_text(complete_and_check(draft)))
     assert ok, said
+
+
+def gain(*, popov=False):
+    """``x' = -x - phi(x) + w``, ``z = x``: the gain is 1, for ``phi = 0``.
+
+    With ``V = x^2`` and ``2 phi (x - phi) >= 0`` what is left is ``2 x^2 - 2 x w + 2 phi^2 >= x^2 - w^2``.
+    """
+    law = {"sector": ["0", "1"], "slope": None, "odd": False, "time_varying": not popov, "linear": False}
+    ends = {"sector": ["-100/101", "100/101"], "time_varying": True, "operator": "performance"}
+    plant = {"kind": "multivariable", "time": "continuous", "A": [["-1"]], "B": [["1", "1"]]}
+    plant |= {"C": [["1"], ["1"]], "D": [["0", "0"], ["0", "0"]]}
+    laws = {"channels": [law, law | ends], "repeated": False}
+    given = {"lambda": ["1", "1/2"], **({"theta": ["1/8", "0"]} if popov else {})}
+    draft = {
+        "verdict": "PROVED",
+        "system": plant,
+        "laws": laws,
+        "multiplier": given,
+        "proof": {"method": "determinant"},
+    }
+    return complete_and_check(draft | {"theorem": "diagonal-popov" if popov else "diagonal-circle"})
+
+
+def test_a_gain_is_said_of_the_energies_of_w_and_z():
+    text = coq_text(gain())
+    assert "(forall t, 0 < t -> derivable_pt_lim Ez t (output x w t ^ 2)) ->" in text
+    assert "forall t, s <= t -> Ez t - Ez s <= (10201 / 10000) * (Ew t - Ew s)." in text
+    found = l2_gain("1/(z - 1/2)", Sector(0, 0.5)).proof  # 1/(z - 1/2 + g), g from 0 to 1/2: 2
+    text = coq_text(found)
+    assert "forall k, sum_f_R0 (fun t => output x w t ^ 2) k" in text
+    assert "(x 0%nat 0%nat = 0) ->" in text
+
+
+@needs_coq
+@pytest.mark.slow
+@pytest.mark.parametrize("popov", [False, True])
+def test_a_gain_compiles_and_what_is_falsified_does_not(popov, library):
+    text = coq_text(gain(popov=popov))
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert set(re.findall(r"^([\w.]+)\s*(?:$|:)", said.partition("Axioms:")[2], re.MULTILINE)) <= AXIOMS
+    for right, wrong in (
+        ("(10201 / 10000) * (Ew", "(9999 / 10000) * (Ew"),
+        ("in_sector 0 1", "in_sector (-1) 1"),
+        ("(-1) * x 0%nat t", "(-9 / 10) * x 0%nat t"),
+        ("(x 0%nat s = 0) ->", "(x 0%nat s = 1) ->"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0]
+
+
+@needs_coq
+@pytest.mark.thorough
+def test_a_gain_in_discrete_time_compiles_and_a_smaller_one_does_not(library):
+    text = coq_text(l2_gain("1/(z - 1/2)", Sector(0, 0.5)).proof)
+    ok, said = compiled(library, text)
+    assert ok, said
+    (bound,) = re.findall(r"<= (\(.*\)) \* sum_f_R0", text)
+    assert not compiled(library, changed(text, f"<= {bound}", "<= 3"))[0]
 
 
 def unstable(n, d, upper, gain, time="continuous"):

@@ -121,8 +121,7 @@ def below():
     return {text: max_slope(text, criterion="park") for text in (BELOW, AT_REST)}
 
 
-# the linear gain of the first: Im H = 0 = Re H + 1/k at w = 2.168; the circle criterion ends at .41210, Popov's with
-# theta < 0 there too
+# the linear gain of the first: Im H = 0 = Re H + 1/k at w = 2.168; the circle criterion ends at .41210
 @pytest.mark.parametrize(("text", "end"), [(BELOW, 0.42695309441), (AT_REST, 1.93092010569)])
 def test_park_reaches_the_linear_gains_with_dead_time_in_the_denominator(below, text, end):
     found = below[text]
