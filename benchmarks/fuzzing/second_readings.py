@@ -86,14 +86,16 @@ def same_network(text: str, network: Network) -> None:
 
 
 def same_system(system: object) -> None:
-    """What is written of a loop is read as that loop, and written as it was."""
+    """What is written of a loop is read as that loop; the matrices of one channel may become those of their ``H``."""
     if not isinstance(system, LoopSystem):
         return
     written = loop_to_toml(system)
     again = parse_system(written, name=system.name, source=system.source, settings=())
-    if loop_to_toml(again) != written:
-        raise RuntimeError(f"what is written reads back otherwise: {written[:600]!r}")
+    if not isinstance(again, LoopSystem):
+        raise TypeError(f"what is written is no loop: {written[:600]!r}")
     first, second = (_told(one) for one in (system, again))
+    if isinstance(system.block, RationalPlant) and system.block == again.block:
+        first["block"] = second["block"]
     if first != second:
         differs = [key for key in first if first[key] != second.get(key)]
         raise RuntimeError(f"what is written reads back with another {differs}: {written[:600]!r}")

@@ -138,11 +138,23 @@ def test_other_rates_terms_and_classes_are_rejected_by_both(masses):
     varying = edited(
         sector.certificate, "laws", "channels", value=lambda each: [one | {"time_varying": True} for one in each]
     )
+
+    def sloped(lower, upper):
+        """The same forms, said to be of the sector [1, 29], for slopes that lie in these bounds or do not."""
+        law = {"sector": ["1", "29"], "slope": [lower, upper]}
+        as_sectors = edited(
+            slopes.certificate, "multiplier", "forms", value=lambda f: [one | {"kind": "sector"} for one in f]
+        )
+        return edited(as_sectors, "laws", "channels", value=lambda each: [one | law for one in each])
+
+    assert recheck(complete_and_check(sloped("1", "29")).certificate).accepted
     for wrong in (
         changed(slopes, "rate", by=lambda v: v * F(101, 100)),
         changed(slopes, "multiplier", "theta", 0, by=lambda v: v * 3),
         changed(slopes, "multiplier", "theta", 0, by=lambda v: -v),
         {**slopes.certificate, "laws": sector.certificate["laws"]},  # the weights of slopes, for a sector
+        sloped("1", "58"),
+        sloped("1/2", "29"),
         varying,
     ):
         assert_both_reject(wrong)

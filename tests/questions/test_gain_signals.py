@@ -13,7 +13,7 @@ import depth
 import jsonschema
 import numpy as np
 import pytest
-from flint import fmpq, fmpq_mat
+from flint import arb_mat, fmpq, fmpq_mat
 from scipy.linalg import expm
 from tampering import assert_both_reject, edited
 
@@ -186,6 +186,33 @@ def test_no_side_makes_a_checker_find_more_than_comes_through(monkeypatch, seed)
     with working_precision(256):
         again = float(second_signals._Steps(own, lines).balance(inputs, [h] * steps, sides).upper())
     assert again + float(h) * (w**2).sum() <= through * (1 + 1e-3) + 1e-12
+
+
+# x' = -x - phi_2(phi_1(x)) + w, z = x: where phi_1 is said to be 0 although x > 0, x' = -x + w is followed, from which
+# more would come through; what is off at phi_1 is passed on to phi_2
+def test_what_is_off_in_one_function_is_passed_on_to_the_next(monkeypatch):
+    monkeypatch.setattr(second_signals, "LOST", 1e9)  # where it would give up
+    A, B, C, D = [[-1]], [[0, 1, 1]], [[1], [0], [1]], [[0, 0, 0], [-1, 0, 0], [0, 0, 0]]
+    rows = [[[F(v) for v in row] for row in side] for side in (A, B, C, D)]
+    lines, times, inputs = {i: [(F(0), F(1))] * 8 for i in range(2)}, [F(1, 64)] * 8, [[F(1)]] * 8
+    flow = Flow(Plant(*rows, discrete=False), SimpleNamespace(performance=range(2, 3)), lines, F(4), 256)
+    right, _ = flow.through([[1, 1]] * 8, inputs, times)
+    assert right > 0
+    assert flow.through([[0, 1]] * 8, inputs, times)[0] < right
+    exact = [fmpq_mat([[fmpq(v.numerator, v.denominator) for v in row] for row in side]) for side in rows]
+    own = SimpleNamespace(**dict(zip("ABCD", exact, strict=True)), performance=[2], bounds=[None, None, (0, F(1))])
+    with working_precision(256):
+        steps = second_signals._Steps(own, lines)
+        ends = [float(steps.balance(inputs, times, [side] * 8).upper()) for side in ([0, 1], [1, 1])]
+    assert ends[0] < ends[1]
+
+
+# (q - 1/2)(q - 1) is below 0 in the second half of [0, 1] alone, by 1/16
+def test_what_is_below_zero_in_the_second_half_of_a_step_is_seen():
+    with working_precision(128):
+        row, step = arb_mat([[0.5, -1.5, 2]]), arb_mat([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+        X = arb_mat([[1], [0], [0]])
+        assert 0.0625 <= float(second_signals._wrong(row, step, X, step.exp() * X)) < 0.07
 
 
 # In samples phi of a sector may have any value where sigma comes once: more comes through than with a constant gain
