@@ -132,8 +132,8 @@ def _of_arrays(path: Path, arrays: Mapping[str, Any]) -> dict[str, Any]:
         own = [name for name in names if np.ndim(arrays[name]) == size]
         if len({re.sub(r"\d+", "", name) for name in own}) > 1 or len({tuple(place(name)) for name in own}) < len(own):
             raise InputError(
-                f"{path.name} has {', '.join(own)!s:.80}, which are not told apart by numbers alone; write the layers "
-                "of one network, such as W1, b1, W2 and b2"
+                f"{path.name} has {', '.join(map(repr, own)):.80}, which are not told apart by numbers alone; write "
+                "the layers of one network, such as W1, b1, W2 and b2"
             )
     weights = {tuple(place(name)): arrays[name] for name in names if np.ndim(arrays[name]) == 2}
     given = {tuple(place(name)): arrays[name] for name in names if np.ndim(arrays[name]) == 1}
