@@ -9,6 +9,7 @@ from importlib import resources
 import jsonschema
 import numpy as np
 import pytest
+from flint import fmpq_poly
 from matplotlib.figure import Figure
 from tampering import assert_both_reject, edited
 
@@ -16,7 +17,9 @@ from lure import InputError, ReLU, Saturation, Sector, Tanh, as_plant
 from lure.analysis import check, region
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second.graphs import Graph
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.second.regions import _integral_bounded
 from lure.analysis.cli import main
 from lure.analysis.questions.region_areas import union_volume
 from lure.analysis.questions.region_proofs import proved_ellipsoid, proved_growth
@@ -187,6 +190,15 @@ def test_one_unstable_mode_of_a_saddle_is_bounded_by_its_left_eigenvector(saddle
         changed(beyond.proof.certificate, "proof", "Q", 1, 1, to="4"),
     ):
         assert accepted(bad) == (False, False)
+
+
+# of sigma held between -a and b the integral 2 int phi is sigma^2 up to there, then 2 b sigma - b^2: at 3 for b = 1
+# it is 5, so that sigma^2 times 5/9 is below it and sigma^2 times 1 above
+@pytest.mark.parametrize(("a", "b"), [(1, 2), (2, 1)])
+def test_integrals_are_bounded_on_both_sides_up_to_the_reach(a, b):
+    held = Graph(cuts=(Fraction(-a), Fraction(b)), pieces=(fmpq_poly([-a]), fmpq_poly([0, 1]), fmpq_poly([b])))
+    for least, above, right in (("5/9", True, True), ("5/8", True, False), ("1", False, True), ("9/10", False, False)):
+        assert _integral_bounded(held, Fraction(least), Fraction(3), above=above) is right
 
 
 @pytest.mark.slow
