@@ -97,7 +97,9 @@ def test_discrete_time_with_one_state():
     # x+ = 1.5 x - sat(1.5 x): 0 for |x| <= 2/3, then 1.5 x - 1 < x up to x = 2, and > x beyond
     found = region(as_plant("1/(z-1.5)", dt=1), Saturation(gain="3/2", limit=1))
     assert found.sets[0].interval == found.outside[0].interval == (-2, 2)
-    assert accepted(found.outside[0].proof.certificate) == (True, True)
+    beyond = found.outside[0].proof.certificate
+    assert accepted(beyond) == (True, True)
+    assert_both_reject(edited(beyond, "proof", "interval", value=["-1", "1"]))  # 1.5 goes to 1.25
 
 
 def test_an_unstable_origin_has_no_set():
