@@ -43,6 +43,15 @@ def test_a_linear_gain_in_discrete_time():
     assert accepted(refuted(system, nonlinearities(-1, 2), {"method": "linear-gain", "gain": "-1/2"}, OTHERS))  # root 1
 
 
+# s + 1 + g exp(-s) is 1 + g at 0 and positive far out: a real root s >= 0 for g <= -1, which is 0 for g = -1
+@pytest.mark.parametrize(("gain", "conclusion"), [("-2", NO_REST), ("-1", OTHERS), ("-1/2", None), ("1/2", None)])
+def test_a_linear_gain_with_dead_time(gain, conclusion):
+    late = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1"]}
+    for end in (NO_REST, OTHERS):
+        certificate = refuted(late, nonlinearities(-3, 1), {"method": "linear-gain", "gain": gain}, end)
+        assert accepted(certificate) is (end == conclusion)
+
+
 # (s + 1)^3 + 8 at i sqrt(3) = 1.732..; exp(-s)/(s + 1): w + atan w = pi at w = 2.0288, gain sqrt(1 + w^2) = 2.2618.
 def test_a_crossing():
     def proof(gains, band):
