@@ -141,10 +141,13 @@ def described(asked: Channels) -> str:
 def ordered(D: Rows, asked: Channels) -> bool:
     """Whether the channels can be taken one after the other, each ``sigma_i`` given by those before it.
 
-    The channels of an operator are taken together; ``w`` is given, and ``z`` determines nothing.
+    The channels of an operator are taken together, but of one that acts in each of them; ``w`` is given, and ``z``
+    determines nothing.
     """
     together = [block for block in asked.operators if block != asked.performance]
-    left = {tuple(block) for block in [*together, *([i] for i in asked.functions)]}
+    apart = [[i] for block in together if asked.families[block[0]].operator == SCALAR for i in block]
+    together = [block for block in together if asked.families[block[0]].operator != SCALAR]
+    left = {tuple(block) for block in [*together, *apart, *([i] for i in asked.functions)]}
     if asked.delayed:
         return True
     while free := {one for one in left if not any(D[i][j] for i in one for other in left for j in other)}:

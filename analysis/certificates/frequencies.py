@@ -235,17 +235,12 @@ def solvable(H: Any, inside: bool, bounds: Any) -> str:
     ``det(1 + D G)`` is affine in each gain: positive at the vertices of the slopes, it is so for all difference
     quotients; then ``sigma + D phi`` is one to one and proper, hence onto, its inverse Lipschitz.
     """
-    m, left = len(H.D), set(range(len(H.D)))
-    while free := {i for i in left if not any(H.D[i][j] for j in left)}:
-        left -= free
-    if not left:
-        return "sigma is given channel after channel: D has no cycle"
     need(inside, "D has a cycle of channels, and the slopes are not within the bounds")
     _, _, _, D = shifted(H, [l for l, _ in bounds])
     for ends in product(*((ZERO, u - l) for l, u in bounds)):
         whole = [[[(i == j) + v * g] for j, (v, g) in enumerate(zip(row, ends))] for i, row in enumerate(D)]
         need(determinant(whole)[0] > 0, "det(1 + D G) vanishes for some gains within the bounds", exact.IllPosed)
-    return f"det(1 + D G) > 0 at the {2**m} vertices of the slopes"
+    return f"det(1 + D G) > 0 at the {2 ** len(D)} vertices of the slopes"
 
 
 # -- the loop after the shift by the lower bounds

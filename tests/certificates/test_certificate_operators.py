@@ -10,6 +10,7 @@ import pytest
 from handwritten import nonlinearities
 from tampering import assert_both_reject, edited
 
+from lure import Diagonal, NonlinearityClass, as_plant, max_sector
 from lure.analysis.certificates import frequencies
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.drafts import complete_and_check, contains
@@ -292,3 +293,16 @@ def test_members_of_each_class_keep_the_constraints_of_its_multipliers():
     for wrong in (coupled, frequencies.Multiplier([[F(2), F(0)], [F(0), F(1)]], [F(0)] * 2, [])):
         with pytest.raises(Rejected):
             frequencies.dominant(wrong, [False] * 2, [range(2)], [False] * 2, [(range(2), False)])
+
+
+def test_one_scalar_operator_in_each_channel_is_given_channel_after_channel_and_one_on_both_is_not():
+    # sigma_1 = .. + mu_2/10: delta in each channel has no cycle of D, an operator on both leads from mu_1 to sigma_2
+    one = NonlinearityClass.norm_bounded(1, dynamics="scalar linear time-invariant")
+    plant = as_plant([["1/(s+1)", "0.1"], ["0.2/(s+3)", "1/(s+2)"]])
+    found = max_sector(plant, Diagonal((one, one), repeated=True), criterion="matrix-zames-falb")
+    data = dict(found.proof.certificate)
+    assert data["theorem"] == "matrix-zames-falb"
+    assert recheck(data).accepted
+    both = [{**each, "operator": "linear time-invariant"} for each in data["laws"]["channels"]]
+    assert_both_reject(edited(data, "laws", "channels", value=both))
+    assert_both_reject(edited(data, "system", "D", 1, 0, value="1/100"))

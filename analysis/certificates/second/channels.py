@@ -212,11 +212,15 @@ def cut(M: fmpq_mat, top: int, rows: int) -> fmpq_mat:
 def acyclic(asked: Asked) -> bool:
     """Whether no product of entries of ``D`` leads from a channel back to it: the pattern is nilpotent.
 
-    An operator leads from each of its channels to all of them; from ``z`` nothing leads to ``w``.
+    An operator leads from each of its channels to all of them, one that acts in each to that alone; from ``z`` nothing
+    leads to ``w``.
     """
     if asked.delayed:
         return True
-    m, alike = asked.D.nrows(), {(i, j) for block in asked.operators for i in block for j in block}
+    m, alike = (
+        asked.D.nrows(),
+        {(i, j) for block in asked.operators if block not in asked.scalar for i in block for j in block},
+    )
     out = set(asked.performance)
     pattern = fmpq_mat([[int(asked.D[i, j] != 0 and not {i, j} & out) for j in range(m)] for i in range(m)])
     spread = fmpq_mat([[int(i == j or (i, j) in alike) for j in range(m)] for i in range(m)])
