@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
@@ -283,7 +283,8 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
         nonlocal before
         rows = (each.bound for each in reversed(earlier) if each.complete)
         before = next((row for row in rows if _larger(row, asked)), None)
-        found.against = None if late else _against(asked, before)
+        with _left_to_criteria():
+            found.against = None if late else _against(asked, before)
         if before is not None and (carried := _carried(asked, before)) is not None:
             found.proofs.append((carried.factor, carried.shown))
             found.answers.append(carried.answer)
@@ -324,6 +325,16 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
                 partial(refute, "periodic solutions", lambda: orbits_refuting(asked, found.known, most)),
             )
     found.complete = found.stopped is None
+
+
+@contextmanager
+def _left_to_criteria() -> Iterator[None]:
+    """No search for gains where no theorem is for the classes: that is what the criteria then say."""
+    try:
+        yield
+    except AssumptionError as error:
+        if error.code is not Reason.NOT_APPLICABLE:
+            raise
 
 
 class _Carried(NamedTuple):

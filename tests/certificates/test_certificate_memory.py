@@ -282,6 +282,9 @@ def test_what_is_not_covered_beside_memory_is_inconclusive():
     for link, verdict in (("0", "PROVED"), ("1/(s+2)", "INCONCLUSIVE")):  # side by side, and one driving the other
         shown = certify(as_plant([rows[0], [link, rows[1][1]]]), [PLAY, NonlinearityClass.norm_bounded(0.1)])
         assert shown.verdict.name == verdict
+    asked = max_sector(as_plant([rows[0], ["1/(s+2)", rows[1][1]]]), [PLAY, NonlinearityClass.norm_bounded(0.1)])
+    assert asked.verdict.name == "INCONCLUSIVE"  # and no exception
+    assert "play and stop are covered beside functions and a gain" in str(asked)
     one = memory("play", 1)
     assert contains(memory("play", 2), one)
     assert not contains(memory("play", 2), memory("stop", 1))
