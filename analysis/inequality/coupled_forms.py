@@ -34,7 +34,6 @@ Kind = Literal["relu", "monotone", "odd", "sector", "operator", "rising", "odd r
 Samples = TypeVar("Samples", bound="NDArray[Any]")
 MOST_UNKNOWNS, MOST_ROWS = 1500, 60
 _SURE, _LARGEST, _LARGEST_THETA, _BITS, _SMALL = 1e-7, 100.0, 1e4, 56, 1e-12
-_PLAIN = 1 / 16  # bounds between this and its inverse need no units of their own
 
 
 class Group(NamedTuple):
@@ -251,7 +250,7 @@ class CoupledForms(ChannelSearch):
         turns = np.array([sign * (t + t.T) for t in turning for sign in (1, -1)]).reshape(-1, n + m * T, n + m * T)
         if self.rate and len(turns):
             turns -= self._growing(u, v, widths)
-        unit = float(top.max()) if not _PLAIN < top.max() < 1 / _PLAIN else 1.0  # of u, v and of phi sigma'
+        unit = float(top.max()) or 1.0  # of u, v and of phi sigma'
         turns, u, v = turns / unit, u / unit, v / unit
         parts = [falls, *(-self._products(g, c, u, v, T) for g, c in zip(self.groups, self.cones, strict=True)), turns]
         begun = [

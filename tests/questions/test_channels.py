@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy import linalg
 
 from lure import (
     Diagonal,
@@ -24,6 +25,7 @@ from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.inequality.shifted_loop import ShiftedLoop
 from lure.analysis.questions.answers import ContradictionError, answer
 from lure.analysis.questions.channel_problem import channel_problem
+from lure.analysis.questions.channel_proofs import criteria_for, farthest
 from lure.analysis.questions.channel_refutations import gains_refuting
 from lure.analysis.questions.channels import channel_bound
 from lure.analysis.questions.conclusion import MismatchError
@@ -382,6 +384,32 @@ def test_forms_of_rectifiers_reach_the_gain_of_a_positive_loop_in_any_unit(unit)
     relus = Diagonal((NonlinearityClass.relu(),) * 3, repeated=True)
     found = max_sector(plant, relus, criterion="coupled-circle")
     assert 89.8 < found.largest.low * unit < 89.91
+
+
+# Turner, Kerr and Sofrony (2015), example 17, sampled every 10 ms as by Richardson and others (2024): positive to the
+# eye, as ReLUs are refuted from the linear gain .0844829 on; a bound of the order of 1/16 had no unit of its own: .0840
+@pytest.mark.slow
+def test_forms_of_two_samples_reach_the_gain_of_a_sampled_positive_loop():
+    A = rows(
+        "-5.4966 -1.7013 -1.7006 -1.0871 -.3885 -.256; 8 0 0 0 0 0; 0 2 0 0 0 0; 0 0 2 0 0 0; 0 0 0 2 0 0; 0 0 0 0 .5 0"
+    )
+    B = rows(
+        ".5751 .384 .0158 .6315; .4514 .6831 .0164 .7176; .0439 .0928 .1901 .6927; .0272 .0353 .5869 .0841;"
+        ".3127 .6124 .0576 .4544; .0129 .6085 .3676 .4418"
+    )
+    C = rows(
+        ".3533 .7275 .4508 .2548 .9084 .0784; .1536 .4784 .7159 .8656 .2319 .6408; .6756 .5548 .8928 .2324 .2393 .1909;"
+        ".6992 .121 .2731 .8049 .0498 .8439"
+    )
+    both = np.zeros((10, 10))
+    both[:6] = np.hstack([np.array(side, dtype=float) for side in (A, B)]) / 100
+    sampled = np.round(linalg.expm(both), 5)
+    plant = as_plant((sampled[:6, :6], -sampled[:6, 6:], np.array(C, dtype=float), np.zeros((4, 4))), dt=0.01)
+    relus = Diagonal((NonlinearityClass.relu(),) * 4, repeated=True)
+    asked = replace(channel_problem(plant, relus, kind="sector", criterion="coupled-windows"), window=2)
+    factor, shown = farthest(asked, criteria_for(asked)[0], Fraction(0), float("inf"))
+    assert 0.0843 < factor < 0.0844829
+    assert recheck(dict(shown.certificate)).accepted
 
 
 def test_a_factor_of_rectifiers_is_refuted_alone():
