@@ -196,7 +196,14 @@ def plant_of_matrices(
         many = len(through) > 1 or len(through[0]) > 1
         return MultivariablePlant((), (), ((),) * len(through), through, _step(dt)) if many else None
     inward, outward = _side(B, "B", n), _side(C, "C", n)
-    if inward is None or outward is None or len(inward[0]) == len(outward) == 1:
+    if inward is None or outward is None:
+        several = (inward is not None and len(inward[0]) > 1) or (outward is not None and len(outward) > 1)
+        name, given = ("B", B) if inward is None else ("C", C)
+        rows = cast("list[Sequence[object]]", rows_of(given, name))
+        if several and len({len(row) for row in rows}) == 1:
+            raise InputError(f"{name} is {len(rows)} x {len(rows[0])}, and A has {n} rows; {_SHAPES}")
+        return None
+    if len(inward[0]) == len(outward) == 1:
         return None
     left, right, through = _exact(inward, "B"), _exact(outward, "C"), _exact(direct, "D")
     if through == ((Fraction(0),),):

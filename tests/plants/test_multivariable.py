@@ -78,6 +78,8 @@ def test_a_realisation_has_the_response_of_its_entries(tops, pole):
     [
         ((A2, [[0, 1], [1, 0]], [1, 0], [[1]]), "D is 1 x 1, and the plant has 2 inputs and 1 outputs"),
         ((A2, [[0, 1], [1, float("nan")]], [1, 0]), r"B\[1\]\[1\] is nan"),
+        ((A2, [[0, 1], [1, 0]], [[1, 0, 0], [0, 1, 0]]), "C is 2 x 3, and A has 2 rows; give A"),
+        ((A2, [[0, 1], [1, 0], [1, 1]], [[1, 0], [0, 1]]), "B is 3 x 2, and A has 2 rows; give A"),
         ([["1/(s+1)", "0"], ["0"]], "differ in length"),
         ([["1/(s+1)", "0"], ["0", "1/(z-2)"]], "both in s|partly|in z"),
         ([["(s-1)/((s-1)*(s+2))", "0"], ["0", "1/s"]], r"transfer\[0\]\[0\] has a factor common"),
