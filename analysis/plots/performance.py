@@ -236,6 +236,7 @@ def _eigenvalues(certificate: Mapping[str, Any]) -> Reals:
 # The amplitude of a steady response over frequency, with what is certified of it.
 
 _AMPLITUDE_ROOM, _SHADE = 1.6, 0.25
+_FEW_TICKS = 5.0  # between the ends of an axis, below which 1, 2, 5 are too few
 
 
 def plot_steady(found: SteadyResponse, *, ax: Axes | None = None) -> Axes:
@@ -308,10 +309,11 @@ def _bars(axes: Axes, rows: Sequence[SteadyPoint], color: str, label: str) -> No
 
 def _ticks(axes: Axes) -> None:
     """Plain numbers on axes of less than two decades."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
     for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
         if high < 100 * low:
-            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            few = high < _FEW_TICKS * low
+            axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]) if few else LogLocator(subs=(1, 2, 5)))
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axis.set_minor_locator(NullLocator())

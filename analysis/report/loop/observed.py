@@ -182,7 +182,8 @@ def _sentence(runs: Runs) -> str:
     longest = max(run.until for run in runs)
     if longest == 0:
         return "the nonlinearity was not simulated: a solution takes more evaluations of it than are granted"
-    words = f"{len(runs)} simulated solutions over up to {longest:.4g} s, from small and large first states"
+    seen = [float(np.abs(run.sigma[np.isfinite(run.sigma)]).max(initial=0.0)) for run in runs]
+    words = f"{len(runs)} simulated solutions over up to {longest:.4g} s, with |sigma| up to {max(seen):.3g}"
     if found[Finding.CONVERGES] == len(runs):
         return f"{words}: all converged to 0, |sigma| ended below a ten-thousandth of its largest value"
     parts = [f"{found[Finding.CONVERGES]} converged to 0"] if found[Finding.CONVERGES] else []
