@@ -62,7 +62,7 @@ def _largest(row: Theorem, asked: Problem, lower: Fraction) -> CriterionResult:
         return theory_of(asked.block).largest(row.name)
     if isinstance(asked.block, PlantFamily):
         return families.largest(asked.block, row, lower, partial(_class_to, asked, row), odd=asked.odd)
-    return row.answer(asked.block, lower=lower, odd=asked.odd)
+    return row.answer(asked.block, lower=lower, odd=asked.odd, named=asked.criterion != BEST)
 
 
 def _class_to(asked: Problem, row: Theorem, upper: Upper) -> tuple[NonlinearityClass, dict[str, Any]]:

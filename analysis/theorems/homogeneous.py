@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import product
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.blocks import realised
@@ -36,12 +36,15 @@ THEOREM = (
 CONCLUSION = "0 is globally exponentially stable for every phi(t, sigma) of the class, time-varying phi included"
 ASSUMED = "phi piecewise continuous in t, locally Lipschitz in sigma, in the sector: assumed of the class"
 HYPOTHESIS = "P > 0, and V' < 0 for x != 0 with the gains at both ends of the sector: checked in integers"
-HIGHEST = {2: 12, 3: 4, 4: 3, 5: 2}  # half of the degree, by the order of the plant
-STEPS, CLOSE = 14, 5e-4
+HIGHEST = {2: 12, 3: 6, 4: 3, 5: 3}  # half of the degree, by the order of the plant
+QUICK = {2: 12, 3: 4, 4: 3, 5: 2}
+STEPS, CLOSE, FIRST = 14, 5e-4, 32
 ROOM, DIGITS, COORDINATES = 1e-9, 14, 8  # of the inequality; of what is rounded, beyond the room [bits]
 
 
-def homogeneous_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
+def homogeneous_largest(
+    block: RationalPlant, *, lower: Fraction = Fraction(0), effort: Literal["quick", "full"] = "quick"
+) -> CriterionResult:
     r"""The largest ``k`` for which a form of even degree falls along every loop of the class ``[lower, k]``.
 
     Let ``A_g`` be the loop with the constant gain ``g`` and ``m`` all products of ``p`` states, ``m' = L_g m`` along
@@ -59,6 +62,8 @@ def homogeneous_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) 
         In continuous time, of order 2 to 5, with the gain ``lower`` stable, hidden modes included.
     lower : Fraction
         Lower end of the sector.
+    effort : {"quick", "full"}
+        Whether to go up to the highest degree, which for three and five states takes ten times as long.
 
     Returns
     -------
@@ -79,7 +84,8 @@ def homogeneous_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) 
     >>> round(homogeneous_largest(RationalPlant([1], [1, 3, 3, 1])).largest.low, 1)
     5.7
     """
-    search, power = _Search.of(block, Fraction(lower)), HIGHEST[block.order]
+    search = _Search.of(block, Fraction(lower))
+    power = (QUICK if effort == "quick" else HIGHEST)[block.order]
     (low, ended), high = search.largest(power), search.top
     proved = low > search.circle
     above = (
@@ -194,12 +200,22 @@ class _Search:
         return [A, gained(A, b, [width / (1 + width * d) * v for v in c])]
 
     def largest(self, power: int) -> tuple[float, bool]:
-        """The largest ``k`` that is proved, and whether a larger one was tried and is not."""
+        """The largest ``k`` that is proved, and whether a larger one was tried and is not.
+
+        From what half of the power proves, which takes little time, in steps that grow.
+        """
         start, low, high = float(self.lower), self.circle, self.top
+        step = low - start
+        if power > 2:
+            low, ended = self.largest((power + 1) // 2)
+            step = (low - start) / FIRST
+            if not ended:
+                return low, False
         for _ in range(STEPS):
             if high < math.inf and high - low <= CLOSE * (high - start):
                 break
-            k = _short(min((low + high) / 2, 2 * low - start), high - low)
+            k = _short(min((low + high) / 2, low + step), high - low)
+            step *= 2
             low, high = (k, high) if self.proof(Fraction(k), power) is not None else (low, k)
         return low, high < math.inf
 

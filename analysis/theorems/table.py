@@ -72,6 +72,8 @@ class Theorem:
         Whether a matrix inequality can prove it.
     thorough : bool
         Whether ``decision`` takes ``effort="full"``, which takes minutes.
+    longer : bool
+        Whether ``largest`` takes ``effort="full"``, for who asks for it by name.
     stage : int
         0: cheap and of interest by itself; 1: cheap; 2: dear; 4: after the search for counterexamples, which is 3.
         Those of a later stage are asked while a gap is left.
@@ -108,6 +110,7 @@ class Theorem:
     composed: bool = False
     matrix: bool = False
     thorough: bool = False
+    longer: bool = False
     stage: int = 0
     aliases: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
@@ -116,14 +119,17 @@ class Theorem:
     proof: str = ""
     varying_only: bool = False
 
-    def answer(self, block: ScalarPlant, *, lower: Fraction, odd: bool) -> CriterionResult:
-        """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves, computes or observes."""
+    def answer(self, block: ScalarPlant, *, lower: Fraction, odd: bool, named: bool = False) -> CriterionResult:
+        """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves, computes or observes.
+
+        ``named``: it was asked for by its name, among no others.
+        """
         if not isinstance(block, RationalPlant):
             if self.late:
                 return _called(self.late, block, lower=lower, odd=odd)
             return _called("theorems.other_plants:largest", block, self.name, lower=lower)
         if not self.odd:
-            return _called(self.largest, block, lower=lower)
+            return _called(self.largest, block, lower=lower, **({"effort": "full"} if named and self.longer else {}))
         found = _called(self.largest, block, lower=lower, odd=odd)
         if not odd or block.dt is None:
             return found
@@ -385,6 +391,7 @@ TABLE = (  # in each stage the cheapest first
         time_varying=True,
         varying_only=True,
         stage=LAST,
+        longer=True,
         largest="theorems.homogeneous:homogeneous_largest",
         decision="theorems.homogeneous:homogeneous_criterion",
         multipliers=_none,

@@ -20,6 +20,7 @@ from lure.analysis.certificates.drafts import completed
 from lure.analysis.certificates.powers import lifted, monomials, vanishes
 from lure.analysis.certificates.proposals import certified
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.theorems import homogeneous
 from lure.analysis.theorems.homogeneous import homogeneous_criterion, homogeneous_largest
 from lure.analysis.theorems.table import BEST, theorems_for
 from lure.analysis.verdict import Verdict
@@ -200,6 +201,25 @@ def test_the_lowest_degree_that_serves_is_used_and_none_serves_where_gains_are_u
     found = homogeneous_criterion(THIRD, Sector(0, F("5.6")))
     assert (found.verdict, found.parameters["power"]) == (Verdict.PROVED, "3")
     assert homogeneous_criterion(THIRD, Sector(0, 9)).verdict is Verdict.INCONCLUSIVE
+
+
+# a gain that switches destabilises from 3.91652 on; forms of degree 8 end at 3.7907
+@pytest.mark.slow
+def test_one_class_is_proved_by_forms_of_degree_12_within_two_percent_of_a_switched_gain():
+    plant = RationalPlant([1, 2], [1, 2, 3, 1])
+    found = homogeneous_criterion(plant, Sector(0, F(385, 100)))
+    assert (found.verdict, found.parameters["power"]) == (Verdict.PROVED, "6")
+    shown = certified(plant, found).proved
+    assert recheck(shown.certificate).accepted
+    first = {**shown.certificate, "laws": {**shown.certificate["laws"], "sector": ["0", "392/100"]}}
+    assert not recheck(first).accepted
+
+
+def test_who_asks_for_it_by_name_gets_the_highest_degree(monkeypatch):
+    monkeypatch.setattr(homogeneous, "HIGHEST", {3: 3})
+    monkeypatch.setattr(homogeneous, "QUICK", {3: 2})
+    ends = [max_sector(THIRD, criterion=name, time_varying=True).largest.low for name in ("best", "homogeneous")]
+    assert 5.3 < ends[0] < 5.36 < 5.6 < ends[1] < 5.6524  # degrees 4 and 6
 
 
 # H + D has the gain g/(1 + g D) in the place of g: [0, k] of H is [0, k/(1 - k D)] of H + D.
