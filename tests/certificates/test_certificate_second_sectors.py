@@ -91,7 +91,8 @@ def test_the_critical_case_promises_equilibria_or_boundedness():
     assert accepted(proved(integrator, varying, "circle", {}, polynomial([1]), BOUNDED))
     for class_, sentence in ((fixed, ATTRACTS), (fixed, BOUNDED), (varying, EQUILIBRIA), (varying, ATTRACTS)):
         assert not accepted(proved(integrator, class_, "circle", {}, polynomial([1]), sentence))
-    assert not accepted(proved(transfer([-1], [1, 0]), fixed, "circle", {}, polynomial([1]), EQUILIBRIA))
+    for residue in (-1, F(-1, 2)):
+        assert not accepted(proved(transfer([residue], [1, 0]), fixed, "circle", {}, polynomial([1]), EQUILIBRIA))
     assert not accepted(proved(transfer([1, 1], [1, 0, 0]), fixed, "circle", {}, polynomial([1]), EQUILIBRIA))
 
 

@@ -86,6 +86,23 @@ def test_slow_gains_approach_constant_ones_and_fast_gains_those_that_jump(rate, 
     assert certify(PUBLISHED, gain(0, F(end), rate=rate)).verdict.name == verdict
 
 
+# x' = -(1 + g) x, V = P(g) x^2, P from 3 to 1 or from 1 to 3: -V' = 2 (1 + g) P - g' P' is 4 - 2 |g'| or 2 - 2 |g'| at
+# its least; a gain that only rises, or only falls, would make it larger
+@pytest.mark.parametrize(("ends", "rate", "shown"), [((3, 1), 1, True), ((3, 1), 10, False), ((1, 3), 10, False)])
+def test_a_slow_gain_may_rise_and_fall(proof, ends, rate, shown):
+    plant = {"A": [["-1"]], "B": [["1"]], "C": [["1"]], "D": [["0"]]}
+    one = proof["laws"]["channels"][0] | {"sector": ["0", "1"], "slope": ["0", "1"], "rate": str(rate)}
+    scalar = {
+        **{**proof, "system": {**proof["system"], **plant}, "laws": {**proof["laws"], "channels": [one]}},
+        "multiplier": {"lambda": [[]], "theta": []},
+        "proof": {**proof["proof"], "degree": 1, "pieces": [1], "P": [[[str(v)]] for v in ends], "exponent": 0},
+    }
+    if shown:
+        assert recheck(check(json.dumps(scalar), draft=True).certificate).accepted
+    else:
+        assert_both_reject(scalar)
+
+
 def test_a_sentence_about_slow_gains_says_their_rate(proof):
     words = "time-varying odd linear phi with slope in [-1, 1], its gain at a rate of at most 0.335"
     assert class_words(proof["laws"]) == words
