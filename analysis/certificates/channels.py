@@ -16,7 +16,7 @@ from .balls import box, dot, positive_definite
 
 EXISTS = "every initial state has a solution with the operators at rest"
 RESTED = "play and stop have phi = 0 at first"
-MOST_STATES, MOST_CHANNELS, MOST_DELAYS = 200, 100, 20
+MOST_STATES, MOST_CHANNELS, MOST_DELAYS, MOST_VERTICES = 200, 100, 20, 10
 DELAYS = ("delay", "varying delay")
 SCALAR = "scalar linear time-invariant"  # one delta in each channel of its block
 FULL_BLOCK = "full block"  # (phi - l sigma)'(u sigma - phi) >= 0 for the channels of a block together
@@ -197,6 +197,51 @@ def definite(Pi: Rows, view: Rows, where: str, less: Any = None, resting: bool =
     if not resting:
         return need(positive_definite([[int(q * v) for v in row] for row in inner]), failure)
     need(semidefinite(inner), failure)
+
+
+def diagonal(weights: list[Fraction], bounds: Any) -> Rows:
+    """``Pi`` of ``2 sum lambda_i (phi_i - l_i sigma_i)(u_i sigma_i - phi_i)``, ``lambda_i >= 0``."""
+    need(min(weights) >= 0, "a weight lambda is negative")
+    m = len(weights)
+    Pi = [[ZERO] * 2 * m for _ in range(2 * m)]
+    for i, (v, (l, u)) in enumerate(zip(weights, bounds)):
+        Pi[i][i], Pi[i][m + i], Pi[m + i][i], Pi[m + i][m + i] = -2 * v * l * u, v * (l + u), v * (l + u), -2 * v
+    return Pi
+
+
+def full_block(given: Any, parts: Any, bounds: Any, resting: bool = False) -> Rows:
+    """``Pi`` whose form is nonnegative for ``phi = Delta sigma``, ``Delta`` diagonal and within the bounds.
+
+    At every vertex ``(1; Delta)' Pi (1; Delta) > 0``, and ``Pi`` has no entry > 0 on the diagonal of ``phi``: the form
+    is concave in each ``Delta_ii``.  Or, with ``N``: ``phi_i - l_i sigma_i`` and ``u_i sigma_i - phi_i`` have one sign
+    ``s_i``; times it both are ``y >= 0``, and the form in ``y`` less that of ``N``, entries ``>= 0``, is positive
+    definite for all signs, up to a common one.  With equilibria, ``resting``, all these are only semidefinite.
+    """
+    m = len(bounds)
+    need(m <= MOST_VERTICES, f"full-block multipliers are for up to {MOST_VERTICES} channels")
+    Pi = triangle(given, 2 * m)
+    if not parts:
+        need(max(Pi[m + i][m + i] for i in range(m)) <= 0, "Pi is not concave in each gain")
+        for ends in product(*bounds):
+            view = [[Fraction(i == j) for j in range(m)] for i in range(m)]
+            definite(
+                Pi,
+                [*view, *([d * v for v in row] for d, row in zip(ends, view))],
+                "at a vertex of the gains",
+                resting=resting,
+            )
+        return Pi
+    form(
+        isinstance(parts[0], list) and len(parts[0]) == 2 ** (m - 1), f"N has one part for each of {2 ** (m - 1)} signs"
+    )
+    for rest, part in zip(product((1, -1), repeat=m - 1), parts[0]):
+        N, view = triangle(part, 2 * m), [[ZERO] * 2 * m for _ in range(2 * m)]
+        need(min(map(min, N)) >= 0, "an entry of N is negative")
+        for i, (sign, (l, u)) in enumerate(zip((1, *rest), bounds)):
+            view[i][i] = view[i][m + i] = sign / (u - l)
+            view[m + i][i], view[m + i][m + i] = sign * u / (u - l), sign * l / (u - l)
+        definite(Pi, view, "for one of the signs", N, resting)
+    return Pi
 
 
 def semidefinite(half: Any) -> bool:

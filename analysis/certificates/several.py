@@ -15,22 +15,23 @@ from . import boxes, frequencies, gains, parametric, pieces, states, windows
 from .arithmetic import INF, ZERO, eliminated, fields, form, integer, need, number, numbers, tick
 from .balls import dot, positive_definite
 from .channels import (
+    MOST_VERTICES,
     RESTED,
     SCALAR,
     Channels,
     Plant,
     Rows,
     channels,
-    definite,
     described,
+    diagonal,
     each,
     existing,
+    full_block,
     moved,
     ordered,
     plant,
     seen,
     semidefinite,
-    triangle,
     undelayed,
     uniform,
     unit_of,
@@ -39,7 +40,6 @@ from .channels import (
 from .memory import apart, increments, with_storage
 
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
-MOST_VERTICES = 10
 PIECEWISE = ("piecewise-circle", "piecewise-popov")
 PACED = (  # with a rate; those of order cones hold for one sample of each time
     *("constant-gains", "diagonal-circle", "coupled-circle", "full-block-circle", "piecewise-circle"),
@@ -219,20 +219,7 @@ def proved(
     form(not resting or zero.pop() is True, "semidefinite is true or absent")
     P, q, rows = states.symmetric(half, [*moved(H), *seen(H)], n)
     R, Z, e = rows[:n], rows[n:], integer(exponent, 0, 10**5)  # q (A, -B) and q (C, -D)
-    bounds = [asked.bounds(i) for i in range(m)]
-    weights = numbers(turned.pop() if beside else given, m) if asked.operators or not beside else [ZERO] * m
-    uniform(weights, asked)
-    Pi, own = diagonal(weights, bounds), asked.functions
-    if beside:
-        need(bool(own) and not any(weights[i] for i in own), "lambda is of operators alone")
-        places = [*range(2 * m)] if key == "forms" else [*own, *(m + i for i in own)]
-        if key == "forms":
-            part, bounds = windows.static(given, asked)
-        else:
-            part = full_block(given, turned[popov:], [bounds[i] for i in own], bool(zero))
-        for i, row in zip(places, part):
-            for j, v in zip(places, row):
-                Pi[i][j] += v
+    Pi, bounds = multiplier(key, given, turned[popov:], asked, bool(zero))
     weighed(Pi, theta, bounds, asked, rate or ZERO)
     falls, above = inequality(P, (R, Z, q, e), Pi, theta, bounds, H.discrete)
     rest = {}
@@ -255,6 +242,28 @@ def proved(
         "inequality": f"the matrix of order {len(falls)} is positive definite: V falls",
         "well-posed": posed,
     } | rest, assumed
+
+
+def multiplier(key: str, given: Any, more: list[Any], asked: Channels, resting: bool) -> tuple[Rows, Any]:
+    """``Pi``, whose form is nonnegative for the classes, and their bounds; ``more`` is ``N``, and ``lambda`` beside."""
+    m, own, beside = len(asked.families), asked.functions, key != "lambda"
+    bounds = [asked.bounds(i) for i in range(m)]
+    weights = numbers(more.pop() if beside else given, m) if asked.operators or not beside else [ZERO] * m
+    uniform(weights, asked)
+    Pi = diagonal(weights, bounds)
+    if not beside:
+        return Pi, bounds
+    need(bool(own) and not any(weights[i] for i in own), "lambda is of operators alone")
+    if key == "forms":
+        places = [*range(2 * m)]
+        part, bounds = windows.static(given, asked)
+    else:
+        places = [*own, *(m + i for i in own)]
+        part = full_block(given, more, [bounds[i] for i in own], resting)
+    for i, row in zip(places, part):
+        for j, v in zip(places, row):
+            Pi[i][j] += v
+    return Pi, bounds
 
 
 def unsettled(H: Plant, asked: Channels, name: str, falls: Rows, above: Rows) -> tuple[dict[str, str], str]:
@@ -435,21 +444,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     need(min(weights) >= 0, "a weight lambda is negative")
     uniform(weights, asked)
     need(not (H.rates and asked.operators), "in neutral equations there are functions and constant gains alone")
-    members, low = list[pieces.Member](), list[Fraction]()
-    alone = {block[0] for block in asked.blocks if len(block) == 1}
-    for i, one in each(asked):
-        free = one.operator == "linear time-invariant" or (one.linear and not one.varying and i in alone)
-        kind = {"delay": "delay", "varying delay": "slow"}.get(one.operator, "scaled" if free else "")
-        steep = 1 if one.rate is None or kind != "slow" else 1 + one.rate / (1 - one.rate)
-        l, u = (Fraction(1), Fraction(steep)) if kind in ("delay", "slow") else asked.bounds(i)
-        need(INF not in (abs(l), abs(u)), f"channel {i + 1} has no finite bounds")
-        need(not one.rough, "locally Lipschitz nonlinearities are needed")
-        need(not (kind == "slow" and H.discrete), "slow delays are for continuous time")
-        need(not (kind and (weights[i] or theta[i])), f"channel {i + 1} has multipliers by pieces alone")
-        fixed = not (one.varying or one.operator or H.direct(i))
-        need(not theta[i] or fixed, f"theta_{i + 1} needs a function of the state alone that does not depend on time")
-        low.append(pieces.base(l, u) if H.late else l)
-        members.append(pieces.Member(kind, u - l, weights[i], theta[i], one.sector[1] if kind else ZERO, l - low[i]))
+    members, low = members_of(H, asked, weights, theta)
     rows = isinstance(listed, list) and all(isinstance(row, list) and len(row) == m for row in listed)
     form(rows and len(listed) == len(ends) + (not H.discrete), "there is not one multiplier for each piece")
     given = [[(ZERO, ZERO) if pair is None else tuple(numbers(pair, 2)) for pair in row] for row in listed]
@@ -495,6 +490,28 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     } | rest, assumed
 
 
+def members_of(
+    H: Plant, asked: Channels, weights: list[Fraction], theta: list[Fraction]
+) -> tuple[list[pieces.Member], list[Fraction]]:
+    """What each channel is on the axis, and the gains by which the loop is shifted."""
+    members, low = list[pieces.Member](), list[Fraction]()
+    alone = {block[0] for block in asked.blocks if len(block) == 1}
+    for i, one in each(asked):
+        free = one.operator == "linear time-invariant" or (one.linear and not one.varying and i in alone)
+        kind = {"delay": "delay", "varying delay": "slow"}.get(one.operator, "scaled" if free else "")
+        steep = 1 if one.rate is None or kind != "slow" else 1 + one.rate / (1 - one.rate)
+        l, u = (Fraction(1), Fraction(steep)) if kind in ("delay", "slow") else asked.bounds(i)
+        need(INF not in (abs(l), abs(u)), f"channel {i + 1} has no finite bounds")
+        need(not one.rough, "locally Lipschitz nonlinearities are needed")
+        need(not (kind == "slow" and H.discrete), "slow delays are for continuous time")
+        need(not (kind and (weights[i] or theta[i])), f"channel {i + 1} has multipliers by pieces alone")
+        fixed = not (one.varying or one.operator or H.direct(i))
+        need(not theta[i] or fixed, f"theta_{i + 1} needs a function of the state alone that does not depend on time")
+        low.append(pieces.base(l, u) if H.late else l)
+        members.append(pieces.Member(kind, u - l, weights[i], theta[i], one.sector[1] if kind else ZERO, l - low[i]))
+    return members, low
+
+
 def on_axis(H: Plant, given: frequencies.Multiplier, asked: Channels) -> Plant:
     """The plant of ``s``, ``z = (1 + s)/(1 - s)``, where a multiplier of the frequency means the same in both times.
 
@@ -512,51 +529,6 @@ def on_axis(H: Plant, given: frequencies.Multiplier, asked: Channels) -> Plant:
     A, EB = [row[:n] for row in both or []], [row[n:] for row in both or []]
     D = [[v - dot(c, column) for v, column in zip(row, zip(*EB))] for row, c in zip(H.D, H.C)]
     return Plant(A, once or [], H.C, D, False)
-
-
-def diagonal(weights: list[Fraction], bounds: Any) -> Rows:
-    """``Pi`` of ``2 sum lambda_i (phi_i - l_i sigma_i)(u_i sigma_i - phi_i)``, ``lambda_i >= 0``."""
-    need(min(weights) >= 0, "a weight lambda is negative")
-    m = len(weights)
-    Pi = [[ZERO] * 2 * m for _ in range(2 * m)]
-    for i, (v, (l, u)) in enumerate(zip(weights, bounds)):
-        Pi[i][i], Pi[i][m + i], Pi[m + i][i], Pi[m + i][m + i] = -2 * v * l * u, v * (l + u), v * (l + u), -2 * v
-    return Pi
-
-
-def full_block(given: Any, parts: Any, bounds: Any, resting: bool = False) -> Rows:
-    """``Pi`` whose form is nonnegative for ``phi = Delta sigma``, ``Delta`` diagonal and within the bounds.
-
-    At every vertex ``(1; Delta)' Pi (1; Delta) > 0``, and ``Pi`` has no entry > 0 on the diagonal of ``phi``: the form
-    is concave in each ``Delta_ii``.  Or, with ``N``: ``phi_i - l_i sigma_i`` and ``u_i sigma_i - phi_i`` have one sign
-    ``s_i``; times it both are ``y >= 0``, and the form in ``y`` less that of ``N``, entries ``>= 0``, is positive
-    definite for all signs, up to a common one.  With equilibria, ``resting``, all these are only semidefinite.
-    """
-    m = len(bounds)
-    need(m <= MOST_VERTICES, f"full-block multipliers are for up to {MOST_VERTICES} channels")
-    Pi = triangle(given, 2 * m)
-    if not parts:
-        need(max(Pi[m + i][m + i] for i in range(m)) <= 0, "Pi is not concave in each gain")
-        for ends in product(*bounds):
-            view = [[Fraction(i == j) for j in range(m)] for i in range(m)]
-            definite(
-                Pi,
-                [*view, *([d * v for v in row] for d, row in zip(ends, view))],
-                "at a vertex of the gains",
-                resting=resting,
-            )
-        return Pi
-    form(
-        isinstance(parts[0], list) and len(parts[0]) == 2 ** (m - 1), f"N has one part for each of {2 ** (m - 1)} signs"
-    )
-    for rest, part in zip(product((1, -1), repeat=m - 1), parts[0]):
-        N, view = triangle(part, 2 * m), [[ZERO] * 2 * m for _ in range(2 * m)]
-        need(min(map(min, N)) >= 0, "an entry of N is negative")
-        for i, (sign, (l, u)) in enumerate(zip((1, *rest), bounds)):
-            view[i][i] = view[i][m + i] = sign / (u - l)
-            view[m + i][i], view[m + i][m + i] = sign * u / (u - l), sign * l / (u - l)
-        definite(Pi, view, "for one of the signs", N, resting)
-    return Pi
 
 
 def inequality(P: Any, scaled: Any, Pi: Rows, theta: Any, bounds: Any, discrete: bool) -> tuple[Any, Any]:

@@ -10,11 +10,12 @@ import jsonschema
 import pytest
 from handwritten import nonlinearities
 
-from lure.analysis.certificates import several
+from lure.analysis.certificates import channels
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.several import ONE_SOLUTION
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 
@@ -317,7 +318,7 @@ def test_what_is_taken_for_a_multiplier_is_nonnegative_for_random_gains(parts, r
             for i in range(4 if parts else 2):
                 tried[i][i] = str(F(given[i][i]) + raised)
             try:
-                Pi = several.full_block(tried, N, bounds, resting)
+                Pi = channels.full_block(tried, N, bounds, resting)
             except Rejected:
                 continue
             taken += 1
@@ -444,10 +445,10 @@ def test_what_a_direct_term_with_a_cycle_assumes():
         )
 
     assert shown(slope=True).assumed == ""
-    assert shown(slope=False).assumed == several.ONE_SOLUTION
-    one, two = (several.channels({"channels": [nonlinearities(0, 1)] * m, "repeated": False}, m) for m in (1, 2))
-    assert several.ordered([[F(0), F(0)], [F(1), F(0)]], two)
-    assert not several.ordered([[F(1)]], one)
+    assert shown(slope=False).assumed == ONE_SOLUTION
+    one, two = (channels.channels({"channels": [nonlinearities(0, 1)] * m, "repeated": False}, m) for m in (1, 2))
+    assert channels.ordered([[F(0), F(0)], [F(1), F(0)]], two)
+    assert not channels.ordered([[F(1)]], one)
 
 
 def member(rng, low, high):
