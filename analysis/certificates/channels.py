@@ -123,6 +123,14 @@ def channels(data: Any, m: int) -> Channels:
     return Channels(families, blocks)
 
 
+def lasting(given: Any, name: str) -> None:
+    """With a rate the classes are the same: of functions, also of several channels, which at each time have a sector."""
+    kinds = [one["operator"] for one in given if "operator" in one]
+    functions = all(kind == FULL_BLOCK for kind in kinds) and not (kinds and name == "coupled-windows")
+    need(functions, "an operator has another norm with a rate")
+    need(not any("memory" in one for one in given), "with play and stop 0 attracts nothing at a rate")
+
+
 def described(asked: Channels) -> str:
     """The classes in words."""
     words = "; ".join(f"channel {i}: {states.described(family)}" for i, family in enumerate(asked.families, 1))

@@ -23,7 +23,7 @@ if not __package__:  # run as a script: the files beside it are its package
     __package__ = Path(__file__).resolve().parent.name
 
 from . import arithmetic as exact
-from . import boxes, parts, powers, regions, several, states
+from . import boxes, channels, parts, powers, regions, several, states
 from .arithmetic import INF, ZERO, Form, Rejected, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
 from .blocks import (
@@ -334,8 +334,7 @@ def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Ref
     method, names = proof.get("proof", proof)["method"], (PACED, several.PACED)[many]
     need(method in PACED_MEMBERS.split() if refuted else name in names, f"{name!r:.40} by {method!r:.40} has no rates")
     if many:
-        need(not any("operator" in one for one in given["channels"]), "an operator has another norm with a rate")
-        need(not any("memory" in one for one in given["channels"]), "with play and stop 0 attracts nothing at a rate")
+        channels.lasting(given["channels"], name)
     else:
         family = states.classes(given)
         ends = family.slope if name in SLOPED else family.sector

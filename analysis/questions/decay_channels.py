@@ -20,10 +20,12 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.channel_proofs import criteria_for, proved_whole
 from lure.analysis.questions.channel_rates import weighed_searches
+from lure.analysis.questions.channel_refutations import narrowed
 from lure.analysis.questions.channels import require_well_posed
 from lure.analysis.questions.problem import Problem
 from lure.analysis.wording import class_words, plants_words
 from lure.arrays import NDArray, Reals, np
+from lure.classes import FULL_BLOCK
 from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
 
@@ -97,14 +99,14 @@ class RateSearch:
         return class_words(self.base["laws"]) + plants_words(self.base["system"])
 
     def require_functions(self) -> None:
-        """Refuse classes of operators.
+        """Refuse classes of operators; functions of several channels in a full-block sector are none.
 
         Raises
         ------
         InputError
             A class is one.
         """
-        if self.asked.classes.operators:
+        if any(one.operator not in ("", FULL_BLOCK) for one in self.asked.classes.classes):
             raise InputError(
                 "decay rates are not shown of operators, and a class here is one, such as a delay; lure certify and "
                 "lure max-sector decide whether the loop is stable"
@@ -194,7 +196,8 @@ class SeveralChannels(RateSearch):
         if classes.rectified:  # no gain is a member
             return math.nan, ()
         lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
-        blocks, random, (drawn, kept, beside, rounds) = classes.blocks, np.random.default_rng(_SEED), self._tried
+        blocks, (drawn, kept, beside, rounds) = narrowed(self.asked).classes.blocks, self._tried
+        random = np.random.default_rng(_SEED)
 
         def spread(shares: Reals) -> Reals:
             """The gains of these shares of the intervals, one for each nonlinearity."""
@@ -255,7 +258,9 @@ class SeveralChannels(RateSearch):
         classes = self.asked.classes
         varying = tuple(one.time_varying and not one.linear for one in classes.classes)
         gains = classes.lower, classes.upper
-        for rate, ends, proof in jumps(self.plant, gains, varying, classes.blocks, self.slowest[0]):
+        for rate, ends, proof in jumps(
+            self.plant, gains, varying, narrowed(self.asked).classes.blocks, self.slowest[0]
+        ):
             rows = [texts([gains[end][i] for i, end in enumerate(row)]) for row in ends]
             yield rate, {"method": "switched-gains", "gains": rows} | proof
 
@@ -263,7 +268,7 @@ class SeveralChannels(RateSearch):
         """What multipliers of several samples, kernels and Popov's terms prove, each better than what is known."""
         hard = self.fastest if end is None else float(end)
         hard = max(hard, self.fastest) if self.discrete else min(hard, self.fastest)
-        for search in weighed_searches(self.asked):
+        for search in () if self.asked.classes.operators else weighed_searches(self.asked):
             easy = float(known) if known is not None else float(self.discrete)
             for rate, proposal in search.farthest(easy, hard):
                 shown = accepted({"verdict": "PROVED", **self.base, **proposal, "rate": str(rate)})

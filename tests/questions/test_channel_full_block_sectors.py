@@ -7,7 +7,7 @@ import pytest
 from tampering import assert_both_reject, edited
 
 from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, max_sector
-from lure.analysis import l2_gain
+from lure.analysis import decay_rate, l2_gain
 from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.verdict import Verdict
@@ -85,6 +85,25 @@ def test_a_direct_term_within_the_block_leaves_its_solutions_assumed():
     rows = [["1/(s+1)", "0.1"], ["0.1", "1/(s+1)"]]
     assert "has a solution" in proviso(certify(rows, pair(0, 1)).shown)
     assert not proviso(certify([["1/(s+1)", "0"], ["0", "1/(s+1)"]], pair(0, 1)).shown)
+
+
+# H = J/(s + 1) as above in [-1/2, 1/2]: s + 1 = 1/2 at least.  1/(2 z - 1) twice, in [0, 1/2]: z = 1/2 without phi, and
+# He H(z/2) + 2 > 0 on the circle of this radius, where H(z/2) = 1/(z - 1)
+@pytest.mark.parametrize(
+    ("rows", "low", "dt", "rate"),
+    [
+        ([["0", "1/(s+1)"], ["-1/(s+1)", "0"]], -0.5, None, 0.5),
+        ([["1/(2*z-1)", "0"], ["0", "1/(2*z-1)"]], 0, 1, 0.5),
+    ],
+)
+def test_a_function_at_each_time_in_the_sector_has_a_rate(rows, low, dt, rate):
+    found = decay_rate(as_plant(rows, dt=dt), pair(low, 0.5))
+    assert found.rate.low == pytest.approx(rate, rel=1e-6)
+    assert found.rate.high == pytest.approx(rate, rel=1e-6)
+    assert all(recheck(dict(one.certificate)).accepted for one in (found.proof, found.refutation))
+    laws = [{**one, "operator": "any", "time_varying": True} for one in found.proof.certificate["laws"]["channels"]]
+    if low:  # an operator may have a memory, which a rate makes larger
+        assert_both_reject(edited(dict(found.proof.certificate), "laws", "channels", value=laws))
 
 
 def test_files_have_the_size_beside_the_sector():

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from flint import fmpq_poly
 
-from lure.analysis.certificates.second.classes import DELAYED, NO_SOLUTION
+from lure.analysis.certificates.second.classes import DELAYED, FULL_BLOCK, NO_SOLUTION
 from lure.analysis.certificates.second.numerics import from_descending, to_fmpq, to_fraction
 from lure.analysis.certificates.second.reading import Document, NotShown, listed, mapping, number, numbers, require
 
@@ -41,7 +41,9 @@ def weighted(document: Document, rate: Fraction) -> Document:
     several = "channels" in document.nonlinearities
     if several:
         channels = [mapping(one) for one in listed(document.nonlinearities["channels"])]
-        require(not any("operator" in one for one in channels), "the norm of an operator changes with a rate")
+        kinds = [one["operator"] for one in channels if "operator" in one]
+        lasting = all(kind == FULL_BLOCK for kind in kinds) and not (kinds and document.theorem == "coupled-windows")
+        require(lasting, "the norm of an operator changes with a rate")
         require(not any("memory" in one for one in channels), "play and stop have other limits than 0")
     if document.verdict == "PROVED":
         require(document.theorem in (OF_CHANNELS if several else THEOREMS), "the theorem does not cover a rate")
