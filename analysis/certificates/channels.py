@@ -124,7 +124,7 @@ def channels(data: Any, m: int) -> Channels:
 
 
 def lasting(given: Any, name: str) -> None:
-    """With a rate the classes are the same: of functions, also of several channels, which at each time have a sector."""
+    """With a rate classes of functions, of several channels too, are the same: they have a sector at each time."""
     kinds = [one["operator"] for one in given if "operator" in one]
     functions = all(kind == FULL_BLOCK for kind in kinds) and not (kinds and name == "coupled-windows")
     need(functions, "an operator has another norm with a rate")
