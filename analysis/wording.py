@@ -329,6 +329,9 @@ def _destabilising(shown: _Shown) -> str:
             for gain, one in zip(proof["gains"], kinds, strict=True)
         ]
         return f"{', '.join(parts)}, of any width, period {float(period):.7g} s"
+    if method == "orbit" and "scale" in proof:
+        scale = _near(Fraction(proof["scale"]))
+        return f"a phi that is linear between {len(proof['u'])} points and their multiples by powers of {scale}"
     if method == "orbit":
         return _graph(proof)
     if method == "equilibrium":

@@ -192,9 +192,9 @@ class Model(NamedTuple):
 class Lift:
     """What becomes of a :class:`Form` on ``[a, b]``, with ``omega = (a + b)/2 + x (b - a)/2``."""
 
-    def __init__(self, a: Fraction, b: Fraction, pace: Fraction = ZERO) -> None:
+    def __init__(self, a: Fraction, b: Fraction, pace: Fraction | None = None) -> None:
         self.middle, self.radius, self.turns = (a + b) / 2, (b - a) / 2, dict[Fraction, Model]()
-        self.pace = pace
+        self.pace = pace or ZERO
 
     def __call__(self, F: Form, halvings: int = 0) -> Model:
         """Of ``F/2^halvings``."""
@@ -264,7 +264,7 @@ def tail(F: Form, start: Fraction, degree: int) -> bool:
     return False
 
 
-def outward(F: Form, start: Fraction, degree: int, pace: Fraction) -> Model:
+def outward(F: Form, start: Fraction, degree: int, pace: Any) -> Model:
     """``F/omega^degree`` of ``1/omega`` from 0 to ``1/start``, what comes late being a number of unknown phase."""
     need(all(n <= degree for _, n in F), "the loop is not proper")
     now = Form({(ZERO, degree - n): z for (tau, n), z in F.items() if not tau})
@@ -277,7 +277,7 @@ def outward(F: Form, start: Fraction, degree: int, pace: Fraction) -> Model:
     return found._replace(off=found.off + int(wide) + 1)
 
 
-def right_zeros(turned: Form, n: int, pole: bool = False, pace: Fraction = ZERO) -> tuple[int, str]:
+def right_zeros(turned: Form, n: int, pole: bool = False, pace: Fraction | None = None) -> tuple[int, str]:
     """How many zeros with ``Re s > 0`` ``chi`` has, or with a ``pole`` ``chi/s``; ``turned`` is ``chi(i omega)``.
 
     ``chi`` is entire, and ``s^n (c + sum c_T e^(-s T) + o(1))`` in ``Re s >= 0``, ``c > sum |c_T|`` being shown far

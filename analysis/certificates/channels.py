@@ -38,7 +38,7 @@ class Plant(NamedTuple):
     late: tuple[tuple[Fraction, Rows], ...] = ()
     inner: tuple[Rows, ...] = ()
     rates: tuple[tuple[Rows, Rows], ...] = ()
-    pace: Fraction = ZERO  # a rate a: each C_T and A_T is multiplied by e^(a T)
+    pace: Fraction | None = None  # a rate a: each C_T and A_T is multiplied by e^(a T)
 
     def direct(self, i: int) -> bool:
         """Whether ``sigma_i`` is no function of states alone."""
@@ -103,7 +103,7 @@ def plant(system: Any, late: bool = False, rate: Fraction | None = None) -> Plan
         inner += back[:1]
         rates += [(back[1], back[2])] if len(back) > 1 else []
     form(all(a < b for a, b in pairwise([ZERO, *(tau for tau, _ in parts)])), "the dead times do not ascend from 0")
-    return Plant(A, B, C, D, domain == "discrete", tuple(parts), tuple(inner), tuple(rates), (rate or ZERO) * late)
+    return Plant(A, B, C, D, domain == "discrete", tuple(parts), tuple(inner), tuple(rates), rate if late else None)
 
 
 def channels(data: Any, m: int) -> Channels:
@@ -401,12 +401,11 @@ def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]
         gains = member(fields(proof, "method", "gains")[1], asked)
         if not (any(gains) or H.inner):  # the dead times are outputs alone
             p = characteristic(H.A)
-            while not p[-1]:
+            while not p[-1] and H.pace is None:
                 p.pop()
             need(not inside(p, False), "with the gains 0 all roots but s = 0 are strictly inside")
-            return 1, {
-                "root": "det(s - A) has a root s != 0 that is not strictly inside, by Routh's array; all gains are 0"
-            }
+            which = f"root{' s != 0' * (H.pace is None)} that is not strictly inside"
+            return 1, {"root": f"det(s - A) has a {which}, by Routh's array; all gains are 0"}
         number, found = pieces.right_roots(H, gains)
         need(number > 0, "with these gains no root Re s > 0 is shown")
         return 1, {"root": f"{number} roots Re s > 0: {found}"}

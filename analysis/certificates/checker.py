@@ -65,9 +65,8 @@ ENDS: tuple[str, ...] = ATTRACTS, MOVES, OTHERS, UNSOLVABLE, CONVERGES, BOUNDED,
 ENDS += FINITE_ENERGY, UNLIMITED, LINEAR
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
 PACED, METHODS = ("circle", "zames-falb", "hurwitz"), ("polynomial", "cover", "matrix", "powers", "boxes")
-PACED_MEMBERS = "linear-gain crossing matrix-gain switched-gain linear-gains switched-gains ramped-gains late-turns"
-SLOPED = ("off-axis-circle", "park", "zames-falb", "order-cone")
-_SEAL = object()
+PACED_GAINS = "linear-gain crossing matrix-gain switched-gain linear-gains switched-gains ramped-gains late-turns orbit"
+SLOPED, _SEAL = ("off-axis-circle", "park", "zames-falb", "order-cone"), object()
 
 
 class Checked:
@@ -236,10 +235,10 @@ def structure(name: str, data: Any, system: Any, family: states.Family) -> tuple
     return ((CONVERGES, BOUNDED) if N else (RESTS, QUIET))[family.varying], facts
 
 
-def counterexample(system: Any, family: states.Family, proof: Any, paced: bool) -> tuple[str, dict[str, str]]:
+def counterexample(system: Any, family: states.Family, proof: Any, rate: Fraction | None) -> tuple[str, dict[str, str]]:
     """A nonlinearity of the class and a solution that does not come to rest at 0: conclusion and findings.
 
-    With a rate (``paced``) the solution is one of the loop with the same gains, times ``r^-t``.
+    With a rate the solution is one of the loop with the same gains, times ``r^-t``.
     """
     method = proof["method"]
     low, high = max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1])
@@ -254,7 +253,7 @@ def counterexample(system: Any, family: states.Family, proof: Any, paced: bool) 
         }
     if method == "member":
         one, inner, point = boxes.member(system, proof)
-        return (found := counterexample(one, family, inner, paced))[0], found[1] | point
+        return (found := counterexample(one, family, inner, rate))[0], found[1] | point
     if method == "flow-orbit":
         need(realised(system, ZERO)[4] is False, "flow-orbit is about continuous time")
         return MOVES, states.flow_orbit(realised(system, ZERO)[:4], family, proof)
@@ -264,10 +263,10 @@ def counterexample(system: Any, family: states.Family, proof: Any, paced: bool) 
     if method == "matrix-gain":
         return MOVES, states.matrix_gain(lambda g: realised(system, g), family, proof)
     B = block(system)
-    critical = not paced and critical_end(B, low, high)
+    critical = rate is None and critical_end(B, low, high)
     if method == "orbit":
         need(B.discrete, "orbit is about discrete time")
-        facts = states.orbit(system, family, proof, critical)
+        facts = states.orbit(system, family, proof, critical, rate)
         return (OTHERS if "equilibrium" in facts["orbit"] else MOVES), facts
     if method == "crossing":
         _, gains, frequencies = fields(proof, "method", "gains", "frequencies")
@@ -332,19 +331,20 @@ def with_rate(certificate: Any, rate: Fraction) -> tuple[type[Proved] | type[Ref
     many = isinstance(given, dict) and "channels" in given
     need(phi is None, "with a rate no nonlinearity is given")
     method, names = proof.get("proof", proof)["method"], (PACED, several.PACED)[many]
-    need(method in PACED_MEMBERS.split() if refuted else name in names, f"{name!r:.40} by {method!r:.40} has no rates")
+    need(method in PACED_GAINS.split() if refuted else name in names, f"{name!r:.40} by {method!r:.40} has no rates")
     if many:
         channels.lasting(given["channels"], name)
     else:
         family = states.classes(given)
         ends = family.slope if name in SLOPED else family.sector
         need(refuted or INF not in map(abs, ends), "with a rate the bounds of the class are finite")
-    kind, conclusion, facts, more = judged(verdict, paced(system, rate), given, phi, name, data, proof, rate)
+    own = system if method == "orbit" else paced(system, rate)  # such a solution is one of the loop itself
+    kind, conclusion, facts, more = judged(verdict, own, given, phi, name, data, proof, rate)
     if conclusion != UNSOLVABLE:
         rates = (f"({rate})^t", f"x(t)/({rate})^t") if discrete else (f"exp({-rate} t)", f"x(t) exp({rate} t)")
         conclusion = SLOWER.format(rates[1]) if refuted else (DECAYS, LATER)["late" in system].format(rates[0])
-    scaled = f"all of this is of the loop with {'H(r z)' if discrete else 'H(s - r)'}, r = {rate}"
-    return kind, conclusion, facts | {"rate": scaled}, more
+    which = "itself" if method == "orbit" else "with H(r z)" if discrete else "with H(s - r)"
+    return kind, conclusion, facts | {"rate": f"all of this is of the loop {which}, r = {rate}"}, more
 
 
 def judged(
@@ -368,7 +368,7 @@ def judged(
             (name, data, phi) == ("counterexample", {}, None),
             "a refutation is a counterexample, of no given nonlinearity",
         )
-        conclusion, found = counterexample(system, family, proof, rate is not None)
+        conclusion, found = counterexample(system, family, proof, rate)
         return Refuted, conclusion, facts | found, ""
     if name.startswith("rod-"):
         fields(proof, "method")

@@ -51,7 +51,7 @@ class Axis(NamedTuple):
     order: int
     members: list[Member]
     late: bool
-    pace: Fraction
+    pace: Fraction | None
 
     def over(self, near: Any) -> Axis:
         """With what stands for ``d`` and ``N`` on an interval."""
@@ -282,7 +282,7 @@ def integrators(H: Any, members: list[Member]) -> tuple[int, dict[str, str]]:
     """
     alone = all(not one.kind and not one.low and one.theta >= 0 for one in members)
     need(alone, "beside dead times and an eigenvalue 0 there are functions in [0, u] alone, theta >= 0", exact.Critical)
-    need(not H.pace, "with a rate poles at 0 are not covered", exact.Critical)
+    need(H.pace is None, "with a rate poles at 0 are not covered", exact.Critical)
     n, m, (d, parts) = len(H.A), len(H.D), transfer_parts(H)
     N = [row for _, seen in parts for row in seen]
     r = next(i for i, c in enumerate(d) if c)

@@ -351,8 +351,13 @@ def grows(steps: Any, squarings: int, bits: int) -> dict[str, str]:
     return {"growth": f"|trace M^(2^{squarings})| > {n} for the period of {len(steps)} gains, so some motion grows"}
 
 
-def orbit(system: Any, family: Family, proof: Any, critical: bool) -> dict[str, str]:
-    """An orbit in discrete time, exactly: ``sum d_j sigma[t-j] = sum n_j u[t-j]`` and ``u = -phi(sigma)``."""
+def orbit(system: Any, family: Family, proof: Any, critical: bool, rate: Fraction | None = None) -> dict[str, str]:
+    """An orbit in discrete time, exactly: ``sum d_j sigma[t-j] = sum n_j u[t-j]`` and ``u = -phi(sigma)``.
+
+    With a rate one that is ``s`` times as large after its samples, see :func:`scaled`.
+    """
+    if rate is not None:
+        return scaled(system, family, proof, rate)
     points, left, right, u, sigma = fields(proof, "method", "points", "left", "right", "u", "sigma")[1:]
     phi, u = piecewise(points, left, right), numbers(u)
     n, d, sigma = numbers(system["numerator"]), numbers(system["denominator"]), numbers(sigma, len(u))
@@ -368,6 +373,39 @@ def orbit(system: Any, family: Family, proof: Any, critical: bool) -> dict[str, 
     moves = len(set(sigma)) > 1
     need(any(u) and (moves or not critical), "u vanishes, or it is an equilibrium in the critical case")
     return {"orbit": f"a motion that repeats after {p} samples" if moves else "an equilibrium other than 0"}
+
+
+def scaled(system: Any, family: Family, proof: Any, rate: Fraction) -> dict[str, str]:
+    """``sigma[t+p] = s sigma[t]`` and ``u`` likewise, ``phi(s sigma) = s phi(sigma)``: linear between all these points.
+
+    On each side of 0 they are those of one interval ``[m, m/|s|)`` times powers of ``|s|`` (``s < 0``, or an odd
+    ``phi``: of both sides, mirrored); where a side has none ``phi`` is linear there, of the class.
+    """
+    _, given, u, sigma = fields(proof, "method", "scale", "u", "sigma")
+    s, u, n, d = number(given), numbers(u), numbers(system["numerator"]), numbers(system["denominator"])
+    n, p, sigma = [ZERO] * (len(d) - len(n)) + n, len(u), numbers(sigma, len(u))
+    lasts = 0 < p <= 1000 and 0 < abs(s) != 1 and rate > 0 and rate**p <= abs(s)
+    need(lasts, "it becomes smaller at that rate, or does not at all")
+    need(any(sigma) and not (family.linear or n[0]), "it rests, or phi is linear, or H(inf) is not 0")
+    for t in range(p):
+        tick()
+        late = [(j, (t - j) % p, s ** ((t - j) // p)) for j in range(len(d))]
+        rest = sum((d[j] * sigma[i] - n[j] * u[i]) * power for j, i, power in late)
+        need(rest == 0, f"sample {t} does not satisfy the difference equation")
+    sides, step = dict[bool, list[tuple[Fraction, Fraction]]](), min(abs(s), 1 / abs(s))
+    for x, v in zip(sigma, u):
+        need(x != 0 or v == 0, "phi(0) is not 0")
+        points, x, w = sides.setdefault(x > 0 or s < 0 or family.odd, []), abs(x), -v if x > 0 else v
+        while x and not (m := points[0][0] if points else x) <= x < m / step:
+            tick()
+            x, w = (x / step, w / step) if x < m else (x * step, w * step)
+        points += [(x, w)] if x else []
+    for points in map(sorted, sides.values()):
+        for (x, w), (y, v) in pairwise([*points, *((x / step, w / step) for x, w in points[:1])]):
+            need(family.sector[0] <= w / x <= family.sector[1], "phi is not in the sector")
+            chord = x != y and family.slope[0] <= (v - w) / (y - x) <= family.slope[1]
+            need(chord or (x, w) == (y, v), "phi is not in the class")
+    return {"orbit": f"a motion that is {s} times as large after {p} samples"}
 
 
 def flow_orbit(realised: Any, family: Family, proof: Any) -> dict[str, str]:

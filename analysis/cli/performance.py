@@ -114,6 +114,9 @@ def rate(
     constant: Annotated[
         bool, typer.Option("--constant", help="Also the number c, at .9 of the rate or less; needs A, B, C.")
     ] = False,
+    worst: Annotated[
+        bool, typer.Option("--worst", help="Look for slower solutions, in discrete time, of a phi with slope bounds.")
+    ] = False,
     set_: Settings = None,
     seconds: Seconds = None,
     as_json: Json = False,
@@ -132,7 +135,7 @@ def rate(
 
     out = Output(as_json=as_json, quiet=quiet, verbose=verbose, replace=force)
     with out.progress() as tell:
-        found = decay_rate(chosen, seconds=seconds, progress=tell)
+        found = decay_rate(chosen, worst=worst, seconds=seconds, progress=tell)
         beside, said = _constant(chosen, found) if constant else (None, "")
     more = {"constant": beside.to_dict() if beside else None} if constant else {}
     out.results(found.to_dict() | more, [str(found), *([said] if constant else [])])

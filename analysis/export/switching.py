@@ -226,7 +226,7 @@ def orbit_text(data: Mapping[str, Any], claim: str) -> str:
         An ``InputError``: it is a refutation of another kind, or of a class that is not covered.
     """
     method = data["proof"]["method"]
-    if method != "orbit":
+    if method != "orbit" or "rate" in data:
         raise refused(f"it is a refutation by {method}; of these, orbits in discrete time have an export")
     return _Orbit(data).text(claim)
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.drafts import guarded
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.drawing import drawn
 from lure.analysis.inequality.gains import simplest_between
@@ -18,28 +15,23 @@ from lure.analysis.numerics.doubles import bound_above, bound_below, double_abov
 from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
-from lure.analysis.questions.counterexample_search import counterexample
-from lure.analysis.questions.decay_channels import RateSearch, SeveralChannels, accepted, jumps, require_states
-from lure.analysis.questions.decay_families import BoxOfChannels, BoxOfPlants, end_of
+from lure.analysis.questions.decay_channels import SeveralChannels, accepted
+from lure.analysis.questions.decay_families import BoxOfChannels, BoxOfPlants
 from lure.analysis.questions.decay_late import LateChannels
+from lure.analysis.questions.decay_one import CLOSE, OneChannel, require_known
 from lure.analysis.questions.largest import UNFINISHED, Stopped
-from lure.analysis.questions.problem import Problem, by_matrices, class_given, loop_given, posed
+from lure.analysis.questions.problem import class_given, loop_given, posed
 from lure.analysis.questions.two_sided import TwoSided
 from lure.analysis.theorems.table import BEST
-from lure.analysis.theorems.weighted import WeightedCircle, WeightedKernels, WeightedTaps, closest
-from lure.analysis.theorems.zames_falb_discrete import NAME as ZAMES_FALB
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import counterexample as counterexample_in_words
 from lure.analysis.wording import proviso
-from lure.arrays import Reals, np
 from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.plants.channel_family import ChannelFamily
-from lure.plants.conversion import rational_if_moderate
 from lure.plants.delay import DelayPlant
 from lure.plants.delay_matrix import DelayMatrix, one_channel_of
 from lure.plants.family import PlantFamily
-from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.record import Page, derived, quantity
 
@@ -47,14 +39,11 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
 
 Time = Literal["continuous", "discrete"]
-CLOSE = Fraction(1, 10**6)  # where the bisection ends, relative to the rate of the slowest gain, or to 1
 _FAR, _AT_REST = 1e-4, 1e-12
 _GROWTHS = (1, 16, 256, 4096)  # by what a bound of a growth exceeds a limit, over that
 _BESIDE = tuple(Fraction(1, 10**digits) for digits in (8, 6, 4))
 _NEAR = tuple(Fraction(1, 10**digits) for digits in (15, 12, 9, 7))
-_SLACK = (1e-6, 5e-6, 2e-5, 1e-4, 1e-3, 1e-2)
 _SNAP = 10**6  # denominators of rates that may be exact
-_GRID, _ROUNDS = 129, 6
 
 
 class RateBound(TwoSided):
@@ -178,6 +167,7 @@ def decay_rate(
     loop: object,
     nonlinearity: object = None,
     *,
+    worst: bool = False,
     seconds: float | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> RateBound:
@@ -196,6 +186,9 @@ def decay_rate(
         The loop, with a rational plant or one with dead time, which may come back late inside.
     nonlinearity : object
         The class of nonlinearities, as for :func:`lure.analysis.certify`; by default that of the loop.
+    worst : bool
+        Whether slower solutions than those with constant gains are looked for in discrete time, of one function with
+        bounds of its slope: such that repeat on another scale.  That takes some ten seconds.
     seconds : float or None
         Time allowed; when it is over the best bounds so far are returned.
     progress : callable, optional
@@ -240,155 +233,14 @@ def decay_rate(
     given = class_given(nonlinearity)
     asked = posed(loop if given else loop_given(loop, nonlinearity), given, criterion=BEST, finite=False)
     if isinstance(asked.plant, DelayPlant):
-        _require_known(asked)
+        require_known(asked)
         listed = channel_problem(one_channel_of(asked.plant), [asked.nonlinearity_class], late=True)
         return _answered(LateChannels(listed), seconds, progress)
-    of_one = BoxOfPlants if isinstance(asked.plant, PlantFamily) else _OneChannel
-    return _answered(of_one(asked), seconds, progress)
+    of_one = BoxOfPlants if isinstance(asked.plant, PlantFamily) else OneChannel
+    return _answered(of_one(asked), seconds, progress, worst=worst)
 
 
-@dataclass
-class _OneChannel(RateSearch):
-    """The searches for one nonlinearity, at a rate."""
-
-    close = CLOSE
-
-    def __post_init__(self) -> None:
-        plant, own = rational_if_moderate(self.asked.plant), self.asked.nonlinearity_class
-        long = plant is not self.asked.plant and isinstance(plant, RationalPlant) and by_matrices(plant) is not None
-        if not isinstance(plant, RationalPlant) or long:
-            raise InputError(
-                "decay rates are shown of rational plants of moderate order, and of such with dead time, and this one "
-                "is none; lure certify and lure max-sector decide whether the loop is stable"
-            )
-        _require_known(self.asked)
-        require_states(plant.order)
-        self.asked = replace(self.asked, plant=plant)
-        if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
-            raise InputError(f"the class {own} has no uniform rate without finite bounds; give a sector of two numbers")
-
-    @cached_property
-    def plant(self) -> RationalPlant:
-        plant = self.asked.plant
-        assert isinstance(plant, RationalPlant), "looked at when it was made"
-        return plant
-
-    def prove(self, rate: Fraction) -> Proved | None:
-        """What is accepted of a rate."""
-        linear = self.asked.nonlinearity_class.linear and not self.asked.time_varying
-        theorem = {"theorem": "hurwitz" if linear else "circle", "proof": {"method": "polynomial"}}
-        found = accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
-        return found if isinstance(found, Proved) else None
-
-    def expected(self, easy: Fraction, hard: Fraction) -> float:
-        """Where the circle criterion seems to end between a rate that it serves and another, on the side it serves."""
-        own = self.asked.nonlinearity_class
-        low, high = (Fraction(end) for end in own.gains)
-        if own.linear and not self.asked.time_varying:
-            return float(hard)
-        return end_of(WeightedCircle(plant=self.plant, lower=low, upper=high), easy, hard)
-
-    @cached_property
-    def multipliers(self) -> WeightedTaps | WeightedKernels | None:
-        """The search for Zames-Falb multipliers; None where the class has no slope bounds."""
-        own = self.asked.nonlinearity_class
-        if own.slope is None or own.time_varying or own.linear:
-            return None
-        low, high = Fraction(own.slope.lower), Fraction(own.slope.upper)
-        search = WeightedTaps if self.discrete else WeightedKernels
-        return search(plant=self.plant, lower=low, width=high - low, odd=own.odd)
-
-    @property
-    def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
-        """Rates that a gain that jumps seems to have, and its proofs."""
-        own = self.asked.nonlinearity_class
-        ends = tuple(Fraction(end) for end in own.gains)
-        plant, varying = MultivariablePlant.of_one_channel(self.plant), own.time_varying and not own.linear
-        for rate, rows, proof in jumps(plant, ((ends[0],), (ends[1],)), (varying,), [range(1)], self.slowest[0]):
-            yield rate, {"method": "switched-gain", "gains": [str(ends[row[0]]) for row in rows]} | proof
-
-    def lasting(self) -> Refuted | None:
-        """A member with a solution that does not decay, no constant gain; None if none is found."""
-        found = guarded("counterexamples", partial(counterexample, self.asked, "rationals"), passing=(TimeoutError,))
-        return found if isinstance(found, Refuted) else None
-
-    def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
-        """What Zames-Falb multipliers prove, better than what is known; beyond ``end`` nothing is true.
-
-        Of a sector alone it is Popov's terms, of a loop with one channel among several.
-        """
-        search, discrete = self.multipliers, self.discrete
-        own, D = self.asked.nonlinearity_class, self.plant.feedthrough
-        if search is None and not (discrete or own.time_varying or own.linear or D):
-            several = channel_problem(MultivariablePlant.of_one_channel(self.plant), [own])
-            yield from SeveralChannels(several).by_multipliers(end, known)
-        if search is None or (end is None and not discrete):
-            return
-        best, one = float(end or 0), 1.0 if discrete else 0.0
-        close = float(CLOSE) * (max(best, 1e-3) if discrete else best)
-        easy = float(known) if known is not None else one + 1e-6 * (best - one)
-        if not abs(easy - best) > close or (best >= 1 if discrete else best <= 0):
-            return
-        found = closest(search, best, easy, close, proved=known is not None)
-        if found is None:
-            return
-        reached, size = found
-        for step in _SLACK:
-            ends = sorted(Fraction(reached + (easy - reached) * part) for part in (step, 1.5 * step))
-            rate = simplest_between(*ends)
-            multiplier = search.multiplier(float(rate), size)
-            if multiplier is not None:
-                theorem = {"theorem": ZAMES_FALB, "multiplier": multiplier, "proof": {"method": "polynomial"}}
-                shown = accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
-                if isinstance(shown, Proved):
-                    yield rate, shown
-                    return
-
-    @cached_property
-    def slowest(self) -> tuple[float, Fraction]:
-        """The rate of the slowest constant gain, in floating point, and the gain."""
-        low, high = (Fraction(end) for end in self.asked.nonlinearity_class.gains)
-        n, d = self.plant.numerator, self.plant.denominator
-        top, bottom = [np.array([float(c) for c in side]) for side in (n, d)]
-        top = np.concatenate([np.zeros(len(bottom) - len(top)), top])
-
-        def slowness(gains: Reals) -> Reals:
-            """The spectral abscissa or radius; infinite where the loop has no solution."""
-            p = bottom + gains[:, None] * top
-            lost = np.abs(p[:, 0]) <= 1e-14 * np.abs(p).max(axis=1)
-            companion = np.zeros((len(gains), len(d) - 1, len(d) - 1))
-            companion[:, 1:, :-1] = np.eye(len(d) - 2)
-            companion[:, 0] = -p[:, 1:] / np.where(lost, 1.0, p[:, 0])[:, None]
-            roots = np.linalg.eigvals(companion)
-            values = np.max(np.abs(roots) if self.discrete else roots.real, axis=1, initial=-math.inf)
-            return np.where(lost, math.inf, values)
-
-        left, right, best, gain = float(low), float(high), -math.inf, float(low)
-        for _ in range(_ROUNDS):
-            grid = np.linspace(left, right, _GRID)
-            values = slowness(grid)
-            i = int(np.argmax(values))
-            if values[i] > best:
-                best, gain = float(values[i]), float(grid[i])
-            left, right = grid[max(i - 1, 0)], grid[min(i + 1, _GRID - 1)]
-        at_ends = slowness(np.array([float(low), float(high)]))
-        as_slow = (g for g, v in zip((low, high), at_ends, strict=True) if v >= best - 1e-12 * abs(best))
-        exact = next(as_slow, min(max(Fraction(gain), low), high))
-        return (best if self.discrete else -best), exact
-
-    def refute(self, rate: Fraction) -> Refuted | None:
-        """What is accepted against a rate."""
-        return self.refuted_by(rate, {"method": "linear-gain", "gain": str(self.slowest[1])})
-
-
-def _require_known(asked: Problem) -> None:
-    """Refuse a nonlinearity whose class is not known."""
-    if asked.refusals or asked.untested or asked.rough:
-        why = next((one.detail for one in asked.refusals), "it is not known to be locally Lipschitz")
-        raise InputError(f"decay rates are shown of nonlinearities whose class is known: {why}")
-
-
-_Loop: TypeAlias = _OneChannel | BoxOfPlants | BoxOfChannels | SeveralChannels
+_Loop: TypeAlias = OneChannel | BoxOfPlants | BoxOfChannels | SeveralChannels
 
 
 def _answered(
@@ -397,6 +249,7 @@ def _answered(
     progress: Callable[[str, float], None] | None,
     *,
     jumping: bool = True,
+    worst: bool = False,
 ) -> RateBound:
     """Both sides, the slowest gain first; without ``jumping`` constant gains are all that is looked at."""
     tell = progress or (lambda _step, _done: None)
@@ -418,6 +271,10 @@ def _answered(
                 if jumping:
                     tell("gains that jump", 0.7)
                     refuted = _slower(loop, refuted)
+                if worst:
+                    tell("solutions that repeat on another scale", 0.75)
+                    for slower in _rescaled(loop, refuted, proof):
+                        refuted = slower
             if jumping and not _decays(loop, proof) and not (refuted is not None and _lasting(loop, refuted[0])):
                 tell("counterexamples", 0.8)
                 lasting = loop.lasting()
@@ -472,7 +329,7 @@ def difference_rate(
         As for :func:`decay_rate`.
     """
     if isinstance(plant, RationalPlant):
-        loop = _OneChannel(posed(plant, classes.classes[0], criterion=BEST, finite=False))
+        loop = OneChannel(posed(plant, classes.classes[0], criterion=BEST, finite=False))
         return _answered(loop, seconds, progress, jumping=False)
     return _answered(SeveralChannels(channel_problem(plant, classes)), seconds, progress, jumping=False)
 
@@ -520,8 +377,19 @@ def _slower(loop: _Loop, known: tuple[Fraction, Refuted] | None) -> tuple[Fracti
     return known
 
 
+def _rescaled(
+    loop: _Loop, known: tuple[Fraction, Refuted] | None, proof: tuple[Fraction, Proved] | None
+) -> Iterator[tuple[Fraction, Refuted]]:
+    """Solutions that repeat on another scale and are slower than what is known, each slower than the last."""
+    between = float(known[0]) if known is not None else 1e-3, float(proof[0]) if proof is not None else 1.0
+    for rate, found in loop.rescaled(*between):
+        shown = loop.refuted_by(rate, found)
+        if shown is not None:
+            yield rate, shown
+
+
 def _proofs(
-    loop: _OneChannel | BoxOfPlants | SeveralChannels, refuted: Fraction | None
+    loop: OneChannel | BoxOfPlants | SeveralChannels, refuted: Fraction | None
 ) -> Iterator[tuple[Fraction, Proved]]:
     """Rates that are proved, each better than the one before, by halving; none is beyond what is refuted."""
     one, discrete = Fraction(1), loop.discrete

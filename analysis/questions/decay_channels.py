@@ -142,6 +142,10 @@ class RateSearch:
         """Rates that gains that jump seem to have, and their proofs; here they are not looked at."""
         return iter(())
 
+    def rescaled(self, _known: float, _most: float) -> Iterator[tuple[Fraction, dict[str, Any]]]:
+        """Rates between two, and their proofs, by solutions that repeat on another scale; here none are looked for."""
+        return iter(())
+
     def lasting(self) -> Refuted | None:
         """A member with a solution that does not decay, no constant gain; here none is looked for."""
         return None

@@ -230,11 +230,32 @@ def test_what_has_no_rate_is_refused_in_a_sentence(plant, given, said):
         decay_rate(plant, given)
 
 
+@pytest.mark.parametrize(
+    ("top", "bottom", "slopes", "rate"),
+    [("-1/100", "2.515", (0, 2), 2.495), ("-1.27", "0.691", ("-0.04", "0.1"), 0.564)],
+)
+def test_one_pole_decays_as_the_slowest_gain_says(top, bottom, slopes, rate):
+    # x' = -(p + g n) x is the slowest loop, and phi g(t) x is no slower
+    plant = RationalPlant([Fraction(top)], [1, Fraction(bottom)])
+    found = decay_rate(plant, SlopeBounds(*map(Fraction, slopes)))
+    assert found.rate.low == pytest.approx(rate, rel=1e-6)
+    assert found.rate.high == pytest.approx(rate, rel=1e-6)
+
+
 def test_a_rate_is_proved_up_to_a_pole_of_a_plant_with_dead_time():
     # with the gain 0 the root is the pole -0.984, and no root is farther to the right: |exp(-s/10)/(s + .984)| 1.64 < 1
     found = decay_rate("0.01*exp(-0.1*s)/(s+0.984)", Sector(0, Fraction("1.64")))
     assert found.rate.low == pytest.approx(0.984, rel=1e-6)
     assert found.rate.low <= 0.984 <= found.rate.high
+
+
+def test_an_integrator_with_dead_time_and_the_gain_0_does_not_decay():
+    # x' = 0 is a loop of the class; nothing is claimed at the rate 0, where the theorem speaks of convergence alone
+    found = decay_rate("0.28*exp(-s)/s", SlopeBounds(0, Fraction("1.66")))
+    assert found.verdict is Verdict.REFUTED
+    assert found.rate.high == 0
+    assert found.proof is None or found.rate.low < 0
+    assert all(recheck(one.certificate).accepted for one in (found.proof, found.refutation) if one is not None)
 
 
 # roots s = W(-g) of s + g e^-s: the rightmost with the gain 1/5 is real, with the gain 1 it is W_0(-1)

@@ -23,6 +23,7 @@ from lure.analysis.certificates.second.reading import (
     numbers,
     record,
     require,
+    tick,
 )
 from lure.analysis.certificates.second.systems import Rational, RodData, System
 
@@ -61,6 +62,66 @@ def orbit_kind(proof: Mapping[str, object], system: Rational, nonlinearities: No
         return "no rest"
     require(sigma[0] != 0 or u[0] != 0, "the orbit rests at 0")
     return "equilibria"
+
+
+def _require_scaled(
+    proof: Mapping[str, object], system: Rational, nonlinearities: Nonlinearities, rate: Fraction
+) -> None:
+    """Check a solution that is ``s`` times as large after ``p`` samples, ``|s| >= r^p``, of one ``phi`` of the class.
+
+    Chords between any two of its points, one of them times ``|s|^k``, are means of those between neighbours, and
+    neighbours are at most one power apart in size: all chords are looked at for three ``k``.
+
+    Raises
+    ------
+    NotShown
+        It is none, or no such ``phi`` is in the class.
+    """
+    found = record(proof, "method", "scale", "u", "sigma")
+    s, u, sigma = number(found["scale"]), numbers(found["u"]), numbers(found["sigma"])
+    p, size = len(u), abs(s)
+    require(0 < p == len(sigma) <= COUNTEREXAMPLES_LONGEST and size not in (0, 1), "u, sigma and the scale do not fit")
+    require(rate**p <= size and any(v != 0 for v in sigma), "it falls faster than the rate, or rests")
+    require(not nonlinearities.linear and system.feedthrough == 0, "phi is linear, or D is not 0")
+    n, d = system.polynomials
+    shared = n.gcd(d) if n.degree() >= 0 else d
+    top, bottom = ([to_fraction(c) for c in (side // shared).coeffs()] for side in (n, d))
+    later = [[v * s**k for k in range(1 + len(bottom) // p + 1) for v in side] for side in (u, sigma)]
+    for t in range(p):
+        left = sum((c * later[1][t + i] for i, c in enumerate(bottom)), Fraction(0))
+        require(left == sum((c * later[0][t + i] for i, c in enumerate(top)), Fraction(0)), "it is no solution")
+    require(all(w == 0 for x, w in zip(sigma, u, strict=True) if x == 0), "phi(0) is not 0")
+    points = [(x, -w) for x, w in zip(sigma, u, strict=True) if x != 0]
+    if s < 0 or nonlinearities.odd:
+        points = [(x, w) if x > 0 else (-x, -w) for x, w in points]
+    for x, w in points:
+        require(
+            claims.at_least(w / x, nonlinearities.lower) and claims.at_most(w / x, nonlinearities.upper),
+            "not in the sector",
+        )
+    for x, w in points:
+        for y, v in points:
+            tick()
+            if (x > 0) is not (y > 0):
+                continue
+            near = _power(y / x, size)
+            for k in (near - 1, near, near + 1):
+                a, b = x * size**k, w * size**k
+                if a == y:
+                    require(b == v, "phi has two values")
+                elif nonlinearities.slope is not None:
+                    low, high = nonlinearities.slope
+                    slope = (v - b) / (y - a)
+                    require(claims.at_least(slope, low) and claims.at_most(slope, high), "a slope is not in the class")
+
+
+def _power(ratio: Fraction, size: Fraction) -> int:
+    """The ``k`` with ``size^k <= ratio < size^(k + 1)``, or with the signs turned where ``size < 1``."""
+    k, step = 0, max(size, 1 / size)
+    while not step**k <= ratio < step ** (k + 1):
+        tick()
+        k += 1 if ratio >= step ** (k + 1) else -1
+    return k if size > 1 else -k
 
 
 def require_flow_orbit(proof: Mapping[str, object], system: Rational, nonlinearities: Nonlinearities) -> None:
@@ -130,6 +191,9 @@ def refuted(document: Document, system: System, nonlinearities: Nonlinearities) 
         return claims.NO_REST
     if method == "switched-gain":
         _require_switched(proof, system, nonlinearities)
+        return claims.NO_REST
+    if method == "orbit" and document.rate is not None:
+        _require_scaled(proof, system, nonlinearities, document.rate)
         return claims.NO_REST
     if method == "orbit":
         return _sentence(orbit_kind(proof, system, nonlinearities), system, nonlinearities, paced=False)

@@ -81,6 +81,7 @@ def _turning(document: Document, asked: Asked) -> str:
     if not (any(gains) or asked.inner):
         p = asked.A.charpoly()
         counts, zeros = half_plane_counts(p), next(k for k in range(p.degree() + 1) if p[k] != 0)
+        zeros = zeros if asked.pace is None else 0  # at a rate a root 0 does not fall either
         require(counts.right > 0 or counts.axis > zeros, "no root s != 0, Re s >= 0, is shown")
         return claims.NO_REST
     with working_precision(_BITS):

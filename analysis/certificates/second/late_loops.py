@@ -30,7 +30,7 @@ class LateLoop:
     D: fmpq_mat
     late: tuple[tuple[Fraction, fmpq_mat, fmpq_mat], ...]
     rates: tuple[tuple[fmpq_mat, fmpq_mat], ...]
-    pace: Fraction
+    pace: Fraction | None
 
     @classmethod
     def of(cls, asked: Asked, gains: Sequence[Fraction]) -> LateLoop:
@@ -239,15 +239,17 @@ class LateLoop:
         ]
 
 
-def grown(pace: Fraction, tau: Fraction) -> arb:
+def grown(pace: Fraction | None, tau: Fraction) -> arb:
     """``e^(a T)``.
 
     Parameters
     ----------
-    pace, tau : Fraction
-        The rate ``a`` and the dead time ``T``.
+    pace : Fraction or None
+        The rate ``a``; None for 0.
+    tau : Fraction
+        The dead time ``T``.
     """
-    return ball(pace * tau).exp()
+    return ball((pace or Fraction(0)) * tau).exp()
 
 
 def opened(asked: Asked) -> tuple[Asked, list[Fraction]]:

@@ -53,6 +53,9 @@ def weighted(document: Document, rate: Fraction) -> Document:
     else:
         proof = document.proof
         proof = mapping(proof["proof"]) if proof.get("method") == "member" else proof
+        if proof.get("method") == "orbit":  # of the loop itself
+            require(document.system.get("kind") == "transfer" and not flow, "such a solution is one in samples")
+            return document
         require(proof.get("method") in (*LINEAR, "late-turns"), "a refutation of a rate is linear")
     return replace(document, system=_system(document.system, rate))
 

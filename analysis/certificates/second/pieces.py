@@ -126,7 +126,7 @@ def require_pieces(document: Document, asked: Asked) -> bool:
         near, start = balls(near=True), Fraction(0)
         if closed is not None:
             require(closed.right_roots() == 0, "the loop with constant gains is not stable")
-        require(stable or not asked.pace, "with a rate no pole lies at 0")
+        require(stable or asked.pace is None, "with a rate no pole lies at 0")
         if not stable:
             start = _past_zero(asked, known, d, [(Fraction(0), N), *later], ends[0])
         for row, (a, b) in zip(rows, pairwise([start, *ends]), strict=False):

@@ -103,7 +103,7 @@ def shown(document: Document) -> str:
         document = channel_boxes.one_member(document)
     asked = read(document)
     if asked.late:
-        return shown_late(document, replace(asked, pace=document.rate or Fraction(0)))
+        return shown_late(document, replace(asked, pace=document.rate))
     if document.verdict == "PROVED":
         if document.theorem == "storage-circle":
             require_storage(document, asked)
