@@ -326,8 +326,8 @@ class WeightedCircle:
         turn = 1j ** np.arange(len(p))[::-1]
         whole = np.polymul(p * turn, np.conj(q * turn)).real[::2]  # even in omega
         x = np.append(np.maximum(np.roots(np.polyder(whole)).real, 0), 0.0)
-        value, size = (np.asarray(np.polyval(c, x)) for c in (whole, np.abs(whole)))  # both 0 for a root of p at 0
-        values = np.append(value / np.where(size > 0, size, 1.0), np.sign(whole[0]))
+        at, least = (np.asarray(np.polyval(c, x)) for c in (whole, np.abs(whole)))  # both are 0 for a root of p at 0
+        values = np.append(at / np.where(least > 0, least, 1.0), np.sign(whole[0]))
         return float(np.min(values))
 
 
