@@ -29,6 +29,7 @@ from lure.analysis.certificates.second.numerics import (
     to_fmpq,
 )
 from lure.analysis.certificates.second.reading import NotShown
+from lure.analysis.certificates.second.several import _nonnegative
 from lure.analysis.certificates.second.systems import Plant
 from lure.analysis.certificates.second.zero import integrators_apart, leading, null_space
 
@@ -313,3 +314,9 @@ def test_roots_of_late_loops_are_counted(a, back, delay, roots):
         late=((F(delay), none),), inner=(flint([[-F(back)]]),),
     )  # fmt: skip
     assert LateLoop.of(plant, [F(0)]).right_roots() == roots
+
+
+@pytest.mark.parametrize(("least", "fine"), [(0, True), (F(1, 9), True), (F(-1, 9), False), (-2, False)])
+def test_a_form_is_nonnegative_where_all_its_roots_are(least, fine):
+    turn, lengths = fmpq_mat([[3, -4], [4, 3]]) / 5, fmpq_mat([[to_fmpq(F(least)), 0], [0, 1]])
+    assert _nonnegative(turn * lengths * turn.transpose()) is fine
