@@ -6,11 +6,13 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from flint import fmpq_mat, fmpq_poly
+from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second import recheck
 from lure.analysis.certificates.second.axis import require_same
 from lure.analysis.certificates.second.frequencies import require_vertices
+from lure.analysis.certificates.second.numerics import working_precision
+from lure.analysis.certificates.second.orbits import Stay, Watched, _Equations
 from lure.analysis.certificates.second.reading import NotShown, count, mapping, number
 
 STORED = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text())
@@ -56,3 +58,28 @@ def test_what_is_no_object_of_json_is_refused(value):
 def test_what_is_no_number_of_a_file_is_refused(read, value):
     with pytest.raises(NotShown):
         read(value)
+
+
+# y = sin t, which is 1 at pi/2 and below 0 from pi on; it begins at 0, where it ascends
+@pytest.mark.parametrize(
+    ("low", "high", "enters", "duration", "stays"),
+    [
+        (Fraction(-1, 2), Fraction(9, 10), 0, Fraction(5, 2), False),
+        (Fraction(-1, 2), Fraction(11, 10), 0, Fraction(5, 2), True),
+        (Fraction(-1, 10), Fraction(2), 0, Fraction(7, 2), False),
+        (Fraction(-1, 10), Fraction(2), 0, Fraction(3), True),
+        (Fraction(0), None, 1, Fraction(3), True),
+        (Fraction(0), None, 1, Fraction(7, 2), False),
+    ],
+)
+def test_a_solution_stays_on_its_piece_from_beginning_to_end(low, high, enters, duration, stays):
+    G = (
+        (Fraction(0), Fraction(1), Fraction(0)),
+        (Fraction(-1), Fraction(0), Fraction(0)),
+        (Fraction(0), Fraction(0), Fraction(0)),
+    )
+    one = Watched(row=(Fraction(1), Fraction(0), Fraction(0)), low=low, high=high, enters=enters, leaves=0)
+    with working_precision(128):
+        equations = _Equations(2, [Stay(G=G, entry=one.row, watched=(one,))], half=False)
+        start = arb_mat([[0], [1], [1]])
+        assert equations.on_its_piece(0, one, start, arb(fmpq(duration.numerator, duration.denominator))) is stays
