@@ -244,11 +244,18 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpa
     """``(num, den)``, ``(A, B, C[, D])``, or scipy's ``cont2discrete``: ``([num], den, dt)``, ``(A, B, C, D, dt)``."""
     if len(parts) == 5:
         return _from_matrices(parts[:4], sampling_time(dt, parts[4], name="the system"))
-    row = getattr(parts[0], "shape", (0,)) if len(parts) == 3 and isinstance(parts[2], int | float) else (0,)
-    if row[0] == 1 < row[-1]:  # a numerator as scipy writes it: it is no A, which is square
+    shape = getattr(parts[0], "shape", ())
+    if len(parts) == 3 and isinstance(parts[2], int | float) and len(shape) == 2 and shape[0] == 1 < shape[1]:
+        # a numerator as scipy writes it: it is no A, which is square
         return _ratio(cast("Sequence[object]", parts[0])[0], parts[1], sampling_time(dt, parts[2], name="the system"))
     if len(parts) == 2:
         return _ratio(parts[0], parts[1], sampling_time(dt))
+    flat = len(parts) == 4 and len(shape) == 1 == getattr(parts[1], "ndim", 0)
+    if flat and all(isinstance(one, int | float) for one in parts[2:]) and cast("float", parts[3]) > 0:
+        raise InputError(
+            "zeros, poles, gain and period may be meant, or the matrices of one state; give "
+            "scipy.signal.ZerosPolesGain(z, p, k, dt=dt), or A as a list of rows"
+        )
     if len(parts) not in (3, 4):
         raise InputError(f"a system of {len(parts)} parts is unknown; give (num, den) or (A, B, C) or (A, B, C, D)")
     if isinstance(parts[0], str):

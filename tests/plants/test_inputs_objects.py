@@ -174,6 +174,16 @@ def test_what_scipy_makes_of_a_plant_in_continuous_time_is_that_plant_in_discret
     assert "leave dt out" in refusal(as_plant, sampled[0], dt=1)
 
 
+def test_zeros_poles_and_gain_of_scipy_are_not_taken_for_matrices():
+    # (s + 2)/(s + 1): one zero, one pole, gain and period have the shapes of A, B, C, D of one state
+    sampled = scipy.signal.cont2discrete(([-2.0], [-1.0], 1.0), 0.5)
+    assert "give scipy.signal.ZerosPolesGain(z, p, k, dt=dt)" in refusal(as_plant, sampled)
+    found = as_plant(scipy.signal.ZerosPolesGain(*sampled[:3], dt=sampled[3]))
+    assert (found.dt, found.transfer(1).real) == (F(1, 2), pytest.approx(2))  # H(0) = 2
+    assert as_plant((np.array(-1.0), np.array(1.0), 1.0)).denominator == (1, 1)  # A of no dimension
+    assert as_plant((np.array([-1.0]), np.array([1.0]), 1.0, 0.0)).denominator == (1, 1)
+
+
 def test_a_loop_is_asked_for_its_block():
     with pytest.raises(
         InputError, match=r"a LoopSystem is a block and what closes the loop; give its block, loop\.block"
