@@ -285,6 +285,13 @@ def test_several_channels_with_dead_time_have_a_rate_and_growth_is_bounded():
     assert grows.rate.low < -special.lambertw(-2).real <= grows.rate.high < 0
 
 
+# the gain 0 is the slowest: (s + 1) + g exp(-s) has no other root near -1, and F > 0 seems to hold on one piece
+def test_a_class_of_small_gains_beside_dead_time_has_the_rate_of_the_plant():
+    found = decay_rate("exp(-s)/(s+1)", Sector(0, Fraction(1, 10**7)))
+    assert 1 - 1e-8 < found.rate.low < 1 < found.rate.high < 1 + 1e-8
+    assert recheck(found.proof.certificate).accepted
+
+
 def test_what_is_assumed_beside_a_direct_term_is_part_of_the_sentence():
     # D = 1/2: phi in the sector [0, 1] may fall steeper than -2, and then y = sigma + phi(sigma)/2 has several sigma
     plant = RationalPlant([Fraction(1, 2), 1, Fraction(3, 2)], [1, 2, 1])
