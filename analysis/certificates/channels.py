@@ -51,6 +51,7 @@ class Channels(NamedTuple):
     families: list[states.Family]
     blocks: list[range]
     delayed: tuple[int, ...] = ()  # channels of which a delay was taken out: D has no cycle, and solutions exist
+    tied: tuple[range, ...] = ()  # the channels of one function in a full-block sector, whose products are summed
 
     @property
     def operators(self) -> list[range]:
@@ -172,6 +173,7 @@ def existing(asked: Channels) -> str:
 def uniform(weights: Any, asked: Channels) -> None:
     """An operator on all of its channels together has one weight for them, the performance channel one > 0."""
     together = [block for block in asked.operators if asked.families[block[0]].operator != SCALAR]
+    together += asked.tied
     one = all(weights[i] == weights[block[0]] for block in together for i in block)
     need(one, "the channels of an operator have different weights")
     need(asked.performance is None or weights[-1] > 0, "the weight of the performance channel is not positive")
@@ -466,12 +468,19 @@ def centred(H: Plant, asked: Channels) -> tuple[Plant, Channels]:
 
     ``(phi - l sigma)'(u sigma - phi) = r^2 |sigma|^2 - |phi - c sigma|^2``.  It is a causal operator, at rest at first,
     and locally Lipschitz: solutions exist where ``D`` has no cycle, the channels of a block being taken together.
+
+    Beside dead times it is a time-varying function in each channel, if all of a block have one weight and no more.
     """
     own = [i for i, family in each(asked) if family.operator == FULL_BLOCK]
     if not own:
         return H, asked
-    need(not H.late, "beside dead times full blocks are not covered")
     families, m = list(asked.families), len(asked.families)
+    if H.late:
+        need(ordered(H.D, asked), "beside dead times and full blocks D has a cycle of channels")
+        tied = tuple(block for block in asked.operators if block[0] in own)
+        for i in own:
+            families[i] = families[i]._replace(operator="", varying=True)
+        return H, asked._replace(families=families, delayed=tuple(own), tied=tied)
     middle = [sum(family.sector) / 2 if i in own else ZERO for i, family in each(asked)]
     found = closed_loop(H, [[middle[i] * (i == j) for j in range(m)] for i in range(m)])
     need(found is not None, "the loop with the gains in the middle of full blocks has no solution", exact.IllPosed)

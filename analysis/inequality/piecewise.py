@@ -64,7 +64,7 @@ class Piecewise:
     channels : sequence of Channel
         In order.
     blocks : sequence of sequence of int
-        The channels of each operator.
+        The channels of each operator, and of each function of several channels.
     discrete : bool
         Whether in discrete time.
     late : sequence of (float, ndarray)
@@ -91,11 +91,12 @@ class Piecewise:
 
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]
-        self.shared = [(block, 0) for block in self.blocks if kinds[block[0]] == "operator"]
+        self.shared = [(block, 0) for block in self.blocks if kinds[block[0]] in ("operator", "function")]
         steady = [
             one.kind == "function" or (one.kind == "slow delay" and one.rate is not None) for one in self.channels
         ]
-        self.shared += [((i,), 0) for i, fits in enumerate(steady) if fits]
+        joint = {i for block, _ in self.shared for i in block}
+        self.shared += [((i,), 0) for i, fits in enumerate(steady) if fits and i not in joint]
         self.shared += [((i,), 1) for i, one in enumerate(self.channels) if one.kind == "slow delay" and one.free]
         self.weights = len(self.shared)
         self.shared += [((i,), 1) for i, one in enumerate(self.channels) if one.kind == "function" and one.free]
@@ -172,36 +173,37 @@ class Piecewise:
         for which in (self.shared, self.local):
             found = np.zeros((len(which), len(omega), len(self.D), len(self.D)), dtype=complex)
             for k, (block, part) in enumerate(which):
-                one, i = self.channels[block[0]], block[0]
+                one = self.channels[block[0]]
                 w = float(one.width)
                 if "operator" in one.kind:
                     own = H[:, block]
                     found[k] = -(w**2) * own.conj().swapaxes(1, 2) @ own
                     found[k][:, block, block] += 1
                     continue
-                row = np.zeros((len(omega), len(self.D)), dtype=complex)
-                if one.kind == "slow delay":
-                    share = float(one.rate / (1 - one.rate)) if one.rate is not None and part == 0 else w**2
-                    side = (H if part == 0 else turned)[:, i]
-                    found[k] = -share / 2 * side.conj()[:, :, None] * side[:, None, :]
-                    found[k][:, i] -= H[:, i] * (part == 0)
-                    found[k][:, i, i] += 0.5
-                    continue
-                if one.kind == "delay" and part == 0:
-                    row = -H[:, i]
-                    row[:, i] += 0.5
-                elif one.kind == "delay":
-                    inside = omega * w <= float(FULL_TURN)
-                    row[inside] = np.exp(-0.5j * omega[inside] * w)[:, None] * H[inside, i]
-                elif one.kind == "function" and part == 1:
-                    row = turned[:, i] / self.slow
-                else:
-                    low = 0.0 if part else float(one.low)
-                    row = (w + 2 * low) * H[:, i]
-                    row[:, i] += 1
-                    row = row * (1j if part else 1)
-                    found[k] += low * (w + low) * H[:, i].conj()[:, :, None] * H[:, i][:, None, :]
-                found[k][:, i] += row
+                for i in block:
+                    row = np.zeros((len(omega), len(self.D)), dtype=complex)
+                    if one.kind == "slow delay":
+                        share = float(one.rate / (1 - one.rate)) if one.rate is not None and part == 0 else w**2
+                        side = (H if part == 0 else turned)[:, i]
+                        found[k] = -share / 2 * side.conj()[:, :, None] * side[:, None, :]
+                        found[k][:, i] -= H[:, i] * (part == 0)
+                        found[k][:, i, i] += 0.5
+                        continue
+                    if one.kind == "delay" and part == 0:
+                        row = -H[:, i]
+                        row[:, i] += 0.5
+                    elif one.kind == "delay":
+                        inside = omega * w <= float(FULL_TURN)
+                        row[inside] = np.exp(-0.5j * omega[inside] * w)[:, None] * H[inside, i]
+                    elif one.kind == "function" and part == 1:
+                        row = turned[:, i] / self.slow
+                    else:
+                        low = 0.0 if part else float(one.low)
+                        row = (w + 2 * low) * H[:, i]
+                        row[:, i] += 1
+                        row = row * (1j if part else 1)
+                        found[k] += low * (w + low) * H[:, i].conj()[:, :, None] * H[:, i][:, None, :]
+                    found[k][:, i] += row
             sides.append(found + found.conj().swapaxes(2, 3))
         return _Basis(*sides)
 

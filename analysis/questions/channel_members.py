@@ -63,6 +63,8 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
     most : float
         The largest factor of interest.
     """
+    if isinstance(asked.plant, DelayMatrix) and wide_channels(asked):
+        return as_members(asked, members_refuting(narrowed(asked), most=most))
     if isinstance(asked.plant, DelayMatrix) and asked.classes.performance is not None:
         return _largest_delayed(asked, most)
     if isinstance(asked.plant, DelayMatrix):

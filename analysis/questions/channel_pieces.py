@@ -86,7 +86,7 @@ class PiecewiseProofs:
         A, B, C, D = (np.array([[float(v) for v in row] for row in side]) for side in found[:4])
         if gains is None:
             self._require_stable(plant, known, np.linalg.eigvals(A))
-        blocks = known.operators
+        blocks = [*known.operators, *known.tied]
         up = [math.exp(float(pace * delay)) for delay, _ in plant.late]
         sides = zip(up, plant.late, strict=True)
         late = [(float(delay), by * np.array([[*map(float, row)] for row in rows])) for by, (delay, rows) in sides]

@@ -106,6 +106,19 @@ def test_a_function_at_each_time_in_the_sector_has_a_rate(rows, low, dt, rate):
         assert_both_reject(edited(dict(found.proof.certificate), "laws", "channels", value=laws))
 
 
+def test_beside_dead_times_a_block_has_one_weight():
+    # exp(-s)/(s + 1) twice: Re H = (cos w - w sin w)/(1 + w^2) > -1/k, which is the circle criterion of one channel
+    w = np.linspace(1, 3, 100_001)
+    limit = -1 / ((np.cos(w) - w * np.sin(w)) / (1 + w**2)).min()
+    rows = [["exp(-s)/(s+1)", "0"], ["0", "exp(-s)/(s+1)"]]
+    data = dict(certify(rows, pair(0, 0.995 * limit)).shown.certificate)
+    assert recheck(data).accepted
+    assert_both_reject(edited(data, "multiplier", "lambda", 0, value="1/2"))
+    assert_both_reject(edited(data, "system", "D", value=[["0", "1/9"], ["0", "0"]]))  # phi_1 may be of sigma_2
+    for i in range(2):
+        assert_both_reject(edited(data, "laws", "channels", i, "sector", 1, value=str(Fraction(1.001 * limit))))
+
+
 def test_files_have_the_size_beside_the_sector():
     text = '[plant]\ntransfer = [["1/(s+1)^3", "0"], ["0", "1/(s+1)^3"]]\n[[class]]\nsector = [0, 1]\nsize = 2\n'
     loop = parse_system(text, **NAMED)

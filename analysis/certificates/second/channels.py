@@ -402,6 +402,8 @@ def member(value: object, asked: Asked) -> list[Fraction]:
 def centred(asked: Asked) -> Asked:
     """The loop with the gain ``c = (l + u)/2`` in place of functions of a block, and one of norm up to ``(u - l)/2``.
 
+    Beside dead times: with functions that depend on time in place of these, where one weight is that of the block.
+
     Parameters
     ----------
     asked : Asked
@@ -410,12 +412,18 @@ def centred(asked: Asked) -> Asked:
     Raises
     ------
     NotShown
-        There are dead times, or that loop is not well posed.
+        That loop is not well posed, or beside dead times ``D`` has a cycle.
     """
     own = [i for i, one in enumerate(asked.nonlinearities) if one.operator == FULL_BLOCK]
     if not own:
         return asked
-    require(not asked.late, "functions of a block beside dead times")
+    if asked.late:
+        require(acyclic(asked), "D has a cycle of channels beside dead times and functions of a block")
+        apart = [
+            replace(one, operator="", time_varying=True) if i in own else one
+            for i, one in enumerate(asked.nonlinearities)
+        ]
+        return replace(asked, nonlinearities=tuple(apart), delayed=True)
     classes, gains = list(asked.nonlinearities), [Fraction(0)] * len(asked.nonlinearities)
     for i in own:
         low, high = classes[i].lower, classes[i].upper

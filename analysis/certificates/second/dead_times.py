@@ -12,7 +12,7 @@ from fractions import Fraction
 from flint import acb, acb_series, arb, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
-from lure.analysis.certificates.second.channels import Asked, diagonal, member
+from lure.analysis.certificates.second.channels import Asked, centred, diagonal, member
 from lure.analysis.certificates.second.delays import refuted_by_delay, refuted_by_delayed_members
 from lure.analysis.certificates.second.late_loops import LateLoop, opened
 from lure.analysis.certificates.second.numerics import ball, half_plane_counts, working_precision
@@ -42,7 +42,12 @@ def shown_late(document: Document, asked: Asked) -> str:
     require(not (asked.pace and asked.rates), "a neutral equation has no rate here")
     if document.verdict == "PROVED":
         require(document.theorem in ("piecewise-circle", "piecewise-popov"), "the theorem is not for dead times")
-        resting = require_pieces(document, asked)
+        apart, weights = centred(asked), numbers(document.multiplier.get("lambda"))
+        for block in asked.operators:
+            one_weight = len({weights[i] for i in block if i < len(weights)}) == 1
+            joint = asked.nonlinearities[block[0]].operator == claims.FULL_BLOCK
+            require(one_weight or not joint, "a function of a block has two weights")
+        resting = require_pieces(document, apart)
         return claims.EQUILIBRIA if resting else claims.GAIN if asked.performance else claims.DELAYED
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
