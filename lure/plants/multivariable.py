@@ -200,7 +200,8 @@ def plant_of_matrices(
         several = (inward is not None and len(inward[0]) > 1) or (outward is not None and len(outward) > 1)
         name, given = ("B", B) if inward is None else ("C", C)
         rows = cast("list[Sequence[object]]", rows_of(given, name))
-        if several and len({len(row) for row in rows}) == 1:
+        square = {len(cast("Sequence[object]", row)) for row in rows_of(A, "A")} == {n}
+        if square and several and len({len(row) for row in rows}) == 1:
             raise InputError(f"{name} is {len(rows)} x {len(rows[0])}, and A has {n} rows; {_SHAPES}")
         return None
     if len(inward[0]) == len(outward) == 1:

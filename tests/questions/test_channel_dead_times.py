@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from tampering import assert_both_reject, edited
 
 from lure import AssumptionError, Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, lft, max_sector
 from lure.analysis import analyse, l2_gain, region, steady_response
@@ -36,6 +37,15 @@ def test_time_varying_sectors_are_proved_by_the_circle_criterion_alone():
     found = max_sector(LAGS, [NonlinearityClass(sector=Sector(0, 1), time_varying=True)] * 2, criterion="circle")
     assert found.criterion == "piecewise-circle"
     assert found.largest.low == pytest.approx(2.97804, rel=1e-4)
+
+
+def test_rectifiers_beside_dead_time_are_functions_of_a_sector_to_both_checkers():
+    plant = as_plant([["exp(-s/5)/(s+2)", "1/(s+1)"], ["-1/(s+3)", "1/(s+2)"]])
+    shown = certify(plant, [NonlinearityClass.relu(), Sector(0, 1)]).shown
+    assert recheck(dict(shown.certificate)).accepted
+    refuted = certify(plant, [Sector(0, 50), Sector(0, 50)]).shown.certificate
+    relu = refuted["laws"]["channels"][0] | {"relu": True, "slope": refuted["laws"]["channels"][0]["sector"]}
+    assert_both_reject(edited(refuted, "laws", "channels", 0, value=relu))  # no gain is one
 
 
 def test_an_integrator_with_dead_time_converges_up_to_its_crossing():

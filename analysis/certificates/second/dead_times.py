@@ -37,10 +37,11 @@ def shown_late(document: Document, asked: Asked) -> str:
     NotShown
         It shows nothing.
     """
-    known = all(one.memory is None and not one.relu for one in asked.nonlinearities)
-    require(known, "play, stop and ReLUs are not covered beside dead times")
+    require(all(one.memory is None for one in asked.nonlinearities), "play and stop are not covered beside dead times")
+    proved = document.verdict == "PROVED"  # of sectors, in which ReLUs are; no gain is a ReLU
+    require(proved or not any(one.relu for one in asked.nonlinearities), "ReLUs are not refuted beside dead times")
     require(not (asked.pace and asked.rates), "a neutral equation has no rate here")
-    if document.verdict == "PROVED":
+    if proved:
         require(document.theorem in ("piecewise-circle", "piecewise-popov"), "the theorem is not for dead times")
         apart, weights = centred(asked), numbers(document.multiplier.get("lambda"))
         for block in asked.operators:
