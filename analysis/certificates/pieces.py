@@ -48,6 +48,7 @@ class Axis(NamedTuple):
     bare: list[list[Any]]
     own: Any
     seen: list[list[Any]]
+    moved: list[list[Any]]  # s N d^*, of channels with Popov's terms
     order: int
     members: list[Member]
     late: bool
@@ -56,7 +57,9 @@ class Axis(NamedTuple):
     def over(self, near: Any) -> Axis:
         """With what stands for ``d`` and ``N`` on an interval."""
         d, bare = near(self.d), [[near(f) for f in row] for row in self.bare]
-        return self._replace(d=d, bare=bare, own=d * d.conjugate(), seen=[[f * d.conjugate() for f in r] for r in bare])
+        back, turning = d.conjugate(), [row if one.theta else [] for one, row in zip(self.members, self.bare)]
+        moved = [[near(exact.S * f) * back for f in row] for row in turning]
+        return self._replace(d=d, bare=bare, own=d * back, seen=[[f * back for f in row] for row in bare], moved=moved)
 
 
 def base(low: Fraction, high: Fraction) -> Fraction:
@@ -67,7 +70,7 @@ def base(low: Fraction, high: Fraction) -> Fraction:
 def axis_of(H: Any, low: list[Fraction], members: list[Member]) -> Axis:
     """The loop after the shift by ``low``, on the imaginary axis or the unit circle."""
     d, bare = quotients(H, low)
-    return Axis(d, bare, d, bare, len(H.A), members, bool(H.late), H.pace).over(lambda f: f)
+    return Axis(d, bare, d, bare, [], len(H.A), members, bool(H.late), H.pace).over(lambda f: f)
 
 
 def quotients(H: Any, low: list[Fraction]) -> tuple[exact.Form, list[list[exact.Form]]]:
@@ -194,10 +197,10 @@ def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:
         else:
             direct = exact.Form({(ZERO, 0): (one.weight + x, y)})
             turn = exact.Form({(ZERO, 0): ((one.weight + x) * (one.width + 2 * one.low), y * one.width)})
-            turn = turn + exact.S * exact.real(one.theta)
             if one.low:
                 less.append((axis.bare[i], exact.real(2 * (one.weight + x) * one.low * (one.width + one.low))))
         Y.append([near(turn) * f for f in axis.seen[i]])
+        Y[i] = [f + near(exact.real(one.theta)) * g for f, g in zip(Y[i], axis.moved[i])] or Y[i]
         Y[i][i] = Y[i][i] + near(direct) * axis.own
     for i, row in enumerate(Y):  # half of it, as the adjoint is added
         for bare, weight in less:

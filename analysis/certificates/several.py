@@ -42,7 +42,7 @@ from .memory import apart, increments, with_storage
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
 PIECEWISE = ("piecewise-circle", "piecewise-popov")
 PACED = (  # with a rate; those of order cones hold for one sample of each time
-    *("constant-gains", "diagonal-circle", "coupled-circle", "full-block-circle", "piecewise-circle"),
+    *("constant-gains", "diagonal-circle", "coupled-circle", "full-block-circle", *PIECEWISE),
     *("diagonal-popov", "coupled-popov", "full-block-popov", "matrix-zames-falb", "coupled-windows"),
 )
 THEOREMS = {  # the key of the multiplier, and whether with Popov's terms
@@ -203,7 +203,7 @@ def proved(
     if proof["method"] == "determinant":
         return over_frequencies(name, data, H, asked, proof, rate or ZERO)
     if name in PIECEWISE:
-        return over_pieces(name, data, H, asked, proof)
+        return over_pieces(name, data, H, asked, proof, rate or ZERO)
     need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
     (key, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
     parts, beside = ["N"] * (key == "Pi" and isinstance(data, dict) and "N" in data), key != "lambda"
@@ -429,7 +429,7 @@ def over_frequencies(
 HALVINGS = 6  # of a piece
 
 
-def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any, rate: Any) -> tuple[dict[str, str], str]:
     """The circle criterion or Popov's where delays, time-invariant operators and gains have multipliers by pieces.
 
     What :func:`over_frequencies` says of ``tau phi`` is true of ``1 + k (e^(-s tau) - 1)``, ``k`` in ``[0, 1]``, where
@@ -444,7 +444,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
     need(min(weights) >= 0, "a weight lambda is negative")
     uniform(weights, asked)
     need(not (H.rates and asked.operators), "in neutral equations there are functions and constant gains alone")
-    members, low = members_of(H, asked, weights, theta)
+    members, low = members_of(H, asked, weights, theta, rate)
     rows = isinstance(listed, list) and all(isinstance(row, list) and len(row) == m for row in listed)
     form(rows and len(listed) == len(ends) + (not H.discrete), "there is not one multiplier for each piece")
     given = [[(ZERO, ZERO) if pair is None else tuple(numbers(pair, 2)) for pair in row] for row in listed]
@@ -491,7 +491,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any) -> 
 
 
 def members_of(
-    H: Plant, asked: Channels, weights: list[Fraction], theta: list[Fraction]
+    H: Plant, asked: Channels, weights: list[Fraction], theta: list[Fraction], rate: Any
 ) -> tuple[list[pieces.Member], list[Fraction]]:
     """What each channel is on the axis, and the gains by which the loop is shifted."""
     members, low = list[pieces.Member](), list[Fraction]()
@@ -507,6 +507,8 @@ def members_of(
         need(not (kind and (weights[i] or theta[i])), f"channel {i + 1} has multipliers by pieces alone")
         fixed = not (one.varying or one.operator or H.direct(i))
         need(not theta[i] or fixed, f"theta_{i + 1} needs a function of the state alone that does not depend on time")
+        paid = l <= one.slope[0] and one.slope[1] <= u and weights[i] * (u - l) >= abs(theta[i] * rate)
+        need(paid or not (rate and theta[i]), f"theta_{i + 1} with a rate needs slopes within the bounds, and lambda")
         low.append(pieces.base(l, u) if H.late else l)
         members.append(pieces.Member(kind, u - l, weights[i], theta[i], one.sector[1] if kind else ZERO, l - low[i]))
     return members, low

@@ -31,6 +31,7 @@ _LARGEST, _LEAST, _MARGIN, _CLOSE = 1e3, 1e-9, 1e-7, 1e-4
 _EASY, _STEP, _FINE = 1e-5, 3e-4, 400
 _AT_REST, _NEAR = 1e-12, 1e-3  # relative: poles at 0, and the first frequency then
 _SHARP = 2e-6  # in place of these and of _CLOSE where no function is to be made constant on pieces
+_PAID = 1 + 1e-6  # so that rounding leaves enough
 _DEEP, _DEEPEST, _ROUNDS, _AGAIN, _DIGITS = 20, 26, 12, 3, 8
 FULL_TURN = Fraction(6283185, 10**6)  # below 2 pi
 HALF_TURN = Fraction(3141593, 10**6)  # above pi
@@ -75,6 +76,8 @@ class Piecewise:
         (n, n) for each dead time, what shows the states of that time to themselves; or nothing.
     rates : sequence of (ndarray, ndarray)
         (p, n) and (n, n) for each, what shows ``x'`` of that time to ``sigma`` and to ``x'``; or nothing.
+    pace : float
+        A rate ``a``: Popov's terms need ``lambda >= |theta a|/w``.
     """
 
     A: NDArray[np.float64]
@@ -88,6 +91,7 @@ class Piecewise:
     gains: Sequence[float] | None = None
     inner: Sequence[NDArray[np.float64]] = ()
     rates: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]] = ()
+    pace: float = 0.0
 
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]
@@ -233,6 +237,12 @@ class Piecewise:
             np.vstack([-eye, eye]),
             np.concatenate([-least, -below, np.full(ns, _LARGEST), np.full(k * nl, self._most)]),
         )
+        for k, (block, part) in enumerate(self.shared if self.pace else ()):
+            if part and self.channels[block[0]].kind == "function":
+                cost = abs(self.pace) / (self.slow * float(self.channels[block[0]].width)) * _PAID
+                paid = np.zeros((2, size))
+                paid[:, self.shared.index((block, 0))], paid[:, k] = -1, (cost, -cost)
+                rows, limits = np.vstack([rows, paid]), np.append(limits, [0.0, 0.0])
         found = hermitian_programme(np.eye(size)[-1], (equal, np.ones(len(equal))), (rows, limits), [columns])
         return None if found is None else (float(found[0][-1]), found[0][:ns])
 

@@ -93,7 +93,7 @@ class PiecewiseProofs:
         inner = [by * np.array([[*map(float, row)] for row in rows]) for by, rows in zip(up, plant.inner, strict=False)]
         rates = [(np.array(D_T, dtype=float), np.array(E, dtype=float)) for D_T, E in plant.rates]
         self.search = Piecewise(
-            A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late, gains, inner, rates
+            A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late, gains, inner, rates, float(pace)
         )
 
     def _require_stable(self, plant: Plant, known: Channels, poles: NDArray[np.complex128]) -> None:

@@ -211,7 +211,8 @@ def decay_rate(
     discrete time ``A/r`` and ``B/r``), so that the circle criterion decides; Zames-Falb multipliers, weighed by
     powers of ``r``, go farther for bounds of the slope; see ``docs/theory/rates.md``.  A constant gain of the class,
     found among the eigenvalues, bounds the rate from the other side, for time-varying classes one that jumps; or a
-    periodic orbit shows that nothing decays.  Beside dead time the circle criterion and constant gains are all.
+    periodic orbit shows that nothing decays.  Beside dead time the circle criterion, Popov's terms of slope
+    bounds, and constant gains are all.
 
     Examples
     --------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -20,7 +20,8 @@ from lure.arrays import Reals, np
 from lure.errors import AssumptionError, InputError
 from lure.plants.delay_matrix import DelayMatrix
 
-_HALVINGS, _APART = 22, 5e-10
+_HALVINGS, _FEW, _APART = 22, 12, 5e-10
+_BACK = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 0.5)  # where the proof of a rate that seems to serve is not accepted
 
 # With ``xi = x e^(a t)`` what arrives ``T`` late is ``e^(a T)`` times as large, ``e^(-(s - a) T) = e^(a T) e^(-s T)``,
 # a number that the checkers enclose; sectors stay, of nonlinearities that depend on time.
@@ -61,10 +62,15 @@ class LateChannels(SeveralChannels):
         rate : Fraction
             The rate.
         """
-        proposal = None if self._close(rate) else self._proposal(rate)
+        return self._proved(rate, None)
+
+    def _proved(self, rate: Fraction, free: Sequence[bool] | None) -> Proved | None:
+        """The same, with Popov's terms in some channels, or without."""
+        proposal = None if self._close(rate) else self._proposal(rate, free)
         if proposal is None:
             return None
-        draft = {"verdict": "PROVED", **self.base, "theorem": "piecewise-circle", "rate": str(rate)}
+        theorem = "piecewise-circle" if free is None else "piecewise-popov"
+        draft = {"verdict": "PROVED", **self.base, "theorem": theorem, "rate": str(rate)}
         found = accepted({**draft, "multiplier": proposal.multiplier, "proof": proposal.proof})
         return found if isinstance(found, Proved) else None
 
@@ -73,11 +79,11 @@ class LateChannels(SeveralChannels):
         slowest, gains = self.slowest
         return (any(gains) or bool(self.late.inner)) and abs(float(rate) - slowest) < _APART * abs(slowest)
 
-    def _proposal(self, rate: Fraction, *, exactly: bool = True) -> Proposal | None:
+    def _proposal(self, rate: Fraction, free: Sequence[bool] | None, *, exactly: bool = True) -> Proposal | None:
         """A multiplier, in floating point alone or as the checker wants it."""
         checkpoint()
         try:
-            return PiecewiseProofs(self.asked, None, rate).at(Fraction(1), exactly=exactly)
+            return PiecewiseProofs(self.asked, free, rate).at(Fraction(1), exactly=exactly)
         except AssumptionError:
             return None
 
@@ -89,10 +95,13 @@ class LateChannels(SeveralChannels):
         easy, hard : Fraction
             The rates, of which the second is wanted.
         """
-        low, high = float(easy), float(hard)
-        for _ in range(_HALVINGS):
+        return self._end(float(easy), float(hard), None, _HALVINGS)
+
+    def _end(self, low: float, high: float, free: Sequence[bool] | None, halvings: int) -> float:
+        """Where proposals end between two rates."""
+        for _ in range(halvings):
             middle = (low + high) / 2
-            serves = self._proposal(Fraction(f"{middle:.12g}"), exactly=False) is not None
+            serves = self._proposal(Fraction(f"{middle:.12g}"), free, exactly=False) is not None
             low, high = (middle, high) if serves else (low, middle)
         return low
 
@@ -111,9 +120,30 @@ class LateChannels(SeveralChannels):
         """Gains that jump are not looked at."""
         return iter(())
 
-    def by_multipliers(self, _end: Fraction | None, _known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
-        """Popov's terms and kernels are not weighed beside dead times."""
-        return iter(())
+    def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
+        """What Popov's terms prove, of functions whose slopes are within their bounds, better than what is known.
+
+        Parameters
+        ----------
+        end, known : Fraction or None
+            What no rate exceeds, and what is proved.
+        """
+        classes, base = self.asked.classes.classes, self.late.base.D
+        free = [
+            not (one.time_varying or one.linear or any(row))
+            and one.slope is not None
+            and one.gains == (one.slope.lower, one.slope.upper)
+            for one, row in zip(classes, base, strict=True)
+        ]
+        if known is None or not any(free):
+            return
+        easy, hard = float(known), self.fastest if end is None else min(float(end), self.fastest)
+        reached = self._end(easy, hard, free, _FEW)
+        for back in _BACK if reached > easy else ():
+            rate = Fraction(f"{reached - back * (reached - easy):.9g}")
+            if rate > known and (shown := self._proved(rate, free)) is not None:
+                yield rate, shown
+                return
 
     def refute(self, rate: Fraction) -> Refuted | None:
         """What is accepted against a rate, by constant gains with a root farther to the right.

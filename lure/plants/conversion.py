@@ -244,7 +244,7 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpa
     """``(num, den)``, ``(A, B, C[, D])``, or scipy's ``cont2discrete``: ``([num], den, dt)``, ``(A, B, C, D, dt)``."""
     if len(parts) == 5:
         return _from_matrices(parts[:4], sampling_time(dt, parts[4], name="the system"))
-    shape = getattr(parts[0], "shape", ())
+    shape: tuple[int, ...] = getattr(parts[0], "shape", ())
     if len(parts) == 3 and isinstance(parts[2], int | float) and len(shape) == 2 and shape[0] == 1 < shape[1]:
         # a numerator as scipy writes it: it is no A, which is square
         return _ratio(cast("Sequence[object]", parts[0])[0], parts[1], sampling_time(dt, parts[2], name="the system"))

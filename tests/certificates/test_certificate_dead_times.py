@@ -548,7 +548,24 @@ COMING = draft(
 ) | {"rate": "9/10"}
 
 
-@pytest.mark.parametrize("draft", [HALVES, NO_FASTER, SLOW, COMING], ids=["both", "slower", "lower", "inside"])
+# exp(-s)/(s + 1), slopes in [0, 1]: the root with the gain 1 is at -.605 + 1.79 i; .13 <= theta <= .37 serves
+SLOPED = draft(
+    LAG,
+    [sector("0", "1", slope=["0", "1"], time_varying=False)],
+    "piecewise-popov",
+    {"method": "pieces", "ends": ["1/4", "1/2", "1", "2", "3", "4", "6", "8", "16"]},
+    {"lambda": ["1"], "theta": ["1/4"], "pieces": [[None]] * 10},
+) | {"rate": "23/40"}
+# slopes in [0, 1/10], theta = 1/2: F/2 > 1 - e^a (1/10 + 1/2)/(1 - a) at all of these rates, and 1/10 >= a/2 up to 1/5
+PAID = edited(edited(SLOPED, "laws", "channels", 0, "sector", value=["0", "1/10"]), "rate", value="1/5")
+PAID = edited(edited(PAID, "laws", "channels", 0, "slope", value=["0", "1/10"]), "multiplier", "theta", value=["1/2"])
+
+
+@pytest.mark.parametrize(
+    "draft",
+    [HALVES, NO_FASTER, SLOW, COMING, SLOPED, PAID],
+    ids=["both", "slower", "lower", "inside", "slopes", "paid"],
+)
 def test_both_checkers_accept_rates_beside_dead_time(draft):
     shown = complete_and_check(draft)
     falls, grows = "|x(t)| <= c m exp(-{} t) for every motion", "for which x(t) exp({} t) does not tend to 0"
@@ -568,8 +585,13 @@ def test_both_checkers_accept_rates_beside_dead_time(draft):
         (SLOW, {("rate",): "260/1000"}),
         (SLOW, {("laws", "channels", 0, "sector"): ["0", "7/20"]}),
         (COMING, {("rate",): "1"}),  # too fast for the criterion
-        (COMING, {("theorem",): "piecewise-popov", ("multiplier", "theta"): ["0"]}),
         (COMING, {("system", "late"): [["1", NO, [["-1/2"]], NO, NO]]}),  # a neutral equation
+        (SLOPED, {("multiplier", "theta"): ["2"]}),  # more than lambda pays for
+        (SLOPED, {("multiplier", "lambda"): ["1/2"]}),
+        (PAID, {("rate",): "21/100"}),  # lambda does not pay for theta, and F > 0
+        (SLOPED, {("laws", "channels", 0, "slope"): None}),  # a sector alone
+        (SLOPED, {("laws", "channels", 0, "time_varying"): True}),
+        (SLOPED, {("rate",): "61/100"}),
     ],
 )
 def test_rates_beside_dead_time_that_are_not_shown_are_refused(draft, edits):

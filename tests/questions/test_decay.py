@@ -260,10 +260,15 @@ def test_an_integrator_with_dead_time_and_the_gain_0_does_not_decay():
 
 # roots s = W(-g) of s + g e^-s: the rightmost with the gain 1/5 is real, with the gain 1 it is W_0(-1)
 @pytest.mark.parametrize(
-    ("low", "high", "proved", "slowest"), [(0.2, 0.35, 0.259171, 0.259171), (0.5, 1, 0.238, 0.318132)]
+    ("low", "high", "proved", "slowest", "bounds"),
+    [
+        (0.2, 0.35, 0.259171, 0.259171, Sector),
+        (0.5, 1, 0.238, 0.318132, Sector),
+        (0.5, 1, 0.31805, 0.318132, SlopeBounds),
+    ],
 )
-def test_an_integrator_with_dead_time_decays_as_lambert_says(low, high, proved, slowest):
-    found = decay_rate("exp(-s)/s", Sector(Fraction(str(low)), Fraction(str(high))))
+def test_an_integrator_with_dead_time_decays_as_lambert_says(low, high, proved, slowest, bounds):
+    found = decay_rate("exp(-s)/s", bounds(Fraction(str(low)), Fraction(str(high))))
     exact = min(-special.lambertw(-g).real for g in (low, high))
     assert slowest == pytest.approx(exact, abs=1e-6)
     assert exact <= found.rate.high <= exact * (1 + 1e-8)

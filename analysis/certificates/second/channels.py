@@ -56,7 +56,7 @@ class Asked:
     late: tuple[tuple[Fraction, fmpq_mat], ...] = ()  # dead times T, and the C_T that shows x(t - T) to sigma
     inner: tuple[fmpq_mat, ...] = ()  # for each of them the A_T that shows x(t - T) to x', if there are such
     rates: tuple[tuple[fmpq_mat, fmpq_mat], ...] = ()  # and D_T, E_T, that show x'(t - T) to sigma and to x'
-    pace: Fraction | None = None  # a rate: each C_T and A_T is multiplied by e^(a T)
+    pace: Fraction | None = None  # a rate a: each C_T and A_T is multiplied by e^(a T)
 
     def has_direct_term(self, i: int) -> bool:
         """Whether inputs show in output ``i`` without passing through a state."""

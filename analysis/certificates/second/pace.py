@@ -21,7 +21,7 @@ THEOREMS = ("circle", "zames-falb", "hurwitz")
 OF_CHANNELS = (
     "constant-gains",
     *(f"{kind}-{theorem}" for kind in ("diagonal", "coupled", "full-block") for theorem in ("circle", "popov")),
-    *("matrix-zames-falb", "coupled-windows", "piecewise-circle"),
+    *("matrix-zames-falb", "coupled-windows", "piecewise-circle", "piecewise-popov"),
 )
 LINEAR = ("linear-gain", "crossing", "matrix-gain", "switched-gain", "linear-gains", "switched-gains", "ramped-gains")
 LATE = "multivariable delay"

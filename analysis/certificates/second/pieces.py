@@ -264,6 +264,10 @@ def _channels(asked: Asked, weights: Sequence[Fraction], theta: Sequence[Fractio
         require(weights[i] >= 0 and (kind == "" or weights[i] == theta[i] == 0), "a weight does not fit its channel")
         fixed = not (one.time_varying or one.operator or asked.has_direct_term(i))
         require(theta[i] == 0 or fixed, "Popov's term does not fit its channel")
+        if asked.pace and theta[i] != 0:  # |psi sigma - 2 int psi| <= psi (sigma - psi/w), times theta a
+            outweighs = weights[i] * ((high or Fraction(0)) - (low or Fraction(0))) >= abs(theta[i] * asked.pace)
+            inside = low is not None and high is not None and one.slopes_within(low, high)
+            require(inside and outweighs, "Popov's term with a rate needs slopes within the bounds, and lambda")
         width = one.upper if late else (high or Fraction(0)) - (low or Fraction(0))
         require(isinstance(width, Fraction) and width > 0, "a channel has no finite bounds")
         slope = one.rate if kind == "slow" and one.rate is not None else Fraction(0)

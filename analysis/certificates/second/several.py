@@ -101,9 +101,9 @@ def shown(document: Document) -> str:
             channel_boxes.require_growth(document)
             return claims.NO_REST
         document = channel_boxes.one_member(document)
-    asked = read(document)
+    asked = replace(read(document), pace=document.rate)
     if asked.late:
-        return shown_late(document, replace(asked, pace=document.rate))
+        return shown_late(document, asked)
     if document.verdict == "PROVED":
         if document.theorem == "storage-circle":
             require_storage(document, asked)
