@@ -25,6 +25,7 @@ DISTURBED = (
     "from rest every motion with a disturbance w of energy at most {}, x' = A x + B mu + Bw w (or x+), stays in {{x : "
     "x^T P x <= 1}} and tends to 0, P and Bw as in the proof"
 )
+PUSHED = DISTURBED.replace("(or x+)", "(or x+), sigma = C x + D mu + Dsigmaw w").replace("Bw as", "Bw, Dsigmaw as")
 BETWEEN = "every motion that starts between {} and {} tends to 0"
 BEYOND = "no motion that starts in {{x : x^T Q x > 1}} tends to 0, Q as in the proof"
 OUTSIDE = "no motion that starts at or beyond {} or {} tends to 0"
@@ -169,8 +170,8 @@ def examined(verdict: str, name: str, data: Any, system: Any, given: Any, phi: A
     elif inner:
         need(name in ("local-circle", "local-popov"), f"there is no theorem {name!r:.40} for regions")
         level = name == "local-popov"
-        energy = proof.get("energy") if not level else None
-        sentence = LEVEL if level else INSIDE if energy is None else DISTURBED.format(energy)
+        energy, moves = proof.get("energy"), PUSHED if "Dsigmaw" in proof else DISTURBED
+        sentence = LEVEL if level else INSIDE if energy is None else moves.format(energy)
         found = ellipsoid(H, graphs, data, proof, level)
     else:
         need((name, data) == ("counterexample", {}), "starts that never come to 0 are a counterexample")
@@ -241,17 +242,15 @@ def integrated(H: Plant, graphs: list[Graph], given: Any, P: Rows) -> tuple[Rows
     return below, products, strips
 
 
-def disturbed(H: Plant, products: list[Any], given: Any, energy: Fraction) -> tuple[Plant, list[Any]]:
-    """``V' <= |w|^2/energy`` in place of ``V' < 0``, with ``w`` behind the inputs of the plant."""
-    n, size = len(H.A), len(H.A) + len(H.D)
-    into = [numbers(row) for row in given] if isinstance(given, list) else []
+def disturbed(H: Plant, energy: Any, *given: Any) -> tuple[Plant, Rows]:
+    """``x' = .. + Bw w`` with ``w`` behind the inputs of the plant, and ``Dsigmaw``, by default 0."""
+    into, *sides = ([numbers(row) for row in side] if isinstance(side, list) else [] for side in given)
     p = len(into[0]) if into else 0
-    form(len(into) == n and p > 0 and all(len(row) == p for row in into), "Bw has a row for each state")
-    need(energy > 0, "an energy is not positive")
-    units = [[Fraction(j == k) for j in range(size + p)] for k in range(size, size + p)]
-    wider = [(w, [*f, *[ZERO] * p], [*g, *[ZERO] * p]) for w, f, g in products]
-    H = H._replace(B=[[*b, *(-v for v in row)] for b, row in zip(H.B, into)])
-    return H, [*wider, *((-1 / energy, unit, unit) for unit in units)]
+    pushed = sides[0] if sides else [[ZERO] * p for _ in H.D]
+    form((len(into), len(pushed)) == (len(H.A), len(H.D)), "Bw has a row for each state, Dsigmaw for each channel")
+    fits = p > 0 and all(len(row) == p for row in (*into, *pushed)) and number(energy) > 0
+    form(fits, "a row, or the energy, is none")
+    return H._replace(B=[[*b, *(-v for v in row)] for b, row in zip(H.B, into)]), pushed
 
 
 def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool) -> dict[str, str]:
@@ -264,20 +263,21 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
     ``v = e sigma + h x`` with ``|h x| <= min(a, b)`` there: ``p`` is the point of the interval nearest to
     ``(u - e) sigma``, and ``h x`` another of its points.  As ``|r x| <= c`` on the ellipsoid if ``r P^-1 r' <= c^2``.
     """
-    more_keys = ["integrals"] if level else ["Bw", "energy"] * ("energy" in proof)
-    _, rows, *given = fields(proof, "method", "P", *more_keys)
+    own = ["energy", "Bw", *["Dsigmaw"] * ("Dsigmaw" in proof)] if "energy" in proof else []
+    _, rows, *given = fields(proof, "method", "P", *(["integrals"] if level else own))
     form(proof["method"] == ("level-set" if level else "ellipsoid"), "a region is proved by the level set of a form")
     (terms,) = fields(data, "terms")
     form(isinstance(terms, list) and len(terms) <= 400, "terms are a list")
-    n, m = len(H.A), len(H.D)
-    P, Z, Y = triangle(rows, n), [[ZERO] * n + [Fraction(i == j) for j in range(m)] for i in range(m)], seen(H)
+    n, m, P = len(H.A), len(H.D), triangle(rows, len(H.A))
     below, products, asked = integrated(H, graphs, given[0] if level else (), P)
+    H, pushed = disturbed(H, *given) if given and not level else (H, list[Any]([[]] * m))
+    p, Y = len(pushed[0]), [[*y, *w] for y, w in zip(seen(H), pushed)]
+    Z = [[Fraction(j == k) for j in range(n + m + p)] for k in range(n, n + m + p)]
     definite(below, "P > 0 fails, or is undecided")
-    most: list[Any] = [INF] * m  # bounds of |phi| on the ellipsoid
+    most, reaches = list[Any]([INF] * m), list[Any]([INF] * m)  # bounds of |phi| and |sigma| on the ellipsoid
     for i, one in enumerate(graphs):
         if one.limited() and one.clip()[0] == 0:
             most[i] = max(one.clip()[2:])
-    reaches: list[Any] = [INF] * m
     for term in terms:
         form(isinstance(term, dict), "a term is an object")
         local = "sector" in term
@@ -287,14 +287,15 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
         if local:
             form(isinstance(own[0], list) and len(own[0]) == 2, "a sector is a pair of bounds")
             l, u, c = number(own[0][0]), number(own[0][1]), number(own[1])
-            need(c > 0 and graphs[i].within(l, u, c), f"the nonlinearity of channel {i + 1} leaves its sector")
+            held = c > 0 and not any(pushed[i]) and graphs[i].within(l, u, c)
+            need(held, f"the nonlinearity of channel {i + 1} leaves its sector, or w its interval")
             reaches[i], most[i] = min(reaches[i], c), min(most[i], max(abs(l), abs(u)) * c)
             v = [l * y for y in Y[i]]
         else:
             e, u, a, b = graphs[i].clip()
             h = numbers(own[0], n)
             asked.append((h, min(a, b)))
-            v = [e * y + x for y, x in zip(Y[i], [*h, *[ZERO] * m])]
+            v = [e * y + x for y, x in zip(Y[i], [*h, *[ZERO] * (m + p)])]
         f, g = [u * y - z for y, z in zip(Y[i], Z[i])], [z - x for z, x in zip(Z[i], v)]
         products.append((2 * w, f, g))
     for i, one in enumerate(graphs):
@@ -308,8 +309,7 @@ def ellipsoid(H: Plant, graphs: list[Graph], data: Any, proof: Any, level: bool)
         definite(
             [*([*row, x] for row, x in zip(below, r)), [*r, c * c]], "the ellipsoid leaves a strip, or is undecided"
         )
-    if given and not level:
-        H, products = disturbed(H, products, given[0], number(given[1]))
+    products += [(-1 / number(given[0]), unit, unit) for unit in Z[m:]]
     parts = [(-1, growth(P, H)), *([(-1, quadratic(*products))] if products else [])]
     definite(added(*parts), "that V falls fails, or is undecided")
     words = "V = x^T P x with integrals" if level else "V = x^T P x"

@@ -38,10 +38,14 @@ class Local(NamedTuple):
 
 
 class Disturbance(NamedTuple):
-    """Asked in place of a size: the largest energy of ``w``, ``x' = .. + B w``, that leaves ``x`` in the set."""
+    """Asked in place of a size: the largest energy of ``w``, ``x' = .. + B w``, that leaves ``x`` in the set.
+
+    With ``D`` also ``sigma = .. + D w``; ``exact`` has both as they were given.
+    """
 
     B: Matrix
-    exact: tuple[tuple[Fraction, ...], ...] = ()
+    D: Matrix
+    exact: tuple[tuple[tuple[Fraction, ...], ...], ...] = ()
 
 
 class Ellipsoid(NamedTuple):
@@ -115,10 +119,10 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
         except np.linalg.LinAlgError:
             break
         back, a = np.linalg.inv(scale), guess.weights**-0.5
-        turned, own, _ = in_units(plant, local, scale, a)
+        turned, own, b = in_units(plant, local, scale, a)
         moved: Matrix | Disturbance | None = None
         if isinstance(points, Disturbance):
-            moved = Disturbance(back @ points.B)
+            moved = Disturbance(back @ points.B, points.D / b[:, None])
         elif points is not None:
             turned_points = points @ back.T
             moved = turned_points / float(np.linalg.norm(turned_points, axis=1).max())
@@ -209,9 +213,11 @@ def _solved(
     discrete: bool,
 ) -> Ellipsoid | None:
     n, m = plant[1].shape
-    w_of = points.B if isinstance(points, Disturbance) else np.zeros((n, 0))
+    w_of, seen = (points.B, points.D) if isinstance(points, Disturbance) else (np.zeros((n, 0)), np.zeros((m, 0)))
     upper, low = (np.array([one[i] for one in local], dtype=float) for i in (1, 0))
     A, B, C, D = shifted(plant, upper)
+    seen = np.linalg.inv(np.eye(m) + plant[3] * upper) @ seen
+    w_of = w_of - plant[1] * upper @ seen
     modes = np.linalg.eigvals(A)
     decay = 1 - float(np.abs(modes).max()) ** 2 if discrete else -2 * float(modes.real.max())
     if not decay > 0:
@@ -249,6 +255,8 @@ def _solved(
         at = three if discrete else one
         main.constant[four, at] = w_of.T if discrete else -w_of.T
         main.constant[at, four] = main.constant[four, at].T
+        main.constant[two, four] = -w * seen
+        main.constant[four, two] = main.constant[two, four].T
     start = np.zeros(count)  # W = 1 and S = 1, what the units are made for
     start[:s], start[k : k + m] = np.einsum("kii->k", basis) == 1, 1.0
     if p:

@@ -376,7 +376,8 @@ def _draft(
     moved: dict[str, Any] = {}
     if isinstance(points, Disturbance):
         energy = str(_short(found.energy / grown * (1 - margin)))
-        moved = {"Bw": [[str(v) for v in row] for row in points.exact], "energy": energy}
+        into, seen = ([[str(v) for v in row] for row in side] for side in points.exact)
+        moved = {"Bw": into, "energy": energy} | ({"Dsigmaw": seen} if points.D.any() else {})
     entries = [
         shape.entry(None if sector is None or reach is None else (*sector, reach))
         for shape, sector, reach in zip(shapes, sectors, reaches, strict=True)

@@ -373,9 +373,8 @@ def region(
         Points of the state space: the largest multiple of them that an ellipsoid holds is asked for, instead of the
         largest volume.
     disturbance : sequence of sequences, optional
-        ``Bw``, (n, p), with ``x' = A x + B mu + Bw w``: how large an energy of ``w`` is survived from rest, and an
-        ellipsoid that is not left, are asked too.  By default that of the system's ``[performance]``, if ``w`` moves
-        the state alone.
+        ``Bw``, (n, p), ``x' = .. + Bw w``: which energy of ``w`` is survived from rest, and an ellipsoid that is not
+        left, are asked too.  By default the system's ``[performance]``, with its ``Dsigmaw``.
     seconds : float or None
         Time allowed.
 
@@ -406,9 +405,8 @@ def region(
     The length of the region is at most 2.
     """
     check_seconds(seconds)
-    given = loop_asked(plant, nonlinearities)
-    found, shapes = parted(*given)
-    moved = disturbance_of(plant, disturbance, found.order)
+    found, shapes = parted(*(given := loop_asked(plant, nonlinearities)))
+    moved = disturbance_of(plant, disturbance, (found.order, found.inputs))
     points = None if along is None else points_along(along, found.order)
     if not found.order:
         raise InputError("the plant has no states; a region of attraction needs one at least")
@@ -418,7 +416,9 @@ def region(
         try:
             with time_limit(None if seconds is None else max(1e-3, seconds - (time.monotonic() - began))):
                 asked = reachable_set(found, shapes, moved)
-            answer = dataclasses.replace(answer, reachable=asked, reason=answer.reason or unanswered(asked, shapes))
+            answer = dataclasses.replace(
+                answer, reachable=asked, reason=answer.reason or unanswered(asked, shapes, moved)
+            )
         except TimeoutError:
             answer = dataclasses.replace(answer, stopped="time")
     laws = tuple(shape.nonlinearity for shape in shapes)

@@ -86,7 +86,72 @@ Cz = [[1]]
     found = region(parse_system(text, name="held", source="a text"))
     assert found.reachable.Bw == ((1,),)
     assert found.to_dict()["reachable"]["energy"] > 0.49
-    assert region(parse_system(text + "Dsigmaw = [[1]]\n", name="held", source="a text")).reachable is None
+    seen = region(parse_system(text + "Dsigmaw = [[1]]\n", name="held", source="a text"))
+    assert (
+        0 < seen.reachable.energy < found.reachable.energy
+    )  # w = -x/5 would do more against x' = -x + w than for sigma
+    assert seen.reachable.Dsigmaw == ((1,),)
+
+
+# A plant x' = x - sat(3 (x - w) + 2 q) with an integrator of the error, q' = x - w, and a reference w
+TRACKING = """
+[plant]
+A = [[1, 0], [1, 0]]
+B = [[1], [0]]
+C = [[3, 2]]
+[nonlinearity]
+kind = "saturation"
+gain = 1
+limit = 1
+[performance]
+Bw = [[0], [-1]]
+Dsigmaw = [[-3]]
+Cz = [[1, 0]]
+"""
+
+
+@pytest.fixture(scope="module")
+def tracking():
+    return region(parse_system(TRACKING, name="tracking", source="a text")).reachable
+
+
+def test_a_reference_that_enters_sigma_is_survived_up_to_an_energy(tracking):
+    certificate = dict(tracking.proof.certificate)
+    assert check(certificate).claim.startswith(recheck(certificate).reason)
+    assert "sigma = C x + D mu + Dsigmaw w" in certificate["conclusion"]
+    for path, value in (
+        (("proof", "energy"), lambda energy: str(Fraction(energy) * Fraction(1001, 1000))),
+        (("proof", "Dsigmaw"), [["-31/10"]]),
+        (("proof", "Dsigmaw"), [["-3", "0"]]),
+        (("proof", "Dsigmaw"), []),
+        (("proof", "Bw"), [["0"], ["-11/10"]]),
+    ):
+        assert_both_reject(edited(certificate, *path, value=value))
+    without = edited(certificate, "proof", value=lambda proof: {key: proof[key] for key in proof if key != "Dsigmaw"})
+    assert_both_reject(without)
+
+
+def test_no_reference_of_that_energy_leaves_the_ellipsoid(tracking):
+    rng, step, count = np.random.default_rng(0), 2e-3, 200
+    P, x = np.array(tracking.P, dtype=float), np.zeros((count, 2))
+    push, omega = rng.uniform(-5, 5, count), rng.uniform(0, 4, count)
+    left, most = np.full(count, tracking.energy), np.zeros(count)
+    for k in range(2500):
+        g, inside = x @ P, np.abs(x @ [3, 2]) < 1
+        w = push * (3 * g[:, 0] * inside - g[:, 1]) + np.sin(omega * k * step) * (np.arange(count) % 2)
+        w = np.where(left > 0, w + 0.02 * (k < 5), 0.0)
+        left -= w**2 * step
+        rate = np.column_stack([x[:, 0] - np.clip(x @ [3, 2] - 3 * w, -1, 1), x[:, 0] - w])
+        x = x + step * rate
+        most = np.maximum(most, np.einsum("ki,ij,kj->k", x, P, x))
+    assert 0.3 < most.max() < 1
+
+
+def test_w_moves_no_sigma_that_is_known_on_an_interval_alone():
+    text = TRACKING.replace('kind = "saturation"\ngain = 1\nlimit = 1', 'kind = "tanh"')
+    found = region(parse_system(text, name="tracking", source="a text"))
+    assert found.reachable is None
+    assert "W moves sigma of channel 1 beyond every interval" in str(found)
 
 
 @pytest.mark.parametrize("given", [[[1]], [[1], [1, 2]], [[], []], [["a"], [1]]])

@@ -11,7 +11,7 @@ c``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
 
@@ -58,6 +58,10 @@ LEVEL = (
 DISTURBED = (
     "from rest every motion with a disturbance w of energy at most {}, x' = A x + B mu + Bw w (or x+), stays in {{x : "
     "x^T P x <= 1}} and tends to 0, P and Bw as in the proof"
+)
+SEEN = (
+    "from rest every motion with a disturbance w of energy at most {}, x' = A x + B mu + Bw w (or x+), sigma = C x + D "
+    "mu + Dsigmaw w, stays in {{x : x^T P x <= 1}} and tends to 0, P and Bw, Dsigmaw as in the proof"
 )
 BEYOND = "no motion that starts in {x : x^T Q x > 1} tends to 0, Q as in the proof"
 WITHIN = "every motion that starts within the first turn of the spiral, closed along its ray, tends to 0"
@@ -138,7 +142,8 @@ def shown(document: Document) -> str:
         require(document.theorem in ("local-circle", "local-popov"), "the theorem is unknown for regions")
         _require_level_set(loop, document)
         if "energy" in document.proof:
-            return DISTURBED.format(text(document.proof["energy"]))
+            said = SEEN if "Dsigmaw" in document.proof else DISTURBED
+            return said.format(text(document.proof["energy"]))
         return INSIDE if document.theorem == "local-circle" else LEVEL
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
     _require_growth(loop, document)
@@ -206,7 +211,8 @@ def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
     """Check that ``V`` falls on ``V <= 1``, and that the terms used for it count there; ``P``."""
     level, spiral = document.theorem == "local-popov", document.theorem == "planar"
     disturbed = not level and not spiral and "energy" in document.proof
-    keys = ("integrals",) if level else ("turns",) if spiral else ("Bw", "energy") if disturbed else ()
+    into = ("Bw", "energy", *(["Dsigmaw"] if "Dsigmaw" in document.proof else []))
+    keys = ("integrals",) if level else ("turns",) if spiral else into if disturbed else ()
     found = record(document.proof, "method", "P", *keys)
     method = "level-set" if level else "spiral" if spiral else "ellipsoid"
     require(found["method"] == method, "the method does not fit the theorem")
@@ -214,6 +220,7 @@ def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
     P = symmetric(found["P"], n)
     least, taken, strips = _with_integrals(loop, P, listed(found["integrals"]) if level else ())
     M = -loop.form(P) - taken
+    moves = _Moves.read(loop, found) if disturbed else None
     _require_definite(least, "V is not shown to be positive definite")
     inverse = least.inv()
     reaches: dict[int, Fraction] = {}
@@ -233,6 +240,7 @@ def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
         require(i < m and weight >= 0, "a channel is none, or a weight is negative")
         own, phi = fmpq_mat([loop.Y.tolist()[i]]), fmpq_mat([[int(j == n + i) for j in range(n + m)]])
         if local:
+            require(moves is None or not moves.sees(i), "w moves sigma beyond the interval of a sector")
             (low, high), reach = numbers(term["sector"]), number(term["reach"])
             require(reach > 0 and _in_sector(loop.graphs[i], low, high, reach), "the sector does not hold")
             reaches[i] = min(reach, reaches.get(i, reach))
@@ -248,6 +256,8 @@ def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
             require(row.ncols() == n, "a row is not one of the states")
             require_strip(row, min(-lower, upper))
             point = to_fmpq(outer) * own + _beside(row, fmpq_mat(1, m))
+            if moves is not None:
+                moves.add(i, weight, (to_fmpq(high) * own - phi, to_fmpq(high)), (phi - point, -to_fmpq(outer)))
         product = (to_fmpq(high) * own - phi).transpose() * (phi - point)
         M -= to_fmpq(weight) * (product + product.transpose())
     for i, graph in enumerate(loop.graphs):
@@ -261,8 +271,8 @@ def _require_level_set(loop: Loop, document: Document) -> fmpq_mat:
                 require(j in most, "what feeds through is not bounded")
                 rest -= abs(to_fraction(loop.D[i, j])) * most[j]
         require_strip(fmpq_mat([loop.Y.tolist()[i][:n]]), rest)
-    if disturbed:
-        M = _with_disturbance(loop, P, M, found["Bw"], number(found["energy"]))
+    if moves is not None:
+        M = moves.beside(loop, P, M)
     _require_definite(M, "V is not shown to fall")
     return P
 
@@ -342,19 +352,48 @@ def _require_stable_near_0(loop: Loop) -> None:
     require(bool(A[0, 0] + A[1, 1] < 0) and bool(A.det() > 0), "0 is not shown to attract what is near")
 
 
-def _with_disturbance(loop: Loop, P: fmpq_mat, M: fmpq_mat, given: object, energy: Fraction) -> fmpq_mat:
-    """``|w|^2/energy - V' - terms`` as a form in ``(x, phi, w)``: beside ``M`` what ``w`` does, ``x' = F z + G w``."""
-    rows = [numbers(row) for row in listed(given)]
-    n, p = loop.sizes[0], len(rows[0]) if rows else 0
-    require(len(rows) == n and p > 0 and all(len(row) == p for row in rows), "Bw has not a row for each state")
-    require(energy > 0, "the energy is not positive")
-    G = fmpq_mat([[to_fmpq(v) for v in row] for row in rows])
-    corner = diagonal([1 / energy] * p)
-    if loop.discrete:
-        beside, corner = -(loop.F.transpose() * P * G), corner - G.transpose() * P * G
-    else:
-        beside = stacked(-(P * G), fmpq_mat(loop.sizes[1], p))
-    return stacked(_beside(M, beside), _beside(beside.transpose(), corner))
+class _Moves:
+    """What ``w`` does: ``x' = F z + G w``, ``sigma = Y z + S w``, and the part of the terms that depends on it."""
+
+    def __init__(self, G: fmpq_mat, S: fmpq_mat, energy: Fraction, size: int) -> None:
+        self.G, self.S = G, S
+        self.mixed = fmpq_mat(size, G.ncols())  # -sum weight (a'd + b'c) of terms (a z + c w)(b z + d w)
+        self.alone = diagonal([1 / energy] * G.ncols())  # 1/energy - sum weight (c'd + d'c)
+
+    @classmethod
+    def read(cls, loop: Loop, found: Mapping[str, object]) -> _Moves:
+        """From the proof."""
+        (n, m), energy = loop.sizes, number(found["energy"])
+        rows = [numbers(row) for row in listed(found["Bw"])]
+        p = len(rows[0]) if rows else 0
+        seen = [numbers(row) for row in listed(found["Dsigmaw"])] if "Dsigmaw" in found else [[Fraction(0)] * p] * m
+        require(
+            len(rows) == n and len(seen) == m and p > 0, "Bw has not a row for each state, or Dsigmaw for a channel"
+        )
+        require(all(len(row) == p for row in (*rows, *seen)), "rows of what w moves have different lengths")
+        require(energy > 0, "the energy is not positive")
+        G, S = (fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for side in (rows, seen))
+        return cls(G, S, energy, n + m)
+
+    def sees(self, channel: int) -> bool:
+        """Whether ``w`` moves ``sigma`` of a channel."""
+        return any(v != 0 for v in self.S.tolist()[channel])
+
+    def add(self, channel: int, weight: Fraction, one: tuple[fmpq_mat, fmpq], other: tuple[fmpq_mat, fmpq]) -> None:
+        """Take a term ``2 weight (a z + first s w)(b z + second s w)`` of a channel, ``s`` its row, off."""
+        row, w = fmpq_mat([self.S.tolist()[channel]]), to_fmpq(weight)
+        (a, first), (b, second) = one, other
+        self.mixed -= w * (second * (a.transpose() * row) + first * (b.transpose() * row))
+        self.alone -= 2 * w * first * second * (row.transpose() * row)
+
+    def beside(self, loop: Loop, P: fmpq_mat, M: fmpq_mat) -> fmpq_mat:
+        """``|w|^2/energy - V' - terms`` as a form in ``(x, phi, w)``."""
+        if loop.discrete:
+            mixed = self.mixed - loop.F.transpose() * P * self.G
+            alone = self.alone - self.G.transpose() * P * self.G
+        else:
+            mixed, alone = self.mixed - stacked(P * self.G, fmpq_mat(loop.sizes[1], self.G.ncols())), self.alone
+        return stacked(_beside(M, mixed), _beside(mixed.transpose(), alone))
 
 
 def _require_growth(loop: Loop, document: Document) -> None:
