@@ -291,6 +291,18 @@ class ForcedLoop:
         nearest = 1j * omega * np.round(values.imag / omega)
         return float((np.abs(values - nearest) / (np.abs(values) + omega)).min(initial=1.0))
 
+    def size(self, omega: float) -> float:
+        """The largest ``|sigma_i|`` that a ``nu_j`` of amplitude 1 makes, in floating point; 1 where it makes none.
+
+        Parameters
+        ----------
+        omega : float
+            The frequency [rad/s], that of no eigenvalue.
+        """
+        A, B, C, *_ = self.doubles
+        found = C[: self.channels] @ np.linalg.solve(1j * omega * np.eye(len(A)) - A, B.astype(complex))
+        return float(np.abs(found).max()) or 1.0
+
     def beyond(self, omega: float, count: int, whole: Reals) -> float:
         """Which share of ``whole``, what :meth:`smoothing` says, is due to harmonics above these, in floating point.
 

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
 
 _COUNTS, _WIDTH = (8, 16, 32, 64, 128), 1e-4  # harmonics; of the band, relative, where no more are taken
-_SHIFTS = (Fraction(1, 8), Fraction(1), Fraction(-1, 8), Fraction(4))  # of the gains, where the loop resonates
+_SHIFTS, _BESIDE = (0.1, 1.0, -0.1, 4.0), 1.2937  # of gains where the loop resonates, by 1/|H| near the input's
 _SHARED, _APART, _RESONANT = 6, 1e-3, 1e-9  # periods of all subharmonics; of an eigenvalue from those of the input
 _NEUTRAL = 1e-6  # of a multiplier from 1
 _NAMED = 12  # responses that are all in the sentence
@@ -497,11 +497,10 @@ def _points(asked: _Asked, between: Diagonal, gain: float, factor: float) -> Ite
 def _tried(asked: _Asked) -> Iterator[tuple[float, list[SteadyPoint], str]]:
     """The solutions that are found at each frequency, and what is said of two of which it is shown that they exist."""
     middle = [_inside(one) for one in asked.known]
-    unit = max(map(abs, middle)) or Fraction(1)
 
     def around(share: Fraction) -> ForcedLoop:
         """The loop around other gains: with those in the middle it may resonate with the input."""
-        gains = [(g + share * unit,) * 2 for g in middle]
+        gains = [(g + share,) * 2 for g in middle]
         return ForcedLoop.around(asked.H, asked.performance, asked.known, gains)
 
     loops = [around(Fraction(0))]
@@ -510,7 +509,8 @@ def _tried(asked: _Asked) -> Iterator[tuple[float, list[SteadyPoint], str]]:
             continue
         base = float(wave.omega) / _SHARED
         if loops[0].resonance(base) < _APART and not any(map(any, loops[0].D.tolist())):
-            loops = loops if loops[1:] else [*loops, *map(around, _SHIFTS)]
+            size = loops[0].size(_BESIDE * float(wave.omega))
+            loops = [loops[0], *(around(Fraction(f"{share / size:.3g}")) for share in _SHIFTS)]
         loop = max(loops, key=lambda one: min(one.resonance(base), _APART))  # the first of equals
         if loop.resonance(base) < _RESONANT:
             continue
