@@ -202,19 +202,18 @@ class _Search:
     def largest(self, power: int) -> tuple[float, bool]:
         """The largest ``k`` that is proved, and whether a larger one was tried and is not.
 
-        From what half of the power proves, which takes little time, in steps that grow.
+        Beyond the quick degree from what that proves on, in steps that grow.
         """
-        start, low, high = float(self.lower), self.circle, self.top
-        step = low - start
-        if power > 2:
-            low, ended = self.largest((power + 1) // 2)
+        start, low, high, step = float(self.lower), self.circle, self.top, 0.0
+        if power > QUICK[self.block.order]:
+            low, ended = self.largest(QUICK[self.block.order])
             step = (low - start) / FIRST
             if not ended:
                 return low, False
         for _ in range(STEPS):
             if high < math.inf and high - low <= CLOSE * (high - start):
                 break
-            k = _short(min((low + high) / 2, low + step), high - low)
+            k = _short(min((low + high) / 2, low + (step or low - start)), high - low)
             step *= 2
             low, high = (k, high) if self.proof(Fraction(k), power) is not None else (low, k)
         return low, high < math.inf
