@@ -10,6 +10,7 @@ import pytest
 from tampering import assert_both_reject, edited
 
 from lure import NonlinearityClass, Sector, certify, max_sector
+from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.verdict import Verdict
 from lure.plants.channel_family import ChannelFamily
@@ -79,3 +80,17 @@ def test_a_parameter_that_goes_at_its_rate_refutes_and_no_faster():
     # the gain 0 closes the same loop, but where a stands in C too the loop need not go linearly: not covered
     seen = spring(HALF, 3 * HALF, 1, "0.1", C=(("a", 0),))
     assert certify(seen, [STILL]).certificate is None
+
+
+# x' = a x, from a = -2 to 1 in the time t and back in 1: at its own rate a has the mean -1/2, and nothing grows; if it
+# jumped at once, 1 would be held for t
+@pytest.mark.parametrize(("jumps", "grows"), [(True, True), (False, False)])
+def test_a_parameter_on_its_way_is_followed_and_not_where_it_ends(jumps, grows):
+    loop = ChannelFamily.of_matrices([["a"]], [[1]], [[1]], None, {"a": (-2, 1, inf if jumps else 3)})
+    member = dict(certify(loop, [STILL]).certificate)
+    path = {"at": [["1"], ["-2"]] if jumps else [["-2"], ["1"]], "gains": [["0"], ["0"]], "times": ["10", "1"]}
+    moving = {**member, "proof": {"method": "members", **path, "squarings": 8, "bits": 256}}
+    if grows:
+        assert recheck(check(json.dumps(moving), draft=True).certificate).accepted
+    else:
+        assert_both_reject(moving)
