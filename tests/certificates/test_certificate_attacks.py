@@ -125,6 +125,16 @@ def test_constant_gains_and_popov_are_accepted_up_to_the_last_stable_gain(plant,
     assert accepted(claim(system, limit * (1 + F(1, 2**j)), "popov", {"theta": str(theta)}, lower=k / 2)) is None
 
 
+# of what is proved of constant gains nothing follows for tanh, whose slopes they are
+def test_tanh_is_no_constant_gain():
+    draft_of = claim(system_of([1], [1, 3, 3, 1]), F(7), "hurwitz", {})
+    shown = accepted(draft_of).certificate
+    assert recheck(shown).accepted
+    tanh = {"kind": "tanh", "height": "1", "rate": "1"}
+    assert accepted({**draft_of, "law": tanh}) is None
+    assert not recheck({**shown, "law": tanh}).accepted
+
+
 # (4 s + 1)/(s + 1)^4: with x = w^2 Im n d* is w x (4 x - 20), 0 at 0 too; at x = 5 Re n d* = 1 + 10 x - 15 x^2 is -324,
 # and |d|^2 = 6^4: constant gains are stable below 1296/324 = 4
 @pytest.mark.parametrize(("k", "fine"), [(F(399, 100), True), (F(4), False), (F(5), False)])

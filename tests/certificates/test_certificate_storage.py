@@ -329,6 +329,9 @@ def test_no_play_moves_an_integrator():
     shown = complete_and_check(draft(integrator, [channel("stop")], **stored(["-1"], P=[["0"]]))).certificate
     assert recheck(shown).accepted
     play = edited(shown, "laws", "channels", 0, value=channel("play"))
+    assert_both_reject(
+        edited(shown, "laws", "channels", 0, value=channel("stop") | {"sector": ["-1", "1"], "slope": ["-1", "1"]})
+    )
     for C in ("1", "-1"):
         assert_both_reject(edited(edited(play, "multiplier", "theta", 0, value="1/2"), "system", "C", value=[[C]]))
 
