@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, cast
 from flint import fmpq_mat
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
-from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
+from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import checked, guarded
 from lure.analysis.certificates.systems import class_entry, texts
 from lure.analysis.inequality.checks import require_solution
@@ -533,7 +533,7 @@ def _refuted(problem: Problem, one: _Answer, shown: Refuted, alpha: Fraction) ->
         return None
     lifted = {"method": "part", **one.part.place, "kind": kind, "proof": dict(proof)}
     found = refutation(problem, within, lifted)
-    return None if found is None or found.certificate["conclusion"] == OTHERS else (alpha, found)
+    return None if found is None else (alpha, found)
 
 
 def _proof(problem: Problem, parts: Sequence[_Answer], alpha: Fraction) -> Proved | None:

@@ -418,5 +418,6 @@ def refutation(asked: Problem, alpha: Fraction, proof: Mapping[str, Any]) -> Ref
     except (Rejected, InputError):
         return None
     # gains that leave an eigenvalue 0 refute nothing where an end of the classes is a critical case
-    other = shown.certificate["conclusion"] == OTHERS and proof["method"] != RESTS
+    other = shown.certificate["conclusion"] == OTHERS
+    other = other and (proof.get("proof", proof)["method"] != RESTS or is_critical(asked))
     return shown if isinstance(shown, Refuted) and not other else None

@@ -348,7 +348,8 @@ def _critical_end(asked: Problem, shown: Refuted) -> bool:
     from lure.analysis.certificates.boxes import plants
 
     system = asked.system
-    if shown.certificate["proof"]["method"] == "equilibrium":  # refused there
+    proof = shown.certificate["proof"]
+    if proof.get("proof", proof)["method"] == "equilibrium":  # refused there
         return False
     if system["kind"] in ("family", "delay-family"):  # of the plant at which it is refuted
         system = plants(dict(system)).at([Fraction(v) for v in shown.certificate["proof"]["at"]])

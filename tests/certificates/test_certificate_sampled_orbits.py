@@ -178,6 +178,16 @@ def test_an_equilibrium_is_an_answer_of_its_own(limit):
     assert bound.witness.description.endswith("gives the loop other equilibria than 0")
 
 
+@pytest.mark.parametrize(("beside", "refuted"), [("1/(s+2)", 0.5), ("1/(s*(s+2))", None)])
+def test_an_equilibrium_of_a_part_is_one_of_the_whole_and_refutes_it_but_for_a_pole_at_0(beside, refuted):
+    rows = [["-2/(s+1)", "-1/(s+1)", "0"], ["9/2/(s+1)", "3/(s+1)", "0"], ["0", "0", beside]]
+    bound = max_slope(as_plant(rows), Diagonal((SLOPE,) * 3, repeated=(2, 1)))
+    assert bound.criterion == "parts"
+    assert bound.largest.low == pytest.approx(0.5, rel=1e-8)
+    assert bound.refuted_at == (None if refuted is None else pytest.approx(refuted, rel=1e-8))
+    assert refuted is None or recheck(dict(bound.refutation.certificate)).accepted
+
+
 @pytest.mark.parametrize("text", ["1/(s+1)", "0.5/(z-0.5)"])
 @pytest.mark.parametrize(
     ("path", "value"),
