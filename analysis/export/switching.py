@@ -227,7 +227,8 @@ def orbit_text(data: Mapping[str, Any], claim: str) -> str:
     """
     method = data["proof"]["method"]
     if method != "orbit" or "rate" in data:
-        raise refused(f"it is a refutation by {method}; of these, orbits in discrete time have an export")
+        paced = " with a rate" * ("rate" in data)
+        raise refused(f"it is a refutation by {method}{paced}; of these, orbits in discrete time have an export")
     return _Orbit(data).text(claim)
 
 

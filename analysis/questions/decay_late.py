@@ -20,7 +20,7 @@ from lure.arrays import Reals, np
 from lure.errors import AssumptionError, InputError
 from lure.plants.delay_matrix import DelayMatrix
 
-_HALVINGS, _FEW, _APART = 22, 12, 5e-10
+_HALVINGS, _FEW, _APART, _SHARE = 22, 12, 5e-10, 1e-6
 _BACK = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 0.5)  # where the proof of a rate that seems to serve is not accepted
 
 # With ``xi = x e^(a t)`` what arrives ``T`` late is ``e^(a T)`` times as large, ``e^(-(s - a) T) = e^(a T) e^(-s T)``,
@@ -98,11 +98,16 @@ class LateChannels(SeveralChannels):
         return self._end(float(easy), float(hard), None, _HALVINGS)
 
     def _end(self, low: float, high: float, free: Sequence[bool] | None, halvings: int) -> float:
-        """Where proposals end between two rates."""
-        for _ in range(halvings):
-            middle = (low + high) / 2
-            serves = self._proposal(Fraction(f"{middle:.12g}"), free, exactly=False) is not None
-            low, high = (middle, high) if serves else (low, middle)
+        """Where proposals end between two rates: often close to the second, which is looked at first."""
+        near = high + _SHARE * (low - high)
+        for k in range(halvings):
+            middle = (low + high) / 2 if k else near
+            if self._proposal(Fraction(f"{middle:.12g}"), free, exactly=False) is None:
+                high = middle
+            elif k:
+                low = middle
+            else:
+                return near
         return low
 
     @cached_property
