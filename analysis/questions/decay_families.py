@@ -47,7 +47,10 @@ class BoxOfPlants(RateSearch):
         if self.asked.refusals or self.asked.untested or self.asked.rough:
             raise InputError("with parameters rates are shown of classes of locally Lipschitz nonlinearities")
         if self.plants.delay:
-            raise InputError("no rate is shown of plants with a dead time; leave it out, or ask lure max-sector")
+            raise InputError(
+                "with parameters no rate is shown beside a dead time; give each parameter one number, or ask lure "
+                "max-sector"
+            )
 
     @property
     def plants(self) -> PlantFamily:
