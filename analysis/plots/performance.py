@@ -12,6 +12,7 @@ import numpy as np
 
 from lure.analysis.certificates.boxes import CHANNELS, matrices, plants
 from lure.analysis.counterexamples.channel_gains import GainsAround
+from lure.analysis.counterexamples.late_roots import LateRoots
 from lure.analysis.plots.style import BLUE, GREY, VERMILLION, axes_or_new, finish_axes, room_below
 from lure.analysis.questions.decay import RateBound
 from lure.analysis.questions.gain import GainBound
@@ -152,7 +153,7 @@ def _gain(found: GainBound, gains: Reals, omega: Reals) -> Reals | None:
 
 # The eigenvalues of linear members of a class, and what bounds every decay.
 
-_MEMBERS, _SEED, _RATE_ROOM = 400, 5, 0.12
+_MEMBERS, _FEW, _SEED, _RATE_ROOM = 400, 8, 5, 0.12  # every eighth beside dead time
 
 
 def plot_rate(found: RateBound, *, ax: Axes | None = None) -> Axes:
@@ -230,7 +231,13 @@ def _eigenvalues(certificate: Mapping[str, Any]) -> Reals:
     elif classes["repeated"] is True:
         shares[:] = shares[:, :1]
     low, high = np.array(ends).T
-    return np.asarray(np.linalg.eigvals(GainsAround(*plant.doubles()).closed_by(low + shares * (high - low))).ravel())
+    gains = low + shares * (high - low)
+    if "late" in system:  # the rightmost roots, of which there are infinitely many
+        sides = [[tuple(tuple(map(Fraction, row)) for row in side) for side in one[1:]] for one in system["late"]]
+        late = tuple((Fraction(one[0]), rows) for one, (rows, *_) in zip(system["late"], sides, strict=True))
+        roots = LateRoots(DelayMatrix(plant, late, tuple(back[0] for _, *back in sides if back)))
+        return np.concatenate([roots.spectrum(row)[: 2 * plant.order + 2] for row in gains[::_FEW]])
+    return np.asarray(np.linalg.eigvals(GainsAround(*plant.doubles()).closed_by(gains)).ravel())
 
 
 # The amplitude of a steady response over frequency, with what is certified of it.

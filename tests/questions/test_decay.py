@@ -288,6 +288,13 @@ def test_several_channels_with_dead_time_have_a_rate():
     assert found.rate.width < 1e-5
 
 
+def test_the_roots_drawn_are_those_with_dead_time():
+    # s + g e^-s, g in [1/5, 7/20]: W_0(-1/5) = -.2592 is the rightmost of all, and none is 0, the pole of the plant
+    axes = decay_rate("exp(-s)/s", Sector(Fraction(1, 5), Fraction(7, 20))).plot()
+    drawn = axes.lines[0].get_xdata()
+    assert max(drawn) == pytest.approx(special.lambertw(-0.2).real, abs=1e-6)
+
+
 def test_a_published_rate_of_a_retarded_equation_is_met():
     # x' = [-4 1; 0 -4] x + [.1 0; 4 .1] x(t - 1/2), published rate 1.1534: 4 - r = e^(r/2)/10 + 2 e^(r/4)
     rows = [tuple(tuple(Fraction(str(v)) for v in row) for row in side) for side in ([[0.1, 0], [4, 0.1]], [[0, 0]])]
