@@ -120,6 +120,20 @@ def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path):
         read_network(tmp_path / "network.npz", activation="tanh")
 
 
+def test_names_of_arrays_are_told_in_printable_signs(tmp_path):
+    np.savez(tmp_path / "network.npz", **{"a\n1": np.eye(2), "b\x002": np.eye(2)})
+    with pytest.raises(InputError, match="are not told apart by numbers alone") as caught:
+        read_network(tmp_path / "network.npz", activation="tanh")
+    assert str(caught.value).isprintable()
+
+
+def test_too_few_rows_are_counted_and_of_no_branch(tmp_path, capsys):
+    path = tmp_path / "table.csv"
+    path.write_text("depth [um], force (mN)\n0, 0\n2, 8\n4, 16\n")
+    assert main(["sector", str(path), "--fit"]) == 2
+    assert "there are 3 rows; give at least 12" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("word", ["2e400", "9" * 400, "0." + "1" * 100_000])
 def test_a_point_beyond_the_doubles_is_refused(tmp_path, word):
     path = tmp_path / "points.csv"

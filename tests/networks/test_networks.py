@@ -365,6 +365,7 @@ def test_a_chain_of_nodes_is_read_as_the_network_it_is(tmp_path, monkeypatch):
         ([*chain, node("Tanh", "r", "u")], "u", "not one and the same activation behind each layer but the last"),
         ([chain[0], node("Sigmoid", "p", "q"), chain[2]], "r", "has a layer 'Sigmoid'"),
         ([*chain, node("Add", "r p", "u")], "u", "no chain of layers"),
+        ([*chain, node("Gemm\r\n", "r p", "u")], "u", r"no chain of layers: 'Gemm\\r\\n'"),
     ):
         with pytest.raises(InputError, match=words):
             read(nodes, output)
