@@ -190,7 +190,9 @@ def _of_nodes(path: Path, graph: Any, arrays: dict[str, Any]) -> dict[str, Any]:
         given = [name for name in node.input if name in arrays]
         free = [name for name in node.input if name and name not in arrays]
         if len(free) != 1 or value not in (None, free[0]):
-            raise InputError(f"{path.name} is no chain of layers: {node.op_type} does not take what is before it alone")
+            raise InputError(
+                f"{path.name} is no chain of layers: {node.op_type!r:.40} does not take what is before it alone"
+            )
         value = node.output[0]
         turn = len(told) == len(weights)  # a layer's, not an activation's
         if turn and given and (node.op_type == "MatMul" or (node.op_type == "Gemm" and free[0] == node.input[0])):
