@@ -22,7 +22,8 @@ from lure.analysis.certificates.systems import class_entries
 from lure.analysis.inequality.shifted_loop import LARGEST
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions import channel_families
-from lure.analysis.questions.channel_members import members_refuting, orbits_refuting, rays_refuting
+from lure.analysis.questions.channel_members import members_refuting, rays_refuting
+from lure.analysis.questions.channel_orbits import orbits_refuting
 from lure.analysis.questions.channel_problem import channel_plant, loop_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
