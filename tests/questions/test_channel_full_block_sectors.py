@@ -106,6 +106,19 @@ def test_a_function_at_each_time_in_the_sector_has_a_rate(rows, low, dt, rate):
         assert_both_reject(edited(dict(found.proof.certificate), "laws", "channels", value=laws))
 
 
+def test_members_refute_an_operator_beside_a_block():
+    A, B = [[-0.9, 0.56], [0.14, -4.46]], [[-1, -0.3, -1], [2.2, 2.2, -0.7]]
+    plant = as_plant((A, B, [[0.3, -1.1], [-1.7, 0], [-1.6, -0.7]], [[0, 0.9, 0.2], [0, 0, 0.9], [0, 0, 0]]))
+    one = NonlinearityClass.norm_bounded(0.9, dynamics="scalar linear time-invariant")
+    shown = certify(plant, Diagonal((one, BLOCK(0, 0.9), BLOCK(0, 0.9)), repeated=(1, 2)))
+    assert shown.verdict is Verdict.REFUTED
+    data = dict(shown.shown.certificate)
+    assert data["proof"]["method"] == "linear-members"
+    assert recheck(data).accepted
+    for gains in (["0", "2", "0"], ["1/2", "1/2", "0"]):  # beyond the sector; beside an operator in its channel
+        assert_both_reject(edited(data, "proof", "gains", value=gains))
+
+
 def test_beside_dead_times_a_block_has_one_weight():
     # exp(-s)/(s + 1) twice: Re H = (cos w - w sin w)/(1 + w^2) > -1/k, which is the circle criterion of one channel
     w = np.linspace(1, 3, 100_001)

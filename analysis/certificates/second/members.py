@@ -35,21 +35,23 @@ def refuted_by_members(document: Document, asked: Asked) -> str:
         (nearby_member if gain else member)(proof["gains"], asked),
         [b for b in asked.operators if b[0] not in asked.performance],
     )
-    blocks = [b for b in blocks if asked.nonlinearities[b[0]].operator not in claims.DELAYS]
+    gained = (*claims.DELAYS, claims.FULL_BLOCK)  # which have members among the gains
+    blocks = [b for b in blocks if asked.nonlinearities[b[0]].operator not in gained]
     given = listed(proof["operators"])
     require(len(given) == len(blocks), "there is not one member for each operator")
     parts = list[tuple[list[int], Pairs, Pairs]]()
     for block, one in zip(blocks, given, strict=True):
+        norm = asked.nonlinearities[block[0]].ends[1] or Fraction(0)
         if block in asked.scalar:
             ((c, rate),) = _pairs([record(one, "delta")["delta"]], 1, discrete=asked.discrete)
-            require(abs(c) <= asked.bounds[block[0]][1], "the norm of a member is too large")
+            require(abs(c) <= norm, "the norm of a member is too large")
             require(all(gains[i] == 0 for i in block), "a channel has a gain and an operator")
             parts += [([i], [(c, None)], [(Fraction(1), rate)]) for i in block]
             continue
         sides = record(one, "left", "right")
         left, right = (_pairs(sides[name], len(block), discrete=asked.discrete) for name in ("left", "right"))
         size = sum(c * c for c, _ in left) * sum(c * c for c, _ in right)
-        require(size <= asked.bounds[block[0]][1] ** 2, "the norm of a member is too large")
+        require(size <= norm**2, "the norm of a member is too large")
         require(all(gains[i] == 0 for i in block), "a channel has a gain and an operator")
         parts.append((block, left, right))
     A, B, C, D, own = _closed(asked, gains, parts)
