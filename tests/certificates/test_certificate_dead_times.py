@@ -601,6 +601,13 @@ def test_rates_beside_dead_time_that_are_not_shown_are_refused(draft, edits):
     assert_both_reject(shown)
 
 
+def test_a_pole_at_0_beside_dead_time_has_not_the_rate_0():
+    # 1 + Re exp(-i w)/(2 i w) = 1 - sin(w)/(2 w) > 0: solutions converge to equilibria, of which no rate speaks
+    known = [sector("0", "1/2", time_varying=False)]
+    found = draft(INTEGRATOR, known, "piecewise-circle", SLOW["proof"], SLOW["multiplier"])
+    assert_both_reject({**complete_and_check(found).certificate, "rate": "0"})
+
+
 def test_the_sentence_about_a_rate_beside_dead_time_speaks_of_the_past():
     shown = complete_and_check(HALVES).certificate
     assert_both_reject({**shown, "conclusion": shown["conclusion"].replace("c m", "c |x(0)|")}, stored=True)
