@@ -74,7 +74,7 @@ def test_a_table_is_read_from_a_csv_file_beside_the_system(tmp_path, content, mo
         ("0,1\n1,2\n", r"phi\(0\) = 1; a nonlinearity must vanish at 0"),
         ("0,0\n1,1,1\n", "line 2: '1,1,1' has 3 columns; give two, sigma and phi"),
         ("0,0\n1,nan\n", "line 2: 'nan' is no number"),
-        ("0,0\n1,1e999\n", "outside the range of double precision"),
+        ("0,0\n1,1e999\n", "line 2: .1e999. is beyond the largest double"),
         (b"0,0\n\xff,1\n", "not UTF-8 text"),
         ("1," * 600_000, "larger than 1024 KiB"),
     ],

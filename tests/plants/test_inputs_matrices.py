@@ -83,7 +83,7 @@ def test_a_change_of_basis_changes_nothing(system, shear, scale):
         (([[0, 1j], [-2, -3]], [0, 1], [1, 0]), "complex coefficient"),
         (([], [], []), "the system is empty"),
         (("1", "1", "1"), "give A as a list of rows"),
-        ((1, 2, 3, 4, 5), "a system of 5 parts is unknown"),
+        ((1, 2, 3, 4, 5, 6), "a system of 6 parts is unknown"),
         ((1,), "a system of 1 parts is unknown"),
     ],
 )
