@@ -344,7 +344,7 @@ def _loop(system: str | None, parts: tuple[str | None, ...], settings: list[str]
     if system is None:
         if settings:
             raise InputError("--set changes a system; give a TOML file or a built-in system with it")
-        return block_of(num, den, transfer, dt, None, alternative="a TOML file or a built-in system")
+        return block_of(num, den, transfer, dt, None)
     if any(part is not None for part in parts):
         raise InputError(f"give the block once: by the system {system} or by --num and --den, --transfer and --dt")
     from lure.files import find_system

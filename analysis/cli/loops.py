@@ -192,7 +192,11 @@ Dt = Annotated[
 ]
 System = Annotated[
     str | None,
-    option("--system", "SYSTEM", "A TOML file or a built-in system instead."),
+    option("--system", "SYSTEM", "The same as SYSTEM."),
+]
+Named = Annotated[
+    str | None,
+    typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.", show_default=False),
 ]
 Criterion = Annotated[
     str, typer.Option("--criterion", metavar="NAME", help="A criterion by name, or best: all that apply.")
@@ -228,8 +232,16 @@ def analyse(
     return exit_status(found.verdict)
 
 
+def _one_system(named: str | None, system: str | None) -> str | None:
+    """The system that is named, as an argument or by ``--system``."""
+    if named is not None and system is not None:
+        raise InputError(f"the system is given twice, {named} and --system {system}; give one of them")
+    return named if system is None else system
+
+
 @app.command("max-sector", help=texts.MAX_SECTOR)
 def max_sector(
+    named: Named = None,
     num: Num = None,
     den: Den = None,
     transfer: Transfer = None,
@@ -245,6 +257,7 @@ def max_sector(
     verbose: Verbose = False,
 ) -> int:
     """Print the largest sector."""
+    system = _one_system(named, system)
     out = Output(as_json=as_json, quiet=quiet, verbose=verbose)
     given = {"--lower": lower != "0", "--time-varying": time_varying, "--full": full}
     several = _several(system, (num, den, transfer, dt), given)
@@ -268,6 +281,7 @@ def max_sector(
 
 @app.command("max-slope", help=texts.MAX_SLOPE)
 def max_slope(
+    named: Named = None,
     num: Num = None,
     den: Den = None,
     transfer: Transfer = None,
@@ -283,6 +297,7 @@ def max_slope(
     verbose: Verbose = False,
 ) -> int:
     """Print the largest slope."""
+    system = _one_system(named, system)
     out = Output(as_json=as_json, quiet=quiet, verbose=verbose)
     given = {"--lower": lower != "0", "--odd": odd, "--limits": limits}
     several = _several(system, (num, den, transfer, dt), given)
@@ -396,8 +411,6 @@ def block_of(
     transfer: str | None,
     dt: str | None,
     system: str | None,
-    *,
-    alternative: str = "--system",
 ) -> object:
     """The block that the options describe.
 
@@ -405,8 +418,6 @@ def block_of(
     ----------
     num, den, transfer, dt, system : str or None
         The options of these names.
-    alternative : str
-        How a system is named, for the sentence of a refusal.
 
     Raises
     ------
@@ -417,12 +428,12 @@ def block_of(
 
     given = [
         name
-        for name, value in (("--num and --den", num or den), ("--transfer", transfer), ("--system", system))
+        for name, value in (("--num and --den", num or den), ("--transfer", transfer), ("the system", system))
         if value is not None
     ]
     if len(given) != 1:
         raise InputError(
-            f"give the block once, by --num and --den, by --transfer or by {alternative}"
+            "give the block once, by --num and --den, by --transfer or by a TOML file or a built-in system"
             + (f"; got {' and '.join(given)}" if given else "")
         )
     step = None if dt is None else _step(dt)

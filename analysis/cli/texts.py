@@ -168,7 +168,7 @@ Examples:
   lure max-sector --num "1" --den "1 3 2 0" --criterion popov
   lure max-sector --num "2 0.92" --den "1 -0.5 0" --dt 1 --json
   lure max-sector --transfer "4/((s-1)*(s/3+1))" --lower 1/2
-  lure max-sector --system plant.toml --time-varying --full
+  lure max-sector plant.toml --time-varying --full
 
 \b
 H is the block from mu to sigma, and mu = -phi(sigma) with
@@ -206,7 +206,7 @@ MAX_SLOPE = """Print the largest slope for which a loop is stable.
 Examples:
   lure max-slope --num "1 -0.2 -0.1" --den "1 2 1 1"
   lure max-slope --odd --num "2 0.92" --den "1 -0.5 0" --dt 1 --json
-  lure max-slope --system plant.toml --criterion park
+  lure max-slope plant.toml --criterion park
   lure max-slope --transfer "s^2/(s^4+0.2*s^3+6*s^2+0.1*s+1)" --limits
 
 \b

@@ -220,8 +220,10 @@ def test_a_gap_is_called_a_gap():
         (("--num", "1", "--den", "1 1", "--dt=-1"), "--dt is '-1'; give a positive sampling time"),
         (("--num", "1"), "--num and --den go together; give --den too"),
         (("--den", "1 1"), "--num and --den go together; give --num too"),
-        ((), "give the block once, by --num and --den, by --transfer or by --system"),
-        (("--num", "1", "--den", "1 1", "--system", "ct-1"), "got --num and --den and --system"),
+        ((), "give the block once, by --num and --den, by --transfer or by a TOML file or a built-in system"),
+        (("--num", "1", "--den", "1 1", "--system", "ct-1"), "got --num and --den and the system"),
+        (("ct-1", "--num", "1", "--den", "1 1"), "got --num and --den and the system"),
+        (("ct-1", "--system", "ct-1"), "the system is given twice, ct-1 and --system ct-1; give one of them"),
         (("--transfer", "1/(s+1)", "--dt", "1"), "the formula is in s but dt asks for discrete time"),
         (("--transfer", "1/(s+1) + 1/(z-2)"), "both s and z occur"),
         (("--transfer", "s"), "improper"),
@@ -248,6 +250,11 @@ def test_bad_flags_are_one_sentence_and_status_2(lure, tmp_path, command, argume
     assert sentence in err
     assert err.count("\n") == 1
     assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("command", ["max-sector", "max-slope"])
+def test_a_system_is_named_with_or_without_its_flag(lure, command):
+    assert lure(command, "third-order") == lure(command, "--system", "third-order")
 
 
 def test_a_criterion_that_the_class_cannot_use_is_refused(lure):
