@@ -61,3 +61,14 @@ def test_only_what_was_compared_is_said_to_agree(tmp_path, monkeypatch, settings
     simulation = json.loads((tmp_path / "lure-report" / "report.json").read_text())["simulation"]
     assert simulation["compared"] == compared
     assert simulation["agrees"] is (True if compared else None)
+
+
+@pytest.mark.usefixtures("sketched")
+@pytest.mark.parametrize(("coefficient", "but"), [('"a"', "but for the parameters "), ("1", "")])
+def test_which_numbers_are_taken_as_exact(tmp_path, coefficient, but):
+    box = '[plant.parameters]\na = ["0.8", "1.2"]\n' if but else ""
+    file = tmp_path / "own.toml"
+    file.write_text(f"[plant]\nnum = [1]\nden = [1, {coefficient}]\n{box}[class]\nsector = [0, 2]\n", encoding="utf-8")
+    assert main(["report", str(file), "-o", str(tmp_path / "out"), "--quiet"]) == 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert f"about other coefficients: {but}the numbers are taken as exact" in page
