@@ -269,8 +269,7 @@ def _beside_operators(shown: _Shown) -> list[str]:
 def _destabilising(shown: _Shown) -> str:
     proof, method = _proof(shown), method_of(shown)
     if method in ("linear-gain", "matrix-gain"):
-        gain = Fraction(proof["gain"])
-        return linear_gain(gain)
+        return linear_gain(Fraction(proof["gain"]))
     if method == "linear-members":
         own = _beside_operators(shown)
         words = [_linear(shown, own)] if own else []
@@ -316,6 +315,12 @@ def _destabilising(shown: _Shown) -> str:
     if method == "switched-gain":
         gains = [Fraction(gain) for gain in proof["gains"]]
         return f"phi = k(t) sigma with k(t) between {_near(min(gains))} and {_near(max(gains))}, over and over again"
+    return _of_orbit(shown)
+
+
+def _of_orbit(shown: _Shown) -> str:
+    """A nonlinearity with a solution that repeats, on another scale too, or that rests."""
+    proof, method = _proof(shown), method_of(shown)
     if method == "flow-orbit":
         period = sum(map(Fraction, proof["durations"])) * (2 if proof["half"] else 1)
         graphs = [_graph(one) for one in proof.get("nonlinearities", [proof])]

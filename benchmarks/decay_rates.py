@@ -3,15 +3,18 @@
 Discrete time, four states, a time-varying nonlinearity in a sector: the smallest factor ``r`` that the circle criterion
 proves.  Ours: to 1e-6, with a certificate that the checker accepts, and with gains on the other side, in under 2 s.
 Usual practice: bisection to 1e-4 on ``P > 0``, ``V+ <= r^2 V`` by cvxpy and Clarabel.  The answers must agree to 1e-3,
-and ours take a fifth of the time in the median of the plants; processor time, one thread each.
+and ours take a fifth of the time in the median of the plants; the least processor time of three
+runs, one thread each.
 """
 
 import statistics
 import sys
 import time
 import warnings
+from collections.abc import Callable
 from fractions import Fraction
 from importlib.util import find_spec
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +23,7 @@ from lure.analysis import decay_rate
 from lure.plants.realisation import companion
 
 Reals = np.ndarray
+T = TypeVar("T")
 TOLERANCE, AGREEMENT, SECONDS, FASTER = 1e-4, 1e-3, 2.0, 5.0
 UPPER = Fraction(1, 5)
 CLASS = NonlinearityClass(sector=Sector(0, UPPER), time_varying=True)
@@ -63,17 +67,23 @@ def bisected(parts: tuple[Reals, Reals, Reals]) -> float:
     return high
 
 
+def timed(work: Callable[[], T]) -> tuple[float, T]:
+    """The least processor time of three runs, and what came out."""
+    runs = []
+    for _ in range(3):
+        start = time.process_time()
+        found = work()
+        runs.append(time.process_time() - start)
+    return min(runs), found
+
+
 def compared(seed: int) -> float:
     """How many times as long the programme takes for one plant; 0 if the answers differ or ours takes too long."""
     H = plant(seed)
-    start = time.process_time()
-    found = decay_rate(H, CLASS)
-    ours = time.process_time() - start
+    ours, found = timed(lambda: decay_rate(H, CLASS))
     r = companion(H)
     parts = tuple(np.array(side, dtype=float) for side in (r.A, [[v] for v in r.b], [r.c]))
-    start = time.process_time()
-    theirs = bisected(parts)
-    peer = time.process_time() - start
+    peer, theirs = timed(lambda: bisected(parts))
     print(f"{found.rate.high:.6f} certified, {ours:.2f} s; cvxpy {theirs:.6f}, {peer:.2f} s")
     return peer / ours if abs(found.rate.high - theirs) <= AGREEMENT and ours < SECONDS else 0.0
 
