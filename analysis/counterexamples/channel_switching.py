@@ -212,10 +212,12 @@ class SwitchedGains(GainsAround):
         which[::2, 2:] = which[::2, :2]  # half of them with two runs
         cuts = np.sort(self.random.integers(0, bins + 1, (_DRAWN, 3)), axis=1)
         counts = np.diff(np.concatenate([np.zeros((_DRAWN, 1), int), cuts, np.full((_DRAWN, 1), bins)], axis=1), axis=1)
-        whole = table[counts[:, 0], which[:, 0]]
+        runs = (np.arange(bins)[None, :, None] >= cuts[:, None, :]).sum(axis=2)
+        _, first, same = np.unique(np.take_along_axis(which, runs, 1), axis=0, return_index=True, return_inverse=True)
+        whole = table[counts[first, 0], which[first, 0]]
         for i in range(1, 4):
-            whole = table[counts[:, i], which[:, i]] @ whole
-        size = np.abs(np.linalg.eigvals(np.where(np.isfinite(whole), whole, 0.0))).max(axis=1)
+            whole = table[counts[first, i], which[first, i]] @ whole
+        size = np.abs(np.linalg.eigvals(np.where(np.isfinite(whole), whole, 0.0))).max(axis=1)[same]
         best = np.argsort(-size, kind="stable")[:_STARTS]
         return np.array([np.repeat(which[i], counts[i]) for i in best])
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, ClassVar
 
 from lure.analysis.deadline import checkpoint
@@ -282,7 +283,7 @@ class WeightedKernels:
         return {"theta": str(cut[0]), "kernels": kernels}
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, kw_only=True)
 class WeightedCircle:
     r"""The circle criterion at a rate, in floating point: ``Re[p q^*] > 0`` where ``p = d + u n`` and ``q = d + l n``.
 
@@ -301,6 +302,15 @@ class WeightedCircle:
     lower: Fraction
     upper: Fraction
 
+    @cached_property
+    def _sides(self) -> tuple[Reals, Reals, float]:
+        """``p`` and ``q`` without a rate, and the largest root of ``q``: its modulus, or its real part."""
+        n, d = self.plant.numerator, self.plant.denominator
+        top, bottom = np.array([0.0] * (len(d) - len(n)) + [float(c) for c in n]), np.array([float(c) for c in d])
+        p, q = (bottom + float(gain) * top for gain in (self.upper, self.lower))
+        roots = np.roots(q)
+        return p, q, float(np.max(roots.real if self.plant.dt is None else np.abs(roots), initial=-math.inf))
+
     def margin(self, rate: float) -> float:
         """The least ``Re[p q^*]``, over what its terms add up to without their signs; ``-inf`` if ``q`` is unstable.
 
@@ -309,13 +319,10 @@ class WeightedCircle:
         rate : float
             The rate.
         """
-        n, d = self.plant.numerator, self.plant.denominator
-        top = np.concatenate([np.zeros(len(d) - len(n)), [float(c) for c in n]])
-        bottom, discrete = np.array([float(c) for c in d]), self.plant.dt is not None
-        p, q = (_paced(bottom + float(gain) * top, rate, discrete=discrete) for gain in (self.upper, self.lower))
-        roots = np.roots(q)
-        if np.max(np.abs(roots) - 1 if discrete else roots.real, initial=-1.0) >= 0:
+        (p, q, largest), discrete = self._sides, self.plant.dt is not None
+        if largest >= (rate if discrete else -rate):
             return -math.inf
+        p, q = (_paced(side, rate, discrete=discrete) for side in (p, q))
         if discrete:  # sum c_k cos(k omega), and cos(k omega) are Chebyshev's polynomials of cos omega
             lags = np.correlate(p, q, "full")
             c = lags[len(p) - 1 :] + np.concatenate([[0.0], lags[: len(p) - 1][::-1]])
