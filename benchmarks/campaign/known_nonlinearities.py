@@ -19,6 +19,7 @@ from campaign.single import Counts, checked
 from lure import AssumptionError, InputError, Saturation, as_plant, certify
 from lure.analysis import nonlinearity_bounds, region
 from lure.analysis.questions.certify import ProofOptions
+from lure.analysis.questions.regions import AttractedSet, OutsideSet
 from lure.analysis.verdict import Verdict
 from lure.nonlinearities import Cubic
 from lure.plants.family import PlantFamily
@@ -173,13 +174,17 @@ def against_values(text: str, found: object, rng: np.random.Generator) -> list[s
 
 
 def regions(_kind: str, rng: np.random.Generator) -> tuple[Counts, list[str], object]:
-    """A region of attraction in the plane: solutions from its edge come to 0, those from outside do not come in."""
+    """A region of attraction: solutions from its sets, close to their ends, stay and decay, those outside do not."""
     counts = Counter[str]()
-    n = int(rng.integers(1, 3))
+    n = int(rng.integers(1, 4))
     discrete = bool(rng.integers(2))
     A, B, C = (np.round(rng.normal(size=shape), 2) for shape in ((n, n), (n, 1), (1, n)))
+    if rng.random() < 0.6:
+        values = np.linalg.eigvals(A)
+        size = np.abs(values).max() / rng.uniform(0.3, 1)
+        A = np.round(A / size if discrete else A - (values.real.max() + rng.uniform(0, 1)) * np.eye(n), 2)
     low, high = (str(v) for v in np.round(rng.uniform(0.5, 3, 2), 2))
-    gain, linear, cubic = (str(round(v, 2)) for v in (rng.uniform(0.5, 4), rng.uniform(-1, 3), rng.normal()))
+    gain, linear, cubic = (str(round(v, 2) or 0.01) for v in (rng.uniform(0.5, 4), rng.uniform(-1, 3), rng.normal()))
     law: Saturation | Cubic = Cubic(linear=linear, cubic=cubic)
     if rng.random() < 0.6:
         law = Saturation(gain=gain, limit=high, lower_limit=f"-{low}")
@@ -194,41 +199,68 @@ def regions(_kind: str, rng: np.random.Generator) -> tuple[Counts, list[str], ob
     shown = [one.proof for one in (*found.sets, *found.outside)]
     counts["certificates"] += len(shown)
     faults = [said for one in shown if (said := checked(one.certificate))]
-    h = 0.02 / max(np.linalg.norm(A, 2), 0.1)
 
     def moved(x: np.ndarray) -> np.ndarray:
         return np.asarray(x @ A.T - np.asarray(law((x @ C.T)[:, 0]))[:, None] @ B.T)
 
-    def step(x: np.ndarray) -> np.ndarray:
-        if discrete:
-            return moved(x)
-        k1 = moved(x)
-        k2 = moved(x + h / 2 * k1)
-        k3 = moved(x + h / 2 * k2)
-        return np.asarray(x + h / 6 * (k1 + 2 * k2 + 2 * k3 + moved(x + h * k3)))
+    def later(x: np.ndarray) -> np.ndarray:
+        widest = np.abs(x @ C.T).max() * 2 + 1
+        steep = np.abs(np.diff(law(np.linspace(-widest, widest, 99)))).max() * 49 / widest
+        h = 0.02 / max(np.linalg.norm(A, 2) + steep * np.linalg.norm(B) * np.linalg.norm(C), 0.1)
+        for _ in range(1500):
+            if discrete:
+                x = moved(x)
+                continue
+            k1 = moved(x)
+            k2 = moved(x + h / 2 * k1)
+            k3 = moved(x + h / 2 * k2)
+            x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + moved(x + h * k3))
+        return x
 
-    for one in found.sets:
-        if not one.bounded:
-            continue
-        counts["attack: starts at the edge"] += 1
-        x = rng.normal(size=(60, n))
-        small, large = np.zeros(60), np.full(60, 1e-9)
-        for _ in range(100):
-            inside = one.values(large[:, None] * x) <= 1
-            small, large = np.where(inside, large, small), np.where(inside, 2 * large, large)
-            if not inside.any():
-                break
-        for _ in range(30):
-            middle = (small + large) / 2
-            inside = one.values(middle[:, None] * x) <= 1
-            small, large = np.where(inside, middle, small), np.where(inside, large, middle)
-        x = 0.999 * small[:, None] * x
-        begin = np.abs(x).max()
-        for _ in range(20):
-            for _ in range(40):
-                x = step(x)
-        with np.errstate(all="ignore"):
-            values = one.values(x)
-        if not (np.isfinite(x).all() and np.all(values <= 1 + 1e-6)):
-            faults.append(f"PROVED, and a solution leaves the set: {np.abs(x).max():.3g} from {begin:.3g}")
+    with np.errstate(all="ignore"):
+        for one in found.sets:
+            counts["attack: starts in a set"] += 1
+            begin = starts_in(one, rng.normal(size=(60, n)))
+            end = later(begin)
+            stays = one.values(end) <= 1 + 1e-6 if one.bounded else np.abs(end) <= 100 * np.abs(begin).max()
+            if not (np.isfinite(end).all() and stays.all()):
+                faults.append(f"PROVED, and a solution leaves the set: {np.abs(end).max():.3g} from {begin.tolist()}")
+        for other in found.outside:
+            counts["attack: starts outside"] += 1
+            begin = starts_outside(other, rng.normal(size=(60, n)))
+            sizes = np.abs(later(begin)).max(axis=1) / np.abs(begin).max(axis=1)
+            if (sizes < 1e-3).any():
+                faults.append(f"said to be outside, and a solution decays: {sizes.min():.3g} from {begin.tolist()}")
     return counts, faults, case
+
+
+def starts_in(one: AttractedSet, x: np.ndarray) -> np.ndarray:
+    """Points near the end of a set in the directions of ``x``; anywhere, where all starts are attracted."""
+    if one.interval is not None:
+        low, high = (min(max(float(end), -1e3), 1e3) for end in one.interval)
+        return np.asarray(0.999 * np.where(x > 0, high, low))
+    if not one.bounded:
+        return x * np.geomspace(0.1, 30, len(x))[:, None]
+    small, large = np.zeros(len(x)), np.full(len(x), 1e-9)
+    for _ in range(100):
+        inside = one.values(large[:, None] * x) <= 1
+        small, large = np.where(inside, large, small), np.where(inside, 2 * large, large)
+        if not inside.any():
+            break
+    for _ in range(30):
+        middle = (small + large) / 2
+        inside = one.values(middle[:, None] * x) <= 1
+        small, large = np.where(inside, middle, small), np.where(inside, large, middle)
+    return np.asarray(0.999 * small[:, None] * x)
+
+
+def starts_outside(one: OutsideSet, x: np.ndarray) -> np.ndarray:
+    """Points just beyond the end of what is kept, in the directions of ``x`` that reach it."""
+    if one.interval is not None:
+        low, high = one.interval
+        return np.asarray([[1.001 * float(end)] for end in (low, high) if abs(end) < math.inf])
+    if one.Q is not None:
+        values = np.einsum("ki,ij,kj->k", x, np.array(one.Q, dtype=float), x)
+        return np.asarray(x[values > 0] * np.sqrt(1.001 / values[values > 0])[:, None])
+    edge = np.array(one.points, dtype=float)
+    return np.asarray(1.01 * edge[1::2])

@@ -81,18 +81,19 @@ def proved(case: Drawn, conclusion: str, rng: np.random.Generator, counts: Count
     found = []
     for attack in attacks:
         counts[f"attack: {attack.__name__}"] += 1
-        said = attack(below(case) if depth.end and attack is not members.constant else case, conclusion, rng)
+        share = 0 if not depth.end or attack is members.constant else 50 if attack is members.late else 1000
+        said = attack(below(case, share) if share else case, conclusion, rng)
         if said:
             found.append(f"PROVED ({conclusion}) against {said}")
     return found
 
 
-def below(case: Drawn) -> Drawn:
-    """The class with an upper end that is a little less."""
+def below(case: Drawn, share: int) -> Drawn:
+    """The class with an upper end that is less by one in so many; more where an attack has the loop but nearly."""
     low, high = case.one.sector.lower, case.one.sector.upper
     if math.inf in (abs(low), abs(high)):
         return case
-    return replace(case, one=case.one.scaled(1 - (high - low) / (1000 * abs(high)) * (1 if high > 0 else -1)))
+    return replace(case, one=case.one.scaled(1 - (high - low) / (share * abs(high)) * (1 if high > 0 else -1)))
 
 
 def single(kind: str, rng: np.random.Generator) -> tuple[Counts, list[str], object]:
