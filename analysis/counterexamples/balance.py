@@ -11,8 +11,9 @@ nothing singular.  Proposals, never proofs.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, islice
 from typing import NamedTuple
 
 from lure.analysis.deadline import checkpoint
@@ -138,27 +139,48 @@ class Balance:
             The waves.
         """
         m, count = wave.waves.shape
-        parts = np.stack([wave.waves.real, wave.waves.imag], axis=2)  # (m, h, 2)
-        sigma = self.sampled(wave)
+        value, slope, steps = self.nonlinear(wave, self.sampled(wave))
+        missed, moved = self.linearised(wave, value, slope)
+        by_steps = np.einsum("hij,kjh->ihk", self.response(wave.omega)[0], steps @ self.analysis.T)
+        whole = np.concatenate([moved, by_steps.reshape(m * count, -1)], axis=1)
+        flat = np.stack([wave.waves.real, wave.waves.imag], axis=2).ravel()
+        norm = np.concatenate([2 * flat, np.zeros(whole.shape[1] - len(flat))])
+        misses = np.concatenate([missed.real.ravel(), missed.imag.ravel(), [flat @ flat - 1]])
+        return misses, np.concatenate([whole.real, whole.imag, norm[None]])
+
+    def linearised(self, wave: Wave, value: Reals, slope: Reals) -> tuple[Complexes, Complexes]:
+        """``c_h + H f_h``, (m, harmonics), and its derivative by the parts of the waves and ``ln omega``.
+
+        Parameters
+        ----------
+        wave : Wave
+            The waves.
+        value, slope : ndarray
+            (m, samples) ``phi(sigma)`` and ``phi'(sigma)``.
+        """
+        m, count = wave.waves.shape
         H, turned = self.response(wave.omega)
-        value, slope, steps = self.nonlinear(wave, sigma)
         f = self.harmonics_of(value)
-        missed = wave.waves + np.einsum("hij,jh->ih", H, f)
         flat_waves = self.synthesis.reshape(self.samples, -1)
         by_wave = np.stack([(self.analysis * row) @ flat_waves for row in slope], axis=1)  # (h, m, 2 h)
         columns = (H[:, :, :, None] * by_wave[:, None]).transpose(1, 0, 2, 3).reshape(m, count, m, count, 2)
         i, h = np.arange(m)[:, None], np.arange(count)[None, :]
         columns[i, h, i, h, 0] += 1
         columns[i, h, i, h, 1] += 1j
-        by_steps = np.einsum("hij,kjh->ihk", H, steps @ self.analysis.T)
         by_omega = np.einsum("hij,jh->ih", turned, f)
-        whole = np.concatenate(
-            [columns.reshape(m * count, -1), by_omega.reshape(-1, 1), by_steps.reshape(m * count, -1)], axis=1
-        )
-        flat = parts.ravel()
-        norm = np.concatenate([2 * flat, np.zeros(whole.shape[1] - len(flat))])
-        misses = np.concatenate([missed.real.ravel(), missed.imag.ravel(), [flat @ flat - 1]])
-        return misses, np.concatenate([whole.real, whole.imag, norm[None]])
+        moved = np.concatenate([columns.reshape(m * count, -1), by_omega.reshape(-1, 1)], axis=1)
+        return wave.waves + np.einsum("hij,jh->ih", H, f), moved
+
+    def later(self, wave: Wave) -> Reals:
+        """How the parts of the waves change with a shift in time: the same solution.
+
+        Parameters
+        ----------
+        wave : Wave
+            The waves.
+        """
+        turn = 1j * wave.waves * np.array(self.harmonics)
+        return np.stack([turn.real, turn.imag], axis=2).ravel()
 
     def nonlinear(self, wave: Wave, sigma: Reals) -> tuple[Reals, Reals, Reals]:
         """``phi``, its slope, and its derivative by ``ln alpha`` and ``ln`` of every kink.
@@ -299,9 +321,8 @@ class Balance:
         """
         count = 2 * wave.waves.size
         _, slopes = self.residual(wave)
-        turn = 1j * wave.waves * np.array(self.harmonics)  # later in time, the same solution
         still = np.zeros(slopes.shape[1])
-        still[:count] = np.stack([turn.real, turn.imag], axis=2).ravel()
+        still[:count] = self.later(wave)
         flat = np.vstack([slopes[:, : count + 1], still[: count + 1]])
         step = np.zeros(slopes.shape[1])
         step[: count + 1] = np.linalg.svd(flat)[2][-1]
@@ -375,7 +396,12 @@ class Balance:
             for kink in (*right.kinks, *(-left.kinks))
         )
 
-    def found(self, count: int, most: float) -> list[tuple[Balance, Wave]]:
+    def _solutions(self, starts: Iterable[Wave]) -> Iterator[Wave]:
+        """Solutions that bend, of those to which the starts lead."""
+        found = map(self.corrected, starts)
+        return (one for one in found if one is not None and self.bends(one))
+
+    def found(self, count: int, most: float, *, first: Iterable[Wave] = ()) -> list[tuple[Balance, Wave]]:
         """Solutions that bend, the smallest factor first, no two alike, with four times as many harmonics.
 
         Parameters
@@ -384,16 +410,14 @@ class Balance:
             How many random waves to begin with.
         most : float
             The largest factor of interest.
+        first : iterable of Wave
+            What to begin with besides.
         """
-        waves, finer = list[Wave](), list[tuple[Balance, Wave]]()
+        finer = list[tuple[Balance, Wave]]()
         with np.errstate(all="ignore"):
             try:
-                for start in self.starts(count, most):
-                    first = self.corrected(start)
-                    if first is not None and self.bends(first):
-                        waves.append(self.lowest(first))
-                        if len(waves) == _ENOUGH:
-                            break
+                drawn = islice(self._solutions(self.starts(count, most)), _ENOUGH)
+                waves = [self.lowest(one) for one in chain(self._solutions(first), drawn)]
             except np.linalg.LinAlgError:  # a pole at a harmonic
                 return []
             for wave in sorted(waves, key=lambda one: one.alpha):

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from lure.analysis.certificates.channels import Plant
 from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_orbits import Found, near_fold
+from lure.analysis.counterexamples.graphs import shaped
 from lure.analysis.counterexamples.harmonic import HarmonicBalance, Orbit, RelayOrbit, RelayOrbits, followed, settled
 from lure.analysis.counterexamples.linear import Realisation, companion, doubles
 from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, proved, refined, saturation
@@ -281,15 +282,20 @@ def _smallest(block: RationalPlant, lower: Fraction) -> Witness | None:
     return None
 
 
-_WAVES = ((tuple(range(1, 20, 2)), 2), (tuple(range(8)), 1))  # harmonics and kinks: half waves, and whole ones
+_WAVES = (  # whether phi is odd, harmonics and kinks: half waves, and whole ones
+    (True, tuple(range(1, 20, 2)), 2),
+    (True, tuple(range(8)), 2),
+    (False, tuple(range(8)), 1),
+)
 _RANDOM, _REACH = 80, 100.0
 
 
 def wave_witness(block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0)) -> Witness | None:
     r"""A staircase ``phi`` with slopes in ``[lower, k]``, odd or not, whose loop has a periodic solution: proved.
 
-    By harmonic balance with the kinks and ``k`` unknown, see :mod:`lure.analysis.counterexamples.balance`: more kinks
-    than :func:`oscillation_witness` has, and, unless ``odd``, solutions without half waves.
+    By harmonic balance with the kinks and ``k`` unknown, see :mod:`lure.analysis.counterexamples.balance` and
+    :mod:`lure.analysis.counterexamples.graphs`: more kinks than :func:`oscillation_witness` has, and solutions without
+    half waves.
 
     Parameters
     ----------
@@ -305,13 +311,13 @@ def wave_witness(block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(
     Witness or None
         None if the search finds none below the smallest destabilising gain, which proves nothing.
     """
-    found = [_from_waves(block, lower, half) for half in ((True,) if odd else (True, False))]
+    found = [_from_waves(block, lower, i) for i, family in enumerate(_WAVES) if family[0] or not odd]
     return min((one for one in found if one is not None), key=lambda one: one.k, default=None)
 
 
 @lru_cache(maxsize=64)
-def _from_waves(block: RationalPlant, lower: Fraction, half: bool) -> Witness | None:  # noqa: FBT001  (a cache's key)
-    """The witness of the smallest ``k`` found among half waves, or whole ones."""
+def _from_waves(block: RationalPlant, lower: Fraction, family: int) -> Witness | None:
+    """The witness of the smallest ``k`` found in a family of ``_WAVES``."""
     if block.dt is not None or not KALMAN < block.order <= MAX_ORDER:
         return None
     plant = TransferPolynomials.of(block)
@@ -320,13 +326,13 @@ def _from_waves(block: RationalPlant, lower: Fraction, half: bool) -> Witness | 
     start, stable = circle_reach(plant, lower)[0], hurwitz_limit(block, lower)
     if start == math.inf or stable.low <= lower:
         return None
-    system, (harmonics, kinks) = companion(block), _WAVES[0 if half else 1]
+    system, (odd, harmonics, kinks) = companion(block), _WAVES[family]
     A, b, c, d = [list(row) for row in system.A], [[v] for v in system.b], [list(system.c)], [[system.d]]
     inner, into, out, direct = (np.array(side, dtype=float) for side in (A, b, c, d))
     low, high, best = np.array([float(lower)]), np.ones(1), list[Witness]()
-    balance = Balance(inner, into, out, direct, low, high, [range(1)], [half], harmonics, [kinks])
+    balance = Balance(inner, into, out, direct, low, high, [range(1)], [odd], harmonics, [kinks])
     top = min(stable.high, _REACH * start)
-    for finer, wave in balance.found(_RANDOM, top):
+    for finer, wave in balance.found(_RANDOM, top, first=shaped(balance, top)):
         for one in near_fold(finer, wave, Plant(A, b, c, d, discrete=False), [lower], [Fraction(1)]):
             if one.alpha >= top:
                 continue

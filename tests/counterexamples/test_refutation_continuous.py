@@ -1,5 +1,6 @@
 """Periodic orbits in continuous time: published counterexamples, proofs that must fail, and simulations."""
 
+import math
 from dataclasses import replace
 from fractions import Fraction as F
 from functools import cache
@@ -8,6 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from lure.analysis.counterexamples.balance import Balance, Wave
+from lure.analysis.counterexamples.graphs import best_graphs
 from lure.analysis.counterexamples.linear import companion, realisation
 from lure.analysis.counterexamples.oscillation import oscillation_witness, wave_witness
 from lure.analysis.counterexamples.piecewise import Flow, Itinerary, PiecewiseLoop, proved, refined, returns, saturation
@@ -78,7 +81,8 @@ def test_both_counterexamples_are_found_and_proved(block, reached):
 
 
 # The published third example, s^2/(s^4 + .2 s^3 + 6 s^2 + .1 s + 1): all slopes up to 2.2526 are proved stable; with
-# two kinks the orbits of saturations begin at 703.9.  Fitts's: odd slopes up to .6738 are proved, all up to .3247.
+# two kinks the orbits of saturations begin at 703.9, with four at 4.938.  Fitts's: odd slopes up to .6738 are proved,
+# all up to .3247; half waves of odd nonlinearities begin at 1.4994.
 THIRD = RationalPlant([1, 0, 0], [1, F("0.2"), 6, F("0.1"), 1])
 
 
@@ -87,7 +91,8 @@ THIRD = RationalPlant([1, 0, 0], [1, F("0.2"), 6, F("0.1"), 1])
     ("block", "odd", "proved_up_to", "reached"),
     [
         pytest.param(FITTS, False, 0.3247, 0.5449, id="saturated earlier on one side"),
-        pytest.param(THIRD, True, 2.2526, 5.0, id="four kinks"),
+        pytest.param(FITTS, True, 0.6738, 0.95, id="an odd nonlinearity without half waves"),
+        pytest.param(THIRD, True, 2.2526, 4.05, id="six kinks"),
     ],
 )
 def test_staircases_oscillate_at_smaller_slopes(block, odd, proved_up_to, reached):
@@ -95,6 +100,24 @@ def test_staircases_oscillate_at_smaller_slopes(block, odd, proved_up_to, reache
     assert (witness.kind, witness.evidence, witness.odd) == ("periodic orbit", Evidence.CERTIFIED, odd)
     assert proved_up_to < witness.k < reached
     assert_an_orbit(block, witness)
+
+
+# 1/(s + 1)^3 has a root at i sqrt(3) with the gain 8: for sigma = cos(sqrt(3) t) the least slope of a graph is 8.
+# x'' + .2 x' + x = -phi(x'): H = s/(s^2 + .2 s + 1), and no slope >= 0 lets it oscillate; what is missed is paid for.
+@pytest.mark.parametrize(
+    ("n", "d", "omega", "price", "cost"),
+    [([1], [1, 3, 3, 1], math.sqrt(3), 1e3, 8.0), ([1, 0], [1, "0.2", 1], 1.0, 7.0, 7.0)],
+)
+def test_the_best_graph_for_a_wave_is_a_linear_programme(n, d, omega, price, cost):
+    system = companion(RationalPlant(n, [F(v) for v in d]))
+    A, b = np.array(system.A, dtype=float), np.array(system.b, dtype=float)[:, None]
+    c, none = np.array(system.c, dtype=float)[None], np.zeros((1, 1))
+    balance = Balance(A, b, c, none, np.zeros(1), np.ones(1), [range(1)], [True], (1, 3), [0])
+    found = best_graphs(balance, Wave(1.0, omega, np.array([[1.0 + 0j, 0.0]]), ()), price)
+    assert found.cost == pytest.approx(cost, rel=1e-3)
+    assert found.wave.alpha == pytest.approx(cost if cost == 8 else 0.0, abs=1e-2)
+    if cost == 8:
+        assert found.wave.sides[0][0] == (True, pytest.approx(np.array([])))
 
 
 def test_up_to_order_three_there_is_nothing_to_be_found():
