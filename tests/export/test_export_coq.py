@@ -2,18 +2,15 @@
 
 import json
 import re
-import shutil
-import subprocess
 from fractions import Fraction
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
 from plants import ODD, SIXTH, TURNED
+from replayed import KEPT, LOOP, changed, compiled, needs_coq, proved, resting_on_axioms
 
-from lure import RationalPlant, Sector
-from lure.analysis import analyse, certify, l2_gain
+from lure import RationalPlant
+from lure.analysis import analyse, certify
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.matrix import matrix_draft
@@ -26,26 +23,7 @@ from lure.analysis.export.relying import halves
 from lure.errors import InputError
 from lure.files.builtin import builtin_loop, loop_names
 
-KEPT = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text("utf-8"))
-LIBRARIES = (
-    *("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle"),
-    *("switching", "powers", "feedthrough", "members", "gains"),
-)
-LOOP = "(* ---- This loop ---- *)"
-AXIOMS = {
-    "ClassicalDedekindReals.sig_not_dec",
-    "ClassicalDedekindReals.sig_forall_dec",
-    "FunctionalExtensionality.functional_extensionality_dep",
-    "Classical_Prop.classic",
-}
-needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason="coqc is not installed (Debian: apt install coq)")
 THIRD = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "2", "0"]}
-
-
-def proved(system, upper, theorem="circle", multiplier=None, *, varying=False, **more):
-    laws = {"sector": ["0", upper], "slope": None, "odd": False, "time_varying": varying, "linear": False}
-    draft = {"verdict": "PROVED", "system": system, "laws": laws, "theorem": theorem, "multiplier": multiplier or {}}
-    return complete_and_check(draft | {"proof": {"method": "polynomial"}} | more)
 
 
 def popov():
@@ -58,33 +36,6 @@ def steps():
     return proved(system, "5/4")
 
 
-PARTS = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in LIBRARIES]
-
-
-@pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    """The folder in which the parts that a file begins with are compiled, once for all files with the same ones."""
-
-    @cache
-    def compiled_once(parts):
-        folder = tmp_path_factory.mktemp("coq")
-        (folder / "common.v").write_text("\n".join(PARTS[part] for part in parts))
-        subprocess.run(["coqc", "common.v"], cwd=folder, check=True, capture_output=True)
-        return folder
-
-    return compiled_once
-
-
-def compiled(library, text):
-    """Whether what is about the loop compiles, and what was printed."""
-    first, _, own = text.partition(LOOP)
-    folder = library(tuple(part for part, lines in enumerate(PARTS) if lines.strip() in first))
-    head = "Require Import Reals ZArith List Lra Lia Bool common.\nImport ListNotations.\nOpen Scope R_scope.\n"
-    (folder / "loop.v").write_text(head + own)
-    found = subprocess.run(["coqc", "loop.v"], cwd=folder, capture_output=True, text=True, check=False)
-    return found.returncode == 0, found.stdout + found.stderr
-
-
 @needs_coq
 @pytest.mark.thorough
 def test_popov_in_the_critical_case_compiles_and_rests_on_the_axioms_of_the_reals_alone(library):
@@ -93,7 +44,7 @@ def test_popov_in_the_critical_case_compiles_and_rests_on_the_axioms_of_the_real
     assert "(in_sector 0 (59 / 10) phi)" in text
     ok, said = compiled(library, text)
     assert ok, said
-    assert set(re.findall(r"^([\w.]+)\s*(?:$|:)", said.partition("Axioms:")[2], re.MULTILINE)) <= AXIOMS
+    assert resting_on_axioms(said)
 
 
 @needs_coq
@@ -170,197 +121,6 @@ def test_full_blocks_compile_and_falsified_ones_do_not(cones, library):
         ("((-2) * x 1%nat t", "(2 * x 1%nat t"),  # one sign of the plant
     ):
         assert not compiled(library, changed(text, right, other))[0]
-
-
-@pytest.fixture(scope="module")
-def orbit():
-    """Of discrete example 6: sigma = 154/125, 192/125 and their negatives, phi odd in the sector [0, 125/192]."""
-    samples = {"u": ["0", "-1", "0", "1"], "sigma": ["154/125", "192/125", "-154/125", "-192/125"]}
-    points = [["-192/125", "-1"], ["-154/125", "0"], ["0", "0"], ["154/125", "0"], ["192/125", "1"]]
-    proof = {"method": "orbit", "points": points, "left": "0", "right": "0", **samples}
-    laws = {"sector": ["0", "125/192"], "slope": None, "odd": True, "time_varying": False, "linear": False}
-    system = builtin_loop("dt-6").block
-    draft = {"verdict": "REFUTED", "system": system_of(system), "laws": laws, "theorem": "counterexample"}
-    return coq_text(complete_and_check(draft | {"multiplier": {}, "proof": proof}))
-
-
-@needs_coq
-@pytest.mark.thorough
-def test_an_orbit_compiles_and_another_does_not(orbit, library):
-    assert "exists (phi : R -> R) (sigma : nat -> R)," in orbit
-    ok, said = compiled(library, orbit)
-    assert ok, said
-    assert "in_sector 0 (125 / 192)" in orbit
-    assert not compiled(library, orbit.replace("in_sector 0 (125 / 192)", "in_sector 0 (124 / 192)"))[0]
-
-
-def changed(text, right, wrong):
-    """One place changed."""
-    assert right in text
-    return text.replace(right, wrong)
-
-
-# 2 xi(t+1) - xi(t) = -phi: gains from 0 to 1/2 leave (1 - g)/2, from 1/4 to 1/2, so that 1/2 is the rate of the class.
-@needs_coq
-@pytest.mark.thorough
-def test_a_rate_in_discrete_time_compiles_and_a_faster_one_does_not(library):
-    system = {"kind": "transfer", "time": "discrete", "numerator": ["1"], "denominator": ["2", "-1"]}
-    text = coq_text(proved(system, "1/2", varying=True, rate="3/5"))
-    assert "forall k t, norm2 (state xi (k + t)%nat) <= (171 / 171) * (3 / 5) ^ (2 * k) * norm2 (state xi t)." in text
-    ok, said = compiled(library, text)
-    assert ok, said
-    for right, wrong in (
-        ("(3 / 5) ^", "(2 / 5) ^"),
-        ("products (3) 5", "products (2) 5"),
-        ("in_sector 0 (1", "in_sector 0 (9"),
-    ):
-        assert not compiled(library, changed(text, right, wrong))[0]
-
-
-# (s + 1)(s + 2) + g: both roots are at -3/2 +- i sqrt(g - 1/4), from g = 1/4 on; the slowest one is -1 at g = 0.
-@needs_coq
-@pytest.mark.thorough
-def test_rates_in_continuous_time_compile(library):
-    plant = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "2"]}
-    text = coq_text(proved(plant, "1/2", rate="3/4"))
-    assert "forall s t, 0 < s -> s <= t -> norm2 (state xi t) <= " in text
-    ok, said = compiled(library, text)
-    assert ok, said
-    assert not compiled(library, text.replace("3 / 4", "5 / 4").replace("(3) 4", "(5) 4"))[0]
-    law = {"sector": ["0", "1/2"], "slope": None, "odd": False, "time_varying": True, "linear": False}
-    plant = {
-        "kind": "multivariable",
-        "time": "continuous",
-        "A": [["-1", "0"], ["1", "-2"]],
-        "B": [["1", "0"], ["0", "1"]],
-    }
-    plant |= {"C": [["0", "1"], ["1", "0"]], "D": [["0", "0"], ["0", "0"]]}
-    draft = {"verdict": "PROVED", "system": plant, "laws": {"channels": [law] * 2, "repeated": False}, "rate": "1/8"}
-    draft |= {"theorem": "diagonal-circle", "multiplier": {"lambda": ["1", "1"]}, "proof": {"method": "determinant"}}
-    ok, said = compiled(library, coq_text(complete_and_check(draft)))
-    assert ok, said
-
-
-def gain(*, popov=False):
-    """``x' = -x - phi(x) + w``, ``z = x``: the gain is 1, for ``phi = 0``.
-
-    With ``V = x^2`` and ``2 phi (x - phi) >= 0`` what is left is ``2 x^2 - 2 x w + 2 phi^2 >= x^2 - w^2``.
-    """
-    law = {"sector": ["0", "1"], "slope": None, "odd": False, "time_varying": not popov, "linear": False}
-    ends = {"sector": ["-100/101", "100/101"], "time_varying": True, "operator": "performance"}
-    plant = {"kind": "multivariable", "time": "continuous", "A": [["-1"]], "B": [["1", "1"]]}
-    plant |= {"C": [["1"], ["1"]], "D": [["0", "0"], ["0", "0"]]}
-    laws = {"channels": [law, law | ends], "repeated": False}
-    given = {"lambda": ["1", "1/2"], **({"theta": ["1/8", "0"]} if popov else {})}
-    draft = {
-        "verdict": "PROVED",
-        "system": plant,
-        "laws": laws,
-        "multiplier": given,
-        "proof": {"method": "determinant"},
-    }
-    return complete_and_check(draft | {"theorem": "diagonal-popov" if popov else "diagonal-circle"})
-
-
-def test_a_gain_is_said_of_the_energies_of_w_and_z():
-    text = coq_text(gain())
-    assert "(forall t, 0 < t -> derivable_pt_lim Ez t (output x w t ^ 2)) ->" in text
-    assert "forall t, s <= t -> Ez t - Ez s <= (10201 / 10000) * (Ew t - Ew s)." in text
-    found = l2_gain("1/(z - 1/2)", Sector(0, 0.5)).proof  # 1/(z - 1/2 + g), g from 0 to 1/2: 2
-    text = coq_text(found)
-    assert "forall k, sum_f_R0 (fun t => output x w t ^ 2) k" in text
-    assert "(x 0%nat 0%nat = 0) ->" in text
-
-
-@needs_coq
-@pytest.mark.slow
-@pytest.mark.parametrize("popov", [False, True])
-def test_a_gain_compiles_and_what_is_falsified_does_not(popov, library):
-    text = coq_text(gain(popov=popov))
-    ok, said = compiled(library, text)
-    assert ok, said
-    assert set(re.findall(r"^([\w.]+)\s*(?:$|:)", said.partition("Axioms:")[2], re.MULTILINE)) <= AXIOMS
-    for right, wrong in (
-        ("(10201 / 10000) * (Ew", "(9999 / 10000) * (Ew"),
-        ("in_sector 0 1", "in_sector (-1) 1"),
-        ("(-1) * x 0%nat t", "(-9 / 10) * x 0%nat t"),
-        ("(x 0%nat s = 0) ->", "(x 0%nat s = 1) ->"),
-    ):
-        assert not compiled(library, changed(text, right, wrong))[0]
-
-
-@needs_coq
-@pytest.mark.thorough
-def test_a_gain_in_discrete_time_compiles_and_a_smaller_one_does_not(library):
-    text = coq_text(l2_gain("1/(z - 1/2)", Sector(0, 0.5)).proof)
-    ok, said = compiled(library, text)
-    assert ok, said
-    (bound,) = re.findall(r"<= (\(.*\)) \* sum_f_R0", text)
-    assert not compiled(library, changed(text, f"<= {bound}", "<= 3"))[0]
-
-
-def unstable(n, d, upper, gain, time="continuous"):
-    """A constant gain that refutes a sector."""
-    laws = {"sector": ["0", upper], "slope": None, "odd": False, "time_varying": False, "linear": False}
-    system = {"kind": "transfer", "time": time, "numerator": n.split(), "denominator": d.split()}
-    draft = {"verdict": "REFUTED", "system": system, "laws": laws, "theorem": "counterexample", "multiplier": {}}
-    return coq_text(complete_and_check(draft | {"proof": {"method": "linear-gain", "gain": gain}}))
-
-
-# (s + 1)^3 + 8 has the roots +-i sqrt 3.
-@needs_coq
-@pytest.mark.thorough
-def test_a_gain_with_a_pair_of_roots_on_the_axis_compiles(library):
-    text = coq_text(check(KEPT["linear gain"]))
-    assert "  0 <= g <= 9 /\\\n" in text
-    start = Fraction(re.search(r"set \(w := \((\d+ / \d+)\)", text)[1].replace(" ", ""))
-    assert start**2 < 3 < (start + Fraction(1, 20)) ** 2
-    ok, said = compiled(library, text)
-    assert ok, said
-    assert not compiled(library, changed(text, "0 <= g <= 9", "0 <= g <= 7"))[0]
-
-
-# (s^2 + 2)(s + 3) for the last gain of the class; z^2 + (2 g - 1/2) z + 1, also for the last; s^2, a constant;
-# s - 1 + g; s^2 - s + 1 + g, whose roots have the real part 1/2 for every g; z - 2 + g, without an upper bound;
-# z^2 - 3 z + 4 + g, of modulus 2 and above; z^2 - z/2 + g, of modulus 1 for g = 1; -1, of the gain that a matrix shows.
-@needs_coq
-@pytest.mark.thorough
-def test_gains_with_roots_of_other_kinds_compile(library):
-    texts = [
-        unstable("1", "1 3 2 0", "6", "6"),
-        unstable("2 23/25", "1 -1/2 0", "25/23", "25/23", "discrete"),
-        unstable("1 1", "1 0 0", "1", "0"),
-        unstable("1", "1 -1", "1/2", "1/4"),
-        unstable("1", "1 -1 1", "1", "1/2"),
-        unstable("1", "1 -2", "inf", "1/4", "discrete"),
-        unstable("1", "1 -3 4", "1/2", "1/4", "discrete"),
-        coq_text(check(KEPT["linear gain, discrete"])),
-        coq_text(check(KEPT["matrix gain, discrete"])),
-        coq_text(check(KEPT["crossing, rational"])),
-    ]
-    for text in texts:
-        ok, said = compiled(library, text)
-        assert ok, said
-
-
-# z^2 - z/2 + g, gains 3/2, 0, 3/2 in turn: the period has the eigenvalues -11/8 and 0
-@needs_coq
-@pytest.mark.thorough
-def test_gains_in_turn_compile_in_discrete_time_and_falsified_ones_do_not(library):
-    text = coq_text(check(KEPT["switched gain, discrete"]))
-    assert (
-        "  (forall t, 0 <= g t <= (3 / 2)) /\\\n  (forall t, shifts den xi t = - (g t * shifts num xi t)) /\\" in text
-    )
-    ok, said = compiled(library, text)
-    assert ok, said
-    for right, wrong in (
-        ("0 <= g t <= (3 / 2)", "0 <= g t <= (1 / 2)"),
-        ("Definition den : list R := [1; (-1 / 2)", "Definition den : list R := [1; (1 / 2)"),
-        ("Definition gains : list R := [(3 / 2); 0", "Definition gains : list R := [0; 0"),
-    ):
-        assert not compiled(library, changed(text, right, wrong))[0]
-    with pytest.raises(InputError, match="switched gains in continuous time"):
-        coq_text(check(KEPT["switched gain"]))
 
 
 # 1 + 2/(s + 1), theta = 1/4: 1/3 + 1 + Re (1 + i w/4) 2/(1 + i w) = 4/3 + (2 + w^2/2)/(1 + w^2) > 0; psi in [0, 3/4]
@@ -571,52 +331,6 @@ def test_loops_side_by_side_compile_and_what_is_falsified_does_not(library):
         ("derivable_pt_lim (x 1%nat) t ((-2)", "derivable_pt_lim (x 1%nat) t (2"),
         ("(in_sector 0 9 phi2)", "(in_sector 0 10 phi2)"),
     ):
-        assert text.count(old, whole) == 1
-        assert not compiled(library, text[:whole] + text[whole:].replace(old, new))[0]
-
-
-TWICE = {
-    **{"kind": "multivariable", "time": "continuous"},  # 1/((s + 1) (s + 2)^2) by a chain, its end back to the middle
-    "A": [["-1", "1", "0"], ["0", "-2", "1"], ["0", "0", "-2"]],
-    "B": [["0", "0"], ["0", "1"], ["1", "0"]],
-    "C": [["1", "0", "0"], ["0", "0", "1"]],
-    "D": [["0", "0"], ["0", "0"]],
-}
-STEPS = {
-    **{"kind": "multivariable", "time": "discrete", "A": [["0", "1"], ["-1/2", "0"]], "B": [["0", "1/3"], ["1", "0"]]},
-    **{"C": [["1", "0"], ["0", "1"]], "D": [["0", "0"], ["1/5", "0"]]},
-}
-
-
-def refuted_by(system, *gains):
-    one = {"slope": None, "odd": False, "time_varying": False, "linear": False}
-    classes = [{**one, "sector": ["0", upper]} for upper in ("60", "1")]
-    draft = {"verdict": "REFUTED", "system": system, "laws": {"channels": classes, "repeated": False}}
-    proof = {"method": "linear-gains", "gains": list(gains)}
-    return complete_and_check({**draft, "theorem": "counterexample", "multiplier": {}, "proof": proof})
-
-
-def test_gains_of_several_channels_move_the_states_of_the_plant():
-    text = coq_text(refuted_by(TWICE, "50", "1/8"))
-    stated = text[text.rindex("Theorem moves") :]
-    assert "derivable_pt_lim (x 1%nat) t ((-2) * x 1%nat t + 1 * x 2%nat t + (-1) * w 1%nat t)" in stated
-    assert "(forall t, w 1%nat t = g1 * (1 * x 2%nat t))" in stated
-    assert "~ (forall k, (k < 3)%nat -> tends_to (x k) (c k))" in stated
-    apart = {**TWICE, "A": [["-1", "0", "0"], ["0", "-2", "0"], ["0", "0", "1"]]}  # no input moves all of them
-    with pytest.raises(InputError, match="no channel alone moves all states"):
-        coq_text(refuted_by(apart, "0", "0"))
-
-
-@needs_coq
-@pytest.mark.thorough
-@pytest.mark.parametrize(("system", "gains"), [(TWICE, ("50", "1/8")), (STEPS, ("2", "1/2"))])
-def test_gains_of_several_channels_compile_and_what_is_falsified_does_not(library, system, gains):
-    text = coq_text(refuted_by(system, *gains))
-    ok, said = compiled(library, text)
-    assert ok, said
-    whole = text.rindex("Theorem moves")
-    entry = "(-2) * x 1%nat" if system is TWICE else "(-1 / 2) * x 0%nat"
-    for old, new in ((entry, entry.replace("(-", "(")), ("0 <= g0 <= 60", "0 <= g0 <= 1")):
         assert text.count(old, whole) == 1
         assert not compiled(library, text[:whole] + text[whole:].replace(old, new))[0]
 

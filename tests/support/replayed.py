@@ -1,0 +1,61 @@
+"""What the tests of files for Coq share: how one is compiled, and what is falsified in it."""
+
+import json
+import re
+import shutil
+import subprocess
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from lure.analysis.certificates.drafts import complete_and_check
+
+KEPT = json.loads((Path(__file__).parent / "certificates.json").read_text("utf-8"))
+LIBRARIES = (
+    *("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle"),
+    *("switching", "powers", "feedthrough", "members", "gains"),
+)
+PARTS = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in LIBRARIES]
+LOOP = "(* ---- This loop ---- *)"
+AXIOMS = {
+    "ClassicalDedekindReals.sig_not_dec",
+    "ClassicalDedekindReals.sig_forall_dec",
+    "FunctionalExtensionality.functional_extensionality_dep",
+    "Classical_Prop.classic",
+}
+needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason="coqc is not installed (Debian: apt install coq)")
+
+
+def common(folder, parts):
+    """The parts that a file begins with, compiled in a folder."""
+    (folder / "common.v").write_text("\n".join(PARTS[part] for part in parts))
+    subprocess.run(["coqc", "common.v"], cwd=folder, check=True, capture_output=True)
+    return folder
+
+
+def compiled(library, text):
+    """Whether what is about the loop compiles, and what was printed."""
+    first, _, own = text.partition(LOOP)
+    folder = library(tuple(part for part, lines in enumerate(PARTS) if lines.strip() in first))
+    head = "Require Import Reals ZArith List Lra Lia Bool common.\nImport ListNotations.\nOpen Scope R_scope.\n"
+    (folder / "loop.v").write_text(head + own)
+    found = subprocess.run(["coqc", "loop.v"], cwd=folder, capture_output=True, text=True, check=False)
+    return found.returncode == 0, found.stdout + found.stderr
+
+
+def resting_on_axioms(said):
+    """Whether nothing is assumed but the axioms of the reals and the excluded middle."""
+    return set(re.findall(r"^([\w.]+)\s*(?:$|:)", said.partition("Axioms:")[2], re.MULTILINE)) <= AXIOMS
+
+
+def changed(text, right, wrong):
+    """One place changed."""
+    assert right in text
+    return text.replace(right, wrong)
+
+
+def proved(system, upper, theorem="circle", multiplier=None, *, varying=False, **more):
+    laws = {"sector": ["0", upper], "slope": None, "odd": False, "time_varying": varying, "linear": False}
+    draft = {"verdict": "PROVED", "system": system, "laws": laws, "theorem": theorem, "multiplier": multiplier or {}}
+    return complete_and_check(draft | {"proof": {"method": "polynomial"}} | more)
