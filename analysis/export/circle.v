@@ -14,8 +14,6 @@ Definition bottom_ : cpoly := ([1; 0; 1], [])%Z.
 (* z^i times Q^m *)
 Definition cp_z (m i : nat) : cpoly := cp_mul (cp_pow top i) (cp_pow bottom_ (m - i)).
 
-Lemma peval_scale : forall c p x, peval (scale c p) x = IZR c * peval p x.
-Proof. intros c p x; induction p as [|a p IH]; cbn [scale map peval]; [ring|]; fold (scale c p); rewrite IH, mult_IZR; ring. Qed.
 Lemma peval_mul : forall p q x, peval (pmul p q) x = peval p x * peval q x.
 Proof.
   induction p as [|a p IH]; intros q x; cbn [pmul peval]; [ring|].

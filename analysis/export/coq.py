@@ -18,6 +18,7 @@ from lure.analysis.export.gaining import gaining_text, has_gain
 from lure.analysis.export.members import members_text
 from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.powers import powers_text
+from lure.analysis.export.regional import regional_text
 from lure.analysis.export.relying import THEOREMS, relying_text
 from lure.analysis.export.switching import orbit_text, switched_text
 from lure.analysis.export.words import refused
@@ -46,6 +47,8 @@ def coq_text(shown: Checked) -> str:
         method = data["proof"]["method"]
         written = {"switched-gain": switched_text, "linear-gains": members_text} | dict.fromkeys(METHODS, mode_text)
         return written.get(method, orbit_text)(data, shown.claim)
+    if isinstance(data["laws"], dict) and "graphs" in data["laws"]:
+        return regional_text(data, shown.claim)
     if has_gain(data):
         if "rate" in data or data["proof"]["method"] == "parts":
             raise refused("it is a gain with a rate, or of parts; a gain alone has an export")

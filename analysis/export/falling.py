@@ -321,8 +321,7 @@ class FallingTheorem:
     def in_time(self) -> list[str]:
         """Continuous time."""
         f = self.forms
-        integrals = " + ".join(f"({number(c)} * Phi{self.own[i]} ({self.sigma(i)})" for i, c, *_ in f.integrals)
-        integrals = f"{integrals} + 0{')' * len(f.integrals)}" if f.integrals else "0"
+        integrals = self.rest(-1)
         lines = self.flowing()
         name, more = f"in_time {f.size} P now next rows low turn products {f.times} z", ""
         if self.loop.each:
@@ -368,13 +367,14 @@ class FallingTheorem:
         lines.append(f"    replace (value low (z t)) with ({' + '.join(parts)} + 0{')' * len(parts)})")
         lines.append(f"      by (unfold z, low, {sigmas}; cbn [value dot]; field).")
         for i, c, *_ in self.forms.integrals:
-            s, name = self.own[i], "primitive_above" if c > 0 else "primitive_below"
-            bound = number(self.loop.bounds[i][0] if c > 0 else Fraction(self.loop.bounds[i][1]))
-            lines.append(
-                f"    pose proof ({name} Phi{s} phi{s} {bound} integral{s} (fun y => {self.side(i, c)})\n"
-                f"      ({self.sigma(i)})) as B{s}."
-            )
+            lines.append(f"    pose proof {self.integral_bound(i, c)} as B{self.own[i]}.")
         return [*lines, "    lra."]
+
+    def integral_bound(self, i: int, c: Fraction) -> str:
+        """The bound of an integral by a square."""
+        s, name = self.own[i], "primitive_above" if c > 0 else "primitive_below"
+        bound = number(self.loop.bounds[i][0] if c > 0 else Fraction(self.loop.bounds[i][1]))
+        return f"({name} Phi{s} phi{s} {bound} integral{s} (fun y => {self.side(i, c)})\n      ({self.sigma(i)}))"
 
     def side(self, i: int, c: Fraction) -> str:
         """The half of the class that bounds an integral."""

@@ -92,6 +92,8 @@ Lemma peval_add : forall p q x, peval (add p q) x = peval p x + peval q x.
 Proof.
   induction p as [|a p IH]; intros [|b q] x; simpl; try lra; rewrite IH, plus_IZR; ring.
 Qed.
+Lemma peval_scale : forall c p x, peval (scale c p) x = IZR c * peval p x.
+Proof. intros c p x; induction p as [|a p IH]; cbn [scale map peval]; [ring|]; fold (scale c p); rewrite IH, mult_IZR; ring. Qed.
 Lemma peval_shift : forall p x, peval (shift p) x = peval p (x + 1).
 Proof.
   induction p as [|a p IH]; intro x; [reflexivity|].

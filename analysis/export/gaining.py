@@ -189,8 +189,7 @@ class _Gain(FallingTheorem):
         """Continuous time."""
         f = self.forms
         k, r2 = self.share, number(self.ease)
-        integrals = " + ".join(f"({number(c)} * Phi{self.own[i]} ({self.sigma(i)})" for i, c, *_ in f.integrals)
-        integrals = f"{integrals} + 0{')' * len(f.integrals)}" if f.integrals else "0"
+        integrals = self.rest(-1)
         energy = f"(fun t => {k} * ({r2} * Ez t - Ew t))"
         lines = [*self.supplied(z2, w2), *self.flowing()]
         lines.append(f"  assert (all := gain_in_time {f.size} P now next low turn supply products z")

@@ -36,6 +36,8 @@ class Loop:
         Of each sector; the upper one may be infinite.
     weights, theta : list of Fraction
         Of ``(phi - l sigma)(u sigma - phi)``, of ``(phi - l sigma) sigma`` without an upper bound; of the integrals.
+    terms : list of tuple
+        In place of weights: weights, and pairs of rows over ``z`` whose products are nonnegative.
     block : list of list of Fraction
         In place of weights: ``Pi``, symmetric, of ``(sigma_1, phi_1, sigma_2, ..)``.
     cones : list of list of list of Fraction
@@ -61,6 +63,7 @@ class Loop:
     P: Matrix
     rows: Matrix
     each: bool = False
+    terms: list[tuple[Fraction, Vector, Vector]] = field(default_factory=list)
     block: Matrix = field(default_factory=list)
     cones: list[Matrix] = field(default_factory=list)
 
@@ -77,6 +80,8 @@ class Forms:
         The last three times a whole number each.
     unit : int
         That of ``now`` and ``then``.
+    factor : Fraction
+        That of ``V``.
     products : list of Term
         Weights, and the factors of what is nonnegative for the class.
     factors : list of tuple of int
@@ -101,6 +106,7 @@ class Forms:
     then: list[list[int]]
     rows: list[list[int]]
     unit: int
+    factor: Fraction
     products: list[Term]
     factors: list[tuple[int, int]]
     low: list[Term]
@@ -200,7 +206,7 @@ def whole_loop(loop: Loop) -> Forms | None:
             own = math.lcm(*(v.denominator for v in (*phi, *sigma)))
             pairs += [whole(sigma, own)[0], whole(phi, own)[0]]
             units += [own, own]
-        else:
+        elif loop.weights:
             (left, a) = whole(less(phi, low, sigma))
             right, b = whole(sigma if high == INF else [-v for v in less(phi, Fraction(high), sigma)])
             given.append((loop.weights[i] / (a * b), left, right))
@@ -216,6 +222,10 @@ def whole_loop(loop: Loop) -> Forms | None:
             theta = loop.theta[i]
             bound = (theta * Fraction(least) / q**2, argument, argument)
             halves.append((bound, (2 * theta / (s * unit * r), value, slope), (i, 2 * theta, row, Fraction(unit * r))))
+    for weight, first, second in loop.terms:
+        (left, a), (right, b) = whole(first), whole(second)
+        given.append((weight / (a * b), left, right))
+        factors.append((a, b))
     parts = [w for w, *_ in (*given, *(one[0] for one in halves), *(one[1] for one in halves))]
     parts += [c for *_, (_, c, _, _) in halves]
     inner, *cones = (
@@ -233,7 +243,8 @@ def whole_loop(loop: Loop) -> Forms | None:
         for side in (given, [one[0] for one in halves], [one[1] for one in halves])
     )
     return Forms(
-        size=size, P=P, now=now, then=then, rows=[whole(row)[0] for row in loop.rows], unit=unit, factors=factors,
+        size=size, P=P, now=now, then=then, rows=[whole(row)[0] for row in loop.rows], unit=unit, factor=K,
+        factors=factors,
         products=products or bilinear(block, pairs, pairs), low=below, turn=turn, times=0, block=block, pairs=pairs,
         cones=[[[int(2 * v * K) for v in row[i:]] for i, row in enumerate(M)] for M in cones],
         integrals=[(i, c * K, row, r) for *_, (i, c, row, r) in halves],

@@ -1,0 +1,146 @@
+"""Regions of attraction as files for Coq: true ones compile, falsified ones do not."""
+
+from fractions import Fraction
+
+import pytest
+from replayed import changed, compiled, needs_coq, resting_on_axioms
+
+from lure import Saturation
+from lure.analysis import region
+from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.export import coq_text
+from lure.analysis.export.graphs import Known
+from lure.errors import InputError
+from lure.plants.multivariable import MultivariablePlant
+
+SATURATED = {"kind": "piecewise-polynomial", "cuts": ["-1", "1"], "pieces": [["-1"], ["0", "1"], ["1"]]}
+
+
+def attracted(system, graphs, terms, proof, time="continuous"):
+    A, B, C, D = ([row.split() for row in side] for side in system)
+    plant = {"kind": "multivariable", "time": time, "A": A, "B": B, "C": C, "D": D}
+    theorem = "local-popov" if "integrals" in proof else "local-circle"
+    draft = {"verdict": "PROVED", "system": plant, "laws": {"graphs": graphs}, "theorem": theorem}
+    return complete_and_check(draft | {"multiplier": {"terms": terms}, "proof": proof})
+
+
+def local():
+    """``x' = x - phi(x)``, ``phi`` in [2, 3] for ``|x| <= 1``, the set ``2 x^2 <= 1``.
+
+    ``V' = 4 x (x - phi)``, and with the term ``4/5 (3 x - phi)(phi - 2 x)`` ``-V'`` is ``4/5 (x^2 + phi^2)``.
+    """
+    graph = {"kind": "sector", "sector": ["2", "3"], "reach": "1"}
+    term = {"channel": 1, "weight": "2/5", "sector": ["2", "3"], "reach": "1"}
+    return attracted((["1"], ["1"], ["1"], ["0"]), [graph], [term], {"method": "ellipsoid", "P": [["2"]]})
+
+
+def saddle():
+    """``x' = y``, ``y' = x - sat(3 x + 4 y)``, on ``2 x^2 + 3 x y + 2 y^2 <= 1``, where ``5/4 |x + y| <= 1``."""
+    system = (["0 1", "1 0"], ["0", "1"], ["3 4"], ["0"])
+    term = {"channel": 1, "weight": "3/4", "row": ["5/4", "5/4"]}
+    proof = {"method": "ellipsoid", "P": [["2"], ["3/2", "2"]]}
+    return attracted(system, [SATURATED], [term], proof)
+
+
+def cubic():
+    """Van der Pol's oscillator back in time, ``x' = -x + x^3/3 - y``, ``y' = x``; ``2 int phi = -x^4/6 >= -x^2/6``."""
+    graph = {"kind": "piecewise-polynomial", "cuts": [], "pieces": [["0", "0", "0", "-1/3"]]}
+    term = {"channel": 1, "weight": "3/2", "sector": ["-1/3", "0"], "reach": "1"}
+    proof = {"method": "level-set", "P": [["3/2"], ["1/4", "3/2"]]}
+    proof["integrals"] = [{"channel": 1, "theta": "1/4", "reach": "1", "least": "-1/6"}]
+    return attracted((["-1 -1", "1 0"], ["1", "0"], ["1 0"], ["0"]), [graph], [term], proof)
+
+
+def steps():
+    """``x+ = 3/2 x - phi(x)``, ``phi`` in [1, 2] for ``|x| <= 1``, the set ``2 x^2 <= 1``.
+
+    ``2 x^2 - 2 (3 x/2 - phi)^2 - 5/2 (2 x - phi)(phi - x) = (5 x^2 - 3 x phi + phi^2)/2``, positive.
+    """
+    graph = {"kind": "sector", "sector": ["1", "2"], "reach": "1"}
+    term = {"channel": 1, "weight": "5/4", "sector": ["1", "2"], "reach": "1"}
+    return attracted((["3/2"], ["1"], ["1"], ["0"]), [graph], [term], {"method": "ellipsoid", "P": [["2"]]}, "discrete")
+
+
+def test_a_region_is_said_of_where_solutions_start():
+    text = coq_text(local())
+    stated = text[text.rindex("Theorem region") :]
+    assert "(forall t, in_sector_up_to 1 2 3 (phi t)) ->" in stated
+    assert "(continuity_pt (x 0%nat) 0) ->\n  (level x w 0 <= 1) ->" in stated
+    assert "(forall t, 0 <= t -> level x w t <= 1) /\\\n  tends_to (x 0%nat) 0." in stated
+    text = coq_text(cubic())
+    assert "Definition phi (s : R) : R :=\n  (-1 / 3) * s ^ 3." in text
+    assert "level Phi x w t <= 1 /\\ Rabs (sigma x w t) <= 1) /\\" in text
+    assert "  (level x w 0%nat <= 1) ->\n  (forall t, level x w t <= 1) /\\\n  Un_cv (x 0%nat) 0." in coq_text(steps())
+
+
+def test_a_bound_without_room_between_its_ends_is_refused():
+    # y phi = y^2 + (y^2 - 1)^2 y^2, so that the lower end 1 is touched at +-1 and 1/2 is not
+    one, none = Fraction(1), Fraction(0)
+    touching = Known(name="phi", cuts=[], pieces=[[none, 2 * one, none, -2 * one, none, one]])
+    assert touching.local("local", one / 2, 2 * one, one).count("nonneg_along_sound") == 4
+    with pytest.raises(InputError, match="leaves too little room"):
+        touching.local("local", one, 8 * one, Fraction(7, 5))
+
+
+def test_other_sets_are_refused():
+    found = region(([1], [1, -1]), Saturation(gain=2, limit=1))
+    with pytest.raises(InputError, match="intervals, curves and what attracts everything have none"):
+        coq_text(found.sets[0].proof)
+    wide = region(([1], [1, -1]), Saturation(gain=2, limit=1), disturbance=[[1]]).reachable.proof
+    with pytest.raises(InputError, match="without disturbances"):
+        coq_text(wide)
+
+
+@needs_coq
+@pytest.mark.slow
+def test_a_region_of_a_saturation_compiles_and_falsified_files_do_not(library):
+    text = coq_text(saddle())
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert resting_on_axioms(said)
+    for right, wrong in (
+        ("2 * (x 1%nat t * x 1%nat t)", "1 * (x 1%nat t * x 1%nat t)"),  # a larger set
+        ("if Rle_dec s 1 then 1 * s else", "if Rle_dec s (1 / 2) then 1 * s else"),  # it would jump
+        ("3 * x 0%nat t + 4 * x 1%nat t", "3 * x 0%nat t + (-4) * x 1%nat t"),
+        ("(level x w 0 <= 1)", "(level x w 0 <= 2)"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0]
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("made", "changes"),
+    [
+        (
+            local,
+            [
+                ("in_sector_up_to 1 2 3", "in_sector_up_to 1 (1 / 2) 3"),
+                ("in_sector_up_to 1 2", "in_sector_up_to (1 / 2) 2"),
+            ],
+        ),
+        (cubic, [("(-1 / 3) * s ^ 3", "(-1) * s ^ 3"), ("(Rabs (sigma x w 0) <= 1)", "(Rabs (sigma x w 0) <= 2)")]),
+        (steps, [("(3 / 2) * x 0%nat t", "(5 / 2) * x 0%nat t"), ("in_sector_up_to 1 1 2", "in_sector_up_to 1 1 3")]),
+    ],
+)
+def test_regions_of_other_kinds_compile_and_falsified_files_do_not(made, changes, library):
+    text = coq_text(made())
+    ok, said = compiled(library, text)
+    assert ok, said
+    for right, wrong in changes:
+        assert not compiled(library, changed(text, right, wrong))[0]
+
+
+# Two inputs with limits (Tarbouriech et al. 2011), and two layers: tanh feeds a saturation.
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("layers", [False, True])
+def test_regions_of_several_channels_compile(layers, library):
+    sides = (["1/10 -1/10", "1/10 -3"], ["5 0", "0 1"], ["7283/10000 169/5000", "27/2000 13583/10000"], ["0 0", "0 0"])
+    if layers:
+        sides = (["1/10 1", "0 -1"], ["0 0", "0 1"], ["1 0", "2 1"], ["0 0", "-1/2 0"])
+    plant = MultivariablePlant(*(tuple(tuple(map(Fraction, row.split())) for row in side) for side in sides))
+    found = region(plant, ["tanh(sigma)", Saturation()] if layers else [Saturation(limit=5), Saturation(limit=2)])
+    for one in found.sets:
+        ok, said = compiled(library, coq_text(one.proof))
+        assert ok, said
