@@ -55,9 +55,9 @@ def beside_text(data: Mapping[str, Any], claim: str) -> str:
         if entry["kind"] == "transfer":  # its P is of other states
             inner["proof"] = {"method": "polynomial"}
         own = [[i - 1 for i in places] for places in where[:2]]
-        parts.append(
-            _Part(theorem=fallen({**data, "system": system, "laws": laws, **inner}), channels=own[0], states=own[1])
-        )
+        theorem = fallen({**data, "system": system, "laws": laws, **inner})
+        theorem.loop = replace(theorem.loop, rest=None)
+        parts.append(_Part(theorem=theorem, channels=own[0], states=own[1]))
     return _text(data, claim, H, parts)
 
 

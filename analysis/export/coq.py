@@ -13,7 +13,7 @@ from lure.analysis.certificates.arithmetic import number
 from lure.analysis.certificates.checker import Checked, Proved
 from lure.analysis.export.beside import beside_text
 from lure.analysis.export.decaying import decaying_text
-from lure.analysis.export.falling import falling_text, through_text
+from lure.analysis.export.falling import falling_text
 from lure.analysis.export.gaining import gaining_text, has_gain
 from lure.analysis.export.members import members_text
 from lure.analysis.export.modes import METHODS, mode_text
@@ -21,6 +21,7 @@ from lure.analysis.export.powers import powers_text
 from lure.analysis.export.regional import regional_text
 from lure.analysis.export.relying import THEOREMS, relying_text
 from lure.analysis.export.switching import orbit_text, switched_text
+from lure.analysis.export.through import through_text
 from lure.analysis.export.words import refused
 
 

@@ -7,10 +7,9 @@ from fractions import Fraction
 from typing import Any
 
 from lure.analysis.certificates.arithmetic import INF
-from lure.analysis.certificates.blocks import coefficients
 from lure.analysis.certificates.states import Family, classes
 from lure.analysis.export.loops import candidates
-from lure.analysis.export.quadratic import Forms, Loop, forms
+from lure.analysis.export.quadratic import Forms, Loop, Vector, forms, less, mix, whole
 from lure.analysis.export.words import folded, integers, number, refused, terms, whole_file
 
 
@@ -45,7 +44,7 @@ def fallen(data: Mapping[str, Any]) -> FallingTheorem:
     refused
         An ``InputError``: it has no such form, or none of few enough digits was found.
     """
-    for loop, written in _falling(candidates(data)):
+    for loop, written in passing(candidates(data)):
         theorem = FallingTheorem(data, loop)
         theorem.forms = written
         return theorem
@@ -162,7 +161,8 @@ class FallingTheorem:
 
     def libraries(self) -> tuple[str, ...]:
         """The files with what the proof uses."""
-        return ("forms.v", *["flow.v"] * (not self.discrete), *["cones.v", "blocks.v"] * bool(self.forms.block))
+        more = ["flow.v"] * (not self.discrete) + ["critical.v"] * (self.loop.rest is not None)
+        return ("forms.v", *more, *["cones.v", "blocks.v"] * bool(self.forms.block))
 
     def parts(self) -> list[str]:
         """The plant, the witness and the theorem."""
@@ -217,9 +217,10 @@ class FallingTheorem:
     def opening(self) -> list[str]:
         """The statement, and the names of what it is about."""
         binders, names = self.binders()
-        told, ends = [f"  ({text}) ->" for _, text in self.hypotheses()], self.conclusions()
+        told = [f"  ({text}) ->" for _, text in self.hypotheses()]
+        ends = [" /\\ ".join(self.conclusions())] * bool(self.conclusions()) + self.resting()
         lines = [f"Theorem stable : forall{binders} ({self.path} : {self.kind}),", *told]
-        lines += ["  " + " /\\ ".join(ends) + ".", "Proof."]
+        lines += ["  " + " /\\\n  ".join(ends) + ".", "Proof."]
         lines.append(f"  intros {' '.join([*names, self.path, *(name for name, _ in self.hypotheses())])}.")
         return lines
 
@@ -230,7 +231,7 @@ class FallingTheorem:
         lines.append(f"  pose (z := fun t : {self.moment} => [{entries}]).")
         lines += self.by_steps() if self.discrete else self.in_time()
         lines += self.ends(len(self.conclusions()))
-        return "\n".join([*lines, "Qed."])
+        return "\n".join([*lines, *self.rested(), "Qed."])
 
     def orthants(self, *signs: int) -> str:
         """The parts for the signs of ``sigma_1``, ``sigma_2`` and so on."""
@@ -421,7 +422,7 @@ class FallingTheorem:
         """Each conclusion from that of a row."""
         lines, unit = [], self.forms.unit
         for k in range(count):
-            if k < count - 1:
+            if k < count - 1 or self.loop.rest:
                 lines.append("  apply conj.")
             row = self.forms.rows[k] if not self.discrete else self.forms.now[k]
             size = unit if self.discrete else unit * max(1, self.scale(k))
@@ -439,49 +440,86 @@ class FallingTheorem:
         one, own = self.forms.rows[k], self.loop.rows[k]
         return next(int(v / u) for v, u in zip(one, own, strict=True) if u)
 
+    # An eigenvalue 0: the state converges to a multiple of one vector, an equilibrium.
 
-def _gain(value: Fraction | float) -> str:
-    """A gain as two whole numbers."""
-    value = Fraction(value)
-    return f"({value.denominator}, {value.numerator})"
+    def resting(self) -> list[str]:
+        """That the state converges, and where to."""
+        if self.loop.rest is None:
+            return []
+        right, *_ = self.loop.rest
+        size = number(_dot(self.loop.sigma[0], right))
+        if self.transfer:
+            found, told = ["tends_to (xi 0%nat) c"], [f"{number(-self.loop.phi[0][0])} * c = - phi ({size} * c)"]
+        else:
+            found = [f"tends_to (x {k}%nat) ({number(v)} * c)" for k, v in enumerate(right)]
+            at = [(number(_dot(row, right)), number(-row[self.order])) for row in self.loop.then]
+            told = [f"{a} * c = {b} * phi ({size} * c)" for a, b in at if (a, b) != ("0", "0")]
+        count = len(found)
+        if not self.families[0].varying:
+            found.append("((forall y, continuity_pt phi y) -> " + " /\\ ".join(told) + ")")
+        return ["exists c, " + " /\\\n    ".join([" /\\ ".join(found[:count]), *found[count:]])]
+
+    def rested(self) -> list[str]:
+        """The proof: ``zeta = g y x`` has the derivative ``-r (phi - l sigma)``, and ``sigma - zeta`` tends to 0."""
+        if self.loop.rest is None:
+            return []
+        right, left, _ = self.loop.rest
+        sigma, low = self.loop.sigma[0][: self.order], self.loop.bounds[0][0]
+        size = _dot(sigma, right)
+        zeta = [size / _dot(left, right) * v for v in left]
+        pairs = zip(mix(zeta, self.loop.then), less(self.loop.phi[0], low, self.loop.sigma[0]), strict=True)
+        r = next(-a / b for a, b in pairs if b)
+        row, q = whole(zeta)
+        of, q = f"dot {integers(row)}%Z", q * self.forms.unit
+        opened = f"sigma{', den' * self.transfer}"
+        near, m = self.vanishing(less(sigma, Fraction(1), zeta))
+        shown = "rewrite (closed t Ht); ring" if self.transfer else "symmetry; apply (graph t Ht)"
+        side = "(class t)" if self.families[0].varying else "class"
+        side = f"(proj2 {side} ({self.sigma(0)}))"
+        if self.loop.bounds[0][1] != INF or self.loop.each:
+            side = f"(proj1 {side})"
+        lines = [
+            "  pose proof (rows_vanish (fun t => at_ now (z t)) rows all) as vanish.",
+            f"  assert (G : forall t, 0 < t -> {self.phi(0)} ({self.sigma(0)}) = {self.value(0)})",
+            f"    by (intros t Ht; {shown}).",
+            f"  destruct (converges_to_rest (fun t => {self.sum(zeta)}) (fun t => {self.sigma(0)})",
+            f"    (fun t => {self.value(0)}) {number(low)} {number(r)} ltac:(lra)) as [c [limit rest]].",
+            f"  {{ intros t Ht; apply (derivable_same (fun t => / {q} * {of} (at_ now (z t))) _ t",
+            f"      (/ {q} * {of} (at_ next (z t))));",
+            "      [intro; unfold z, now, at_; cbn [map dot]; field",
+            f"      |unfold z, next, at_, {opened}; cbn [map dot]; field|].",
+            f"    apply (derivable_pt_lim_scal (fun t => {of} (at_ now (z t)))).",
+            "    apply (flow_row z now next); [exact F|exact Ht]. }",
+            f"  {{ intros t Ht; pose proof {side} as B; rewrite (G t Ht) in B; lra. }}",
+            f"  {{ apply (tends_by 0 {m} {near} {near} _ 0 0); [|ring|apply vanish|apply vanish].",
+            f"    intro; unfold z, now, rows, at_, {opened}; cbn [map dot]; field. }}",
+            f"  exists (/ {number(size)} * c).",
+        ]
+        count = 1 if self.transfer else self.order
+        for k, v in enumerate(right[:count]):
+            unit = [Fraction(j == k) for j in range(self.order)]
+            near, m = self.vanishing(less(unit, v / size, sigma))
+            lines += ["  apply conj."] * (k < count - 1 or not self.families[0].varying)
+            lines += [
+                f"  {{ apply (tends_by {number(v / size)} {m} (fun t => {self.sigma(0)}) {near} _ c _);",
+                "      [|field|exact limit|apply vanish].",
+                f"    intro; unfold z, now, rows, at_, {opened}; cbn [map dot]; field. }}",
+            ]
+        if self.families[0].varying:
+            return lines
+        lines.append("  intro continuous; pose proof (rest phi G continuous) as R.")
+        lines.append(f"  replace ({number(size)} * (/ {number(size)} * c)) with c by field; rewrite R.")
+        return [*lines, "  repeat apply conj; field."]
+
+    def vanishing(self, form: Vector) -> tuple[str, str]:
+        """A combination of the state that tends to 0: of ``rows`` with integers, and by what it is multiplied."""
+        assert self.loop.rest is not None, "there is an eigenvalue 0"
+        others = [v for j, v in enumerate(form) if j != self.loop.rest[2]]
+        row, q = whole(v / self.scale(k) for k, v in enumerate(others))
+        return f"(fun t => dot {integers(row)}%Z (at_ rows (at_ now (z t))))", number(Fraction(1, q * self.forms.unit))
 
 
-# Popov's criterion with a feedthrough, by the loop without it: `feedthrough.v`.
-
-
-def through_text(data: Mapping[str, Any], claim: str) -> str:
-    """The file for Popov's criterion where ``H(inf) = D`` is not 0, of a plant given by two polynomials.
-
-    ``y = sigma + D phi(sigma)`` is a function of the state, and ``phi(sigma) = psi(y)`` with ``psi`` in the sector
-    ``[l/(1 + D l), u/(1 + D u)]``: the loop of ``H - D`` and ``psi`` has no feedthrough and the same inequality.
-
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
-    Raises
-    ------
-    refused
-        An ``InputError``: its sector has no upper bound, or no form of few enough digits was found.
-    """
-    top, den, _ = coefficients(data["system"])
-    num, (low, high) = top[0][1], classes(data["laws"]).sector
-    D = num[0] / den[0]
-    if high == INF or min(1 + D * low, 1 + D * high) <= 0:
-        raise refused("with a feedthrough Popov's criterion has an export for finite bounds and 1 + D phi/sigma > 0")
-    rest = [n - D * d for n, d in zip(num, den, strict=True)][1:]
-    system = {**data["system"], "numerator": [str(v) for v in rest]}
-    laws = {**data["laws"], "sector": [str(v / (1 + D * v)) for v in (low, high)], "slope": None}
-    inner = {**data, "system": system, "laws": laws, "proof": {"method": "polynomial"}}
-    for loop, written in _falling(candidates(inner)):
-        return _Through(inner, loop, written, (num, D, low, high)).text(claim)
-    raise refused("no quadratic form of few enough digits was found; a slightly smaller sector has one")
-
-
-def _falling(loops: Iterator[Loop]) -> Iterator[tuple[Loop, Forms]]:
+def passing(loops: Iterator[Loop]) -> Iterator[tuple[Loop, Forms]]:
     """Those whose ``V`` passes the test."""
     for loop in loops:
         written = forms(loop)
@@ -489,55 +527,12 @@ def _falling(loops: Iterator[Loop]) -> Iterator[tuple[Loop, Forms]]:
             yield loop, written
 
 
-class _Through(FallingTheorem):
-    """The words of one file."""
+def _gain(value: Fraction | float) -> str:
+    """A gain as two whole numbers."""
+    value = Fraction(value)
+    return f"({value.denominator}, {value.numerator})"
 
-    def __init__(
-        self,
-        data: Mapping[str, Any],
-        loop: Loop,
-        written: Forms,
-        own: tuple[list[Fraction], Fraction, Fraction, Fraction],
-    ) -> None:
-        super().__init__(data, loop)
-        self.forms = written
-        self.num, self.D, self.low, self.high = own
 
-    def text(self, claim: str) -> str:
-        """The whole file."""
-        inner = self.theorem().replace("Theorem stable", "Lemma without_feedthrough", 1)
-        parts = ["\n".join(self.definitions()), self.witness(), inner, "\n".join(self.statement())]
-        libraries = ("forms.v", "flow.v", "feedthrough.v")
-        return whole_file(claim, f"popov, {self.data['proof']['method']}", libraries, parts)
-
-    def statement(self) -> list[str]:
-        """The theorem about the plant itself, and its proof."""
-        low, high, D = number(self.low), number(self.high), number(self.D)
-        told = {name: text for name, text in self.hypotheses() if name != "closed"}
-        told["class"] = f"in_sector {low} {high} phi"
-        told["integral"] = told["integral"].replace("phi", "psi")
-        first, *rest = told.items()
-        new = [
-            ("inverse", f"forall s, psi (s + {D} * phi s) = phi s"),
-            ("onto", f"forall y, exists s, y = s + {D} * phi s"),
-        ]
-        given = [first, *new, *rest, ("closed", "forall t, 0 < t -> den xi t = - phi (output xi t)")]
-        row = [*self.num[::-1], *[Fraction(0)] * (self.order + 1 - len(self.num))]
-        bounds = [number(Fraction(v)) for v in self.loop.bounds[0]]
-        return [
-            f"Definition output (xi : {self.kind}) (t : R) : R :=\n  {self.sum(row)}.",
-            "Theorem stable : forall (phi psi Phi : R -> R) (xi : nat -> R -> R),",
-            *(f"  ({text}) ->" for _, text in given),
-            "  " + " /\\ ".join(self.conclusions()) + ".",
-            "Proof.",
-            f"  intros phi psi Phi xi {' '.join(name for name, _ in given)}.",
-            "  apply (without_feedthrough psi Phi xi); [|exact integral|exact derivatives|].",
-            f"  - assert (S := sector_through {D} {low} {high} phi psi",
-            "      ltac:(lra) ltac:(lra) ltac:(lra) class inverse onto).",
-            f"    replace ({low} / (1 + {D} * {low})) with {bounds[0]} in S by field.",
-            f"    replace ({high} / (1 + {D} * {high})) with {bounds[1]} in S by field; exact S.",
-            "  - intros t Ht; pose proof (closed t Ht) as E.",
-            f"    replace (sigma xi t) with (output xi t + {D} * phi (output xi t)); [rewrite inverse; exact E|].",
-            "    replace (phi (output xi t)) with (- den xi t) by lra; unfold output, sigma, den; field.",
-            "Qed.",
-        ]
+def _dot(u: Vector, v: Vector) -> Fraction:
+    """``u . v`` for as many entries as both have."""
+    return sum((a * b for a, b in zip(u, v, strict=False)), Fraction(0))

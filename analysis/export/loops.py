@@ -100,8 +100,9 @@ def _one(certificate: Data) -> Iterator[Loop]:
         own = _triangle(proof if proof["method"] == "matrix" else proof_by_matrix(claim, close=True))
         found = iter([*(rounded(own, bits) for bits in BITS), own])
     rows, ends = _ends(A, b, c, zero)
-    if not rows:
-        raise refused("its one state is an eigenvalue 0, and no other tends to 0")
+    rest = None if zero is None or d else (numbers(zero["right"]), numbers(zero["left"]), int(zero["pivot"]))
+    if not rows and rest is None:
+        raise refused("its one state is an eigenvalue 0, and it has a feedthrough")
     if system["kind"] == "transfer":
         loop, (_, bottom, _) = of_transfer(system), coefficients(system)
         lead = (loop.sigma[0][-1] * low + bottom[0]) ** 2  # the states of `realised` are this times xi
@@ -111,7 +112,7 @@ def _one(certificate: Data) -> Iterator[Loop]:
         lead = Fraction(1)
     shape = loop.sigma[0][: len(A)]
     weights = [Fraction(2) if high == INF else 2 / (high - low)]
-    loop = replace(loop, bounds=[(low, high)], weights=weights, theta=[theta], rows=rows, each=each)
+    loop = replace(loop, bounds=[(low, high)], weights=weights, theta=[theta], rows=rows, rest=rest, each=each)
     for P in found:
         whole = [[lead * v for v in row] for row in _carried(P, rows, ends)]
         if theta and low:
@@ -130,6 +131,9 @@ def _for_each_bound(claim: Claim, zero: Data | None) -> Iterator[Matrix]:
     """``P b = c + theta A'c`` exactly, else near a solution with a large upper bound; ``b`` is the last unit vector."""
     A, b, c = (claim.A, claim.b, claim.c) if zero is None else deflated(claim.A, claim.b, claim.c, zero)[:3]
     n = len(b)
+    if not n:
+        yield []
+        return
     if claim.discrete or b[:-1] != [0] * (n - 1) or b[-1:] != [1]:
         raise refused("without an upper bound it needs a transfer function in continuous time; give an upper bound")
     q = [v + claim.theta * _dot(c, [row[j] for row in A]) for j, v in enumerate(c)]
@@ -164,7 +168,7 @@ def _dot(u: Vector, v: Vector) -> Fraction:
 
 def _carried(P: Matrix, rows: Matrix, ends: list[tuple[Fraction, Vector]]) -> Matrix:
     """``sum P_ij rows_i' rows_j`` and the squares."""
-    n = len(rows[0])
+    n = len((*rows, *(row for _, row in ends))[0])
     found = [[Fraction(0)] * n for _ in range(n)]
     pairs = [(v, rows[i], rows[j]) for i, row in enumerate(P) for j, v in enumerate(row)]
     for v, left, right in (*pairs, *((w, row, row) for w, row in ends)):

@@ -36,6 +36,9 @@ class Loop:
         Of each sector; the upper one may be infinite.
     weights, theta : list of Fraction
         Of ``(phi - l sigma)(u sigma - phi)``, of ``(phi - l sigma) sigma`` without an upper bound; of the integrals.
+    rest : tuple, or None
+        Where the loop with the lower gain has an eigenvalue 0 and ``sigma`` is a function of the state: its eigenvector
+        over ``x``, the left one, and the place that ``rows`` leave out.
     terms : list of tuple
         In place of weights: weights, and pairs of rows over ``z`` whose products are nonnegative.
     block : list of list of Fraction
@@ -63,6 +66,7 @@ class Loop:
     P: Matrix
     rows: Matrix
     each: bool = False
+    rest: tuple[Vector, Vector, int] | None = None
     terms: list[tuple[Fraction, Vector, Vector]] = field(default_factory=list)
     block: Matrix = field(default_factory=list)
     cones: list[Matrix] = field(default_factory=list)

@@ -22,6 +22,7 @@ from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
 from lure.analysis.export.relying import halves
 from lure.errors import InputError
 from lure.files.builtin import builtin_loop, loop_names
+from lure.plants.state_space import StateSpace
 
 THIRD = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "2", "0"]}
 
@@ -44,7 +45,57 @@ def test_popov_in_the_critical_case_compiles_and_rests_on_the_axioms_of_the_real
     assert "(in_sector 0 (59 / 10) phi)" in text
     ok, said = compiled(library, text)
     assert ok, said
+    for right, wrong in (("tends_to (xi 0%nat) c", "tends_to (xi 0%nat) 0"), ("0 * c = - phi", "1 * c = - phi")):
+        assert not compiled(library, changed(text, right, wrong))[0]
     assert resting_on_axioms(said)
+
+
+# The denominator of 2/(s^3 + 3 s^2 + 2 s - 1) with the gain 1/2 is s^3 + 3 s^2 + 2 s, as that of THIRD.
+CRITICAL = {"kind": "transfer", "time": "continuous", "numerator": ["2"], "denominator": ["1", "3", "2", "-1"]}
+INTEGRATOR = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "0"]}
+
+
+def rings(*, varying=False):
+    """``x1' = x2 - x1 - phi(x1 + 2 x2)``, ``x2' = x1 - x2``, by a matrix."""
+    draft = matrix_draft(StateSpace([[-1, 1], [1, -1]], [1, 0], [1, 2]), Fraction(1))
+    draft["laws"] |= {"time_varying": varying}
+    return coq_text(complete_and_check(draft))
+
+
+def test_in_the_critical_case_the_state_converges_to_an_equilibrium():
+    draft = proved(CRITICAL, "3", "popov", {"theta": "3/2"}, lower="1/2")
+    assert (
+        "  tends_to (xi 1%nat) 0 /\\ tends_to (xi 2%nat) 0 /\\\n  exists c, tends_to (xi 0%nat) c /\\\n"
+        "    ((forall y, continuity_pt phi y) -> (-1) * c = - phi (2 * c)).\n"
+    ) in coq_text(draft)
+    assert "  exists c, tends_to (xi 0%nat) c.\nProof." in coq_text(proved(INTEGRATOR, "5", varying=True))
+    text = rings()
+    assert "exists c, tends_to (x 0%nat) (1 * c) /\\ tends_to (x 1%nat) (1 * c) /\\\n" in text
+    assert "(forall y, continuity_pt phi y) -> 0 * c = 1 * phi (3 * c))." in text
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("number", range(6))
+def test_the_critical_case_compiles_and_what_is_falsified_does_not(number, library):
+    text = [
+        lambda: coq_text(proved(CRITICAL, "3", "popov", {"theta": "3/2"}, lower="1/2")),
+        lambda: coq_text(proved(INTEGRATOR, "5", varying=True)),
+        lambda: coq_text(proved(INTEGRATOR, "finite")),
+        lambda: coq_text(proved(THIRD | {"numerator": ["1", "1"], "denominator": ["1", "2", "0"]}, "finite")),
+        rings,
+        lambda: rings(varying=True),
+    ][number]()
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert resting_on_axioms(said)
+    for right, wrong in (
+        ("(-1) * c = - phi (2 * c)", "(-1) * c = - phi (3 * c)"),
+        ("in_sector 0 5 (phi t)", "in_sector (-1) 5 (phi t)"),
+        ("tends_to (x 1%nat) (1 * c)", "tends_to (x 1%nat) (2 * c)"),
+        ("0 * c = 1 * phi", "0 * c = 1 + phi"),
+    ):
+        assert right not in text or not compiled(library, changed(text, right, wrong))[0]
 
 
 @needs_coq

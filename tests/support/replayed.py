@@ -14,7 +14,7 @@ from lure.analysis.certificates.drafts import complete_and_check
 KEPT = json.loads((Path(__file__).parent / "certificates.json").read_text("utf-8"))
 LIBRARIES = (
     *("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle"),
-    *("switching", "powers", "feedthrough", "members", "gains", "regions", "pieces"),
+    *("switching", "powers", "feedthrough", "members", "gains", "regions", "pieces", "critical"),
 )
 PARTS = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in LIBRARIES]
 LOOP = "(* ---- This loop ---- *)"
@@ -55,7 +55,7 @@ def changed(text, right, wrong):
     return text.replace(right, wrong)
 
 
-def proved(system, upper, theorem="circle", multiplier=None, *, varying=False, **more):
-    laws = {"sector": ["0", upper], "slope": None, "odd": False, "time_varying": varying, "linear": False}
+def proved(system, upper, theorem="circle", multiplier=None, *, varying=False, lower="0", **more):
+    laws = {"sector": [lower, upper], "slope": None, "odd": False, "time_varying": varying, "linear": False}
     draft = {"verdict": "PROVED", "system": system, "laws": laws, "theorem": theorem, "multiplier": multiplier or {}}
     return complete_and_check(draft | {"proof": {"method": "polynomial"}} | more)
