@@ -1,4 +1,8 @@
-"""Loops side by side for Coq: a module for each part, and a theorem about the whole plant that applies them."""
+"""Loops side by side for Coq: a module for each part, and a theorem about the whole plant that applies them.
+
+Where parts drive others, or are in other states, one function for all of them: a sum of those of the parts, each times
+so much that the whole falls.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,15 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+from lure.analysis.certificates.arithmetic import eliminated, numbers
 from lure.analysis.certificates.channels import Plant, channels, plant
-from lure.analysis.certificates.parts import PLACE, part
+from lure.analysis.certificates.parts import PLACE, driven, part, turned
 from lure.analysis.export.falling import FallingTheorem, fallen
-from lure.analysis.export.loops import of_states
+from lure.analysis.export.loops import MOST_STATES, carried, of_states
+from lure.analysis.export.quadratic import Vector, forms, mix
 from lure.analysis.export.words import refused, whole_file
+
+MOST_GAP = 120
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,15 +46,14 @@ def beside_text(data: Mapping[str, Any], claim: str) -> str:
     Raises
     ------
     refused
-        An ``InputError``: the parts drive each other or are in other states, or one has no form.
+        An ``InputError``: a part has no form, or no sum of them falls.
     """
     proof = data["proof"]
-    if data["theorem"] != "parts" or "basis" in proof:
-        raise refused(
-            "parts that drive others, or are in other states than the plant, have none; parts by themselves do"
-        )
-    H = plant(data["system"], late=True)
-    asked, parts = channels(data["laws"], len(H.D)), list[_Part]()
+    whole_plant = plant(data["system"], late=True)
+    asked, parts = channels(data["laws"], len(whole_plant.D)), list[_Part]()
+    H = turned(whole_plant, proof["basis"]) if "basis" in proof else whole_plant
+    if data["theorem"] == "cascade":
+        H = driven(H, [(entry["channels"], entry["states"]) for entry in proof["parts"]])
     for entry in proof["parts"]:
         alone = entry["kind"] in ("transfer", "state-space")
         where = (entry["channels"], entry["states"], "state-space" if alone else entry["kind"])
@@ -58,7 +65,47 @@ def beside_text(data: Mapping[str, Any], claim: str) -> str:
         theorem = fallen({**data, "system": system, "laws": laws, **inner})
         theorem.loop = replace(theorem.loop, rest=None)
         parts.append(_Part(theorem=theorem, channels=own[0], states=own[1]))
+    if data["theorem"] == "cascade" or "basis" in proof:
+        return _joined(data, whole_plant, parts).text(claim)
     return _text(data, claim, H, parts)
+
+
+def _joined(data: Mapping[str, Any], H: Plant, parts: list[_Part]) -> FallingTheorem:
+    """One theorem about all parts, of ``sum M_k V_k`` where those before count for more.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: a part is of another kind, or no sum falls.
+    """
+    n, m = len(H.A), len(H.D)
+    if n > MOST_STATES or any(one.theorem.loop.block or one.theorem.loop.each for one in parts):
+        raise refused(f"parts in one form have up to {MOST_STATES} states, finite bounds and no full blocks")
+    units = [[Fraction(i == j) for j in range(n)] for i in range(n)]
+    back = eliminated(
+        [numbers(row) for row in data["proof"].get("basis", [[str(v) for v in row] for row in units])], units
+    )
+    assert back is not None, "the checker found it to be a basis"
+    own = of_states(H.A, H.B, H.C, H.D, discrete=H.discrete)
+    for gap in range(0, MOST_GAP, 4):
+        bounds: list[tuple[Fraction, Fraction | float]] = [(Fraction(0), Fraction(0))] * m
+        weights, theta, rows = [Fraction(0)] * m, [Fraction(0)] * m, list[Vector]()
+        P = [[Fraction(0)] * n for _ in range(n)]
+        for k, one in enumerate(parts):
+            loop, factor = one.theorem.loop, Fraction(1 << gap * (len(parts) - 1 - k))
+            states = [back[j] for j in one.states]
+            inner = carried([[factor * v for v in row] for row in loop.P], states, [])
+            P = [[a + b for a, b in zip(*pair, strict=True)] for pair in zip(P, inner, strict=True)]
+            rows += [mix(row[: len(states)], states) for row in loop.rows]
+            for i, own_bounds, weight, turn in zip(one.channels, loop.bounds, loop.weights, loop.theta, strict=True):
+                bounds[i], weights[i], theta[i] = own_bounds, factor * weight, factor * turn
+        joined = replace(own, bounds=bounds, weights=weights, theta=theta, P=P, rows=units if len(rows) == n else rows)
+        found = forms(joined)
+        if found is not None:
+            theorem = FallingTheorem(data, joined)
+            theorem.forms = found
+            return theorem
+    raise refused("no sum of the functions of its parts falls")
 
 
 def _text(data: Mapping[str, Any], claim: str, H: Plant, parts: list[_Part]) -> str:

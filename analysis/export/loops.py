@@ -114,7 +114,7 @@ def _one(certificate: Data) -> Iterator[Loop]:
     weights = [Fraction(2) if high == INF else 2 / (high - low)]
     loop = replace(loop, bounds=[(low, high)], weights=weights, theta=[theta], rows=rows, rest=rest, each=each)
     for P in found:
-        whole = [[lead * v for v in row] for row in _carried(P, rows, ends)]
+        whole = [[lead * v for v in row] for row in carried(P, rows, ends)]
         if theta and low:
             whole = [less(row, theta * low * s, shape) for row, s in zip(whole, shape, strict=True)]
         yield replace(loop, P=whole)
@@ -166,8 +166,18 @@ def _dot(u: Vector, v: Vector) -> Fraction:
     return sum((a * b for a, b in zip(u, v, strict=True)), Fraction(0))
 
 
-def _carried(P: Matrix, rows: Matrix, ends: list[tuple[Fraction, Vector]]) -> Matrix:
-    """``sum P_ij rows_i' rows_j`` and the squares."""
+def carried(P: Matrix, rows: Matrix, ends: list[tuple[Fraction, Vector]]) -> Matrix:
+    """``sum P_ij rows_i' rows_j`` and squares.
+
+    Parameters
+    ----------
+    P : list of list of Fraction
+        A form.
+    rows : list of list of Fraction
+        What it is a form in.
+    ends : list of tuple
+        Squares: a factor, and a row.
+    """
     n = len((*rows, *(row for _, row in ends))[0])
     found = [[Fraction(0)] * n for _ in range(n)]
     pairs = [(v, rows[i], rows[j]) for i, row in enumerate(P) for j, v in enumerate(row)]

@@ -16,7 +16,6 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.export import coq_text, powers
-from lure.analysis.export.beside import beside_text
 from lure.analysis.export.circle import tree
 from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
 from lure.analysis.export.relying import halves
@@ -366,8 +365,6 @@ def test_loops_side_by_side_are_a_module_each_and_one_theorem():
     assert "(forall t, 0 < t -> derivable_pt_lim (x 0%nat) t (1 * x 2%nat t))" in stated
     assert "  tends_to (x 1%nat) 0 /\\ tends_to (x 2%nat) 0.\n" in stated  # in the order of the parts
     assert text.count("Module Part") == 2
-    with pytest.raises(InputError, match="other states"):
-        beside_text({**beside().certificate, "theorem": "cascade"}, "")
 
 
 @needs_coq
@@ -384,6 +381,48 @@ def test_loops_side_by_side_compile_and_what_is_falsified_does_not(library):
     ):
         assert text.count(old, whole) == 1
         assert not compiled(library, text[:whole] + text[whole:].replace(old, new))[0]
+
+
+def joined(*, turned=False):
+    """``x' = -x - phi(x)``, ``y' = -2 y - phi(y)``: the second drives the first; or turned, in ``x`` and ``x + y``."""
+    if turned:
+        sides = ([["-1", "0"], ["1", "-2"]], [["1", "0"], ["1", "1"]], [["1", "0"], ["-1", "1"]])
+    else:
+        sides = ([["-1", "7"], ["0", "-2"]], [["1", "7"], ["0", "1"]], [["1", "0"], ["0", "1"]])
+    system = {"kind": "multivariable", "time": "continuous", "D": [["0", "0"], ["0", "0"]]}
+    system |= dict(zip("ABC", sides, strict=True))
+    one = {"slope": None, "odd": False, "time_varying": True, "linear": False}
+    laws = {"channels": [{**one, "sector": ["-1/2", "1"]}, {**one, "sector": ["0", "5"]}], "repeated": False}
+    parts = [
+        {"channels": [i], "states": [i], "kind": "multivariable", "theorem": "diagonal-circle"}
+        | {"multiplier": {"lambda": ["1"]}, "proof": {"method": "matrix", "P": [[P]], "exponent": 0}}
+        for i, P in ((2, "4"), (1, "1"))
+    ]
+    proof = {"method": "parts", "parts": parts} | ({"basis": [["1", "0"], ["1", "1"]]} if turned else {})
+    draft = {"verdict": "PROVED", "system": system, "laws": laws, "multiplier": {}, "proof": proof}
+    return coq_text(complete_and_check(draft | {"theorem": "parts" if turned else "cascade"}))
+
+
+def test_parts_that_drive_others_are_one_theorem():
+    text = joined()
+    assert "derivable_pt_lim (x 0%nat) t ((-1) * x 0%nat t + 7 * x 1%nat t + (-1) * w 0%nat t + (-7)" in text
+    assert "  tends_to (x 0%nat) 0 /\\ tends_to (x 1%nat) 0.\nProof." in text
+    assert "Module" not in text
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("turned", [False, True])
+def test_parts_that_drive_others_compile_and_what_is_falsified_does_not(turned, library):
+    text = joined(turned=turned)
+    ok, said = compiled(library, text)
+    assert ok, said
+    for right, wrong in (
+        ("(-2) * x 1%nat t", "2 * x 1%nat t"),
+        ("(-2) * x 1%nat t", "7 * x 0%nat t + (-2) * x 1%nat t"),  # each drives the other
+        ("in_sector 0 5", "in_sector (-3) 5"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0]
 
 
 def test_what_has_no_export_is_refused_in_a_sentence():
