@@ -17,10 +17,11 @@ from lure.analysis.export.falling import falling_text
 from lure.analysis.export.gaining import gaining_text, has_gain
 from lure.analysis.export.members import members_text
 from lure.analysis.export.modes import METHODS, mode_text
+from lure.analysis.export.orbits import orbit_text
 from lure.analysis.export.powers import powers_text
 from lure.analysis.export.regional import regional_text
 from lure.analysis.export.relying import THEOREMS, relying_text
-from lure.analysis.export.switching import orbit_text, switched_text
+from lure.analysis.export.switching import switched_text
 from lure.analysis.export.through import through_text
 from lure.analysis.export.words import refused
 

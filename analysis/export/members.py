@@ -15,10 +15,9 @@ from lure.analysis.certificates.arithmetic import INF, eliminated
 from lure.analysis.certificates.arithmetic import number as exact
 from lure.analysis.certificates.channels import Channels, Plant, channels, closed_loop, plant
 from lure.analysis.certificates.frequencies import transfer
-from lure.analysis.export.circle import Poly
 from lure.analysis.export.loops import of_states
 from lure.analysis.export.modes import Mode
-from lure.analysis.export.words import folded, number, refused, whole_file
+from lure.analysis.export.words import equations, folded, number, refused, whole_file
 from lure.errors import InputError
 
 
@@ -96,25 +95,15 @@ class _Members:
 
     def statement(self, n: int, m: int) -> list[str]:
         """What there is."""
-        moment = "nat" if self.discrete else "R"
+        moment, limit = ("nat", "Un_cv") if self.discrete else ("R", "tends_to")
         loop = of_states(self.H.A, self.H.B, self.H.C, self.H.D, discrete=self.discrete)
-        names = [f"x {k}%nat t" for k in range(n)] + [f"w {i}%nat t" for i in range(m)]
-
-        def total(row: Poly) -> str:
-            """A combination of states and values."""
-            return " + ".join(f"{number(v)} * {name}" for v, name in zip(row, names, strict=True) if v) or "0"
-
         inside = [
             f"{number(low)} <= g{i}" + ("" if high == INF else f" <= {number(Fraction(high))}")
             for i, (low, high) in enumerate(self.bounds)
         ]
-        values = [f"(forall t, w {i}%nat t = g{i} * ({total(row)}))" for i, row in enumerate(loop.sigma)]
-        step = "x {}%nat (S t) = {}" if self.discrete else "derivable_pt_lim (x {}%nat) t ({})"
-        flows = [f"(forall t, {step.format(k, total(row))})" for k, row in enumerate(loop.then)]
-        limit = "Un_cv" if self.discrete else "tends_to"
         return [
             f"Theorem moves : exists ({' '.join(f'g{i}' for i in range(m))} : R) (x w : nat -> {moment} -> R),",
-            *(f"  {text} /\\" for text in [*inside, *values, *flows]),
+            *(f"  {text} /\\" for text in (*inside, *equations(loop, [f"g{i} *" for i in range(m)]))),
             f"  forall c : nat -> R, ~ (forall k, (k < {n})%nat -> {limit} (x k) (c k)).",
         ]
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 from importlib.resources import files
 from typing import Any
 
+from lure.analysis.export.quadratic import Loop
 from lure.errors import InputError
 
 WIDTH = 118
@@ -76,3 +77,25 @@ def integers(rows: Sequence[Any]) -> str:
 def terms(given: Sequence[tuple[int, list[int], list[int]]]) -> str:
     """A list of products of two linear forms."""
     return "[" + "; ".join(f"({c}, ({integers(u)}, {integers(v)}))" for c, u, v in given) + "]"
+
+
+def equations(loop: Loop, laws: Sequence[str]) -> list[str]:
+    """The values ``w i t`` of several channels and the flow of the states ``x k t``, of ``loops.of_states``.
+
+    Parameters
+    ----------
+    loop : Loop
+        The plant.
+    laws : sequence of str
+        Of each channel what is applied to ``sigma``, which follows in brackets.
+    """
+    moved = "x {}%nat (S t) = {}" if loop.discrete else "derivable_pt_lim (x {}%nat) t ({})"
+    names = [f"x {k}%nat t" for k in range(len(loop.now))] + [f"w {i}%nat t" for i in range(len(laws))]
+
+    def total(row: Sequence[Fraction]) -> str:
+        """A combination of states and values."""
+        return " + ".join(f"{number(v)} * {name}" for v, name in zip(row, names, strict=True) if v) or "0"
+
+    values = [f"w {i}%nat t = {law} ({total(loop.sigma[i])})" for i, law in enumerate(laws)]
+    flows = [moved.format(k, total(row)) for k, row in enumerate(loop.then)]
+    return [f"(forall t, {text})" for text in (*values, *flows)]
