@@ -15,6 +15,7 @@ from lure.analysis.export.beside import beside_text
 from lure.analysis.export.decaying import decaying_text
 from lure.analysis.export.falling import falling_text
 from lure.analysis.export.gaining import gaining_text, has_gain
+from lure.analysis.export.jumping import jumping_text
 from lure.analysis.export.members import members_text
 from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.orbits import orbit_text
@@ -47,7 +48,10 @@ def coq_text(shown: Checked) -> str:
     data = shown.certificate
     if not isinstance(shown, Proved):
         method = data["proof"]["method"]
-        written = {"switched-gain": switched_text, "linear-gains": members_text} | dict.fromkeys(METHODS, mode_text)
+        written = {"linear-gains": members_text} | dict.fromkeys(METHODS, mode_text)
+        if method in ("switched-gain", "switched-gains"):
+            discrete = data["system"].get("time") == "discrete"
+            return (switched_text if discrete else jumping_text)(data, shown.claim)
         return written.get(method, orbit_text)(data, shown.claim)
     if isinstance(data["laws"], dict) and "graphs" in data["laws"]:
         return regional_text(data, shown.claim)

@@ -159,3 +159,8 @@ Proof.
   pose proof (H (T * length samples + r)%nat ltac:(nia)) as E.
   rewrite repeated_again in E by assumption; unfold R_dist in E; rewrite Rminus_0_r in E; lra.
 Qed.
+Lemma repeated_all : forall (P : R -> Prop) samples t, samples <> [] -> Forall P samples -> P (repeated samples t).
+Proof.
+  intros P samples t some F; rewrite Forall_forall in F; unfold repeated; apply F, nth_In, Nat.mod_upper_bound.
+  destruct samples; [contradiction|discriminate].
+Qed.

@@ -38,14 +38,12 @@ def switched_text(data: Mapping[str, Any], claim: str) -> str:
     Raises
     ------
     refused
-        An ``InputError``: it is in continuous time, of matrices or a rate, or no ``Q`` of few enough digits was found.
+        An ``InputError``: it is of matrices or a rate, or no ``Q`` of few enough digits was found.
     """
-    system, family = data["system"], classes(data["laws"])
-    if "rate" in data or system["kind"] != "transfer" or system["time"] != "discrete":
-        raise refused(
-            "it is a refutation by switched gains in continuous time, of matrices or about a rate; these have an "
-            "export in discrete time, of a plant given by two polynomials"
-        )
+    system = data["system"]
+    if "rate" in data or system["kind"] != "transfer":
+        raise refused("it is about a rate, or in discrete time of matrices; two polynomials have an export")
+    family = classes(data["laws"])
     low, high = max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1])
     if INF in (abs(low), abs(high)):
         raise refused("its class has infinite bounds")
@@ -141,7 +139,7 @@ def _growth(num: list[Fraction], den: list[Fraction], gains: list[Fraction]) -> 
     size = max(abs(v) for Q in exact for row in Q for v in row)
     for bits in BITS:
         found = [[[round(v * 2**bits / size) for v in row] for row in Q] for Q in exact]
-        start, scales = _negative(found[0]), _scales(found, [rows[g] for g in gains], n)
+        start, scales = negative(found[0]), _scales(found, [rows[g] for g in gains], n)
         if start and scales:
             return _Growth(next=rows, Q=found, start=start, N=scales[0], K=scales[1])
     raise refused("no forms of few enough digits were found that fall around the period of its gains")
@@ -173,7 +171,7 @@ def _around(steps: list[fmpq_mat], n: int) -> list[list[list[Fraction]]]:
     return [[[Fraction(int(Q[i, j].p), int(Q[i, j].q)) for j in range(n)] for i in range(n)] for Q in reversed(found)]
 
 
-def _negative(Q: Rows) -> list[int]:
+def negative(Q: Rows) -> list[int]:
     """Whole numbers where a form is negative, none if they were not found."""
     _, vectors = np.linalg.eigh(np.array([[float(v) for v in row] for row in Q]))
     for digits in (2, 4, 8, 12, 15):

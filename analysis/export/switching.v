@@ -160,8 +160,3 @@ Proof.
   apply (never_settles_switched num den f start (fun t => snd (snd (phase_at ps t))) (IZR N) (IZR K)); try assumption;
     intro t; apply each.
 Qed.
-Lemma repeated_all : forall (P : R -> Prop) samples t, samples <> [] -> Forall P samples -> P (repeated samples t).
-Proof.
-  intros P samples t some F; rewrite Forall_forall in F; unfold repeated; apply F, nth_In, Nat.mod_upper_bound.
-  destruct samples; [contradiction|discriminate].
-Qed.

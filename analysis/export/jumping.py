@@ -1,0 +1,458 @@
+"""Gains that jump, in turn, with which a solution in continuous time is not bounded, for Coq: `steps.v`, `jumps.v`.
+
+No matrix exponential is enclosed.  In steps ``h`` a form ``V = x'Q(t) x`` goes with the flow, ``Q' = -A'Q - QA - w`` by
+Taylor's series, of which the remainder is less than ``w``, so that ``V' <= 0``; at the end of each step ``Q`` is above
+that of the next one, and in the end above the first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from flint import arb, arb_mat
+
+from lure.analysis.certificates.arithmetic import INF, numbers
+from lure.analysis.certificates.blocks import coefficients, realised
+from lure.analysis.certificates.channels import Plant, channels, closed_loop, plant
+from lure.analysis.certificates.states import classes, gained
+from lure.analysis.export.loops import of_states
+from lure.analysis.export.quadratic import Matrix
+from lure.analysis.export.switching import negative
+from lure.analysis.export.words import equations, folded, integers, number, refused, whole_file
+from lure.analysis.numerics.precision import ball, working_precision
+from lure.arrays import np
+
+Rows = list[list[int]]
+Vector = list[Fraction]
+PRECISIONS = (256, 512, 1024)
+TERMS = range(6, 41, 2)
+STEP = 1.0  # times the largest eigenvalue
+DROP = 1 << 12
+MOST_ORDER, MOST_STAYS, MOST_STEPS = 6, 24, 400
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Stay:
+    """Of one stay ``d``, the rows of ``d x'``, the step ``h = d p/q``, and the forms at the beginning of each step."""
+
+    d: int
+    rows: Rows
+    p: int
+    q: int
+    Q: list[Rows]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Growth:
+    """Stays, how many terms, ``V' <= 0`` for so much room ``w``, and how far ``Q`` drops at least; a start."""
+
+    stays: list[_Stay]
+    terms: int
+    room: int
+    start: list[int]
+
+
+def _growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> _Growth:
+    """Forms that fall around the period.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: none of few enough steps and digits was found.
+    """
+    n = len(matrices[0])
+    if not (0 < n <= MOST_ORDER and len(times) <= MOST_STAYS):
+        raise refused(f"it has {n} states and {len(times)} stays; up to {MOST_ORDER} and {MOST_STAYS} have an export")
+    fast = [max(abs(np.linalg.eigvals(np.array([[float(v) for v in row] for row in A])))) for A in matrices]
+    counts = [max(1, math.ceil(float(v) * float(T) / STEP)) for v, T in zip(fast, times, strict=True)]
+    if sum(counts) > MOST_STEPS:
+        raise refused(f"its period is {sum(counts)} steps long; up to {MOST_STEPS} have an export")
+    steps = [T / k for T, k in zip(times, counts, strict=True)]
+    room = max(1, round(DROP / min(steps)))
+    for bits in PRECISIONS:
+        with working_precision(bits):
+            found = _around(matrices, steps, counts, room)
+        start = negative(found[0][0]) if found else []
+        if not start:
+            continue
+        stays = []
+        for A, h, Q in zip(matrices, steps, found, strict=True):
+            d = math.lcm(*(v.denominator for row in A for v in row))
+            rows = [[int(v * d) for v in row] for row in A]
+            stays.append(_Stay(d=d, rows=rows, p=(h / d).numerator, q=(h / d).denominator, Q=Q))
+        order = _terms(stays, room)
+        if order:
+            return _Growth(stays=stays, terms=order, room=room, start=start)
+    raise refused("no forms of few enough digits were found that fall around the period of its gains")
+
+
+def _around(
+    matrices: Sequence[Matrix], steps: Sequence[Fraction], counts: Sequence[int], room: int
+) -> list[list[Rows]]:
+    """The forms at the beginning of each step, ``2 DROP`` less at each than the flow gives; none if they are not found.
+
+    ``Q(h) = E'QE - w G`` with ``E = e^(-Ah)`` and ``G`` the integral of ``E'E``; with ``F = e^(Mh)``, ``M = (A', 1; 0,
+    -A)``, that is ``E'F_12``.
+    """
+    n, moves = len(matrices[0]), []
+    unit = arb_mat([[arb(int(i == j)) for j in range(n)] for i in range(n)])
+    for A, h in zip(matrices, steps, strict=True):
+        top = [[ball(h * A[j][i]) for j in range(n)] + [ball(h) * (i == j) for j in range(n)] for i in range(n)]
+        low = [[arb(0)] * n + [ball(-h * v) for v in row] for row in A]
+        F = arb_mat([*top, *low]).exp()
+        E = arb_mat([[F[n + i, n + j] for j in range(n)] for i in range(n)])
+        G = E.transpose() * arb_mat([[F[i, n + j] for j in range(n)] for i in range(n)])
+        moves.append((E, G * arb(room) + unit * arb(2 * DROP)))
+    N, less = unit, arb_mat([[arb(0)] * n for _ in range(n)])
+    for (E, G), count in zip(moves, counts, strict=True):
+        for _ in range(count):
+            N, less = N * E, E.transpose() * less * E + G
+    # Q = N'QN - less, entry by entry
+    places = [(i, j) for i in range(n) for j in range(n)]
+    left = arb_mat([[int((i, j) == (k, m)) - N[k, i] * N[m, j] for k, m in places] for i, j in places])
+    try:
+        solved = left.solve(arb_mat([[-less[i, j]] for i, j in places]))
+    except ZeroDivisionError:
+        return []
+    Q, found = arb_mat([[solved[i * n + j, 0].mid() for j in range(n)] for i in range(n)]), list[list[Rows]]()
+    for (E, G), count in zip(moves, counts, strict=True):
+        found.append([])
+        for _ in range(count):
+            if not all(Q[i, j].rad() < 1 for i, j in places):
+                return []
+            near = [[_whole((Q[i, j] + Q[j, i]) / 2) for j in range(n)] for i in range(n)]
+            found[-1].append(near)
+            Q = E.transpose() * Q * E - G
+    return found
+
+
+def _whole(x: arb) -> int:
+    """The whole number next to a ball."""
+    mantissa, exponent = x.mid().man_exp()
+    return round(Fraction(int(mantissa)) * Fraction(2) ** int(exponent))
+
+
+def _terms(stays: list[_Stay], room: int) -> int:
+    """How many terms are enough for `stays_ok` of the Coq file; 0 if none are."""
+    pairs = [(stay, Q) for stay in stays for Q in stay.Q]
+    after = [Q for _, Q in (*pairs[1:], pairs[0])]
+    for m in TERMS:
+        if all(_piece_holds(stay, Q, then, m, room) for (stay, Q), then in zip(pairs, after, strict=True)):
+            return m
+    return 0
+
+
+def _lie(Q: Rows, A: Rows) -> Rows:
+    """``A'Q + QA``."""
+    n = range(len(A))
+    half = [[sum(Q[i][k] * A[k][j] for k in n) for j in n] for i in n]
+    return [[half[i][j] + half[j][i] for j in n] for i in n]
+
+
+def _size(Q: Rows) -> int:
+    """``size_of`` of the Coq file."""
+    return sum(abs(v) for i, row in enumerate(Q) for v in row[i:])
+
+
+def _piece_holds(stay: _Stay, Q: Rows, after: Rows, m: int, room: int) -> bool:
+    """``piece_ok`` of the Coq file."""
+    d, p, q, n = stay.d, stay.p, stay.q, range(len(Q))
+    terms = [Q, [[-v - d * room * (i == j) for j, v in enumerate(row)] for i, row in enumerate(_lie(Q, stay.rows))]]
+    for _ in range(m):
+        terms.append([[-v for v in row] for row in _lie(terms[-1], stay.rows)])
+    if p ** (m + 1) * _size(_lie(terms[-1], stay.rows)) > d * room * math.factorial(m + 1) * q ** (m + 1):
+        return False
+    E, g = terms[-1], 1
+    for k in range(m, -1, -1):
+        g *= q * (k + 1)
+        E = [[g * terms[k][i][j] + p * E[i][j] for j in n] for i in n]
+    rest = [[E[i][j] - g * after[i][j] - 2 * DROP * g * (i == j) for j in n] for i in n]
+    return _size(rest) <= g * DROP
+
+
+def jumping_text(data: Mapping[str, Any], claim: str) -> str:
+    """The file for a refutation by gains that jump and repeat, in continuous time.
+
+    Parameters
+    ----------
+    data : Mapping
+        The certificate.
+    claim : str
+        The sentence of the checker.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: it is about a rate or a plant of another kind, or no forms of few enough steps were found.
+    """
+    system = data["system"]
+    if "rate" in data or system["kind"] not in ("transfer", "state-space", "multivariable"):
+        raise refused("it is about a rate, or its plant is given neither by polynomials nor by matrices")
+    return (_Polynomials if system["kind"] == "transfer" else _States)(data).text(claim)
+
+
+class _Jumps:
+    """The words of one file: what both kinds of plant have in common."""
+
+    libraries = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "steps.v", "jumps.v")
+    rows: list[Vector]  # gains of each stay, one for each channel
+    bounds: list[tuple[Any, Any]]
+
+    def __init__(self, data: Mapping[str, Any], matrices: Sequence[Matrix]) -> None:
+        self.times, self.method = numbers(data["proof"]["times"]), data["proof"]["method"]
+        self.growth, self.n, self.p = _growth(matrices, self.times), len(matrices[0]), len(self.times)
+
+    def whole(self, claim: str, theorem: Sequence[str]) -> str:
+        """The whole file."""
+        parts = ["\n".join(lines) for lines in (self.lists(), self.lemmas(), theorem)]
+        return whole_file(claim, f"counterexample, {self.method}", self.libraries, parts)
+
+    def lists(self) -> list[str]:
+        """Times, gains, stays and the start."""
+        found, channels_of = [_reals("times", self.times)], zip(*self.rows, strict=True)
+        found += [_reals(f"gains{i}", list(gains)) for i, gains in enumerate(channels_of)]
+        found.append(folded(f"Definition start : list R := {integers(self.growth.start)}."))
+        names = []
+        for j, stay in enumerate(self.growth.stays):
+            forms = "; ".join(_triangle(Q) for Q in stay.Q)
+            found.append(folded(f"Definition forms{j} : list triangle := [{forms}]%Z."))
+            names.append(f"({stay.d}, ({integers(self.trimmed(stay))}, (({stay.p}, {stay.q}), forms{j})))")
+        return [*found, folded(f"Definition stays : list stay := [{'; '.join(names)}]%Z.")]
+
+    def trimmed(self, stay: _Stay) -> Rows:
+        """The rows of ``d x'``."""
+        return stay.rows
+
+    def by_stays(self, ends: Sequence[str]) -> list[str]:
+        """The rest of a proof about ``r``, the stay of a moment."""
+        lines = [
+            f"    assert (small : (r < {self.p})%nat) by (apply Nat.mod_upper_bound; discriminate).",
+            "    clearbody r.",
+        ]
+        return [*lines, *(f"    destruct r as [|r]; [{end}|]." for end in ends), "    exfalso; lia."]
+
+    def lemmas(self) -> list[str]:
+        """The test, and how long the stays are."""
+        growth = self.growth
+        counts = [
+            f"cbv [nth lasts]; replace (Z.of_nat (length forms{j})) with {len(stay.Q)}%Z by reflexivity; lra"
+            for j, stay in enumerate(growth.stays)
+        ]
+        return [
+            f"Lemma grow : stays_ok {self.n} {growth.terms} {growth.room} {DROP} stays = true.",
+            "Proof. vm_cast_no_check (eq_refl true). Qed.",
+            "Lemma negative : qf (first_of (stay_at stays 0)) start < 0.",
+            "Proof.",
+            "  unfold first_of, stay_at, stays, forms0, start.",
+            "  cbn [length Nat.modulo Nat.divmod Nat.sub nth fst snd hd qf dot]; lra.",
+            "Qed.",
+            "Lemma stay_times : forall j, lasts (stay_at stays j) = repeated times j.",
+            "Proof.",
+            f"    intro j; unfold stay_at, repeated; change (length stays) with {self.p}%nat.",
+            f"    change (length times) with {self.p}%nat; set (r := (j mod {self.p})%nat); unfold stays, times.",
+            *self.by_stays(counts),
+            "Qed.",
+        ]
+
+    def opened(self) -> str:
+        """The solution."""
+        sides = f"{self.n} {self.growth.terms} {self.growth.room} {DROP} start stays ltac:(discriminate) eq_refl"
+        found = "[x [jump [index [J0 [J [I [C [D U]]]]]]]]"
+        return f"  destruct (in_turn {sides} grow negative) as {found}."
+
+    def timed(self) -> list[str]:
+        """What is said of jumps and gains."""
+        return [
+            "jump O = 0",
+            "(forall j, jump (S j) = jump j + repeated times j)",
+            *(f"(forall t, {text})" for i, ends in enumerate(self.bounds) if (text := _within(f"g{i} t", ends))),
+            *(
+                f"(forall j t, jump j <= t < jump (S j) -> g{i} t = repeated gains{i} j)"
+                for i in range(len(self.bounds))
+            ),
+        ]
+
+    def timed_proof(self) -> list[str]:
+        """Its proof."""
+        lines = ["  split; [exact J0|split; [intro j; rewrite J; f_equal; apply stay_times|]]."]
+        for i, ends in enumerate(self.bounds):
+            if text := _within("g", ends):
+                member = f"apply (repeated_all (fun g => {text})); [discriminate|]; unfold gains{i}"
+                lines.append(f"  split; [intro t; {member}; repeat (apply Forall_cons; [lra|]); apply Forall_nil|].")
+        return [*lines, *["  split; [intros j t T; now rewrite (I j t T)|]."] * len(self.bounds)]
+
+
+def _reals(name: str, row: Sequence[Fraction]) -> str:
+    """A definition."""
+    return folded(f"Definition {name} : list R := [{'; '.join(map(number, row))}].")
+
+
+def _triangle(Q: Rows) -> str:
+    """An upper triangle by rows."""
+    return "[" + "; ".join(f"({row[i]}, {integers(row[i + 1 :])})" for i, row in enumerate(Q)) + "]"
+
+
+def _within(name: str, ends: tuple[Any, Any]) -> str:
+    """That a gain is one of the class; empty where there are no bounds."""
+    low, high = (None if abs(v) == INF else number(Fraction(v)) for v in ends)
+    return (
+        f"{low} <= {name} <= {high}"
+        if low and high
+        else f"{low} <= {name}"
+        if low
+        else f"{name} <= {high}" * bool(high)
+    )
+
+
+class _Polynomials(_Jumps):
+    """Of a plant that is given by two polynomials."""
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        family = classes(data["laws"])
+        A, b, c, d, _ = realised(data["system"], Fraction(0))
+        gains = numbers(data["proof"]["gains"])
+        self.bounds = [(max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1]))]
+        self.rows, self.data = [[g] for g in gains], data
+        super().__init__(data, [gained(A, b, [g * v / (1 + g * d) for v in c]) for g in gains])
+
+    def text(self, claim: str) -> str:
+        """The whole file."""
+        return self.whole(claim, [*self.statement(), *self.proof()])
+
+    def trimmed(self, stay: _Stay) -> Rows:
+        """Rows of a companion matrix, without the zeros at the end."""
+        return [*(row[: k + 2] for k, row in enumerate(stay.rows[:-1])), stay.rows[-1]]
+
+    def lists(self) -> list[str]:
+        """The plant beside the rest."""
+        top, den, _ = coefficients(self.data["system"])
+        return [_reals("num", top[0][1]), _reals("den", den), *super().lists()]
+
+    def statement(self) -> list[str]:
+        """What there is."""
+        n, state = self.n, "; ".join(f"xi {k}%nat t" for k in range(self.n))
+        said = [
+            *self.timed(),
+            f"(forall k t, (k < {n})%nat -> continuity_pt (xi k) t)",
+            f"(forall k t, (k < {n})%nat -> (forall j, t <> jump j) -> derivable_pt_lim (xi k) t (xi (S k) t))",
+            "(forall t, along den xi t = - (g0 t * along num xi t))",
+        ]
+        return [
+            "Theorem moves : exists (g0 : R -> R) (xi : nat -> R -> R) (jump : nat -> R),",
+            *(f"  {text} /\\" for text in said),
+            f"  forall B, exists t, 0 <= t /\\ B < norm2 [{state}].",
+        ]
+
+    def proof(self) -> list[str]:
+        """Its proof."""
+        n = self.n
+        return [
+            "Proof.",
+            self.opened(),
+            f"  set (last := fun t => let s := stay_at stays (index t) in dot (nth {n - 1} (rows_of s) [])"
+            f" (at_once {n} x t) / IZR (fst s)).",
+            f"  exists (fun t => repeated gains0 (index t)), (fun k => if (k <? {n})%nat then x k else last), jump.",
+            *self.timed_proof(),
+            "  split; [intros k t K; rewrite (proj2 (Nat.ltb_lt _ _) K); apply C|].",
+            "  split; [intros k t K N; pose proof (D k t K N) as E; cbv zeta in E|].",
+            f"  {{ rewrite (proj2 (Nat.ltb_lt _ _) K); destruct (Nat.eq_dec k {n - 1}) as [->|ne]; [exact E|].",
+            f"    rewrite (companion_row {n}) in E by (discriminate || reflexivity || lia).",
+            f"    rewrite (proj2 (Nat.ltb_lt (S k) {n})) by lia; unfold at_once, listed in E.",
+            "    rewrite nth_listed in E by lia; exact E. }",
+            "  split; [|exact U].",
+            "  intro t; unfold num, den; cbn [along length Nat.add Nat.ltb Nat.leb]; unfold last; cbv zeta.",
+            "    unfold stay_at, repeated, at_once, listed.",
+            f"    change (length stays) with {self.p}%nat; change (length gains0) with {self.p}%nat.",
+            f"    set (r := (index t mod {self.p})%nat); unfold stays, gains0; cbn [seq map].",
+            *self.by_stays(["cbn [nth rows_of fst snd dot map]; lra"] * self.p),
+            "Qed.",
+        ]
+
+
+class _States(_Jumps):
+    """Of a plant that is given by matrices, of one channel or several."""
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        system, proof = data["system"], data["proof"]
+        if system["kind"] == "state-space":
+            A, b, c, d, _ = realised(system, Fraction(0))
+            family, H = classes(data["laws"]), Plant(A, [[v] for v in b], [c], [[d]], discrete=False)
+            self.bounds = [(max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1]))]
+            self.rows = [[g] for g in numbers(proof["gains"])]
+        else:
+            H, m = plant(system), len(system["D"])
+            asked = channels(data["laws"], m)
+            if any(one.operator or one.memory or one.relu or one.rate is not None for one in asked.families):
+                raise refused("a channel is no function of sigma in a sector, or its gain has a bounded rate")
+            if len(asked.blocks) < m:
+                raise refused("a channel has the nonlinearity of another")
+            self.bounds, self.rows = [asked.bounds(i) for i in range(m)], [numbers(row, m) for row in proof["gains"]]
+        self.loop = of_states(H.A, H.B, H.C, H.D, discrete=False)
+        found, self.values = list[Matrix](), list[tuple[int, Rows]]()
+        for row in self.rows:
+            closed = closed_loop(H, [[g * (i == j) for j in range(len(row))] for i, g in enumerate(row)])
+            if closed is None:
+                raise refused("the loop of some of the gains is not well posed")
+            found.append(closed.A)
+            w = [[g * v for v in c] for g, c in zip(row, closed.C, strict=True)]
+            unit = math.lcm(*(v.denominator for side in w for v in side))
+            self.values.append((unit, [[int(v * unit) for v in side] for side in w]))
+        super().__init__(data, found)
+
+    def text(self, claim: str) -> str:
+        """The whole file."""
+        return self.whole(claim, [*self.statement(), *self.proof()])
+
+    def lists(self) -> list[str]:
+        """Values ``w`` of each stay beside the rest."""
+        given = "; ".join(f"({unit}, {integers(rows)})" for unit, rows in self.values)
+        return [*super().lists(), folded(f"Definition values : list (Z * list (list Z)) := [{given}]%Z.")]
+
+    def statement(self) -> list[str]:
+        """What there is."""
+        m, state = len(self.bounds), "; ".join(f"x {k}%nat t" for k in range(self.n))
+        said = equations(self.loop, [f"g{i} t *" for i in range(m)])
+        flows = [text.replace("(forall t, ", "(forall t, (forall j, t <> jump j) -> ", 1) for text in said[m:]]
+        said = [*self.timed(), *said[:m], f"(forall k t, (k < {self.n})%nat -> continuity_pt (x k) t)", *flows]
+        return [
+            f"Theorem moves : exists ({' '.join(f'g{i}' for i in range(m))} : R -> R) (x w : nat -> R -> R)"
+            " (jump : nat -> R),",
+            *(f"  {text} /\\" for text in said),
+            f"  forall B, exists t, 0 <= t /\\ B < norm2 [{state}].",
+        ]
+
+    def proof(self) -> list[str]:
+        """Its proof."""
+        n, m, p = self.n, len(self.bounds), self.p
+        lengths = ["stays", "values", *(f"gains{i}" for i in range(m))]
+        opened = [
+            "unfold repeated, stay_at, at_once, listed.",
+            *(f"change (length {name}) with {p}%nat." for name in lengths),
+            f"set (r := (index t mod {p})%nat); unfold {', '.join(lengths)}; cbn [seq map].",
+        ]
+        lines = [
+            "Proof.",
+            self.opened(),
+            f"  set (w := fun i t => let v := nth (index t mod {p})%nat values (1%Z, []) in"
+            f" dot (nth i (snd v) []) (at_once {n} x t) / IZR (fst v)).",
+            f"  exists {', '.join(f'(fun t => repeated gains{i} (index t))' for i in range(m))}, x, w, jump.",
+            *self.timed_proof(),
+        ]
+        own = "cbn [nth rows_of fst snd dot map]; lra"
+        for _ in range(m):
+            lines += ["  split; [intro t; unfold w; cbv zeta|].", "  {", *(f"    {line}" for line in opened)]
+            lines += [*self.by_stays([own] * p), "  }"]
+        lines.append("  split; [intros k t K; apply C|].")
+        for k in range(n):
+            lines += [
+                f"  split; [intros t N; pose proof (D {k}%nat t ltac:(lia) N) as E; cbv zeta in E|].",
+                "  { refine (derivable_same _ _ t _ _ (fun s => eq_refl) _ E); clear E; unfold w; cbv zeta.",
+                *(f"    {line}" for line in opened),
+                *self.by_stays([own] * p),
+                "  }",
+            ]
+        return [*lines, "  exact U.", "Qed."]
