@@ -48,7 +48,8 @@ def coq_text(shown: Checked) -> str:
     data = shown.certificate
     if not isinstance(shown, Proved):
         method = data["proof"]["method"]
-        written = {"linear-gains": members_text} | dict.fromkeys(METHODS, mode_text)
+        in_states = data["system"]["kind"] == "state-space"
+        written = {"linear-gains": members_text} | dict.fromkeys(METHODS, members_text if in_states else mode_text)
         if method in ("switched-gain", "switched-gains"):
             discrete = data["system"].get("time") == "discrete"
             return (switched_text if discrete else jumping_text)(data, shown.claim)

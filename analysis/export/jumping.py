@@ -15,19 +15,17 @@ from typing import Any
 
 from flint import arb, arb_mat
 
-from lure.analysis.certificates.arithmetic import INF, numbers
+from lure.analysis.certificates.arithmetic import numbers
 from lure.analysis.certificates.blocks import coefficients, realised
-from lure.analysis.certificates.channels import Plant, channels, closed_loop, plant
 from lure.analysis.certificates.states import classes, gained
-from lure.analysis.export.loops import of_states
-from lure.analysis.export.quadratic import Matrix
+from lure.analysis.export.gained import Rows, by_stays, gained_loop, whole_rows, within, within_proof
+from lure.analysis.export.quadratic import Matrix, Vector
 from lure.analysis.export.switching import negative
-from lure.analysis.export.words import equations, folded, integers, number, refused, whole_file
+from lure.analysis.export.words import equations, folded, integers, reals, refused, whole_file
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import np
 
-Rows = list[list[int]]
-Vector = list[Fraction]
+LIBRARIES = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "steps.v", "jumps.v")
 PRECISIONS = (256, 512, 1024)
 TERMS = range(6, 41, 2)
 STEP = 1.0  # times the largest eigenvalue
@@ -36,7 +34,7 @@ MOST_ORDER, MOST_STAYS, MOST_STEPS = 6, 24, 400
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Stay:
+class Stay:
     """Of one stay ``d``, the rows of ``d x'``, the step ``h = d p/q``, and the forms at the beginning of each step."""
 
     d: int
@@ -47,16 +45,16 @@ class _Stay:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Growth:
+class Growth:
     """Stays, how many terms, ``V' <= 0`` for so much room ``w``, and how far ``Q`` drops at least; a start."""
 
-    stays: list[_Stay]
+    stays: list[Stay]
     terms: int
     room: int
     start: list[int]
 
 
-def _growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> _Growth:
+def growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> Growth:
     """Forms that fall around the period.
 
     Raises
@@ -81,12 +79,11 @@ def _growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> _Growth:
             continue
         stays = []
         for A, h, Q in zip(matrices, steps, found, strict=True):
-            d = math.lcm(*(v.denominator for row in A for v in row))
-            rows = [[int(v * d) for v in row] for row in A]
-            stays.append(_Stay(d=d, rows=rows, p=(h / d).numerator, q=(h / d).denominator, Q=Q))
+            d, rows = whole_rows(A)
+            stays.append(Stay(d=d, rows=rows, p=(h / d).numerator, q=(h / d).denominator, Q=Q))
         order = _terms(stays, room)
         if order:
-            return _Growth(stays=stays, terms=order, room=room, start=start)
+            return Growth(stays=stays, terms=order, room=room, start=start)
     raise refused("no forms of few enough digits were found that fall around the period of its gains")
 
 
@@ -136,7 +133,7 @@ def _whole(x: arb) -> int:
     return round(Fraction(int(mantissa)) * Fraction(2) ** int(exponent))
 
 
-def _terms(stays: list[_Stay], room: int) -> int:
+def _terms(stays: list[Stay], room: int) -> int:
     """How many terms are enough for `stays_ok` of the Coq file; 0 if none are."""
     pairs = [(stay, Q) for stay in stays for Q in stay.Q]
     after = [Q for _, Q in (*pairs[1:], pairs[0])]
@@ -158,7 +155,7 @@ def _size(Q: Rows) -> int:
     return sum(abs(v) for i, row in enumerate(Q) for v in row[i:])
 
 
-def _piece_holds(stay: _Stay, Q: Rows, after: Rows, m: int, room: int) -> bool:
+def _piece_holds(stay: Stay, Q: Rows, after: Rows, m: int, room: int) -> bool:
     """``piece_ok`` of the Coq file."""
     d, p, q, n = stay.d, stay.p, stay.q, range(len(Q))
     terms = [Q, [[-v - d * room * (i == j) for j, v in enumerate(row)] for i, row in enumerate(_lie(Q, stay.rows))]]
@@ -189,51 +186,43 @@ def jumping_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it is about a rate or a plant of another kind, or no forms of few enough steps were found.
     """
-    system = data["system"]
-    if "rate" in data or system["kind"] not in ("transfer", "state-space", "multivariable"):
-        raise refused("it is about a rate, or its plant is given neither by polynomials nor by matrices")
-    return (_Polynomials if system["kind"] == "transfer" else _States)(data).text(claim)
+    if data["system"]["kind"] != "transfer":
+        return _States(data).text(claim)
+    if "rate" in data:
+        raise refused("it is about a rate")
+    return _Polynomials(data).text(claim)
 
 
 class _Jumps:
     """The words of one file: what both kinds of plant have in common."""
 
-    libraries = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "steps.v", "jumps.v")
     rows: list[Vector]  # gains of each stay, one for each channel
     bounds: list[tuple[Any, Any]]
 
     def __init__(self, data: Mapping[str, Any], matrices: Sequence[Matrix]) -> None:
         self.times, self.method = numbers(data["proof"]["times"]), data["proof"]["method"]
-        self.growth, self.n, self.p = _growth(matrices, self.times), len(matrices[0]), len(self.times)
+        self.growth, self.n, self.p = growth(matrices, self.times), len(matrices[0]), len(self.times)
 
     def whole(self, claim: str, theorem: Sequence[str]) -> str:
         """The whole file."""
         parts = ["\n".join(lines) for lines in (self.lists(), self.lemmas(), theorem)]
-        return whole_file(claim, f"counterexample, {self.method}", self.libraries, parts)
+        return whole_file(claim, f"counterexample, {self.method}", LIBRARIES, parts)
 
     def lists(self) -> list[str]:
         """Times, gains, stays and the start."""
-        found, channels_of = [_reals("times", self.times)], zip(*self.rows, strict=True)
-        found += [_reals(f"gains{i}", list(gains)) for i, gains in enumerate(channels_of)]
+        found, channels_of = [reals("times", self.times)], zip(*self.rows, strict=True)
+        found += [reals(f"gains{i}", list(gains)) for i, gains in enumerate(channels_of)]
         found.append(folded(f"Definition start : list R := {integers(self.growth.start)}."))
         names = []
         for j, stay in enumerate(self.growth.stays):
-            forms = "; ".join(_triangle(Q) for Q in stay.Q)
-            found.append(folded(f"Definition forms{j} : list triangle := [{forms}]%Z."))
-            names.append(f"({stay.d}, ({integers(self.trimmed(stay))}, (({stay.p}, {stay.q}), forms{j})))")
+            forms, name = told(stay, j, self.trimmed(stay))
+            found.append(forms)
+            names.append(name)
         return [*found, folded(f"Definition stays : list stay := [{'; '.join(names)}]%Z.")]
 
-    def trimmed(self, stay: _Stay) -> Rows:
+    def trimmed(self, stay: Stay) -> Rows:
         """The rows of ``d x'``."""
         return stay.rows
-
-    def by_stays(self, ends: Sequence[str]) -> list[str]:
-        """The rest of a proof about ``r``, the stay of a moment."""
-        lines = [
-            f"    assert (small : (r < {self.p})%nat) by (apply Nat.mod_upper_bound; discriminate).",
-            "    clearbody r.",
-        ]
-        return [*lines, *(f"    destruct r as [|r]; [{end}|]." for end in ends), "    exfalso; lia."]
 
     def lemmas(self) -> list[str]:
         """The test, and how long the stays are."""
@@ -254,7 +243,7 @@ class _Jumps:
             "Proof.",
             f"    intro j; unfold stay_at, repeated; change (length stays) with {self.p}%nat.",
             f"    change (length times) with {self.p}%nat; set (r := (j mod {self.p})%nat); unfold stays, times.",
-            *self.by_stays(counts),
+            *by_stays(self.p, counts),
             "Qed.",
         ]
 
@@ -269,7 +258,7 @@ class _Jumps:
         return [
             "jump O = 0",
             "(forall j, jump (S j) = jump j + repeated times j)",
-            *(f"(forall t, {text})" for i, ends in enumerate(self.bounds) if (text := _within(f"g{i} t", ends))),
+            *(f"(forall t, {text})" for i, ends in enumerate(self.bounds) if (text := within(f"g{i} t", ends))),
             *(
                 f"(forall j t, jump j <= t < jump (S j) -> g{i} t = repeated gains{i} j)"
                 for i in range(len(self.bounds))
@@ -279,33 +268,15 @@ class _Jumps:
     def timed_proof(self) -> list[str]:
         """Its proof."""
         lines = ["  split; [exact J0|split; [intro j; rewrite J; f_equal; apply stay_times|]]."]
-        for i, ends in enumerate(self.bounds):
-            if text := _within("g", ends):
-                member = f"apply (repeated_all (fun g => {text})); [discriminate|]; unfold gains{i}"
-                lines.append(f"  split; [intro t; {member}; repeat (apply Forall_cons; [lra|]); apply Forall_nil|].")
-        return [*lines, *["  split; [intros j t T; now rewrite (I j t T)|]."] * len(self.bounds)]
+        alike = ["  split; [intros j t T; now rewrite (I j t T)|]."] * len(self.bounds)
+        return [*lines, *within_proof(self.bounds), *alike]
 
 
-def _reals(name: str, row: Sequence[Fraction]) -> str:
-    """A definition."""
-    return folded(f"Definition {name} : list R := [{'; '.join(map(number, row))}].")
-
-
-def _triangle(Q: Rows) -> str:
-    """An upper triangle by rows."""
-    return "[" + "; ".join(f"({row[i]}, {integers(row[i + 1 :])})" for i, row in enumerate(Q)) + "]"
-
-
-def _within(name: str, ends: tuple[Any, Any]) -> str:
-    """That a gain is one of the class; empty where there are no bounds."""
-    low, high = (None if abs(v) == INF else number(Fraction(v)) for v in ends)
-    return (
-        f"{low} <= {name} <= {high}"
-        if low and high
-        else f"{low} <= {name}"
-        if low
-        else f"{name} <= {high}" * bool(high)
-    )
+def told(stay: Stay, j: int, rows: Rows) -> tuple[str, str]:
+    """The definition of the forms of a stay, and the stay."""
+    forms = ("[" + "; ".join(f"({row[i]}, {integers(row[i + 1 :])})" for i, row in enumerate(Q)) + "]" for Q in stay.Q)
+    said = f"({stay.d}, ({integers(rows)}, (({stay.p}, {stay.q}), forms{j})))"
+    return folded(f"Definition forms{j} : list triangle := [{'; '.join(forms)}]%Z."), said
 
 
 class _Polynomials(_Jumps):
@@ -323,14 +294,14 @@ class _Polynomials(_Jumps):
         """The whole file."""
         return self.whole(claim, [*self.statement(), *self.proof()])
 
-    def trimmed(self, stay: _Stay) -> Rows:
+    def trimmed(self, stay: Stay) -> Rows:
         """Rows of a companion matrix, without the zeros at the end."""
         return [*(row[: k + 2] for k, row in enumerate(stay.rows[:-1])), stay.rows[-1]]
 
     def lists(self) -> list[str]:
         """The plant beside the rest."""
         top, den, _ = coefficients(self.data["system"])
-        return [_reals("num", top[0][1]), _reals("den", den), *super().lists()]
+        return [reals("num", top[0][1]), reals("den", den), *super().lists()]
 
     def statement(self) -> list[str]:
         """What there is."""
@@ -368,7 +339,7 @@ class _Polynomials(_Jumps):
             "    unfold stay_at, repeated, at_once, listed.",
             f"    change (length stays) with {self.p}%nat; change (length gains0) with {self.p}%nat.",
             f"    set (r := (index t mod {self.p})%nat); unfold stays, gains0; cbn [seq map].",
-            *self.by_stays(["cbn [nth rows_of fst snd dot map]; lra"] * self.p),
+            *by_stays(self.p, ["cbn [nth rows_of fst snd dot map]; lra"] * self.p),
             "Qed.",
         ]
 
@@ -377,31 +348,9 @@ class _States(_Jumps):
     """Of a plant that is given by matrices, of one channel or several."""
 
     def __init__(self, data: Mapping[str, Any]) -> None:
-        system, proof = data["system"], data["proof"]
-        if system["kind"] == "state-space":
-            A, b, c, d, _ = realised(system, Fraction(0))
-            family, H = classes(data["laws"]), Plant(A, [[v] for v in b], [c], [[d]], discrete=False)
-            self.bounds = [(max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1]))]
-            self.rows = [[g] for g in numbers(proof["gains"])]
-        else:
-            H, m = plant(system), len(system["D"])
-            asked = channels(data["laws"], m)
-            if any(one.operator or one.memory or one.relu or one.rate is not None for one in asked.families):
-                raise refused("a channel is no function of sigma in a sector, or its gain has a bounded rate")
-            if len(asked.blocks) < m:
-                raise refused("a channel has the nonlinearity of another")
-            self.bounds, self.rows = [asked.bounds(i) for i in range(m)], [numbers(row, m) for row in proof["gains"]]
-        self.loop = of_states(H.A, H.B, H.C, H.D, discrete=False)
-        found, self.values = list[Matrix](), list[tuple[int, Rows]]()
-        for row in self.rows:
-            closed = closed_loop(H, [[g * (i == j) for j in range(len(row))] for i, g in enumerate(row)])
-            if closed is None:
-                raise refused("the loop of some of the gains is not well posed")
-            found.append(closed.A)
-            w = [[g * v for v in c] for g, c in zip(row, closed.C, strict=True)]
-            unit = math.lcm(*(v.denominator for side in w for v in side))
-            self.values.append((unit, [[int(v * unit) for v in side] for side in w]))
-        super().__init__(data, found)
+        self.loops = gained_loop(data)
+        self.rows, self.bounds = self.loops.gains, self.loops.bounds
+        super().__init__(data, self.loops.matrices)
 
     def text(self, claim: str) -> str:
         """The whole file."""
@@ -409,18 +358,17 @@ class _States(_Jumps):
 
     def lists(self) -> list[str]:
         """Values ``w`` of each stay beside the rest."""
-        given = "; ".join(f"({unit}, {integers(rows)})" for unit, rows in self.values)
-        return [*super().lists(), folded(f"Definition values : list (Z * list (list Z)) := [{given}]%Z.")]
+        return [*super().lists(), self.loops.outputs()]
 
     def statement(self) -> list[str]:
         """What there is."""
-        m, state = len(self.bounds), "; ".join(f"x {k}%nat t" for k in range(self.n))
-        said = equations(self.loop, [f"g{i} t *" for i in range(m)])
+        m, state = len(self.loops.block), "; ".join(f"x {k}%nat t" for k in range(self.n))
+        said = equations(self.loops.loop, [f"g{b} t *" for b in self.loops.block])
         flows = [text.replace("(forall t, ", "(forall t, (forall j, t <> jump j) -> ", 1) for text in said[m:]]
         said = [*self.timed(), *said[:m], f"(forall k t, (k < {self.n})%nat -> continuity_pt (x k) t)", *flows]
         return [
-            f"Theorem moves : exists ({' '.join(f'g{i}' for i in range(m))} : R -> R) (x w : nat -> R -> R)"
-            " (jump : nat -> R),",
+            f"Theorem moves : exists ({' '.join(f'g{i}' for i in range(len(self.bounds)))} : R -> R)"
+            " (x w : nat -> R -> R) (jump : nat -> R),",
             *(f"  {text} /\\" for text in said),
             f"  forall B, exists t, 0 <= t /\\ B < norm2 [{state}].",
         ]
@@ -443,16 +391,16 @@ class _States(_Jumps):
             *self.timed_proof(),
         ]
         own = "cbn [nth rows_of fst snd dot map]; lra"
-        for _ in range(m):
+        for _ in self.loops.block:
             lines += ["  split; [intro t; unfold w; cbv zeta|].", "  {", *(f"    {line}" for line in opened)]
-            lines += [*self.by_stays([own] * p), "  }"]
+            lines += [*by_stays(self.p, [own] * p), "  }"]
         lines.append("  split; [intros k t K; apply C|].")
         for k in range(n):
             lines += [
                 f"  split; [intros t N; pose proof (D {k}%nat t ltac:(lia) N) as E; cbv zeta in E|].",
                 "  { refine (derivable_same _ _ t _ _ (fun s => eq_refl) _ E); clear E; unfold w; cbv zeta.",
                 *(f"    {line}" for line in opened),
-                *self.by_stays([own] * p),
+                *by_stays(self.p, [own] * p),
                 "  }",
             ]
         return [*lines, "  exact U.", "Qed."]

@@ -137,15 +137,6 @@ Proof.
   apply (CV_mult (fun _ => IZR c)); [|apply H].
   intros eps epos; exists O; intros k _; unfold R_dist; rewrite Rminus_diag_eq, Rabs_R0 by reflexivity; exact epos.
 Qed.
-Lemma listed_again : forall (s : list R), map (fun i => nth i s 0) (seq 0 (length s)) = s.
-Proof.
-  induction s as [|x s IH]; [reflexivity|]; cbn [length seq map nth]; f_equal; rewrite <- seq_shift, map_map; exact IH.
-Qed.
-Lemma nth_listed : forall (f : nat -> R) n i, (i < n)%nat -> nth i (map f (seq 0 n)) 0 = f i.
-Proof.
-  intros f n i L; rewrite (nth_indep _ 0 (f 0%nat)) by (now rewrite map_length, seq_length).
-  now rewrite map_nth, seq_nth.
-Qed.
 Theorem sol_solves : forall n d dpos A s, length A = n -> length s = n -> solves n d A (sol d dpos A s).
 Proof.
   intros n d dpos A s LA Ls i t I; eapply derivable_same; [reflexivity| |apply sol_derivative].
@@ -157,7 +148,7 @@ Proof.
     * (/ INR (fact k) * t ^ k)) N * / IZR d)).
   - intro N; rewrite Rmult_comm, scal_sum; apply sum_eq; intros k _; unfold part_of; rewrite <- powers_later; cbn [powers_of].
     unfold applied; rewrite <- (rows_by_place (IZR d) (powers_of d A s k) A), nth_listed by lia.
-    pose proof (listed_again (powers_of d A s k)) as E; rewrite powers_length, LA in E by lia.
+    pose proof (listed_again (powers_of d A s k)) as E; unfold listed in E; rewrite powers_length, LA in E by lia.
     rewrite E; unfold Rdiv; ring.
   - apply (CV_mult _ (fun _ => / IZR d)); [exact H|].
     intros eps epos; exists O; intros k _; unfold R_dist; rewrite Rminus_diag_eq, Rabs_R0 by reflexivity; exact epos.
@@ -422,6 +413,37 @@ Proof.
     + exists (jump tau j); split; [|rewrite at_jump; exact J].
       pose proof (jump_later tau e long 0 j ltac:(lia)) as L; cbn [jump] in L.
       assert (0 <= INR (j - 0) * e) by (apply Rmult_le_pos; [apply pos_INR|lra]); lra.
+Qed.
+
+(* One stay for all times. *)
+Theorem kept : forall n m w D s start, stays_ok n m w D [s] = true -> length start = n -> qf (first_of s) start < 0 ->
+  exists x : nat -> R -> R,
+    (forall k t, (k < n)%nat ->
+      derivable_pt_lim (x k) t (dot (nth k (rows_of s) []) (at_once n x t) / IZR (fst s))) /\
+    (forall B, exists t, 0 <= t /\ B < norm2 (at_once n x t)).
+Proof.
+  intros n m w D [d [A [[p q] Qs]]] start test L neg; unfold stays_ok in test.
+  cbn [length seq forallb] in test; change (stay_at [(d, (A, ((p, q), Qs)))] 0) with (d, (A, ((p, q), Qs))) in test.
+  change (stay_at [(d, (A, ((p, q), Qs)))] 1) with (d, (A, ((p, q), Qs))) in test.
+  unfold stay_ok, first_of, rows_of in *; cbn [fst snd] in *; rewrite !andb_true_iff, !Z.ltb_lt, negb_true_iff, !Nat.eqb_neq, Nat.eqb_eq in test.
+  destruct test as [Dp [[[[[[d0 p0] q0] LA] Q0] test] _]]; destruct Qs as [|Q Qs]; [cbn in Q0; lia|]; cbn [hd] in *.
+  set (x := sol d d0 A start); assert (So : solves n d A x) by now apply sol_solves.
+  exists x; split; [intros k t K; apply So, K|]; intro B.
+  set (T := INR (length (Q :: Qs)) * (IZR d * IZR p / IZR q)); set (z := fun j => at_once n x (INR j * T)).
+  pose proof (IZR_lt _ _ d0) as d1; pose proof (IZR_lt _ _ p0) as p1; pose proof (IZR_lt _ _ q0) as q1.
+  assert (Tp : 0 <= T).
+  { apply Rmult_le_pos; [apply pos_INR|left; apply Rdiv_lt_0_compat; [now apply Rmult_lt_0_compat|exact q1]]. }
+  destruct (falls_without_end (fun j => qf Q (z j)) (fun j => norm2 (z j)) (IZR D) (1 + IZR (size_of Q))) with (B := B) as [j J].
+  - now apply IZR_lt.
+  - pose proof (size_nonneg Q); lra.
+  - intro j; pose proof (pieces_fall n m d w D A p q Q x d0 q0 p0 Dp LA So Qs Q (INR j * T) test) as K; cbn zeta in K.
+    fold T in K; unfold z; rewrite S_INR; replace ((INR j + 1) * T) with (INR j * T + T) by ring; exact K.
+  - intro j; pose proof (size_bound Q (z j)) as S1; pose proof (Rle_abs (- qf Q (z j))) as S2; rewrite Rabs_Ropp in S2.
+    pose proof (norm2_nonneg (z j)); lra.
+  - intro j; apply norm2_nonneg.
+  - unfold z; cbn [INR]; rewrite Rmult_0_l; unfold at_once, listed, x; erewrite map_ext by (intro k; apply sol_start).
+    rewrite <- L; fold (listed (length start) (fun k => nth k start 0)); rewrite listed_again; exact neg.
+  - exists (INR j * T); split; [apply Rmult_le_pos; [apply pos_INR|exact Tp]|exact J].
 Qed.
 
 (* Of one channel: the rows of a companion matrix but the last. *)

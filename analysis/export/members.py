@@ -1,4 +1,4 @@
-"""Constant gains of several channels with which a solution has no limit, for Coq: `members.v`.
+"""Constant gains of a plant in states with which a solution has no limit, for Coq: `members.v`.
 
 One gain is found and the others stay: that channel sees ``num/den``, ``den = det(s - A_0)``, and ``x = adj(s - A_0) b
 xi`` at ``s = d/dt`` (in discrete time the shift), ``den xi = -g num xi`` as of one channel.
@@ -6,23 +6,31 @@ xi`` at ``s = d/dt`` (in discrete time the shift), ``den xi = -g num xi`` as of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from fractions import Fraction
 from typing import Any
 
 from lure.analysis.certificates.arithmetic import INF, eliminated
-from lure.analysis.certificates.arithmetic import number as exact
-from lure.analysis.certificates.channels import Channels, Plant, channels, closed_loop, plant
+from lure.analysis.certificates.channels import closed_loop
 from lure.analysis.certificates.frequencies import transfer
-from lure.analysis.export.loops import of_states
+from lure.analysis.export.gained import Gained, gained_loop, within
+from lure.analysis.export.jumping import DROP, growth, told
+from lure.analysis.export.jumping import LIBRARIES as CONTINUOUS
 from lure.analysis.export.modes import Mode
-from lure.analysis.export.words import equations, folded, number, refused, whole_file
+from lure.analysis.export.switching import LIBRARIES as DISCRETE
+from lure.analysis.export.switching import falling_forms, turned_ends, turned_proof
+from lure.analysis.export.words import equations, folded, integers, number, refused, whole_file
+from lure.arrays import np
 from lure.errors import InputError
 
 
 def members_text(data: Mapping[str, Any], claim: str) -> str:
-    """The file for a refutation by constant gains of several channels.
+    """The file for a refutation by constant gains of a plant in states.
+
+    Where no channel alone moves all states, or its class has infinite bounds, a form shows that a solution grows:
+    ``x'Qx`` falls, and is negative at the start.
 
     Parameters
     ----------
@@ -34,26 +42,24 @@ def members_text(data: Mapping[str, Any], claim: str) -> str:
     Raises
     ------
     refused
-        An ``InputError``: it has operators, memory or a rate, no channel moves all states, or no root was found.
+        An ``InputError``: it has operators, memory or a rate, or no root and no form was found.
     """
-    if "rate" in data or set(data["proof"]) != {"method", "gains"} or data["system"]["kind"] != "multivariable":
-        raise refused("it is about a rate, a growth, a gain from w to z or a box of parameters")
-    H, asked = plant(data["system"]), channels(data["laws"], len(data["system"]["D"]))
-    if any(one.operator or one.memory or one.relu for one in asked.families) or len(asked.blocks) < len(H.D):
-        raise refused("a channel is no function of sigma in a sector, or has the nonlinearity of another")
-    last = len(H.D) - 1
-    for j in range(last):
-        with suppress(InputError):
-            return _Members(data, H, asked, j).text(claim)
-    return _Members(data, H, asked, last).text(claim)
+    if "unlimited" in data["proof"]:
+        raise refused("it is about a gain from w to z")
+    loops = gained_loop(data)
+    if len(loops.bounds) == len(loops.block):
+        for j in range(len(loops.block)):
+            with suppress(InputError):
+                return _Members(data, loops, j).text(claim)
+    return _Growing(data, loops).text(claim)
 
 
 class _Members:
     """The words of one file, channel ``j`` being that whose gain is found."""
 
-    def __init__(self, data: Mapping[str, Any], H: Plant, asked: Channels, j: int) -> None:
-        self.H, self.j, self.bounds = H, j, [asked.bounds(i) for i in range(len(H.D))]
-        self.gains, self.discrete = [exact(v) for v in data["proof"]["gains"]], H.discrete
+    def __init__(self, data: Mapping[str, Any], loops: Gained, j: int) -> None:
+        H, self.loops, self.j, self.bounds = loops.plant, loops, j, loops.bounds
+        self.method, (self.gains,), self.discrete = data["proof"]["method"], loops.gains, H.discrete
         n, m = len(H.A), len(H.D)
         closed = closed_loop(H, [[g * (i == k != j) for k in range(m)] for i, g in enumerate(self.gains)])
         if closed is None or any(low == -INF for low, _ in self.bounds):
@@ -76,11 +82,11 @@ class _Members:
         inner = {"kind": "transfer", "time": data["system"]["time"], "denominator": [str(c) for c in self.den[::-1]]}
         inner["numerator"] = [str(c) for c in self.sigma[j][::-1]]
         proof = {"method": "linear-gain", "gain": str(self.gains[j])}
-        self.mode = Mode({"laws": data["laws"]["channels"][j], "system": inner, "proof": proof}, several=True)
+        self.mode = Mode({"laws": loops.laws[j], "system": inner, "proof": proof}, several=len(loops.laws) > 1)
 
     def text(self, claim: str) -> str:
         """The whole file."""
-        n, m = len(self.H.A), len(self.H.D)
+        n, m = len(self.loops.plant.A), len(self.bounds)
         lists = [(f"p{k}", p) for k, p in enumerate(self.states)]
         lists += [(f"q{i}", [g * c for c in self.sigma[i]]) for i, g in enumerate(self.gains) if i != self.j]
         lists.append(("mixture", self.weights[::-1]))
@@ -90,22 +96,13 @@ class _Members:
             raise refused("its gains have constant solutions alone, which have a limit")
         inner = f"Module Inner.\n{chr(10).join(own)}\nEnd Inner."
         libraries = ("forms.v", "flow.v", "frequencies.v", "modes.v", "members.v")
-        last = "\n".join([*self.statement(n, m), *self.proof(n, m)])
-        return whole_file(claim, "counterexample, linear-gains", libraries, [inner, "\n".join(told), last])
+        last = "\n".join([*self.statement(n), *self.proof(n, m)])
+        return whole_file(claim, f"counterexample, {self.method}", libraries, [inner, "\n".join(told), last])
 
-    def statement(self, n: int, m: int) -> list[str]:
+    def statement(self, n: int) -> list[str]:
         """What there is."""
-        moment, limit = ("nat", "Un_cv") if self.discrete else ("R", "tends_to")
-        loop = of_states(self.H.A, self.H.B, self.H.C, self.H.D, discrete=self.discrete)
-        inside = [
-            f"{number(low)} <= g{i}" + ("" if high == INF else f" <= {number(Fraction(high))}")
-            for i, (low, high) in enumerate(self.bounds)
-        ]
-        return [
-            f"Theorem moves : exists ({' '.join(f'g{i}' for i in range(m))} : R) (x w : nat -> {moment} -> R),",
-            *(f"  {text} /\\" for text in (*inside, *equations(loop, [f"g{i} *" for i in range(m)]))),
-            f"  forall c : nat -> R, ~ (forall k, (k < {n})%nat -> {limit} (x k) (c k)).",
-        ]
+        limit = "Un_cv" if self.discrete else "tends_to"
+        return [*_stated(self.loops), f"  forall c : nat -> R, ~ (forall k, (k < {n})%nat -> {limit} (x k) (c k))."]
 
     def proof(self, n: int, m: int) -> list[str]:
         """Its proof."""
@@ -146,3 +143,77 @@ class _Members:
             "Qed.",
         ]
         return lines
+
+
+def _stated(loops: Gained) -> list[str]:
+    """That there are constant gains of the classes and a solution."""
+    names = [f"g{b}" for b in range(len(loops.bounds))]
+    inside = [text for name, ends in zip(names, loops.bounds, strict=True) if (text := within(name, ends))]
+    moment = "nat" if loops.plant.discrete else "R"
+    return [
+        f"Theorem moves : exists ({' '.join(names)} : R) (x w : nat -> {moment} -> R),",
+        *(f"  {text} /\\" for text in (*inside, *equations(loops.loop, [f"g{b} *" for b in loops.block]))),
+    ]
+
+
+class _Growing:
+    """The words of one file, by a form."""
+
+    def __init__(self, data: Mapping[str, Any], loops: Gained) -> None:
+        self.loops, self.method, self.n = loops, data["proof"]["method"], len(loops.plant.A)
+        (gains,) = loops.gains
+        self.gains = [number(g) for g in gains]
+        self.bounded = ["  split; [lra|]." for ends in loops.bounds if within("g", ends)]
+
+    def text(self, claim: str) -> str:
+        """The whole file."""
+        libraries, parts = self.in_steps() if self.loops.plant.discrete else self.in_time()
+        return whole_file(claim, f"counterexample, {self.method}", libraries, parts)
+
+    @property
+    def state(self) -> str:
+        """The state at a time."""
+        return "[" + "; ".join(f"x {k}%nat t" for k in range(self.n)) + "]"
+
+    def in_steps(self) -> tuple[tuple[str, ...], list[str]]:
+        """In discrete time."""
+        found = falling_forms(self.loops.matrices)
+        lists = [*found.told([integers(rows) for _, rows in found.next]), self.loops.outputs()]
+        lines = [*_stated(self.loops), f"  forall B, ~ (forall t, norm2 {self.state} <= B)."]
+        lines += [*turned_proof(found, self.loops, self.gains), *self.bounded, *turned_ends(self.loops, [])]
+        return DISCRETE, ["\n".join(lists), "\n".join(lines)]
+
+    def in_time(self) -> tuple[tuple[str, ...], list[str]]:
+        """In continuous time."""
+        (A,), ((unit, rows),), n = self.loops.matrices, self.loops.values, self.n
+        fast = max(abs(np.linalg.eigvals(np.array([[float(v) for v in row] for row in A]))))
+        if not fast > 0:
+            raise refused("no channel alone moves all states, and no solution grows exponentially")
+        found = growth([A], [Fraction(2) ** -math.ceil(math.log2(float(fast)))])
+        forms, stay = told(found.stays[0], 0, found.stays[0].rows)
+        test = f"{n} {found.terms} {found.room} {DROP}"
+        lists = [
+            folded(f"Definition start : list R := {integers(found.start)}."),
+            folded(f"Definition outputs : list (list Z) := {integers(rows)}%Z."),
+            forms,
+            folded(f"Definition only : stay := {stay}%Z."),
+            f"Lemma grow : stays_ok {test} [only] = true.",
+            "Proof. vm_cast_no_check (eq_refl true). Qed.",
+        ]
+        opened = "unfold at_once, listed, rows_of, only, outputs; cbn [seq map nth fst snd dot]; lra"
+        lines = [
+            *_stated(self.loops),
+            f"  forall B, exists t, 0 <= t /\\ B < norm2 {self.state}.",
+            "Proof.",
+            "  assert (neg : qf (first_of only) start < 0).",
+            "  { unfold first_of, only, forms0, start; cbn [fst snd hd qf dot]; lra. }",
+            f"  destruct (kept {test} only start grow eq_refl neg) as [x [F U]].",
+            f"  exists {', '.join(self.gains)}, x,",
+            f"    (fun i t => dot (nth i outputs []) (at_once {n} x t) / {unit}).",
+            *self.bounded,
+            *[f"  split; [intro t; {opened}|]."] * len(self.loops.block),
+        ]
+        for k in range(n):
+            same = f"refine (derivable_same _ _ t _ _ (fun s => eq_refl) _ (F {k}%nat t ltac:(lia)))"
+            lines.append(f"  split; [intro t; {same}; {opened}|].")
+        return CONTINUOUS, ["\n".join(lists), "\n".join([*lines, "  exact U.", "Qed."])]

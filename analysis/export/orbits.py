@@ -12,7 +12,7 @@ from lure.analysis.certificates.blocks import coefficients
 from lure.analysis.certificates.channels import channels, plant
 from lure.analysis.certificates.states import Family, classes
 from lure.analysis.export.loops import of_states
-from lure.analysis.export.words import equations, folded, number, refused, whole_file
+from lure.analysis.export.words import equations, folded, number, reals, refused, whole_file
 
 Point = tuple[Fraction, Fraction]
 Vector = list[Fraction]
@@ -157,7 +157,7 @@ class _Orbit:
 
     def text(self, claim: str) -> str:
         """The whole file."""
-        found = [_list("samples", self.samples), _list("values", self.values), *self.graph.lemmas()]
+        found = [reals("samples", self.samples), reals("values", self.values), *self.graph.lemmas()]
         found.append("Lemma value : forall t, graph (repeated samples t) = repeated values t.")
         ends = [f"exact {self.graph.named(x)}" for x in self.samples]
         found += _by_samples(len(self.samples), ["samples", "values"], ends)
@@ -299,7 +299,7 @@ class _Several:
         lists = [*((f"x{j}", self.columns[j]) for j in range(n)), *((f"s{i}", v) for i, v in enumerate(self.sigma))]
         lists += [(f"w{i}", column) for i, column in enumerate(self.columns[n:])]
         names = [name for name, _ in lists if name[0] != "s"]
-        lines = [_list(name, column) for name, column in lists]
+        lines = [reals(name, column) for name, column in lists]
         for i, b in enumerate(self.block):
             values = [f"exact {self.graphs[b].named(v)}" for v in self.sigma[i]]
             lines.append(f"Lemma values{i} : forall t, graph{b} (repeated s{i} t) = repeated w{i} t.")
@@ -327,11 +327,6 @@ def _by_samples(p: int, names: list[str], ends: list[str]) -> list[str]:
         "  exfalso; lia.",
         "Qed.",
     ]
-
-
-def _list(name: str, column: Vector) -> str:
-    """A definition."""
-    return folded(f"Definition {name} : list R := [{'; '.join(map(number, column))}].")
 
 
 def _apart(name: str, column: Vector) -> str:

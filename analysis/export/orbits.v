@@ -164,3 +164,18 @@ Proof.
   intros P samples t some F; rewrite Forall_forall in F; unfold repeated; apply F, nth_In, Nat.mod_upper_bound.
   destruct samples; [contradiction|discriminate].
 Qed.
+
+(* A vector by its components. *)
+Definition listed (n : nat) (f : nat -> R) : list R := map f (seq 0 n).
+Lemma listed_length : forall n f, length (listed n f) = n.
+Proof. intros; unfold listed; now rewrite map_length, seq_length. Qed.
+Lemma nth_listed : forall (f : nat -> R) n i, (i < n)%nat -> nth i (map f (seq 0 n)) 0 = f i.
+Proof.
+  intros f n i L; rewrite (nth_indep _ 0 (f 0%nat)) by (now rewrite map_length, seq_length).
+  now rewrite map_nth, seq_nth.
+Qed.
+Lemma listed_again : forall s, listed (length s) (fun i => nth i s 0) = s.
+Proof.
+  unfold listed.
+  induction s as [|x s IH]; [reflexivity|]; cbn [length seq map nth]; f_equal; rewrite <- seq_shift, map_map; exact IH.
+Qed.

@@ -79,7 +79,6 @@ Proof.
 Qed.
 
 (* What is told by components. *)
-Definition listed (n : nat) (f : nat -> R) : list R := map f (seq 0 n).
 Lemma dot_flow : forall (f : nat -> R -> R) f' t v a m, (forall i, (a <= i < a + m)%nat -> derivable_pt_lim (f i) t (f' i)) ->
   derivable_pt_lim (fun t => dot v (map (fun i => f i t) (seq a m))) t (dot v (map f' (seq a m))).
 Proof.
@@ -213,8 +212,6 @@ Proof.
     pose proof (INR_fact_neq_0 k); assert (INR (S k) <> 0) by (apply not_0_INR; lia).
     cbn [pow]; rewrite E; field; repeat split; lra.
 Qed.
-Lemma listed_length : forall n f, length (listed n f) = n.
-Proof. intros; unfold listed; now rewrite map_length, seq_length. Qed.
 
 Lemma piece_falls : forall n m d w D A p q Q after f a, piece_ok n m d w D A p q Q after = true ->
   (0 < d)%Z -> (0 < q)%Z -> (0 < p)%Z -> length A = n -> solves n d A f ->

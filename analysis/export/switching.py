@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -13,13 +12,14 @@ from flint import fmpq, fmpq_mat
 from lure.analysis.certificates.arithmetic import INF, numbers
 from lure.analysis.certificates.blocks import coefficients
 from lure.analysis.certificates.states import classes
-from lure.analysis.export.quadratic import bilinear, nonnegative
-from lure.analysis.export.words import folded, integers, number, refused, whole_file
+from lure.analysis.export.gained import Gained, Rows, by_stays, gained_loop, whole_rows, within, within_proof
+from lure.analysis.export.quadratic import Matrix, bilinear, nonnegative
+from lure.analysis.export.words import equations, folded, integers, number, reals, refused, whole_file
 from lure.arrays import np
 
 BITS = (24, 40, 64, 96, 128, 192)
 MOST_ORDER, MOST_SCALE = 6, 256
-Rows = list[list[int]]
+LIBRARIES = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "switching.v")
 
 
 def switched_text(data: Mapping[str, Any], claim: str) -> str:
@@ -41,8 +41,10 @@ def switched_text(data: Mapping[str, Any], claim: str) -> str:
         An ``InputError``: it is of matrices or a rate, or no ``Q`` of few enough digits was found.
     """
     system = data["system"]
-    if "rate" in data or system["kind"] != "transfer":
-        raise refused("it is about a rate, or in discrete time of matrices; two polynomials have an export")
+    if system["kind"] != "transfer":
+        return _states_text(data, claim)
+    if "rate" in data:
+        raise refused("it is about a rate")
     family = classes(data["laws"])
     low, high = max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1])
     if INF in (abs(low), abs(high)):
@@ -50,7 +52,7 @@ def switched_text(data: Mapping[str, Any], claim: str) -> str:
     top, den, _ = coefficients(system)
     num = [Fraction(0)] * (len(den) - len(top[0][1])) + top[0][1]
     gains = numbers(data["proof"]["gains"])
-    found = _growth(num, den, gains)
+    found = falling_forms([_companion(num, den, g) for g in gains])
     bounds, distinct, n, p = f"{number(low)} <= g t <= {number(high)}", sorted(set(gains)), len(found.start), len(gains)
     each, number_of = bounds.replace("g t", "g"), "change (length gains) with"
     lines = [
@@ -77,18 +79,11 @@ def switched_text(data: Mapping[str, Any], claim: str) -> str:
         "      cbn [length Nat.modulo Nat.divmod Nat.sub nth fst snd map dot sumprod]; lra.",
         "Qed.",
     ]
-    lists = [("num", num), ("den", den), ("gains", gains), ("start", [Fraction(v) for v in found.start])]
-    parts = [folded(f"Definition {name} : list R := [{'; '.join(map(number, side))}].") for name, side in lists]
+    parts = [reals(name, side) for name, side in (("num", num), ("den", den), ("gains", gains))]
     for j, g in enumerate(distinct):
-        parts += _one_step(j, g, found.next[g], n)
-    places = (
-        f"({found.next[g][0]}, (next{distinct.index(g)}, {integers(Q)}))" for g, Q in zip(gains, found.Q, strict=True)
-    )
-    parts.append(folded(f"Definition phases : list phase := [{'; '.join(places)}]%Z."))
-    parts.append(f"Lemma grow : grows {n} {found.N} {found.K} phases = true.")
-    parts.append("Proof. vm_cast_no_check (eq_refl true). Qed.")
-    libraries = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "switching.v")
-    return whole_file(claim, "counterexample, switched-gain", libraries, ["\n".join(parts), "\n".join(lines)])
+        parts += _one_step(j, g, found.next[gains.index(g)], n)
+    parts += found.told([f"next{distinct.index(g)}" for g in gains])
+    return whole_file(claim, "counterexample, switched-gain", LIBRARIES, ["\n".join(parts), "\n".join(lines)])
 
 
 def _one_step(j: int, gain: Fraction, rows: tuple[int, Rows], n: int) -> list[str]:
@@ -105,43 +100,55 @@ def _one_step(j: int, gain: Fraction, rows: tuple[int, Rows], n: int) -> list[st
     ]
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Growth:
-    """Of each gain ``d`` and the rows of ``d`` times the next samples; ``Q`` of each step, where it is negative."""
+def _companion(num: list[Fraction], den: list[Fraction], g: Fraction) -> Matrix:
+    """The next samples of ``den xi = -g num xi``."""
+    closed = [a + g * b for a, b in zip(den, num, strict=True)]
+    n = len(den) - 1
+    shifted = [[Fraction(j == i + 1) for j in range(n)] for i in range(n - 1)]
+    return [*shifted, [-v / closed[0] for v in closed[:0:-1]]]
 
-    next: dict[Fraction, tuple[int, Rows]]
+
+@dataclass(frozen=True, kw_only=True)
+class Falling:
+    """Of each step ``d`` and the rows of ``d`` times what follows; ``Q`` of each, where the first is negative."""
+
+    next: list[tuple[int, Rows]]
     Q: list[Rows]
     start: list[int]
     N: int
     K: int
 
+    def told(self, rows: Sequence[str]) -> list[str]:
+        """The start and the steps, the rows of each being told, and that the forms fall."""
+        places = (f"({d}, ({row}, {integers(Q)}))" for (d, _), row, Q in zip(self.next, rows, self.Q, strict=True))
+        return [
+            folded(f"Definition start : list R := {integers(self.start)}."),
+            folded(f"Definition phases : list phase := [{'; '.join(places)}]%Z."),
+            f"Lemma grow : grows {len(self.start)} {self.N} {self.K} phases = true.",
+            "Proof. vm_cast_no_check (eq_refl true). Qed.",
+        ]
 
-def _growth(num: list[Fraction], den: list[Fraction], gains: list[Fraction]) -> _Growth:
-    """Forms that fall around the period.
+
+def falling_forms(steps: Sequence[Matrix]) -> Falling:
+    """Forms that fall around the period of some matrices in turn.
 
     Raises
     ------
     refused
         An ``InputError``: none of few enough digits was found.
     """
-    n, rows = len(den) - 1, dict[Fraction, tuple[int, Rows]]()
+    n = len(steps[0])
     if not 0 < n <= MOST_ORDER:
         raise refused(f"its plant has the order {n}, not within 1 and {MOST_ORDER}")
-    matrices = []
-    for g in gains:
-        closed = [a + g * b for a, b in zip(den, num, strict=True)]
-        last = [-v / closed[0] for v in closed[:0:-1]]
-        A = [[Fraction(j == i + 1) for j in range(n)] for i in range(n - 1)] + [last]
-        d = math.lcm(*(v.denominator for v in last))
-        rows[g] = d, [[int(v * d) for v in row] for row in A]
-        matrices.append(fmpq_mat([[fmpq(v.numerator, v.denominator) for v in row] for row in A]))
+    rows = [whole_rows(A) for A in steps]
+    matrices = [fmpq_mat([[fmpq(v.numerator, v.denominator) for v in row] for row in A]) for A in steps]
     exact = _around(matrices, n)
     size = max(abs(v) for Q in exact for row in Q for v in row)
     for bits in BITS:
         found = [[[round(v * 2**bits / size) for v in row] for row in Q] for Q in exact]
-        start, scales = negative(found[0]), _scales(found, [rows[g] for g in gains], n)
+        start, scales = negative(found[0]), _scales(found, rows, n)
         if start and scales:
-            return _Growth(next=rows, Q=found, start=start, N=scales[0], K=scales[1])
+            return Falling(next=rows, Q=found, start=start, N=scales[0], K=scales[1])
     raise refused("no forms of few enough digits were found that fall around the period of its gains")
 
 
@@ -198,3 +205,63 @@ def _scales(Q: list[Rows], steps: list[tuple[int, Rows]], n: int) -> tuple[int, 
     K = (s for s in scales if all(nonnegative([*V, *((s * c, u, v) for c, u, v in S)], n) for V, S in least))
     first, second = next(N, 0), next(K, 0)
     return (first, second) if first and second else None
+
+
+# The same of a plant in states.
+
+
+def _states_text(data: Mapping[str, Any], claim: str) -> str:
+    """The file of a plant that is given by matrices."""
+    loops = gained_loop(data)
+    found, m = falling_forms(loops.matrices), len(loops.bounds)
+    lists = [f"gains{i}" for i in range(m)]
+    said = [f"(forall t, {text})" for i, ends in enumerate(loops.bounds) if (text := within(f"g{i} t", ends))]
+    said += equations(loops.loop, [f"g{b} t *" for b in loops.block])
+    state = "; ".join(f"x {k}%nat t" for k in range(len(found.start)))
+    parts = [reals(name, list(side)) for name, side in zip(lists, zip(*loops.gains, strict=True), strict=True)]
+    lines = [
+        f"Theorem moves : exists ({' '.join(f'g{i}' for i in range(m))} : nat -> R) (x w : nat -> nat -> R),",
+        *(f"  {text} /\\" for text in said),
+        f"  forall B, ~ (forall t, norm2 [{state}] <= B).",
+        "Proof.",
+        *turned_proof(found, loops, [f"(repeated {name})" for name in lists]),
+        *within_proof(loops.bounds),
+        *turned_ends(loops, lists),
+    ]
+    parts += [*found.told([integers(rows) for _, rows in found.next]), loops.outputs()]
+    origin = f"counterexample, {data['proof']['method']}"
+    return whole_file(claim, origin, LIBRARIES, ["\n".join(parts), "\n".join(lines)])
+
+
+def turned_proof(found: Falling, loops: Gained, gains: Sequence[str]) -> list[str]:
+    """The beginning of a proof by forms that fall, in discrete time: the gains, the states and the values."""
+    n = len(found.start)
+    row = f"nth (t mod {len(found.Q)})%nat values (1%Z, [])"
+    return [
+        "Proof.",
+        "  assert (neg : V (snd (snd (phase_at phases 0))) start < 0).",
+        "  { unfold V, start, phase_at, phases.",
+        "    cbn [length Nat.modulo Nat.divmod Nat.sub nth fst snd map dot sumprod]; lra. }",
+        f"  destruct (turned {n} {found.N} {found.K} phases start ltac:(discriminate) eq_refl grow eq_refl neg)"
+        " as [x [F U]].",
+        f"  exists {', '.join(gains)}, x, (fun i t => let v := {row} in"
+        f" dot (nth i (snd v) []) (listed {n} (fun i => x i t)) / IZR (fst v)).",
+    ]
+
+
+def turned_ends(loops: Gained, lists: Sequence[str]) -> list[str]:
+    """The end of that proof: values, states, and that these are not bounded."""
+    p, own = len(loops.matrices), ["phases", "values", *lists]
+    opened = [
+        "unfold phase_at, repeated, listed.",
+        *(f"change (length {name}) with {p}%nat." for name in own),
+        f"set (r := (t mod {p})%nat); unfold {', '.join(own)}; cbn [seq map].",
+        *by_stays(p, ["cbn [nth fst snd dot]; lra"] * p),
+    ]
+    starts = ["cbv zeta"] * len(loops.block) + [
+        f"rewrite (F {k}%nat t) by lia; cbv zeta" for k in range(len(loops.plant.A))
+    ]
+    lines = []
+    for start in starts:
+        lines += [f"  split; [intro t; {start}|].", "  {", *(f"    {line.strip()}" for line in opened), "  }"]
+    return [*lines, "  exact U.", "Qed."]

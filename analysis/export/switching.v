@@ -86,15 +86,12 @@ Lemma converging_bounded : forall (u : nat -> R) c, Un_cv u c -> exists B, foral
 Proof.
   intros u c H; destruct (maj_by_pos u (exist _ c H)) as [B [_ L]]; exists B; intro t; apply L.
 Qed.
-Lemma never_settles_switched : forall num den f start (Q : nat -> list (list Z)) N K, start <> [] -> 0 < N -> 0 < K ->
-  (forall t, norm2 (run num den f start t)
-    <= N * (V (Q t) (run num den f start t) - V (Q (S t)) (run num den f start (S t)))) ->
-  (forall t, 0 <= V (Q t) (run num den f start t) + K * norm2 (run num den f start t)) -> V (Q O) start < 0 ->
-  forall c, ~ Un_cv (sampled num den f start) c.
+Lemma never_settles_switched : forall num den f start, start <> [] ->
+  (forall B, ~ (forall t, norm2 (run num den f start t) <= B)) -> forall c, ~ Un_cv (sampled num den f start) c.
 Proof.
-  intros num den f start Q N K some Np Kp falls low neg c lim.
+  intros num den f start some endless c lim.
   destruct (converging_bounded _ c lim) as [B H].
-  apply (grows_without_end Q (run num den f start) N K Np Kp falls low neg (INR (length start) * (B * B))); intro t.
+  apply (endless (INR (length start) * (B * B))); intro t.
   assert (E : forall k, (k < length start)%nat -> Rabs (nth k (run num den f start t) 0) <= B).
   { intros k L; rewrite nth_run by assumption; apply H. }
   rewrite <- (run_length num den f start t some) in *; revert E; generalize (run num den f start t); clear.
@@ -127,18 +124,16 @@ Proof.
   rewrite Nat.add_mod_idemp_r; [reflexivity|destruct ps; [contradiction|discriminate]].
 Qed.
 
-Theorem switched : forall num den f start N K ps, start <> [] -> ps <> [] -> grows (length start) N K ps = true ->
-  (forall t s, length s = length start ->
-    let '(d, (next, _)) := phase_at ps t in at_ next s = map (Rmult (IZR d)) (step num den (f t) s)) ->
-  V (snd (snd (phase_at ps 0))) start < 0 -> forall c, ~ Un_cv (sampled num den f start) c.
+Lemma growing : forall n (x : nat -> list R) N K ps, ps <> [] -> grows n N K ps = true -> (forall t, length (x t) = n) ->
+  (forall t, let '(d, (next, _)) := phase_at ps t in at_ next (x t) = map (Rmult (IZR d)) (x (S t))) ->
+  V (snd (snd (phase_at ps 0))) (x O) < 0 -> forall B, ~ (forall t, norm2 (x t) <= B).
 Proof.
-  intros num den f start N K ps some phases test steps_ neg; unfold grows in test.
+  intros n x N K ps phases test L steps_ neg; unfold grows in test.
   rewrite !andb_true_iff, !Z.ltb_lt, forallb_forall in test; destruct test as [[Np Kp] test]; apply IZR_lt in Np, Kp.
-  assert (each : forall t, let x := run num den f start in
+  assert (each : forall t,
     norm2 (x t) <= IZR N * (V (snd (snd (phase_at ps t))) (x t) - V (snd (snd (phase_at ps (S t)))) (x (S t))) /\
     0 <= V (snd (snd (phase_at ps t))) (x t) + IZR K * norm2 (x t)).
-  { intros t x; assert (L : length (x t) = length start) by now apply run_length.
-    pose proof (steps_ t (x t) L) as S0.
+  { intro t; pose proof (steps_ t) as S0; specialize (L t).
     assert (I : In (t mod length ps) (seq 0 (length ps))).
     { apply in_seq; split; [lia|]; apply Nat.mod_upper_bound; destruct ps; [contradiction|discriminate]. }
     specialize (test _ I); rewrite phase_mod in test by exact phases.
@@ -150,13 +145,59 @@ Proof.
     pose proof (nonneg_sound _ _ (x t) A L) as C; pose proof (nonneg_sound _ _ (x t) B L) as D.
     repeat (rewrite value_app in C || rewrite value_times in C || rewrite value_app in D || rewrite value_times in D).
     rewrite !value_bilinear in C; rewrite value_bilinear in D; rewrite squares_at in C, D.
-    fold (V Q (at_ (scaled_units (length start) d) (x t))) in C, D.
-    rewrite (at_scaled_units _ _ _ L) in C, D; rewrite S0 in C; change (step num den (f t) (x t)) with (x (S t)) in C.
+    fold (V Q (at_ (scaled_units n d) (x t))) in C, D.
+    rewrite (at_scaled_units _ _ _ L) in C, D; rewrite S0 in C.
     fold (V (snd (snd (phase_at ps (S t)))) (map (Rmult (IZR d)) (x (S t)))) in C.
     rewrite !V_scaled, norm2_scaled in C; rewrite V_scaled, norm2_scaled in D.
     set (v := V Q (x t)) in *; set (w := V _ (x (S t))) in *; set (m := norm2 (x t)) in *.
     assert (d2 : 0 < IZR d * IZR d) by nra.
     split; apply (Rmult_le_reg_l (IZR d * IZR d)); try exact d2; lra. }
-  apply (never_settles_switched num den f start (fun t => snd (snd (phase_at ps t))) (IZR N) (IZR K)); try assumption;
-    intro t; apply each.
+  apply (grows_without_end (fun t => snd (snd (phase_at ps t))) x (IZR N) (IZR K)); try assumption; intro t; apply each.
+Qed.
+Theorem switched : forall num den f start N K ps, start <> [] -> ps <> [] -> grows (length start) N K ps = true ->
+  (forall t s, length s = length start ->
+    let '(d, (next, _)) := phase_at ps t in at_ next s = map (Rmult (IZR d)) (step num den (f t) s)) ->
+  V (snd (snd (phase_at ps 0))) start < 0 -> forall c, ~ Un_cv (sampled num den f start) c.
+Proof.
+  intros num den f start N K ps some phases test steps_ neg; apply (never_settles_switched num den f start some).
+  apply (growing (length start) (run num den f start) N K ps); try assumption; intro t;
+    [|apply (steps_ t)]; now apply run_length.
+Qed.
+
+(* The same of states. *)
+Theorem turned : forall n N K ps start, ps <> [] -> length start = n -> grows n N K ps = true ->
+  forallb (fun phase => (length (fst (snd phase)) =? n)%nat) ps = true -> V (snd (snd (phase_at ps 0))) start < 0 ->
+  exists x : nat -> nat -> R,
+    (forall k t, (k < n)%nat -> let phase := phase_at ps t in
+      x k (S t) = dot (nth k (fst (snd phase)) []) (listed n (fun i => x i t)) / IZR (fst phase)) /\
+    (forall B, ~ (forall t, norm2 (listed n (fun i => x i t)) <= B)).
+Proof.
+  intros n N K ps start some L test shape neg.
+  set (state := fix state (t : nat) : list R := match t with
+    | O => start
+    | S k => let phase := phase_at ps k in map (fun y => y / IZR (fst phase)) (at_ (fst (snd phase)) (state k)) end).
+  assert (I : forall t, In (phase_at ps t) ps).
+  { intro t; unfold phase_at; apply nth_In, Nat.mod_upper_bound; destruct ps; [contradiction|discriminate]. }
+  rewrite forallb_forall in shape.
+  assert (rows : forall t, length (fst (snd (phase_at ps t))) = n) by (intro t; apply Nat.eqb_eq, shape, I).
+  assert (Ls : forall t, length (state t) = n).
+  { intros [|t]; [exact L|]; cbn [state]; unfold at_; now rewrite !map_length. }
+  assert (same_ : forall t, listed n (fun i => nth i (state t) 0) = state t).
+  { intro t; rewrite <- (Ls t) at 1; apply listed_again. }
+  assert (nz : forall t, IZR (fst (phase_at ps t)) <> 0).
+  { intros t E; unfold grows in test; rewrite andb_true_iff, forallb_forall in test; destruct test as [_ test].
+    specialize (test (t mod length ps)%nat); rewrite in_seq in test; unfold phase_at in *.
+    rewrite Nat.mod_mod in test by (destruct ps; [contradiction|discriminate]).
+    destruct (nth (t mod length ps) ps (1%Z, ([], []))) as [d [next Q]]; cbn [fst] in E.
+    assert (P : (0 < d)%Z); [|apply IZR_lt in P; lra].
+    rewrite andb_true_iff, Z.ltb_lt in test; apply test; split; [lia|].
+    apply Nat.mod_upper_bound; destruct ps; [contradiction|discriminate]. }
+  exists (fun k t => nth k (state t) 0); split.
+  - intros k t Kn phase; rewrite same_; cbn [state]; fold phase; unfold at_; rewrite map_map.
+    rewrite <- (rows t) in Kn; fold phase in Kn; revert Kn; generalize (fst (snd phase)); clear; intros l; revert k.
+    induction l as [|row l IH]; intros [|k] Kn; cbn in Kn |- *; try lia; [reflexivity|]; apply IH; lia.
+  - intros B H; apply (growing n state N K ps some test Ls) with (B := B); [|exact neg|].
+    + intro t; specialize (nz t); cbn [state]; destruct (phase_at ps t) as [d [next Q]]; cbn [fst snd] in *.
+      rewrite map_map; rewrite <- (map_id (at_ next (state t))) at 1; apply map_ext; intro y; field; exact nz.
+    + intro t; rewrite <- (same_ t); apply H.
 Qed.

@@ -69,6 +69,11 @@ def number(value: Fraction | int) -> str:
     return text if value.denominator == 1 and value >= 0 else f"({text})"
 
 
+def reals(name: str, row: Sequence[Fraction]) -> str:
+    """The definition of a list of numbers of ``R``."""
+    return folded(f"Definition {name} : list R := [{'; '.join(map(number, row))}].")
+
+
 def integers(rows: Sequence[Any]) -> str:
     """A list of (lists of) integers."""
     return "[" + "; ".join(integers(v) if isinstance(v, list) else str(v) for v in rows) + "]"

@@ -1,4 +1,4 @@
-"""Gains that jump in continuous time as files for Coq: true ones compile, falsified ones do not."""
+"""Gains in turn, and forms that grow with constant ones, as files for Coq: true ones compile, falsified ones do not."""
 
 import math
 from fractions import Fraction
@@ -18,23 +18,46 @@ TWO = {**SPRING, "kind": "multivariable", "B": [["0", "0"], ["1", "1/2"]], "C": 
 TWO["D"] = [["0", "0"], ["1/10", "0"]]
 
 
-def switched(system, **proof):
-    """The file of the spring, in states, or with a second gain of what the first one leaves."""
+# x+ = (x_2, x_2/2 - g_1 x_1 - g_2 (x_2 - g_1 x_1/5))
+STEPS = {"kind": "multivariable", "time": "discrete", "A": [["0", "1"], ["0", "1/2"]], "B": [["0", "0"], ["1", "1"]]}
+STEPS |= {"C": [["1", "0"], ["0", "1"]], "D": [["0", "0"], ["1/5", "0"]]}
+# x_1' = (g - 1) x_1 beside 1/((s + 1)(s + 2)) + 1/(s + 1): no channel moves both
+APART = {**TWO, "A": [["-1", "0", "0"], ["0", "-2", "1"], ["0", "0", "-1"]], "B": [["1", "0"], ["0", "0"], ["0", "1"]]}
+APART |= {"C": [["-1", "0", "0"], ["0", "1", "1"]], "D": [["0", "0"], ["0", "0"]]}
+
+
+def refuted_by(system, gains, *, repeated=False, **proof):
+    """The file of gains of a plant in states: the classes are [0, 3] and [-1, 1], or [0, 3] of both."""
     one = {"slope": None, "odd": False, "time_varying": True, "linear": False}
     laws = one | {"sector": ["0", "3"]}
-    if system is TWO:
-        laws = {"channels": [laws, one | {"sector": ["-1", "1"]}], "repeated": False}
+    if system["kind"] == "multivariable":
+        laws = {"channels": [laws, laws if repeated else one | {"sector": ["-1", "1"]}], "repeated": repeated}
     draft = {"verdict": "REFUTED", "system": system, "laws": laws, "theorem": "counterexample", "multiplier": {}}
-    proof = {"times": ["4/5", "3/2"], "squarings": 4, "bits": 96} | proof
-    return coq_text(complete_and_check(draft | {"proof": proof}))
+    return coq_text(complete_and_check(draft | {"proof": proof | {"gains": gains}}))
 
 
 def in_states():
-    return switched(STATES, method="switched-gain", gains=["3", "0"])
+    times = {"times": ["4/5", "3/2"], "squarings": 4, "bits": 96}
+    return refuted_by(STATES, ["3", "0"], method="switched-gain", **times)
 
 
 def of_two():
-    return switched(TWO, method="switched-gains", gains=[["3", "1"], ["0", "-1/2"]])
+    times = {"times": ["4/5", "3/2"], "squarings": 4, "bits": 96}
+    return refuted_by(TWO, [["3", "1"], ["0", "-1/2"]], method="switched-gains", **times)
+
+
+def in_steps():
+    gains = [["3/2", "1/10"], ["0", "-1/10"], ["3/2", "0"]]
+    return refuted_by(STEPS, gains, method="switched-gains", squarings=4, bits=96)
+
+
+def apart():
+    return refuted_by(APART, ["2", "2"], repeated=True, method="linear-gains")
+
+
+def apart_in_steps():
+    system = APART | {"time": "discrete", "A": [["1/2", "0", "0"], ["0", "1/2", "1"], ["0", "0", "1/3"]]}
+    return refuted_by(system, ["2", "1"], method="linear-gains")
 
 
 def falsified(library, text, *pairs):
@@ -65,7 +88,7 @@ def test_the_values_of_channels_with_a_feedthrough_are_told():
 
 def test_forms_with_too_few_terms_or_that_do_not_drop_are_not_taken():
     # x' = x/2 for the time 1 and Q' = -Q - w, w = DROP: Q = Q/e - w (1 - 1/e) - 2 DROP
-    (stay,) = jumping._growth([[[Fraction(1, 2)]]], [Fraction(1)]).stays
+    (stay,) = jumping.growth([[[Fraction(1, 2)]]], [Fraction(1)]).stays
     (Q,) = stay.Q
     assert Q[0][0] == pytest.approx(-jumping.DROP * (1 + 2 / (1 - math.exp(-1))), abs=1)
     assert not jumping._piece_holds(stay, Q, Q, 1, jumping.DROP)
@@ -98,6 +121,19 @@ def test_gains_that_jump_compile_and_falsified_ones_do_not(library):
     )
 
 
+def test_constant_gains_where_no_channel_moves_all_states_are_shown_by_a_form():
+    text = apart()
+    assert "Theorem moves : exists (g0 : R) (x w : nat -> R -> R),\n  0 <= g0 <= 3 /\\\n" in text  # one gain in both
+    assert "(forall t, w 1%nat t = g0 * (1 * x 1%nat t + 1 * x 2%nat t))" in text
+    assert "  forall B, exists t, 0 <= t /\\ B < norm2 [x 0%nat t; x 1%nat t; x 2%nat t].\n" in text
+    assert "  forall B, ~ (forall t, norm2 [x 0%nat t; x 1%nat t; x 2%nat t] <= B).\n" in apart_in_steps()
+    text = coq_text(check(KEPT["matrix gain"]))  # of one channel by its root
+    assert "forall c : nat -> R, ~ (forall k, (k < 2)%nat -> tends_to (x k) (c k))" in text
+
+
+SIGN = ("(-1) * x 0%nat t + (-1) * w 0%nat t", "(-1) * x 0%nat t + 1 * w 0%nat t")
+
+
 @needs_coq
 @pytest.mark.thorough
 @pytest.mark.parametrize(
@@ -105,7 +141,10 @@ def test_gains_that_jump_compile_and_falsified_ones_do_not(library):
     [
         (in_states, [("(-1 / 10) * x 1%nat t + (-1) * w 0", "(1 / 10) * x 1%nat t + (-1) * w 0")]),
         (of_two, [("(-1 / 10) * w 0%nat t))", "(1 / 10) * w 0%nat t))"), ("(-1) <= g1 t <= 1", "0 <= g1 t <= 1")]),
+        (in_steps, [("(-1 / 5) * w 0%nat t))", "(1 / 5) * w 0%nat t))"), ("[-147; 40]", "[-147; -40]")]),
+        (apart, [SIGN, ("0 <= g0 <= 3", "0 <= g0 <= 1"), ("list triangle := [[(-", "list triangle := [[(")]),
+        (apart_in_steps, [("(1 / 2) * x 0%nat t + (-1) * w", "(1 / 2) * x 0%nat t + 1 * w")]),
     ],
 )
-def test_gains_that_jump_of_a_plant_of_matrices_compile_and_falsified_ones_do_not(library, written, pairs):
+def test_plants_of_matrices_compile_and_falsified_ones_do_not(library, written, pairs):
     falsified(library, written(), *pairs)
