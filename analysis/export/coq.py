@@ -19,6 +19,7 @@ from lure.analysis.export.jumping import jumping_text
 from lure.analysis.export.members import members_text
 from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.orbits import orbit_text
+from lure.analysis.export.pacing import pacing_text
 from lure.analysis.export.powers import powers_text
 from lure.analysis.export.regional import regional_text
 from lure.analysis.export.relying import THEOREMS, relying_text
@@ -48,6 +49,8 @@ def coq_text(shown: Checked) -> str:
     data = shown.certificate
     if not isinstance(shown, Proved):
         method = data["proof"]["method"]
+        if "rate" in data:
+            return pacing_text(data, shown.claim)
         in_states = data["system"]["kind"] == "state-space"
         written = {"linear-gains": members_text} | dict.fromkeys(METHODS, members_text if in_states else mode_text)
         if method in ("switched-gain", "switched-gains"):

@@ -15,7 +15,7 @@ from lure.analysis.certificates.channels import Plant, channels, closed_loop, pl
 from lure.analysis.certificates.states import classes
 from lure.analysis.export.loops import of_states
 from lure.analysis.export.quadratic import Loop, Matrix, Vector, whole
-from lure.analysis.export.words import folded, integers, number, refused
+from lure.analysis.export.words import equations, folded, integers, number, refused, whole_file
 
 Rows = list[list[int]]
 
@@ -57,6 +57,92 @@ class Gained:
         """The values, for Coq."""
         given = "; ".join(f"({unit}, {integers(rows)})" for unit, rows in self.values)
         return folded(f"Definition values : list (Z * list (list Z)) := [{given}]%Z.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Words:
+    """The theorem of a file about gains of a plant in states, and its proof.
+
+    Attributes
+    ----------
+    libraries : tuple of str
+        Files beside this one.
+    loops : Gained
+        The plant and the gains.
+    parts : list of str
+        Definitions and lemmas before the theorem.
+    kind : str
+        The type of a gain.
+    gains : list of str
+        What is said of the gains and of the jumps.
+    laws : list of str
+        Of each channel what is applied to ``sigma``.
+    end : str
+        What is said of the solution.
+    proof : list of str
+        Lines.
+    jumps : bool
+        Whether the gains jump in continuous time.
+    """
+
+    libraries: tuple[str, ...]
+    loops: Gained
+    parts: list[str]
+    kind: str
+    gains: list[str]
+    laws: list[str]
+    end: str
+    proof: list[str]
+    jumps: bool = False
+
+    @property
+    def names(self) -> list[str]:
+        """The gains, the solution, and the times of the jumps."""
+        return [*(f"g{b}" for b in range(len(self.loops.bounds))), "x", "w", *["jump"] * self.jumps]
+
+    def said(self) -> list[str]:
+        """What is said before the end."""
+        m, n, found = len(self.loops.block), len(self.loops.plant.A), equations(self.loops.loop, self.laws)
+        if self.jumps:
+            flows = [text.replace("(forall t, ", "(forall t, (forall j, t <> jump j) -> ", 1) for text in found[m:]]
+            found = [*found[:m], f"(forall k t, (k < {n})%nat -> continuity_pt (x k) t)", *flows]
+        return [*self.gains, *found]
+
+    def theorem(self) -> str:
+        """The theorem and its proof."""
+        count, moment = len(self.loops.bounds), "nat" if self.loops.plant.discrete else "R"
+        given = f"({' '.join(self.names[:count])} : {self.kind}) (x w : nat -> {moment} -> R)"
+        first = f"Theorem moves : exists {given}{' (jump : nat -> R)' * self.jumps},"
+        lines = [first, *(f"  {text} /\\" for text in self.said()), f"  {self.end}."]
+        return "\n".join([*lines, *self.proof])
+
+    def text(self, claim: str, method: str) -> str:
+        """The whole file."""
+        return whole_file(claim, f"counterexample, {method}", self.libraries, [*self.parts, self.theorem()])
+
+
+def state_of(n: int) -> str:
+    """The state at a time, for Coq."""
+    return "[" + "; ".join(f"x {k}%nat t" for k in range(n)) + "]"
+
+
+def in_states(data: Mapping[str, Any]) -> dict[str, Any]:
+    """A certificate of one channel with a plant that is given by matrices.
+
+    Parameters
+    ----------
+    data : Mapping
+        The certificate.
+    """
+    system, proof = data["system"], data["proof"]
+    if system["kind"] != "transfer":
+        return dict(data)
+    A, b, c, d, _ = realised(system, Fraction(0))
+    given = {"b": [*map(str, b)], "c": [*map(str, c)], "d": str(d), "A": [[*map(str, row)] for row in A]}
+    own = {**data, "system": {"kind": "state-space", "time": system["time"], **given}}
+    if proof["method"] == "crossing":  # the gain is between two
+        own["proof"] = {"method": "crossing", "gain": str(sum(numbers(proof["gains"]), Fraction(0)) / 2)}
+    return own
 
 
 def gained_loop(data: Mapping[str, Any]) -> Gained:

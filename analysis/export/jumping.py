@@ -18,16 +18,17 @@ from flint import arb, arb_mat
 from lure.analysis.certificates.arithmetic import numbers
 from lure.analysis.certificates.blocks import coefficients, realised
 from lure.analysis.certificates.states import classes, gained
-from lure.analysis.export.gained import Rows, by_stays, gained_loop, whole_rows, within, within_proof
+from lure.analysis.export.gained import Rows, Words, by_stays, gained_loop, state_of, whole_rows, within, within_proof
 from lure.analysis.export.quadratic import Matrix, Vector
 from lure.analysis.export.switching import negative
-from lure.analysis.export.words import equations, folded, integers, reals, refused, whole_file
+from lure.analysis.export.words import folded, integers, number, reals, refused, whole_file
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import np
 
 LIBRARIES = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "steps.v", "jumps.v")
 PRECISIONS = (256, 512, 1024)
 TERMS = range(6, 41, 2)
+SLOWER = (0, 4, 7, 10, 14, 20, 28)  # how much slower than the fastest, as powers of two; 0: not at all
 STEP = 1.0  # times the largest eigenvalue
 DROP = 1 << 12
 MOST_ORDER, MOST_STAYS, MOST_STEPS = 6, 24, 400
@@ -46,12 +47,18 @@ class Stay:
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """Stays, how many terms, ``V' <= 0`` for so much room ``w``, and how far ``Q`` drops at least; a start."""
+    """Stays, the number of terms, the room ``w`` for ``V' <= 0``, and a start; all of ``A - slower``."""
 
     stays: list[Stay]
     terms: int
     room: int
     start: list[int]
+    slower: Fraction
+
+    @property
+    def test(self) -> str:
+        """The arguments of `stays_ok` before the stays."""
+        return f"{len(self.start)} {self.terms} {self.room} {DROP}"
 
 
 def growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> Growth:
@@ -69,7 +76,19 @@ def growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> Growth:
     counts = [max(1, math.ceil(float(v) * float(T) / STEP)) for v, T in zip(fast, times, strict=True)]
     if sum(counts) > MOST_STEPS:
         raise refused(f"its period is {sum(counts)} steps long; up to {MOST_STEPS} have an export")
-    steps = [T / k for T, k in zip(times, counts, strict=True)]
+    for power in SLOWER:
+        slower = Fraction(2) ** (math.frexp(float(max(fast)))[1] - power) if power else Fraction(0)
+        own = [[[v - slower * (i == j) for j, v in enumerate(row)] for i, row in enumerate(A)] for A in matrices]
+        found = _slower(own, [T / k for T, k in zip(times, counts, strict=True)], counts, slower)
+        if found is not None:
+            return found
+    raise refused("no forms of few enough digits were found that fall around the period of its gains")
+
+
+def _slower(
+    matrices: Sequence[Matrix], steps: Sequence[Fraction], counts: Sequence[int], slower: Fraction
+) -> Growth | None:
+    """The forms of ``A - slower``; none if they are not found, as where the product of two multipliers is 1."""
     room = max(1, round(DROP / min(steps)))
     for bits in PRECISIONS:
         with working_precision(bits):
@@ -83,8 +102,8 @@ def growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> Growth:
             stays.append(Stay(d=d, rows=rows, p=(h / d).numerator, q=(h / d).denominator, Q=Q))
         order = _terms(stays, room)
         if order:
-            return Growth(stays=stays, terms=order, room=room, start=start)
-    raise refused("no forms of few enough digits were found that fall around the period of its gains")
+            return Growth(stays=stays, terms=order, room=room, start=start, slower=slower)
+    return None
 
 
 def _around(
@@ -186,11 +205,14 @@ def jumping_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it is about a rate or a plant of another kind, or no forms of few enough steps were found.
     """
-    if data["system"]["kind"] != "transfer":
-        return _States(data).text(claim)
-    if "rate" in data:
-        raise refused("it is about a rate")
-    return _Polynomials(data).text(claim)
+    if data["system"]["kind"] == "transfer":
+        return _Polynomials(data).text(claim)
+    return jumping_words(data).text(claim, data["proof"]["method"])
+
+
+def jumping_words(data: Mapping[str, Any]) -> Words:
+    """The same of a plant in states."""
+    return _States(data).words()
 
 
 class _Jumps:
@@ -202,11 +224,6 @@ class _Jumps:
     def __init__(self, data: Mapping[str, Any], matrices: Sequence[Matrix]) -> None:
         self.times, self.method = numbers(data["proof"]["times"]), data["proof"]["method"]
         self.growth, self.n, self.p = growth(matrices, self.times), len(matrices[0]), len(self.times)
-
-    def whole(self, claim: str, theorem: Sequence[str]) -> str:
-        """The whole file."""
-        parts = ["\n".join(lines) for lines in (self.lists(), self.lemmas(), theorem)]
-        return whole_file(claim, f"counterexample, {self.method}", LIBRARIES, parts)
 
     def lists(self) -> list[str]:
         """Times, gains, stays and the start."""
@@ -232,7 +249,7 @@ class _Jumps:
             for j, stay in enumerate(growth.stays)
         ]
         return [
-            f"Lemma grow : stays_ok {self.n} {growth.terms} {growth.room} {DROP} stays = true.",
+            f"Lemma grow : stays_ok {growth.test} stays = true.",
             "Proof. vm_cast_no_check (eq_refl true). Qed.",
             "Lemma negative : qf (first_of (stay_at stays 0)) start < 0.",
             "Proof.",
@@ -249,7 +266,7 @@ class _Jumps:
 
     def opened(self) -> str:
         """The solution."""
-        sides = f"{self.n} {self.growth.terms} {self.growth.room} {DROP} start stays ltac:(discriminate) eq_refl"
+        sides = f"{number(self.growth.slower)} {self.growth.test} start stays ltac:(lra) ltac:(discriminate) eq_refl"
         found = "[x [jump [index [J0 [J [I [C [D U]]]]]]]]"
         return f"  destruct (in_turn {sides} grow negative) as {found}."
 
@@ -292,7 +309,8 @@ class _Polynomials(_Jumps):
 
     def text(self, claim: str) -> str:
         """The whole file."""
-        return self.whole(claim, [*self.statement(), *self.proof()])
+        parts = ["\n".join(lines) for lines in (self.lists(), self.lemmas(), [*self.statement(), *self.proof()])]
+        return whole_file(claim, f"counterexample, {self.method}", LIBRARIES, parts)
 
     def trimmed(self, stay: Stay) -> Rows:
         """Rows of a companion matrix, without the zeros at the end."""
@@ -320,20 +338,23 @@ class _Polynomials(_Jumps):
 
     def proof(self) -> list[str]:
         """Its proof."""
-        n = self.n
+        n, slow = self.n, self.growth.slower
         return [
             "Proof.",
             self.opened(),
             f"  set (last := fun t => let s := stay_at stays (index t) in dot (nth {n - 1} (rows_of s) [])"
-            f" (at_once {n} x t) / IZR (fst s)).",
+            f" (at_once {n} x t) / IZR (fst s) + {number(self.growth.slower)} * x {n - 1}%nat t).",
             f"  exists (fun t => repeated gains0 (index t)), (fun k => if (k <? {n})%nat then x k else last), jump.",
             *self.timed_proof(),
             "  split; [intros k t K; rewrite (proj2 (Nat.ltb_lt _ _) K); apply C|].",
             "  split; [intros k t K N; pose proof (D k t K N) as E; cbv zeta in E|].",
             f"  {{ rewrite (proj2 (Nat.ltb_lt _ _) K); destruct (Nat.eq_dec k {n - 1}) as [->|ne]; [exact E|].",
-            f"    rewrite (companion_row {n}) in E by (discriminate || reflexivity || lia).",
-            f"    rewrite (proj2 (Nat.ltb_lt (S k) {n})) by lia; unfold at_once, listed in E.",
-            "    rewrite nth_listed in E by lia; exact E. }",
+            f"    rewrite (proj2 (Nat.ltb_lt (S k) {n})) by lia.",
+            "    refine (derivable_same _ _ t _ _ (fun s => eq_refl) _ E).",
+            f"    pose proof (companion_row {n} {slow.numerator} {slow.denominator} stays (index t) k (at_once {n} x t)"
+            " ltac:(discriminate) eq_refl ltac:(lia)",
+            "      ltac:(unfold at_once; rewrite listed_length; lia)) as S0.",
+            "    unfold at_once, listed in S0 |- *; rewrite !nth_listed in S0 by lia; rewrite <- S0; lra. }",
             "  split; [|exact U].",
             "  intro t; unfold num, den; cbn [along length Nat.add Nat.ltb Nat.leb]; unfold last; cbv zeta.",
             "    unfold stay_at, repeated, at_once, listed.",
@@ -352,26 +373,17 @@ class _States(_Jumps):
         self.rows, self.bounds = self.loops.gains, self.loops.bounds
         super().__init__(data, self.loops.matrices)
 
-    def text(self, claim: str) -> str:
-        """The whole file."""
-        return self.whole(claim, [*self.statement(), *self.proof()])
+    def words(self) -> Words:
+        """The theorem and its proof."""
+        return Words(
+            libraries=LIBRARIES, loops=self.loops, parts=["\n".join(self.lists()), "\n".join(self.lemmas())],
+            kind="R -> R", gains=self.timed(), laws=[f"g{b} t *" for b in self.loops.block],
+            end=f"forall B, exists t, 0 <= t /\\ B < norm2 {state_of(self.n)}", proof=self.proof(), jumps=True,
+        )  # fmt: skip
 
     def lists(self) -> list[str]:
         """Values ``w`` of each stay beside the rest."""
         return [*super().lists(), self.loops.outputs()]
-
-    def statement(self) -> list[str]:
-        """What there is."""
-        m, state = len(self.loops.block), "; ".join(f"x {k}%nat t" for k in range(self.n))
-        said = equations(self.loops.loop, [f"g{b} t *" for b in self.loops.block])
-        flows = [text.replace("(forall t, ", "(forall t, (forall j, t <> jump j) -> ", 1) for text in said[m:]]
-        said = [*self.timed(), *said[:m], f"(forall k t, (k < {self.n})%nat -> continuity_pt (x k) t)", *flows]
-        return [
-            f"Theorem moves : exists ({' '.join(f'g{i}' for i in range(len(self.bounds)))} : R -> R)"
-            " (x w : nat -> R -> R) (jump : nat -> R),",
-            *(f"  {text} /\\" for text in said),
-            f"  forall B, exists t, 0 <= t /\\ B < norm2 [{state}].",
-        ]
 
     def proof(self) -> list[str]:
         """Its proof."""

@@ -313,7 +313,7 @@ Proof.
   apply (Rmult_lt_reg_l K); [exact Kp|]; assert (K * B <= K * Rabs B) by (apply Rmult_le_compat_l; lra); lra.
 Qed.
 
-Theorem in_turn : forall n m w D start ss, ss <> [] -> length start = n -> stays_ok n m w D ss = true ->
+Lemma in_turn_plain : forall n m w D start ss, ss <> [] -> length start = n -> stays_ok n m w D ss = true ->
   qf (first_of (stay_at ss 0)) start < 0 ->
   exists (x : nat -> R -> R) (jump : nat -> R) (index : R -> nat),
     jump O = 0 /\ (forall j, jump (S j) = jump j + lasts (stay_at ss j)) /\
@@ -416,7 +416,7 @@ Proof.
 Qed.
 
 (* One stay for all times. *)
-Theorem kept : forall n m w D s start, stays_ok n m w D [s] = true -> length start = n -> qf (first_of s) start < 0 ->
+Lemma kept_plain : forall n m w D s start, stays_ok n m w D [s] = true -> length start = n -> qf (first_of s) start < 0 ->
   exists x : nat -> R -> R,
     (forall k t, (k < n)%nat ->
       derivable_pt_lim (x k) t (dot (nth k (rows_of s) []) (at_once n x t) / IZR (fst s))) /\
@@ -446,17 +446,89 @@ Proof.
   - exists (INR j * T); split; [apply Rmult_le_pos; [apply pos_INR|exact Tp]|exact J].
 Qed.
 
-(* Of one channel: the rows of a companion matrix but the last. *)
-Definition companions (n : nat) (ss : list stay) : bool :=
-  forallb (fun s => forallb (fun k => same (nth k (rows_of s) []) (repeat 0%Z (S k) ++ [fst s])) (seq 0 (n - 1))) ss &&
-  forallb (fun s => (0 <? fst s)%Z) ss.
-Lemma companion_row : forall n ss j k z, ss <> [] -> companions n ss = true -> (S k < n)%nat ->
-  dot (nth k (rows_of (stay_at ss j)) []) z / IZR (fst (stay_at ss j)) = nth (S k) z 0.
+(* The same of A + e, e >= 0: e^(e t) times the solutions, which are not smaller. *)
+Lemma dot_scaled : forall c r z, dot r (map (Rmult c) z) = c * dot r z.
+Proof. intros c; induction r as [|a r IH]; intros [|y z]; cbn [dot map]; try ring; rewrite IH; ring. Qed.
+Lemma at_once_scaled : forall n (x : nat -> R -> R) (c : R -> R) t,
+  at_once n (fun k t => c t * x k t) t = map (Rmult (c t)) (at_once n x t).
+Proof. intros; unfold at_once, listed; now rewrite map_map. Qed.
+Lemma up_flow : forall e t, derivable_pt_lim (fun t => exp (e * t)) t (e * exp (e * t)).
 Proof.
-  intros n ss j k z some test K; unfold companions in test; apply andb_true_iff in test as [shape sign].
-  rewrite forallb_forall in shape, sign.
+  intros e t; apply (derivable_same (fun t => exp (e * t)) _ t (exp (e * t) * (e * 1))); [reflexivity|ring|].
+  apply (derivable_pt_lim_comp (fun t => e * t) exp); [|apply derivable_pt_lim_exp].
+  apply (derivable_pt_lim_scal id), derivable_pt_lim_id.
+Qed.
+Lemma up_solution : forall e n r d (z : nat -> R -> R) k t, derivable_pt_lim (z k) t (dot r (at_once n z t) / d) ->
+  derivable_pt_lim (fun t => exp (e * t) * z k t) t
+    (dot r (at_once n (fun k t => exp (e * t) * z k t) t) / d + e * (exp (e * t) * z k t)).
+Proof.
+  intros e n r d z k t D; rewrite at_once_scaled, dot_scaled.
+  apply (derivable_same (fun t => exp (e * t) * z k t) _ t
+    (e * exp (e * t) * z k t + exp (e * t) * (dot r (at_once n z t) / d))); [reflexivity|unfold Rdiv; ring|].
+  apply (derivable_pt_lim_mult (fun t => exp (e * t)) (z k)); [apply up_flow|exact D].
+Qed.
+Lemma up_endless : forall e n (z : nat -> R -> R), 0 <= e -> (forall B, exists t, 0 <= t /\ B < norm2 (at_once n z t)) ->
+  forall B, exists t, 0 <= t /\ B < norm2 (at_once n (fun k t => exp (e * t) * z k t) t).
+Proof.
+  intros e n z epos U B; destruct (U B) as [t [T H]]; exists t; split; [exact T|].
+  rewrite at_once_scaled, norm2_scaled; apply Rlt_le_trans with (1 := H).
+  assert (1 <= exp (e * t)).
+  { rewrite <- exp_0; destruct (Req_dec (e * t) 0) as [->|N]; [lra|left; apply exp_increasing].
+    assert (0 <= e * t) by now apply Rmult_le_pos. lra. }
+  pose proof (norm2_nonneg (at_once n z t)).
+  assert (1 * 1 <= exp (e * t) * exp (e * t)) by (apply Rmult_le_compat; lra).
+  rewrite <- (Rmult_1_l (norm2 (at_once n z t))) at 1; apply Rmult_le_compat_r; lra.
+Qed.
+Theorem in_turn : forall e n m w D start ss, 0 <= e -> ss <> [] -> length start = n -> stays_ok n m w D ss = true ->
+  qf (first_of (stay_at ss 0)) start < 0 ->
+  exists (x : nat -> R -> R) (jump : nat -> R) (index : R -> nat),
+    jump O = 0 /\ (forall j, jump (S j) = jump j + lasts (stay_at ss j)) /\
+    (forall j t, jump j <= t < jump (S j) -> index t = j) /\
+    (forall k t, continuity_pt (x k) t) /\
+    (forall k t, (k < n)%nat -> (forall j, t <> jump j) -> let s := stay_at ss (index t) in
+      derivable_pt_lim (x k) t (dot (nth k (rows_of s) []) (at_once n x t) / IZR (fst s) + e * x k t)) /\
+    (forall B, exists t, 0 <= t /\ B < norm2 (at_once n x t)).
+Proof.
+  intros e n m w D start ss epos some L test neg.
+  destruct (in_turn_plain n m w D start ss some L test neg) as [z [jump [index [J0 [J [I [C [F U]]]]]]]].
+  exists (fun k t => exp (e * t) * z k t), jump, index.
+  split; [exact J0|split; [exact J|split; [exact I|split; [|split]]]].
+  - intros k t; apply (continuity_pt_mult (fun t => exp (e * t)) (z k)); [|apply C].
+    apply derivable_continuous_pt; eexists; apply up_flow.
+  - intros k t K N s; apply up_solution, F; assumption.
+  - now apply up_endless.
+Qed.
+Theorem kept : forall e n m w D s start, 0 <= e -> stays_ok n m w D [s] = true -> length start = n ->
+  qf (first_of s) start < 0 -> exists x : nat -> R -> R,
+    (forall k t, (k < n)%nat ->
+      derivable_pt_lim (x k) t (dot (nth k (rows_of s) []) (at_once n x t) / IZR (fst s) + e * x k t)) /\
+    (forall B, exists t, 0 <= t /\ B < norm2 (at_once n x t)).
+Proof.
+  intros e n m w D s start epos test L neg; destruct (kept_plain n m w D s start test L neg) as [z [F U]].
+  exists (fun k t => exp (e * t) * z k t); split; [intros k t K; apply up_solution, F, K|now apply up_endless].
+Qed.
+
+(* Of one channel: the rows of a companion matrix but the last, e = p/q being subtracted. *)
+Definition companions (n : nat) (p q : Z) (ss : list stay) : bool :=
+  forallb (fun s => forallb (fun k => let c := nth k (nth k (rows_of s) []) 0%Z in
+    same (nth k (rows_of s) []) (repeat 0%Z k ++ [c; fst s]) && (c * q =? - (p * fst s))%Z) (seq 0 (n - 1))) ss &&
+  forallb (fun s => (0 <? fst s)%Z) ss && (0 <? q)%Z.
+Lemma companion_row : forall n p q ss j k z, ss <> [] -> companions n p q ss = true -> (S k < n)%nat ->
+  (S k < length z)%nat ->
+  dot (nth k (rows_of (stay_at ss j)) []) z / IZR (fst (stay_at ss j)) + IZR p / IZR q * nth k z 0 = nth (S k) z 0.
+Proof.
+  intros n p q ss j k z some test K L; unfold companions in test; rewrite !andb_true_iff in test.
+  destruct test as [[shape sign] qpos]; rewrite forallb_forall in shape, sign.
   assert (I : In (stay_at ss j) ss).
   { unfold stay_at; apply nth_In, Nat.mod_upper_bound; destruct ss; [contradiction|discriminate]. }
-  specialize (shape _ I); specialize (sign _ I); rewrite forallb_forall in shape; apply Z.ltb_lt, IZR_lt in sign.
-  rewrite (same_eq _ _ (shape k ltac:(apply in_seq; lia))), dot_place; field; lra.
+  specialize (shape _ I); specialize (sign _ I); rewrite forallb_forall in shape; apply Z.ltb_lt, IZR_lt in sign, qpos.
+  specialize (shape k ltac:(apply in_seq; lia)); cbv zeta in shape; set (c := nth k (nth k _ []) 0%Z) in shape.
+  apply andb_true_iff in shape as [E F]; rewrite (same_eq _ _ E), dot_pad; clearbody c; clear E.
+  apply Z.eqb_eq, (f_equal IZR) in F; rewrite opp_IZR, !mult_IZR in F.
+  assert (S0 : dot [c; fst (stay_at ss j)] (skipn k z) = IZR c * nth k z 0 + IZR (fst (stay_at ss j)) * nth (S k) z 0).
+  { revert z L; clear; induction k as [|k IH]; intros [|x [|y z]] L; cbn [length] in L; try lia.
+    - cbn [skipn dot nth]; ring.
+    - change (skipn (S k) (x :: y :: z)) with (skipn k (y :: z)); rewrite IH by (cbn; lia); reflexivity. }
+  rewrite S0; apply (Rmult_eq_reg_r (IZR q)); [|lra].
+  replace (IZR c) with (- (IZR p * IZR (fst (stay_at ss j))) / IZR q) by (rewrite <- F; field; lra); field; lra.
 Qed.

@@ -15,13 +15,13 @@ from typing import Any
 from lure.analysis.certificates.arithmetic import INF, eliminated
 from lure.analysis.certificates.channels import closed_loop
 from lure.analysis.certificates.frequencies import transfer
-from lure.analysis.export.gained import Gained, gained_loop, within
-from lure.analysis.export.jumping import DROP, growth, told
+from lure.analysis.export.gained import Gained, Words, gained_loop, state_of, within
 from lure.analysis.export.jumping import LIBRARIES as CONTINUOUS
+from lure.analysis.export.jumping import growth, told
 from lure.analysis.export.modes import Mode
 from lure.analysis.export.switching import LIBRARIES as DISCRETE
 from lure.analysis.export.switching import falling_forms, turned_ends, turned_proof
-from lure.analysis.export.words import equations, folded, integers, number, refused, whole_file
+from lure.analysis.export.words import folded, integers, number, reals, refused
 from lure.arrays import np
 from lure.errors import InputError
 
@@ -44,22 +44,38 @@ def members_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it has operators, memory or a rate, or no root and no form was found.
     """
+    return members_words(data).text(claim, data["proof"]["method"])
+
+
+def members_words(data: Mapping[str, Any]) -> Words:
+    """The theorem and its proof.
+
+    Parameters
+    ----------
+    data : Mapping
+        The certificate.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: see above.
+    """
     if "unlimited" in data["proof"]:
         raise refused("it is about a gain from w to z")
     loops = gained_loop(data)
     if len(loops.bounds) == len(loops.block):
         for j in range(len(loops.block)):
             with suppress(InputError):
-                return _Members(data, loops, j).text(claim)
-    return _Growing(data, loops).text(claim)
+                return _Members(loops, j).words()
+    return _in_steps(loops) if loops.plant.discrete else _in_time(loops)
 
 
 class _Members:
     """The words of one file, channel ``j`` being that whose gain is found."""
 
-    def __init__(self, data: Mapping[str, Any], loops: Gained, j: int) -> None:
+    def __init__(self, loops: Gained, j: int) -> None:
         H, self.loops, self.j, self.bounds = loops.plant, loops, j, loops.bounds
-        self.method, (self.gains,), self.discrete = data["proof"]["method"], loops.gains, H.discrete
+        (self.gains,), self.discrete = loops.gains, H.discrete
         n, m = len(H.A), len(H.D)
         closed = closed_loop(H, [[g * (i == k != j) for k in range(m)] for i, g in enumerate(self.gains)])
         if closed is None or any(low == -INF for low, _ in self.bounds):
@@ -79,30 +95,26 @@ class _Members:
         if found is None:
             raise refused("no channel alone moves all states")
         self.weights = [row[0] for row in found]
-        inner = {"kind": "transfer", "time": data["system"]["time"], "denominator": [str(c) for c in self.den[::-1]]}
+        time = "discrete" if H.discrete else "continuous"
+        inner = {"kind": "transfer", "time": time, "denominator": [str(c) for c in self.den[::-1]]}
         inner["numerator"] = [str(c) for c in self.sigma[j][::-1]]
         proof = {"method": "linear-gain", "gain": str(self.gains[j])}
         self.mode = Mode({"laws": loops.laws[j], "system": inner, "proof": proof}, several=len(loops.laws) > 1)
 
-    def text(self, claim: str) -> str:
-        """The whole file."""
+    def words(self) -> Words:
+        """The theorem and its proof."""
         n, m = len(self.loops.plant.A), len(self.bounds)
         lists = [(f"p{k}", p) for k, p in enumerate(self.states)]
         lists += [(f"q{i}", [g * c for c in self.sigma[i]]) for i, g in enumerate(self.gains) if i != self.j]
         lists.append(("mixture", self.weights[::-1]))
-        told = [folded(f"Definition {name} : list R := [{'; '.join(map(number, p[::-1]))}].") for name, p in lists]
+        told = "\n".join(reals(name, p[::-1]) for name, p in lists)
         own = self.mode.parts()
-        if "forall c" not in own[-1]:
-            raise refused("its gains have constant solutions alone, which have a limit")
-        inner = f"Module Inner.\n{chr(10).join(own)}\nEnd Inner."
+        self.rests = "forall c" not in own[-1]  # constant solutions alone, which have a limit, other than 0
+        inner, limit = f"Module Inner.\n{chr(10).join(own)}\nEnd Inner.", "Un_cv" if self.discrete else "tends_to"
+        end = f"~ (forall k, (k < {n})%nat -> {limit} (x k) {'0' if self.rests else '(c k)'})"
+        end = end if self.rests else f"forall c : nat -> R, {end}"
         libraries = ("forms.v", "flow.v", "frequencies.v", "modes.v", "members.v")
-        last = "\n".join([*self.statement(n), *self.proof(n, m)])
-        return whole_file(claim, f"counterexample, {self.method}", libraries, [inner, "\n".join(told), last])
-
-    def statement(self, n: int) -> list[str]:
-        """What there is."""
-        limit = "Un_cv" if self.discrete else "tends_to"
-        return [*_stated(self.loops), f"  forall c : nat -> R, ~ (forall k, (k < {n})%nat -> {limit} (x k) (c k))."]
+        return Words(libraries=libraries, parts=[inner, told], end=end, proof=self.proof(n, m), **_said(self.loops))
 
     def proof(self, n: int, m: int) -> list[str]:
         """Its proof."""
@@ -135,8 +147,11 @@ class _Members:
                 f"    - {simple}; lra.",
                 "    - apply along_flows; exact flow. }",
             ]
+        zero = "replace 0 with (limit_of mixture (fun _ => 0) 0) by (unfold mixture; cbn [limit_of]; ring)"
         lines += [
-            "  intros c lim; apply (never (limit_of mixture c 0)).",
+            f"  intro lim; apply never; {zero}."
+            if self.rests
+            else "  intros c lim; apply (never (limit_of mixture c 0)).",
             f"  apply ({same} (blend mixture (fun k => nth k [{x}] (fun _ => 0)) 0)).",
             f"  - intro t; unfold mixture, {opened}; cbn [blend nth {name} length Nat.add]; lra.",
             f"  - apply {lemma}; intros j J; apply lim; unfold mixture in J; cbn [length] in J; lia.",
@@ -145,75 +160,52 @@ class _Members:
         return lines
 
 
-def _stated(loops: Gained) -> list[str]:
-    """That there are constant gains of the classes and a solution."""
-    names = [f"g{b}" for b in range(len(loops.bounds))]
-    inside = [text for name, ends in zip(names, loops.bounds, strict=True) if (text := within(name, ends))]
-    moment = "nat" if loops.plant.discrete else "R"
-    return [
-        f"Theorem moves : exists ({' '.join(names)} : R) (x w : nat -> {moment} -> R),",
-        *(f"  {text} /\\" for text in (*inside, *equations(loops.loop, [f"g{b} *" for b in loops.block]))),
+def _said(loops: Gained) -> dict[str, Any]:
+    """What is said of constant gains."""
+    inside = [text for b, ends in enumerate(loops.bounds) if (text := within(f"g{b}", ends))]
+    return {"loops": loops, "kind": "R", "gains": inside, "laws": [f"g{b} *" for b in loops.block]}
+
+
+def _in_steps(loops: Gained) -> Words:
+    """By a form, in discrete time."""
+    found, (gains,) = falling_forms(loops.matrices), loops.gains
+    lists, said = [*found.told([integers(rows) for _, rows in found.next]), loops.outputs()], _said(loops)
+    proof = [*turned_proof(found, [*map(number, gains)]), *["  split; [lra|]."] * len(said["gains"])]
+    end = f"forall B, ~ (forall t, norm2 {state_of(len(found.start))} <= B)"
+    proof += turned_ends(loops, [])
+    return Words(libraries=DISCRETE, parts=["\n".join(lists)], end=end, proof=proof, **said)
+
+
+def _in_time(loops: Gained) -> Words:
+    """By a form, in continuous time."""
+    (A,), ((unit, rows),), (gains,), n = loops.matrices, loops.values, loops.gains, len(loops.plant.A)
+    fast = max(abs(np.linalg.eigvals(np.array([[float(v) for v in row] for row in A]))))
+    if not fast > 0:
+        raise refused("no channel alone moves all states, and no solution grows exponentially")
+    found, said = growth([A], [Fraction(2) ** -math.ceil(math.log2(float(fast)))]), _said(loops)
+    forms, stay = told(found.stays[0], 0, found.stays[0].rows)
+    lists = [
+        folded(f"Definition start : list R := {integers(found.start)}."),
+        folded(f"Definition outputs : list (list Z) := {integers(rows)}%Z."),
+        forms,
+        folded(f"Definition only : stay := {stay}%Z."),
+        f"Lemma grow : stays_ok {found.test} [only] = true.",
+        "Proof. vm_cast_no_check (eq_refl true). Qed.",
     ]
-
-
-class _Growing:
-    """The words of one file, by a form."""
-
-    def __init__(self, data: Mapping[str, Any], loops: Gained) -> None:
-        self.loops, self.method, self.n = loops, data["proof"]["method"], len(loops.plant.A)
-        (gains,) = loops.gains
-        self.gains = [number(g) for g in gains]
-        self.bounded = ["  split; [lra|]." for ends in loops.bounds if within("g", ends)]
-
-    def text(self, claim: str) -> str:
-        """The whole file."""
-        libraries, parts = self.in_steps() if self.loops.plant.discrete else self.in_time()
-        return whole_file(claim, f"counterexample, {self.method}", libraries, parts)
-
-    @property
-    def state(self) -> str:
-        """The state at a time."""
-        return "[" + "; ".join(f"x {k}%nat t" for k in range(self.n)) + "]"
-
-    def in_steps(self) -> tuple[tuple[str, ...], list[str]]:
-        """In discrete time."""
-        found = falling_forms(self.loops.matrices)
-        lists = [*found.told([integers(rows) for _, rows in found.next]), self.loops.outputs()]
-        lines = [*_stated(self.loops), f"  forall B, ~ (forall t, norm2 {self.state} <= B)."]
-        lines += [*turned_proof(found, self.loops, self.gains), *self.bounded, *turned_ends(self.loops, [])]
-        return DISCRETE, ["\n".join(lists), "\n".join(lines)]
-
-    def in_time(self) -> tuple[tuple[str, ...], list[str]]:
-        """In continuous time."""
-        (A,), ((unit, rows),), n = self.loops.matrices, self.loops.values, self.n
-        fast = max(abs(np.linalg.eigvals(np.array([[float(v) for v in row] for row in A]))))
-        if not fast > 0:
-            raise refused("no channel alone moves all states, and no solution grows exponentially")
-        found = growth([A], [Fraction(2) ** -math.ceil(math.log2(float(fast)))])
-        forms, stay = told(found.stays[0], 0, found.stays[0].rows)
-        test = f"{n} {found.terms} {found.room} {DROP}"
-        lists = [
-            folded(f"Definition start : list R := {integers(found.start)}."),
-            folded(f"Definition outputs : list (list Z) := {integers(rows)}%Z."),
-            forms,
-            folded(f"Definition only : stay := {stay}%Z."),
-            f"Lemma grow : stays_ok {test} [only] = true.",
-            "Proof. vm_cast_no_check (eq_refl true). Qed.",
-        ]
-        opened = "unfold at_once, listed, rows_of, only, outputs; cbn [seq map nth fst snd dot]; lra"
-        lines = [
-            *_stated(self.loops),
-            f"  forall B, exists t, 0 <= t /\\ B < norm2 {self.state}.",
-            "Proof.",
-            "  assert (neg : qf (first_of only) start < 0).",
-            "  { unfold first_of, only, forms0, start; cbn [fst snd hd qf dot]; lra. }",
-            f"  destruct (kept {test} only start grow eq_refl neg) as [x [F U]].",
-            f"  exists {', '.join(self.gains)}, x,",
-            f"    (fun i t => dot (nth i outputs []) (at_once {n} x t) / {unit}).",
-            *self.bounded,
-            *[f"  split; [intro t; {opened}|]."] * len(self.loops.block),
-        ]
-        for k in range(n):
-            same = f"refine (derivable_same _ _ t _ _ (fun s => eq_refl) _ (F {k}%nat t ltac:(lia)))"
-            lines.append(f"  split; [intro t; {same}; {opened}|].")
-        return CONTINUOUS, ["\n".join(lists), "\n".join([*lines, "  exact U.", "Qed."])]
+    opened = "unfold at_once, listed, rows_of, only, outputs; cbn [seq map nth fst snd dot]; lra"
+    same = "refine (derivable_same _ _ t _ _ (fun s => eq_refl) _ (F {0}%nat t ltac:(lia)))"
+    proof = [
+        "Proof.",
+        "  assert (neg : qf (first_of only) start < 0).",
+        "  { unfold first_of, only, forms0, start; cbn [fst snd hd qf dot]; lra. }",
+        f"  destruct (kept {number(found.slower)} {found.test} only start ltac:(lra) grow eq_refl neg) as [x [F U]].",
+        f"  exists {', '.join(map(number, gains))}, x,",
+        f"    (fun i t => dot (nth i outputs []) (at_once {n} x t) / {unit}).",
+        *["  split; [lra|]."] * len(said["gains"]),
+        *[f"  split; [intro t; {opened}|]."] * len(loops.block),
+        *(f"  split; [intro t; {same.format(k)}; {opened}|]." for k in range(n)),
+        "  exact U.",
+        "Qed.",
+    ]
+    end = f"forall B, exists t, 0 <= t /\\ B < norm2 {state_of(n)}"
+    return Words(libraries=CONTINUOUS, parts=["\n".join(lists)], end=end, proof=proof, **said)

@@ -12,9 +12,19 @@ from flint import fmpq, fmpq_mat
 from lure.analysis.certificates.arithmetic import INF, numbers
 from lure.analysis.certificates.blocks import coefficients
 from lure.analysis.certificates.states import classes
-from lure.analysis.export.gained import Gained, Rows, by_stays, gained_loop, whole_rows, within, within_proof
+from lure.analysis.export.gained import (
+    Gained,
+    Rows,
+    Words,
+    by_stays,
+    gained_loop,
+    state_of,
+    whole_rows,
+    within,
+    within_proof,
+)
 from lure.analysis.export.quadratic import Matrix, bilinear, nonnegative
-from lure.analysis.export.words import equations, folded, integers, number, reals, refused, whole_file
+from lure.analysis.export.words import folded, integers, number, reals, refused, whole_file
 from lure.arrays import np
 
 BITS = (24, 40, 64, 96, 128, 192)
@@ -42,9 +52,7 @@ def switched_text(data: Mapping[str, Any], claim: str) -> str:
     """
     system = data["system"]
     if system["kind"] != "transfer":
-        return _states_text(data, claim)
-    if "rate" in data:
-        raise refused("it is about a rate")
+        return turned_words(data).text(claim, data["proof"]["method"])
     family = classes(data["laws"])
     low, high = max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1])
     if INF in (abs(low), abs(high)):
@@ -210,30 +218,28 @@ def _scales(Q: list[Rows], steps: list[tuple[int, Rows]], n: int) -> tuple[int, 
 # The same of a plant in states.
 
 
-def _states_text(data: Mapping[str, Any], claim: str) -> str:
-    """The file of a plant that is given by matrices."""
+def turned_words(data: Mapping[str, Any]) -> Words:
+    """The file of a plant that is given by matrices.
+
+    Parameters
+    ----------
+    data : Mapping
+        The certificate.
+    """
     loops = gained_loop(data)
-    found, m = falling_forms(loops.matrices), len(loops.bounds)
-    lists = [f"gains{i}" for i in range(m)]
-    said = [f"(forall t, {text})" for i, ends in enumerate(loops.bounds) if (text := within(f"g{i} t", ends))]
-    said += equations(loops.loop, [f"g{b} t *" for b in loops.block])
-    state = "; ".join(f"x {k}%nat t" for k in range(len(found.start)))
+    found, lists = falling_forms(loops.matrices), [f"gains{i}" for i in range(len(loops.bounds))]
     parts = [reals(name, list(side)) for name, side in zip(lists, zip(*loops.gains, strict=True), strict=True)]
-    lines = [
-        f"Theorem moves : exists ({' '.join(f'g{i}' for i in range(m))} : nat -> R) (x w : nat -> nat -> R),",
-        *(f"  {text} /\\" for text in said),
-        f"  forall B, ~ (forall t, norm2 [{state}] <= B).",
-        "Proof.",
-        *turned_proof(found, loops, [f"(repeated {name})" for name in lists]),
-        *within_proof(loops.bounds),
-        *turned_ends(loops, lists),
-    ]
     parts += [*found.told([integers(rows) for _, rows in found.next]), loops.outputs()]
-    origin = f"counterexample, {data['proof']['method']}"
-    return whole_file(claim, origin, LIBRARIES, ["\n".join(parts), "\n".join(lines)])
+    first = turned_proof(found, [f"(repeated {name})" for name in lists])
+    return Words(
+        libraries=LIBRARIES, loops=loops, parts=["\n".join(parts)], kind="nat -> R",
+        gains=[f"(forall t, {text})" for i, ends in enumerate(loops.bounds) if (text := within(f"g{i} t", ends))],
+        laws=[f"g{b} t *" for b in loops.block], end=f"forall B, ~ (forall t, norm2 {state_of(len(found.start))} <= B)",
+        proof=[*first, *within_proof(loops.bounds), *turned_ends(loops, lists)],
+    )  # fmt: skip
 
 
-def turned_proof(found: Falling, loops: Gained, gains: Sequence[str]) -> list[str]:
+def turned_proof(found: Falling, gains: Sequence[str]) -> list[str]:
     """The beginning of a proof by forms that fall, in discrete time: the gains, the states and the values."""
     n = len(found.start)
     row = f"nth (t mod {len(found.Q)})%nat values (1%Z, [])"

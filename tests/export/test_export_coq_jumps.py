@@ -46,6 +46,13 @@ def of_two():
     return refuted_by(TWO, [["3", "1"], ["0", "-1/2"]], method="switched-gains", **times)
 
 
+def undamped():
+    """``x'' + g x = 0``: the product of the multipliers is 1."""
+    system = STATES | {"A": [["0", "1"], ["0", "0"]]}
+    times = {"times": ["3/4", "3/2"], "squarings": 6, "bits": 128}
+    return refuted_by(system, ["3", "1"], method="switched-gain", **times)
+
+
 def in_steps():
     gains = [["3/2", "1/10"], ["0", "-1/10"], ["3/2", "0"]]
     return refuted_by(STEPS, gains, method="switched-gains", squarings=4, bits=96)
@@ -141,6 +148,7 @@ SIGN = ("(-1) * x 0%nat t + (-1) * w 0%nat t", "(-1) * x 0%nat t + 1 * w 0%nat t
     [
         (in_states, [("(-1 / 10) * x 1%nat t + (-1) * w 0", "(1 / 10) * x 1%nat t + (-1) * w 0")]),
         (of_two, [("(-1 / 10) * w 0%nat t))", "(1 / 10) * w 0%nat t))"), ("(-1) <= g1 t <= 1", "0 <= g1 t <= 1")]),
+        (undamped, [("(in_turn (1 / 8)", "(in_turn (-1 / 8)")]),
         (in_steps, [("(-1 / 5) * w 0%nat t))", "(1 / 5) * w 0%nat t))"), ("[-147; 40]", "[-147; -40]")]),
         (apart, [SIGN, ("0 <= g0 <= 3", "0 <= g0 <= 1"), ("list triangle := [[(-", "list triangle := [[(")]),
         (apart_in_steps, [("(1 / 2) * x 0%nat t + (-1) * w", "(1 / 2) * x 0%nat t + 1 * w")]),
