@@ -2,18 +2,19 @@
 
     python benchmarks/mutants.py --draw 180 --seed 3 --seconds 3000
     python benchmarks/mutants.py --area checkers --only second.windows --draw 20 --tests "certificate_*windows"
+    python benchmarks/mutants.py --area first --only certificates.gains --draw 40 --each 60
     python benchmarks/mutants.py --only lure.analysis.questions.search:_try --draw 1000
 
 Operators as in ``notebooks/notes/0009-mutants-of-the-checker.md``, and the branches of a conditional exchanged.  Once,
 and again when a module or a test file has changed, it is noted which lines of these modules each test reaches, and how
-long it takes (``build/mutants``).  A mutant gets its code in a forked process in which no function remembers anything;
-the tests that reach its line run there, the quickest first, until one fails; the longest are left out where all need
-more than ``--each`` seconds.  The draw takes the modules in turn.
+long it takes (``build/mutants``).  The tests are collected once; a mutant gets its code in a forked process in which no
+function remembers anything, and the tests that reach its line run there, the quickest first, until one fails; the
+longest are left out where all need more than ``--each`` seconds.  The draw takes the modules in turn.
 
 Two things are said of each mutant: whether it ``changes`` a verdict, a class or a number of one of the probes,
 everything that is said of them compared word by word (the words of ``TOLD`` and numbers, no layout); and whether it is
-``killed``.  One that changes none of these and lives is for a reader to judge.  Of the checkers (``--area checkers``)
-only the second is asked.
+``killed``.  One that changes none of these and lives is for a reader to judge.  Of the checkers (``--area checkers``,
+``--area first``) only the second is asked.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import importlib
 import inspect
 import itertools
 import json
+import math
 import os
 import pkgutil
 import random
@@ -144,11 +146,11 @@ class Area:
 
 
 _CERTIFICATES = "lure.analysis.certificates"
+_OF_FIRST = tuple(f"{_CERTIFICATES}.{name}" for name in _FIRST.split())
 AREAS = {
     "above": Area(ROOMS, tuple(_ABOVE.split()), probes=True),
-    "checkers": Area(
-        (*(f"{_CERTIFICATES}.{name}" for name in _FIRST.split()), f"{_CERTIFICATES}.second"), _OF_CHECKERS
-    ),
+    "first": Area(_OF_FIRST, _OF_CHECKERS),
+    "checkers": Area((*_OF_FIRST, f"{_CERTIFICATES}.second"), _OF_CHECKERS),
 }
 
 
@@ -321,22 +323,30 @@ class Watch:
         self.seconds: dict[str, float] = {}
         self.reached: dict[str, set[tuple[str, int]]] = {}
         self._now: set[tuple[str, int]] = set()
+        self._left: dict[CodeType, set[int]] = {}
 
     def _call(self, frame: FrameType, _event: str, _arg: object) -> object:
-        module = self.files.get(frame.f_code.co_filename)
+        code = frame.f_code
+        module = self.files.get(code.co_filename)
         if module is None:
             return None
+        if code not in self._left:
+            self._left[code] = {number for _, _, number in code.co_lines() if number}
+        left = self._left[code]
 
         def line(frame: FrameType, event: str, _arg: object) -> object:
-            if event == "line":
+            if event == "line" and frame.f_lineno in left:
                 self._now.add((module, frame.f_lineno))
+                left.remove(frame.f_lineno)
+                frame.f_trace_lines = bool(left)
             return line
 
-        return line
+        return line if left else None
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> Iterator[None]:
         """Note what the fixtures reach."""
+        clear_caches(tuple(self.files.values()))
         begun = time.process_time()
         yield from self._watched(item.nodeid.partition("::")[0])
         self.seconds[item.nodeid] = time.process_time() - begun
@@ -350,7 +360,7 @@ class Watch:
         self.seconds[item.nodeid] = setup + time.process_time() - begun
 
     def _watched(self, key: str) -> Iterator[None]:
-        self._now = self.reached.setdefault(key, set())
+        self._now, self._left = self.reached.setdefault(key, set()), {}
         sys.settrace(self._call)
         try:
             return (yield)
@@ -392,15 +402,28 @@ def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()[:16]
 
 
-class Chosen:
-    """A plugin that runs these tests in this order and no others."""
+class Collected:
+    """A plugin that collects the tests, does some work in their place, and runs tests in an order of its own."""
 
-    def __init__(self, names: list[str]) -> None:
-        self.place = {name: i for i, name in enumerate(names)}
+    def __init__(self, work: Callable[[], None]) -> None:
+        self.work = work
+        self.session: pytest.Session
 
-    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Leave the others out."""
-        items[:] = sorted((i for i in items if i.nodeid in self.place), key=lambda item: self.place[item.nodeid])
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Do the work."""
+        self.session = session
+        self.work()
+        return True
+
+    def run(self, names: list[str]) -> int:
+        """1 when one of these tests fails, which is the last to run, otherwise 0."""
+        found = {item.nodeid: item for item in self.session.items}
+        items = [found[name] for name in names]
+        for item, after in itertools.zip_longest(items, items[1:]):
+            item.config.hook.pytest_runtest_protocol(item=item, nextitem=after)
+            if self.session.testsfailed:
+                return 1
+        return 0
 
 
 # what is said of the probes -------------------------------------------------------------------------------------------
@@ -469,18 +492,33 @@ class Runner:
 
     def __init__(self, area: str, names: tuple[str, ...], each: float, tests: tuple[str, ...]) -> None:
         asked = replace(AREAS[area], named=tests or AREAS[area].named)
-        self.each, self.probes, files = each, asked.probes, asked.tests
-        self.whole = files if tests else ()
-        self.tests = {} if tests else reach(names, files, CACHE / area)
+        self.each, self.probes, self.names, self.files = each, asked.probes, names, asked.tests
+        self.tests = reach(names, self.files, CACHE / area)
         self.rods = rods() if self.probes else {}
         self.base = said(self.rods) if self.probes else []
-        self.fixtures = dict.fromkeys(files, 0.0)  # [s] before the first test of a file
+        self.fixtures = dict.fromkeys(self.files, 0.0)  # [s] before the first test of a file
         for name, (seconds, _) in self.tests.items():
             file = name.partition("::")[0]
             if 'scope="module"' in (ROOT / file).read_text("utf-8"):
                 self.fixtures[file] = max(self.fixtures[file], seconds)
-        pytest.main([*QUIET[1:], "--collect-only", "-q", *files])  # imported once for all processes
-        clear_caches(names)
+        self.collected = Collected(lambda: None)
+
+    def judge(self, found: list[Mutant], end: float) -> Counter[tuple[str, str]]:
+        """Judge mutants, print what is found, and count it; until some time is over."""
+        counts: Counter[tuple[str, str]] = Counter()
+
+        def work() -> None:
+            clear_caches(self.names)
+            for mutant in found:
+                if time.monotonic() > end:
+                    break
+                changes, how = self.judged(mutant)
+                counts[changes, how.partition(" (")[0]] += 1
+                print(f"{changes}, {how}  {mutant}", flush=True)
+
+        self.collected = Collected(work)
+        pytest.main([*QUIET, "-q", "-s", *self.files], plugins=[self.collected])
+        return counts
 
     def judged(self, mutant: Mutant) -> tuple[str, str]:
         """Whether a mutant changes what the probes are told, and what the tests say of it."""
@@ -502,31 +540,21 @@ class Runner:
         return self.tests[name][0] + self.fixtures[name.partition("::")[0]]
 
     def _tested(self, module: ModuleType, tree: ast.Module, mutant: Mutant) -> str:
-        if self.whole:
-
-            def run_all() -> int:
-                patched(module, tree)
-                return int(pytest.main([*QUIET, *self.whole]))
-
-            status = apart(run_all, 5 + 3 * self.each)
-            return {None: "timed out", 0: "alive", 1: "killed"}.get(status, f"status {status}")
         lines = {(mutant.module, line) for line in mutant.lines}
         found = sorted((self.cost(name), name) for name, (_, seen) in self.tests.items() if lines & seen)
         if not found:
             return "not reached"
-        total = list(itertools.accumulate(self.tests[name][0] for _, name in found))
-        quick = max(sum(time <= 2 for time in total), 1)
-        fit = max(sum(time <= self.each for time in total), quick)
-        for part in ([name for _, name in found[:quick]], [name for _, name in found[quick:fit]]):
+        total = itertools.accumulate(self.tests[name][0] for _, name in found)
+        fit = max(sum(time <= self.each for time in total), 1)
+        # those of a file one after another where they cost about as much, so that fixtures are made once
+        names = [name for _, name in sorted(found[:fit], key=lambda one: (round(math.log2(one[0] + 0.01)), one[1]))]
 
-            def run(names: list[str] = part) -> int:
-                patched(module, tree)
-                files = sorted({name.partition("::")[0] for name in names})
-                return int(pytest.main([*QUIET, *files], plugins=[Chosen(names)]))
+        def run() -> int:
+            return self.collected.run(names) if mutant.function in patched(module, tree) else 8
 
-            status = apart(run, 60 + 5 * self.each) if part else 0
-            if status != 0:
-                return {None: "timed out", 1: "killed"}.get(status, f"status {status}")
+        status = apart(run, 60 + 5 * self.each)
+        if status != 0:
+            return {None: "timed out", 1: "killed", 8: "not put in place"}.get(status, f"status {status}")
         return "alive" if fit == len(found) else f"alive ({len(found) - fit} of {len(found)} tests left out)"
 
 
@@ -572,7 +600,7 @@ def main() -> int:
     parser.add_argument("--each", type=float, default=20, help="of CPU for the tests of one mutant")
     parser.add_argument("--only", action="append", help="module, module:function, or module:what is printed")
     parser.add_argument(
-        "--tests", action="append", help="files of tests, such as certificate_*, run whole: for few mutants"
+        "--tests", action="append", help="files of tests, such as certificate_*; of more than these otherwise"
     )
     given = parser.parse_args()
     end = time.monotonic() + given.seconds
@@ -580,14 +608,7 @@ def main() -> int:
     sys.path.insert(0, str(ROOT))
     names = modules(given.area)
     found = [one for only in given.only or [""] for one in drawn(names, only, given.seed)[given.skip : given.draw]]
-    runner = Runner(given.area, names, given.each, tuple(given.tests or ()))
-    counts: Counter[tuple[str, str]] = Counter()
-    for mutant in found:
-        if time.monotonic() > end:
-            break
-        changes, how = runner.judged(mutant)
-        counts[changes, how.partition(" (")[0]] += 1
-        print(f"{changes}, {how}  {mutant}", flush=True)
+    counts = Runner(given.area, names, given.each, tuple(given.tests or ())).judge(found, end)
     print(f"{len(found)} mutants drawn, {sum(counts.values())} looked at: {dict(counts)}")
     return 0
 
