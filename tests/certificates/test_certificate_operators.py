@@ -7,7 +7,7 @@ from importlib import resources
 
 import jsonschema
 import pytest
-from handwritten import nonlinearities
+from handwritten import draft, loop, nonlinearities, operator
 from tampering import assert_both_reject, edited
 
 from lure import Diagonal, NonlinearityClass, as_plant, max_sector
@@ -21,22 +21,6 @@ ATTRACTS, GAIN = "0 attracts every motion", "the L2 gain from w to z is at most 
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 UNLIMITED = "no L2 gain from w to z is finite for all loops of the class"
 EXCEEDED = "the L2 gain from w to z is above gamma in a loop of the class"
-
-
-def operator(kind, bound):
-    return nonlinearities(-F(bound), bound, operator=kind, time_varying=kind != "linear time-invariant")
-
-
-def loop(A, B, C, D, time="continuous"):
-    sides = {name: [[str(v) for v in row] for row in side] for name, side in zip("ABCD", (A, B, C, D), strict=True)}
-    return {"kind": "multivariable", "time": time, **sides}
-
-
-def draft(system, channels, theorem, multiplier, proof, repeated=False):
-    laws = {"channels": channels, "repeated": repeated}
-    verdict = "REFUTED" if theorem == "counterexample" else "PROVED"
-    found = {"verdict": verdict, "system": system, "laws": laws, "theorem": theorem, "proof": proof}
-    return found | ({} if verdict == "REFUTED" else {"multiplier": multiplier})
 
 
 # x' = -x + mu, sigma = x: |H| = 1/|1 + i omega| <= 1.  V = x^2, lambda = 1/2, r = 9/10: -V' - (r^2 x^2 - mu^2) is

@@ -96,3 +96,19 @@ def rod(k="1/5000", cells=10):
     """The rod of the paper: Z = 1.2 N s/m, Z^2 = 36/25."""
     found = {"kind": "rod", "E": "288000000", "rho": "8", "L": "1", "A": "1/40000", "k": k}
     return {**found, "kind": "rod-scheme", "cells": cells} if cells else found
+
+
+def operator(kind, bound):
+    return nonlinearities(-F(bound), bound, operator=kind, time_varying=kind != "linear time-invariant")
+
+
+def loop(A, B, C, D, time="continuous"):
+    sides = {name: [[str(v) for v in row] for row in side] for name, side in zip("ABCD", (A, B, C, D), strict=True)}
+    return {"kind": "multivariable", "time": time, **sides}
+
+
+def draft(system, channels, theorem, multiplier, proof, repeated=False):
+    laws = {"channels": channels, "repeated": repeated}
+    verdict = "REFUTED" if theorem == "counterexample" else "PROVED"
+    found = {"verdict": verdict, "system": system, "laws": laws, "theorem": theorem, "proof": proof}
+    return found | ({} if verdict == "REFUTED" else {"multiplier": multiplier})
