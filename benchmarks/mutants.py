@@ -551,7 +551,7 @@ class Runner:
         def run() -> int:
             return self.collected.run(names) if mutant.function in patched(module, tree) else 8
 
-        status = apart(run, 60 + 5 * self.each)
+        status = apart(run, 20 + 2 * self.each)
         if status != 0:
             return {None: "timed out", 1: "killed", 8: "not put in place"}.get(status, f"status {status}")
         return "alive" if fit == len(found) else f"alive ({len(found) - fit} of {len(found)} tests left out)"
