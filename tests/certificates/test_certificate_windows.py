@@ -4,11 +4,15 @@ import copy
 import json
 from fractions import Fraction as F
 
+import numpy as np
 import pytest
+from handwritten import nonlinearities, operator
 from tampering import assert_both_reject, edited
 
 from lure import SlopeBounds, as_plant
 from lure.analysis import certify, max_slope
+from lure.analysis.certificates import channels, windows
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.certify import ProofOptions
@@ -89,3 +93,134 @@ def test_an_unstable_mode_that_the_inequality_does_not_see_is_rejected(found):
     grown["proof"]["P"][n][n] = unit.removeprefix("-")
     assert isinstance(check(json.dumps(grown), draft=True), Proved)
     assert recheck(json.dumps({**grown, **check(json.dumps(grown), draft=True).certificate})).accepted
+
+
+def numbers(rows):
+    return [[F(v) for v in row] for row in rows]
+
+
+# rows and columns add up to 0 at least; ``summed``: entries of one distance in time are taken together.  At rate 1/2
+# 1 beside the diagonal weighs 2 in the row of the earlier sample and 1/2 in the column where sums are taken, and (k, l)
+# weighs 2^(k + l) where none are
+@pytest.mark.parametrize(
+    ("Q", "count", "options", "holds"),
+    [
+        ([["1"]], 1, {}, True),
+        ([["-1/9"]], 1, {}, False),
+        ([["1", "-1"], ["0", "1"]], 1, {}, True),
+        ([["9/10", "-1"], ["0", "2"]], 1, {}, False),
+        ([["2", "-1"], ["0", "9/10"]], 1, {}, False),
+        ([["2", "-1"], ["-1", "1"]], 1, {}, True),
+        ([["1", "1/9"], ["0", "1"]], 1, {}, False),
+        ([["1", "1"], ["1", "1"]], 1, {"odd": True}, True),
+        ([["1", "1"], ["11/10", "2"]], 1, {"odd": True}, False),
+        ([["1", "-1"], ["0", "0"]], 1, {}, False),
+        ([["1", "-1"], ["0", "0"]], 1, {"summed": True}, True),
+        ([["1/2", "-1"], ["0", "1/2"]], 1, {"summed": True}, True),
+        ([["1", "-1"], ["-1/9", "0"]], 1, {"summed": True}, False),
+        ([["1", "-1"], ["1", "0"]], 1, {"summed": True}, False),  # not of one distance
+        ([["1", "1"], ["-1", "1"]], 1, {"summed": True, "odd": True}, True),
+        ([["1", "1"], ["-1", "0"]], 1, {"summed": True, "odd": True}, False),
+        # two channels, one and two samples
+        ([["1", "-1"], ["0", "1"]], 2, {"summed": True}, True),
+        ([["1", "-1"], ["0", "9/10"]], 2, {"summed": True}, False),
+        ([["1", "0", "0", "-1"], ["0", "1", "0", "0"], ["0"] * 4, ["0"] * 4], 2, {"summed": True}, True),
+        ([["1", "0", "0", "-1"], ["0", "9/10", "0", "0"], ["0"] * 4, ["0"] * 4], 2, {"summed": True}, False),
+        ([["1", "-1", "0", "0"], ["0", "1", "0", "0"], ["0", "0", "0", "1/9"], ["0"] * 4], 2, {"summed": True}, True),
+        # at a rate
+        ([["2", "-1"], ["0", "0"]], 1, {"summed": True, "rate": F(1, 2)}, True),
+        ([["19/10", "-1"], ["0", "0"]], 1, {"summed": True, "rate": F(1, 2)}, False),
+        ([["2", "0"], ["-1", "0"]], 1, {"summed": True, "rate": F(1, 2)}, True),
+        ([["19/10", "0"], ["-1", "0"]], 1, {"summed": True, "rate": F(1, 2)}, False),
+        ([["2", "-1"], ["0", "1/2"]], 1, {"rate": F(1, 2)}, True),
+        ([["19/10", "-1"], ["0", "1/2"]], 1, {"rate": F(1, 2)}, False),
+        ([["2", "-1"], ["0", "49/100"]], 1, {"rate": F(1, 2)}, False),
+        ([["2", "-1", "0", "0"], ["0", "2", "0", "0"], ["0"] * 4, ["0"] * 4], 2, {"rate": F(1, 2)}, True),
+        ([["1", "-1", "0", "0"], ["0", "1", "0", "0"], ["0"] * 4, ["0"] * 4], 2, {"rate": F(1, 2)}, True),
+    ],
+)
+def test_forms_are_doubly_dominant(Q, count, options, holds):
+    options = {"summed": False, "odd": False} | options
+    if holds:
+        windows.dominant(numbers(Q), count, **options)
+        return
+    with pytest.raises(Rejected):
+        windows.dominant(numbers(Q), count, **options)
+
+
+SLOPE, RELU = nonlinearities(0, 1, slope=True), nonlinearities(0, 1, slope=True, relu=True)
+ROWS = [["2", "-1"], ["0", "1"]]
+KNOWN = {"kind": "monotone", "channels": [1], "rows": ROWS}
+
+
+def forms(given, classes, samples=2, summed=False, repeated=False):
+    asked = channels.channels({"channels": classes, "repeated": repeated}, len(classes))
+    return windows.coupled(given, asked, samples, summed)
+
+
+# w'M w for w = (u, v): 2 u'Q v; rising 2 u'Q (u + v); falling 2 v'Q (u + v)
+@pytest.mark.parametrize(
+    ("kind", "law", "value", "bounds"),
+    [
+        ("monotone", SLOPE, lambda u, Q, v: 2 * u @ Q @ v, (0, 1)),
+        ("odd", SLOPE | {"odd": True}, lambda u, Q, v: 2 * u @ Q @ v, (0, 1)),
+        ("rising", nonlinearities(0, 2, slope=["0", "inf"]), lambda u, Q, v: 2 * u @ Q @ (u + v), (0, 2)),
+        ("falling", nonlinearities(0, 2, slope=["-inf", "2"]), lambda u, Q, v: 2 * v @ Q @ (u + v), (0, 2)),
+        ("sector", nonlinearities(0, 2), lambda u, Q, v: 2 * u @ np.diag([2, 1]) @ v, (0, 2)),
+    ],
+)
+def test_what_a_form_is_of(kind, law, value, bounds):
+    rows = [["2", "0"], ["0", "1"]] if kind == "sector" else ROWS
+    ((where, M),), ends = forms([{"kind": kind, "channels": [1], "rows": rows}], [law])
+    M, Q = np.array(M, dtype=float), np.array([[2, -1], [0, 1]])
+    assert (where, ends) == ([0], [bounds])
+    assert np.array_equal(M, M.T)
+    for w in np.random.default_rng(1).normal(size=(5, 4)):
+        assert w @ M @ w == pytest.approx(value(w[:2], Q, w[2:]))
+
+
+@pytest.mark.parametrize(
+    ("given", "classes", "options"),
+    [
+        ([KNOWN, KNOWN], [SLOPE], {}),
+        ([KNOWN | {"channels": [1, 1]}], [SLOPE], {}),
+        ([KNOWN | {"channels": [2]}], [SLOPE], {}),
+        ([KNOWN | {"channels": []}], [SLOPE], {}),
+        ([KNOWN | {"rows": ROWS[:1]}], [SLOPE], {}),
+        ([KNOWN | {"kind": "even"}], [SLOPE], {}),
+        ([KNOWN | {"kind": "odd"}], [SLOPE], {}),
+        ([KNOWN], [nonlinearities(0, 1)], {}),  # no slopes
+        ([KNOWN], [nonlinearities(0, "inf", slope=["0", "inf"])], {}),
+        ([KNOWN], [SLOPE | {"time_varying": True}], {}),
+        ([KNOWN], [SLOPE | {"regularity": "any"}], {}),
+        ([KNOWN], [operator("any", 1)], {}),
+        ([KNOWN | {"kind": "rising"}], [nonlinearities(0, 2, slope=["-1", "2"])], {}),
+        ([KNOWN | {"kind": "falling"}], [nonlinearities(0, 2, slope=["0", "3"])], {}),
+        ([KNOWN | {"kind": "odd rising"}], [nonlinearities(0, 2, slope=["0", "3"])], {}),
+        ([KNOWN | {"kind": "sector"}], [SLOPE], {}),  # an entry beside the diagonal
+        ([KNOWN | {"kind": "sector", "rows": [["-1", "0"], ["0", "1"]]}], [SLOPE], {}),
+        ([], [nonlinearities(0, "inf")], {}),
+        ([KNOWN | {"channels": [1, 2]}], [SLOPE] * 2, {"samples": 1}),  # two functions
+        ([KNOWN | {"rows": [["1", "-1"], ["0", "0"]]}], [SLOPE], {}),
+        ([{"kind": "relu", "channels": [1], "rows": [["0"], ["0", "0"]]}], [SLOPE], {"samples": 1}),
+        ([{"kind": "relu", "channels": [1], "rows": [["0"], ["0", "0"]]}], [RELU], {"samples": 1, "summed": True}),
+        ([{"kind": "relu", "channels": [1], "rows": [["-1"], ["0", "0"]]}], [RELU], {"samples": 1}),
+        ([{"kind": "relu", "channels": [1], "rows": [["0"], ["0", "-1"]]}], [RELU], {"samples": 1}),
+        ([{"kind": "relu", "channels": [1], "rows": [["0"], ["0", "0"], ["1", "1", "0"], ["0"] * 4]}], [RELU], {}),
+        ([{"kind": "relu", "channels": [1], "rows": [["0"], ["0", "0"], ["0"] * 3, ["1", "0", "0", "0"]]}], [RELU], {}),
+    ],
+)
+def test_forms_that_may_be_negative_are_refused(given, classes, options):
+    with pytest.raises((Rejected, Malformed)):
+        forms(given, classes, **options)
+
+
+def test_forms_of_several_channels_and_rectifiers_are_taken():
+    one = {"channels": [1, 2], "rows": [["1", "-1"], ["0", "1"]]}
+    assert forms([KNOWN | one], [SLOPE] * 2, samples=1, repeated=True)[1] == [(0, 1)] * 2
+    both = [KNOWN | {"kind": "sector", "rows": [["1", "0"], ["0", "1"]]}, KNOWN | {"kind": "rising"}]
+    assert len(forms(both, [SLOPE])[0]) == 2
+    # u >= 0 >= v and u_k v_k = 0: any entry of (k, p + k), else of its sign
+    rows = [["1"], ["1", "1"], ["5", "-1", "1"], ["-1", "-5", "1", "1"]]
+    ((_, M),), _ = forms([{"kind": "relu", "channels": [1], "rows": rows}], [RELU])
+    assert M[3] == [-1, -5, 1, 1]
