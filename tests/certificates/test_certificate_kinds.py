@@ -204,3 +204,29 @@ def test_with_an_eigenvalue_0_at_the_lower_bounds_0_attracts_nothing(name, funct
         expected |= dict.fromkeys(VARYING, BOUNDED) | dict.fromkeys(MEMORY, CONVERGES)
         expected |= {"performance": GAIN, "delay": ATTRACTS}  # which is shifted by 1
     assert found == expected
+
+
+# x' = mu is at rest wherever mu = 0, and no theorem here serves play and stop then; of a delay of 1 < pi/2 0 attracts
+@pytest.mark.parametrize("name", ["diagonal-circle everywhere", "matrix-zames-falb"])
+def test_with_an_eigenvalue_0_play_and_stop_are_refused(name):
+    assert served(name, {("system", "A"): [["0"]]}) == {"delay": ATTRACTS}
+
+
+@pytest.mark.parametrize("name", [name for name in PROOFS if "popov" in name or "determinant" in str(PROOFS[name][2])])
+def test_theorems_of_one_time_are_refused_for_the_other(name):
+    other = {str(LAG): MAP, str(MAP): LAG}[str(PROOFS[name][0])]
+    assert served(name, {("system",): other}) == {}
+
+
+def test_no_operator_stands_beside_a_matrix_that_depends_on_a_gain():
+    system, plain = loop([[-3, 0], [0, -3]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]), KINDS["sector"]
+    proof = SPLINE | {"P": [[["1"], ["0", "1"]]] * 2}
+    multiplier = {"lambda": [["1/2"]], "theta": ["0"]}
+    found = complete_and_check(
+        draft(system, [KINDS["gain"], plain], "parameter-dependent", multiplier, proof)
+    ).certificate
+    for kind in (*OPERATORS, "performance", "delay", "full block", "jumping", "play"):
+        changed = edited(found, "laws", "channels", 1, value=KINDS[kind])
+        with pytest.raises((Rejected, Malformed)):
+            check(json.dumps(changed), draft=True)
+        assert not recheck(changed).accepted

@@ -79,7 +79,11 @@ RESTING = draft(
     {"lambda": ["0", "1/2"], "theta": ["1", "0"]},
     {"method": "matrix", "P": [["0"], ["0", "1"]], "exponent": 0, "semidefinite": True},
 )
+# x' = -x - phi + w, z = x: with lambda = 1, 1/2, gamma = 1, is left (x - w)^2 + 2 phi^2
+CLOSED = PERFORMANCE | {"proof": P1 | {"semidefinite": True}}
+CLOSED = edited(CLOSED, "laws", "channels", 1, value=operator("performance", 1))
 PROOFS = {
+    "gain without a margin": (CLOSED, GAIN),
     "resting gain": (RESTING, GAIN),
     "any": (ANY, ATTRACTS),
     "invariant": (INVARIANT, ATTRACTS),
@@ -200,6 +204,13 @@ TAMPERED = [
     (RESTING, "system", "D", [["0", "0"], ["1", "0"]]),
     (RESTING, "laws", "channels", 0, nonlinearities(0, 5, slope=["0", "5"], memory="play")),
     (RESTING, "conclusion", ATTRACTS),
+    (RESTING, "laws", "channels", 1, operator("any", 1)),  # q does not come to rest
+    (CLOSED, "laws", "channels", 1, operator("any", 1)),
+    (CLOSED, "laws", "channels", 0, operator("any", 1)),
+    (CLOSED, "laws", "channels", 1, operator("performance", "1001/1000")),
+    (CLOSED, "system", "A", [["-999/1000"]]),
+    (CLOSED, "system", "D", [["1/10", "0"], ["0", "0"]]),  # a cycle
+    (CLOSED, "theorem", "coupled-circle"),
     (HIDDEN, "proof", "omega", "0"),  # which is that of a pole
     (HIDDEN, "proof", "omega", "1"),
     (HIDDEN, "laws", "channels", 1, operator("performance", 1)),
@@ -218,6 +229,14 @@ def test_what_is_changed_is_accepted_by_neither(change):
     one, *path, value = change
     found = edited(complete_and_check(one).certificate, *path, value=value)
     assert_both_reject(found, stored=path == ["conclusion"])
+
+
+def test_w_has_a_weight_also_where_it_moves_nothing():
+    # x' = -x - phi, z = 5 w: without a weight the form of (x, phi) says nothing of z
+    found = edited(
+        complete_and_check(CLOSED).certificate, "system", value=loop([[-1]], [[1, 0]], [[1], [0]], [[0, 0], [0, 5]])
+    )
+    assert_both_reject(edited(found, "multiplier", "lambda", value=["1", "0"]))
 
 
 def test_one_operator_on_two_channels_is_another_class_than_one_on_each():

@@ -104,6 +104,8 @@ def test_both_checkers_accept(name):
     [
         ("stop", ("multiplier", "theta"), ["1/8"]),
         ("play", ("multiplier", "theta"), ["-1/8"]),
+        ("stop", ("multiplier", "theta"), ["1/1000"]),
+        ("play", ("multiplier", "theta"), ["-1/1000"]),
         ("stop", ("multiplier", "theta"), ["-5/2"]),  # V is indefinite, and only it: (1 - 5)^2 > 8 is not so for -3/2
         ("play", ("multiplier", "theta"), ["1"]),  # (1 + 2)^2 > 8
         ("stop", ("multiplier", "lambda"), ["-1/2"]),
@@ -121,6 +123,9 @@ def test_both_checkers_accept(name):
         ("both", ("multiplier", "theta"), ["-1/8", "-1/8"]),
         ("function", ("laws", "channels", 1, "time_varying"), True),
         ("function", ("laws", "channels", 1, "slope"), ["-1/9", "1"]),
+        ("function", ("laws", "channels", 1, "slope"), ["-1/1000", "1"]),
+        ("function", ("laws", "channels", 1, "regularity"), "any"),
+        ("stop", ("system", "D"), [["1/1000"]]),
         ("function", ("multiplier", "theta"), ["1/8", "0"]),  # solutions are not shown to be bounded
         ("gain", ("laws", "channels", 1), performance("501/1000")),
         ("gain", ("laws", "channels", 1), performance("1")),
