@@ -410,3 +410,104 @@ def test_kernels_of_a_constant_gain_with_other_signs_are_rejected_by_both(beside
         if kernel["channels"] == [1, 1]:
             kernel["coefficient"] = str(-F(kernel["coefficient"]))
     assert_both_reject(certificate)
+
+
+def lag(i, j, c, rate=1, order=1, side=1):
+    return frequencies.Kernel(i, j, F(c), F(rate), order, side)
+
+
+LAGS = [lag(0, 0, "1/4", 2, 2), lag(0, 0, "1/4", 2, 2, -1)]
+ONE, PAIR = [["1"]], {"blocks": [range(2)]}
+AT_1 = {"rate": F(1)}  # 2/(2 + s) weighs 2/3 and 2 at the rate 1
+SCALAR, JOINT = {"operators": [(range(2), True)], **PAIR}, {"operators": [(range(2), False)], **PAIR}
+
+
+# what gamma has to pay for, to the last hundredth
+@pytest.mark.parametrize(
+    ("gamma", "listed", "options", "holds"),
+    [
+        (ONE, [lag(0, 0, 1)], {}, True),
+        (ONE, [lag(0, 0, "101/100")], {}, False),
+        (ONE, [lag(0, 0, "1/2"), lag(0, 0, "51/100", 2, 3, -1)], {}, False),
+        (ONE, [lag(0, 0, -1)], {}, False),
+        (ONE, [lag(0, 0, -1)], {"odd": True}, True),
+        (ONE, [lag(0, 0, "-101/100")], {"odd": True}, False),
+        ([["1", "-1"], ["0", "1"]], [], PAIR, True),
+        ([["1", "-1"], ["0", "1"]], [], {}, False),  # two nonlinearities
+        ([["1", "1"], ["0", "1"]], [], PAIR, False),
+        ([["1", "1"], ["0", "1"]], [], PAIR | {"odd": True}, True),
+        ([["99/100", "-1"], ["0", "1"]], [], PAIR, False),
+        ([["1", "-1"], ["0", "99/100"]], [], PAIR, False),
+        ([["1", "0"], ["0", "1"]], [lag(0, 1, 1)], PAIR, True),
+        ([["1", "0"], ["0", "1"]], [lag(0, 1, 1)], {}, False),
+        ([["1", "0"], ["0", "99/100"]], [lag(0, 1, 1)], PAIR, False),
+        (ONE, [lag(0, 0, "1/2", 2)], AT_1, True),
+        (ONE, [lag(0, 0, "51/100", 2)], AT_1, False),
+        (ONE, [lag(0, 0, "1/2", 2, 1, -1)], AT_1, True),
+        (ONE, [lag(0, 0, "51/100", 2, 1, -1)], AT_1, False),
+        (ONE, [lag(0, 0, "1/4", 2, 2)], AT_1, True),
+        (ONE, [lag(0, 0, "26/100", 2, 2)], AT_1, False),
+        (ONE, [lag(0, 0, "1/100", 1)], AT_1, False),
+        (ONE, [lag(0, 0, "1/100", 1)], {"rate": F(-1)}, False),
+        (ONE, [lag(0, 0, "51/100", 2)], {"rate": F(-1)}, False),
+        ([["1/3", "0"], ["0", "1"]], [lag(0, 1, "1/2", 2)], AT_1 | PAIR, True),
+        ([["33/100", "0"], ["0", "1"]], [lag(0, 1, "1/2", 2)], AT_1 | PAIR, False),
+        ([["1/3", "0"], ["0", "99/100"]], [lag(0, 1, "1/2", 2)], AT_1 | PAIR, False),
+        ([["5/4"]], [lag(0, 0, "1/2", 2)], AT_1 | {"turns": [F(1, 4)]}, True),
+        ([["124/100"]], [lag(0, 0, "1/2", 2)], AT_1 | {"turns": [F(1, 4)]}, False),
+        ([["3/4"]], [lag(0, 0, "1/2", 2)], AT_1 | {"turns": [F(-1, 4)]}, True),
+        ([["74/100"]], [lag(0, 0, "1/2", 2)], AT_1 | {"turns": [F(-1, 4)]}, False),
+        # a constant gain: Re M > 0 is enough
+        (ONE, [lag(0, 0, -5)], {"gains": True, "odd": True}, True),
+        (ONE, [lag(0, 0, 2)], {"gains": True, "odd": True}, False),
+        (ONE, [lag(0, 0, 9, 1, 1), lag(0, 0, -9, 1, 1, -1)], {"gains": True, "odd": True}, True),
+        # operators: M = M^* > 0, of scalar ones a matrix, else a multiple of 1
+        (ONE, LAGS, {"operators": [(range(1), False)]}, True),
+        (ONE, LAGS[:1], {"operators": [(range(1), False)]}, False),
+        (ONE, [lag(0, 0, "51/100", 2, 2), lag(0, 0, "51/100", 2, 2, -1)], {"operators": [(range(1), False)]}, False),
+        ([["-1"]], [], {"operators": [(range(1), False)]}, False),
+        ([["0"]], [], {"operators": [(range(1), False)]}, True),
+        ([["1", "0"], ["0", "1"]], [], JOINT, True),
+        ([["1", "0"], ["0", "2"]], [], JOINT, False),
+        ([["1", "0"], ["0", "1"]], LAGS, JOINT, False),
+        ([["1", "0"], ["0", "2"]], [], SCALAR, True),
+        ([["1", "1/2"], ["1/2", "1"]], [], SCALAR, True),
+        ([["1", "1/2"], ["1/2", "1"]], [], JOINT, False),
+        ([["1", "1/2"], ["0", "1"]], [], SCALAR, False),
+        ([["1", "1"], ["1", "1"]], [], SCALAR, False),
+        ([["1", "0"], ["0", "1"]], [lag(0, 1, "1/4"), lag(1, 0, "1/4", 1, 1, -1)], SCALAR, True),
+        ([["1", "0"], ["0", "1"]], [lag(0, 1, "1/4"), lag(1, 0, "1/4")], SCALAR, False),
+        ([["1", "-1/2"], ["0", "1"]], [], PAIR | {"operators": [(range(1), False)]}, False),
+        ([["1", "0"], ["-1/2", "1"]], [], PAIR | {"operators": [(range(1), True)]}, False),
+    ],
+)
+def test_what_a_multiplier_pays_for(gamma, listed, options, holds):
+    m = len(gamma)
+    given = frequencies.Multiplier([[F(v) for v in row] for row in gamma], [F(0)] * m, listed)
+    options = {"odd": False, "gains": False, "blocks": [range(i, i + 1) for i in range(m)]} | options
+    odd, gains, blocks = [options.pop("odd")] * m, [options.pop("gains")] * m, options.pop("blocks")
+    with nullcontext() if holds else pytest.raises(Rejected):
+        frequencies.dominant(given, odd, blocks, gains, **options)
+
+
+@pytest.mark.parametrize(
+    ("rows", "rank", "holds"),
+    [
+        ([[1]], 1, True),
+        ([[-1]], 1, False),
+        ([[0]], 1, False),
+        ([[1, 0], [0, 0]], 1, True),
+        ([[1, 0], [0, 0]], 2, False),
+        ([[1, 0], [0, 1]], 1, False),
+        ([[1, 1], [1, 1]], 1, True),
+        ([[1, 2], [2, 1]], 1, False),  # 3 and -1
+        ([[2, 1], [1, 2]], 2, True),
+        ([[1, 1], [0, 1]], 2, False),  # not symmetric
+        ([[1]], 2, False),
+        ([[2, 1, 0], [1, 2, 0], [0, 0, 0]], 2, True),
+        ([[2, 1, 0], [1, 2, 0], [0, 0, -1]], 2, False),
+    ],
+)
+def test_eigenvalues_0_are_moved_by_a_residue_with_as_many_positive_eigenvalues(rows, rank, holds):
+    with nullcontext() if holds else pytest.raises(Rejected):
+        frequencies.signed([[F(v) for v in row] for row in rows], rank, "M")

@@ -1,0 +1,142 @@
+"""What the checker computes of channels, against answers by hand: orders, eigenvalues, weights, forms of gains."""
+
+from contextlib import nullcontext
+from fractions import Fraction as F
+
+import pytest
+from handwritten import nonlinearities
+
+from lure.analysis.certificates import channels
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+
+
+def matrix(rows):
+    return [[F(v) for v in row] for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("half", "holds"),
+    [
+        ([[1], [1, 1]], True),
+        ([[1], [2, 1]], False),
+        ([[0], [1, 1]], False),
+        ([[0], [0, 1]], True),
+        ([[0], [0, -1]], False),
+        ([[-1]], False),
+        ([[1], [1, 1], [0, 0, -1]], False),
+        ([[1], [1, 1], [0, 1, 1]], False),
+        ([[4], [2, 1], [2, 1, 1]], True),
+    ],
+)
+def test_what_is_semidefinite(half, holds):
+    assert channels.semidefinite(half) is holds
+
+
+@pytest.mark.parametrize(
+    ("A", "discrete", "zeros", "holds"),
+    [
+        ([[-1]], False, 0, True),
+        ([[0]], False, 0, False),
+        ([[0]], False, 1, True),
+        ([[-1]], False, 1, False),
+        ([[0, 1], [0, -1]], False, 1, True),
+        ([[0, 1], [0, 1]], False, 1, False),
+        ([[0, 1], [0, 0]], False, 1, False),
+        ([[0, 1], [0, 0]], False, 2, True),
+        ([[0, 1], [-1, 0]], False, 0, False),
+        ([["1/2"]], True, 0, True),
+        ([[-1]], True, 0, False),
+        ([[1]], True, 1, True),
+        ([[1, 1], [0, "1/2"]], True, 1, True),
+        ([[1, 1], [0, "-3/2"]], True, 1, False),
+        ([[1, 1], [0, 1]], True, 1, False),
+        ([[1, 1], [0, -1]], True, 1, False),
+    ],
+)
+def test_which_eigenvalues_are_inside(A, discrete, zeros, holds):
+    assert channels.within(matrix(A), discrete, zeros) is holds
+
+
+@pytest.mark.parametrize(
+    ("rows", "rank"), [([[0]], 0), ([[1, 2], [2, 4]], 1), ([[0, 1], [1, 0]], 2), ([[0, 1, 1], [0, 1, 1], [1, 0, 0]], 2)]
+)
+def test_the_rank_of_a_matrix(rows, rank):
+    assert channels.rank(matrix(rows)) == rank
+
+
+PLAIN, ANY = nonlinearities(-1, 1), nonlinearities(-1, 1, operator="any", time_varying=True)
+EACH = nonlinearities(-1, 1, operator="scalar linear time-invariant")
+OUT = nonlinearities(-1, 1, operator="performance", time_varying=True)
+
+
+@pytest.mark.parametrize(
+    ("D", "classes", "repeated", "holds"),
+    [
+        ([[0]], [PLAIN], False, True),
+        ([[1]], [PLAIN], False, False),
+        ([[0, 1], [0, 0]], [PLAIN] * 2, False, True),
+        ([[0, 0], [1, 0]], [PLAIN] * 2, False, True),
+        ([[0, 1], [1, 0]], [PLAIN] * 2, False, False),
+        ([[0, 1], [0, 0]], [PLAIN] * 2, True, True),
+        ([[0, 1], [0, 0]], [ANY] * 2, True, False),
+        ([[0, 1], [0, 0]], [ANY] * 2, False, True),
+        ([[0, 1], [0, 0]], [EACH] * 2, True, True),
+        ([[0, 1], [1, 0]], [EACH] * 2, True, False),
+        ([[0, 1], [1, 1]], [PLAIN, OUT], False, True),
+        ([[1, 0], [0, 0]], [PLAIN, OUT], False, False),
+    ],
+)
+def test_channels_are_taken_one_after_the_other(D, classes, repeated, holds):
+    asked = channels.channels({"channels": classes, "repeated": [len(D)] if repeated else False}, len(D))
+    assert channels.ordered(matrix(D), asked) is holds
+
+
+@pytest.mark.parametrize(
+    ("weights", "classes", "sizes", "holds"),
+    [
+        ([1, 2], [PLAIN] * 2, [2], True),
+        ([1, 2], [ANY] * 2, [2], False),
+        ([2, 2], [ANY] * 2, [2], True),
+        ([1, 2], [ANY] * 2, [1, 1], True),
+        ([1, 2], [EACH] * 2, [2], True),
+        ([1, 0], [PLAIN, OUT], [1, 1], False),
+        ([0, 1], [PLAIN, OUT], [1, 1], True),
+        ([1, 2, 3], [PLAIN, OUT, OUT], [1, 2], False),
+    ],
+)
+def test_an_operator_has_one_weight(weights, classes, sizes, holds):
+    asked = channels.channels({"channels": classes, "repeated": sizes}, len(classes))
+    with nullcontext() if holds else pytest.raises(Rejected):
+        channels.uniform([F(v) for v in weights], asked)
+
+
+# sigma' Pi sigma over the gains of [0, 1]: concave in each, positive at the vertices; or with N >= 0 for each sign
+@pytest.mark.parametrize(
+    ("Pi", "parts", "resting", "holds"),
+    [
+        ([[1], [0, "-1/2"]], [], False, True),
+        ([[1], [0, -1]], [], False, False),
+        ([[1], [0, -1]], [], True, True),
+        ([[1], [0, "-11/10"]], [], True, False),
+        ([["-1/10"], [1, -1]], [], False, False),  # at the gain 0
+        ([[1], [0, "1/10"]], [], False, False),  # not concave
+        ([["1/10"], [0, 0]], [], False, True),
+        # phi = y_1, sigma - phi = y_2: of sigma phi - phi^2 = y_1 y_2 less N, entries >= 0, is left y_1^2 + y_2^2
+        ([[1], ["-1/2", 1]], [[[["0"], ["1/2", "0"]]]], False, True),
+        ([[1], ["-1/2", 1]], [[[["1"], ["1/2", "0"]]]], False, False),
+        ([[1], ["-1/2", 1]], [[[["0"], ["-1/2", "0"]]]], False, False),
+        ([[1], ["-1/2", 1]], [[[["1"], ["1/2", "0"]]]], True, True),
+        ([[1], ["-1/2", 1]], [[[["0"], ["1/2", "0"]]] * 2], False, False),
+    ],
+)
+def test_multipliers_of_a_full_block(Pi, parts, resting, holds):
+    given = [[str(v) for v in row] for row in Pi]
+    with nullcontext() if holds else pytest.raises((Rejected, Malformed)):
+        channels.full_block(given, parts, [(F(0), F(1))], resting)
+
+
+@pytest.mark.parametrize("kind", ["delay", "full block", "play"])
+def test_what_has_no_bounds_of_phi_over_sigma(kind):
+    one = nonlinearities(0, 1, slope=True, memory="play") if kind == "play" else nonlinearities(-1, 1, operator=kind)
+    with pytest.raises(Rejected, match="channel 1"):
+        channels.channels({"channels": [one], "repeated": False}, 1).bounds(0)
