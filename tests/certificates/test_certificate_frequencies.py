@@ -417,21 +417,21 @@ def lag(i, j, c, rate=1, order=1, side=1):
 
 
 LAGS = [lag(0, 0, "1/4", 2, 2), lag(0, 0, "1/4", 2, 2, -1)]
-ONE, PAIR = [["1"]], {"blocks": [range(2)]}
+SINGLE, PAIR = [["1"]], {"blocks": [range(2)]}
 AT_1 = {"rate": F(1)}  # 2/(2 + s) weighs 2/3 and 2 at the rate 1
-SCALAR, JOINT = {"operators": [(range(2), True)], **PAIR}, {"operators": [(range(2), False)], **PAIR}
+ALIKE, JOINT = {"operators": [(range(2), True)], **PAIR}, {"operators": [(range(2), False)], **PAIR}
 
 
 # what gamma has to pay for, to the last hundredth
 @pytest.mark.parametrize(
     ("gamma", "listed", "options", "holds"),
     [
-        (ONE, [lag(0, 0, 1)], {}, True),
-        (ONE, [lag(0, 0, "101/100")], {}, False),
-        (ONE, [lag(0, 0, "1/2"), lag(0, 0, "51/100", 2, 3, -1)], {}, False),
-        (ONE, [lag(0, 0, -1)], {}, False),
-        (ONE, [lag(0, 0, -1)], {"odd": True}, True),
-        (ONE, [lag(0, 0, "-101/100")], {"odd": True}, False),
+        (SINGLE, [lag(0, 0, 1)], {}, True),
+        (SINGLE, [lag(0, 0, "101/100")], {}, False),
+        (SINGLE, [lag(0, 0, "1/2"), lag(0, 0, "51/100", 2, 3, -1)], {}, False),
+        (SINGLE, [lag(0, 0, -1)], {}, False),
+        (SINGLE, [lag(0, 0, -1)], {"odd": True}, True),
+        (SINGLE, [lag(0, 0, "-101/100")], {"odd": True}, False),
         ([["1", "-1"], ["0", "1"]], [], PAIR, True),
         ([["1", "-1"], ["0", "1"]], [], {}, False),  # two nonlinearities
         ([["1", "1"], ["0", "1"]], [], PAIR, False),
@@ -441,15 +441,15 @@ SCALAR, JOINT = {"operators": [(range(2), True)], **PAIR}, {"operators": [(range
         ([["1", "0"], ["0", "1"]], [lag(0, 1, 1)], PAIR, True),
         ([["1", "0"], ["0", "1"]], [lag(0, 1, 1)], {}, False),
         ([["1", "0"], ["0", "99/100"]], [lag(0, 1, 1)], PAIR, False),
-        (ONE, [lag(0, 0, "1/2", 2)], AT_1, True),
-        (ONE, [lag(0, 0, "51/100", 2)], AT_1, False),
-        (ONE, [lag(0, 0, "1/2", 2, 1, -1)], AT_1, True),
-        (ONE, [lag(0, 0, "51/100", 2, 1, -1)], AT_1, False),
-        (ONE, [lag(0, 0, "1/4", 2, 2)], AT_1, True),
-        (ONE, [lag(0, 0, "26/100", 2, 2)], AT_1, False),
-        (ONE, [lag(0, 0, "1/100", 1)], AT_1, False),
-        (ONE, [lag(0, 0, "1/100", 1)], {"rate": F(-1)}, False),
-        (ONE, [lag(0, 0, "51/100", 2)], {"rate": F(-1)}, False),
+        (SINGLE, [lag(0, 0, "1/2", 2)], AT_1, True),
+        (SINGLE, [lag(0, 0, "51/100", 2)], AT_1, False),
+        (SINGLE, [lag(0, 0, "1/2", 2, 1, -1)], AT_1, True),
+        (SINGLE, [lag(0, 0, "51/100", 2, 1, -1)], AT_1, False),
+        (SINGLE, [lag(0, 0, "1/4", 2, 2)], AT_1, True),
+        (SINGLE, [lag(0, 0, "26/100", 2, 2)], AT_1, False),
+        (SINGLE, [lag(0, 0, "1/100", 1)], AT_1, False),
+        (SINGLE, [lag(0, 0, "1/100", 1)], {"rate": F(-1)}, False),
+        (SINGLE, [lag(0, 0, "51/100", 2)], {"rate": F(-1)}, False),
         ([["1/3", "0"], ["0", "1"]], [lag(0, 1, "1/2", 2)], AT_1 | PAIR, True),
         ([["33/100", "0"], ["0", "1"]], [lag(0, 1, "1/2", 2)], AT_1 | PAIR, False),
         ([["1/3", "0"], ["0", "99/100"]], [lag(0, 1, "1/2", 2)], AT_1 | PAIR, False),
@@ -458,25 +458,25 @@ SCALAR, JOINT = {"operators": [(range(2), True)], **PAIR}, {"operators": [(range
         ([["3/4"]], [lag(0, 0, "1/2", 2)], AT_1 | {"turns": [F(-1, 4)]}, True),
         ([["74/100"]], [lag(0, 0, "1/2", 2)], AT_1 | {"turns": [F(-1, 4)]}, False),
         # a constant gain: Re M > 0 is enough
-        (ONE, [lag(0, 0, -5)], {"gains": True, "odd": True}, True),
-        (ONE, [lag(0, 0, 2)], {"gains": True, "odd": True}, False),
-        (ONE, [lag(0, 0, 9, 1, 1), lag(0, 0, -9, 1, 1, -1)], {"gains": True, "odd": True}, True),
+        (SINGLE, [lag(0, 0, -5)], {"gains": True, "odd": True}, True),
+        (SINGLE, [lag(0, 0, 2)], {"gains": True, "odd": True}, False),
+        (SINGLE, [lag(0, 0, 9, 1, 1), lag(0, 0, -9, 1, 1, -1)], {"gains": True, "odd": True}, True),
         # operators: M = M^* > 0, of scalar ones a matrix, else a multiple of 1
-        (ONE, LAGS, {"operators": [(range(1), False)]}, True),
-        (ONE, LAGS[:1], {"operators": [(range(1), False)]}, False),
-        (ONE, [lag(0, 0, "51/100", 2, 2), lag(0, 0, "51/100", 2, 2, -1)], {"operators": [(range(1), False)]}, False),
+        (SINGLE, LAGS, {"operators": [(range(1), False)]}, True),
+        (SINGLE, LAGS[:1], {"operators": [(range(1), False)]}, False),
+        (SINGLE, [lag(0, 0, "51/100", 2, 2), lag(0, 0, "51/100", 2, 2, -1)], {"operators": [(range(1), False)]}, False),
         ([["-1"]], [], {"operators": [(range(1), False)]}, False),
         ([["0"]], [], {"operators": [(range(1), False)]}, True),
         ([["1", "0"], ["0", "1"]], [], JOINT, True),
         ([["1", "0"], ["0", "2"]], [], JOINT, False),
         ([["1", "0"], ["0", "1"]], LAGS, JOINT, False),
-        ([["1", "0"], ["0", "2"]], [], SCALAR, True),
-        ([["1", "1/2"], ["1/2", "1"]], [], SCALAR, True),
+        ([["1", "0"], ["0", "2"]], [], ALIKE, True),
+        ([["1", "1/2"], ["1/2", "1"]], [], ALIKE, True),
         ([["1", "1/2"], ["1/2", "1"]], [], JOINT, False),
-        ([["1", "1/2"], ["0", "1"]], [], SCALAR, False),
-        ([["1", "1"], ["1", "1"]], [], SCALAR, False),
-        ([["1", "0"], ["0", "1"]], [lag(0, 1, "1/4"), lag(1, 0, "1/4", 1, 1, -1)], SCALAR, True),
-        ([["1", "0"], ["0", "1"]], [lag(0, 1, "1/4"), lag(1, 0, "1/4")], SCALAR, False),
+        ([["1", "1/2"], ["0", "1"]], [], ALIKE, False),
+        ([["1", "1"], ["1", "1"]], [], ALIKE, False),
+        ([["1", "0"], ["0", "1"]], [lag(0, 1, "1/4"), lag(1, 0, "1/4", 1, 1, -1)], ALIKE, True),
+        ([["1", "0"], ["0", "1"]], [lag(0, 1, "1/4"), lag(1, 0, "1/4")], ALIKE, False),
         ([["1", "-1/2"], ["0", "1"]], [], PAIR | {"operators": [(range(1), False)]}, False),
         ([["1", "0"], ["-1/2", "1"]], [], PAIR | {"operators": [(range(1), True)]}, False),
     ],
