@@ -3,7 +3,7 @@
 import json
 import math
 from fractions import Fraction as F
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from scipy.linalg import expm
 from tampering import assert_both_reject, edited
 
 from lure import NonlinearityClass, Sector, as_plant, certify, max_sector
+from lure.analysis.certificates import parametric
 from lure.analysis.certificates.balls import ramp
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
@@ -269,3 +270,100 @@ def test_a_margin_is_followed_to_where_it_vanishes(most):
     found = search.largest(lambda factor: np.array([factor]), 1.0, most)
     assert 3.7 * (1 - 1e-4) < found < 3.7
     assert search.tried <= 12  # 15 by halving
+
+
+# -- what the first checker makes of it, against the formulas at random points
+def fractions(rows):
+    return [[F(v) for v in row] for row in rows]
+
+
+THREE = parametric.Plant(
+    fractions([["-1", "1/2"], ["1/3", "-2"]]),
+    fractions([["1", "2", "-1"], ["1/2", "-1", "3"]]),
+    fractions([["1", "-1"], ["2", "1"], ["1", "3"]]),
+    fractions([["0", "0", "1/4"], ["0", "0", "1/3"], ["0", "0", "0"]]),  # sigma_1 and sigma_2 see the gain
+    discrete=False,
+)
+
+
+def test_the_forms_beside_a_gain_are_those_of_the_formulas():
+    # channels 1 and 2 are functions, of which only the first has a term of Popov's; channel 3 has the gain g
+    A, B, C, D = (np.array(side, dtype=float) for side in THREE[:4])
+    rng, g = np.random.default_rng(2), F(5, 3)
+    listed = [(0, F(-1, 2), F(2), F(3, 4), F(2, 5)), (1, F(1, 3), F(4), F(1, 5), F(0))]
+    R, falls = parametric.forms(THREE, [range(2, 3)], [g], listed)
+    R, falls = np.array(R, dtype=float), np.array(falls, dtype=float)
+    for z in rng.normal(size=(6, 4)):
+        x, phi = z[:2], z[2:]
+        mu = np.array([-phi[0], -phi[1], 0])
+        mu[2] = -float(g) * (C[2] @ x + D[2] @ mu)
+        sigma, rate = C @ x + D @ mu, A @ x + B @ mu
+        assert R @ z == pytest.approx(rate)
+        held = sum(
+            float(2 * w) * (p - float(low) * s) * (float(high) * s - p) + float(2 * t) * p * (C[i] @ rate)
+            for p, s, (i, low, high, w, t) in zip(phi, sigma[:2], listed, strict=True)
+        )
+        assert z @ falls @ z == pytest.approx(-held)
+
+
+def spline(d, pieces, bounds, rates, seed=3):
+    rng = np.random.default_rng(seed)
+    places = [*product(*(range(d * count + 1) for count in pieces))]
+    at = {k: [[F(int(rng.integers(-9, 10)))]] for k in places}
+    return parametric.Spline(d, pieces, [(F(a), F(b)) for a, b in bounds], [F(r) for r in rates], at)
+
+
+def polynomial(coefficients, degrees, at):
+    """Of Bernstein coefficients in order, at a point."""
+    weights = [
+        [math.comb(d, i) * s**i * (1 - s) ** (d - i) for i in range(d + 1)] for d, s in zip(degrees, at, strict=True)
+    ]
+    return sum(math.prod(w) * float(c[0][0]) for w, c in zip(product(*weights), coefficients, strict=True))
+
+
+def of(P, box, at):
+    """``P`` at a point of a box."""
+    found = 0.0
+    for index in product(range(P.d + 1), repeat=len(box)):
+        w = math.prod(math.comb(P.d, i) * s**i * (1 - s) ** (P.d - i) for i, s in zip(index, at, strict=True))
+        found += w * float(P.at[tuple(P.d * k + i for k, i in zip(box, index, strict=True))][0][0])
+    return found
+
+
+SCALAR = parametric.Plant(
+    fractions([["-1/2"]]), fractions([["1", "2"]]), fractions([["1"], ["-1/3"]]), [[F(0)] * 2] * 2, False
+)
+
+
+def test_v_falls_by_what_the_formulas_say_for_gains_that_move():
+    # V = P(g_1, g_2) x^2: -V' = -2 P a - sum P_j g_j', a = -1/2 - g_1 + 2 g_2/3, g_j' = +-r_j
+    P = spline(2, [2, 3], [(0, 1), (-1, 2)], ["1/2", "3/5"])
+    box, at, size = (1, 2), (0.3, 0.8), (3 + 1) ** 2
+    found = [*parametric.flowing(SCALAR, [range(1), range(1, 2)], P, box, [])]
+    g = [
+        float(low + (high - low) * (F(k) + F(s)) / n)
+        for (low, high), k, s, n in zip(P.bounds, box, at, P.pieces, strict=True)
+    ]
+    a, h = -0.5 - g[0] + 2 * g[1] / 3, 1e-6
+    slopes = [
+        (of(P, box, tuple(s + h * (i == j) for i, s in enumerate(at))) - of(P, box, at)) / h * n / float(high - low)
+        for j, (n, (low, high)) in enumerate(zip(P.pieces, P.bounds, strict=True))
+    ]
+    for k, (s1, s2) in enumerate(product((1, -1), repeat=2)):
+        expected = -2 * of(P, box, at) * a - s1 * 0.5 * slopes[0] - s2 * 0.6 * slopes[1]
+        assert polynomial(found[size * k : size * (k + 1)], (3, 3), at) == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize(("rate", "near"), [("1/2", (0, 1, 2)), ("1", (0, 1, 2, 3)), ("9/10", (0, 1, 2))])
+def test_v_falls_by_what_the_formulas_say_for_steps_to_all_pieces_within_reach(rate, near):
+    # V = P(g_1, g_2) x^2, x+ = a x, g_1 within [1, 2] before; g_2 is constant
+    P = spline(1, [4, 2], [(0, 4), (-1, 2)], [rate, "0"])
+    plant, box, at, after = SCALAR._replace(discrete=True), (1, 1), (0.3, 0.8), 0.6
+    found = [*parametric.stepped(plant, [range(1), range(1, 2)], P, box, [])]
+    g = [1 + 0.3, -1 + 1.5 + 0.8 * 1.5]
+    a, degrees = -0.5 - g[0] + 2 * g[1] / 3, (2, 3, 1)
+    size = math.prod(d + 1 for d in degrees)
+    assert len(found) == size * len(near)
+    for k, piece in enumerate(near):
+        expected = of(P, box, at) - a * a * of(P, (piece, 1), (after, 0.8))
+        assert polynomial(found[size * k : size * (k + 1)], degrees, (*at, after)) == pytest.approx(expected)
