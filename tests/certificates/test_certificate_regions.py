@@ -1,0 +1,254 @@
+"""Regions of attraction: certificates by hand, sharp, what neither checker accepts, and the arithmetic of graphs."""
+
+from fractions import Fraction as F
+
+import pytest
+from handwritten import loop
+from tampering import assert_both_reject, edited
+
+from lure.analysis.certificates import regions
+from lure.analysis.certificates.arithmetic import INF, Malformed, Rejected
+from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second.opinion import recheck
+
+
+def polynomials(*pieces, cuts=()):
+    listed = [[str(v) for v in p] for p in pieces]
+    return {"kind": "piecewise-polynomial", "cuts": [str(v) for v in cuts], "pieces": listed}
+
+
+CUBIC = polynomials([0, 0, 0, 1])
+SATURATION = polynomials([-1], [0, 1], [1], cuts=(-1, 1))
+DEAD = polynomials([1, 1], [0], [-1, 1], cuts=(-1, 1))
+
+
+def draft(system, graphs, theorem, multiplier, proof):
+    verdict = "REFUTED" if theorem == "counterexample" else "PROVED"
+    laws = {"graphs": graphs}
+    found = {"verdict": verdict, "system": system, "laws": laws, "theorem": theorem, "proof": proof}
+    return found | {"multiplier": multiplier}
+
+
+def signs(system, graph, end, theorem="scalar"):
+    return draft(system, [graph], theorem, {}, {"method": "signs", "interval": [f"-{end}", end]})
+
+
+# x' = -x + x^3; x+ = x/2 + x^3 and -x/2 - x^3: |f| < |x| for x^2 < 1/2; x' = -x - 3 dead(-2 x), 5 x - 3 for x > 1/2
+FLOW, MAP = loop([[-1]], [[-1]], [[1]], [[0]]), loop([["1/2"]], [[-1]], [[1]], [[0]], "discrete")
+TURN, FAR = loop([["-1/2"]], [[1]], [[1]], [[0]], "discrete"), loop([[-1]], [[3]], [[-2]], [[0]])
+# x' = x - sat(2 x), V = x^2/c^2, c = .9, h = 1.1: with the weight .9 a form of determinant > 0; with [2/3, 1] as sector
+# for |2 x| <= 3/2 V = 2 x^2 and the weight 6/5: 2.4 x^2 - 4 x phi + 2.4 phi^2
+SADDLE = loop([[1]], [[1]], [[2]], [[0]])
+HELD = draft(
+    SADDLE,
+    [SATURATION],
+    "local-circle",
+    {"terms": [{"channel": 1, "weight": "9/10", "row": ["11/10"]}]},
+    {"method": "ellipsoid", "P": [["100/81"]]},
+)
+SECTOR = {"channel": 1, "weight": "6/5", "sector": ["2/3", "1"], "reach": "3/2"}
+NEAR = draft(SADDLE, [SATURATION], "local-circle", {"terms": [SECTOR]}, {"method": "ellipsoid", "P": [["2"]]})
+# x' = -x + w beside a channel that moves nothing: 2 x^2 - 2 x w + w^2/E, of determinant 2/E - 1, E < 2
+PUSHED = draft(
+    loop([[-1]], [[0]], [[1]], [[0]]),
+    [{"kind": "sector", "sector": ["-1", "1"], "reach": "10"}],
+    "local-circle",
+    {"terms": [{"channel": 1, "weight": "1/1000", "sector": ["-1", "1"], "reach": "10"}]},
+    {"method": "ellipsoid", "P": [["1"]], "energy": "199/100", "Bw": [["1"]]},
+)
+# x' = x - 2 sat(x), V = q x^2: V' - (V - 1) >= q x^2 - 4 q x p + p^2, of determinant q - 4 q^2, q < 1/4
+GROWS = draft(
+    loop([[1]], [[2]], [[1]], [[0]]),
+    [SATURATION],
+    "counterexample",
+    {},
+    {"method": "growth", "Q": [["24/100"]], "rate": "1", "weights": ["1"]},
+)
+ACCEPTED = {
+    "flow": signs(FLOW, CUBIC, "1"),
+    "map": signs(MAP, CUBIC, "7/10"),
+    "turning map": signs(TURN, CUBIC, "7/10"),
+    "far": signs(FAR, DEAD, "3/5"),
+    "outside": signs(FLOW, CUBIC, "1", "counterexample"),
+    "outside the map": signs(MAP, CUBIC, "71/100", "counterexample"),
+    "outside the turning map": signs(TURN, CUBIC, "71/100", "counterexample"),
+    "held": HELD,
+    "near": NEAR,
+    "pushed": PUSHED,
+    "grows": GROWS,
+}
+END = ("proof", "interval")
+TWO = loop([[-1, 0], [0, 1]], [[-1], [0]], [[1, 0]], [[0]])
+SEEN = loop([[-1]], [[-1, 0]], [[1], [1]], [[0, 1], [0, 0]])
+
+
+@pytest.mark.parametrize("name", ACCEPTED)
+def test_both_checkers_accept_a_region_by_hand(name):
+    found = dict(complete_and_check(ACCEPTED[name]).certificate)
+    assert recheck(found).accepted, recheck(found).reason
+
+
+@pytest.mark.parametrize(
+    ("name", "edits"),
+    [
+        ("flow", {END: ["-101/100", "101/100"]}),
+        ("flow", {END: ["-1", "101/100"]}),
+        ("flow", {END: ["-101/100", "1"]}),
+        ("flow", {END: ["0", "1"]}),
+        ("flow", {END: ["-1", "0"]}),
+        ("flow", {END: ["1", "-1"]}),
+        ("flow", {END: ["-inf", "inf"]}),
+        ("flow", {("system",): TWO}),
+        ("flow", {("system",): SEEN, ("laws", "graphs"): [CUBIC, CUBIC]}),
+        ("flow", {("system", "B"): [["1"]], ("system", "A"): [["1"]]}),
+        ("flow", {("laws", "graphs", 0): {"kind": "sector", "sector": ["0", "1"], "reach": "1"}}),
+        ("flow", {("laws", "graphs", 0): polynomials([0, 0, 0, 1], [0, 0, 0, 2], cuts=("1/2",))}),  # it jumps
+        ("flow", {("laws", "graphs", 0): polynomials([1, 0, 0, 1])}),  # phi(0) = 1
+        ("flow", {("laws", "graphs", 0): polynomials([0, 0, 0, 1], [0, 0, 0, 1], [0, 0, 0, 1], cuts=(1, -1))}),
+        ("flow", {("theorem",): "local-circle"}),
+        ("map", {END: ["-71/100", "71/100"]}),
+        ("map", {END: ["-7/10", "3/5"]}),
+        ("turning map", {END: ["-71/100", "71/100"]}),
+        ("far", {END: ["-61/100", "61/100"]}),
+        ("far", {END: ["-3/5", "61/100"]}),
+        ("outside", {END: ["-99/100", "99/100"]}),
+        ("outside", {END: ["-99/100", "1"]}),
+        ("outside", {END: ["-1", "99/100"]}),
+        ("outside", {END: ["-inf", "inf"]}),
+        ("outside the map", {END: ["-7/10", "7/10"]}),
+        ("outside the turning map", {END: ["-7/10", "7/10"]}),
+        ("held", {("proof", "P"): [["9/10"]]}),  # a solution leaves
+        ("held", {("proof", "P"): [["121/100"]]}),  # the strip is touched
+        ("held", {("multiplier", "terms", 0, "row"): ["10/9"]}),
+        ("held", {("multiplier", "terms", 0, "weight"): "-9/10"}),
+        ("held", {("multiplier", "terms", 0, "weight"): "0"}),
+        ("held", {("multiplier", "terms", 0, "channel"): 2}),
+        ("held", {("laws", "graphs", 0): polynomials([-1], [0, 1], ["9/10"], cuts=(-1, "9/10"))}),
+        ("held", {("laws", "graphs", 0): polynomials(["-9/10"], [0, 1], [1], cuts=("-9/10", 1))}),
+        ("held", {("laws", "graphs", 0): CUBIC}),
+        ("near", {("proof", "P"): [["16/9"]]}),
+        ("near", {("multiplier", "terms", 0, "reach"): "8/5"}),
+        ("near", {("multiplier", "terms", 0, "reach"): "14/10"}),
+        ("near", {("multiplier", "terms", 0, "sector"): ["67/100", "1"]}),
+        ("near", {("multiplier", "terms", 0, "sector"): ["2/3", "99/100"]}),
+        ("near", {("multiplier", "terms", 0, "reach"): "-3/2"}),
+        ("near", {("multiplier", "terms"): []}),
+        ("near", {("system", "time"): "discrete"}),
+        ("near", {("proof", "P"): [["-2"]]}),
+        ("pushed", {("proof", "energy"): "201/100"}),
+        ("pushed", {("proof", "energy"): "-1"}),
+        ("pushed", {("proof", "Bw"): [["11/10"]]}),
+        ("pushed", {("proof", "P"): [["11/10"]]}),
+        ("pushed", {("laws", "graphs", 0, "reach"): "9"}),
+        ("pushed", {("laws", "graphs", 0, "sector"): ["-2", "1"]}),
+        ("pushed", {("multiplier", "terms"): []}),
+        ("grows", {("proof", "Q"): [["26/100"]]}),
+        ("grows", {("proof", "weights"): ["101/100"]}),
+        ("grows", {("proof", "weights"): ["-1"]}),
+        ("grows", {("proof", "rate"): "-1"}),
+        ("grows", {("proof", "rate"): "99/100"}),
+        ("grows", {("system", "A"): [["-1"]]}),
+        ("grows", {("laws", "graphs", 0): polynomials([-1], [0, 1], [2], cuts=(-1, 2))}),
+        ("grows", {("laws", "graphs", 0): polynomials([-2], [0, 1], [1], cuts=(-2, 1))}),
+        ("grows", {("laws", "graphs", 0): DEAD}),
+    ],
+)
+def test_neither_accepts_another_region(name, edits):
+    found = complete_and_check(ACCEPTED[name]).certificate
+    for path, value in edits.items():
+        found = edited(found, *path, value=value)
+    assert_both_reject(found)
+
+
+@pytest.mark.parametrize(
+    ("p", "low", "high", "ever", "strictly"),
+    [
+        ([], 0, 1, True, False),
+        ([0, 1], 0, 1, True, True),
+        ([0, 1], -1, 1, False, False),
+        ([1, -1], 0, 1, True, True),
+        ([1, -1], 0, 2, False, False),
+        ([0, -1], -INF, 0, True, True),
+        ([0, 1], -INF, 0, False, False),
+        ([0, 1], 0, INF, True, True),
+        ([0, 0, 1], 0, INF, True, True),
+        ([0, 0, -1], 0, INF, False, False),
+        ([0, 0, 0, -1], -INF, 0, True, True),
+        ([2, -3, 1], 1, 2, False, False),
+        ([-2, 3, -1], 1, 2, True, True),
+        ([2, -3, 1], 2, INF, True, True),
+        ([2, -3, 1], -INF, 1, True, True),
+    ],
+)
+def test_where_a_polynomial_is_never_negative(p, low, high, ever, strictly):
+    given = [F(v) for v in p], *(v if abs(v) == INF else F(v) for v in (low, high))
+    assert (regions.never_negative(*given), regions.never_negative(*given, True)) == (ever, strictly)
+
+
+@pytest.mark.parametrize(
+    ("data", "low", "high", "reach", "holds"),
+    [
+        (SATURATION, "1/2", 1, 2, True),
+        (SATURATION, "51/100", 1, 2, False),
+        (SATURATION, "1/2", "99/100", 2, False),
+        (polynomials(["-1/2"], [0, 1], [1], cuts=("-1/2", 1)), "1/2", 1, 2, False),
+        (polynomials(["-1/2"], [0, 1], [1], cuts=("-1/2", 1)), "1/4", 1, 2, True),
+        (DEAD, 0, "1/2", 2, True),
+        (DEAD, 0, "49/100", 2, False),
+        (CUBIC, 0, 4, 2, True),
+        (CUBIC, 0, "39/10", 2, False),
+        ({"kind": "sector", "sector": ["0", "1"], "reach": "2"}, 0, 1, 2, True),
+        ({"kind": "sector", "sector": ["0", "1"], "reach": "2"}, 0, 1, "201/100", False),
+        ({"kind": "sector", "sector": ["0", "1"], "reach": "2"}, "1/100", 1, 2, False),
+        ({"kind": "sector", "sector": ["0", "1"], "reach": "2"}, 0, "99/100", 2, False),
+    ],
+)
+def test_a_nonlinearity_is_in_a_sector_up_to_its_reach(data, low, high, reach, holds):
+    assert regions.graph(data).within(F(low), F(high), F(reach)) is holds
+
+
+# 2 int phi: sigma^2; sigma^4/2; of the saturation 2 sigma - 1 beyond 1, at 2 three quarters of sigma^2
+@pytest.mark.parametrize(
+    ("data", "least", "sign", "holds"),
+    [
+        (polynomials([0, 1]), 1, 1, True),
+        (polynomials([0, 1]), "101/100", 1, False),
+        (polynomials([0, 1]), 1, -1, True),
+        (polynomials([0, 1]), "99/100", -1, False),
+        (CUBIC, 0, 1, True),
+        (CUBIC, "1/100", 1, False),
+        (CUBIC, 2, -1, True),
+        (CUBIC, "199/100", -1, False),
+        (SATURATION, "3/4", 1, True),
+        (SATURATION, "76/100", 1, False),
+        (SATURATION, 1, -1, True),
+        (polynomials(["-1/2"], [0, 1], [1], cuts=("-1/2", 1)), "3/4", 1, False),  # 7/16 on the left
+        (polynomials(["-1/2"], [0, 1], [1], cuts=("-1/2", 1)), "7/16", 1, True),
+        (polynomials(["-1"], [0, 1], ["1/2"], cuts=(-1, "1/2")), "7/16", 1, True),
+        (polynomials(["-1"], [0, 1], ["1/2"], cuts=(-1, "1/2")), "44/100", 1, False),
+    ],
+)
+def test_the_integral_of_a_nonlinearity_is_bounded(data, least, sign, holds):
+    assert regions.graph(data).bounded(F(least), F(2), sign) is holds
+
+
+@pytest.mark.parametrize(
+    ("data", "clip"),
+    [
+        (SATURATION, (0, 1, 1, 1)),
+        (polynomials([-2], [0, 1], [3], cuts=(-2, 3)), (0, 1, 2, 3)),
+        (polynomials(["-1/2", "1/2"], [0, 1], ["1/2", "1/2"], cuts=(-1, 1)), ("1/2", 1, "1/2", "1/2")),
+        (polynomials([1], [0, -1], [-2], cuts=(-1, 2)), (0, -1, 2, 1)),
+        (DEAD, (1, 0, 1, 1)),
+        (CUBIC, None),
+        (polynomials([-1], [0, 1], ["1/2", "1/2"], cuts=(-1, 1)), None),
+        (polynomials([0], [0, 0, 1], [1], cuts=(0, 1)), None),
+        (polynomials([0], [0, 1], [1], cuts=(0, 1)), None),
+    ],
+)
+def test_lines_with_limits_on_both_sides(data, clip):
+    if clip is None:
+        with pytest.raises((Rejected, Malformed)):
+            regions.graph(data).clip()
+        return
+    assert regions.graph(data).clip() == tuple(map(F, clip))
