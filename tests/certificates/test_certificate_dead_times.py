@@ -447,6 +447,15 @@ def test_neither_checker_accepts_what_is_tampered_with(change):
     assert_both_reject(edited(certificate(name), *path, value=value))
 
 
+def test_sigma_that_echoes_phi_has_no_term_of_popov():
+    found = edited(certificate("neutral"), "theorem", value="piecewise-popov")
+    found = edited(edited(found, *CLASS, "time_varying", value=False), "multiplier", "theta", value=["1/100"])
+    assert recheck(complete_and_check(found).certificate).accepted
+    echo = found | {"system": certificate("echo")["system"]}
+    echo = edited(edited(echo, *CLASS, "sector", value=["0", "1"]), "proof", value=ECHO["proof"])
+    assert_both_reject(edited(echo, "multiplier", "pieces", value=[[None]] * 6))
+
+
 def test_the_first_piece_beside_a_pole_at_0_may_be_wide():
     # diag(exp(-s/8)/s, 1/((s + 1) (s + 2))): on [0, 8] the ball of (s + 1) (s + 2) contains 0
     A, B = [["0", "0", "0"], ["0", "-1", "0"], ["0", "1", "-2"]], [["1", "0"], ["0", "1"], ["0", "0"]]

@@ -51,6 +51,10 @@ DETERMINANT, PIECES = {"method": "determinant"}, {"method": "pieces", "ends": ["
 SPLINE = {"method": "spline", "degree": 1, "pieces": [1], "P": [[["1"]], [["1"]]], "exponent": 0}
 HULL = {"method": "hull", "tree": {"omega": [], "directions": [["1", "0"]]}}
 CONSTANT = {"gamma": [["1"]], "theta": ["0"], "kernels": []}
+EVEN = [
+    {"channels": [1, 1], "coefficient": "1/4", "rate": "1", "order": 1, "side": side}
+    for side in ("causal", "anticausal")
+]
 KERNEL = {"channels": [1, 1], "coefficient": "1/2", "rate": "1", "order": 1, "side": "causal"}
 FORM = {"kind": "sector", "channels": [1], "rows": [["1"]]}
 LINE = {"points": [["0", "0"]], "left": "1/2", "right": "1/2"}
@@ -75,6 +79,8 @@ PROOFS = {  # plant, multiplier, proof, and a class that is served
     "piecewise-circle by pieces": (LAG, {"lambda": ["0"], "pieces": [[["1", "0"]]] * 2}, PIECES, "gain"),
     "piecewise-popov": (LAG, LAMBDA | THETA | {"pieces": [[None]] * 2}, PIECES, "sector"),
     "matrix-scalings": (MAP, CONSTANT, DETERMINANT, "sector"),
+    "matrix-zames-falb that is even": (LAG, CONSTANT | {"kernels": EVEN}, DETERMINANT, "slope"),
+    "matrix-scalings with kernels": (MAP, CONSTANT | {"kernels": EVEN}, DETERMINANT, "gain"),
     "order-cones": (MAP, {"windows": [[["1/100"], ["1/4", "1/100"]]], "odd": [False]}, MATRIX, "slope"),
     "coupled-windows": (
         MAP,
@@ -115,6 +121,8 @@ SERVED = {
     "piecewise-circle by pieces": {"gain", "invariant", "delay", "slow delay"},
     "piecewise-popov": FIXED - {"gain"},
     "matrix-scalings": WITH_NORM | MEMORY,
+    "matrix-zames-falb that is even": SLOPES | {"invariant", "scalar", "delay"},
+    "matrix-scalings with kernels": {"gain", "invariant", "scalar"},
     "order-cones": SLOPES,
     "coupled-windows": FIXED | VARYING | MEMORY,
     "linear-gains": GAINS | OPERATORS | {"full block"},
@@ -127,7 +135,7 @@ SERVED = {
 # solutions times e^(t/10), or (10/9)^t: operators have another norm then, and what play and stop do does not scale
 NOTHING = set()
 PACED = {name: served & (SECTORS | {"jumping"}) for name, served in SERVED.items()}
-PACED |= {name: NOTHING for name in ("parameter-dependent", "matrix-scalings", "order-cones")}
+PACED |= {name: NOTHING for name in SERVED if name.startswith(("parameter-", "matrix-scalings", "order-cones"))}
 PACED |= {name: NOTHING for name in ("linear-members", "equilibrium", "sampled-orbit")}
 PACED |= {"diagonal-popov everywhere": SLOPES, "piecewise-popov": SLOPES - {"gain"}}
 PACED |= {"piecewise-circle by pieces": {"gain"}}
@@ -138,6 +146,7 @@ DIRECT |= {name: NOTHING for name in SERVED if "popov" in name}
 DIRECT |= {name: NOTHING for name in ("parameter-dependent", "order-cones", "coupled-windows")}
 DIRECT |= {name: NOTHING for name in ("ramped-gains", "equilibrium", "sampled-orbit")}
 DIRECT |= {"coupled-circle": SLOPES | {"slow gain"}, "matrix-scalings": SLOPES | {"slow gain", "performance"}}
+DIRECT |= {"matrix-scalings with kernels": {"gain"}}
 DIRECT |= {"matrix-zames-falb": SLOPES | OPERATORS | {"slow gain", "full block", "performance"}}
 VARIANTS = {
     "plain": (SERVED, {}, {}),

@@ -102,3 +102,85 @@ def test_a_parameter_on_its_way_is_followed_and_not_where_it_ends():
     assert recheck(shown).accepted
     goes = edited(edited(shown, "system", "rates", value=["3"]), "proof", "at", value=[["-2"], ["1"]])
     assert_both_reject(goes)
+
+
+def family(rate, terms, low="0", high="4"):
+    """Of one state and one channel: for each power of p the common denominator, A, B, C, D."""
+    listed = [
+        {"powers": [e], "common": c, "A": [[a]], "B": [[b]], "C": [[s]], "D": [[d]]}
+        for e, (c, a, b, s, d) in enumerate(terms)
+    ]
+    found = {"kind": "varying-family", "time": "continuous", "parameters": [["p", low, high]], "terms": listed}
+    return found | {"rates": [rate]}
+
+
+def drafted(system, theorem, proof, law=None):
+    laws = {"channels": [law or nonlinearities(0, 1)], "repeated": False}
+    verdict = "REFUTED" if theorem == "counterexample" else "PROVED"
+    found = {"verdict": verdict, "system": system, "laws": laws, "theorem": theorem, "proof": proof}
+    return found | {"multiplier": {}}
+
+
+# x' = (p - 2) x beside phi = 0: p from 4 to 1 and back in 2 units of time each, at the rate 3/2, multiplies x by e^2
+MOVES = drafted(
+    family("3/2", [("1", "-2", "1", "1", "0"), ("0", "1", "0", "0", "0")]),
+    "counterexample",
+    {"method": "members", "at": [["4"], ["1"]], "gains": [["0"]] * 2, "squarings": 0, "bits": 128, "times": ["2", "2"]},
+)
+# x' = -(1 + p) x with all of it twice over a common denominator 2, P = 3 - 2 p on [0, 1]: -V' = 2 (1 + p)(3 - 2 p) +
+# 2 p', 4 - 2 r at the least, r < 2; phi, which moves nothing, takes a little
+LEAF = {"multiplier": {"lambda": ["1/1000"], "P": [[["3"]], [["-2"]]], "exponent": 0}}
+FALLS = drafted(
+    family("199/100", [("2", "-2", "0", "1", "0"), ("0", "-2", "0", "0", "0")], "0", "1"),
+    "diagonal-circle",
+    {"method": "boxes", "boxes": LEAF},
+)
+
+
+@pytest.mark.parametrize("found", [MOVES, FALLS], ids=["moves", "falls"])
+def test_parameters_that_move_are_decided_by_hand(found):
+    assert recheck(complete_and_check(found).certificate).accepted
+
+
+@pytest.mark.parametrize(
+    ("found", "edits"),
+    [
+        (MOVES, {("system", "rates"): ["149/100"]}),
+        (MOVES, {("system", "rates"): ["0"]}),
+        (MOVES, {("proof", "times"): ["1", "2"]}),
+        (MOVES, {("proof", "times"): ["2", "1"]}),
+        (MOVES, {("proof", "times"): ["1/2", "1/2"]}),
+        (MOVES, {("proof", "times"): ["2", "-2"]}),
+        (MOVES, {("proof", "times"): ["2"]}),
+        (MOVES, {("proof", "at"): [["4"], ["0"]], ("proof", "times"): ["3", "3"]}),  # 0 on the average
+        (MOVES, {("proof", "at"): [["5"], ["2"]]}),
+        (MOVES, {("proof", "at"): [["4"]]}),
+        (MOVES, {("proof", "gains"): [["0"], ["1"]]}),
+        (MOVES, {("proof", "gains"): [["-1"], ["-1"]]}),
+        (MOVES, {("proof", "gains"): [["1"], ["1"]]}),  # e^0
+        (MOVES, {("laws", "channels", 0): nonlinearities(-1, 1, operator="any", time_varying=True)}),
+        (MOVES, {("laws", "channels", 0): nonlinearities(0, 1, slope=True, relu=True)}),
+        (MOVES, {("laws", "channels", 0): nonlinearities(0, 1, slope=True, memory="stop")}),
+        (MOVES, {("system", "time"): "discrete"}),
+        (MOVES, {("system", "terms", 1, "B"): [["1/100"]]}),  # what goes linearly stands in A alone
+        (MOVES, {("system", "terms", 1, "C"): [["1/100"]]}),
+        (MOVES, {("system", "terms", 1, "common"): "1/100"}),
+        (MOVES, {("system", "terms", 1, "powers"): [2]}),
+        (FALLS, {("system", "rates"): ["2"]}),
+        (FALLS, {("system", "rates"): ["3"]}),
+        (FALLS, {("system", "rates"): ["inf"]}),
+        (FALLS, {("system", "time"): "discrete"}),
+        (FALLS, {("system", "parameters", 0, 2): "1/4"}),  # P moves faster there
+        (FALLS, {("proof", "boxes"): {"parameter": 0, "at": "1/2", "below": LEAF, "above": LEAF}}),
+        (FALLS, {("system", "terms", 0, "common"): "-2"}),
+        (FALLS, {("system", "terms", 1, "common"): "-3"}),  # it vanishes for p = 2/3
+        (FALLS, {("proof", "boxes", "multiplier", "P"): [[["3"]], [["-3"]]]}),
+        (FALLS, {("proof", "boxes", "multiplier", "lambda"): ["-1/1000"]}),
+        (FALLS, {("proof", "boxes", "multiplier", "P", 0, 0, 0): "2"}),
+    ],
+)
+def test_parameters_that_move_otherwise_are_not(found, edits):
+    found = complete_and_check(found).certificate
+    for path, value in edits.items():
+        found = edited(found, *path, value=value)
+    assert_both_reject(found)

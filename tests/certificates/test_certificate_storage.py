@@ -19,7 +19,7 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Plant, channels
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
-from lure.analysis.certificates.memory import storages
+from lure.analysis.certificates.memory import storages, with_storage
 from lure.analysis.certificates.second.opinion import recheck
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
@@ -62,7 +62,11 @@ TWO |= {"D": [["0", "0"], ["0", "0"]]}
 MASS = {"A": [["0", "1"], ["-1", "-1/2"]], "B": [["0", "0"], ["1", "1"]], "C": [["1", "0"], ["0", "1"]]}
 MASS |= {"D": [["0", "0"], ["0", "0"]]}
 MEMBER = {"method": "linear-members", "gains": ["3", "0"], "operators": [], "omega": "2", "input": [["1", "0"]]}
+# q' = v, v' = -v - stop(q): phi = -(y_1 + y_2), and with V = 2 y_1^2 + 2 y_1 y_2 + 2 y_2^2 + phi^2, lambda = 13/10
+# there is 2 y_1^2 + 2 y_2^2 - (3/5) y_1 psi + 4 y_2 psi + (13/5) psi^2
+SLIDES = {"A": [["0", "1"], ["0", "-1"]], "B": [["0"], ["1"]], "C": [["1", "0"]], "D": [["0"]]}
 ALL = {
+    "slides": draft(SLIDES, [channel("stop")], **stored(["-1"], ["13/10"], [["2"], ["1", "2"]])),
     "stop": draft(LAG, [channel("stop")], **stored(["-1/8"])),
     "play": draft(LAG, [channel("play")], **stored(["1/8"])),
     "both": draft(
@@ -102,6 +106,17 @@ def test_both_checkers_accept(name):
 @pytest.mark.parametrize(
     ("name", "path", "value"),
     [
+        ("slides", ("multiplier", "theta"), ["1"]),
+        ("slides", ("multiplier", "theta"), ["0"]),
+        ("slides", ("multiplier", "theta"), ["-1/20"]),
+        ("slides", ("multiplier", "lambda"), ["9/10"]),
+        ("slides", ("laws", "channels", 0, "memory"), "play"),
+        ("slides", ("laws", "channels", 0), channel("")),
+        ("slides", ("system", "A"), [["0", "1"], ["0", "0"]]),
+        ("slides", ("system", "A"), [["0", "0"], ["0", "-1"]]),
+        ("slides", ("system", "B"), [["1"], ["-1"]]),  # which does not move the integrator
+        ("slides", ("system", "time"), "discrete"),
+        ("slides", ("theorem",), "diagonal-circle"),
         ("stop", ("multiplier", "theta"), ["1/8"]),
         ("play", ("multiplier", "theta"), ["-1/8"]),
         ("stop", ("multiplier", "theta"), ["1/1000"]),
@@ -143,6 +158,12 @@ def test_both_checkers_accept(name):
 )
 def test_neither_accepts_what_was_changed(name, path, value):
     assert_both_reject(edited(certificate(name), *path, value=value))
+
+
+def test_what_is_stored_is_added_in_one_unit():
+    # 4 M - 4 2 (1/2)(1/2) 5 and 4 V + 4 (1/2) 5
+    half = Fraction(1, 2)
+    assert with_storage([[4]], [[3]], 5, ([([half], [half])], [[half]])) == ([[6]], [[22]])
 
 
 def test_a_form_that_holds_without_a_positive_v_is_refused():

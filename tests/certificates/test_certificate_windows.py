@@ -224,3 +224,34 @@ def test_forms_of_several_channels_and_rectifiers_are_taken():
     rows = [["1"], ["1", "1"], ["5", "-1", "1"], ["-1", "-5", "1", "1"]]
     ((_, M),), _ = forms([{"kind": "relu", "channels": [1], "rows": rows}], [RELU])
     assert M[3] == [-1, -5, 1, 1]
+
+
+# x' = -phi, x+ = x - phi: (1, 0) is an equilibrium with phi = 0; of x' = 0 (1, 1) is one, too, with phi = sigma
+@pytest.mark.parametrize(
+    ("sides", "discrete", "low", "M", "zero", "holds"),
+    [
+        ("0111", False, 0, [[0], [0, 1]], [[1, 0]], True),
+        ("1111", True, 0, [[0], [0, 1]], [[1, 0]], True),
+        ("0111", True, 0, [[0], [0, 1]], [[1, 0]], False),
+        ("1111", False, 0, [[0], [0, 1]], [[1, 0]], False),
+        ("0111", False, 0, [[0], [0, 1]], [[2, 0]], False),
+        ("0111", False, 0, [[0], [0, 1]], [[0, 0]], False),
+        ("0111", False, 0, [[0], [0, 1]], [[1, 1]], False),
+        ("0111", False, 1, [[0], [0, 1]], [[1, 0]], False),
+        ("0111", False, 0, [[1], [0, 1]], [[1, 0]], False),  # V' does not vanish there
+        ("0111", False, 0, [[0], [1, 1]], [[1, 0]], False),
+        ("0101", False, 0, [[0], [0, 1]], [[1, 0]], False),  # which sigma does not see
+        ("0111", False, 0, [[0], [0, 1]], [[1, 0], [1, 0]], False),
+        ("0111", False, 0, [[0], [0, 1]], [], False),
+        ("0011", False, 1, [[1], [-1, 1]], [[1, 1]], True),
+        ("0011", False, 0, [[1], [-1, 1]], [[1, 1]], False),
+    ],
+)
+def test_a_form_is_taken_beside_its_equilibria(sides, discrete, low, M, zero, holds):
+    A, B, C, _ = ([[F(v)]] for v in sides)
+    given = numbers(M), channels.Plant(A, B, C, [[F(0)]], discrete), [F(low)], [[str(v) for v in row] for row in zero]
+    if holds:
+        assert windows.at_rest(*given) == [[F(1)]]
+        return
+    with pytest.raises((Rejected, Malformed)):
+        windows.at_rest(*given)
