@@ -8,7 +8,7 @@ from certificate_family import on_both
 
 from lure.analysis.certificates import balls
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
-from lure.analysis.certificates.blocks import block, coefficients, realised, scheme
+from lure.analysis.certificates.blocks import block, coefficients, masses, realised, scheme
 from lure.analysis.certificates.states import chords, classes, deflated, inside, piecewise
 
 
@@ -211,3 +211,24 @@ def test_a_swing_known_with_too_large_an_error_stays_nowhere():
     # nor for a time that is not known
     assert not inside(G, X, (F(1), F(1)), on_both((F(-1), F(2))))
     assert not inside(G, X, (F(1, 4), F(3, 10)), on_both((F(-1), F(2))))
+
+
+# 2/(2 + s) weighs 2/3 and 2 at the rate 1, 2/(2 - s) the other way round; theta pays for the first, and takes as much
+@pytest.mark.parametrize(
+    ("data", "discrete", "rate", "found"),
+    [
+        ({"theta": "1/4", "kernels": [("1/2", "causal")]}, False, None, ("1/2", "1/2")),
+        ({"theta": "1/4", "kernels": [("1/2", "causal")]}, False, 1, ("1/12", "5/4")),
+        ({"theta": "1/4", "kernels": [("-1/2", "anticausal")]}, False, 1, ("3/4", "7/12")),
+        ({"theta": "-1/4", "kernels": [("1/2", "causal"), ("1/2", "anticausal")]}, False, 1, ("19/12", "13/12")),
+        ({"taps": [[2, "-1/3"]]}, True, None, ("1/3", "1/3")),
+        ({"taps": [[2, "-1/3"]]}, True, "1/2", ("1/12", "4/3")),
+        ({"taps": [[-1, "1/3"], [2, "1/3"]]}, True, "1/2", ("3/4", "3/2")),
+    ],
+)
+def test_masses_at_a_rate(data, discrete, rate, found):
+    if not discrete:
+        names = ("coefficient", "side")
+        listed = [dict(zip(names, one, strict=True)) | {"rate": "2", "order": 1} for one in data["kernels"]]
+        data = data | {"kernels": listed}
+    assert masses(data, discrete, None if rate is None else F(rate)) == tuple(map(F, found))

@@ -1,5 +1,6 @@
 """The arithmetic of the checker against python-flint, numpy and numbers worked out by hand; fast, for its mutants."""
 
+import cmath
 import math
 from fractions import Fraction as F
 from random import Random
@@ -411,3 +412,61 @@ def test_in_the_critical_case_a_box_is_over_omega_squared():
 )
 def test_the_part_without_delay_prevails_far_out(form, start, degree, holds):
     assert balls.tail(form, F(start), degree) is holds
+
+
+# -- functions on an interval
+def modelled(model, x):
+    u, v = (sum(c * x**k for k, c in enumerate(side)) for side in (model.u, model.v))
+    return complex(u / 2**balls.WORD, v / 2**balls.WORD)
+
+
+def test_the_errors_of_models_add_up():
+    Model, one = balls.Model, 2**balls.WORD
+    assert Model([1], [2], 3) + Model([4, 1], [5], 6) == Model([5, 1], [7], 9)
+    # 1 5 + 3 (1 + 5) units of 2^-WORD, one for the last bit, and one for each coefficient that is cut
+    assert Model([one], [], 3) * Model([one], [], 5) == Model([one], [], 8 + 1 + 2 * balls.TERMS)
+    assert (Model([one], [], 3) * Model([], [one], 5)).v == [one]
+    assert (Model([], [one], 0) * Model([], [one], 0)).u == [-one]
+    assert Model([one], [one, -one], 7).most() == 3 * one
+    assert Model([one], [one], 7).conjugate() == Model([one], [-one], 7)
+    assert Model([2**70, 5, -6], [2**63], 1).short() == Model([2**70], [], 1 + 5 + 6 + 2**63)
+    long = Model([one] * balls.TERMS, [], 0)
+    assert (long * Model([0, one], [], 0)).off >= one  # what is beyond the last coefficient
+
+
+@pytest.mark.parametrize("pace", [None, F(1, 3)])
+@pytest.mark.parametrize("halvings", [0, 3, 500])
+def test_a_form_is_lifted_to_an_interval(pace, halvings):
+    form = Form({(F(0), 0): (F(1, 3), F(-2)), (F(0), 3): (F(-1), F(1, 7))})
+    form = form + Form({(F(1, 2), 1): (F(2), F(1, 5)), (F(3), 0): (F(-1, 2), F(4))})
+    model = balls.Lift(F(1, 2), F(9, 4), pace)(form, halvings)
+    assert 0 < model.off < 2 ** (balls.WORD - 60 if halvings < 9 else balls.WORD)
+    for x in (-1.0, -0.3, 0.0, 0.7, 1.0):
+        omega = 11 / 8 + 7 / 8 * x
+        exact_value = sum(
+            complex(*map(float, z)) * omega**n * cmath.exp((float(pace or 0) - 1j * omega) * float(tau))
+            for (tau, n), z in form.items()
+        )
+        assert modelled(model, x) * 2.0**halvings == pytest.approx(exact_value, rel=1e-9, abs=2.0 ** (halvings - 380))
+
+
+def test_far_out_what_comes_late_is_a_number_of_unknown_phase():
+    # (2 omega^2 + 1)/omega^2 + e^(a tau) (3 + 4 i) omega/omega^2 from omega = 5 on: at most 7/5 e^(1/2) off
+    form = Form({(F(0), 2): (F(2), F(0)), (F(0), 0): (F(1), F(0)), (F(2), 1): (F(3), F(4))})
+    model = balls.outward(form, F(5), 2, F(1, 4))
+    assert model.off / 2**balls.WORD == pytest.approx(7 / 5 * math.exp(0.5), rel=1e-12)
+    for x in (-1.0, 0.2, 1.0):  # 1/omega is between 0 and 1/5
+        assert modelled(model, x) == pytest.approx(2 + (0.1 + x / 10) ** 2)
+    with pytest.raises(Rejected):
+        balls.outward(form, F(5), 1, F(1, 4))
+
+
+def test_what_vanishes_at_0_is_divided_by_s():
+    # chi = s^2 + 3 s + 1 - e^(-s), over s: s + 3 + (1 - e^(-s))/s, which is 1 up to b/2
+    form = Form({(F(0), 2): (F(-1), F(0)), (F(0), 1): (F(0), F(3)), (F(0), 0): (F(1), F(0)), (F(1), 0): (F(-1), F(0))})
+    model = balls.over_s(form, F(1, 8))
+    assert model.off / 2**balls.WORD == pytest.approx(1 / 16, rel=1e-9)
+    for x in (-0.9, 0.0, 1.0):
+        s = 1j * (1 + x) / 16
+        assert abs(modelled(model, x) - (s * s + 3 * s + 1 - cmath.exp(-s)) / s) <= model.off / 2**balls.WORD
+        assert modelled(model, x) == pytest.approx(s + 4)

@@ -155,7 +155,8 @@ def test_parameters_that_move_are_decided_by_hand(found):
         (MOVES, {("proof", "at"): [["4"], ["0"]], ("proof", "times"): ["3", "3"]}),  # 0 on the average
         (MOVES, {("proof", "at"): [["5"], ["2"]]}),
         (MOVES, {("proof", "at"): [["4"]]}),
-        (MOVES, {("proof", "gains"): [["0"], ["1"]]}),
+        (MOVES, {("proof", "at"): [["4"], ["4"], ["1"]]}),
+        (MOVES, {("proof", "gains"): [["0"], ["1/4"]]}),
         (MOVES, {("proof", "gains"): [["-1"], ["-1"]]}),
         (MOVES, {("proof", "gains"): [["1"], ["1"]]}),  # e^0
         (MOVES, {("laws", "channels", 0): nonlinearities(-1, 1, operator="any", time_varying=True)}),
