@@ -222,7 +222,6 @@ def delayed(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
         0 <= low < high <= asked.families[i].sector[1] and 0 < a < b and b * (high - low) < 3,
         "the delays are not of the class",
     )
-    need(not H.discrete, "samples are another method")
     d, N = pieces.quotients(H, [g * (k != i) for k, g in enumerate(gains)])
     n = N[i][i]
     for tau, sign in ((low, -1), (high, 1)):
