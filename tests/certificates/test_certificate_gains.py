@@ -323,3 +323,69 @@ def test_a_delay_refutes():
 )
 def test_a_delay_of_another_class_or_none_at_all_refutes_nothing(edits):
     assert_both_reject(changed(LATE, edits))
+
+
+# -- ReLUs: x' = -x + 2 max(x, 0); x_1' = -x_1 + 3/2 max(x_2, 0) and the same turned round, e^(t/2) on (1, 1); x+ = -2
+# max(x, 0) - 3/4 min(x, 0), 3/2 in two steps, beside a gain 1 of [0, 1] that moves nothing
+def relu(low, high):
+    return nonlinearities(low, high, slope=True, relu=True)
+
+
+def ray(system, classes, gains, state, value):
+    proof = {"method": "relu-ray", "gains": gains, "state": state, "value": value, "radius": "1/100"}
+    return refuted(system, classes, proof)
+
+
+UP = ray(loop([[-1]], [[-1]], [[1]], [[0]]), [relu(0, 2)], [["2"]], ["1"], "1")
+CROSSED = ray(
+    loop([[-1, 0], [0, -1]], [[0, -1], [-1, 0]], I2, O2), [relu(0, "3/2")] * 2, [["3/2"] * 2], ["1", "1"], "1/2"
+)
+STEPS = ray(
+    loop([[0]], [[1, 0]], [[1], [1]], O2, "discrete"),
+    [relu("3/4", 2), nonlinearities(0, 1)],
+    [["2", "1"], ["3/4", "1"]],
+    ["1"],
+    "3/2",
+)
+
+
+@pytest.mark.parametrize("found", [UP, CROSSED, STEPS], ids=["up", "crossed", "steps"])
+def test_a_solution_of_relus_that_keeps_its_direction_refutes(found):
+    assert accepted(found).certificate["conclusion"] == MOVES
+
+
+@pytest.mark.parametrize(
+    ("found", "edits"),
+    [
+        (UP, {("proof", "gains"): [["3/2"]], ("proof", "value"): "1/2"}),  # no gain of the ReLU
+        (UP, {("proof", "gains"): [["0"]], ("proof", "value"): "-1"}),
+        (UP, {("proof", "state"): ["-1"]}),
+        (UP, {("proof", "state"): ["0"]}),
+        (UP, {("proof", "value"): "98/100"}),
+        (UP, {("proof", "value"): "102/100"}),
+        (UP, {("proof", "radius"): "0"}),
+        (UP, {("proof", "radius"): "-1/100"}),
+        (UP, {("proof", "radius"): "1"}),  # lambda may be 0
+        (UP, {("laws", "channels", 0): relu(0, 1), ("proof", "gains"): [["1"]], ("proof", "value"): "0"}),
+        (UP, {("laws", "channels", 0): nonlinearities(0, "3/2")}),
+        (UP, {("laws", "channels", 0): operator("any", 2)}),
+        (UP, {("system", "A"): [["-3"]]}),
+        (UP, {("system", "D"): [["-1/2"]]}),  # 1 - 1
+        (CROSSED, {("proof", "state"): ["1", "-1"], ("proof", "value"): "-5/2"}),
+        (CROSSED, {("proof", "state"): ["1", "102/100"]}),
+        (CROSSED, {("proof", "radius"): "3/4"}),
+        (CROSSED, {("proof", "gains"): [["3/2", "0"]]}),
+        (CROSSED, {("system", "B"): [["0", "-1"], ["1", "0"]]}),
+        (CROSSED, {("laws", "channels"): [relu(0, "1/2")] * 2, ("proof", "gains"): [["1/2"] * 2]}),
+        (STEPS, {("proof", "gains"): [["3/4", "1"], ["2", "1"]]}),
+        (STEPS, {("proof", "gains"): [["2", "1"]], ("proof", "value"): "-2"}),
+        (STEPS, {("proof", "gains"): [["2", "1"], ["3/4", "0"]]}),  # a gain that stays is asked for
+        (STEPS, {("proof", "gains"): [["2", "2"], ["3/4", "2"]]}),
+        (STEPS, {("proof", "state"): ["-1"]}),
+        (STEPS, {("laws", "channels", 0): relu("1/2", 2)}),
+        (STEPS, {("system", "B"): [["4/5", "0"]]}),  # 24/25 in two steps
+        (STEPS, {("system", "time"): "continuous"}),
+    ],
+)
+def test_solutions_of_relus_that_do_not_are_refused(found, edits):
+    assert_both_reject(changed(found, edits))
