@@ -6,7 +6,7 @@ import pytest
 from certificate_family import draft, nonlinearities
 
 from lure.analysis.certificates import pieces, windows
-from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.arithmetic import IllPosed, Rejected
 from lure.analysis.certificates.channels import Plant, channels
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
@@ -57,6 +57,20 @@ def test_a_form_falls_up_to_the_gain_with_a_pole_at_zero_also_beside_a_feedthrou
         return
     with pytest.raises(Rejected, match="falls with the gain at the upper end"):
         complete_and_check(given)
+
+
+# -1 - 1/(s + 1): the gain g leaves -1 + g/(1 - g), which is stable for g < 1/2 and again for g > 1, -3 for 2: V falls
+# for the gains at both ends, and 1 + g H(inf) vanishes in between
+@pytest.mark.parametrize(("low", "high", "proved"), [("0", "49/100", True), ("0", "2", False), ("1/4", "5/4", False)])
+def test_a_form_that_falls_at_both_ends_needs_a_loop_in_between(low, high, proved):
+    system = {"kind": "transfer", "time": "continuous", "numerator": ["-1", "-2"], "denominator": ["1", "1"]}
+    proof = {"method": "powers", "power": 1, "P": [["1"]], "lower": [["0"]], "upper": [["0"]]}
+    found = draft(system, nonlinearities(low, high, time_varying=True), "homogeneous-lyapunov", {}, proof)
+    if proved:
+        assert recheck(complete_and_check(found).certificate).accepted
+        return
+    with pytest.raises(IllPosed):
+        complete_and_check(found)
 
 
 # A form of ReLUs on the channels of a ReLU and of an operator: the operator alone forbids it, and one that is no ReLU.

@@ -4,6 +4,7 @@ import pytest
 from handwritten import draft, loop, nonlinearities, operator
 from tampering import assert_both_reject, edited
 
+from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 
@@ -238,6 +239,12 @@ PASSES = refuted(
     [operator("linear time-invariant", 2)],
     {"method": "linear-members", "gains": ["0"], "operators": [{"left": [["-1", "1/2"]], "right": [["1", None]]}]},
 )
+# 1/(s + 1)^2 with c (s - a)/(s + a): at omega^2 = a the one has the modulus 1/(1 + a), and the other turns it back
+TURNED = refuted(
+    loop([[-2, -1], [1, 0]], [[1], [0]], [[0, 1]], [[0]]),
+    [operator("linear time-invariant", 3)],
+    {"method": "linear-members", "gains": ["0"], "operators": [{"left": [["-3", "2"]], "right": [["1", None]]}]},
+)
 # the matrix of the loop is -(1/2, 1; 1, 1/2), of which 1/2 is an eigenvalue
 MATRIX = refuted(
     loop([["-1/2", 0], [0, "-1/2"]], I2, I2, O2),
@@ -247,9 +254,7 @@ MATRIX = refuted(
 )
 
 
-@pytest.mark.parametrize(
-    ("found", "conclusion"), [(AT_I, EXCEEDED), (PASSES, MOVES), (MATRIX, MOVES)], ids=["gain", "all-pass", "matrix"]
-)
+@pytest.mark.parametrize(("found", "conclusion"), [(AT_I, EXCEEDED), (PASSES, MOVES), (TURNED, MOVES), (MATRIX, MOVES)])
 def test_linear_members_refute(found, conclusion):
     assert accepted(found).certificate["conclusion"] == conclusion
 
@@ -268,6 +273,9 @@ def test_linear_members_refute(found, conclusion):
         (PASSES, {("proof", "operators", 0, "left"): [["-201/100", "1/2"]]}),
         (PASSES, {("proof", "operators", 0, "right"): [["201/100", None]]}),
         (PASSES, {("proof", "gains"): ["1"]}),
+        (TURNED, {("proof", "operators", 0, "left"): [["-299/100", "2"]]}),
+        (TURNED, {("proof", "operators", 0, "left"): [["-3", "21/10"]]}),
+        (TURNED, {("proof", "operators", 0, "left"): [["-3", "-2"]]}),
         (PASSES, {("proof", "operators", 0, "left"): [["-1", "1/2"], ["-1", "1/2"]]}),
         (PASSES, {("laws", "channels", 0): nonlinearities(-2, 2)}),
         # the plant rests, whatever the operator does with D alone
@@ -389,3 +397,13 @@ def test_a_solution_of_relus_that_keeps_its_direction_refutes(found):
 )
 def test_solutions_of_relus_that_do_not_are_refused(found, edits):
     assert_both_reject(changed(found, edits))
+
+
+def test_a_radius_in_which_the_map_does_not_stay_is_refused():
+    # |d| <= r goes to r^2/x = 5/2 for x = 1/10, r = 1/2; the second checker knows the loop of one state exactly
+    with pytest.raises(Rejected, match="eigenvector is not shown"):
+        complete_and_check(edited(edited(UP, "proof", "state", value=["1/10"]), "proof", "radius", value="1/2"))
+
+
+def test_the_words_say_where_the_gain_is():
+    assert accepted(AT_I).facts["gain"] == "|T w| > gamma |w| at omega = 1, the tangent of half the angle"

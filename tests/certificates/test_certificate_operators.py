@@ -161,6 +161,12 @@ def test_linear_members_refute_for_both_checkers(one, conclusion):
     jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
 
 
+def test_the_words_name_the_pole_and_the_frequency():
+    assert "a pole from w_2 to z_1 not strictly inside" in complete_and_check(CROSSES).facts["pole"]
+    assert complete_and_check(HIDDEN).facts["gain"].endswith("at omega = 1/1000")
+    assert complete_and_check(BELOW).facts["gain"].endswith("at omega = inf, the tangent of half the angle")
+
+
 SIDES = ("laws", "channels", 0, "sector")
 TAMPERED = [
     (ANY, *SIDES, ["-1", "1"]),  # |H| = 1
