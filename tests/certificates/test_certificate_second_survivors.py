@@ -6,14 +6,20 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from certificate_family import draft, nonlinearities
 from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from tampering import assert_both_reject, edited
 
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second import recheck
 from lure.analysis.certificates.second.axis import require_same
+from lure.analysis.certificates.second.channel_gains import _ramp
 from lure.analysis.certificates.second.frequencies import require_vertices
-from lure.analysis.certificates.second.numerics import working_precision
+from lure.analysis.certificates.second.gains import positive_root, require_crossing, unstable_kind
+from lure.analysis.certificates.second.numerics import ball, to_fmpq, working_precision
 from lure.analysis.certificates.second.orbits import Stay, Watched, _Equations
 from lure.analysis.certificates.second.reading import NotShown, count, mapping, number
+from lure.analysis.certificates.second.systems import Delayed, Rational, States
 
 STORED = json.loads((Path(__file__).parents[1] / "support" / "certificates.json").read_text())
 SWITCHED = [name for name, one in STORED.items() if one["proof"]["method"] == "switched-gain"]
@@ -83,3 +89,99 @@ def test_a_solution_stays_on_its_piece_from_beginning_to_end(low, high, enters, 
         equations = _Equations(2, [Stay(G=G, entry=one.row, watched=(one,))], half=False)
         start = arb_mat([[0], [1], [1]])
         assert equations.on_its_piece(0, one, start, arb(fmpq(duration.numerator, duration.denominator))) is stays
+
+
+# G(t) = a + (b - a) t/T commutes with itself at all times: exp(T (a + b)/2)
+@pytest.mark.parametrize(("first", "last", "time"), [(1, 3, 1), (3, -1, 2), (-1, 1, Fraction(1, 3))])
+def test_a_gain_that_goes_linearly_acts_by_its_mean(first, last, time):
+    with working_precision(128):
+        found = _ramp(arb_mat([[first]]), arb_mat([[last]]), ball(time))[0, 0]
+        exact = (ball(time) * (first + last) / 2).exp()
+        assert found.overlaps(exact)
+        assert abs(found - exact) < arb(2) ** -100
+
+
+# s + 1 + g n_0 exp(-s) is 1 + g n_0 at 0; s exp(s) = 0 beside a pole at 0 says nothing
+@pytest.mark.parametrize(
+    ("top", "below", "gain", "kind"),
+    [
+        (2, [1, 1], Fraction(-3, 4), "no rest"),
+        (2, [1, 1], Fraction(-1, 2), "equilibria"),
+        (2, [1, 1], Fraction(-1, 4), None),
+        (Fraction(1, 2), [1, 1], Fraction(-1), None),
+        (1, [0, 1], Fraction(0), None),
+        (1, [0, 1], Fraction(-1), "no rest"),
+    ],
+)
+def test_a_gain_beside_a_dead_time_by_its_sign_at_0(top, below, gain, kind):
+    loop = Delayed(terms=((Fraction(1), fmpq_poly([to_fmpq(Fraction(top))])),), d=fmpq_poly(below))
+    if kind is None:
+        with pytest.raises(NotShown, match="no real root"):
+            positive_root(loop, gain)
+        return
+    assert positive_root(loop, gain) == kind
+
+
+# two eigenvalues 0 (z = 1): with two eigenvectors every solution is constant, with one some grow like t
+@pytest.mark.parametrize("discrete", [False, True])
+@pytest.mark.parametrize(("coupling", "kind"), [(0, "equilibria"), (1, "no rest")])
+def test_eigenvectors_at_rest_are_counted(discrete, coupling, kind):
+    one, zero = Fraction(int(discrete)), Fraction(0)
+    state = States(A=((one, Fraction(coupling)), (zero, one)), b=(zero, zero), c=(zero, zero), d=zero)
+    assert unstable_kind(Rational(discrete=discrete, states=state, given=None), zero) == kind
+
+
+# s + 1/2 + g exp(-s) has the root i w where w cos w + sin w/2 = 0, w = 1.8366, g = 1.9034; with no term there is none
+@pytest.mark.parametrize(("top", "holds"), [([1], True), ([], False)])
+def test_a_loop_without_a_numerator_has_the_roots_of_its_denominator(top, holds):
+    loop = Delayed(terms=((Fraction(1), fmpq_poly(top)),), d=fmpq_poly([fmpq(1, 2), 1]))
+    gains, band = (Fraction(1), Fraction(3)), (Fraction(1), Fraction(5, 2))
+    if holds:
+        require_crossing(loop, gains, band)
+        return
+    with pytest.raises(NotShown):
+        require_crossing(loop, gains, band)
+
+
+# 1 + g D vanishes for g = 2, or -2, between the two gains
+@pytest.mark.parametrize(("direct", "low", "high"), [("-1/2", 1, 3), ("1/2", -3, 1)])
+def test_no_gain_between_two_may_be_without_solution(direct, low, high):
+    state = States(A=((Fraction(-1),),), b=(Fraction(1),), c=(Fraction(1),), d=Fraction(direct))
+    loop = Rational(discrete=False, states=state, given=None)
+    with pytest.raises(NotShown, match="has no solution"):
+        require_crossing(loop, (Fraction(low), Fraction(high)), (Fraction(0), Fraction(1)))
+
+
+def multivariable(A, B, C, D=None, **more):
+    direct = D or [["0"] * len(C) for _ in C]
+    return {"kind": "multivariable", "time": "continuous", "A": A, "B": B, "C": C, "D": direct, **more}
+
+
+# one gain g in both channels of x' = -x - c (g x + g x): the sum of all four corners is 4 (s + 1 + c) for g in [0, 1]
+ONE_GAIN = draft(
+    multivariable([["-1"]], [["1", "1"]], [["-1/4"], ["-1/4"]]),
+    {"channels": [nonlinearities("0", "1", linear=True)] * 2, "repeated": True},
+    "constant-gains",
+    {},
+    {"method": "hull", "tree": {"omega": [], "directions": [["1", "0"]]}},
+)
+CUBE = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "3", "1"]}  # below 8
+LAWS = ("laws", "channels")
+FORGED = {  # what both checkers accept, and what is then changed, so that it would be false, or is not shown
+    "a gain in two channels, unstable": (ONE_GAIN, {("system", "C"): [["-3/4"], ["-3/4"]]}),
+    "gains that are functions": (ONE_GAIN, {(*LAWS, 0, "linear"): False, (*LAWS, 1, "linear"): False}),
+    "gains above the largest": (
+        draft(CUBE, nonlinearities("-1/2", "79/10", linear=True), "hurwitz", {}),
+        {("laws", "sector"): ["-1/2", "17/2"]},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FORGED)
+def test_neither_checker_accepts_what_is_forged(name):
+    given, edits = FORGED[name]
+    found = dict(complete_and_check(copy.deepcopy(given)).certificate)
+    assert recheck(found).accepted, recheck(found).reason
+    for path, value in edits.items():
+        found = edited(found, *path, value=value)
+    assert_both_reject(found)
