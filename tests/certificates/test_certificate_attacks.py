@@ -8,6 +8,7 @@ import pytest
 from certificate_family import accepted, draft, nonlinearities, refutation
 from hypothesis import given
 from hypothesis import strategies as st
+from tampering import refused_again
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.matrix import matrix_draft
@@ -132,7 +133,7 @@ def test_tanh_is_no_constant_gain():
     assert recheck(shown).accepted
     tanh = {"kind": "tanh", "height": "1", "rate": "1"}
     assert accepted({**draft_of, "law": tanh}) is None
-    assert not recheck({**shown, "law": tanh}).accepted
+    assert refused_again({**shown, "law": tanh})
 
 
 # (4 s + 1)/(s + 1)^4: with x = w^2 Im n d* is w x (4 x - 20), 0 at 0 too; at x = 5 Re n d* = 1 + 10 x - 15 x^2 is -324,

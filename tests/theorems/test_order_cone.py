@@ -9,6 +9,7 @@ from flint import fmpq, fmpq_mat
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plants import DISCRETE, ODD, SIXTH, TURNED, discrete
+from tampering import refused_again
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, check
@@ -58,7 +59,7 @@ def accepted(certificate):
             **certificate,
             "proof": {"method": "polynomial", "variable": "omega^2", "coefficients": [], "limits": []},
         }
-        assert not recheck(json.dumps(whole)).accepted
+        assert refused_again(json.dumps(whole))
         return False
     assert isinstance(check(json.dumps(shown)), Proved)
     assert recheck(json.dumps(shown)).accepted

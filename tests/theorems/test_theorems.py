@@ -13,6 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plants import CONTINUOUS, DISCRETE, product, stable_plants
 from sharpness import CLOSE, raised
+from tampering import refused_again
 
 from lure.analysis import max_slope
 from lure.analysis.certificates.arithmetic import Rejected
@@ -172,7 +173,7 @@ def test_both_checkers_accept_the_certificate_and_neither_one_beyond_the_end(row
     with pytest.raises(Rejected):
         check(completed(beyond))
     larger = {**json.loads(certificate), "laws": beyond["laws"]}
-    assert not recheck(larger).accepted
+    assert refused_again(larger)
 
 
 # Without its weight, or with the trivial multiplier, every other criterion is the circle criterion.
@@ -243,7 +244,7 @@ def test_a_certificate_for_odd_laws_is_one_for_no_others():
     certificate = certified(plant, tsypkin_odd_largest(plant)).proved.certificate
     assert recheck(certificate).accepted
     every = {**certificate, "laws": {**certificate["laws"], "odd": False}}
-    assert not recheck(every).accepted
+    assert refused_again(every)
     with pytest.raises(Rejected, match="odd nonlinearities"):
         completed({key: every[key] for key in every if key not in ("hypotheses", "conclusion")})
 
