@@ -14,6 +14,7 @@ from lure.arrays import NDArray, Reals, np
 from lure.plants.delay_matrix import DelayMatrix
 
 _LEAST_NODES, _MOST_NODES, _NEWTON, _ROOTS, _CLOSE = 12, 60, 12, 6, 1e-13
+_SLOW = 1e-7  # of Newton's steps near a root that is not simple
 
 
 class LateRoots:
@@ -85,9 +86,10 @@ class LateRoots:
                 except np.linalg.LinAlgError:  # a root
                     step = 0.0
                 s -= step
-                if not abs(step) > _CLOSE * abs(s):
-                    found.append(complex(s.real, abs(s.imag)))
+                if abs(step) <= _CLOSE * abs(s):
                     break
+            if abs(step) <= _SLOW * abs(s):
+                found.append(complex(s.real, abs(s.imag)))
         return max(found, key=lambda s: s.real, default=complex(starts[0]))
 
 

@@ -198,7 +198,7 @@ def test_zeros_of_a_denominator_with_dead_time_are_counted_by_both(d, wait, q, p
         return
     assert right_zeros(turned, B.order, pole)[0] == zeros
     with working_precision(192):
-        assert second_zeros(B.order - pole, ours.turn) == zeros
+        assert second_zeros(B.order - pole, ours.turn, ours.closer) == zeros
 
 
 @pytest.mark.parametrize("top", ["1", "-1"])

@@ -7,6 +7,7 @@ e^{-s T_k} K C_k)(s - M(s))^-1 B (1 - L K D) + K D``.  In neutral equations read
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -14,7 +15,7 @@ from fractions import Fraction
 from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat
 
 from lure.analysis.certificates.second.channels import Asked, diagonal, stacked
-from lure.analysis.certificates.second.numerics import ball, right_zeros
+from lure.analysis.certificates.second.numerics import SERIES_TERMS, ball, on_axis, right_zeros
 from lure.analysis.certificates.second.reading import require, tick
 
 Series = list[list[acb_series]]
@@ -67,7 +68,8 @@ class LateLoop:
         NotShown
             They are not counted.
         """
-        return right_zeros(self.A.nrows(), self._turn)
+        n = self.A.nrows()
+        return right_zeros(n, self._turn, lambda a, b: on_axis(self.determinant, a, b) * acb(0, -1) ** n)
 
     def _turn(self, a: Fraction | None, b: Fraction) -> acb:
         """``g = chi/s^n``, as :func:`right_zeros` asks."""
@@ -160,7 +162,7 @@ class LateLoop:
         return fmpq_mat([*rows, [*(-C[i, k] for k in range(n)), self.D[i, j]]]).det()
 
     def determinant(self, s: acb_series, border: tuple[int, int] | None = None) -> acb_series:
-        """``det(s - M(s))``, or ``det [[s - M, b_j], [-c_i, d_ij]]``, as a series by elimination.
+        """``det(s - M(s))``, or ``det [[s - M, b_j], [-c_i, d_ij]]``, as a series by elimination, or unbounded.
 
         Parameters
         ----------
@@ -183,6 +185,8 @@ class LateLoop:
             if best != k:
                 rows[k], rows[best], found = rows[best], rows[k], -found
             found = found * rows[k][k]
+            if rows[k][k][0].contains(0) and k + 1 < len(rows):  # a pivot that may vanish
+                return acb_series([acb(arb(0, math.inf), arb(0, math.inf))] * SERIES_TERMS)
             for h in range(k + 1, len(rows)):
                 factor = rows[h][k] / rows[k][k]
                 rows[h] = [v - factor * w for v, w in zip(rows[h], rows[k], strict=True)]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
-from flint import acb, arb, arb_mat, ctx, fmpq, fmpq_poly
+from flint import acb, acb_series, arb, arb_mat, ctx, fmpq, fmpq_poly
 
 from lure.analysis.certificates.second.reading import require, tick
 
@@ -133,10 +133,45 @@ def half_plane_counts(p: fmpq_poly) -> Counts:
     return Counts(p.degree() - axis - right, axis, right)
 
 
-_MOST_PIECES, _DOUBLINGS, _NARROWEST = 20_000, 60, 2**40
+_MOST_PIECES, _DOUBLINGS, _SHORT, _NARROWEST = 20_000, 60, 2**8, 2**90
 
 
-def right_zeros(n: int, turn: Callable[[Fraction | None, Fraction], acb]) -> int:
+def taylor(here: acb_series, wide: acb_series, radius: arb) -> acb:
+    """Bound of a function by Taylor's formula about the middle of an interval of a real variable.
+
+    Parameters
+    ----------
+    here, wide : acb_series
+        The function about the middle, and about every point: of this the last coefficient is taken.
+    radius : arb
+        Half the length.
+    """
+    total, power = here[0], arb(1)
+    for k in range(1, SERIES_TERMS):
+        power *= radius
+        coefficient = wide[k] if k == SERIES_TERMS - 1 else here[k]
+        total += coefficient * power * (arb(0.5, 0.5) if k % 2 == 0 else arb(0, 1))
+    return total
+
+
+def on_axis(chi: Callable[[acb_series], acb_series], a: Fraction, b: Fraction) -> acb:
+    """``chi(i omega)`` for ``omega`` from ``a`` to ``b``.
+
+    Parameters
+    ----------
+    chi : callable
+        The function, of a series in ``omega``.
+    a, b : Fraction
+        The frequencies [rad/s].
+    """
+    centres = acb(ball((a + b) / 2)), acb(ball(a).union(ball(b)))
+    here, wide = (chi(acb_series([omega * acb(0, 1), acb(0, 1)])) for omega in centres)
+    return taylor(here, wide, ball((b - a) / 2).upper())
+
+
+def right_zeros(
+    n: int, turn: Callable[[Fraction | None, Fraction], acb], closer: Callable[[Fraction, Fraction], acb]
+) -> int:
     r"""How many zeros with ``Re s >= 0`` ``chi(s) = s^n g(s)`` has, ``Re g > 0`` far out there, none lying on the axis.
 
     The angle of ``g``, which is ``-n pi/2`` at 0 where ``chi(0) > 0``, and ``pi`` more where not, rises to near 0 less
@@ -148,6 +183,8 @@ def right_zeros(n: int, turn: Callable[[Fraction | None, Fraction], acb]) -> int
         The power.
     turn : callable
         ``g`` between two frequencies, from 0 on times ``omega^n``; from None: from the second on.
+    closer : callable
+        ``omega^n g`` between two frequencies above 0 that lie close together, near a zero for instance: better bounds.
 
     Raises
     ------
@@ -167,7 +204,7 @@ def right_zeros(n: int, turn: Callable[[Fraction | None, Fraction], acb]) -> int
         if not stack:
             break
         a, b = stack.pop()
-        g = turn(a, b)
+        g = turn(a, b) if not a or (b - a) * _SHORT > end else closer(a, b)
         turns = [j for j in ((k, k + 1, k - 1) if a else (-n, 2 - n)) if (g * acb(0, -1) ** (j % 4)).real > 0]
         if turns:
             k = turns[0]

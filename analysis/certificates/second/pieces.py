@@ -27,6 +27,7 @@ from lure.analysis.certificates.second.numerics import (
     X,
     ball,
     half_plane_counts,
+    taylor,
     to_fmpq,
     working_precision,
 )
@@ -375,7 +376,7 @@ def _positive(loop: _Loop, known: Sequence[_Channel], row: _Row, a: Fraction, b:
     if here is None or wide is None:
         return False
     for k in range(m):
-        pivot = _bound(here[k][k], wide[k][k], radius)
+        pivot = taylor(here[k][k], wide[k][k], radius)
         if not pivot.real > 0:
             return False
         wide[k][k] = acb_series([pivot, *(wide[k][k][h] for h in range(1, SERIES_TERMS))])
@@ -477,16 +478,6 @@ def _value(coefficients: Sequence[acb], s: acb) -> acb:
     total = acb(0)
     for c in reversed(coefficients):
         total = total * s + c
-    return total
-
-
-def _bound(here: acb_series, wide: acb_series, radius: arb) -> acb:
-    """Taylor's formula about the middle, the last coefficient being that on the whole interval."""
-    total, power = here[0], arb(1)
-    for k in range(1, SERIES_TERMS):
-        power *= radius
-        coefficient = wide[k] if k == SERIES_TERMS - 1 else here[k]
-        total += coefficient * power * (arb(0.5, 0.5) if k % 2 == 0 else arb(0, 1))
     return total
 
 

@@ -18,6 +18,7 @@ from lure.analysis.certificates.second.numerics import (
     even_odd,
     from_descending,
     half_plane_counts,
+    on_axis,
     right_zeros,
     to_fmpq,
     to_fraction,
@@ -200,23 +201,30 @@ class Delayed:
     def turn(self, a: Fraction | None, b: Fraction) -> acb:
         """``chi/s^n``, ``d`` being monic, as :func:`right_zeros` asks; where ``chi(0) = 0`` for ``chi/s``."""
         n, omega = self.d.degree(), ball(b) if a is None else ball(a).union(ball(b))
-        parts = [(Fraction(0), self.d), *self.back]
         if a is None:
             u, any_phase, total = (1 / omega).union(arb(0)), acb(arb(0, 1), arb(0, 1)), acb(0)
-            for T, p in parts:
+            for T, p in [(Fraction(0), self.d), *self.back]:
                 far = sum((acb(arb(c)) * acb(0, -u) ** (n - k) for k, c in enumerate(p.coeffs())), acb(0))
                 total += far * any_phase if T else far
             return total / acb(arb(self.d[n]))
-        s, chi = acb_series([acb(0, omega), acb(1)]), acb_series([acb(0)])
-        for T, p in parts:
-            value = acb_series([acb(0)])
+        chi = self.chi(acb_series([acb(0, omega), acb(1)]))
+        if a:
+            return chi[0] / acb(0, omega) ** n
+        return chi[0] * acb(0, -1) ** n if self.at_zero != 0 else chi[1] * acb(0, -1) ** (n - 1)
+
+    def closer(self, a: Fraction, b: Fraction) -> acb:
+        """``chi/i^n`` between two frequencies, as :func:`right_zeros` asks."""
+        return on_axis(self.chi, a, b) * acb(0, -1) ** self.d.degree()
+
+    def chi(self, s: acb_series) -> acb_series:
+        """``chi`` over the leading coefficient of ``d``."""
+        total = 0 * s
+        for T, p in [(Fraction(0), self.d), *self.back]:
+            value = 0 * s
             for c in reversed(p.coeffs()):
                 value = value * s + acb(arb(c))
-            chi += value * (s * -ball(T)).exp() if T else value
-        lead = acb(arb(self.d[n]))
-        if a:
-            return chi[0] / lead / acb(0, omega) ** n
-        return chi[0] / lead * acb(0, -1) ** n if self.at_zero != 0 else chi[1] / lead * acb(0, -1) ** (n - 1)
+            total += value * (s * -ball(T)).exp() if T else value
+        return total / acb(arb(self.d[self.d.degree()]))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -418,7 +426,7 @@ def _shifted_delayed(system: Delayed) -> Shifted:
     critical = system.at_zero == 0
     if system.back:
         with working_precision(_BITS):
-            zeros = right_zeros(system.d.degree() - bool(critical), system.turn)
+            zeros = right_zeros(system.d.degree() - bool(critical), system.turn, system.closer)
         require(zeros == 0, "a pole is not stable")
     else:
         counts = half_plane_counts(system.d)
