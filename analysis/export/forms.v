@@ -290,24 +290,27 @@ Definition falls_by_steps (n : nat) (P now next : list (list Z)) (S : list term)
   nonneg n (times N (bilinear P now now ++ times (-1) (bilinear P next next) ++ times (-1) S)
             ++ times (-1) (squares small)).
 
-Theorem by_steps : forall n P now next S N small (z : nat -> list R),
-  falls_by_steps n P now next S N small = true ->
+(* The same with J >= 0 beside V, which [turn] changes. *)
+Theorem by_steps_beside : forall n P now next turn S N small (z : nat -> list R) (J : nat -> R),
+  falls_by_steps n P now next (turn ++ S) N small = true ->
   (forall t, length (z t) = n) ->
   (forall t, at_ now (z (Datatypes.S t)) = at_ next (z t)) ->
+  (forall t, 0 <= J t) -> (forall t, J (Datatypes.S t) = J t + value turn (z t)) ->
   (forall t, 0 <= value S (z t)) ->
   forall f, In f small -> Un_cv (fun t => dot f (z t)) 0.
 Proof.
-  intros n P now next S N small z check len step class f Hf.
+  intros n P now next turn S N small z J check len step Jpos Jstep class f Hf.
   unfold falls_by_steps in check; rewrite !andb_true_iff, Z.ltb_lt in check.
   destruct check as [[pos low] falls].
   apply IZR_lt in pos.
-  set (v := fun t => V P (at_ now (z t))).
+  set (v := fun t => V P (at_ now (z t)) + J t).
   assert (vpos : forall t, 0 <= v t).
-  { intro t; unfold v, V; rewrite <- value_bilinear; now apply (nonneg_sound n). }
+  { intro t; unfold v, V; rewrite <- value_bilinear; pose proof (Jpos t).
+    pose proof (nonneg_sound n _ (z t) low (len t)); lra. }
   assert (drop : forall t, dot f (z t) * dot f (z t) <= IZR N * (v t - v (Datatypes.S t))).
   { intro t; pose proof (nonneg_sound n _ (z t) falls (len t)) as F.
-    rewrite !value_app, !value_times, !value_app, !value_times, !value_bilinear in F.
-    unfold v, V; rewrite step.
+    rewrite !value_app, !value_times, !value_app, !value_times, !value_app, !value_bilinear in F.
+    unfold v, V; rewrite step, Jstep.
     pose proof (class t); pose proof (squares_in small f (z t) Hf); nra. }
   assert (down : Un_decreasing v).
   { intro t; pose proof (drop t); apply (Rmult_le_reg_l (IZR N)); nra. }
@@ -325,6 +328,16 @@ Proof.
   replace (IZR N * (eps * eps / IZR N)) with (eps * eps) in C by (field; lra).
   pose proof (drop t).
   rewrite <- (Rabs_right eps) by lra; apply Rsqr_lt_abs_0; unfold Rsqr; lra.
+Qed.
+Theorem by_steps : forall n P now next S N small (z : nat -> list R),
+  falls_by_steps n P now next S N small = true ->
+  (forall t, length (z t) = n) ->
+  (forall t, at_ now (z (Datatypes.S t)) = at_ next (z t)) ->
+  (forall t, 0 <= value S (z t)) ->
+  forall f, In f small -> Un_cv (fun t => dot f (z t)) 0.
+Proof.
+  intros n P now next S N small z check len step.
+  apply (by_steps_beside n P now next [] S N small z (fun _ => 0) check len step); intro; simpl; lra.
 Qed.
 
 Lemma Un_cv_part : forall q f g, 1 <= q -> (forall t : nat, g t = q * f t) -> Un_cv g 0 -> Un_cv f 0.

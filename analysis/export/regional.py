@@ -14,7 +14,7 @@ from lure.analysis.export.falling import FallingTheorem
 from lure.analysis.export.graphs import Known
 from lure.analysis.export.loops import of_states
 from lure.analysis.export.quadratic import Forms, Vector, bilinear, forms, less, mix, nonnegative, whole
-from lure.analysis.export.words import folded, integers, number, refused, whole_file
+from lure.analysis.export.words import folded, integers, number, refused, terms, whole_file
 
 MOST_ENTRIES = 20  # states and channels
 MOST_DOUBLINGS = 300
@@ -57,10 +57,10 @@ def regional_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it is a set of another kind, or too large.
     """
-    if data["proof"]["method"] not in ("ellipsoid", "level-set") or "energy" in data["proof"]:
+    if data["proof"]["method"] not in ("ellipsoid", "level-set"):
         raise refused(
-            "of regions of attraction ellipsoids and level sets have an export, without disturbances; intervals, "
-            "curves and what attracts everything have none"
+            "of regions of attraction ellipsoids and level sets have an export; intervals, curves and what attracts "
+            "everything have none"
         )
     H = plant(data["system"])
     if len(H.A) + len(H.D) > MOST_ENTRIES:
@@ -81,6 +81,7 @@ class _Region(FallingTheorem):
             for i, (s, one) in enumerate(zip(self.own, self.given, strict=True))
             if one["kind"] != "sector"
         }
+        self.disturb(data["proof"])
         n, m = len(H.A), len(H.D)
         listed = data["proof"].get("integrals", [])
         self.integrals = {one["channel"] - 1: [exact(one[k]) for k in ("theta", "reach", "least")] for one in listed}
@@ -108,11 +109,36 @@ class _Region(FallingTheorem):
             bounds=[(least, least) for *_, least in whole_],
             terms=[(w, *self.factors(one)) for w, one in zip(weights, self.terms, strict=True)],
         )
-        found = forms(loop)
+        units = [[Fraction(j == k) for j in range(n + m + self.count)] for k in range(n + m, n + m + self.count)]
+        found = forms(replace(loop, terms=[*loop.terms, *((-1 / self.energy, unit, unit) for unit in units)]))
+        if found is not None and self.count:  # the energy is no product of the class
+            first = len(self.terms)
+            found = replace(found, products=found.products[:first], turn=found.products[first:])
         scaled = None if found is None else _scaled(found, self.strips)
         if scaled is None:
             raise refused("its form does not fall by enough on the set; a slightly smaller set has an export")
         self.loop, (self.forms, self.level) = loop, scaled
+
+    def disturb(self, proof: Mapping[str, Any]) -> None:
+        """Take disturbances in, of an energy up to a bound, which enter the state and the arguments."""
+        self.energy, rows = exact(proof.get("energy", "1")), [numbers(row) for row in proof.get("Bw", [])]
+        self.count = len(rows[0]) if rows else 0
+        if not rows:
+            return
+        none = [Fraction(0)] * self.count
+        pushed = [numbers(row) for row in proof["Dsigmaw"]] if "Dsigmaw" in proof else [none for _ in self.own]
+        then, sigma = (
+            [[*row, *more] for row, more in zip(side, given, strict=True)]
+            for side, given in ((self.loop.then, rows), (self.loop.sigma, pushed))
+        )
+        now, phi, units = ([[*row, *none] for row in side] for side in (self.loop.now, self.loop.phi, self.loop.rows))
+        self.loop = replace(self.loop, now=now, then=then, phi=phi, sigma=sigma, rows=units)
+        self.path = "x w d"
+
+    def entry(self, k: int) -> str:
+        """A number of ``z``, of which disturbances are the last."""
+        first = self.order + len(self.own)
+        return super().entry(k) if k < first else f"d {k - first}%nat t"
 
     def term(self, one: Mapping[str, Any]) -> _Term:
         """A term of the certificate."""
@@ -185,12 +211,35 @@ class _Region(FallingTheorem):
     def hypotheses(self) -> list[tuple[str, str]]:
         """Names and statements."""
         found = [one for one in super().hypotheses() if one[1]]
-        start = "0%nat" if self.discrete else "0"
+        start = self.start
         if not self.discrete:
             found += [(f"start{k}", f"continuity_pt (x {k}%nat) 0") for k in range(self.order)]
         for i, (_, reach, _) in self.integrals.items():
             found.append((f"kept{self.own[i]}", f"Rabs (sigma{self.own[i]} {self.path} 0) <= {number(reach)}"))
-        return [*found, ("within", f"{self.at(start)} <= 1")]
+        if not self.count:
+            return [*found, ("within", f"{self.at(start)} <= 1")]
+        found += [(f"rest{k}", f"x {k}%nat {start} = 0") for k in range(self.order)]
+        bound = f"Ed t - Ed {start} <= {number(self.energy)}"
+        if self.discrete:
+            return [*found, ("driven", f"forall t, Ed (S t) = Ed t + ({self.square})"), ("energy", f"forall t, {bound}")]
+        found += [("driven", f"forall t, 0 < t -> derivable_pt_lim Ed t ({self.square})")]
+        return [*found, ("steady", "continuity_pt Ed 0"), ("energy", f"forall t, 0 <= t -> {bound}")]
+
+    @property
+    def start(self) -> str:
+        """The time at which solutions start."""
+        return "0%nat" if self.discrete else "0"
+
+    @property
+    def square(self) -> str:
+        """The square of the disturbance."""
+        return " + ".join(f"d {k}%nat t ^ 2" for k in range(self.count))
+
+    @property
+    def unspent(self) -> tuple[Fraction, str]:
+        """A factor, and what the energy that is left adds to ``V`` at a time."""
+        factor = self.level / self.energy
+        return factor, f"({self.level} - {number(factor)} * (Ed t - Ed {self.start}))"
 
     def kept(self, t: str) -> str:
         """That a solution is in the set."""
@@ -202,9 +251,11 @@ class _Region(FallingTheorem):
         binders, names = self.binders()
         told, ends = [f"  ({text}) ->" for _, text in self.hypotheses()], self.conclusions()
         moment = "forall t, " if self.discrete else "forall t, 0 <= t -> "
-        lines = [f"Theorem region : forall{binders} ({self.path} : {self.kind}),", *told]
+        more = f" (Ed : {self.moment} -> R)" * bool(self.count)
+        lines = [f"Theorem region : forall{binders} ({self.path} : {self.kind}){more},", *told]
         lines += [f"  ({moment}{self.kept('t')}) /\\", "  " + " /\\ ".join(ends) + ".", "Proof."]
-        return [*lines, f"  intros {' '.join([*names, self.path, *(name for name, _ in self.hypotheses())])}."]
+        free = [*names, self.path, *["Ed"] * bool(self.count), *(name for name, _ in self.hypotheses())]
+        return [*lines, f"  intros {' '.join(free)}."]
 
     # The proof.
 
@@ -240,6 +291,10 @@ class _Region(FallingTheorem):
     def witness(self) -> str:
         """The numbers of the proof, and the tests that they pass."""
         lines, f, own = [super().witness()], self.forms, len(self.integrals)
+        if self.discrete:
+            test = f"Lemma falls : falls_by_steps {f.size} P now next "
+            beside = folded(f"Definition turn : list term := {terms(f.turn)}%Z.")
+            lines[0] = lines[0].replace(f"{test}products", f"{beside}\n{test}(turn ++ products)")
         rows = [_strip(row, bound, f.unit) for row, bound in self.strips]
         for name, side in (("own", rows[:own]), ("more", rows[own:])):
             listed = "; ".join(f"({integers(row)}, {bound})" for row, bound in side)
@@ -250,28 +305,36 @@ class _Region(FallingTheorem):
 
     def theorem(self) -> str:
         """The statement and its proof."""
-        f, J = self.forms, self.rest(-1)
+        f, V = self.forms, "value (bilinear P now now) (z t)"
+        J = self.unspent[1] if self.count else self.rest(-1)
         entries = "; ".join(self.entry(k) for k in range(f.size))
         lines = [*self.opening(), f"  pose (z := fun t : {self.moment} => [{entries}])."]
-        V = "value (bilinear P now now) (z t)" + f" + {J}" * (not self.discrete)
         sigmas = "".join(f", sigma{s}" for s in self.own) * bool(f.integrals)
-        lines.append(f"  assert (same : forall t, {V} = {self.level} * {self.at('t')}).")
+        known = V if self.count or self.discrete else f"{V} + {J}"
+        lines.append(f"  assert (same : forall t, {known} = {self.level} * {self.at('t')}).")
         lines.append(f"  {{ intro t; rewrite value_bilinear; unfold z, P, now, at_, level{sigmas}.")
         lines.append("    cbn [map dot sumprod]; field. }")
-        held, end = f"(forall t, {V} <= {self.level})", "forall f, In f now -> Un_cv (fun t => dot f (z t)) 0"
-        name, inner, strips = "by_steps", "", "(own ++ more) z"
+        held, end = f"(forall t, {V} + {J} <= {self.level})", "forall f, In f now -> Un_cv (fun t => dot f (z t)) 0"
+        name, inner, strips = "by_steps", "turn", "(own ++ more) z"
         if not self.discrete:
-            held = f"(forall t, 0 <= t -> {V} <= {self.level} /\\ Forall (touched now (z t)) own)"
+            held = f"(forall t, 0 <= t -> {V} + {J} <= {self.level} /\\ Forall (touched now (z t)) own)"
             end = "forall row, In row rows -> tends_to (fun t => dot row (at_ now (z t))) 0"
-            name, inner, strips = "in_time", " rows low turn", f"own more z (fun t => {J})"
+            name, inner, strips = "in_time", "rows low turn", "own more z"
             lines += [*self.flowing(), *self.continuous()]
         lines.append(f"  assert (both : {held} /\\\n    ({end})).")
-        lines.append(f"  {{ apply (attracted_{name} {f.size} P now next{inner} products {f.times} {self.level}")
-        lines += [f"      {strips} falls between).", "  - reflexivity."]
-        lines += self.stepping() if self.discrete else ["  - exact F.", "  - exact C.", *self.steady()]
+        lines.append(f"  {{ apply (attracted_{name} {f.size} P now next {inner} products {f.times} {self.level}")
+        lines += [f"      {strips} (fun t => {J}) falls between).", "  - reflexivity."]
+        lines += [*self.stepping(), *self.left()] if self.discrete else ["  - exact F.", "  - exact C.", *self.steady()]
         lines += [] if self.discrete else [*self.below(), *self.turning()]
         lines += [*self.on_the_set(), *self.starting(), "  destruct both as [held all]; split.", *self.staying()]
         return "\n".join([*lines, *self.ends(len(self.conclusions())), "Qed."])
+
+    def left(self) -> list[str]:
+        """That the energy that is left, if there are disturbances, is not negative, and what it loses at a step."""
+        if not self.count:
+            return ["  - intro t; cbv beta; lra.", "  - intro t; cbv beta; unfold turn; simpl; lra."]
+        lines = ["  - intro t; cbv beta; pose proof (energy t); lra."]
+        return [*lines, "  - intro t; cbv beta; rewrite (driven t); unfold turn, z; cbn [value dot]; field."]
 
     def continuous(self) -> list[str]:
         """That the state is continuous at the start."""
@@ -283,7 +346,15 @@ class _Region(FallingTheorem):
         return [*lines[:-1], lines[-1] + " }"]
 
     def steady(self) -> list[str]:
-        """That the integrals are."""
+        """That the integrals, or the energy that is left, are."""
+        if self.count:
+            factor = number(self.unspent[0])
+            return [
+                f"  - apply (continuity_pt_minus (fun _ => {self.level}) (fun t => {factor} * (Ed t - Ed 0)));",
+                "      [apply continuity_pt_const; intros ? ?; reflexivity|].",
+                "    apply (continuity_pt_scal (fun t => Ed t - Ed 0)), (continuity_pt_minus Ed (fun _ => Ed 0));",
+                "      [exact steady|apply continuity_pt_const; intros ? ?; reflexivity].",
+            ]
         lines, mark = [], "  - "
         for i, c, row, q in self.forms.integrals:
             s = self.own[i]
@@ -301,10 +372,27 @@ class _Region(FallingTheorem):
 
     def below(self) -> list[str]:
         """The bound below the integrals, where the strips are kept to."""
+        if self.count:
+            return ["  - intros t Ht O; simpl; pose proof (energy t Ht); lra."]
         first, *lines = super().below()
         if not lines:
             return [first]
         return ["  - intros t Ht O; unfold own in O.", *self.own_strips(), *lines]
+
+    def turning(self) -> list[str]:
+        """The derivative of the integrals, or of the energy that is left."""
+        if not self.count:
+            return super().turning()
+        factor = number(self.unspent[0])
+        return [
+            "  - intros t Ht.",
+            f"    replace (value turn (z t)) with (0 - {factor} * (({self.square}) - 0))",
+            "      by (unfold z, turn; cbn [value dot]; field).",
+            f"    apply (derivable_pt_lim_minus (fun _ => {self.level}) (fun t => {factor} * (Ed t - Ed 0)));",
+            "      [apply derivable_pt_lim_const|].",
+            "    apply (derivable_pt_lim_scal (fun t => Ed t - Ed 0)), (derivable_pt_lim_minus Ed (fun _ => Ed 0));",
+            "      [now apply driven|apply derivable_pt_lim_const].",
+        ]
 
     def integral_bound(self, i: int, c: Fraction) -> str:
         """The bound of an integral by a square."""
@@ -335,7 +423,7 @@ class _Region(FallingTheorem):
 
     def combined(self, row: Vector) -> str:
         """A combination of the states."""
-        return self.sum([*row, *[Fraction(0)] * len(self.own)])
+        return self.sum(row)
 
     def on_the_set(self) -> list[str]:
         """That the factors of the terms have the sign they should have between the strips."""
@@ -403,8 +491,11 @@ class _Region(FallingTheorem):
 
     def starting(self) -> list[str]:
         """That the solution starts in the set."""
-        start = "0%nat" if self.discrete else "0"
-        lines = [f"  - cbv beta; rewrite (same {start}); lra."]
+        lines = [f"  - cbv beta; rewrite (same {self.start}); lra."]
+        if self.count:
+            rests = ", ".join(f"?rest{k}" for k in range(self.order))
+            lines = [f"  - cbv beta; rewrite (same {self.start}).", f"    replace ({self.at(self.start)}) with 0"]
+            lines[-1] += f" by (unfold level; rewrite {rests}; field); lra."
         if not self.discrete:
             lines.append("  - unfold own.")
             for i in self.integrals:
@@ -418,12 +509,11 @@ class _Region(FallingTheorem):
 
     def staying(self) -> list[str]:
         """That it stays there."""
+        spent = f"pose proof (energy t{' Ht' * (not self.discrete)}); " * bool(self.count)
         if self.discrete:
-            return ["  { intro t; pose proof (held t) as B; rewrite same in B; lra. }"]
-        lines = [
-            "  { intros t Ht; destruct (held t Ht) as [B O]; rewrite same in B; unfold own in O.",
-            *self.own_strips(),
-        ]
+            return [f"  {{ intro t; pose proof (held t) as B; {spent}rewrite same in B; lra. }}"]
+        lines = [f"  {{ intros t Ht; destruct (held t Ht) as [B O]; {spent}rewrite same in B; unfold own in O."]
+        lines += self.own_strips()
         names = [f"O{self.own[i]}" for i in self.integrals]
         return [
             *lines,

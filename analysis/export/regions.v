@@ -22,26 +22,28 @@ Proof.
   apply (Rmult_lt_reg_l (l + 1)); [lra|]; assert (0 < b * b) by nra; nra.
 Qed.
 
-(* Discrete time. *)
-Theorem attracted_by_steps : forall n P now next S N L ss (z : nat -> list R),
-  falls_by_steps n P now next S N now = true -> between_strips n now (bilinear P now now) L ss = true ->
+(* Discrete time; J >= 0 is what is left of an energy, if there is one. *)
+Theorem attracted_by_steps : forall n P now next turn S N L ss (z : nat -> list R) (J : nat -> R),
+  falls_by_steps n P now next (turn ++ S) N now = true -> between_strips n now (bilinear P now now) L ss = true ->
   (forall t, length (z t) = n) -> (forall t, at_ now (z (Datatypes.S t)) = at_ next (z t)) ->
+  (forall t, 0 <= J t) -> (forall t, J (Datatypes.S t) = J t + value turn (z t)) ->
   (forall t, Forall (inside now (z t)) ss -> 0 <= value S (z t)) ->
-  value (bilinear P now now) (z 0%nat) <= IZR L ->
-  (forall t, value (bilinear P now now) (z t) <= IZR L) /\ forall f, In f now -> Un_cv (fun t => dot f (z t)) 0.
+  value (bilinear P now now) (z 0%nat) + J 0%nat <= IZR L ->
+  (forall t, value (bilinear P now now) (z t) + J t <= IZR L) /\
+  forall f, In f now -> Un_cv (fun t => dot f (z t)) 0.
 Proof.
-  intros n P now next S N L ss z falls strips len step class start.
-  assert (stays : forall t, value (bilinear P now now) (z t) <= IZR L).
-  { induction t as [|t IH]; [exact start|]; apply Rle_trans with (2 := IH).
+  intros n P now next turn S N L ss z J falls strips len step Jpos Jstep class start.
+  assert (stays : forall t, value (bilinear P now now) (z t) + J t <= IZR L).
+  { induction t as [|t IH]; [exact start|]; apply Rle_trans with (2 := IH); rewrite Jstep; pose proof (Jpos t).
     pose proof (class t (in_strips n now _ L ss (z t) strips (len t) ltac:(lra))) as C.
     unfold falls_by_steps in falls; rewrite !andb_true_iff, Z.ltb_lt in falls; destruct falls as [[pos _] falls].
     apply IZR_lt in pos; pose proof (nonneg_sound n _ (z t) falls (len t)) as F.
-    rewrite !value_app, !value_times, !value_app, !value_times in F; pose proof (squares_nonneg now (z t)).
+    rewrite !value_app, !value_times, !value_app, !value_times, !value_app in F; pose proof (squares_nonneg now (z t)).
     assert (E : value (bilinear P next next) (z t) = value (bilinear P now now) (z (Datatypes.S t))).
     { rewrite !value_bilinear, step; reflexivity. }
     rewrite E in F; apply (Rmult_le_reg_l (IZR N)); [exact pos|]; nra. }
-  split; [exact stays|]; apply (by_steps n P now next S N now z falls len step).
-  intro t; apply class, (in_strips n now _ L ss (z t) strips (len t)); pose proof (stays t); lra.
+  split; [exact stays|]; apply (by_steps_beside n P now next turn S N now z J falls len step Jpos Jstep).
+  intro t; apply class, (in_strips n now _ L ss (z t) strips (len t)); pose proof (stays t); pose proof (Jpos t); lra.
 Qed.
 
 (* Continuous time: a function that falls as long as it is small stays small. *)

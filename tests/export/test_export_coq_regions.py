@@ -34,6 +34,19 @@ def local():
     return attracted((["1"], ["1"], ["1"], ["0"]), [graph], [term], {"method": "ellipsoid", "P": [["2"]]})
 
 
+def driven(*, discrete=False):
+    """The same with a disturbance of energy up to 1/8: ``4/5 (x^2 + phi^2) - 4 x w + 8 w^2`` is positive.
+
+    In discrete time, up to 1/32, ``x+ = 3/2 x - phi(x) + w`` as in ``steps``: ``V+`` gains ``4 w (3 x/2 - phi) + 2 w^2``.
+    """
+    ends = ["1", "2"] if discrete else ["2", "3"]
+    graph = {"kind": "sector", "sector": ends, "reach": "1"}
+    term = {"channel": 1, "weight": "5/4" if discrete else "2/5", "sector": ends, "reach": "1"}
+    proof = {"method": "ellipsoid", "P": [["2"]], "energy": "1/32" if discrete else "1/8", "Bw": [["1"]]}
+    side = (["3/2" if discrete else "1"], ["1"], ["1"], ["0"])
+    return attracted(side, [graph], [term], proof, "discrete" if discrete else "continuous")
+
+
 def saddle():
     """``x' = y``, ``y' = x - sat(3 x + 4 y)``, on ``2 x^2 + 3 x y + 2 y^2 <= 1``, where ``5/4 |x + y| <= 1``."""
     system = (["0 1", "1 0"], ["0", "1"], ["3 4"], ["0"])
@@ -86,9 +99,13 @@ def test_other_sets_are_refused():
     found = region(([1], [1, -1]), Saturation(gain=2, limit=1))
     with pytest.raises(InputError, match="intervals, curves and what attracts everything have none"):
         coq_text(found.sets[0].proof)
-    wide = region(([1], [1, -1]), Saturation(gain=2, limit=1), disturbance=[[1]]).reachable.proof
-    with pytest.raises(InputError, match="without disturbances"):
-        coq_text(wide)
+
+
+def test_disturbances_are_said_of_their_energy():
+    text = coq_text(driven())
+    assert "(x 0%nat 0 = 0) ->\n  (forall t, 0 < t -> derivable_pt_lim Ed t (d 0%nat t ^ 2)) ->" in text
+    assert "(forall t, 0 <= t -> Ed t - Ed 0 <= (1 / 8)) ->\n  (forall t, 0 <= t -> level x w d t <= 1) /\\" in text
+    assert "(forall t, Ed (S t) = Ed t + (d 0%nat t ^ 2)) ->" in coq_text(driven(discrete=True))
 
 
 @needs_coq
@@ -120,6 +137,8 @@ def test_a_region_of_a_saturation_compiles_and_falsified_files_do_not(library):
             ],
         ),
         (cubic, [("(-1 / 3) * s ^ 3", "(-1) * s ^ 3"), ("(Rabs (sigma x w 0) <= 1)", "(Rabs (sigma x w 0) <= 2)")]),
+        (driven, [("<= (1 / 8)", "<= (1 / 2)"), ("(x 0%nat 0 = 0)", "(x 0%nat 0 = 1)")]),
+        (lambda: driven(discrete=True), [("<= (1 / 32)", "<= (1 / 2)"), ("+ 1 * d 0%nat t", "+ 9 * d 0%nat t")]),
         (steps, [("(3 / 2) * x 0%nat t", "(5 / 2) * x 0%nat t"), ("in_sector_up_to 1 1 2", "in_sector_up_to 1 1 3")]),
     ],
 )
