@@ -221,7 +221,11 @@ class _Region(FallingTheorem):
         found += [(f"rest{k}", f"x {k}%nat {start} = 0") for k in range(self.order)]
         bound = f"Ed t - Ed {start} <= {number(self.energy)}"
         if self.discrete:
-            return [*found, ("driven", f"forall t, Ed (S t) = Ed t + ({self.square})"), ("energy", f"forall t, {bound}")]
+            return [
+                *found,
+                ("driven", f"forall t, Ed (S t) = Ed t + ({self.square})"),
+                ("energy", f"forall t, {bound}"),
+            ]
         found += [("driven", f"forall t, 0 < t -> derivable_pt_lim Ed t ({self.square})")]
         return [*found, ("steady", "continuity_pt Ed 0"), ("energy", f"forall t, 0 <= t -> {bound}")]
 

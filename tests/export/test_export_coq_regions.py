@@ -37,7 +37,7 @@ def local():
 def driven(*, discrete=False):
     """The same with a disturbance of energy up to 1/8: ``4/5 (x^2 + phi^2) - 4 x w + 8 w^2`` is positive.
 
-    In discrete time, up to 1/32, ``x+ = 3/2 x - phi(x) + w`` as in ``steps``: ``V+`` gains ``4 w (3 x/2 - phi) + 2 w^2``.
+    In discrete time, up to 1/32, ``x+ = 3/2 x - phi(x) + w``: ``V+`` gains ``4 w (3 x/2 - phi) + 2 w^2``.
     """
     ends = ["1", "2"] if discrete else ["2", "3"]
     graph = {"kind": "sector", "sector": ends, "reach": "1"}
