@@ -6,7 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from certificate_family import draft, nonlinearities
+from certificate_family import draft, nonlinearities, refutation, transfer
 from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 from tampering import assert_both_reject, edited
 
@@ -165,6 +165,31 @@ ONE_GAIN = draft(
     {},
     {"method": "hull", "tree": {"omega": [], "directions": [["1", "0"]]}},
 )
+SCALED = refutation(  # sigma+ = u = -sigma/2
+    transfer("1", "1 0", "discrete"),
+    nonlinearities("0", "1"),
+    {"method": "orbit", "scale": "-1/2", "u": ["-1/2"], "sigma": ["1"]},
+) | {"rate": "1/2"}
+
+
+UNIT = [["1", "0"], ["0", "1"]]
+
+
+def late(A, B, C, D, *times):
+    return multivariable(A, B, C, D, late=list(times)) | {"kind": "multivariable delay"}
+
+
+def performance(bound):
+    return nonlinearities(f"-{bound}", bound, time_varying=True) | {"operator": "performance"}
+
+
+def on_a_line(interval, cuts, pieces, verdict="PROVED"):
+    graph = {"kind": "piecewise-polynomial", "cuts": cuts, "pieces": pieces}
+    theorem = "scalar" if verdict == "PROVED" else "counterexample"
+    proof = {"method": "signs", "interval": interval}
+    return draft(multivariable([["-1"]], [["1"]], [["1"]]), {"graphs": [graph]}, theorem, {}, proof, verdict=verdict)
+
+
 CUBE = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "3", "3", "1"]}  # below 8
 LAWS = ("laws", "channels")
 FORGED = {  # what both checkers accept, and what is then changed, so that it would be false, or is not shown
@@ -173,6 +198,100 @@ FORGED = {  # what both checkers accept, and what is then changed, so that it wo
     "gains above the largest": (
         draft(CUBE, nonlinearities("-1/2", "79/10", linear=True), "hurwitz", {}),
         {("laws", "sector"): ["-1/2", "17/2"]},
+    ),
+    # 1 + u Re H > 0 for -1/(s (s - 1)), whose residue at 0 is 1 and which has the pole 1
+    "a pole beside that at 0": (
+        draft(transfer("1", "1 1 0"), nonlinearities("0", "1/2"), "circle", {}),
+        {("system", "numerator"): ["-1"], ("system", "denominator"): ["1", "-1", "0"]},
+    ),
+    "a numerator of a higher degree": (
+        draft(transfer("1", "1 1"), nonlinearities("0", "1"), "circle", {}),
+        {("system", "numerator"): ["1", "1", "1"]},
+    ),
+    # exp(t/2), and exp(-t) for t = -1/2
+    "gains for a negative time": (
+        refutation(
+            transfer("1", "1 -1"),
+            nonlinearities("0", "1/2", time_varying=True),
+            {"method": "switched-gain", "gains": ["0"], "times": ["1/2"], "squarings": 4, "bits": 96},
+        ),
+        {("system", "denominator"): ["1", "1"], ("proof", "times"): ["-1/2"]},
+    ),
+    # sigma+ = u = -phi(sigma): 1, -1, 1, ... with phi = sigma; phi(-1) = -1/2 is in the class
+    "an orbit off its graph": (
+        refutation(
+            transfer("1", "1 0", "discrete"),
+            nonlinearities("0", "1"),
+            {
+                "method": "orbit",
+                "points": [["-1", "-1"], ["0", "0"], ["1", "1"]],
+                "left": "0",
+                "right": "0",
+                "u": ["-1", "1"],
+                "sigma": ["1", "-1"],
+            },
+        ),
+        {("proof", "points", 0, 1): "-1/2"},
+    ),
+    "a scaled orbit below its sector": (SCALED, {("laws", "sector"): ["3/4", "1"]}),
+    "a scaled orbit above its sector": (SCALED, {("laws", "sector"): ["0", "1/4"]}),
+    "a scaled orbit with phi(0) = 1": (
+        SCALED,
+        {("proof", "sigma"): ["0", "1"], ("proof", "u"): ["1", "0"], ("proof", "scale"): "1/4"},
+    ),
+    "a scaled orbit in continuous time": (SCALED, {("system", "time"): "continuous"}),
+    # x' = -x - phi(x): phi = -x^3 leaves (-1, 1) to 0; -2 x for x < 0 does not
+    "signs on one side": (
+        on_a_line(["-1", "1"], [], [["0", "0", "0", "-1"]]),
+        {("laws", "graphs", 0, "cuts"): ["0"], ("laws", "graphs", 0, "pieces"): [["0", "-2"], ["0"]]},
+    ),
+    "signs beyond a cut at the end": (
+        on_a_line(["-1", "1"], [], [["0", "0", "0", "-1"]], verdict="REFUTED"),
+        {("laws", "graphs", 0, "cuts"): ["-1", "1"], ("laws", "graphs", 0, "pieces"): [["0"]] * 3},
+    ),
+    # q' = v, v' = -v - phi(q) + w, z = v, V = v^2 + 2 int phi: (v - w)^2; with no weights and V = 0 nothing is said
+    "a gain without a weight": (
+        draft(
+            multivariable([["0", "1"], ["0", "-1"]], [["0", "0"], ["1", "1"]], UNIT),
+            {"channels": [nonlinearities("0", "5"), performance("1")], "repeated": False},
+            "diagonal-popov",
+            {"lambda": ["0", "1/2"], "theta": ["1", "0"]},
+            {"method": "matrix", "P": [["0"], ["0", "1"]], "exponent": 0, "semidefinite": True},
+        ),
+        {
+            ("multiplier",): {"lambda": ["0", "0"], "theta": ["0", "0"]},
+            ("proof", "P"): [["0"], ["0", "0"]],
+            (*LAWS, 1, "sector"): ["-100", "100"],
+        },
+    ),
+    # i w + g exp(-i w) = 0 for g = w = pi/2 = 1.570796...
+    "a crossing beside its gains": (
+        refutation(
+            late([["0"]], [["1"]], [["0"]], [["0"]], ["1", [["1"]]]),
+            {"channels": [nonlinearities("0", "2", time_varying=True)], "repeated": False},
+            {
+                "method": "late-crossing",
+                "gains": [["157/100"], ["15716/10000"]],
+                "frequencies": ["15706/10000", "15710/10000"],
+                "turn": ["0", "1"],
+            },
+        ),
+        {("proof", "gains"): [["157/100"], ["15707/10000"]]},
+    ),
+    # exp(-s)/(s + 1) and the gain -1/2: 1/|T| = .52439 at 1/10, whatever the phase of the input
+    "a gain of an input with another phase": (
+        refutation(
+            late([["-1"]], [["1", "1"]], [["0"], ["0"]], [["0", "0"]] * 2, ["1", [["1"], ["1"]]]),
+            {"channels": [nonlinearities("-1/2", "1/2", time_varying=True), performance("10/19")], "repeated": False},
+            {
+                "method": "delayed-members",
+                "gains": ["-1/2", "0"],
+                "delays": [],
+                "omega": "1/10",
+                "input": [["3/5", "4/5"]],
+            },
+        ),
+        {(*LAWS, 1, "sector"): ["-1/2", "1/2"]},
     ),
 }
 

@@ -13,6 +13,7 @@ from lure.analysis.certificates.second.channels import Asked
 from lure.analysis.certificates.second.classes import Claim, Graph, Nonlinearities
 from lure.analysis.certificates.second.counterexamples import _power
 from lure.analysis.certificates.second.curves import Arc, curve_of, require_crossed
+from lure.analysis.certificates.second.delays import without_delays
 from lure.analysis.certificates.second.graphs import Graph as Curved
 from lure.analysis.certificates.second.graphs import Loop, positive_inside
 from lure.analysis.certificates.second.late_loops import LateLoop
@@ -291,6 +292,15 @@ def test_between_which_powers_a_ratio_lies(ratio, size):
     assert low <= ratio < high
 
 
+def test_in_samples_a_varying_delay_sees_how_sigma_changes():
+    # (1 - 1/z) H/(1 + H) with H = k/z: (1 - 1/z) k/(z + k), which is 2/39 at z = 3 for k = 1/4
+    late = replace(PLAIN, operator="varying delay", lower=F(-1), upper=F(1), slope=None, time_varying=True)
+    sides = [[0, 0], [0, 0]], [[1, 0], [0, fmpq(1, 4)]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]
+    found = without_delays(asked(*sides, PLAIN, late, discrete=True))
+    assert at((found.A, found.B, found.C, found.D), fmpq(3)) == fmpq_mat([[fmpq(1, 3), 0], [0, fmpq(2, 39)]])
+    assert found.nonlinearities[1].ends == (F(-1), F(1))
+
+
 # Windows
 
 
@@ -367,7 +377,7 @@ def test_every_part_of_a_large_matrix_has_to_be_definite(where, definite):
 
 
 def test_the_states_of_a_rod():
-    # c = 2, Z = 2, d = 1/2, s = 2, a = (1/2 - 2)/(1/2 + 2) = -3/5: y_1' = -s (a y_2 + y_1), y_2' = s (y_1 - y_2 + 2 d mu)
+    # c = Z = s = 2, d = 1/2, a = (1/2 - 2)/(1/2 + 2) = -3/5: y_1' = -s (a y_2 + y_1), y_2' = s (y_1 - y_2 + 2 d mu)
     rod = RodData(E=F(4), rho=F(1), length=F(1), area=F(1), k=F(1, 2), cells=1)
     found = rod.states().states
     assert ((-2, F(6, 5), 0), (2, -2, 0), (1, 0, 0)) == found.A
