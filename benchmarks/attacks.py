@@ -6,14 +6,16 @@ extreme members, plants of a box, values of a formula at many digits; what is RE
 every certificate, and two forms may not contradict each other.  ``campaign/`` has the attacks; none uses a multiplier,
 a Lyapunov function of a proof or a search of the house.
 
-``python attacks.py`` takes a slice of 20 s; ``--state FILE --seconds 3600`` goes on where ``FILE`` ends, a line a
-chunk of loops.  ``--kind KIND --loop I`` takes one loop alone and says what it is, ``--table FILE`` adds up a file.
+``python attacks.py`` takes 100 000 loops of low order, on all processors, and of the other kinds what 20 s allow;
+``--state FILE --seconds 3600`` goes on where ``FILE`` ends, a line a chunk of loops.  ``--kind KIND --loop I`` takes
+one loop alone and says what it is, ``--table FILE`` adds up a file.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import signal
 import sys
@@ -21,14 +23,17 @@ import time
 import traceback
 import warnings
 from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))  # attacks on several channels
+from campaign.draws import SMALL
 from campaign.kinds import KINDS, attack
 
 SEED, CHUNK, CPU = 20261123, 50, 60.0  # [s] of a processor for one loop
+LOW, SLICE = 100_000, 20.0  # loops of low order; [s] for the others
 MOST = max(kind.share for kind in KINDS.values())
 
 
@@ -97,7 +102,26 @@ def kept(state: Path, chunk: dict[str, object]) -> None:
 
 
 def campaign(state: Path | None, seconds: float, kinds: list[str], loops: int) -> int:
-    """Take chunk after chunk, the kind that is farthest behind its share first; the number of faults."""
+    """Take chunk after chunk and say what was found; the number of faults."""
+    return summary(*run(state, seconds, kinds, loops))
+
+
+def summary(counts: dict[str, Counter[str]], faults: list[str]) -> int:
+    """Print what was found; the number of faults."""
+    table(counts)
+    loops = sum(found["loops"] for found in counts.values())
+    print(f"{loops} loops, {len(faults)} faults   (claim: 0)")
+    return len(faults)
+
+
+def of_low_order(kind: str) -> tuple[dict[str, Counter[str]], list[str]]:
+    """The first loops of a kind, its share of all of low order."""
+    signal.signal(signal.SIGPROF, expired)
+    return run(None, math.inf, [kind], math.ceil(LOW / len(SMALL)))
+
+
+def run(state: Path | None, seconds: float, kinds: list[str], loops: int) -> tuple[dict[str, Counter[str]], list[str]]:
+    """Take chunk after chunk, the kind that is farthest behind its share first; the counts and the faults."""
     ends, counts, faults = done(state)
     start, total = time.monotonic(), sum(ends.values())
     while time.monotonic() - start < seconds and sum(ends.values()) - total < loops:
@@ -117,9 +141,7 @@ def campaign(state: Path | None, seconds: float, kinds: list[str], loops: int) -
         ends[kind] += size
         counts.setdefault(kind, Counter()).update(found)
         faults += wrong
-    table(counts)
-    print(f"{sum(ends.values())} loops, {len(faults)} faults   (claim: 0)")
-    return len(faults)
+    return counts, faults
 
 
 def table(counts: dict[str, Counter[str]]) -> None:
@@ -139,8 +161,8 @@ def main() -> int:
     """Run the campaign; 1 if anything is wrong."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--state", type=Path, help="the file that chunks are added to; without it nothing is kept")
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--loops", type=int, default=10**9)
+    parser.add_argument("--seconds", type=float, help="how long; without it and --loops see above")
+    parser.add_argument("--loops", type=int, help="how many")
     parser.add_argument("--kind", action="append", choices=list(KINDS))
     parser.add_argument("--loop", type=int, help="this one alone, of the kind given")
     parser.add_argument("--table", type=Path, help="add up what a file has")
@@ -155,7 +177,16 @@ def main() -> int:
         table(found)
         print(f"{len(faults)} faults", *faults, sep="\n")
         return bool(faults)
-    return bool(campaign(chosen.state, chosen.seconds, chosen.kind or list(KINDS), chosen.loops))
+    if chosen.seconds is not None or chosen.loops is not None:
+        seconds = math.inf if chosen.seconds is None else chosen.seconds
+        return bool(campaign(chosen.state, seconds, chosen.kind or list(KINDS), chosen.loops or 10**9))
+    with ProcessPoolExecutor() as pool:
+        found = [
+            *pool.map(of_low_order, SMALL),
+            run(chosen.state, SLICE, [kind for kind in KINDS if kind not in SMALL], 10**9),
+        ]
+    counts = {kind: one for more, _ in found for kind, one in more.items()}
+    return bool(summary(counts, [fault for _, faults in found for fault in faults]))
 
 
 if __name__ == "__main__":
