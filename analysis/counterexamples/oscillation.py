@@ -22,7 +22,7 @@ from lure.analysis.inequality.gains import KALMAN, hurwitz_limit
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
-from lure.arrays import Reals, np
+from lure.arrays import Reals, np, one_thread
 from lure.errors import InputError
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalPlant
@@ -287,9 +287,10 @@ _WAVES = (  # whether phi is odd, harmonics and kinks: half waves, and whole one
     (True, tuple(range(8)), 2),
     (False, tuple(range(8)), 1),
 )
-_RANDOM, _REACH = 80, 100.0
+_RANDOM, _REACH = 40, 100.0
 
 
+@one_thread
 def wave_witness(block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0)) -> Witness | None:
     r"""A staircase ``phi`` with slopes in ``[lower, k]``, odd or not, whose loop has a periodic solution: proved.
 
