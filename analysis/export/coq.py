@@ -12,6 +12,7 @@ from typing import Any
 from lure.analysis.certificates.arithmetic import number
 from lure.analysis.certificates.checker import Checked, Proved
 from lure.analysis.export.beside import beside_text
+from lure.analysis.export.beyond import beyond_text
 from lure.analysis.export.decaying import decaying_text
 from lure.analysis.export.falling import falling_text
 from lure.analysis.export.gaining import gaining_text, has_gain
@@ -52,7 +53,9 @@ def coq_text(shown: Checked) -> str:
         if "rate" in data:
             return pacing_text(data, shown.claim)
         in_states = data["system"]["kind"] == "state-space"
-        written = {"linear-gains": members_text} | dict.fromkeys(METHODS, members_text if in_states else mode_text)
+        written = {"linear-gains": members_text, "growth": beyond_text} | dict.fromkeys(
+            METHODS, members_text if in_states else mode_text
+        )
         if method in ("switched-gain", "switched-gains"):
             discrete = data["system"].get("time") == "discrete"
             return (switched_text if discrete else jumping_text)(data, shown.claim)

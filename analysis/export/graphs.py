@@ -94,7 +94,7 @@ class Known:
         return e, u, min(abs(c), abs(d)), max(abs(c), abs(d))
 
     def clipped(self) -> str:
-        """The generalised sector condition, and without an outer slope the bound."""
+        """The generalised sector condition, and a bound of what is beside the outer slope."""
         e, u, m, most = self.limits()
         P, inner = f"{self.name} y", f"{number(e)} * y + r"
 
@@ -109,11 +109,12 @@ class Known:
         lines = [f"Lemma {self.name}_clipped : forall y r, Rabs r <= {number(m)} ->"]
         lines.append(f"  0 <= ({number(u)} * y - {P}) * ({P} - ({inner})).")
         lines += ["Proof.\n  intros y r R_; apply abs_within in R_.", *_cases(parts, branch), "Qed."]
-        if not e:
-            lines.append(f"Lemma {self.name}_limited : forall y, - {number(most)} <= {P} <= {number(most)}.")
-            lines.append("Proof.\n  intro y.")
-            lines += [*_cases(parts, lambda _a, _b, k: [f"rewrite {self.on(k, 'y')}; lra."]), "Qed."]
-        return "\n".join(lines)
+        lines.append(
+            f"Lemma {self.name}_limited : forall y, - {number(most)} <= {P} - {number(e)} * y <= {number(most)}."
+        )
+        lines.append("Proof.\n  intro y.")
+        lines += _cases(parts, lambda _a, _b, k: [f"rewrite {self.on(k, 'y')}; lra."])
+        return "\n".join([*lines, "Qed."])
 
     def bounded(self, least: Fraction, reach: Fraction, sign: int) -> str:
         """A bound of its integral on an interval, from below or, with the sign -1, from above."""

@@ -65,22 +65,14 @@ def regional_text(data: Mapping[str, Any], claim: str) -> str:
     H = plant(data["system"])
     if len(H.A) + len(H.D) > MOST_ENTRIES:
         raise refused(f"it has {len(H.A)} states and {len(H.D)} channels, which are more than {MOST_ENTRIES}")
-    return _Region(data, H).text(claim)
+    return Region(data, H).text(claim)
 
 
-class _Region(FallingTheorem):
+class Region(FallingTheorem):
     """The words of one file."""
 
     def __init__(self, data: Mapping[str, Any], H: Plant) -> None:
-        self.H, self.given = H, data["laws"]["graphs"]
-        law = {"sector": ["0", "1"], "slope": None, "odd": False, "linear": False}
-        laws = {"channels": [law | {"time_varying": one["kind"] == "sector"} for one in self.given]}
-        super().__init__({**data, "laws": laws}, of_states(H.A, H.B, H.C, H.D, discrete=H.discrete))
-        self.known = {
-            i: Known(name=f"phi{s}", cuts=[*map(exact, one["cuts"])], pieces=[numbers(p) for p in one["pieces"]])
-            for i, (s, one) in enumerate(zip(self.own, self.given, strict=True))
-            if one["kind"] != "sector"
-        }
+        self.read(data, H, "P")
         self.disturb(data["proof"])
         n, m = len(H.A), len(H.D)
         listed = data["proof"].get("integrals", [])
@@ -98,7 +90,6 @@ class _Region(FallingTheorem):
             self.strips.append(
                 (H.C[i], reach - sum((abs(d) * self.most(j)[0] for j, d in enumerate(H.D[i]) if d), Fraction(0)))
             )
-        self.P = triangle(data["proof"]["P"], n)
         whole_ = [self.integrals.get(i, [Fraction(0)] * 3) for i in range(m)]
         weights = [2 * exact(one["weight"]) for one in data["multiplier"]["terms"]]
         loop = replace(
@@ -118,6 +109,19 @@ class _Region(FallingTheorem):
         if scaled is None:
             raise refused("its form does not fall by enough on the set; a slightly smaller set has an export")
         self.loop, (self.forms, self.level) = loop, scaled
+
+    def read(self, data: Mapping[str, Any], H: Plant, form: str) -> None:
+        """Take in plant, nonlinearities, and the form of this name."""
+        self.H, self.given = H, data["laws"]["graphs"]
+        law = {"sector": ["0", "1"], "slope": None, "odd": False, "linear": False}
+        laws = {"channels": [law | {"time_varying": one["kind"] == "sector"} for one in self.given]}
+        super().__init__({**data, "laws": laws}, of_states(H.A, H.B, H.C, H.D, discrete=H.discrete))
+        self.known = {
+            i: Known(name=f"phi{s}", cuts=[*map(exact, one["cuts"])], pieces=[numbers(p) for p in one["pieces"]])
+            for i, (s, one) in enumerate(zip(self.own, self.given, strict=True))
+            if one["kind"] != "sector"
+        }
+        self.P = triangle(data["proof"][form], len(H.A))
 
     def disturb(self, proof: Mapping[str, Any]) -> None:
         """Take disturbances in, of an energy up to a bound, which enter the state and the arguments."""
@@ -158,7 +162,8 @@ class _Region(FallingTheorem):
                 told = f"local{k} E{s}" + " ltac:(lra)" * 4
                 found.append((size * one.reach, f"pose proof (local_size {bounds} _ _ _ {told}); lra"))
         if i in self.known and self.known[i].has_limits() and not self.known[i].limits()[0]:
-            found.append((self.known[i].limits()[3], f"rewrite <- E{s}; apply phi{s}_limited"))
+            told = f"pose proof (phi{s}_limited ({self.sigma(i)})) as Q; rewrite E{s} in Q; lra"
+            found.append((self.known[i].limits()[3], told))
         return min(found)
 
     def factors(self, one: _Term) -> tuple[Vector, Vector]:

@@ -16,6 +16,18 @@ from lure.plants.multivariable import MultivariablePlant
 SATURATED = {"kind": "piecewise-polynomial", "cuts": ["-1", "1"], "pieces": [["-1"], ["0", "1"], ["1"]]}
 
 
+def beyond(*, discrete=False):
+    """``x' = x - sat(x)`` beyond ``9/10 x^2 = 1``: ``V' - V + phi^2`` is ``9/10 x^2 - 9/5 x phi + phi^2``, positive.
+
+    In discrete time ``x+ = 2 x - sat(x)``: ``V+ - 2 V + phi^2`` is ``9/5 x^2 - 18/5 x phi + 19/10 phi^2``.
+    """
+    plant = {"kind": "multivariable", "time": "discrete" if discrete else "continuous", "B": [["1"]], "C": [["1"]]}
+    plant |= {"A": [["2" if discrete else "1"]], "D": [["0"]]}
+    draft = {"verdict": "REFUTED", "system": plant, "laws": {"graphs": [SATURATED]}, "theorem": "counterexample"}
+    proof = {"method": "growth", "Q": [["9/10"]], "rate": "1", "weights": ["1"]}
+    return complete_and_check(draft | {"multiplier": {}, "proof": proof})
+
+
 def attracted(system, graphs, terms, proof, time="continuous"):
     A, B, C, D = ([row.split() for row in side] for side in system)
     plant = {"kind": "multivariable", "time": time, "A": A, "B": B, "C": C, "D": D}
@@ -106,6 +118,28 @@ def test_disturbances_are_said_of_their_energy():
     assert "(x 0%nat 0 = 0) ->\n  (forall t, 0 < t -> derivable_pt_lim Ed t (d 0%nat t ^ 2)) ->" in text
     assert "(forall t, 0 <= t -> Ed t - Ed 0 <= (1 / 8)) ->\n  (forall t, 0 <= t -> level x w d t <= 1) /\\" in text
     assert "(forall t, Ed (S t) = Ed t + (d 0%nat t ^ 2)) ->" in coq_text(driven(discrete=True))
+
+
+def test_starts_beyond_a_set_are_said_not_to_tend_to_0():
+    assert "  (1 < level x w 0) ->\n  ~ (tends_to (x 0%nat) 0)." in coq_text(beyond())
+    assert "  (1 < level x w 0%nat) ->\n  ~ (Un_cv (x 0%nat) 0)." in coq_text(beyond(discrete=True))
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("discrete", [False, True])
+def test_starts_beyond_a_set_compile_and_falsified_files_do_not(discrete, library):
+    text = coq_text(beyond(discrete=discrete))
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert resting_on_axioms(said)
+    speed = 2 if discrete else 1
+    for right, wrong in (
+        ("(9 / 10) * (x 0%nat t * x 0%nat t)", "2 * (x 0%nat t * x 0%nat t)"),
+        (f"{speed} * x 0%nat t + (-1) * w", "(1 / 2) * x 0%nat t + (-1) * w"),
+        ("1 < level", "(1 / 2) < level"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0]
 
 
 @needs_coq
