@@ -172,6 +172,7 @@ class FallingTheorem:
         """The numbers of the proof, and the test that they pass."""
         f = self.forms
         lists = [("P", f.P), ("now", f.now), ("next", f.then)] + [("rows", f.rows)] * (not self.discrete)
+        lists += [("small", f.small)] * (self.discrete and self.small == "small")
         found = [f"Definition {name} : list (list Z) := {integers(rows)}%Z." for name, rows in lists]
         sides = [("products", f.products)] * (not f.block) + [("low", f.low), ("turn", f.turn)] * (not self.discrete)
         found += [f"Definition {name} : list term := {terms(given)}%Z." for name, given in sides]
@@ -189,7 +190,7 @@ class FallingTheorem:
                 test = "in_orthants block [] box signs"
             found.append(f"Lemma in_box : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
         test = (
-            f"falls_by_steps {f.size} P now next products {f.times} now"
+            f"falls_by_steps {f.size} P now next products {f.times} {self.small}"
             if self.discrete
             else f"falls_in_time {f.size} P now next rows low turn products {f.times}"
         )
@@ -292,10 +293,16 @@ class FallingTheorem:
 
     def by_steps(self) -> list[str]:
         """Discrete time."""
-        lines = [f"  assert (lim := by_steps {self.forms.size} P now next products {self.forms.times} now z falls)."]
-        lines.append("  assert (all : forall f, In f now -> Un_cv (fun t => dot f (z t)) 0).")
+        f, small = self.forms, self.small
+        lines = [f"  assert (lim := by_steps {f.size} P now next products {f.times} {small} z falls)."]
+        lines.append(f"  assert (all : forall f, In f {small} -> Un_cv (fun t => dot f (z t)) 0).")
         lines.append("  { apply lim; clear lim.")
         return [*lines, "  - reflexivity.", *self.stepping(), *self.products()]
+
+    @property
+    def small(self) -> str:
+        """The name of what tends to 0 in discrete time."""
+        return "now" if len(self.loop.rows) == self.order else "small"
 
     def stepping(self) -> list[str]:
         """That the next state is what it should be."""
@@ -424,10 +431,10 @@ class FallingTheorem:
         for k in range(count):
             if k < count - 1 or self.loop.rest:
                 lines.append("  apply conj.")
-            row = self.forms.rows[k] if not self.discrete else self.forms.now[k]
-            size = unit if self.discrete else unit * max(1, self.scale(k))
+            row = self.forms.rows[k] if not self.discrete else self.forms.small[k]
+            size = unit * max(1, self.scale(k))
             of = f"dot {integers(row)}%Z (z t)" if self.discrete else f"dot {integers(row)}%Z (at_ now (z t))"
-            name, member = ("Un_cv_part", "now") if self.discrete else ("tends_to_part", "rows")
+            name, member = ("Un_cv_part", self.small) if self.discrete else ("tends_to_part", "rows")
             opened = f"unfold z{', now, at_' * (not self.discrete)}; cbn [map dot Nat.add]; field"
             lines.append(f"  {{ apply ({name} {size} _ (fun t => {of})); [lra|intro; {opened}|].")
             lines.append(

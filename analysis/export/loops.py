@@ -20,6 +20,8 @@ from lure.analysis.certificates.riccati import CLOSE, Inequality, Rounded, stabi
 from lure.analysis.certificates.states import classes, deflated
 from lure.analysis.export.quadratic import Loop, Matrix, Vector, less, mix, rounded
 from lure.analysis.export.words import refused
+from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
+from lure.analysis.numerics.polynomial import to_fraction
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.errors import AssumptionError
 
@@ -192,8 +194,8 @@ def _several(certificate: Data) -> Iterator[Loop]:
     """The circle criterion, or Popov's, with one multiplier for each channel, or one for all."""
     name, system, data, proof = (certificate[key] for key in ("theorem", "system", "multiplier", "proof"))
     kind, _, popov = name.rpartition("-")
-    if kind not in ("diagonal", "full-block") or popov not in ("circle", "popov") or "zero" in proof:
-        raise refused(f"{name} has no export; diagonal and full-block ones, without an eigenvalue 0, have one")
+    if kind not in ("diagonal", "full-block") or popov not in ("circle", "popov") or "semidefinite" in proof:
+        raise refused(f"{name} has no export; diagonal and full-block ones with a form that is definite have one")
     H = plant(system)
     asked = channels(certificate["laws"], len(H.D))
     others = [block for block in asked.operators if block != asked.performance]
@@ -205,7 +207,20 @@ def _several(certificate: Data) -> Iterator[Loop]:
     theta = numbers(data["theta"]) if popov == "popov" else [Fraction(0)] * m
     loop = of_states(H.A, H.B, H.C, H.D, discrete=H.discrete)
     units = [[Fraction(i == j) for j in range(len(H.A))] for i in range(len(H.A))]
-    loop = replace(loop, bounds=bounds, theta=theta, rows=units)
+    resting = [numbers(v)[: len(units)] for v in proof.get("zero", [])]  # each with its own 1, where others have 0
+    modes = None
+    if proof["method"] != "matrix" and not H.discrete:
+        modes = zero_modes(*shifted(H, [Fraction(low) for low, _ in bounds])[:3], discrete=False)
+        resting = [] if modes is None else [[to_fraction(c) for c in v] for v in modes.right.transpose().tolist()]
+    pivots = [next(i for i, c in enumerate(v) if c) for v in resting]
+    rows = [
+        mix([Fraction(1), *(-v[i] for v in resting)], [units[i], *(units[p] for p in pivots)])
+        for i in range(len(units))
+        if i not in pivots
+    ]
+    if not rows:
+        raise refused("all its states belong to eigenvalues 0, or 1 in discrete time, and nothing tends to 0")
+    loop = replace(loop, bounds=bounds, theta=theta, rows=rows)
     if kind == "diagonal":
         loop = replace(loop, weights=[2 * v for v in numbers(data["lambda"])])
     else:
@@ -213,7 +228,7 @@ def _several(certificate: Data) -> Iterator[Loop]:
         loop = replace(
             loop, block=[[Pi[i][j] for j in places] for i in places], cones=_cones(data.get("N", []), bounds)
         )
-    for P in _matrices(H, loop, proof):
+    for P in _matrices(H, loop, proof, modes):
         for own in (*(rounded(P, bits) for bits in BITS), P):
             yield replace(loop, P=own)
 
@@ -230,12 +245,12 @@ def _cones(given: Data, bounds: list[tuple[Fraction, Fraction]]) -> list[Matrix]
     return found
 
 
-def _matrices(H: Plant, loop: Loop, proof: Data) -> Iterator[Matrix]:
+def _matrices(H: Plant, loop: Loop, proof: Data, modes: ZeroModes | None) -> Iterator[Matrix]:
     """``P`` of the certificate, or from Riccati's equation, with less and less room; none is believed.
 
     After the shift by the lower bounds ``-V' - 2 sum lambda_i psi_i (w_i sigma_i - psi_i)`` is a form in ``(x, psi)``
     with the blocks ``-(A'P + PA)``, ``PB - S`` and ``R``: ``S' = Lambda W C + Theta C A``, ``R = He(Lambda (1 + W D) +
-    Theta C B)``.
+    Theta C B)``.  Eigenvalues 0 are taken apart, and their part of ``P`` is prescribed.
 
     Raises
     ------
@@ -247,23 +262,48 @@ def _matrices(H: Plant, loop: Loop, proof: Data) -> Iterator[Matrix]:
         return
     if H.discrete or loop.block:
         raise refused("in discrete time, and with full blocks, several channels need a proof by a matrix")
-    (A, B, C, D), m, n = shifted(H, [Fraction(low) for low, _ in loop.bounds]), len(H.D), len(H.A)
+    (A, B, C, D), m = shifted(H, [Fraction(low) for low, _ in loop.bounds]), len(H.D)
     given = [w / 2 for w in loop.weights]
     width = [Fraction(high) - low for low, high in loop.bounds]
-    CA, CB = ([mix(row, side) for row in C] for side in (A, B))
+    CB = [mix(row, B) for row in C]
+    if modes is not None:
+        r, inner = modes.right.ncols(), modes.apart((A, B, C, D))
+        A, B, C = (
+            [[to_fraction(v) for v in row] for row in side.tolist()]
+            for side in (inner.A[r:, r:], inner.B[r:], inner.C[:, r:])
+        )
+    n, CA = len(A), [mix(row, A) if A else [] for row in C]
     S = [[given[i] * width[i] * C[i][k] + loop.theta[i] * CA[i][k] for i in range(m)] for k in range(n)]
     half = [[given[i] * ((i == j) + width[i] * D[i][j]) + loop.theta[i] * CB[i][j] for j in range(m)] for i in range(m)]
     R = [[half[i][j] + half[j][i] for j in range(m)] for i in range(m)]
+    for P in _solutions(A, B, S, R) if n else iter([[]]):
+        for own in [P] if modes is None else [*(rounded(P, bits) for bits in BITS), P]:
+            found = (
+                own if modes is None else _with_modes(modes, own, [a * b for a, b in zip(given, width, strict=True)])
+            )
+            for theta, (low, _), row in zip(loop.theta, loop.bounds, loop.sigma, strict=True):
+                if theta and low:
+                    found = [less(line, theta * low * v, row[: len(H.A)]) for line, v in zip(found, row, strict=False)]
+            yield found
+
+
+def _with_modes(modes: ZeroModes, inner: Matrix, weights: Vector) -> Matrix:
+    """``P``, from the part that eigenvalues 0 prescribe, and that of what is beside them."""
+    own, r = modes.energy(weights).tolist(), modes.right.ncols()
+    turn = [[to_fraction(v) for v in row] for row in modes.turn.tolist()]
+    first = carried([[to_fraction(v) for v in row] for row in own], turn[:r], [])
+    rest = carried(inner, turn[r:], []) if inner else [[Fraction(0)] * len(turn) for _ in turn]
+    return [[a + b for a, b in zip(*pair, strict=True)] for pair in zip(first, rest, strict=True)]
+
+
+def _solutions(A: Matrix, B: Matrix, S: Matrix, R: Matrix) -> Iterator[Matrix]:
+    """Solutions of Riccati's equation, with less and less room."""
+    n = len(A)
     for power in CLOSE:
         with working_precision(max(128, 8 * power)), suppress(ArithmeticError, ValueError):
             room, sides = Fraction(1, 1 << power), [A, B, S]
             sides.append([[v - (i == j) * room for j, v in enumerate(row)] for i, row in enumerate(R)])
             sides.append([[(i == j) * room for j in range(n)] for i in range(n)])
             lower = stabilising(*(arb_mat([[ball(v) for v in row] for row in side]) for side in sides))
-            if lower is None:
-                continue
-            P = [[lower[max(i, j)][min(i, j)] for j in range(n)] for i in range(n)]
-            for theta, (low, _), row in zip(loop.theta, loop.bounds, loop.sigma, strict=True):
-                if theta and low:
-                    P = [less(line, theta * low * v, row[:n]) for line, v in zip(P, row[:n], strict=True)]
-            yield P
+            if lower is not None:
+                yield [[lower[max(i, j)][min(i, j)] for j in range(n)] for i in range(n)]

@@ -122,6 +122,13 @@ class Forms:
     cones: list[list[list[int]]]
     beside: int = 0
 
+    @property
+    def small(self) -> list[list[int]]:
+        """What tends to 0, in discrete time, as rows over ``z``."""
+        if len(self.rows) == len(self.now):
+            return self.now
+        return [[int(v) for v in mix(row, self.now)] for row in self.rows]
+
 
 def whole(row: Iterable[Fraction], unit: int = 0) -> tuple[list[int], int]:
     """A row times the least common denominator, or a given one, and that."""
@@ -272,7 +279,7 @@ def forms(loop: Loop) -> Forms | None:
         if found.low or not nonnegative(bilinear(P, now, now), size):
             return None
         falls = [*bilinear(P, now, now), *bilinear(P, then, then, -1), *S]
-        small = [(-1, f, f) for f in now]
+        small = [(-1, f, f) for f in found.small]
     else:
         if not nonnegative([*bilinear(P, now, now), *found.low], size):
             return None

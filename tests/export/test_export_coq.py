@@ -383,6 +383,49 @@ def test_loops_side_by_side_compile_and_what_is_falsified_does_not(library):
         assert not compiled(library, text[:whole] + text[whole:].replace(old, new))[0]
 
 
+def integrating(*, discrete=False):
+    """``x1' = -phi1``, ``x2' = -x2 - phi1 - phi2``; in samples ``x1+ = x1 - phi1``, ``x2+ = x2/2 - phi2``.
+
+    There, with ``P = 1``, ``V - V+ - 2 phi1 (x1 - phi1) - 2 phi2 (x2/2 - phi2)`` is ``phi1^2 + 3/4 x2^2 + phi2^2``.
+    """
+    one = {"slope": None, "odd": False, "time_varying": True, "linear": False}
+    uppers = ("1", "1/2") if discrete else ("1", "1")
+    laws = {"channels": [{**one, "sector": ["0", upper]} for upper in uppers], "repeated": False}
+    system = {"kind": "multivariable", "time": "discrete" if discrete else "continuous", "D": [["0", "0"], ["0", "0"]]}
+    system |= {
+        "A": [["1", "0"], ["0", "1/2"]] if discrete else [["0", "0"], ["0", "-1"]],
+        "C": [["1", "0"], ["0", "1"]],
+    }
+    system |= {"B": [["1", "0"], ["0" if discrete else "1", "1"]]}
+    proof = {"method": "matrix", "P": [["1"], ["0", "1"]], "exponent": 0, "zero": [["1", "0", "0", "0"]]}
+    draft = {"verdict": "PROVED", "system": system, "laws": laws, "theorem": "diagonal-circle"}
+    proof = proof if discrete else {"method": "determinant"}
+    return coq_text(complete_and_check(draft | {"multiplier": {"lambda": ["1", "1"]}, "proof": proof}))
+
+
+def test_beside_eigenvalues_0_of_several_channels_the_rest_tends_to_0():
+    text = integrating()
+    assert "(x 1%nat) t ((-1) * x 1%nat t + (-1) * w 0%nat t + (-1) * w 1%nat t)) ->\n  tends_to (x 1%nat) 0.\n" in text
+    assert "\n  Un_cv (x 1%nat) 0.\n" in integrating(discrete=True)
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("discrete", [False, True])
+def test_eigenvalues_0_of_several_channels_compile_and_what_is_falsified_does_not(discrete, library):
+    text = integrating(discrete=discrete)
+    ok, said = compiled(library, text)
+    assert ok, said
+    right, wrong = ("(1 / 2) * x 1%nat t", "(3 / 2) * x 1%nat t") if discrete else ("(-1) * x 1%nat t", "1 * x 1%nat t")
+    end = "Un_cv" if discrete else "tends_to"
+    for old, new in (
+        (right, wrong),
+        (f"{end} (x 1%nat) 0", f"{end} (x 0%nat) 0"),
+        ("in_sector 0 1", "in_sector (-1) 1"),
+    ):
+        assert not compiled(library, changed(text, old, new))[0]
+
+
 def joined(*, turned=False):
     """``x' = -x - phi(x)``, ``y' = -2 y - phi(y)``: the second drives the first; or turned, in ``x`` and ``x + y``."""
     if turned:
