@@ -78,7 +78,7 @@ class _Beyond(Region):
 
     def text(self, claim: str) -> str:
         """The whole file."""
-        libraries = ("forms.v", "flow.v", "critical.v", "regions.v", "beyond.v")
+        libraries = ("forms.v", "flow.v", "critical.v", "steps.v", "regions.v", "beyond.v")
         parts = ["\n".join(self.definitions()), *(one.clipped() for one in self.known.values())]
         return whole_file(claim, "counterexample, growth", libraries, [*parts, self.witness(), self.theorem()])
 
@@ -135,7 +135,7 @@ class _Beyond(Region):
         unit = self.forms.unit
         shown = "intro; unfold z; cbn [dot]; field"
         if self.discrete:
-            return [f"    {{ apply (Un_cv_same _ (fun t => {unit} * x {k}%nat t)); [{shown}|now apply Un_cv_scal]. }}"]
+            return [f"    {{ apply (steps_same _ (fun t => {unit} * x {k}%nat t)); [{shown}|now apply Un_cv_scal]. }}"]
         return [
             f"    {{ apply (tends_same _ (fun t => {unit} * x {k}%nat t)); [{shown}|].",
             f"      replace 0 with ({unit} * 0) by ring; now apply tends_scal. }}",

@@ -33,17 +33,6 @@ Proof.
   intros k f F; replace 0 with (k * 0) by ring; apply (CV_mult (fun _ => k) f k 0); [|exact F].
   intros eps epos; exists 0%nat; intros; unfold R_dist; rewrite Rminus_eq_0, Rabs_R0; lra.
 Qed.
-Lemma Un_cv_same : forall f g a, (forall t, f t = g t) -> Un_cv g a -> Un_cv f a.
-Proof. intros f g a E G eps epos; destruct (G eps epos) as [T H]; exists T; intros t; rewrite E; apply H. Qed.
-Lemma steps_vanish : forall (z : nat -> list R) now, (forall f, In f now -> Un_cv (fun t => dot f (z t)) 0) ->
-  forall row, Un_cv (fun t => dot row (at_ now (z t))) 0.
-Proof.
-  assert (none : Un_cv (fun _ => 0) 0) by (intros eps epos; exists 0%nat; intros; unfold R_dist; rewrite Rminus_eq_0, Rabs_R0; lra).
-  intros z; induction now as [|f now IH]; intros all [|a row]; simpl; try exact none; replace 0 with (0 + 0) by ring.
-  apply (CV_plus (fun t => IZR a * dot f (z t)) (fun t => dot row (at_ now (z t)))).
-  - apply Un_cv_scal, all; now left.
-  - apply IH; intros g G; apply all; now right.
-Qed.
 Lemma form_vanishes_by_steps : forall (z : nat -> list R) now xs P, (forall f, In f now -> Un_cv (fun t => dot f (z t)) 0) ->
   (forall f, In f xs -> Un_cv (fun t => dot f (z t)) 0) -> Un_cv (fun t => value (bilinear P xs now) (z t)) 0.
 Proof.

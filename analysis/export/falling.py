@@ -161,7 +161,9 @@ class FallingTheorem:
 
     def libraries(self) -> tuple[str, ...]:
         """The files with what the proof uses."""
-        more = ["flow.v"] * (not self.discrete) + ["critical.v"] * (self.loop.rest is not None)
+        more = ["flow.v"] * (not self.discrete) + ["steps.v" if self.discrete else "critical.v"] * (
+            self.loop.rest is not None
+        )
         return ("forms.v", *more, *["cones.v", "blocks.v"] * bool(self.forms.block))
 
     def parts(self) -> list[str]:
@@ -447,7 +449,7 @@ class FallingTheorem:
         one, own = self.forms.rows[k], self.loop.rows[k]
         return next(int(v / u) for v, u in zip(one, own, strict=True) if u)
 
-    # An eigenvalue 0: the state converges to a multiple of one vector, an equilibrium.
+    # An eigenvalue 0, or 1: the state converges to a multiple of one vector, an equilibrium.
 
     def resting(self) -> list[str]:
         """That the state converges, and where to."""
@@ -456,7 +458,9 @@ class FallingTheorem:
         right, *_ = self.loop.rest
         size = number(_dot(self.loop.sigma[0], right))
         if self.transfer:
-            found, told = ["tends_to (xi 0%nat) c"], [f"{number(-self.loop.phi[0][0])} * c = - phi ({size} * c)"]
+            whole_den = -sum(self.loop.phi[0], Fraction(0)) if self.discrete else -self.loop.phi[0][0]
+            found = ["Un_cv xi c" if self.discrete else "tends_to (xi 0%nat) c"]
+            told = [f"{number(whole_den)} * c = - phi ({size} * c)"]
         else:
             found = [f"tends_to (x {k}%nat) ({number(v)} * c)" for k, v in enumerate(right)]
             at = [(number(_dot(row, right)), number(-row[self.order])) for row in self.loop.then]
@@ -467,39 +471,40 @@ class FallingTheorem:
         return ["exists c, " + " /\\\n    ".join([" /\\ ".join(found[:count]), *found[count:]])]
 
     def rested(self) -> list[str]:
-        """The proof: ``zeta = g y x`` has the derivative ``-r (phi - l sigma)``, and ``sigma - zeta`` tends to 0."""
+        """The proof: ``zeta = g y x`` changes by ``-r (phi - l sigma)``, and ``sigma - zeta`` tends to 0."""
         if self.loop.rest is None:
             return []
         right, left, _ = self.loop.rest
         sigma, low = self.loop.sigma[0][: self.order], self.loop.bounds[0][0]
-        size = _dot(sigma, right)
+        size, said = _dot(sigma, right), f"(fun t => {self.sigma(0)})"
         zeta = [size / _dot(left, right) * v for v in left]
-        pairs = zip(mix(zeta, self.loop.then), less(self.loop.phi[0], low, self.loop.sigma[0]), strict=True)
-        r = next(-a / b for a, b in pairs if b)
-        row, q = whole(zeta)
-        of, q = f"dot {integers(row)}%Z", q * self.forms.unit
+        change = mix(zeta, self.loop.then)
+        if self.discrete:
+            change = less(change, Fraction(1), [*zeta, *[Fraction(0)] * (len(change) - self.order)])
+        psi = less(self.loop.phi[0], low, self.loop.sigma[0])
+        r = next(-a / b for a, b in zip(change, psi, strict=True) if b)
         opened = f"sigma{', den' * self.transfer}"
         near, m = self.vanishing(less(sigma, Fraction(1), zeta))
-        shown = "rewrite (closed t Ht); ring" if self.transfer else "symmetry; apply (graph t Ht)"
+        at, always, by, name = "t Ht", "0 < t -> ", "tends_by", "converges_to_rest"
+        if self.discrete:
+            at, always, by, name = "t", "", "steps_by", "rests_by_steps"
+        shown = f"rewrite (closed {at}); ring" if self.transfer else f"symmetry; apply (graph {at})"
         side = "(class t)" if self.families[0].varying else "class"
         side = f"(proj2 {side} ({self.sigma(0)}))"
         if self.loop.bounds[0][1] != INF or self.loop.each:
             side = f"(proj1 {side})"
+        seen = "z, small" if self.discrete else "z, now, rows"
+        held = "steps_vanish z small all" if self.discrete else "rows_vanish (fun t => at_ now (z t)) rows all"
         lines = [
-            "  pose proof (rows_vanish (fun t => at_ now (z t)) rows all) as vanish.",
-            f"  assert (G : forall t, 0 < t -> {self.phi(0)} ({self.sigma(0)}) = {self.value(0)})",
-            f"    by (intros t Ht; {shown}).",
-            f"  destruct (converges_to_rest (fun t => {self.sum(zeta)}) (fun t => {self.sigma(0)})",
+            f"  pose proof ({held}) as vanish.",
+            f"  assert (G : forall t, {always}{self.phi(0)} ({self.sigma(0)}) = {self.value(0)})",
+            f"    by (intros {at}; {shown}).",
+            f"  destruct ({name} (fun t => {self.sum(zeta)}) {said}",
             f"    (fun t => {self.value(0)}) {number(low)} {number(r)} ltac:(lra)) as [c [limit rest]].",
-            f"  {{ intros t Ht; apply (derivable_same (fun t => / {q} * {of} (at_ now (z t))) _ t",
-            f"      (/ {q} * {of} (at_ next (z t))));",
-            "      [intro; unfold z, now, at_; cbn [map dot]; field",
-            f"      |unfold z, next, at_, {opened}; cbn [map dot]; field|].",
-            f"    apply (derivable_pt_lim_scal (fun t => {of} (at_ now (z t)))).",
-            "    apply (flow_row z now next); [exact F|exact Ht]. }",
-            f"  {{ intros t Ht; pose proof {side} as B; rewrite (G t Ht) in B; lra. }}",
-            f"  {{ apply (tends_by 0 {m} {near} {near} _ 0 0); [|ring|apply vanish|apply vanish].",
-            f"    intro; unfold z, now, rows, at_, {opened}; cbn [map dot]; field. }}",
+            *self.changing(zeta),
+            f"  {{ intros {at}; pose proof {side} as B; rewrite (G {at}) in B; lra. }}",
+            f"  {{ apply ({by} 0 {m} {near} {near} _ 0 0); [|ring|apply vanish|apply vanish].",
+            f"    intro; unfold {seen}, at_, {opened}; cbn [map dot Nat.add]; field. }}",
             f"  exists (/ {number(size)} * c).",
         ]
         count = 1 if self.transfer else self.order
@@ -508,9 +513,8 @@ class FallingTheorem:
             near, m = self.vanishing(less(unit, v / size, sigma))
             lines += ["  apply conj."] * (k < count - 1 or not self.families[0].varying)
             lines += [
-                f"  {{ apply (tends_by {number(v / size)} {m} (fun t => {self.sigma(0)}) {near} _ c _);",
-                "      [|field|exact limit|apply vanish].",
-                f"    intro; unfold z, now, rows, at_, {opened}; cbn [map dot]; field. }}",
+                f"  {{ apply ({by} {number(v / size)} {m} {said} {near} _ c _); [|field|exact limit|apply vanish].",
+                f"    intro; unfold {seen}, at_, {opened}; cbn [map dot Nat.add]; field. }}",
             ]
         if self.families[0].varying:
             return lines
@@ -518,12 +522,36 @@ class FallingTheorem:
         lines.append(f"  replace ({number(size)} * (/ {number(size)} * c)) with c by field; rewrite R.")
         return [*lines, "  repeat apply conj; field."]
 
+    def changing(self, zeta: Vector) -> list[str]:
+        """How ``zeta`` changes; in discrete time, of a transfer function, also that ``phi - l sigma`` tends to 0."""
+        opened = f"sigma{', den' * self.transfer}"
+        if self.discrete:
+            (_, psi, _), (a, _) = self.forms.products[0], self.forms.factors[0]
+            of, last = f"(fun t => dot {integers(psi)}%Z (z t))", len(self.forms.small) - 1
+            place = f"unfold small; {f'do {last} right; ' * bool(last)}left; reflexivity"
+            return [
+                f"  {{ intro t; unfold {opened}; cbn [Nat.add]; field. }}",
+                f"  {{ apply (steps_by 0 (/ {a}) {of} {of} _ 0 0); [|ring|apply all; {place}|apply all; {place}].",
+                f"    intro; unfold z, {opened}; cbn [dot Nat.add]; field. }}",
+            ]
+        row, q = whole(zeta)
+        of, q = f"dot {integers(row)}%Z", q * self.forms.unit
+        return [
+            f"  {{ intros t Ht; apply (derivable_same (fun t => / {q} * {of} (at_ now (z t))) _ t",
+            f"      (/ {q} * {of} (at_ next (z t))));",
+            "      [intro; unfold z, now, at_; cbn [map dot]; field",
+            f"      |unfold z, next, at_, {opened}; cbn [map dot]; field|].",
+            f"    apply (derivable_pt_lim_scal (fun t => {of} (at_ now (z t)))).",
+            "    apply (flow_row z now next); [exact F|exact Ht]. }",
+        ]
+
     def vanishing(self, form: Vector) -> tuple[str, str]:
         """A combination of the state that tends to 0: of ``rows`` with integers, and by what it is multiplied."""
         assert self.loop.rest is not None, "there is an eigenvalue 0"
         others = [v for j, v in enumerate(form) if j != self.loop.rest[2]]
         row, q = whole(v / self.scale(k) for k, v in enumerate(others))
-        return f"(fun t => dot {integers(row)}%Z (at_ rows (at_ now (z t))))", number(Fraction(1, q * self.forms.unit))
+        of = "at_ small (z t)" if self.discrete else "at_ rows (at_ now (z t))"
+        return f"(fun t => dot {integers(row)}%Z ({of}))", number(Fraction(1, q * self.forms.unit))
 
 
 def passing(loops: Iterator[Loop]) -> Iterator[tuple[Loop, Forms]]:

@@ -1,4 +1,4 @@
-"""Gains that jump, in turn, with which a solution in continuous time is not bounded, for Coq: `steps.v`, `jumps.v`.
+"""Gains that jump, in turn, with which a solution in continuous time is not bounded, for Coq: `stays.v`, `jumps.v`.
 
 No matrix exponential is enclosed.  In steps ``h`` a form ``V = x'Q(t) x`` goes with the flow, ``Q' = -A'Q - QA - w`` by
 Taylor's series, of which the remainder is less than ``w``, so that ``V' <= 0``; at the end of each step ``Q`` is above
@@ -25,7 +25,7 @@ from lure.analysis.export.words import folded, integers, number, reals, refused,
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import np
 
-LIBRARIES = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "steps.v", "jumps.v")
+LIBRARIES = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "stays.v", "jumps.v")
 PRECISIONS = (256, 512, 1024)
 TERMS = range(6, 41, 2)
 SLOWER = (0, 4, 7, 10, 14, 20, 28)  # how much slower than the fastest, as powers of two; 0: not at all

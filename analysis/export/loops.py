@@ -93,15 +93,15 @@ def _one(certificate: Data) -> Iterator[Loop]:
         raise refused(f"its plant has {len(A)} states, above {MOST_STATES}")
     width = None if high == INF else high - low
     claim = Claim(A=A, b=b, c=c, d=d, discrete=discrete, width=width, theta=theta)
-    zero = proof["zero"] if proof["method"] == "matrix" else zero_of(claim)
+    zero = proof["zero"] if proof["method"] == "matrix" else _zero(claim)
     # whether nothing is left of F at infinite frequency
     each = proof["method"] != "matrix" and width is None and not theta * _dot(c, b) + d
     if each:
         found = _for_each_bound(claim, zero)
     else:
-        own = _triangle(proof if proof["method"] == "matrix" else proof_by_matrix(claim, close=True))
+        own = _triangle(proof if proof["method"] == "matrix" else proof_by_matrix(_beside(claim, zero), close=True))
         found = iter([*(rounded(own, bits) for bits in BITS), own])
-    rows, ends = _ends(A, b, c, zero)
+    rows, ends = _ends(_still(claim), b, c, zero)
     rest = None if zero is None or d else (numbers(zero["right"]), numbers(zero["left"]), int(zero["pivot"]))
     if not rows and rest is None:
         raise refused("its one state is an eigenvalue 0, and it has a feedthrough")
@@ -120,6 +120,25 @@ def _one(certificate: Data) -> Iterator[Loop]:
         if theta and low:
             whole = [less(row, theta * low * s, shape) for row, s in zip(whole, shape, strict=True)]
         yield replace(loop, P=whole)
+
+
+def _still(claim: Claim) -> Matrix:
+    """What is 0 at an equilibrium: ``A``, in discrete time ``A - 1``."""
+    return [[v - (claim.discrete and i == j) for j, v in enumerate(row)] for i, row in enumerate(claim.A)]
+
+
+def _zero(claim: Claim) -> Data | None:
+    """The eigenvalue 0, in discrete time 1, None if there is none."""
+    return zero_of(replace(claim, A=_still(claim), discrete=False))
+
+
+def _beside(claim: Claim, zero: Data | None) -> Claim:
+    """What is left beside an eigenvalue 1: ``rho/(z - 1)`` has the real part ``-rho/2`` on the circle."""
+    if zero is None or not claim.discrete:
+        return claim
+    small, b, c, rho = deflated(_still(claim), claim.b, claim.c, zero)
+    A = [[v + (i == j) for j, v in enumerate(row)] for i, row in enumerate(small)]
+    return replace(claim, A=A, b=b, c=c, d=claim.d - rho / 2)
 
 
 def _triangle(proof: Data) -> Matrix:

@@ -124,10 +124,11 @@ class Forms:
 
     @property
     def small(self) -> list[list[int]]:
-        """What tends to 0, in discrete time, as rows over ``z``."""
+        """What tends to 0, in discrete time, as rows over ``z``: of one channel also ``phi - l sigma``, beside a 1."""
         if len(self.rows) == len(self.now):
             return self.now
-        return [[int(v) for v in mix(row, self.now)] for row in self.rows]
+        psi = [u for _, u, _ in self.products if len(self.products) == 1]
+        return [*([int(v) for v in mix(row, self.now)] for row in self.rows), *psi]
 
 
 def whole(row: Iterable[Fraction], unit: int = 0) -> tuple[list[int], int]:

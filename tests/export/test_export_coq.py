@@ -51,6 +51,7 @@ def test_popov_in_the_critical_case_compiles_and_rests_on_the_axioms_of_the_real
 
 # The denominator of 2/(s^3 + 3 s^2 + 2 s - 1) with the gain 1/2 is s^3 + 3 s^2 + 2 s, as that of THIRD.
 CRITICAL = {"kind": "transfer", "time": "continuous", "numerator": ["2"], "denominator": ["1", "3", "2", "-1"]}
+STEPPED = {"kind": "transfer", "time": "discrete", "numerator": ["1", "0"], "denominator": ["1", "-2", "1/2"]}
 INTEGRATOR = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "0"]}
 
 
@@ -68,6 +69,10 @@ def test_in_the_critical_case_the_state_converges_to_an_equilibrium():
         "    ((forall y, continuity_pt phi y) -> (-1) * c = - phi (2 * c)).\n"
     ) in coq_text(draft)
     assert "  exists c, tends_to (xi 0%nat) c.\nProof." in coq_text(proved(INTEGRATOR, "5", varying=True))
+    stepped = coq_text(proved(STEPPED, "3/4", lower="1/2"))  # z^2 - 3/2 z + 1/2 with the gain 1/2
+    assert (
+        "  exists c, Un_cv xi c /\\\n    ((forall y, continuity_pt phi y) -> (-1 / 2) * c = - phi (1 * c))." in stepped
+    )
     text = rings()
     assert "exists c, tends_to (x 0%nat) (1 * c) /\\ tends_to (x 1%nat) (1 * c) /\\\n" in text
     assert "(forall y, continuity_pt phi y) -> 0 * c = 1 * phi (3 * c))." in text
@@ -75,7 +80,7 @@ def test_in_the_critical_case_the_state_converges_to_an_equilibrium():
 
 @needs_coq
 @pytest.mark.thorough
-@pytest.mark.parametrize("number", range(6))
+@pytest.mark.parametrize("number", range(8))
 def test_the_critical_case_compiles_and_what_is_falsified_does_not(number, library):
     text = [
         lambda: coq_text(proved(CRITICAL, "3", "popov", {"theta": "3/2"}, lower="1/2")),
@@ -84,6 +89,8 @@ def test_the_critical_case_compiles_and_what_is_falsified_does_not(number, libra
         lambda: coq_text(proved(THIRD | {"numerator": ["1", "1"], "denominator": ["1", "2", "0"]}, "finite")),
         rings,
         lambda: rings(varying=True),
+        lambda: coq_text(proved(STEPPED, "3/4", lower="1/2")),
+        lambda: coq_text(proved(STEPPED | {"denominator": ["1", "-3/2", "1/2"]}, "1/4", varying=True)),
     ][number]()
     ok, said = compiled(library, text)
     assert ok, said
@@ -93,6 +100,8 @@ def test_the_critical_case_compiles_and_what_is_falsified_does_not(number, libra
         ("in_sector 0 5 (phi t)", "in_sector (-1) 5 (phi t)"),
         ("tends_to (x 1%nat) (1 * c)", "tends_to (x 1%nat) (2 * c)"),
         ("0 * c = 1 * phi", "0 * c = 1 + phi"),
+        ("Un_cv xi c", "Un_cv xi 0"),
+        ("in_sector 0 (1 / 4)", "in_sector (-1) (1 / 4)"),
     ):
         assert right not in text or not compiled(library, changed(text, right, wrong))[0]
 
