@@ -6,7 +6,7 @@ from fractions import Fraction as F
 import pytest
 from handwritten import nonlinearities
 
-from lure.analysis.certificates import channels
+from lure.analysis.certificates import channels, frequencies
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 
 
@@ -140,3 +140,25 @@ def test_what_has_no_bounds_of_phi_over_sigma(kind):
     one = nonlinearities(0, 1, slope=True, memory="play") if kind == "play" else nonlinearities(-1, 1, operator=kind)
     with pytest.raises(Rejected, match="channel 1"):
         channels.channels({"channels": [one], "repeated": False}, 1).bounds(0)
+
+
+# det(1 + D G) at the vertices of [0, 1], or of [1, 2] after the shift by 1
+@pytest.mark.parametrize(
+    ("D", "low", "inside", "holds"),
+    [
+        ([[1]], 0, True, True),
+        ([[1]], 0, False, False),
+        ([["-99/100"]], 0, True, True),
+        ([[-1]], 0, True, False),
+        ([[-2]], 0, True, False),
+        ([["-49/100"]], 1, True, True),
+        ([["-1/2"]], 1, True, False),
+        ([["1/2", 1], ["-1/2", "1/2"]], 0, True, True),
+        ([["1/2", 2], [2, "1/2"]], 0, True, False),
+    ],
+)
+def test_a_loop_has_one_solution_where_determinants_are_positive(D, low, inside, holds):
+    m = len(D)
+    plant = channels.Plant([[F(-1)]], matrix([[0] * m]), matrix([[0]] * m), matrix(D), discrete=False)
+    with nullcontext() if holds else pytest.raises(Rejected):
+        frequencies.solvable(plant, inside, [(F(low), F(low + 1))] * m)

@@ -129,6 +129,7 @@ def test_boxes_of_gains_are_proved(found):
     ("found", "edits"),
     [
         (MAP, {("laws", "channels", 0): constant(0, "8/5")}),  # beyond z = -1
+        (MAP, {("laws", "channels", 0): constant(0, "3/2")}),  # z = -1 itself
         (MAP, {("laws", "channels", 0): constant("-3/5", 1)}),
         (MAP, {("laws", "channels", 0): constant("-3/5", "-11/20")}),  # no root on the circle, and one outside
         (MAP, {("laws", "channels", 0): nonlinearities(0, "7/5")}),

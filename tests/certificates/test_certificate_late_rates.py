@@ -119,6 +119,13 @@ def endless(gain, root, radius, between=(1, 1)):
 
 ROOT = ["21400352638555/100000000000000", "209581888472440/100000000000000"]
 ENDLESS = endless("3", ROOT, "1/1000000")
+# s - 1 has its root sqrt(2)/10 away from 11/10 + i/10, and no component of what is left is above 1/10
+WELL_OFF = {
+    ("system", "A"): [["1", "0"], ["0", "-3"]],
+    ("proof", "gains"): ["0", "0", "0"],
+    ("proof", "root"): ["11/10", "1/10"],
+    ("proof", "radius"): "113/1000",
+}
 RESTING = edited(endless("0", ["0", "0"], "0"), "system", "A", value=[["0", "0"], ["0", "-3"]])  # exp(-s)/s
 
 
@@ -144,6 +151,7 @@ def test_both_checkers_accept_a_pole_from_w_to_z(draft):
         (ENDLESS, {("proof", "method"): "late-turns"}),
         (ENDLESS, {("system", "late", 0, 0): "1/2"}),
         (ENDLESS, {("rate",): "1/100"}),
+        (ENDLESS, WELL_OFF),
         (RESTING, {("proof", "gains"): ["1", "0", "0"]}),
         (RESTING, {("proof", "unlimited"): [2, 2]}),
         (RESTING, {("system", "A"): [["-1", "0"], ["0", "-3"]]}),

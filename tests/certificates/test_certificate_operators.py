@@ -133,6 +133,12 @@ CROSSES = DRIFTS | {
     "laws": {"channels": [nonlinearities(0, 1), *[operator("performance", 1)] * 2], "repeated": [1, 2]},
     "proof": {"method": "linear-gains", "gains": ["0", "0", "0"], "unlimited": [1, 2]},
 }
+# of 1/s, 1/(s + 1), 1/(s + 2) w moves the first two, and z sees the first and the third
+SHARED = DRIFTS | {
+    "system": loop(
+        [[0, 0, 0], [0, -1, 0], [0, 0, -2]], [[0, 1], [0, 1], [0, 0]], [[1, 1, 1], [1, 0, 1]], [[0, 0], [0, 0]]
+    )
+}
 
 
 @pytest.mark.parametrize("name", PROOFS)
@@ -151,7 +157,7 @@ def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(name)
         (PASSES, MOVES),
         (BELOW, EXCEEDED),
         (HIDDEN, EXCEEDED),
-        *((one, UNLIMITED) for one in (DRIFTS, TURNS, CROSSES)),
+        *((one, UNLIMITED) for one in (DRIFTS, TURNS, CROSSES, SHARED)),
     ],
 )
 def test_linear_members_refute_for_both_checkers(one, conclusion):
@@ -227,6 +233,9 @@ TAMPERED = [
     (DRIFTS, "system", "B", [["1", "0"]]),  # which w does not move
     (DRIFTS, "conclusion", EXCEEDED),
     (CROSSES, "proof", "unlimited", [1, 1]),  # 1/(s + 1)
+    (SHARED, "system", "C", 1, ["0", "1", "1"]),
+    (SHARED, "system", "B", [["0", "0"], ["0", "1"], ["0", "1"]]),
+    (SHARED, "system", "A", 0, 0, "-1/2"),
 ]
 
 

@@ -111,6 +111,14 @@ def test_both_checkers_accept_a_region_by_hand(name):
         ("turning map", {END: ["-71/100", "71/100"]}),
         ("far", {END: ["-61/100", "61/100"]}),
         ("far", {END: ["-3/5", "61/100"]}),
+        # x' = x - (2 x)^3 up to 1/2, which rests at 8^(-1/2); beyond -x/2 - 1/4, below 0 from 0 on
+        (
+            "far",
+            {
+                ("system",): loop([[1]], [[1]], [[2]], [[0]]),
+                ("laws", "graphs", 0): polynomials(["-1/4", "3/4"], [0, 0, 0, 1], ["1/4", "3/4"], cuts=(-1, 1)),
+            },
+        ),
         ("outside", {END: ["-99/100", "99/100"]}),
         ("outside", {END: ["-99/100", "1"]}),
         ("outside", {END: ["-1", "99/100"]}),

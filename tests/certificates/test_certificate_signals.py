@@ -1,10 +1,14 @@
 """What a disturbance gets through a loop from rest: certificates by hand, and what neither checker accepts."""
 
+import cmath
+from fractions import Fraction
+
 import pytest
 from handwritten import draft, loop, nonlinearities, operator
 from tampering import assert_both_reject, edited
 
-from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates import signals
+from lure.analysis.certificates.arithmetic import ZERO, Form, Rejected
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 
@@ -155,3 +159,15 @@ def test_one_function_in_two_channels_has_the_same_slopes():
 def test_the_first_checker_follows_no_step_in_which_w_is_too_large():
     with pytest.raises(Rejected, match="a step is too long"):
         complete_and_check(edited(PUSHED, "proof", "scale", value="1/4"))
+
+
+def test_sums_with_dead_times_are_enclosed_and_differentiated():
+    # 5 s^3 e^(-2 s) + 7 s
+    form = Form({(Fraction(2), 3): (Fraction(5), ZERO), (ZERO, 1): (Fraction(7), ZERO)})
+    first = {(Fraction(2), 2): 15, (Fraction(2), 3): -10, (ZERO, 0): 7}
+    assert signals.slope(form) == Form({key: (Fraction(c), ZERO) for key, c in first.items()})
+    s = 0.5 - 1.5j
+    value = 5 * s**3 * cmath.exp(-2 * s) + 7 * s
+    low, high = signals.at_point(form, Fraction(1, 2), Fraction(-3, 2))
+    assert float(low) == pytest.approx(max(abs(value.real), abs(value.imag)))
+    assert float(high) == pytest.approx(abs(value.real) + abs(value.imag))

@@ -136,6 +136,7 @@ def test_both_checkers_accept(name):
         ("stop", ("theorem",), "diagonal-popov"),
         ("both", ("system", "B"), [["1", "1/9"], ["0", "1"]]),  # Theta H(0) is not symmetric
         ("both", ("multiplier", "theta"), ["-1/8", "-1/8"]),
+        ("both", ("system", "D"), [["0", "1/1000"], ["0", "0"]]),
         ("function", ("laws", "channels", 1, "time_varying"), True),
         ("function", ("laws", "channels", 1, "slope"), ["-1/9", "1"]),
         ("function", ("laws", "channels", 1, "slope"), ["-1/1000", "1"]),
