@@ -3,10 +3,11 @@
 from contextlib import nullcontext
 from fractions import Fraction as F
 
+import numpy as np
 import pytest
 from handwritten import nonlinearities
 
-from lure.analysis.certificates import channels, frequencies
+from lure.analysis.certificates import channels, frequencies, several
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 
 
@@ -162,3 +163,69 @@ def test_a_loop_has_one_solution_where_determinants_are_positive(D, low, inside,
     plant = channels.Plant([[F(-1)]], matrix([[0] * m]), matrix([[0]] * m), matrix(D), discrete=False)
     with nullcontext() if holds else pytest.raises(Rejected):
         frequencies.solvable(plant, inside, [(F(low), F(low + 1))] * m)
+
+
+# |G x - c x| <= r |x| for all x, c the middle of the bounds and r half of their distance
+@pytest.mark.parametrize(
+    ("low", "G", "holds"),
+    [
+        (-1, [[0, 1], [1, 0]], True),
+        (-1, [[0, "101/100"], [1, 0]], False),
+        (-1, [[0, 1], [-1, 0]], True),
+        (-1, [[1, 0], [0, -1]], True),
+        (-1, [["101/100", 0], [0, 0]], False),
+        (-1, [["-101/100", 0], [0, 0]], False),
+        (0, [["1/2", "1/2"], ["1/2", "1/2"]], True),
+        (0, [["1/2", "51/100"], ["1/2", "1/2"]], False),
+        (0, [["1/2", "1/2"], ["-1/2", "1/2"]], True),
+        (0, [[0, 1], [-1, 0]], False),
+        (0, [[1, 0], [0, 0]], True),
+        (0, [["-1/100", 0], [0, 0]], False),
+    ],
+)
+def test_which_matrices_are_gains_of_a_full_block(low, G, holds):
+    one = nonlinearities(low, 1, operator="full block")
+    asked = channels.channels({"channels": [one] * 2, "repeated": True}, 2)
+    given = [[[str(v) for v in row] for row in G]]
+    with nullcontext() if holds else pytest.raises(Rejected):
+        assert channels.matrices([F(0)] * 2, given, asked) == matrix(G)
+
+
+def test_a_constant_delay_is_an_operator_on_what_its_majorant_leaves():
+    # sigma_1 = x + mu_2/3 behind a delay of up to 5/2, and sigma_2 = x: with mu_1 = -sigma_1 + w_1 the first output is
+    # m(h s) sigma_1, m = RISE/FALL
+    A, B, C, D = (
+        [[F(v) for v in row] for row in side] for side in ([[-2]], [[1, 3]], [[1], [1]], [[0, "1/3"], [0, 0]])
+    )
+    delay = nonlinearities("-5/2", "5/2", operator="delay")
+    asked = channels.channels({"channels": [delay, PLAIN], "repeated": False}, 2)
+    found, taken = channels.undelayed(channels.Plant(A, B, C, D, discrete=False), asked)
+    assert (taken.families[0].operator, taken.families[0].sector) == (channels.SCALAR, (-1, 1))
+    for s in (0.3 + 0.7j, 2j):
+        n, (a, b, c, d) = len(found.A), (np.array(side, dtype=float) for side in found[:4])
+        H = c @ np.linalg.solve(s * np.eye(n) - a, b) + d
+        x = np.array([1, 3 - 1 / 3]) / (s + 3)  # x' = -3 x + w_1 + (3 - 1/3) w_2
+        top, low = (np.polyval([float(v) for v in p][::-1], 2.5 * s) for p in (frequencies.RISE, frequencies.FALL))
+        assert H[0] == pytest.approx(top / low * (x + np.array([0, 1 / 3])))
+        assert H[1] == pytest.approx(x)
+
+
+# psi = phi - l sigma in [0, w sigma], c = |theta a|: with slopes between the bounds 2 c (psi sigma - psi^2/w), else
+# 2 c psi sigma, or 2 c (w sigma^2 - psi sigma) for theta a > 0
+@pytest.mark.parametrize("turn", [F(3, 2), F(-3, 2)])
+@pytest.mark.parametrize(("low", "slope"), [(F(-1, 2), True), (F(-1, 2), False), (F(0), True), (F(1, 3), False)])
+def test_what_terms_of_popov_add_at_a_rate(turn, low, slope):
+    high = F(2)
+    one = nonlinearities(low, high, slope=slope)
+    asked = channels.channels({"channels": [PLAIN, one], "repeated": False}, 2)
+    Pi = [[F(0)] * 4 for _ in range(4)]
+    several.weighed(Pi, [F(0), turn], [(F(-1), F(1)), (low, high)], asked, F(1, 5))
+    c, w = abs(turn) / 5, high - low
+    for sigma, phi in ((F(1), F(3)), (F(-2), F(1, 7)), (F(5), F(0))):
+        psi = phi - low * sigma
+        expected = psi * sigma - psi**2 / w if slope else w * sigma**2 - psi * sigma if turn > 0 else psi * sigma
+        z = [F(7), sigma, F(11), phi]
+        assert (
+            sum(v * x * y for row, x in zip(Pi, z, strict=True) for v, y in zip(row, z, strict=True))
+            == 2 * c * expected
+        )

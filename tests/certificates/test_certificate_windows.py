@@ -185,6 +185,7 @@ def test_what_a_form_is_of(kind, law, value, bounds):
         ([KNOWN, KNOWN], [SLOPE], {}),
         ([KNOWN | {"channels": [1, 1]}], [SLOPE], {}),
         ([KNOWN | {"channels": [2]}], [SLOPE], {}),
+        ([KNOWN | {"channels": [0]}], [SLOPE], {}),
         ([KNOWN | {"channels": []}], [SLOPE], {}),
         ([KNOWN | {"rows": ROWS[:1]}], [SLOPE], {}),
         ([KNOWN | {"kind": "even"}], [SLOPE], {}),
@@ -213,6 +214,15 @@ def test_what_a_form_is_of(kind, law, value, bounds):
 def test_forms_that_may_be_negative_are_refused(given, classes, options):
     with pytest.raises((Rejected, Malformed)):
         forms(given, classes, **options)
+
+
+def test_windows_have_the_same_number_of_samples():
+    one, two = [["1/100"], ["1/4", "1/100"]], [["1/50"], ["0", "1/50"], ["1", "0", "1/50"], ["0", "1", "0", "1/50"]]
+    asked = channels.channels({"channels": [SLOPE] * 2, "repeated": False}, 2)
+    assert windows.of_orders({"windows": [two, two], "odd": [False] * 2}, asked).samples == 2
+    for given in ([one, two], [two, one], [[], []], [two]):
+        with pytest.raises(Malformed):
+            windows.of_orders({"windows": given, "odd": [False] * 2}, asked)
 
 
 def test_forms_of_several_channels_and_rectifiers_are_taken():
