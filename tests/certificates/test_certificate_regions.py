@@ -1,6 +1,7 @@
 """Regions of attraction: certificates by hand, sharp, what neither checker accepts, and the arithmetic of graphs."""
 
 from fractions import Fraction as F
+from itertools import pairwise
 
 import pytest
 from handwritten import loop
@@ -8,6 +9,7 @@ from tampering import assert_both_reject, edited
 
 from lure.analysis.certificates import regions
 from lure.analysis.certificates.arithmetic import INF, Malformed, Rejected
+from lure.analysis.certificates.channels import Plant
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 
@@ -260,3 +262,68 @@ def test_lines_with_limits_on_both_sides(data, clip):
             regions.graph(data).clip()
         return
     assert regions.graph(data).clip() == tuple(map(F, clip))
+
+
+def plant(A, B, C, D, *, discrete=False):
+    return Plant(*([[F(v) for v in row] for row in side] for side in (A, B, C, D)), discrete=discrete)
+
+
+INTEGRAL = {"channel": 1, "theta": "2", "reach": "2", "least": "3/4"}
+SECTOR_ALONE = {"kind": "sector", "sector": ["0", "1"], "reach": "2"}
+
+
+# V = x^2 + 4 int phi is at least x^2 + 2 (3/4) x^2, and V' has 4 phi x' more
+def test_what_an_integral_adds():
+    below, ((weight, phi, rate),), strips = regions.integrated(
+        plant([[-1]], [[3]], [[2]], [[0]]), [regions.graph(SATURATION)], [INTEGRAL], [[F(1)]]
+    )
+    assert (below, strips) == ([[1 + 2 * F(3, 4) * 4]], [([2], 2)])
+    assert (weight, phi, rate) == (4, [0, 1], [-2, -6])
+
+
+@pytest.mark.parametrize(
+    ("H", "graph", "change"),
+    [
+        (plant([[-1]], [[3]], [[2]], [[0]], discrete=True), SATURATION, {}),
+        (plant([[-1]], [[3]], [[2]], [["1/9"]]), SATURATION, {}),
+        (plant([[-1]], [[3]], [[2]], [[0]]), SECTOR_ALONE, {"least": "0"}),
+        (plant([[-1]], [[3]], [[2]], [[0]]), SATURATION, {"reach": "0"}),
+        (plant([[-1]], [[3]], [[2]], [[0]]), SATURATION, {"reach": "-2"}),
+        (plant([[-1]], [[3]], [[2]], [[0]]), SATURATION, {"reach": "21/10"}),
+        (plant([[-1]], [[3]], [[2]], [[0]]), SATURATION, {"least": "76/100"}),
+        (plant([[-1]], [[3]], [[2]], [[0]]), SATURATION, {"theta": "-2"}),  # of the other sign it is a bound from above
+        (plant([[-1]], [[3]], [[2]], [[0]]), SATURATION, {"channel": 2}),
+    ],
+)
+def test_integrals_that_do_not_fit_are_refused(H, graph, change):
+    with pytest.raises((Rejected, Malformed)):
+        regions.integrated(H, [regions.graph(graph)], [INTEGRAL | change], [[F(1)]])
+
+
+# x' = -x + phi(x), y' = -y: between 1/2 and 2 x' = 99 x - 50 > 0, and what phi is beyond 2 would turn it round
+@pytest.mark.parametrize("control", [None, ("3/4", 0)])
+def test_arcs_are_crossed_as_the_piece_says_in_which_they_lie(control):
+    H = plant([[-1, 0], [0, -1]], [[-1], [0]], [[1, 0]], [[0]])
+    graph = regions.graph(polynomials([0], [-50, 100], [-250, 200], cuts=("1/2", 2)))
+    arc = (F(7, 10), F(-1, 10)), control and tuple(map(F, control)), (F(7, 10), F(1, 10))
+    regions.crossed(H, [graph], [arc], -1)
+    with pytest.raises(Rejected):
+        regions.crossed(H, [graph], [arc], 1)
+
+
+# x' = x - phi(x), phi = -2 x + 4 x^3, rests at sqrt(3)/2 = .8660
+@pytest.mark.parametrize(("size", "alone"), [("866/1000", True), ("867/1000", False)])
+def test_equilibria_within_a_curve_are_found(size, alone):
+    r = F(size)
+    ends = [(r, F(0)), (F(0), r), (-r, F(0)), (F(0), -r), (r, F(0))]
+    arcs = [(p, None, q) for p, q in pairwise(ends)]
+    graph = regions.graph(polynomials([0, "-2", 0, 4]))
+    for H in (
+        plant([[1, 0], [0, -2]], [[1], [0]], [[1, 0]], [[0]]),
+        plant([[-2, 0], [0, 1]], [[0], [1]], [[0, 1]], [[0]]),
+    ):
+        if alone:
+            regions.still(H, graph, 1, arcs)
+            continue
+        with pytest.raises(Rejected, match="equilibrium"):
+            regions.still(H, graph, 1, arcs)
