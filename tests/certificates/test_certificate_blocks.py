@@ -1,5 +1,6 @@
 """Blocks and graphs as the checker reads them: transfer functions, realisations, the rod's scheme, points."""
 
+import cmath
 import math
 from fractions import Fraction as F
 
@@ -8,7 +9,7 @@ from certificate_family import on_both
 
 from lure.analysis.certificates import balls
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
-from lure.analysis.certificates.blocks import block, coefficients, masses, realised, scheme
+from lure.analysis.certificates.blocks import block, coefficients, masses, multiplier, realised, scheme
 from lure.analysis.certificates.states import chords, classes, deflated, inside, piecewise
 
 
@@ -219,6 +220,7 @@ def test_a_swing_known_with_too_large_an_error_stays_nowhere():
     [
         ({"theta": "1/4", "kernels": [("1/2", "causal")]}, False, None, ("1/2", "1/2")),
         ({"theta": "1/4", "kernels": [("1/2", "causal")]}, False, 1, ("1/12", "5/4")),
+        ({"theta": "1/4", "kernels": [("1/2", "causal")]}, False, "1/2", ("11/40", "19/24")),
         ({"theta": "1/4", "kernels": [("-1/2", "anticausal")]}, False, 1, ("3/4", "7/12")),
         ({"theta": "-1/4", "kernels": [("1/2", "causal"), ("1/2", "anticausal")]}, False, 1, ("19/12", "13/12")),
         ({"taps": [[2, "-1/3"]]}, True, None, ("1/3", "1/3")),
@@ -232,3 +234,32 @@ def test_masses_at_a_rate(data, discrete, rate, found):
         listed = [dict(zip(names, one, strict=True)) | {"rate": "2", "order": 1} for one in data["kernels"]]
         data = data | {"kernels": listed}
     assert masses(data, discrete, None if rate is None else F(rate)) == tuple(map(F, found))
+
+
+def test_kernels_are_those_of_their_transfer_functions():
+    kernels = [
+        {"coefficient": "1/8", "rate": "1", "order": 2, "side": "causal"},
+        {"coefficient": "-1/5", "rate": "3", "order": 1, "side": "anticausal"},
+        {"coefficient": "1/7", "rate": "1", "order": 1, "side": "anticausal"},
+        {"coefficient": "1/3", "delay": "1/2"},
+        {"coefficient": "1/9", "delay": "-2"},
+    ]
+    H = block(system([1], [1, 1]))
+    m, p, e, r, odd = multiplier("zames-falb", {"theta": "2/5", "kernels": kernels}, H, unbounded=False)
+    assert odd
+    assert not r
+    for omega in (0.3, 1.7):
+        s = 1j * omega
+        lags = 1 / 8 / (1 + s) ** 2 - 3 / 5 / (3 - s) + 1 / 7 / (1 - s)
+        expected = 1 - lags - cmath.exp(-s / 2) / 3 - cmath.exp(2 * s) / 9
+        assert at(m, omega) / at(p, omega) == pytest.approx(expected)
+        assert at(e, omega) / at(p, omega) == pytest.approx(0.4 * s)
+
+
+def test_taps_are_powers_of_z():
+    H = block(system([1], [2, 1], "discrete"))
+    m, p, *_, odd = multiplier("zames-falb", {"taps": [[1, "1/3"], [-2, "1/4"], [3, "1/5"]]}, H, unbounded=False)
+    assert not odd
+    for omega in (0.3, 1.7):
+        z = (1 + 1j * omega) / (1 - 1j * omega)
+        assert at(m, omega) / at(p, omega) == pytest.approx(1 - 1 / z / 3 - z**2 / 4 - z**-3 / 5)

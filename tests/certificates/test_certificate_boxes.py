@@ -54,6 +54,7 @@ def test_the_circle_criterion_is_sharp_at_the_corner_it_fails_first():
     found = complete_and_check(draft(theorem="circle", tree={"multiplier": {}}, sector=["0", "2999/1000"]))
     assert recheck(found.certificate).accepted
     assert_both_reject(edited(found.certificate, "laws", "sector", 1, value="3"))
+    assert_both_reject(edited(found.certificate, "proof", "boxes", "multiplier", value={"mirrored": True}))
 
 
 def test_a_wide_box_needs_more_than_one():

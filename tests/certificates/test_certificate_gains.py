@@ -246,6 +246,9 @@ TURNED = refuted(
     [operator("linear time-invariant", 3)],
     {"method": "linear-members", "gains": ["0"], "operators": [{"left": [["-3", "2"]], "right": [["1", None]]}]},
 )
+AFTER = edited(TURNED, "proof", "operators", value=[{"left": [["-3", None]], "right": [["1", "2"]]}])
+# c (s - 1)^2/(s + 1)^2, one on each side: at omega^2 = 1/3 three turns of 60 degrees, and 1/|i omega + 1|^2 = 3/4
+AROUND = edited(TURNED, "proof", "operators", value=[{"left": [["4/3", "1"]], "right": [["1", "1"]]}])
 # the matrix of the loop is -(1/2, 1; 1, 1/2), of which 1/2 is an eigenvalue
 MATRIX = refuted(
     loop([["-1/2", 0], [0, "-1/2"]], I2, I2, O2),
@@ -255,7 +258,10 @@ MATRIX = refuted(
 )
 
 
-@pytest.mark.parametrize(("found", "conclusion"), [(AT_I, EXCEEDED), (PASSES, MOVES), (TURNED, MOVES), (MATRIX, MOVES)])
+@pytest.mark.parametrize(
+    ("found", "conclusion"),
+    [(AT_I, EXCEEDED), (PASSES, MOVES), (TURNED, MOVES), (AFTER, MOVES), (AROUND, MOVES), (MATRIX, MOVES)],
+)
 def test_linear_members_refute(found, conclusion):
     assert accepted(found).certificate["conclusion"] == conclusion
 
@@ -277,6 +283,12 @@ def test_linear_members_refute(found, conclusion):
         (TURNED, {("proof", "operators", 0, "left"): [["-299/100", "2"]]}),
         (TURNED, {("proof", "operators", 0, "left"): [["-3", "21/10"]]}),
         (TURNED, {("proof", "operators", 0, "left"): [["-3", "-2"]]}),
+        (TURNED, {("proof", "operators", 0, "left"): [["-3", "-1/2"]]}),
+        (TURNED, {("proof", "operators", 0, "left"): [["-3", "0"]]}),
+        (AFTER, {("proof", "operators", 0, "left"): [["-299/100", None]]}),
+        (AFTER, {("proof", "operators", 0, "right"): [["1", "-2"]]}),
+        (AROUND, {("proof", "operators", 0, "left"): [["133/100", "1"]]}),
+        (AROUND, {("proof", "operators", 0, "left"): [["-99/100", "1"]]}),
         (PASSES, {("proof", "operators", 0, "left"): [["-1", "1/2"], ["-1", "1/2"]]}),
         (PASSES, {("laws", "channels", 0): nonlinearities(-2, 2)}),
         # the plant rests, whatever the operator does with D alone

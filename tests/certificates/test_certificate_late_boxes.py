@@ -50,6 +50,7 @@ def test_an_integrator_is_proved_up_to_the_largest_dead_time_and_no_farther(proo
     assert recheck(proof).accepted
     assert proof["hypotheses"]["parameters"] == "for all constant T in [1, 2]"
     assert_both_reject(edited(proof, "laws", "sector", 1, value="786/1000"))
+    assert_both_reject(edited(proof, "system", "time", value="discrete"))
 
 
 def test_the_search_finds_both_ends():
