@@ -301,11 +301,14 @@ def test_integrals_that_do_not_fit_are_refused(H, graph, change):
 
 
 # x' = -x + phi(x), y' = -y: between 1/2 and 2 x' = 99 x - 50 > 0, and what phi is beyond 2 would turn it round
-@pytest.mark.parametrize("control", [None, ("3/4", 0)])
-def test_arcs_are_crossed_as_the_piece_says_in_which_they_lie(control):
+@pytest.mark.parametrize(
+    ("ends", "control"), [(("7/10", "7/10"), None), (("7/10", "7/10"), ("3/4", 0)), (("6/5", "17/10"), None)]
+)
+def test_arcs_are_crossed_as_the_piece_says_in_which_they_lie(ends, control):
     H = plant([[-1, 0], [0, -1]], [[-1], [0]], [[1, 0]], [[0]])
     graph = regions.graph(polynomials([0], [-50, 100], [-250, 200], cuts=("1/2", 2)))
-    arc = (F(7, 10), F(-1, 10)), control and tuple(map(F, control)), (F(7, 10), F(1, 10))
+    first, last = map(F, ends)
+    arc = (first, F(-1, 10)), control and tuple(map(F, control)), (last, F(1, 10))
     regions.crossed(H, [graph], [arc], -1)
     with pytest.raises(Rejected):
         regions.crossed(H, [graph], [arc], 1)
