@@ -447,6 +447,18 @@ def test_neither_checker_accepts_what_is_tampered_with(change):
     assert_both_reject(edited(certificate(name), *path, value=value))
 
 
+def test_one_gain_that_is_not_0_makes_another_loop():
+    # x_1' = -x_1, seen late, and x_2' = x_2/2 - g x_2: all gains 0 leave a root 1/2, and from g = 1 on there is none
+    system = late(
+        [["-1", "0"], ["0", "1/2"]], UNIT, [["0", "0"], ["0", "1"]], [["0", "0"]] * 2, ("1", [["1", "0"], ["0", "0"]])
+    )
+    proof = {"method": "late-turns", "gains": ["0", "0"]}
+    found = complete_and_check(draft(system, [sector("0", "1"), sector("0", "2")], "counterexample", proof)).certificate
+    assert recheck(found).accepted
+    above = edited(found, "laws", "channels", 1, value=sector("1", "2"))
+    assert_both_reject(edited(above, "proof", "gains", value=["0", "1"]))
+
+
 def test_sigma_that_echoes_phi_has_no_term_of_popov():
     found = edited(certificate("neutral"), "theorem", value="piecewise-popov")
     found = edited(edited(found, *CLASS, "time_varying", value=False), "multiplier", "theta", value=["1/100"])
