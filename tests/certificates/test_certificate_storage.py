@@ -495,3 +495,43 @@ def test_an_eigenvalue_1_and_a_gain_beside_storage_are_left_open():
     found = max_sector(as_plant([["1/((z - 1)*(2*z - 1))"]], dt=1), [STOP], criterion="storage-circle")
     assert found.proof is None
     assert "eigenvalue 1" in found.reason
+
+
+@pytest.mark.parametrize("kind", ["play", "stop"])
+def test_in_samples_no_operator_lets_the_stored_rise_by_more_than_is_said(kind):
+    # V+ - V is at most twice the sum of the products, sample by sample, V of (y, phi), y = x+ - x
+    rng, k, sign = np.random.default_rng(8), Fraction(3, 2), 1 if kind == "play" else -1
+    asked = channels({"channels": [channel(kind, k)], "repeated": False}, 1)
+    for theta in (Fraction(1, 3), Fraction(5, 2)):
+        A = np.round(rng.normal(size=(2, 2)) * 2) / 8
+        B, C = np.round(rng.normal(size=(2, 1)) * 4) / 8, np.round(rng.normal(size=(1, 2)) * 4) / 4
+        rows = [[[Fraction(v) for v in row] for row in side.tolist()] for side in (A, B, C)]
+        pairs, extra = storages(Plant(*rows, [[Fraction(0)]], discrete=True), asked, [sign * theta])
+        pairs = [[np.array(side, dtype=float) for side in pair] for pair in pairs]
+        above = np.tril(np.array([[*row, *[0] * (3 - len(row))] for row in extra], dtype=float))
+        V = above + np.tril(above, -1).T
+        for _ in range(60):
+            x, r = rng.normal(size=2) * 5, 10 ** rng.uniform(-1, 0.5)
+            p, seen = (C @ x).item() + r * rng.uniform(-1, 1), []
+            for _ in range(20):
+                sigma = (C @ x).item()
+                p = min(max(p, sigma - r), sigma + r)
+                phi = float(k) * (p if kind == "play" else sigma - p)
+                after = A @ x - B[:, 0] * phi
+                seen.append((after - x, phi))
+                x = after
+            for (y, phi), (later, moved_to) in pairwise(seen):
+                z, w, both = np.array([*y, phi]), np.array([*later, moved_to]), np.array([*y, moved_to - phi])
+                slack = 2 * sum((a @ both) * (b @ both) for a, b in pairs) - w @ V @ w + z @ V @ z
+                assert slack > -1e-9 * (1 + abs(w @ V @ w) + abs(z @ V @ z))
+
+
+# H = 3/(s + 2), k = 4/3, |theta| = 1/4: theta H(0) + |theta|/k = 3/8 + 3/16, and for a stop 2 theta phi (eta - H(0) phi),
+# eta = -y/2, more
+@pytest.mark.parametrize(("kind", "theta", "cross"), [("play", "1/4", "0"), ("stop", "-1/4", "1/8")])
+def test_what_is_stored_is_that_of_the_formula(kind, theta, cross):
+    asked = channels({"channels": [channel(kind, "4/3")], "repeated": False}, 1)
+    plant = Plant(*([[Fraction(v)]] for v in (-2, 3, 1, 0)), discrete=False)
+    pairs, extra = storages(plant, asked, [Fraction(theta)])
+    assert [[*map(list, pair)] for pair in pairs] == [[[-Fraction(theta) / 2, 0], [0, 1]]]
+    assert extra == [[0, Fraction(cross)], [Fraction(cross), Fraction(9, 16)]]
