@@ -526,7 +526,7 @@ def test_in_samples_no_operator_lets_the_stored_rise_by_more_than_is_said(kind):
                 assert slack > -1e-9 * (1 + abs(w @ V @ w) + abs(z @ V @ z))
 
 
-# H = 3/(s + 2), k = 4/3, |theta| = 1/4: theta H(0) + |theta|/k = 3/8 + 3/16, and for a stop 2 theta phi (eta - H(0) phi),
+# H = 3/(s + 2), k = 4/3, theta = +-1/4: theta H(0) + 1/4/k = 3/8 + 3/16, and for a stop 2 theta phi (eta - H(0) phi),
 # eta = -y/2, more
 @pytest.mark.parametrize(("kind", "theta", "cross"), [("play", "1/4", "0"), ("stop", "-1/4", "1/8")])
 def test_what_is_stored_is_that_of_the_formula(kind, theta, cross):
