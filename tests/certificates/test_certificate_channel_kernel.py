@@ -229,3 +229,9 @@ def test_what_terms_of_popov_add_at_a_rate(turn, low, slope):
             sum(v * x * y for row, x in zip(Pi, z, strict=True) for v, y in zip(row, z, strict=True))
             == 2 * c * expected
         )
+
+
+@pytest.mark.parametrize("classes", [[OUT, PLAIN], [OUT, OUT], [PLAIN, OUT, PLAIN]])
+def test_the_performance_channel_is_the_last(classes):
+    with pytest.raises(Malformed, match="the last"):
+        channels.channels({"channels": classes, "repeated": False}, len(classes))
