@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from handwritten import nonlinearities
 
-from lure.analysis.certificates import channels, frequencies, several
-from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates import channels, frequencies, pieces, several
+from lure.analysis.certificates.arithmetic import Form, Malformed, Rejected
 
 
 def matrix(rows):
@@ -235,3 +235,9 @@ def test_what_terms_of_popov_add_at_a_rate(turn, low, slope):
 def test_the_performance_channel_is_the_last(classes):
     with pytest.raises(Malformed, match="the last"):
         channels.channels({"channels": classes, "repeated": False}, len(classes))
+
+
+def test_polynomials_in_s_are_read_at_i_omega():
+    p = Form({(F(0), k): (F(c), F(0)) for k, c in enumerate((2, 3, 5, 7, 11, 13))} | {(F(2), 2): (F(17), F(0))})
+    found = {(F(0), k): z for k, z in enumerate(((2, 0), (0, 3), (-5, 0), (0, -7), (11, 0), (0, 13)))}
+    assert pieces.on_line(p) == found | {(F(2), 2): (-17, 0)}
