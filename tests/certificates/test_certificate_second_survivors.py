@@ -183,6 +183,20 @@ def performance(bound):
     return nonlinearities(f"-{bound}", bound, time_varying=True) | {"operator": "performance"}
 
 
+def slow_gain(low, high, rate):
+    ends = {"slope": [low, high], "odd": True, "linear": True, "time_varying": True, "rate": rate}
+    return nonlinearities(low, high) | ends
+
+
+SLOW = draft(
+    multivariable([["-1"]], [["1", "1"]], [["1"], ["1"]]),
+    {"channels": [slow_gain("0", "1", "1"), nonlinearities("0", "1")], "repeated": False},
+    "parameter-dependent",
+    {"lambda": [["1"]], "theta": ["1"]},
+    {"method": "spline", "degree": 1, "pieces": [1], "P": [[["1"]], [["1"]]], "exponent": 0},
+)
+
+
 def on_a_line(interval, cuts, pieces, verdict="PROVED"):
     graph = {"kind": "piecewise-polynomial", "cuts": cuts, "pieces": pieces}
     theorem = "scalar" if verdict == "PROVED" else "counterexample"
@@ -235,9 +249,14 @@ FORGED = {  # what both checkers accept, and what is then changed, so that it wo
     ),
     "a scaled orbit below its sector": (SCALED, {("laws", "sector"): ["3/4", "1"]}),
     "a scaled orbit above its sector": (SCALED, {("laws", "sector"): ["0", "1/4"]}),
-    "a scaled orbit with phi(0) = 1": (
+    "a scaled orbit with phi(0) = -1": (  # sigma+ = sigma/2 + u
         SCALED,
-        {("proof", "sigma"): ["0", "1"], ("proof", "u"): ["1", "0"], ("proof", "scale"): "1/4"},
+        {
+            ("system", "denominator"): ["1", "-1/2"],
+            ("proof", "sigma"): ["0", "1"],
+            ("proof", "u"): ["1", "-1/2"],
+            ("proof", "scale"): "1/4",
+        },
     ),
     "a scaled orbit in continuous time": (SCALED, {("system", "time"): "continuous"}),
     # x' = -x - phi(x): phi = -x^3 leaves (-1, 1) to 0; -2 x for x < 0 does not
@@ -293,6 +312,21 @@ FORGED = {  # what both checkers accept, and what is then changed, so that it wo
         ),
         {(*LAWS, 1, "sector"): ["-1/2", "1/2"]},
     ),
+    # x' = -(1 + g) x, V = P x^2 with P from 3 to 1 for g from 1 to 2: -V' is 12 - 2 |g'| to 6 - 2 |g'| at its least
+    "a gain that changes too fast": (
+        draft(
+            multivariable([["-1"]], [["1"]], [["1"]]),
+            {"channels": [slow_gain("1", "2", "5/2")], "repeated": False},
+            "parameter-dependent",
+            {"lambda": [[]], "theta": []},
+            {"method": "spline", "degree": 1, "pieces": [1], "P": [[["3"]], [["1"]]], "exponent": 0},
+        ),
+        {(*LAWS, 0, "rate"): "4"},
+    ),
+    # x' = -(1 + g) x - phi(x), V = x^2 + 2 int phi, lambda = 1: 2 (1 + g) x^2 + 2 (1 + g) x phi + 4 phi^2
+    "Popov's term in samples beside a gain": (SLOW, {("system", "time"): "discrete", ("system", "A"): [["1"]]}),
+    "Popov's term of a function that depends on time": (SLOW, {(*LAWS, 1, "time_varying"): True}),
+    "Popov's term of an output with a direct term": (SLOW, {("system", "D", 1, 1): "1/100"}),
 }
 
 
