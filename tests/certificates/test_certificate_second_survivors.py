@@ -179,6 +179,15 @@ def late(A, B, C, D, *times):
     return multivariable(A, B, C, D, late=list(times)) | {"kind": "multivariable delay"}
 
 
+DIP = draft(
+    late([["0", "1"], ["-9/4", "-3/20"]], [["0"], ["1"]], [["0", "-3/40"]], [["0"]], ["1", [["0", "1/100"]]]),
+    {"channels": [nonlinearities("0", "1", time_varying=True)], "repeated": False},
+    "piecewise-circle",
+    {"lambda": ["1"], "pieces": [[None], [None]]},
+    {"method": "pieces", "ends": ["1"]},
+)
+
+
 def performance(bound):
     return nonlinearities(f"-{bound}", bound, time_varying=True) | {"operator": "performance"}
 
@@ -327,6 +336,23 @@ FORGED = {  # what both checkers accept, and what is then changed, so that it wo
     "Popov's term in samples beside a gain": (SLOW, {("system", "time"): "discrete", ("system", "A"): [["1"]]}),
     "Popov's term of a function that depends on time": (SLOW, {(*LAWS, 1, "time_varying"): True}),
     "Popov's term of an output with a direct term": (SLOW, {("system", "D", 1, 1): "1/100"}),
+    # -2 z w_0 s/(s^2 + 2 z w_0 s + w_0^2), z = 1/20, is -1 at w_0 and small elsewhere: twice that at 3/2, and at 5/2
+    "a dip beyond the last piece": (DIP, {("system", "C"): [["0", "-3/10"]]}),
+    "a dip farther out": (
+        DIP,
+        {("system", "C"): [["0", "-1/2"]], ("system", "A"): [["0", "1"], ["-25/4", "-1/4"]]},
+    ),
+    # 1 + (1 + theta w^2)/(1 + w^2): with theta = -2 below 0 from w = 1.42 on alone
+    "Popov's term far out": (
+        draft(
+            multivariable([["-1"]], [["1"]], [["1"]]),
+            {"channels": [nonlinearities("0", "1")], "repeated": False},
+            "piecewise-popov",
+            {"lambda": ["1"], "theta": ["2"], "pieces": [[None], [None]]},
+            {"method": "pieces", "ends": ["5/4"]},
+        ),
+        {("multiplier", "theta"): ["-2"]},
+    ),
 }
 
 

@@ -84,6 +84,16 @@ def test_all_ways_to_the_response_of_a_late_loop_agree(omega):
                     assert about.overlaps((whole[i, j] - acb(arb(LATE.D[i, j]))) * s)
 
 
+@pytest.mark.parametrize(("omega", "wait"), [(8, 1), (8, -1), (6, 1), (6, -1)])
+def test_a_state_that_comes_back_has_any_phase(omega, wait):
+    zero = fmpq_mat([[0]])
+    one = fmpq_mat([[1]])
+    loop = LateLoop(-1 * one, one, one, zero, ((F(1), fmpq(1, 2) * one, zero),), ((zero, zero),), None)
+    with working_precision(128):
+        (plain, _), _ = loop.at_any_phase(1 / ball(F(omega)), [])
+        assert plain[0, 0].overlaps(1 / (acb(0, omega) + 1 - acb(wait) / 2))
+
+
 def test_a_late_loop_at_rest_has_the_determinants_of_the_axis_at_0():
     loop = replace(LATE, pace=None)
     with working_precision(128):
