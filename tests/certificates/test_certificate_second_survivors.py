@@ -353,6 +353,16 @@ FORGED = {  # what both checkers accept, and what is then changed, so that it wo
         ),
         {("multiplier", "theta"): ["-2"]},
     ),
+    "a channel without an upper bound": (
+        draft(
+            late([["-2"]], [["1"]], [["0"]], [["0"]], ["1", [["1"]]]),
+            {"channels": [nonlinearities("-1", "0", time_varying=True)], "repeated": False},
+            "piecewise-circle",
+            {"lambda": ["1"], "pieces": [[None], [None]]},
+            {"method": "pieces", "ends": ["1"]},
+        ),
+        {(*LAWS, 0, "sector"): ["-1", "inf"]},
+    ),
 }
 
 
