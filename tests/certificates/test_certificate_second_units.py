@@ -10,7 +10,7 @@ from flint import acb, acb_mat, acb_series, arb, arb_mat, arb_series, fmpq, fmpq
 
 from lure.analysis.certificates.second import boxes, cover, frequencies, matrix, members, pieces
 from lure.analysis.certificates.second.channels import Asked
-from lure.analysis.certificates.second.classes import Claim, Graph, Nonlinearities
+from lure.analysis.certificates.second.classes import Claim, Graph, Nonlinearities, require_member
 from lure.analysis.certificates.second.counterexamples import _power
 from lure.analysis.certificates.second.curves import Arc, curve_of, require_crossed
 from lure.analysis.certificates.second.delays import without_delays
@@ -18,7 +18,7 @@ from lure.analysis.certificates.second.graphs import Graph as Curved
 from lure.analysis.certificates.second.graphs import Loop, positive_inside
 from lure.analysis.certificates.second.late_loops import LateLoop
 from lure.analysis.certificates.second.numerics import ball, half_plane_counts, positive_roots, working_precision
-from lure.analysis.certificates.second.orbits import stays_of
+from lure.analysis.certificates.second.orbits import Stay, Watched, _Equations, stays_of
 from lure.analysis.certificates.second.order import strictly_copositive
 from lure.analysis.certificates.second.pace import kernel_weights, popov_terms
 from lure.analysis.certificates.second.question import read_kernels, require_legal
@@ -464,6 +464,29 @@ def test_with_a_direct_term_every_piece_has_a_solution(slopes, fits):
         return
     with pytest.raises(NotShown, match="slope is not positive"):
         stays_of(state, phi, [0, 1], half=False)
+
+
+@pytest.mark.parametrize(
+    ("change", "member"),
+    [({}, True), ({"upper": F(1)}, False), ({"slope": (F(0), F(1))}, False), ({"slope": (F(1, 2), F(2))}, False)],
+)
+def test_tanh_has_all_of_its_bounds_in_the_class(change, member):
+    one = replace(PLAIN, **({"upper": F(2), "slope": (F(0), F(2))} | change))
+    if member:
+        require_member({"kind": "tanh", "height": "2", "rate": "1"}, one)
+        return
+    with pytest.raises(NotShown, match="not in the class"):
+        require_member({"kind": "tanh", "height": "2", "rate": "1"}, one)
+
+
+# y = sin t is below -1/2 between 7 pi/6 and 11 pi/6 = 5.7596, and rises there
+@pytest.mark.parametrize(("duration", "stays"), [(F(18, 5), True), (F(23, 4), False)])
+def test_a_solution_leaves_in_its_direction(duration, stays):
+    G = ((F(0), F(1), F(0)), (F(-1), F(0), F(0)), (F(0), F(0), F(0)))
+    one = Watched(row=(F(1), F(0), F(0)), low=F(-1, 2), high=None, enters=0, leaves=-1)
+    with working_precision(128):
+        equations = _Equations(2, [Stay(G=G, entry=one.row, watched=(one,))], half=False)
+        assert equations.on_its_piece(0, one, arb_mat([[0], [1], [1]]), ball(duration)) is stays
 
 
 def flow(rows, *graphs, seen=((0, 1),)):
