@@ -185,9 +185,10 @@ class LateLoop:
             if best != k:
                 rows[k], rows[best], found = rows[best], rows[k], -found
             found = found * rows[k][k]
-            if rows[k][k][0].contains(0) and k + 1 < len(rows):  # a pivot that may vanish
+            below = [h for h in range(k + 1, len(rows)) if not all(rows[h][k][i].is_zero() for i in range(SERIES_TERMS))]
+            if below and rows[k][k][0].contains(0):  # a pivot that may vanish
                 return acb_series([acb(arb(0, math.inf), arb(0, math.inf))] * SERIES_TERMS)
-            for h in range(k + 1, len(rows)):
+            for h in below:
                 factor = rows[h][k] / rows[k][k]
                 rows[h] = [v - factor * w for v, w in zip(rows[h], rows[k], strict=True)]
         return found
