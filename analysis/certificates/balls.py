@@ -103,6 +103,26 @@ def ramp(first: Any, last: Any, t: Fraction, bits: int) -> Ball:
     return whole
 
 
+def sign_of_determinant(X: Ball) -> int:
+    """Its sign, the same for all matrices of the ball, by elimination, each row with its own error; 0 if undecided."""
+    M, errors, sign, n, bits = [[*row] for row in X.rows], [X.error] * len(X.rows), 1, len(X.rows), X.bits
+    for k in range(n):
+        best = max(range(k, n), key=lambda i: abs(M[i][k]))
+        if best != k:
+            M[k], M[best], errors[k], errors[best], sign = M[best], M[k], errors[best], errors[k], -sign
+        pivot, own = abs(M[k][k]) - errors[k], errors[k]
+        if pivot <= 0:
+            return 0
+        sign, most = sign if M[k][k] > 0 else -sign, max(map(abs, M[k][k:])) + own
+        for i in range(k + 1, n):
+            tick()
+            f = (M[i][k] << bits) // M[k][k]
+            off = ((errors[i] << bits) + (abs(f) + 1) * own) // pivot + 2  # of f: (a + e)/(p + d) - a/p and rounding
+            M[i][k + 1 :] = [v - (f * u >> bits) for u, v in zip(M[k][k + 1 :], M[i][k + 1 :])]
+            errors[i] += (abs(f) * own + off * most >> bits) + 2
+    return sign
+
+
 def dot(u: Any, v: Any) -> Any:
     """U . v, as far as both go."""
     tick()

@@ -23,7 +23,7 @@ if not __package__:  # run as a script: the files beside it are its package
     __package__ = Path(__file__).resolve().parent.name
 
 from . import arithmetic as exact
-from . import boxes, channels, parts, powers, regions, several, states
+from . import boxes, channels, parts, powers, regions, several, signals, states
 from .arithmetic import INF, ZERO, Form, Rejected, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
 from .blocks import (
@@ -258,8 +258,7 @@ def counterexample(system: Any, family: states.Family, proof: Any, rate: Fractio
         need(realised(system, ZERO)[4] is False, "flow-orbit is about continuous time")
         return MOVES, states.flow_orbit(realised(system, ZERO)[:4], family, proof)
     if method == "switched-gain":
-        *sides, discrete = realised(system, ZERO)
-        return MOVES, states.switched_gain(sides, discrete, family, proof)
+        return MOVES, signals.switched_gain(system, family, proof)
     if method == "matrix-gain":
         return MOVES, states.matrix_gain(lambda g: realised(system, g), family, proof)
     B = block(system)

@@ -42,7 +42,7 @@ def refuted(system: Any, asked: Channels, proof: Any, rate: Fraction | None = No
     What follows, as in :func:`examined`, and what was found.
     """
     method = proof["method"]
-    beside = ("delayed-gains", "delayed-members")
+    beside = ("delayed-gains", "delayed-members", "switched-gains")
     H = plant(system, method in ("late-crossing", "late-gains", "late-turns", *beside), rate)
     if H.late and "unlimited" in proof:
         return 11, signals.late_pole(H, asked, proof)
@@ -440,18 +440,23 @@ def lead(p: exact.Form) -> Fraction:
 
 def switched(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     """Gains that jump from one list to the next and repeat: some solution grows."""
-    keys = ("method", "gains", "squarings", "bits", *([] if H.discrete else ["times"]))
-    _, data, squarings, bits, *lengths = fields(proof, *keys)
+    data = proof.get("gains")
     form(isinstance(data, list) and 0 < len(data) <= MOST_STEPS, f"gains are 1 to {MOST_STEPS} lists")
     need(len(H.A) <= 64, "orders up to 64 are needed")
     rows = [member(one, asked) for one in data]
-    times = [None] * len(rows) if H.discrete else numbers(lengths[0], len(rows))
-    need(all(t is None or t > 0 for t in times), "a time is not positive")
     for i, family in each(asked):
         moves = [abs(after[i] - row[i]) for row, after in zip(rows, [*rows[1:], rows[0]])]
         slow = H.discrete and family.rate is not None and max(moves) <= family.rate
         free = family.varying and not family.linear
         need(free or slow or not any(moves), f"the gain of channel {i + 1} does not vary so fast, or at all")
+    if H.late:
+        need(asked.performance is None, "beside dead times gains that jump are not about a gain from w to z")
+        return signals.returning(H, rows, proof)
+    _, _, squarings, bits, *lengths = fields(
+        proof, "method", "gains", "squarings", "bits", *([] if H.discrete else ["times"])
+    )
+    times = [None] * len(rows) if H.discrete else numbers(lengths[0], len(rows))
+    need(all(t is None or t > 0 for t in times), "a time is not positive")
     closed = {tuple(row): closed_by(H, row) for row in rows}
     need(None not in closed.values(), "1 + H(inf) G is singular for some of the gains", exact.IllPosed)
     steps = [(closed[tuple(row)], t) for row, t in zip(rows, times)]

@@ -231,6 +231,7 @@ Nonlinearities = Mapping[str, Any]
 _JUST_ABOVE = Fraction(1, 1000)
 REFUTATIONS_LADDER = (192, 320, 640, 1280, 2560, 4096)
 SQUARINGS = 64
+LATE = "gains", "times", "multiplier", "bits"
 
 
 def refutation_draft(
@@ -319,7 +320,8 @@ def smallest_class(block: Block, witness: Witness) -> dict[str, Any]:
 def _proof(block: Block, witness: Witness, system: Mapping[str, Any], nonlinearities: Nonlinearities) -> dict[str, Any]:
     data = witness.data
     if witness.kind == "switched gain":
-        return _switched(system, data)
+        late = isinstance(block, DelayPlant)
+        return {"method": "switched-gain", **{key: data[key] for key in LATE}} if late else _switched(system, data)
     if "pieces" in data:
         return flow_orbit_proof(system, nonlinearities, data)
     if "sigma" in data:

@@ -1,4 +1,4 @@
-"""What a disturbance gets through a loop from rest, in samples or in balls; exact orbits, equilibria; of the checker.
+"""What a disturbance gets through a loop from rest; gains that jump, exact orbits, equilibria: part of the checker.
 
 Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
 """
@@ -6,21 +6,19 @@ Standard library only.  Every function raises ``Rejected`` unless what it is ask
 from __future__ import annotations
 
 from fractions import Fraction
-from math import comb
+from itertools import accumulate, pairwise
+from math import comb, gcd, lcm
 from typing import Any
 
 from . import arithmetic as exact
 from . import frequencies, pieces, states
 from .arithmetic import INF, ZERO, fields, form, integer, need, number, numbers, real, tick
-from .balls import Ball, ball, box, dot, exponential, norm, product, size
+from .balls import Ball, ball, box, dot, exponential, identity, norm, plus, product, sign_of_determinant, size
+from .blocks import below, coefficients, realised
 from .channels import DELAYS, Channels, Plant, Rows, closed_by, each, member, ordered, rank
 
-MOST_STEPS, MOST_SAMPLES, TERMS, SHORT = (
-    2000,
-    1000,
-    20,
-    96,
-)  # terms of a series, and the bits that its squares are given
+MOST_STEPS, MOST_SAMPLES, MOST_PARTS = 2000, 1000, 64
+TERMS, SHORT = 20, 96  # terms of a series, and the bits that its squares are given
 Line = tuple[Fraction, Fraction]
 
 
@@ -318,6 +316,98 @@ def resting(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     apart = [[v - (i == j) * H.discrete for j, v in enumerate(row)] for i, row in enumerate(closed or [])]
     need(closed is not None and rank(apart) == len(x), "equilibria refute nothing in the critical case")
     return {"equilibrium": "a state other than 0 at which a loop of the class stays"}
+
+
+def switched_gain(system: Any, family: states.Family, proof: Any) -> dict[str, str]:
+    """Gains that repeat: with no eigenvalue of the period's ``M`` outside the unit disc, ``|trace M^N| <= n``.
+
+    Beside dead times :func:`returning`.
+    """
+    late, gains = system.get("kind") == "delay", numbers(proof.get("gains"))
+    low, high = max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1])
+    need(family.varying, "the nonlinearities of the class do not vary")
+    need(all(low <= g <= high for g in gains), "a gain is outside the class")
+    if late:
+        return returning(one_channel(system), [[g] for g in gains], proof)
+    A, b, c, d, discrete = realised(system, ZERO)
+    _, _, squarings, bits, *given = fields(
+        proof, "method", "gains", "squarings", "bits", *([] if discrete else ["times"])
+    )
+    times = [None] * len(gains) if discrete else numbers(given[0], len(gains))
+    need(0 < len(b) <= 64 and all(t is None or t > 0 for t in times), "orders 1 to 64 and times > 0 are needed")
+    need(all(1 + g * d != 0 for g in gains), "1 + g H(inf) = 0", exact.IllPosed)
+    closed = {g: states.gained(A, b, [g * v / (1 + g * d) for v in c]) for g in gains}
+    return states.grows(
+        [(closed[g], t) for g, t in zip(gains, times)], integer(squarings, 0, 64), integer(bits, 64, 4096)
+    )
+
+
+def one_channel(system: Any) -> Plant:
+    """The plant of one channel: ``x_i' = x_(i+1)``, ``d x_1 + sum q x_1(t - T) = mu``, ``sigma = sum n x_1(t - T)``."""
+    top, d, _ = coefficients(system)
+    n, parts, back = len(d) - 1, dict(top), dict(below(system, d))
+    need(n > 0, "the plant has no states")
+
+    def row(p: list[Fraction]) -> list[Fraction]:
+        """The coefficients below ``s^n``, ascending, over the first of ``d``."""
+        return [c / d[0] for c in (*p[::-1], *[ZERO] * n)][:n]
+
+    times, still = sorted({*parts, *back} - {ZERO}), [[ZERO] * n] * (n - 1)
+    A = [[Fraction(j == i + 1) for j in range(n)] for i in range(n - 1)] + [[-c for c in row(d)]]
+    inner = [[*still, [-c for c in row(back.get(tau, []))]] for tau in times]
+    late = tuple((tau, [row(parts.get(tau, []))]) for tau in times)
+    B, C = [[Fraction(i == n - 1)] for i in range(n)], [row(parts.get(ZERO, []))]
+    return Plant(A, B, C, [[ZERO]], False, late, tuple(inner))
+
+
+def returning(H: Plant, rows: list[list[Fraction]], proof: Any) -> dict[str, str]:
+    """Gains that jump and repeat beside dead times: ``x(t + P) = mu x(t)`` with one real ``mu`` between two.
+
+    With ``P = q h`` and dead times ``p h`` let ``X_j(t) = x(t + j h)``, ``0 <= t <= h``: what arrives is ``mu^m X_i``,
+    ``j - p = m q + i``, so that ``X' = L(mu) X``, and ``X_j(h) = X_(j+1)(0)``, ``X_(q-1)(h) = mu X_0(0)``.  There is
+    such an ``X != 0`` if ``det(S(mu) - Phi(mu))`` is 0, which changes its sign between both ends.
+    """
+    _, _, given, ends, bits = fields(proof, "method", "gains", "times", "multiplier", "bits")
+    times, ends, bits = numbers(given, len(rows)), numbers(ends, 2), integer(bits, 64, 4096)
+    need(0 < len(rows) <= MOST_STEPS and all(t > 0 for t in times), "there is no gain, or a time is not positive")
+    stays, known = list[list[Rows]](), dict[tuple[Fraction, ...], list[Rows]]()
+    plain = H._replace(A=[[v - (i == j) * (H.pace or 0) for j, v in enumerate(row)] for i, row in enumerate(H.A)])
+    for gains in rows:
+        if tuple(gains) not in known:
+            late = zip((C for _, C in H.late), H.inner or [[[ZERO] * len(H.A)] * len(H.A)] * len(H.late))
+            closed = [closed_by(one, gains) for one in (plain, *(plain._replace(A=A, C=C) for C, A in late))]
+            need(None not in closed, "1 + H(inf) G is singular for some of the gains", exact.IllPosed)
+            known[tuple(gains)] = [one or [] for one in closed]
+        stays.append(known[tuple(gains)])
+    period, until, n = sum(times, ZERO), [*accumulate(times)], len(H.A)
+    unit = lcm(*(tau.denominator for tau in (period, *(tau for tau, _ in H.late))))
+    h = Fraction(gcd(*(int(tau * unit) for tau in (period, *(tau for tau, _ in H.late)))), unit)
+    q, waits = int(period / h), [0, *(int(tau / h) for tau, _ in H.late)]
+    need(0 < n * q <= MOST_PARTS, "the period and the dead times have too small a common part")
+    far = exponential([[(H.pace or ZERO) * period]], Fraction(1), bits)
+    sure = min(map(abs, ends)) * (far.rows[0][0] - far.error) >= 2**bits
+    need(ends[0] < ends[1] and ends[0] * ends[1] > 0 and sure, "a multiplier is not outside the unit circle")
+    signs = list[int]()
+    for mu in ends:
+        Phi = ball(identity(n * q), bits)
+        for u, v in pairwise(sorted({ZERO, h, *(t % h for t in until)})):
+            L = [[ZERO] * (n * q) for _ in range(n * q)]
+            for j in range(q):
+                stay = stays[next(k for k, end in enumerate(until) if j * h + u < end)]
+                for wait, G in zip(waits, stay):
+                    m, i = divmod(j - wait, q)
+                    for k, row in enumerate(G):
+                        own = L[j * n + k]
+                        own[i * n : (i + 1) * n] = [x + mu**m * y for x, y in zip(own[i * n :], row)]
+            Phi = product(exponential(L, v - u, bits), Phi)
+        S = [
+            [(mu if k >= n * (q - 1) else 1) * Fraction(j == (k + n) % (n * q)) for j in range(n * q)]
+            for k in range(n * q)
+        ]
+        signs.append(sign_of_determinant(plus(ball(S, bits), Phi, -1)))
+    need(signs[0] * signs[1] < 0, "det(S - Phi) is not shown to change its sign")
+    where = f"mu between {ends[0]} and {ends[1]}"
+    return {"growth": f"x(t + {period}) = mu x(t) with {where}, where det(S - Phi) of order {n * q} changes its sign"}
 
 
 def late_pole(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:

@@ -315,23 +315,6 @@ def gained(A: Any, b: Any, f: Any) -> list[list[Fraction]]:
     return [[x - v * y for x, y in zip(row, f)] for row, v in zip(A, b)]
 
 
-def switched_gain(realised: Any, discrete: bool, family: Family, proof: Any) -> dict[str, str]:
-    """Gains that repeat: with no eigenvalue of the period's ``M`` outside the unit disc, ``|trace M^N| <= n``."""
-    fields(proof, "method", "gains", "squarings", "bits", *([] if discrete else ["times"]))
-    (A, b, c, d), gains = realised, numbers(proof["gains"])
-    bits, m, times = integer(proof["bits"], 64, 4096), integer(proof["squarings"], 0, 64), [Fraction(1)] * len(gains)
-    times = times if discrete else numbers(proof["times"], len(gains))
-    need(0 < len(b) <= 64 and all(t > 0 for t in times), "orders 1 to 64 and times > 0 are needed")
-    need(family.varying, "the nonlinearities of the class do not vary")
-    need(
-        all(low <= g <= high for g in gains for low, high in (family.sector, family.slope)),
-        "a gain is outside the class",
-    )
-    need(all(1 + g * d != 0 for g in gains), "1 + g H(inf) = 0", IllPosed)
-    closed = {g: gained(A, b, [g * v / (1 + g * d) for v in c]) for g in gains}
-    return grows([(closed[g], None if discrete else t) for g, t in zip(gains, times)], m, bits)
-
-
 def grows(steps: Any, squarings: int, bits: int) -> dict[str, str]:
     """Matrices ``G`` in turn, each for a time ``t`` (None: one step): the period's ``M`` has ``|trace M^N| > n``.
 

@@ -159,7 +159,7 @@ class SwitchedGains(GainsAround):
             ranks = np.sort(most)[::-1]
             least = [max(float(ranks[int(share * (len(ranks) - 1))]), 1e-13) for share in (1.0, 0.3, 0.1, 0.0)]
             trials = [np.where(most >= one, slopes.argmax(axis=1), choice) for one in dict.fromkeys(least)]
-            for trial in (trials[i] for i in np.flatnonzero(_growths(steps, np.array(trials)) > best + 1e-13)):
+            for trial in (trials[i] for i in np.flatnonzero(growths(steps, np.array(trials)) > best + 1e-13)):
                 value, changed = judged(trial)
                 if value > best + 1e-13:
                     choice, best, slopes = trial, value, changed
@@ -193,16 +193,16 @@ class SwitchedGains(GainsAround):
         for period in self._periods(closed):
             bins = int(period) if self.discrete else _BINS
             steps = self._steps(closed, np.full(len(ends), period / bins))
-            for start in self._drawn(steps, bins):
+            for start in self.drawn(steps, bins):
                 checkpoint()
                 choice, value = self.chosen(steps, start)
-                pattern = _runs(choice, period / bins)
+                pattern = runs(choice, period / bins)
                 if value > _SURE and pattern is not None:
                     found[pattern] = value / period
         ranked = sorted(found.items(), key=lambda item: -item[1])
         return [(value, pattern) for pattern, value in ranked[:_KEPT]]
 
-    def _drawn(self, steps: Reals, bins: int) -> NDArray[np.int_]:
+    def drawn(self, steps: Reals, bins: int) -> NDArray[np.int_]:
         """The fastest of many patterns of up to four runs: (_STARTS, bins)."""
         powers = [np.broadcast_to(np.eye(steps.shape[-1]), steps.shape)]
         for _ in range(bins):
@@ -314,7 +314,7 @@ class SwitchedGains(GainsAround):
         choice = np.array(pattern.which)[np.searchsorted(np.cumsum(pattern.times), at).clip(0, len(pattern.which) - 1)]
         steps = self._steps(self.closed(ends, alpha * (1 - 1e-6)), np.full(len(ends), total / bins))
         choice, _ = self.chosen(steps, choice)
-        found = _runs(choice, total / bins)
+        found = runs(choice, total / bins)
         if found is None or len(found.which) > _LONGEST:
             return None
         found = self.faster(ends, found, alpha)
@@ -373,7 +373,7 @@ class SwitchedGains(GainsAround):
                     yield from (Switching(factor, rows, times, squarings, bits) for bits in _BITS)
 
 
-def _growths(steps: Reals, choices: NDArray[np.int_]) -> Reals:
+def growths(steps: Reals, choices: NDArray[np.int_]) -> Reals:
     """Logs of the spectral radii of ``steps[c_last] ... steps[c_0]``, one for each row of choices."""
     whole = steps[choices[:, 0]]
     for column in choices.T[1:]:
@@ -432,7 +432,7 @@ def exponentials(X: Reals) -> Reals:
     return np.asarray(found)
 
 
-def _runs(choice: NDArray[np.int_], width: float) -> Pattern | None:
+def runs(choice: NDArray[np.int_], width: float) -> Pattern | None:
     """The pattern of bins, equal neighbours together and repetitions left out; None if nothing changes."""
     bins = len(choice)
     edges = [i for i in range(bins) if choice[i] != choice[i - 1]]

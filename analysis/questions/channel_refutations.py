@@ -16,14 +16,15 @@ from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainSearch, LateGains
 from lure.analysis.counterexamples.channel_matrices import MatrixGains
 from lure.analysis.counterexamples.channel_ramps import MovingParameters, RampedGains
-from lure.analysis.counterexamples.channel_switching import SwitchedGains
+from lure.analysis.counterexamples.channel_switching import SwitchedGains, Switching
 from lure.analysis.counterexamples.late_roots import LateRoots
+from lure.analysis.counterexamples.late_switching import LatePattern, LateSwitching
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
-from lure.arrays import np
+from lure.arrays import Reals, np
 from lure.classes import DELAYS, FULL_BLOCK, Diagonal
 from lure.errors import InputError
 from lure.plants.channel_family import ChannelFamily
@@ -168,28 +169,40 @@ def switching_refuting(
         return as_members(asked, switching_refuting(narrowed(asked), known, most, whole=whole))
     if asked.classes.operators or any(one.memory for one in asked.classes.classes):
         return None
-    if isinstance(asked.plant, DelayMatrix):  # not searched for beside dead times
-        return None
-    H, lower = channel_plant(asked.plant), asked.classes.lower
-    low, high = (np.array([float(v) for v in side]) for side in (lower, asked.classes.upper))
-    search = SwitchedGains(
-        *H.doubles(),
-        low,
-        high,
-        varying=tuple(one.time_varying and not one.linear for one in asked.classes.classes),
-        blocks=asked.classes.blocks,
-        discrete=H.dt is not None,
-    )
-    for one in search.proposals(double_above(known), most):
+    lower, late = asked.classes.lower, isinstance(asked.plant, DelayMatrix)
+    for one, rest in (_late_jumps if late else _jumps)(asked, double_above(known), most):
         factor = Fraction(one.factor)
         ends, alpha = (lower, asked.classes.scaled(factor).upper), Fraction(1) if whole else factor
         gains = [[ends[end][i] for i, end in enumerate(row)] for row in one.ends]
-        proof: dict[str, Any] = {"method": "switched-gains", "gains": [texts(row) for row in gains]}
-        proof |= {} if search.discrete else {"times": texts(one.times)}
-        shown = refutation(asked, alpha, proof | {"squarings": one.squarings, "bits": one.bits})
+        shown = refutation(asked, alpha, {"method": "switched-gains", "gains": [texts(row) for row in gains], **rest})
         if shown is not None:
             return alpha, shown
-    return _ramps_refuting(asked, known, most, whole=whole)
+    return None if late else _ramps_refuting(asked, known, most, whole=whole)
+
+
+def _jumps(asked: Problem, known: float, most: float) -> Iterator[tuple[Switching, dict[str, Any]]]:
+    """Gains that jump, for certificates, without dead times."""
+    H, varying = channel_plant(asked.plant), _varying(asked)
+    search = SwitchedGains(*H.doubles(), *_ends(asked), varying, asked.classes.blocks, H.dt is not None)
+    for one in search.proposals(known, most):
+        times = {} if search.discrete else {"times": texts(one.times)}
+        yield one, times | {"squarings": one.squarings, "bits": one.bits}
+
+
+def _late_jumps(asked: Problem, known: float, most: float) -> Iterator[tuple[LatePattern, dict[str, Any]]]:
+    """The same beside dead times."""
+    assert isinstance(asked.plant, DelayMatrix), "asked of such plants"
+    search = LateSwitching(asked.plant, *_ends(asked), _varying(asked), asked.classes.blocks)
+    for one in search.proposals(known, most):
+        yield one, one.numbers
+
+
+def _varying(asked: Problem) -> tuple[bool, ...]:
+    return tuple(one.time_varying and not one.linear for one in asked.classes.classes)
+
+
+def _ends(asked: Problem) -> tuple[Reals, Reals]:
+    return np.array([float(v) for v in asked.classes.lower]), np.array([float(v) for v in asked.classes.upper])
 
 
 def parameters_refuting(

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from lure.analysis.certificates import codes
@@ -243,6 +244,13 @@ def _nonlinearities(asked: Problem) -> tuple[Witness, ...]:
     """Destabilising members of the class that are no constant gains, smallest class first."""
     from lure.analysis.counterexamples.search import refute
 
+    if isinstance(asked.plant, DelayPlant) and asked.time_varying and asked.lower == 0:
+        from lure.analysis.certificates.refutations import accepted_witness
+        from lure.analysis.counterexamples.late_switching import late_witness
+
+        most = hurwitz(Problem.largest(asked.plant, "sector", lower=Fraction(0))).high
+        tried = (accepted_witness(asked.plant, witness) for witness in late_witness(asked.plant, most))
+        return tuple(islice((witness for witness in tried if witness.refutation is not None), 1))
     if not isinstance(asked.plant, RationalPlant):
         return ()
     kind = {"slope": asked.question == "slope", "odd": asked.odd, "time_varying": asked.time_varying}
@@ -271,7 +279,8 @@ def nonlinear_witnesses(asked: Problem) -> list[Witness]:
     found = guarded("refute", lambda: _nonlinearities(asked), passing=(*EXPECTED, TimeoutError))
     if isinstance(found, Failure):
         return []
-    return [accepted_witness(asked.plant, witness) for witness in found if witness.evidence > Evidence.OBSERVED]
+    shown = [witness for witness in found if witness.evidence > Evidence.OBSERVED]
+    return [one if one.refutation is not None else accepted_witness(asked.plant, one) for one in shown]
 
 
 def counterexample(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failure | None:
@@ -295,7 +304,7 @@ def counterexample(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failu
     plant, bounds = asked.plant, asked.nonlinearity_class.slope or asked.nonlinearity_class.sector
     if isinstance(plant, PlantFamily):
         return _of_one_plant(asked, counterexample, numbers)
-    if not isinstance(plant, RationalPlant) or bounds.lower == -math.inf:
+    if not isinstance(plant, RationalPlant | DelayPlant) or bounds.lower == -math.inf:
         return None
     last: Failure | None = None
     for witness in _nonlinearities(asked):

@@ -212,7 +212,7 @@ def decay_rate(
     powers of ``r``, go farther for bounds of the slope; see ``docs/theory/rates.md``.  A constant gain of the class,
     found among the eigenvalues, bounds the rate from the other side, for time-varying classes one that jumps; or a
     periodic orbit shows that nothing decays.  Beside dead time the circle criterion, Popov's terms of slope
-    bounds, and constant gains are all.
+    bounds, and gains that are constant or jump are all.
 
     Examples
     --------

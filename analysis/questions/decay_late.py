@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.late_roots import LateRoots
+from lure.analysis.counterexamples.late_switching import LateSwitching
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import Proposal
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
@@ -122,8 +123,14 @@ class LateChannels(SeveralChannels):
 
     @property
     def patterns(self) -> Iterator[tuple[Fraction, dict[str, Any]]]:
-        """Gains that jump are not looked at."""
-        return iter(())
+        """Rates that gains that jump seem to have, and their proofs."""
+        classes = self.asked.classes
+        ends = classes.lower, classes.upper
+        low, high = (np.array([float(v) for v in side]) for side in ends)
+        varying = tuple(one.time_varying and not one.linear for one in classes.classes)
+        for rate, one in LateSwitching(self.late, low, high, varying, classes.blocks).slower(self.slowest[0]):
+            rows = [texts([ends[end][i] for i, end in enumerate(row)]) for row in one.ends]
+            yield rate, {"method": "switched-gains", "gains": rows, **one.numbers}
 
     def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
         """What Popov's terms prove, of functions whose slopes are within their bounds, better than what is known.

@@ -46,6 +46,7 @@ from lure.analysis.theorems.table import BEST, LAST, Theorem, theorems_for
 from lure.analysis.verdict import Bracket, Verdict, Witness
 from lure.classes import NonlinearityClass
 from lure.errors import AssumptionError, InputError, Reason
+from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
@@ -394,7 +395,8 @@ def _own(asked: Problem, numbers: Numbers) -> Iterator[Proposal]:
     proposed = guarded("criteria", lambda: proposals(asked, numbers))
     cheap, dear = ([("criteria", lambda: proposed)], []) if isinstance(proposed, Failure) else proposed
     yield from cheap
-    if isinstance(asked.plant, RationalPlant | PlantFamily) and asked.criterion == asked.method == BEST:
+    jumps = isinstance(asked.plant, DelayPlant) and asked.time_varying
+    if (jumps or isinstance(asked.plant, RationalPlant | PlantFamily)) and asked.criterion == asked.method == BEST:
         yield "counterexamples", lambda: counterexample(asked, numbers)
     yield from dear
     if isinstance(asked.plant, PlantFamily) and asked.provable and asked.criterion == asked.method == BEST:

@@ -23,7 +23,7 @@ def replayed(case: Drawn, proof: Mapping[str, Any]) -> str:
     if method == "crossing":
         return crossing(case, [Fraction(v) for v in proof["gains"]], [Fraction(v) for v in proof["frequencies"]])
     if method == "switched-gain":
-        return switched(case, proof)
+        return "-" if case.plant.delay else switched(case, proof)
     if method in ("orbit", "flow-orbit"):
         graph = Piecewise(
             tuple((Fraction(x), Fraction(y)) for x, y in proof["points"]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise, product
 
@@ -254,9 +254,35 @@ def _growing(asked: Asked, gains: Sequence[Fraction], rate: Fraction) -> str:
 def _require_growth(document: Document, asked: Asked) -> None:
     """Check that gains that jump, or go linearly, let some solution grow."""
     found = record(document.proof, "method", "gains", "squarings", "bits", *([] if asked.discrete else ["times"]))
+    count(found["squarings"])
+    rows, times, ramps = read_jumps(found, asked)
+    closed = {tuple(row): closed_by(asked, row) for row in rows}
+    steps = list[Step]()
+    for row, after, time in zip(rows, rows[1:] + rows[:1], times, strict=True):
+        first, last = closed[tuple(row)], closed[tuple(after)]
+        if first is None or last is None:
+            raise NotShown("with some of the gains the loop has no solution")
+        steps.append((first, last if ramps and row != after else first, None if asked.discrete else time))
+    require_outside(steps)
+
+
+def read_jumps(found: Mapping[str, object], asked: Asked) -> tuple[list[list[Fraction]], list[Fraction], bool]:
+    """Gains and times of a proof, if the classes have gains that move so, and whether they go linearly.
+
+    Parameters
+    ----------
+    found : Mapping
+        The proof.
+    asked : Asked
+        The plant and its classes.
+
+    Raises
+    ------
+    NotShown
+        They have none, or gains and times do not fit.
+    """
     ramps = found["method"] == "ramped-gains"
     require(not (ramps and asked.discrete), "gains go linearly in continuous time only")
-    count(found["squarings"])
     count(found["bits"], least=2)
     rows = [member(one, asked) for one in listed(found["gains"])]
     times = [Fraction(1)] * len(rows) if asked.discrete else numbers(found["times"])
@@ -271,14 +297,7 @@ def _require_growth(document: Document, asked: Asked) -> None:
         require(free, "the class has no gains that vary so fast")
         alone = all(asked.D[i, j] == 0 for j in range(asked.D.ncols()))
         require(alone or not ramps, "a gain moves whose sigma is no function of the state alone")
-    closed = {tuple(row): closed_by(asked, row) for row in rows}
-    steps = list[Step]()
-    for row, after, time in zip(rows, rows[1:] + rows[:1], times, strict=True):
-        first, last = closed[tuple(row)], closed[tuple(after)]
-        if first is None or last is None:
-            raise NotShown("with some of the gains the loop has no solution")
-        steps.append((first, last if ramps and row != after else first, None if asked.discrete else time))
-    require_outside(steps)
+    return rows, times, ramps
 
 
 def require_outside(steps: Sequence[Step]) -> None:

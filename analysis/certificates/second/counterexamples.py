@@ -11,6 +11,7 @@ from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second import structure
 from lure.analysis.certificates.second.classes import Graph, Nonlinearities, graph
 from lure.analysis.certificates.second.gains import Kind, critical_end, positive_root, require_crossing, unstable_kind
+from lure.analysis.certificates.second.late_loops import late_companion, require_returning
 from lure.analysis.certificates.second.matrix import require_growth
 from lure.analysis.certificates.second.numerics import ball, balls, to_fraction, working_precision
 from lure.analysis.certificates.second.orbits import orbit_numbers, require_periodic, stays_of
@@ -25,7 +26,7 @@ from lure.analysis.certificates.second.reading import (
     require,
     tick,
 )
-from lure.analysis.certificates.second.systems import Rational, RodData, System
+from lure.analysis.certificates.second.systems import Delayed, Rational, RodData, System
 
 # Periodic solutions with a piecewise-linear nonlinearity: exact in discrete time, proved by Krawczyk's test in
 # continuous.
@@ -185,7 +186,9 @@ def refuted(document: Document, system: System, nonlinearities: Nonlinearities) 
             return claims.NO_SOLUTION
         return _sentence(unstable_kind(system, gain), system, nonlinearities, paced=document.rate is not None)
     if not isinstance(system, Rational):
-        raise NotShown("with dead time only gains are shown")
+        require(method == "switched-gain", "with dead time only gains are shown")
+        _require_jumps(proof, system, nonlinearities)
+        return claims.NO_REST
     if method == "matrix-gain":
         require_growth(system, nonlinearities, proof)
         return claims.NO_REST
@@ -243,6 +246,23 @@ def _require_switched(proof: Mapping[str, object], system: Rational, nonlinearit
                     return
                 product = product * product
     raise NotShown("no eigenvalue outside the unit disc is shown")
+
+
+def _require_jumps(proof: Mapping[str, object], system: Delayed, nonlinearities: Nonlinearities) -> None:
+    """Check that gains which jump beside dead time let a solution grow, of ``(d + g n_0) y + sum (q + g n) y(t - T)``.
+
+    ``n y`` is ``sigma`` and the rest ``mu = -g sigma``, with ``x = (y, y', ..)``.
+    """
+    found = record(proof, "method", "gains", "times", "multiplier", "bits")
+    count(found["bits"], least=2)
+    gains, times = numbers(found["gains"]), numbers(found["times"])
+    require(0 < len(gains) == len(times) <= COUNTEREXAMPLES_LONGEST, "gains and times do not fit")
+    require(all(time > 0 for time in times), "a time is not positive")
+    require(all(nonlinearities.has_gain(gain) for gain in gains), "a gain is not in the class")
+    free = nonlinearities.time_varying and not nonlinearities.linear
+    require(len(set(gains)) == 1 or free, "the class has no gains that vary in time")
+    with working_precision(BITS[0]):
+        require_returning([late_companion(system, gain) for gain in gains], times, numbers(found["multiplier"]))
 
 
 def _pair(value: object) -> tuple[Fraction, Fraction]:

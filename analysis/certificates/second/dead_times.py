@@ -12,9 +12,10 @@ from fractions import Fraction
 from flint import acb, acb_series, arb, fmpq_poly
 
 from lure.analysis.certificates.second import classes as claims
+from lure.analysis.certificates.second.channel_gains import read_jumps
 from lure.analysis.certificates.second.channels import Asked, centred, diagonal, member
 from lure.analysis.certificates.second.delays import refuted_by_delay, refuted_by_delayed_members
-from lure.analysis.certificates.second.late_loops import LateLoop, opened
+from lure.analysis.certificates.second.late_loops import LateLoop, opened, require_returning
 from lure.analysis.certificates.second.numerics import ball, half_plane_counts, working_precision
 from lure.analysis.certificates.second.pieces import numerators, require_pieces
 from lure.analysis.certificates.second.reading import Document, count, listed, number, numbers, record, require, tick
@@ -62,7 +63,7 @@ def shown_late(document: Document, asked: Asked) -> str:
     if document.proof.get("method") == "delayed-gains":
         require(not asked.rates, "a neutral equation has no other delays")
         return refuted_by_delay(document, asked)
-    ways = {"late-gains": _still, "late-turns": _turning}
+    ways = {"late-gains": _still, "late-turns": _turning, "switched-gains": _jumping}
     return ways.get(str(document.proof.get("method")), _crossing)(document, asked)
 
 
@@ -92,6 +93,16 @@ def _turning(document: Document, asked: Asked) -> str:
         return claims.NO_REST
     with working_precision(_BITS):
         require(LateLoop.of(asked, gains).right_roots() > 0, "no root Re s > 0 is shown")
+    return claims.NO_REST
+
+
+def _jumping(document: Document, asked: Asked) -> str:
+    """Gains that jump and repeat."""
+    found = record(document.proof, "method", "gains", "times", "multiplier", "bits")
+    require(not asked.rates, "a neutral equation has no gains that jump")
+    rows, times, _ = read_jumps(found, asked)
+    with working_precision(_BITS):
+        require_returning([LateLoop.of(asked, row) for row in rows], times, numbers(found["multiplier"]))
     return claims.NO_REST
 
 

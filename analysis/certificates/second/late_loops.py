@@ -11,14 +11,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import accumulate, pairwise, product
 
-from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat
+from flint import acb, acb_mat, acb_series, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.channels import Asked, diagonal, stacked
-from lure.analysis.certificates.second.numerics import SERIES_TERMS, ball, on_axis, right_zeros
+from lure.analysis.certificates.second.numerics import SERIES_TERMS, ball, on_axis, right_zeros, to_fmpq
 from lure.analysis.certificates.second.reading import require, tick
+from lure.analysis.certificates.second.systems import Delayed
 
 Series = list[list[acb_series]]
+_LARGEST = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +188,9 @@ class LateLoop:
             if best != k:
                 rows[k], rows[best], found = rows[best], rows[k], -found
             found = found * rows[k][k]
-            below = [h for h in range(k + 1, len(rows)) if not all(rows[h][k][i].is_zero() for i in range(SERIES_TERMS))]
+            below = [
+                h for h in range(k + 1, len(rows)) if not all(rows[h][k][i].is_zero() for i in range(SERIES_TERMS))
+            ]
             if below and rows[k][k][0].contains(0):  # a pivot that may vanish
                 return acb_series([acb(arb(0, math.inf), arb(0, math.inf))] * SERIES_TERMS)
             for h in below:
@@ -242,6 +247,91 @@ class LateLoop:
             [sum((outputs[i][k] * states[k][j] for k in range(n)), 0 * s + acb(arb(self.D[i, j]))) for j in range(m)]
             for i in range(self.C.nrows())
         ]
+
+
+def late_companion(system: Delayed, gain: Fraction) -> LateLoop:
+    """The loop of one channel with a gain: ``(d + g n_0) y + sum (q_T + g n_T) y(t - T) = 0``, ``x = (y, y', ..)``.
+
+    Parameters
+    ----------
+    system : Delayed
+        The plant; ``n_0`` is of a lower degree than ``d``.
+    gain : Fraction
+        ``g``, which may depend on time.
+    """
+    n = system.d.degree()
+    require(n > 0, "the plant has no states")
+    parts = dict[Fraction, fmpq_poly]()
+    for tau, p in [(Fraction(0), system.d), *system.back, *((tau, to_fmpq(gain) * p) for tau, p in system.terms)]:
+        parts[tau] = parts.get(tau, fmpq_poly([])) + p
+
+    def states(p: fmpq_poly, *, shift: bool) -> fmpq_mat:
+        """The companion matrix, of what arrives late its last row alone."""
+        rows = [[int(shift and j == i + 1) for j in range(n)] for i in range(n - 1)]
+        return fmpq_mat([*rows, [-p[j] / system.d[n] for j in range(n)]])
+
+    nothing = fmpq_mat(n, n)
+    late = tuple((tau, states(p, shift=False), nothing) for tau, p in sorted(parts.items()) if tau)
+    rates = tuple((nothing, nothing) for _ in late)
+    return LateLoop(states(parts[Fraction(0)], shift=True), nothing, nothing, nothing, late, rates, None)
+
+
+def require_returning(stays: Sequence[LateLoop], times: Sequence[Fraction], ends: Sequence[Fraction]) -> None:
+    """Check that gains which jump leave a solution ``x(t + P) = mu x(t)``, ``mu`` real between two, ``|mu| > 1``.
+
+    With parts of the length ``h``, of which ``P`` and the dead times are multiples, the states at the beginnings of all
+    parts of a period, ``Z``, are those at their ends, moved on by one part: ``Z_next - Phi Z = 0``.  At a pace the
+    multiplier of the solution times ``e^(a t)`` is ``mu e^(a P)``.
+
+    Parameters
+    ----------
+    stays : sequence of LateLoop
+        The loops with the gains, in turn.
+    times : sequence of Fraction
+        How long each of them holds [s].
+    ends : sequence of Fraction
+        The two numbers.
+
+    Raises
+    ------
+    NotShown
+        The determinant has one sign, or none is shown, or the numbers lie inside.
+    """
+    first, period, jumps = stays[0], sum(times, Fraction(0)), [*accumulate(times)]
+    h, n = period, first.A.nrows()
+    for tau, _, _ in first.late:
+        while tau:
+            h, tau = tau, h % tau  # Euclid's algorithm
+    count = int(period / h)
+    require(len(ends) == 2 and ends[0] < ends[1] and ends[0] * ends[1] > 0, "there are no two multipliers of one sign")
+    require(0 < count * n <= _LARGEST, "the period and the dead times have too small a common part")
+    cuts, signs = sorted({jump % h for jump in jumps} | {Fraction(0), h}), list[bool]()
+    for end in ends:
+        mu, whole = ball(end) * grown(first.pace, period), arb_mat(count * n, count * n, [0] * (count * n) ** 2)
+        require(bool(abs(mu) >= 1), "a multiplier lies inside the unit circle")
+        for k in range(count * n):
+            whole[k, k] = arb(1)
+        for a, b in pairwise(cuts):
+            tick()
+            rates = arb_mat(count * n, count * n, [0] * (count * n) ** 2)
+            for part in range(count):
+                loop = stays[sum(jump <= part * h + (a + b) / 2 for jump in jumps)]
+                arriving = [(Fraction(0), loop.A, arb(1))]
+                arriving += [(tau, A, loop._grown(tau)) for tau, A, _ in loop.late]
+                for tau, A, factor in arriving:
+                    laps, place = divmod(part - int(tau / h), count)
+                    factor = factor * mu**laps
+                    for i, j in product(range(n), repeat=2):
+                        rates[part * n + i, place * n + j] += factor * arb(A[i, j])
+            whole = (rates * ball(b - a)).exp() * whole
+        for part in range(count):
+            for i in range(n):
+                after = (part + 1) % count
+                whole[part * n + i, after * n + i] -= arb(1) if after else mu
+        found = whole.det()
+        require(bool(found != 0), "the sign of a determinant is not shown")
+        signs.append(bool(found > 0))
+    require(signs[0] is not signs[1], "the determinant does not change its sign")
 
 
 def grown(pace: Fraction | None, tau: Fraction) -> arb:

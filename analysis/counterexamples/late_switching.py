@@ -1,0 +1,470 @@
+"""Gains that jump beside dead times, in floating point: patterns with a solution ``x(t + P) = mu x(t)``.
+
+A first search takes steps of a fraction of the longest dead time, over which what arrives late is interpolated between
+samples.  Then the period is made a multiple ``q h`` of a common part ``h`` of the dead times: with ``X_j(t) = x(t + j
+h)`` the solution over a period is one of ``X' = L(mu) X`` on ``[0, h]``, and ``det(S(mu) - Phi(mu)) = 0``.  The times
+are shifted until ``|mu| = 1`` at the smallest factor of the classes, or ``|mu|`` is the largest; a checker decides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import pairwise
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from lure.analysis.counterexamples.channel_switching import Pattern, SwitchedGains, exponentials, growths, runs
+from lure.analysis.counterexamples.late_roots import LateRoots
+from lure.analysis.deadline import checkpoint
+from lure.analysis.verdict import Evidence, Witness
+from lure.arrays import NDArray, Reals, np, optimize
+from lure.plants.delay import DelayPlant
+from lure.plants.delay_matrix import DelayMatrix, one_channel_of
+
+BITS = 256
+_NOTHING = 1e300  # in place of infinity, of which no difference is a number
+_BINS, _SAMPLES, _MOST_STATES, _MOST_PARTS = (
+    72,
+    48,
+    12,
+    64,
+)  # of half a turn; what is kept of the past; of the plant; of X
+_SLOW, _LOWER, _RANK = 1e-3, 0.03, 1e-12
+_SHARE = 0.99  # of what the circle criterion proves, on some frequencies
+_PERIODS = (((0.97, 1.07), 0.0), ((1.95, 2.06), 0.025), ((0.4, 2.6), 0.22))  # half turns: from, to, step
+_PATTERNS, _GRIDS, _DESCENTS = 3, 3, 4
+_RUNGS = (1.2, 2.0, 5.0, 20.0)  # above what is proved, where nothing is known to be refuted
+_NEAR = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1)  # from a first estimate
+_BEYOND = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
+_ABOVE = tuple(10.0**-k for k in range(9, 1, -1))  # 1: multipliers
+_SURE, _REAL, _SMALL = 1e-9, 1e-6, 4e-4  # of a grid: what a state more costs, as a share of the period
+
+
+class LatePattern(NamedTuple):
+    """For the classes of a factor: the end, 0 or 1, of each channel in turn, and what a certificate needs."""
+
+    factor: float
+    ends: list[tuple[int, ...]]
+    times: list[Fraction]
+    multiplier: tuple[Fraction, Fraction]
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What a certificate has of them beside the gains."""
+        return {"times": [*map(str, self.times)], "multiplier": [*map(str, self.multiplier)], "bits": BITS}
+
+
+@dataclass
+class LateSwitching:
+    """The search for one plant that is no neutral equation, and the classes ``[l_i, alpha u_i]``.
+
+    Parameters
+    ----------
+    plant : DelayMatrix
+        The plant.
+    lower, upper : ndarray
+        (m,) bounds at ``alpha = 1``.
+    varying : tuple of bool
+        Which gains may depend on time; the others stay at one end.
+    blocks : tuple of range
+        The channels with one nonlinearity each.
+    """
+
+    plant: DelayMatrix
+    lower: Reals
+    upper: Reals
+    varying: tuple[bool, ...]
+    blocks: tuple[range, ...]
+    _half: float = 0.0
+    _bin: float = 0.0
+
+    @cached_property
+    def _jumps(self) -> SwitchedGains:
+        sides = self.plant.base.doubles()
+        return SwitchedGains(*sides, self.lower, self.upper, varying=self.varying, blocks=self.blocks, discrete=False)
+
+    @cached_property
+    def _roots(self) -> LateRoots:
+        return LateRoots(self.plant)
+
+    @cached_property
+    def _late(self) -> Reals:
+        """Rows (r, n) of what arrives late of the state."""
+        _, sizes, rows = np.linalg.svd(np.vstack([*self._roots.seen, *self._roots.back]))
+        return np.asarray(rows[: max(int((sizes > _RANK * sizes[0]).sum()), 1)])
+
+    @cached_property
+    def _common(self) -> Fraction:
+        """The greatest common part of the dead times."""
+        found = Fraction(0)
+        for part, _ in self.plant.late:
+            one = part
+            while one:
+                found, one = one, found % one
+        return found
+
+    def _begin(self, alpha: float) -> None:
+        """About half a turn of the loop with the upper gains [s], and steps of which the longest dead time has some."""
+        roots, most = self._roots.spectrum(alpha * self.upper)[: 4 * self.plant.order], self._roots.delays[-1]
+        turns = roots[roots.imag > _SLOW * np.abs(roots).max()]
+        self._half = math.pi / float(turns[0].imag) if len(turns) else 2 * most
+        self._bin = most / max(min(round(_BINS * most / self._half), _SAMPLES // len(self._late)), 1)
+
+    def _counts(self) -> list[int]:
+        """Periods that are tried, in steps: close to a half and a whole turn one after the other, some others."""
+        half, found = self._half / self._bin, set[int]()
+        for (low, high), step in _PERIODS:
+            found |= {*range(round(low * half), round(high * half) + 1, max(round(step * half), 1))}
+        return sorted(count for count in found if 2 <= count <= 4 * _BINS)
+
+    def _closed(self, ends: NDArray[np.int_], alpha: float) -> list[list[Reals]]:
+        """For each row of ends the matrices of the loop, of what arrives at once and after each dead time."""
+        rows = np.where(ends == 1, alpha * self.upper, self.lower)
+        return [[now, *later] for now, later in (self._roots.closed(row) for row in rows)]
+
+    def _steps(self, ends: NDArray[np.int_], alpha: float) -> Reals:
+        """Over one step: of ``x`` and of the samples before it of what arrives late, from any gains."""
+        n, h, delays = self.plant.order, self._bin, self._roots.delays
+        closed = self._closed(ends, alpha)
+        R, back = self._late, math.ceil(delays[-1] / h) + 1
+        r = len(R)
+        found = []
+        for now, *later in closed:
+            wide = np.zeros((n * 3,) * 2)  # x' = A x + u + (v - u) t/h
+            wide[:n] = np.hstack([now * h, np.eye(n) * h, np.zeros((n, n))])
+            wide[n : 2 * n, 2 * n :] = np.eye(n)
+            flow = exponentials(wide)[:n]
+            Z = np.zeros((n + back * r,) * 2)
+            Z[:n, :n] = flow[:, :n]
+            Z[n : n + r, :n] = R
+            Z[n + r :, n : n + (back - 1) * r] = np.eye((back - 1) * r)
+            for tau, M in zip(delays, later, strict=True):
+                into = M @ R.T
+                for side, at in ((flow[:, n : 2 * n] - flow[:, 2 * n :], tau / h), (flow[:, 2 * n :], tau / h - 1)):
+                    before = max(at, 0.0)
+                    k, part = int(before), before - int(before)
+                    for sample, share in ((k, 1 - part), (k + 1, part)):
+                        if not share:
+                            continue
+                        if sample:
+                            Z[:n, n + (sample - 1) * r : n + sample * r] += share * side @ into
+                        else:
+                            Z[:n, :n] += share * side @ into @ R
+            found.append(Z)
+        return np.array(found)
+
+    def _hits(self, alpha: float) -> list[tuple[float, NDArray[np.int_], NDArray[np.int_]]]:
+        """Growth in a unit of time, the set of ends and which of them in each step; the largest first."""
+        found = []
+        for ends in self._jumps.sets():
+            steps = self._steps(ends, alpha)
+            for count in self._counts():
+                starts = [*self._jumps.drawn(steps, count)]
+                starts += [(np.arange(count) * 6 >= count).astype(int) * (len(ends) - 1)]
+                for start in starts:
+                    checkpoint()
+                    choice, value = self._jumps.chosen(steps, start)
+                    found.append((value / (count * self._bin), ends, choice))
+        return sorted(found, key=lambda one: -one[0])
+
+    def _lowered(
+        self, ends: NDArray[np.int_], choice: NDArray[np.int_], low: float, alpha: float
+    ) -> tuple[float, NDArray[np.int_]]:
+        """The factor at which the first search sees the growth of a pattern, and of those near by, end."""
+
+        def value(factor: float) -> float:
+            """The growth over one period."""
+            return float(growths(self._steps(ends, factor), choice[None])[0])
+
+        for _ in range(_DESCENTS):
+            checkpoint()
+            if value(low) >= 0 or value(alpha) <= 0:
+                break
+            before, alpha = alpha, float(optimize.brentq(value, low, alpha, rtol=1e-6))
+            choice, better = self._jumps.chosen(self._steps(ends, alpha), choice)
+            if better < _SURE or alpha > before * (1 - 1e-5):
+                break
+        return alpha, choice
+
+    def determinant(
+        self, closed: Sequence[Sequence[Reals]], pattern: Pattern, grid: tuple[int, Fraction], mu: float
+    ) -> float:
+        """``det(S - Phi)`` of a pattern whose times add up to ``q h``.
+
+        Parameters
+        ----------
+        closed : sequence of sequence of ndarray
+            The matrices with each of the gains, of what arrives at once and after each dead time.
+        pattern : Pattern
+            Which gains for how long.
+        grid : (int, Fraction)
+            ``q`` and ``h`` [s].
+        mu : float
+            The multiplier.
+        """
+        (q, part), n = grid, self.plant.order
+        h, until = float(part), np.cumsum(pattern.times)
+        waits = [0, *(int(tau / part) for tau, _ in self.plant.late)]
+        cuts = np.unique(np.concatenate([[0.0, h], until[:-1] % h]))
+        Phi = np.eye(q * n)
+        for u, v in pairwise(cuts[np.concatenate([[True], np.diff(cuts) > 1e-14 * h])]):
+            L = np.zeros((q, n, q, n))
+            for j in range(q):
+                k = pattern.which[min(int(np.searchsorted(until, j * h + (u + v) / 2)), len(until) - 1)]
+                for wait, M in zip(waits, closed[k], strict=True):
+                    laps, place = divmod(j - wait, q)
+                    L[j, :, place] += mu**laps * M
+            Phi = exponentials(L.reshape(q * n, q * n) * (v - u)) @ Phi
+        S = np.roll(np.eye(q * n), n, axis=1)
+        S[(q - 1) * n :, :n] *= mu
+        return float(np.linalg.det(S - Phi))
+
+    def _grids(self, period: float) -> list[tuple[int, Fraction]]:
+        """Multiples of parts of the dead times near a period, the nearest first."""
+        most = _MOST_PARTS // self.plant.order
+        tried = {
+            Fraction(q, parts): (q, self._common / parts)
+            for parts in range(1, 2 * most)
+            for q in [round(period * parts / float(self._common))]
+            if 0 < q <= most
+        }
+        near = sorted(
+            tried.values(),
+            key=lambda grid: abs(math.log(grid[0] * float(grid[1]) / period)) + _SMALL * grid[0] * self.plant.order,
+        )
+        return near[:_GRIDS]
+
+    def _best(
+        self, pattern: Pattern, grid: tuple[int, Fraction], judged: Callable[[Pattern], float]
+    ) -> tuple[float, Pattern]:
+        """The least of what is judged, with times near the given ones that add up to the period of a grid."""
+        period = grid[0] * float(grid[1])
+        start = np.log(np.array(pattern.times[:-1]) / pattern.times[-1])
+
+        def at(shares: Reals) -> Pattern:
+            """The pattern of these logarithms of times, over the last one."""
+            weights = np.exp(np.append(shares, 0.0))
+            return Pattern(pattern.which, tuple(float(v) for v in period * weights / weights.sum()))
+
+        if not len(start):
+            return judged(at(start)), at(start)
+        found = optimize.minimize(
+            lambda shares: min(judged(at(shares)), _NOTHING),
+            start,
+            method="Nelder-Mead",
+            options={"maxfev": 25 * len(start), "xatol": 1e-3, "fatol": 1e-9},
+        )
+        return float(found.fun), at(found.x)
+
+    def _threshold(
+        self, ends: NDArray[np.int_], grid: tuple[int, Fraction], sign: int, near: float
+    ) -> Callable[[Pattern], float]:
+        """The factor at which a pattern has the multiplier ``sign``, near an estimate; infinity if none is seen."""
+
+        def judged(pattern: Pattern) -> float:
+            """That factor."""
+            checkpoint()
+            return _root(lambda alpha: self.determinant(self._closed(ends, alpha), pattern, grid, sign), near)
+
+        return judged
+
+    def proposals(self, low: float, most: float) -> Iterator[LatePattern]:
+        """What to certify; nothing if no class depends on time, or the dead times have no common part that serves.
+
+        Parameters
+        ----------
+        low : float
+            Up to it the loop is stable.
+        most : float
+            The largest factor of interest; infinity: none.
+        """
+        if not any(self.varying) or self.plant.rates or not 0 < self.plant.order <= _MOST_STATES or low >= most:
+            return
+        with np.errstate(all="ignore"):
+            for alpha in [most] if most < math.inf else [(low or 1.0) * step for step in _RUNGS]:
+                reached = self._reached(low, alpha)
+                if reached:
+                    yield from self._certifiable(reached, most)
+                    return
+
+    def _reached(self, low: float, alpha: float) -> list[tuple[float, NDArray[np.int_], NDArray[np.int_]]]:
+        """The factors at which patterns seem to end, these and their sets of ends, the smallest factor first."""
+        best: list[tuple[float, NDArray[np.int_], NDArray[np.int_]]] = []
+        for _ in range(_DESCENTS):
+            self._begin(alpha)
+            found = [hit for hit in self._hits(alpha) if hit[0] > _SURE][:_PATTERNS]
+            if not found:
+                break
+            lowered = [(*self._lowered(ends, choice, low, alpha), ends) for _, ends, choice in found]
+            best, before, alpha = sorted(lowered, key=lambda one: one[0]), alpha, min(one[0] for one in lowered)
+            if alpha > before * (1 - _LOWER):  # else another period may serve
+                break
+        return best
+
+    def _certifiable(
+        self, lowered: list[tuple[float, NDArray[np.int_], NDArray[np.int_]]], most: float
+    ) -> Iterator[LatePattern]:
+        """The pattern of the smallest factor, on a grid of the dead times."""
+        best: tuple[float, Pattern, NDArray[np.int_], tuple[int, Fraction], int] | None = None
+        for alpha, choice, ends in lowered:
+            found = self._pattern(ends, choice, alpha)
+            if found is None:
+                continue
+            short, sign = found
+            for grid in self._grids(sum(short.times)):
+                factor, one = self._best(short, grid, self._threshold(ends, grid, sign, alpha))
+                if factor < math.inf and (best is None or factor < best[0]):
+                    best = factor, one, ends, grid, sign
+            if best is not None:
+                break
+        if best is None:
+            return
+        alpha, pattern, ends, grid, sign = best
+        times, rows = _exact(pattern.times, grid), [tuple(int(v) for v in ends[k]) for k in pattern.which]
+        for factor in (min(alpha * (1 + step), most) for step in _BEYOND):
+            mu = self._grown(self._closed(ends, factor), Pattern(pattern.which, tuple(map(float, times))), grid, sign)
+            if mu < math.inf:
+                a, b = sorted(Fraction(sign * (1 + (mu - 1) * share)) for share in (0.5, 1.5))
+                yield LatePattern(factor, rows, times, (a, b))
+
+    def slower(self, rate: float) -> Iterator[tuple[Fraction, LatePattern]]:
+        """Patterns of the classes themselves that decay more slowly than a rate, and what rates they seem to refute.
+
+        Parameters
+        ----------
+        rate : float
+            That of constant gains.
+        """
+        if not any(self.varying) or self.plant.rates or not 0 < self.plant.order <= _MOST_STATES:
+            return
+        with np.errstate(all="ignore"):
+            self._begin(1.0)
+            for growth, ends, choice in [hit for hit in self._hits(1.0) if hit[0] > -rate + _SURE][:_PATTERNS]:
+                found = self._pattern(ends, choice, 1.0)
+                if found is None:
+                    continue
+                short, sign = found
+                tried = [
+                    (*self._best(short, grid, self._decay(self._closed(ends, 1.0), grid, sign, growth)), grid)
+                    for grid in self._grids(sum(short.times))
+                ]
+                least, pattern, grid = min(tried, key=lambda one: one[0], default=(rate, short, None))
+                if grid is None or least >= rate:
+                    continue
+                times = _exact(pattern.times, grid)
+                one, period = Pattern(pattern.which, tuple(map(float, times))), float(grid[0] * grid[1])
+                left = self._decay(self._closed(ends, 1.0), grid, sign, -least)(one)
+                rows = [tuple(int(v) for v in ends[k]) for k in pattern.which]
+                for near in _BEYOND:
+                    sizes = [sign * math.exp(-left * period) * (1 + near * side) for side in (-1, 1)]
+                    slower = Fraction(left + 2 * near / period).limit_denominator(10**12)
+                    yield slower, LatePattern(1.0, rows, times, tuple(sorted(map(Fraction, sizes))))  # type: ignore[arg-type]  # two
+                return
+
+    def _decay(
+        self, closed: Sequence[Sequence[Reals]], grid: tuple[int, Fraction], sign: int, growth: float
+    ) -> Callable[[Pattern], float]:
+        """The rate of a pattern by its multiplier of that sign, near an estimate; infinity if none is seen."""
+        period = float(grid[0] * grid[1])
+
+        def judged(pattern: Pattern) -> float:
+            """That rate."""
+            checkpoint()
+            mu = _root(lambda mu: self.determinant(closed, pattern, grid, sign * mu), math.exp(growth * period))
+            return -math.log(mu) / period if 0 < mu < math.inf else math.inf
+
+        return judged
+
+    def _pattern(self, ends: NDArray[np.int_], choice: NDArray[np.int_], alpha: float) -> tuple[Pattern, int] | None:
+        """The pattern and the sign of its multiplier, if it is real; of two halves alike, each by ``-1``, one."""
+        found, steps = runs(choice, self._bin), self._steps(ends, alpha)
+        if found is None:
+            return None
+        whole = np.eye(len(steps[0]))
+        for k in choice[: round(sum(found.times) / self._bin)]:
+            whole = steps[k] @ whole
+        values = np.linalg.eigvals(whole).astype(complex)
+        mu = values[np.abs(values).argmax()]
+        if abs(mu.imag) > _REAL * abs(mu):
+            return None
+        which, times, half = found.which, found.times, len(found.which) // 2
+        if mu.real > 0 and half and which[:half] == which[half:]:
+            return Pattern(which[:half], tuple((a + b) / 2 for a, b in zip(times, times[half:], strict=False))), -1
+        return found, 1 if mu.real > 0 else -1
+
+    def _grown(
+        self, closed: Sequence[Sequence[Reals]], pattern: Pattern, grid: tuple[int, Fraction], sign: int
+    ) -> float:
+        """The modulus of the multiplier of that sign, just above 1; infinity if none is seen."""
+        last = 1 + 1e-13
+        start = self.determinant(closed, pattern, grid, sign * last)
+
+        def value(size: float) -> float:
+            """The determinant there."""
+            return self.determinant(closed, pattern, grid, sign * size)
+
+        for step in _ABOVE:
+            if start * value(1 + step) < 0:
+                return float(optimize.brentq(value, last, 1 + step, rtol=1e-14, xtol=1e-15))
+            last = 1 + step
+        return math.inf
+
+
+def late_witness(block: DelayPlant, most: float) -> Iterator[Witness]:
+    """Gains that jump between 0 and ``k`` beside dead time with a solution that grows, as floating point has it.
+
+    They are said to be CERTIFIED, which is for a checker to decide.
+
+    Parameters
+    ----------
+    block : DelayPlant
+        The block, stable without feedback.
+    most : float
+        The smallest destabilising linear gain; infinity: none.
+    """
+    omega = np.geomspace(1e-4, 1e4, 8001) / float(max(delay for delay, _ in (*block.terms, *block.feedback)))
+    least = float(block.transfer(1j * omega).real.min())
+    if not len(block.denominator) > 1 or least >= 0:  # the circle criterion serves for every k
+        return
+    zero, one = np.zeros(1), np.ones(1)
+    search = LateSwitching(one_channel_of(block), zero, one, (True,), (range(1),))
+    for found in search.proposals(-_SHARE / least, most):
+        k = Fraction(found.factor)
+        gains = [k if end else Fraction(0) for (end,) in found.ends]
+        period = f"period {float(sum(found.times)):.6g} s"
+        yield Witness(
+            kind="switched gain",
+            k=found.factor,
+            evidence=Evidence.CERTIFIED,
+            slope_restricted=True,
+            odd=True,
+            time_varying=True,
+            description=f"phi(t, sigma) = k(t) sigma, k(t) switching between 0 and {found.factor:.9g} with {period}: "
+            "a solution grows without bound",
+            data=MappingProxyType({"lower": "0", "upper": str(k), "gains": [*map(str, gains)], **found.numbers}),
+        )
+
+
+def _root(value: Callable[[float], float], near: float) -> float:
+    """Where a function changes its sign near a number; infinity if that is not seen."""
+    at = value(near)
+    sides = {1: (near, at), -1: (near, at)}
+    for step, side in ((step, side) for step in _NEAR for side in sides):
+        last, before = sides[side]
+        other = near * (1 + side * step)
+        now = value(other)
+        if before * now < 0:
+            return float(optimize.brentq(value, *sorted((last, other)), rtol=1e-11))
+        sides[side] = other, now
+    return math.inf
+
+
+def _exact(times: Sequence[float], grid: tuple[int, Fraction]) -> list[Fraction]:
+    """Times of few digits that add up to the period."""
+    period = grid[0] * grid[1]
+    found = [Fraction(round(t / float(period) * 2**30), 2**30) * period for t in times[:-1]]
+    return [*found, period - sum(found, Fraction(0))]
