@@ -361,11 +361,11 @@ def one_channel(system: Any) -> Plant:
 
 
 def returning(H: Plant, rows: list[list[Fraction]], proof: Any) -> dict[str, str]:
-    """Gains that jump and repeat beside dead times: ``x(t + P) = mu x(t)`` with one real ``mu`` between two.
+    """Gains that jump and repeat beside dead times: ``x(t + P) = rho x(t)`` with one real ``rho`` between two.
 
-    With ``P = q h`` and dead times ``p h`` let ``X_j(t) = x(t + j h)``, ``0 <= t <= h``: what arrives is ``mu^m X_i``,
-    ``j - p = m q + i``, so that ``X' = L(mu) X``, and ``X_j(h) = X_(j+1)(0)``, ``X_(q-1)(h) = mu X_0(0)``.  There is
-    such an ``X != 0`` if ``det(S(mu) - Phi(mu))`` is 0, which changes its sign between both ends.
+    With ``P = q h`` and dead times ``p h`` let ``X_j(t) = x(t + j h)``, ``0 <= t <= h``: what arrives is ``rho^m X_i``,
+    ``j - p = m q + i``, so that ``X' = L(rho) X``, and ``X_j(h) = X_(j+1)(0)``, ``X_(q-1)(h) = rho X_0(0)``.  There is
+    such an ``X != 0`` if ``det(S(rho) - Phi(rho))`` is 0, which changes its sign between both ends.
     """
     _, _, given, ends, bits = fields(proof, "method", "gains", "times", "multiplier", "bits")
     times, ends, bits = numbers(given, len(rows)), numbers(ends, 2), integer(bits, 64, 4096)
@@ -388,7 +388,7 @@ def returning(H: Plant, rows: list[list[Fraction]], proof: Any) -> dict[str, str
     sure = min(map(abs, ends)) * (far.rows[0][0] - far.error) >= 2**bits
     need(ends[0] < ends[1] and ends[0] * ends[1] > 0 and sure, "a multiplier is not outside the unit circle")
     signs = list[int]()
-    for mu in ends:
+    for rho in ends:
         Phi = ball(identity(n * q), bits)
         for u, v in pairwise(sorted({ZERO, h, *(t % h for t in until)})):
             L = [[ZERO] * (n * q) for _ in range(n * q)]
@@ -398,16 +398,16 @@ def returning(H: Plant, rows: list[list[Fraction]], proof: Any) -> dict[str, str
                     m, i = divmod(j - wait, q)
                     for k, row in enumerate(G):
                         own = L[j * n + k]
-                        own[i * n : (i + 1) * n] = [x + mu**m * y for x, y in zip(own[i * n :], row)]
+                        own[i * n : (i + 1) * n] = [x + rho**m * y for x, y in zip(own[i * n :], row)]
             Phi = product(exponential(L, v - u, bits), Phi)
         S = [
-            [(mu if k >= n * (q - 1) else 1) * Fraction(j == (k + n) % (n * q)) for j in range(n * q)]
+            [(rho if k >= n * (q - 1) else 1) * Fraction(j == (k + n) % (n * q)) for j in range(n * q)]
             for k in range(n * q)
         ]
         signs.append(sign_of_determinant(plus(ball(S, bits), Phi, -1)))
     need(signs[0] * signs[1] < 0, "det(S - Phi) is not shown to change its sign")
-    where = f"mu between {ends[0]} and {ends[1]}"
-    return {"growth": f"x(t + {period}) = mu x(t) with {where}, where det(S - Phi) of order {n * q} changes its sign"}
+    where = f"rho between {ends[0]} and {ends[1]}"
+    return {"growth": f"x(t + {period}) = rho x(t) with {where}, where det(S - Phi) of order {n * q} changes its sign"}
 
 
 def late_pole(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:

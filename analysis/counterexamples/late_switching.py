@@ -1,9 +1,10 @@
-"""Gains that jump beside dead times, in floating point: patterns with a solution ``x(t + P) = mu x(t)``.
+"""Gains that jump beside dead times, in floating point: patterns with a solution ``x(t + P) = rho x(t)``.
 
 A first search takes steps of a fraction of the longest dead time, over which what arrives late is interpolated between
 samples.  Then the period is made a multiple ``q h`` of a common part ``h`` of the dead times: with ``X_j(t) = x(t + j
-h)`` the solution over a period is one of ``X' = L(mu) X`` on ``[0, h]``, and ``det(S(mu) - Phi(mu)) = 0``.  The times
-are shifted until ``|mu| = 1`` at the smallest factor of the classes, or ``|mu|`` is the largest; a checker decides.
+h)`` the solution over a period is one of ``X' = L(rho) X`` on ``[0, h]``, and ``det(S(rho) - Phi(rho)) = 0``.  Then the
+times are shifted until ``|rho| = 1`` at the smallest factor of the classes, or ``|rho|`` is the largest; a checker
+decides.
 """
 
 from __future__ import annotations
@@ -191,7 +192,7 @@ class LateSwitching:
         return alpha, choice
 
     def determinant(
-        self, closed: Sequence[Sequence[Reals]], pattern: Pattern, grid: tuple[int, Fraction], mu: float
+        self, closed: Sequence[Sequence[Reals]], pattern: Pattern, grid: tuple[int, Fraction], rho: float
     ) -> float:
         """``det(S - Phi)`` of a pattern whose times add up to ``q h``.
 
@@ -203,7 +204,7 @@ class LateSwitching:
             Which gains for how long.
         grid : (int, Fraction)
             ``q`` and ``h`` [s].
-        mu : float
+        rho : float
             The multiplier.
         """
         (q, part), n = grid, self.plant.order
@@ -217,10 +218,10 @@ class LateSwitching:
                 k = pattern.which[min(int(np.searchsorted(until, j * h + (u + v) / 2)), len(until) - 1)]
                 for wait, M in zip(waits, closed[k], strict=True):
                     laps, place = divmod(j - wait, q)
-                    L[j, :, place] += mu**laps * M
+                    L[j, :, place] += rho**laps * M
             Phi = exponentials(L.reshape(q * n, q * n) * (v - u)) @ Phi
         S = np.roll(np.eye(q * n), n, axis=1)
-        S[(q - 1) * n :, :n] *= mu
+        S[(q - 1) * n :, :n] *= rho
         return float(np.linalg.det(S - Phi))
 
     def _grids(self, period: float) -> list[tuple[int, Fraction]]:
@@ -326,9 +327,9 @@ class LateSwitching:
         alpha, pattern, ends, grid, sign = best
         times, rows = _exact(pattern.times, grid), [tuple(int(v) for v in ends[k]) for k in pattern.which]
         for factor in (min(alpha * (1 + step), most) for step in _BEYOND):
-            mu = self._grown(self._closed(ends, factor), Pattern(pattern.which, tuple(map(float, times))), grid, sign)
-            if mu < math.inf:
-                a, b = sorted(Fraction(sign * (1 + (mu - 1) * share)) for share in (0.5, 1.5))
+            rho = self._grown(self._closed(ends, factor), Pattern(pattern.which, tuple(map(float, times))), grid, sign)
+            if rho < math.inf:
+                a, b = sorted(Fraction(sign * (1 + (rho - 1) * share)) for share in (0.5, 1.5))
                 yield LatePattern(factor, rows, times, (a, b))
 
     def slower(self, rate: float) -> Iterator[tuple[Fraction, LatePattern]]:
@@ -374,8 +375,8 @@ class LateSwitching:
         def judged(pattern: Pattern) -> float:
             """That rate."""
             checkpoint()
-            mu = _root(lambda mu: self.determinant(closed, pattern, grid, sign * mu), math.exp(growth * period))
-            return -math.log(mu) / period if 0 < mu < math.inf else math.inf
+            rho = _root(lambda rho: self.determinant(closed, pattern, grid, sign * rho), math.exp(growth * period))
+            return -math.log(rho) / period if 0 < rho < math.inf else math.inf
 
         return judged
 
@@ -388,13 +389,13 @@ class LateSwitching:
         for k in choice[: round(sum(found.times) / self._bin)]:
             whole = steps[k] @ whole
         values = np.linalg.eigvals(whole).astype(complex)
-        mu = values[np.abs(values).argmax()]
-        if abs(mu.imag) > _REAL * abs(mu):
+        rho = values[np.abs(values).argmax()]
+        if abs(rho.imag) > _REAL * abs(rho):
             return None
         which, times, half = found.which, found.times, len(found.which) // 2
-        if mu.real > 0 and half and which[:half] == which[half:]:
+        if rho.real > 0 and half and which[:half] == which[half:]:
             return Pattern(which[:half], tuple((a + b) / 2 for a, b in zip(times, times[half:], strict=False))), -1
-        return found, 1 if mu.real > 0 else -1
+        return found, 1 if rho.real > 0 else -1
 
     def _grown(
         self, closed: Sequence[Sequence[Reals]], pattern: Pattern, grid: tuple[int, Fraction], sign: int

@@ -69,7 +69,7 @@ SPRING = draft(
         "bits": 128,
     },
 )
-# x' = -x - k(t) x(t - 1): the rate of constant gains in [0, 1] is .60502; mu = -.32779, and .32779 exp(.59486 15/8) = 1
+# x' = -x - k(t) x(t - 1): the rate of constant gains in [0, 1] is .605; rho = -.32779, and .32779 exp(.59486 15/8) = 1
 SLOW = draft(
     late([["-1"]], ONE, NO, NO, ("1", ONE)),
     {"channels": [varying("0", "1")], "repeated": False},

@@ -277,11 +277,11 @@ def late_companion(system: Delayed, gain: Fraction) -> LateLoop:
 
 
 def require_returning(stays: Sequence[LateLoop], times: Sequence[Fraction], ends: Sequence[Fraction]) -> None:
-    """Check that gains which jump leave a solution ``x(t + P) = mu x(t)``, ``mu`` real between two, ``|mu| > 1``.
+    """Check that gains which jump leave a solution ``x(t + P) = rho x(t)``, ``rho`` real between two, ``|rho| > 1``.
 
     With parts of the length ``h``, of which ``P`` and the dead times are multiples, the states at the beginnings of all
     parts of a period, ``Z``, are those at their ends, moved on by one part: ``Z_next - Phi Z = 0``.  At a pace the
-    multiplier of the solution times ``e^(a t)`` is ``mu e^(a P)``.
+    multiplier of the solution times ``e^(a t)`` is ``rho e^(a P)``.
 
     Parameters
     ----------
@@ -307,8 +307,8 @@ def require_returning(stays: Sequence[LateLoop], times: Sequence[Fraction], ends
     require(0 < count * n <= _LARGEST, "the period and the dead times have too small a common part")
     cuts, signs = sorted({jump % h for jump in jumps} | {Fraction(0), h}), list[bool]()
     for end in ends:
-        mu, whole = ball(end) * grown(first.pace, period), arb_mat(count * n, count * n, [0] * (count * n) ** 2)
-        require(bool(abs(mu) >= 1), "a multiplier lies inside the unit circle")
+        rho, whole = ball(end) * grown(first.pace, period), arb_mat(count * n, count * n, [0] * (count * n) ** 2)
+        require(bool(abs(rho) >= 1), "a multiplier lies inside the unit circle")
         for k in range(count * n):
             whole[k, k] = arb(1)
         for a, b in pairwise(cuts):
@@ -320,14 +320,14 @@ def require_returning(stays: Sequence[LateLoop], times: Sequence[Fraction], ends
                 arriving += [(tau, A, loop._grown(tau)) for tau, A, _ in loop.late]
                 for tau, A, factor in arriving:
                     laps, place = divmod(part - int(tau / h), count)
-                    factor = factor * mu**laps
+                    factor = factor * rho**laps
                     for i, j in product(range(n), repeat=2):
                         rates[part * n + i, place * n + j] += factor * arb(A[i, j])
             whole = (rates * ball(b - a)).exp() * whole
         for part in range(count):
             for i in range(n):
                 after = (part + 1) % count
-                whole[part * n + i, after * n + i] -= arb(1) if after else mu
+                whole[part * n + i, after * n + i] -= arb(1) if after else rho
         found = whole.det()
         require(bool(found != 0), "the sign of a determinant is not shown")
         signs.append(bool(found > 0))
