@@ -227,7 +227,7 @@ class _Jumps:
 
     def lists(self) -> list[str]:
         """Times, gains, stays and the start."""
-        found, channels_of = [reals("times", self.times)], zip(*self.rows, strict=True)
+        found, channels_of = [reals("durations", self.times)], zip(*self.rows, strict=True)
         found += [reals(f"gains{i}", list(gains)) for i, gains in enumerate(channels_of)]
         found.append(folded(f"Definition start : list R := {integers(self.growth.start)}."))
         names = []
@@ -256,10 +256,10 @@ class _Jumps:
             "  unfold first_of, stay_at, stays, forms0, start.",
             "  cbn [length Nat.modulo Nat.divmod Nat.sub nth fst snd hd qf dot]; lra.",
             "Qed.",
-            "Lemma stay_times : forall j, lasts (stay_at stays j) = repeated times j.",
+            "Lemma stay_times : forall j, lasts (stay_at stays j) = repeated durations j.",
             "Proof.",
             f"    intro j; unfold stay_at, repeated; change (length stays) with {self.p}%nat.",
-            f"    change (length times) with {self.p}%nat; set (r := (j mod {self.p})%nat); unfold stays, times.",
+            f"    change (length durations) with {self.p}%nat; set (r := (j mod {self.p})%nat); unfold stays, durations.",
             *by_stays(self.p, counts),
             "Qed.",
         ]
@@ -274,7 +274,7 @@ class _Jumps:
         """What is said of jumps and gains."""
         return [
             "jump O = 0",
-            "(forall j, jump (S j) = jump j + repeated times j)",
+            "(forall j, jump (S j) = jump j + repeated durations j)",
             *(f"(forall t, {text})" for i, ends in enumerate(self.bounds) if (text := within(f"g{i} t", ends))),
             *(
                 f"(forall j t, jump j <= t < jump (S j) -> g{i} t = repeated gains{i} j)"

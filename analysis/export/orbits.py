@@ -80,12 +80,12 @@ class _Graph:
     def lemmas(self) -> list[str]:
         """The graph, that it is in the class, and its values."""
         m, points = self.mark, "; ".join(f"({x}, {y})" for x, y in self.pairs[1:])
-        values = f"(through_points {self.low} points{m} {self.start} ascending{m} p I)"
+        values = f"(through_points {self.low} points{m} {self.start} in_order{m} p I)"
         shown = f"proj2 {values}" if self.steep else values.replace("through_points", "with_ray_points")
         lines = [
             folded(f"Definition points{m} : list (R * R) := [{points}]."),
             f"Definition graph{m} : R -> R := {f'oddly {self.f}' if self.odd else self.f}.",
-            f"Lemma ascending{m} : ascending {self.pairs[0][0]} points{m}.",
+            f"Lemma in_order{m} : ascending {self.pairs[0][0]} points{m}.",
             f"Proof. unfold points{m}; simpl; repeat split; lra. Qed.",
             f"Lemma on{m} : forall p, In p (({self.pairs[0][0]}, {self.pairs[0][1]}) :: points{m}) ->"
             f" {self.f} (fst p) = snd p.",
@@ -120,7 +120,7 @@ class _Graph:
             f"Lemma class{m} : {self.said(f'graph{m}')}.",
             "Proof.",
             f"  assert (S : slopes_in {bounds} {self.f}).",
-            f"  {{ apply through_steep; [lra|exact ascending{m}|unfold points{m}; simpl; repeat split; lra]. }}",
+            f"  {{ apply through_steep; [lra|exact in_order{m}|unfold points{m}; simpl; repeat split; lra]. }}",
             f"  assert (T : slopes_in {bounds} graph{m}) by ({'apply oddly_steep; ' * self.odd}exact S).",
             f"  split; [apply in_sector_of_slopes; [exact T|exact {zero}]|].",
             f"  {'split; [exact T|apply oddly_odd]' if self.odd else 'exact T'}.",
@@ -137,7 +137,7 @@ class _Graph:
             f"Lemma class{m} : {self.said(f'graph{m}')}.",
             "Proof.",
             f"  assert (C : forall s, cone {self.low} {self.high} s ({self.f} s)).",
-            f"  {{ apply with_ray_cone; [lra|lra|exact ascending{m}|right; repeat split; lra|].",
+            f"  {{ apply with_ray_cone; [lra|lra|exact in_order{m}|right; repeat split; lra|].",
             f"    unfold points{m}; simpl.",
             *cones,
             "    split; lra. }",
@@ -158,7 +158,7 @@ class _Orbit:
     def text(self, claim: str) -> str:
         """The whole file."""
         found = [reals("samples", self.samples), reals("values", self.values), *self.graph.lemmas()]
-        found.append("Lemma value : forall t, graph (repeated samples t) = repeated values t.")
+        found.append("Lemma value_at : forall t, graph (repeated samples t) = repeated values t.")
         ends = [f"exact {self.graph.named(x)}" for x in self.samples]
         found += _by_samples(len(self.samples), ["samples", "values"], ends)
         parts = ["\n".join(found), "\n".join([*self.statement(), *self.proof()])]
@@ -187,7 +187,7 @@ class _Orbit:
         lines = [
             "Proof.",
             "  exists graph, (repeated samples); split; [exact class|]; split.",
-            "  - intro t; rewrite !value.",
+            "  - intro t; rewrite !value_at.",
             *(
                 f"    rewrite ?(repeated_on samples {i} t), ?(repeated_on values {i} t) by discriminate."
                 for i in range(count)

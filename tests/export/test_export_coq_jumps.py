@@ -84,7 +84,7 @@ def test_a_solution_with_jumps_is_continuous_and_not_bounded():
     assert "(forall k t, (k < 2)%nat -> continuity_pt (xi k) t)" in stated
     assert "(forall t, along den xi t = - (g0 t * along num xi t))" in stated
     assert "  forall B, exists t, 0 <= t /\\ B < norm2 [xi 0%nat t; xi 1%nat t].\n" in stated
-    assert "Definition times : list R := [(4 / 5); (3 / 2)].\nDefinition gains0 : list R := [3; 0]." in text
+    assert "Definition durations : list R := [(4 / 5); (3 / 2)].\nDefinition gains0 : list R := [3; 0]." in text
 
 
 def test_the_values_of_channels_with_a_feedthrough_are_told():
@@ -121,7 +121,7 @@ def test_gains_that_jump_compile_and_falsified_ones_do_not(library):
         coq_text(check(KEPT["switched gain"])),
         ("0 <= g0 t <= 3", "0 <= g0 t <= 2"),
         ("Definition den : list R := [1; (1 / 10)", "Definition den : list R := [1; (-1 / 10)"),
-        ("Definition times : list R := [(4 / 5)", "Definition times : list R := [(6 / 5)"),
+        ("Definition durations : list R := [(4 / 5)", "Definition durations : list R := [(6 / 5)"),
         ("Definition gains0 : list R := [3;", "Definition gains0 : list R := [2;"),
         ("Definition forms0 : list triangle := [[(-", "Definition forms0 : list triangle := [[("),
         ("B < norm2 [xi 0%nat t; xi 1%nat t]", "B < norm2 [xi 0%nat t]"),

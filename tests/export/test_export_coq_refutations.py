@@ -4,7 +4,7 @@ import re
 from fractions import Fraction
 
 import pytest
-from replayed import KEPT, changed, compiled, needs_coq
+from replayed import KEPT, changed, compiled, names, needs_coq
 
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
@@ -143,3 +143,10 @@ def test_gains_of_several_channels_compile_and_what_is_falsified_does_not(librar
     for old, new in ((entry, entry.replace("(-", "(")), ("0 <= g0 <= 60", "0 <= g0 <= 1")):
         assert text.count(old, whole) == 1
         assert not compiled(library, text[:whole] + text[whole:].replace(old, new))[0]
+
+
+@pytest.mark.parametrize("name", ["orbit", "equilibrium", "switched gain", "switched gain, discrete", "linear gain"])
+def test_a_whole_file_defines_no_name_twice(name):
+    """The tests compile the lemmas apart, where a name may come again; ``coqc`` refuses it in one file."""
+    found = names(coq_text(check(KEPT[name])))
+    assert len(found) == len({*found})

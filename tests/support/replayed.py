@@ -35,9 +35,16 @@ def common(folder, parts):
     return folder
 
 
+def names(text):
+    """What a file defines outside of its modules, in order."""
+    text = re.sub(r"^Module (\w+)\.$.*?^End \1\.$", "", text, flags=re.DOTALL | re.MULTILINE)
+    return re.findall(r"^(?:Definition|Fixpoint|Inductive|Lemma|Theorem) (\w+)", text, re.MULTILINE)
+
+
 def compiled(library, text):
-    """Whether what is about the loop compiles, and what was printed."""
+    """Whether what is about the loop compiles, and what was printed; the whole file must define no name twice."""
     first, _, own = text.partition(LOOP)
+    assert len(found := names(text)) == len({*found}), "a name is defined twice, which coqc refuses in one file"
     folder = library(tuple(part for part, lines in enumerate(PARTS) if lines.strip() in first))
     head = "Require Import Reals ZArith List Lra Lia Bool common.\nImport ListNotations.\nOpen Scope R_scope.\n"
     (folder / "loop.v").write_text(head + own)
