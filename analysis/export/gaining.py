@@ -34,6 +34,8 @@ def gaining_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it is of another criterion, or no form of few enough digits was found.
     """
+    if data["theorem"] not in ("diagonal-circle", "diagonal-popov"):
+        raise refused(f"a gain by {data['theorem']} has no export; by diagonal-circle and diagonal-popov it has one")
     for given in candidates(data):
         loop = _driven(given, data)
         found = _bounded(loop)

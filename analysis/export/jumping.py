@@ -259,7 +259,8 @@ class _Jumps:
             "Lemma stay_times : forall j, lasts (stay_at stays j) = repeated durations j.",
             "Proof.",
             f"    intro j; unfold stay_at, repeated; change (length stays) with {self.p}%nat.",
-            f"    change (length durations) with {self.p}%nat; set (r := (j mod {self.p})%nat); unfold stays, durations.",
+            f"    change (length durations) with {self.p}%nat; set (r := (j mod {self.p})%nat).",
+            "    unfold stays, durations.",
             *by_stays(self.p, counts),
             "Qed.",
         ]

@@ -66,14 +66,14 @@ def members_words(data: Mapping[str, Any]) -> Words:
     if len(loops.bounds) == len(loops.block):
         for j in range(len(loops.block)):
             with suppress(InputError):
-                return _Members(loops, j).words()
+                return _Members(loops, j, data["conclusion"]).words()
     return _in_steps(loops) if loops.plant.discrete else _in_time(loops)
 
 
 class _Members:
     """The words of one file, channel ``j`` being that whose gain is found."""
 
-    def __init__(self, loops: Gained, j: int) -> None:
+    def __init__(self, loops: Gained, j: int, conclusion: str) -> None:
         H, self.loops, self.j, self.bounds = loops.plant, loops, j, loops.bounds
         (self.gains,), self.discrete = loops.gains, H.discrete
         n, m = len(H.A), len(H.D)
@@ -99,7 +99,8 @@ class _Members:
         inner = {"kind": "transfer", "time": time, "denominator": [str(c) for c in self.den[::-1]]}
         inner["numerator"] = [str(c) for c in self.sigma[j][::-1]]
         proof = {"method": "linear-gain", "gain": str(self.gains[j])}
-        self.mode = Mode({"laws": loops.laws[j], "system": inner, "proof": proof}, several=len(loops.laws) > 1)
+        inner_data = {"laws": loops.laws[j], "system": inner, "proof": proof, "conclusion": conclusion}
+        self.mode = Mode(inner_data, several=len(loops.laws) > 1)
 
     def words(self) -> Words:
         """The theorem and its proof."""

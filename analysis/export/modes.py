@@ -12,6 +12,7 @@ from typing import Any
 from lure.analysis.certificates.arithmetic import INF
 from lure.analysis.certificates.arithmetic import number as exact
 from lure.analysis.certificates.blocks import coefficients
+from lure.analysis.certificates.checker import MOVES, UNSOLVABLE
 from lure.analysis.certificates.states import classes
 from lure.analysis.export.circle import Poly, added, times
 from lure.analysis.export.quadratic import whole
@@ -99,8 +100,9 @@ class Mode:
         self.num, self.order, self.method = top[0][1], len(self.den) - 1, proof["method"]
         self.low = max(family.sector[0], family.slope[0])
         self.high = min(family.sector[1], family.slope[1])
-        if abs(self.low) == INF:
-            raise refused("its class has no lower bound")
+        self.conclusion = data.get("conclusion", "")
+        if abs(self.low) == INF or self.conclusion == UNSOLVABLE:
+            raise refused("its class has no lower bound, or its loop is not well posed with the gain")
         gains = [proof["gain"]] if "gain" in proof else proof["gains"]
         self.gain = sum(map(exact, gains), Fraction(0)) / len(gains)
 
@@ -140,6 +142,13 @@ class Mode:
         if not n:
             return None if d else self.gain
         return -d / n if self.contains(-d / n) else None
+
+    def drifts(self, g: Fraction) -> bool:
+        """Whether the root of constants is a double one: the derivative vanishes there too."""
+        place = Fraction(int(self.discrete))
+        slopes = ([c * k for c, k in zip(p, range(len(p) - 1, 0, -1), strict=False)] for p in (self.den, self.num))
+        d, n = (self.value(p, place) for p in slopes)
+        return d + g * n == 0
 
     def factor(self) -> tuple[Fraction, Fraction, Poly] | None:
         """``c``, ``r > 0`` and ``q`` with ``d + g n = ((s - c)^2 + r) q``, roots that are not inside."""
@@ -237,7 +246,9 @@ class Mode:
             proof = self.factor_proof(*factor)
         elif real is not None:
             proof = self.real_proof(*real)
-        elif rest is not None:
+        elif rest is not None and self.drifts(rest):
+            proof = self.drift_proof(rest)
+        elif rest is not None and self.conclusion != MOVES:
             stated[-1] = "  ~ Un_cv xi 0." if self.discrete else "  ~ tends_to (xi 0%nat) 0."
             proof = self.real_proof(Fraction(int(self.discrete)), rest)
         else:
@@ -339,6 +350,16 @@ class Mode:
             return [*lines, *ends]
         first = "unfold square; cbn [fst snd]; lra" if self.discrete else "cbn [fst]; lra"
         return [*lines, *self.ends(), f"  - {first}.", "  - right; cbn [fst snd]; split; [reflexivity|lra]."]
+
+    def drift_proof(self, g: Fraction) -> list[str]:
+        """For a double root of constants."""
+        if self.discrete:
+            lines = [f"  exists {number(g)}, INR; split; [lra|split; [|exact line_never_settles_in_steps]]."]
+            return [*lines, "  intro t; unfold num, den; cbn [shifts length Nat.add]; rewrite ?S_INR; lra."]
+        lines = [
+            f"  exists {number(g)}, line; split; [lra|split; [exact line_flows|split; [|exact line_never_settles]]]."
+        ]
+        return [*lines, "  intro t; unfold num, den; cbn [along length line]; lra."]
 
 
 def _between(p: Poly, start: Fraction, end: Fraction) -> tuple[list[int], Fraction]:

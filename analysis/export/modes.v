@@ -180,6 +180,23 @@ Proof.
   rewrite one in H; cbn [fst] in H; apply Rabs_def2 in H; lra.
 Qed.
 
+(* A double root there: t and its derivative. *)
+Definition line (k : nat) (t : R) : R := match k with O => t | S O => 1 | _ => 0 end.
+Lemma line_flows : forall k t, derivable_pt_lim (line k) t (line (S k) t).
+Proof.
+  intros [|[|k]] t; [exact (derivable_pt_lim_id t)|exact (derivable_pt_lim_const 1 t)|exact (derivable_pt_lim_const 0 t)].
+Qed.
+Lemma line_never_settles : forall c, ~ tends_to (line 0) c.
+Proof.
+  intros c lim; destruct (lim 1 ltac:(lra)) as [T H]; pose proof (Rmax_l T (c + 1)); pose proof (Rmax_r T (c + 1)).
+  specialize (H (Rmax T (c + 1)) ltac:(lra)); unfold line in H; apply Rabs_def2 in H; lra.
+Qed.
+Lemma line_never_settles_in_steps : forall c, ~ Un_cv INR c.
+Proof.
+  intros c lim; destruct (lim (1 / 4) ltac:(lra)) as [T H]; pose proof (H T ltac:(lia)) as A.
+  specialize (H (S T) ltac:(lia)); rewrite S_INR in H; unfold R_dist in *; apply Rabs_def2 in A, H; lra.
+Qed.
+
 (* ---- The gain for which s is a root, and its place by a change of sign ---- *)
 
 Definition at_root (d n : C) : R := - fst (cmul d (conj_ n)) / square n.

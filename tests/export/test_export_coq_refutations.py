@@ -57,7 +57,7 @@ def test_a_gain_with_a_pair_of_roots_on_the_axis_compiles(library):
     assert not compiled(library, changed(text, "0 <= g <= 9", "0 <= g <= 7"))[0]
 
 
-# (s^2 + 2)(s + 3) for the last gain of the class; z^2 + (2 g - 1/2) z + 1, also for the last; s^2, a constant;
+# (s^2 + 2)(s + 3) for the last gain of the class; z^2 + (2 g - 1/2) z + 1, also for the last; s^2;
 # s - 1 + g; s^2 - s + 1 + g, whose roots have the real part 1/2 for every g; z - 2 + g, without an upper bound;
 # z^2 - 3 z + 4 + g, of modulus 2 and above; z^2 - z/2 + g, of modulus 1 for g = 1; -1, of the gain that a matrix shows.
 @needs_coq
@@ -67,6 +67,7 @@ def test_gains_with_roots_of_other_kinds_compile(library):
         unstable("1", "1 3 2 0", "6", "6"),
         unstable("2 23/25", "1 -1/2 0", "25/23", "25/23", "discrete"),
         unstable("1 1", "1 0 0", "1", "0"),
+        unstable("1", "1 -2 1", "1", "0", "discrete"),
         unstable("1", "1 -1", "1/2", "1/4"),
         unstable("1", "1 -1 1", "1", "1/2"),
         unstable("1", "1 -2", "inf", "1/4", "discrete"),
@@ -150,3 +151,17 @@ def test_a_whole_file_defines_no_name_twice(name):
     """The tests compile the lemmas apart, where a name may come again; ``coqc`` refuses it in one file."""
     found = names(coq_text(check(KEPT[name])))
     assert len(found) == len({*found})
+
+
+# s^2 (s + 1), (z - 1)^2: beside constants, which are equilibria, t is a solution
+@pytest.mark.parametrize(("loop", "limit"), [(("-1", "1 1 0 0"), "tends_to (xi 0%nat)"), (("1", "1 -2 1"), "Un_cv xi")])
+def test_a_double_root_of_constants_is_no_equilibrium(loop, limit):
+    text = unstable(*loop, "1", "0", "discrete" if limit == "Un_cv xi" else "continuous")
+    assert f"  forall c, ~ {limit} c.\nProof." in text
+
+
+# 1 - g for g = 1; (s - 1) (s + 2 + g), whose root 1 no gain moves: constants for g = -2 are equilibria
+def test_no_other_solution_stands_for_what_was_refuted():
+    for n, d, gain in (("-1 -3", "1 1", "1"), ("-1 1", "1 1 -2", "0")):
+        with pytest.raises(InputError, match=r"not well posed|no root was found"):
+            unstable(n, d, "3", gain)
