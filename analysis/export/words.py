@@ -9,6 +9,7 @@ from importlib.resources import files
 from typing import Any
 
 from lure.analysis.export.quadratic import Loop
+from lure.analysis.wording import plain
 from lure.errors import InputError
 
 WIDTH = 118
@@ -42,8 +43,9 @@ def whole_file(claim: str, origin: str, libraries: Iterable[str], parts: Iterabl
     room, parts = files(__package__ or ""), list(parts)
     name = parts[-1].split()[1]
     head = textwrap.wrap(
-        f"{claim}.  Written by lure from a certificate ({origin}); the theorem `{name}` at the end says it of the "
-        "plant's own coefficients.  Check it: coqc, 8.16 or later.",
+        f"The certificate ({origin}) says: {plain(claim)}.  What this file proves is the theorem `{name}` at the end, "
+        "of the plant's own coefficients, from the hypotheses that stand in it.  Written by lure; check it: "
+        "coqc, 8.16 or later.",
         WIDTH - 3,
     )
     library = [room.joinpath(one).read_text("utf-8") for one in libraries]
