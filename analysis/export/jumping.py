@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 from flint import arb, arb_mat
@@ -26,12 +27,12 @@ from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import np
 
 LIBRARIES = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "stays.v", "jumps.v")
-PRECISIONS = (256, 512, 1024)
+MARGINS = (128, 512)  # bits beside those that the exponentials take
 TERMS = range(6, 41, 2)
 SLOWER = (0, 4, 7, 10, 14, 20, 28)  # how much slower than the fastest, as powers of two; 0: not at all
 STEP = 1.0  # times the largest eigenvalue
-DROP = 1 << 12
-MOST_ORDER, MOST_STAYS, MOST_STEPS = 6, 24, 400
+DROPS = (1 << 12, 1 << 24)
+MOST_ORDER, MOST_STAYS, MOST_STEPS, MOST_WORK = 6, 24, 400, 10**10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,18 +48,19 @@ class Stay:
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """Stays, the number of terms, the room ``w`` for ``V' <= 0``, and a start; all of ``A - slower``."""
+    """Stays of ``A - slower``, how many terms, the room ``w`` for ``V' <= 0``, half of what ``Q`` drops by; a start."""
 
     stays: list[Stay]
     terms: int
     room: int
+    drop: int
     start: list[int]
     slower: Fraction
 
     @property
     def test(self) -> str:
         """The arguments of `stays_ok` before the stays."""
-        return f"{len(self.start)} {self.terms} {self.room} {DROP}"
+        return f"{len(self.start)} {self.terms} {self.room} {self.drop}"
 
 
 def growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> Growth:
@@ -76,40 +78,41 @@ def growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> Growth:
     counts = [max(1, math.ceil(float(v) * float(T) / STEP)) for v, T in zip(fast, times, strict=True)]
     if sum(counts) > MOST_STEPS:
         raise refused(f"its period is {sum(counts)} steps long; up to {MOST_STEPS} have an export")
+    steps = [T / k for T, k in zip(times, counts, strict=True)]
+    taken = math.ceil(8 * sum(float(v) * float(T) for v, T in zip(fast, times, strict=True)) / math.log(2))
     for power in SLOWER:
         slower = Fraction(2) ** (math.frexp(float(max(fast)))[1] - power) if power else Fraction(0)
         own = [[[v - slower * (i == j) for j, v in enumerate(row)] for i, row in enumerate(A)] for A in matrices]
-        found = _slower(own, [T / k for T, k in zip(times, counts, strict=True)], counts, slower)
-        if found is not None:
-            return found
+        for margin, drop in product(MARGINS, DROPS):
+            with working_precision(taken + margin):
+                found = _around(own, steps, counts, drop)
+            start = negative(found[0][0]) if found else []
+            if not start:
+                break
+            room, stays = _room(drop, steps), list[Stay]()
+            for A, h, Q in zip(own, steps, found, strict=True):
+                d, rows = whole_rows(A)
+                stays.append(Stay(d=d, rows=rows, p=(h / d).numerator, q=(h / d).denominator, Q=Q))
+            if terms := _terms(stays, room, drop):
+                # products of numbers of so many digits, which take Coq half a minute at most
+                work = sum(len(stay.Q) * n**2 * terms**3 * (stay.q.bit_length() + 5) ** 2 for stay in stays)
+                if work > MOST_WORK:
+                    raise refused(
+                        "its numbers have too many digits for the steps of its period: Coq would take minutes"
+                    )
+                return Growth(stays=stays, terms=terms, room=room, drop=drop, start=start, slower=slower)
     raise refused("no forms of few enough digits were found that fall around the period of its gains")
 
 
-def _slower(
-    matrices: Sequence[Matrix], steps: Sequence[Fraction], counts: Sequence[int], slower: Fraction
-) -> Growth | None:
-    """The forms of ``A - slower``; none if they are not found, as where the product of two multipliers is 1."""
-    room = max(1, round(DROP / min(steps)))
-    for bits in PRECISIONS:
-        with working_precision(bits):
-            found = _around(matrices, steps, counts, room)
-        start = negative(found[0][0]) if found else []
-        if not start:
-            continue
-        stays = []
-        for A, h, Q in zip(matrices, steps, found, strict=True):
-            d, rows = whole_rows(A)
-            stays.append(Stay(d=d, rows=rows, p=(h / d).numerator, q=(h / d).denominator, Q=Q))
-        order = _terms(stays, room)
-        if order:
-            return Growth(stays=stays, terms=order, room=room, start=start, slower=slower)
-    return None
+def _room(drop: int, steps: Sequence[Fraction]) -> int:
+    """The room for ``V' <= 0``: what is lost by it in a step is about the drop at its end."""
+    return max(1, round(drop / min(steps)))
 
 
 def _around(
-    matrices: Sequence[Matrix], steps: Sequence[Fraction], counts: Sequence[int], room: int
+    matrices: Sequence[Matrix], steps: Sequence[Fraction], counts: Sequence[int], drop: int
 ) -> list[list[Rows]]:
-    """The forms at the beginning of each step, ``2 DROP`` less at each than the flow gives; none if they are not found.
+    """The forms at the beginning of each step, twice the drop less than the flow gives; none if they are not found.
 
     ``Q(h) = E'QE - w G`` with ``E = e^(-Ah)`` and ``G`` the integral of ``E'E``; with ``F = e^(Mh)``, ``M = (A', 1; 0,
     -A)``, that is ``E'F_12``.
@@ -122,7 +125,7 @@ def _around(
         F = arb_mat([*top, *low]).exp()
         E = arb_mat([[F[n + i, n + j] for j in range(n)] for i in range(n)])
         G = E.transpose() * arb_mat([[F[i, n + j] for j in range(n)] for i in range(n)])
-        moves.append((E, G * arb(room) + unit * arb(2 * DROP)))
+        moves.append((E, G * arb(_room(drop, steps)) + unit * arb(2 * drop)))
     N, less = unit, arb_mat([[arb(0)] * n for _ in range(n)])
     for (E, G), count in zip(moves, counts, strict=True):
         for _ in range(count):
@@ -133,6 +136,8 @@ def _around(
     try:
         solved = left.solve(arb_mat([[-less[i, j]] for i, j in places]))
     except ZeroDivisionError:
+        return []
+    if not all(solved[i, 0].rad() < 1 for i in range(n * n)):
         return []
     Q, found = arb_mat([[solved[i * n + j, 0].mid() for j in range(n)] for i in range(n)]), list[list[Rows]]()
     for (E, G), count in zip(moves, counts, strict=True):
@@ -152,12 +157,12 @@ def _whole(x: arb) -> int:
     return round(Fraction(int(mantissa)) * Fraction(2) ** int(exponent))
 
 
-def _terms(stays: list[Stay], room: int) -> int:
+def _terms(stays: list[Stay], room: int, drop: int) -> int:
     """How many terms are enough for `stays_ok` of the Coq file; 0 if none are."""
     pairs = [(stay, Q) for stay in stays for Q in stay.Q]
     after = [Q for _, Q in (*pairs[1:], pairs[0])]
     for m in TERMS:
-        if all(_piece_holds(stay, Q, then, m, room) for (stay, Q), then in zip(pairs, after, strict=True)):
+        if all(_piece_holds(stay, (Q, then), m, room, drop) for (stay, Q), then in zip(pairs, after, strict=True)):
             return m
     return 0
 
@@ -174,9 +179,10 @@ def _size(Q: Rows) -> int:
     return sum(abs(v) for i, row in enumerate(Q) for v in row[i:])
 
 
-def _piece_holds(stay: Stay, Q: Rows, after: Rows, m: int, room: int) -> bool:
-    """``piece_ok`` of the Coq file."""
-    d, p, q, n = stay.d, stay.p, stay.q, range(len(Q))
+def _piece_holds(stay: Stay, forms: tuple[Rows, Rows], m: int, room: int, drop: int) -> bool:
+    """``piece_ok`` of the Coq file, of the forms before and after a step."""
+    (Q, after), d, p, q = forms, stay.d, stay.p, stay.q
+    n = range(len(Q))
     terms = [Q, [[-v - d * room * (i == j) for j, v in enumerate(row)] for i, row in enumerate(_lie(Q, stay.rows))]]
     for _ in range(m):
         terms.append([[-v for v in row] for row in _lie(terms[-1], stay.rows)])
@@ -186,8 +192,8 @@ def _piece_holds(stay: Stay, Q: Rows, after: Rows, m: int, room: int) -> bool:
     for k in range(m, -1, -1):
         g *= q * (k + 1)
         E = [[g * terms[k][i][j] + p * E[i][j] for j in n] for i in n]
-    rest = [[E[i][j] - g * after[i][j] - 2 * DROP * g * (i == j) for j in n] for i in n]
-    return _size(rest) <= g * DROP
+    rest = [[E[i][j] - g * after[i][j] - 2 * drop * g * (i == j) for j in n] for i in n]
+    return _size(rest) <= g * drop
 
 
 def jumping_text(data: Mapping[str, Any], claim: str) -> str:

@@ -94,19 +94,24 @@ def test_the_values_of_channels_with_a_feedthrough_are_told():
 
 
 def test_forms_with_too_few_terms_or_that_do_not_drop_are_not_taken():
-    # x' = x/2 for the time 1 and Q' = -Q - w, w = DROP: Q = Q/e - w (1 - 1/e) - 2 DROP
-    (stay,) = jumping.growth([[[Fraction(1, 2)]]], [Fraction(1)]).stays
+    # x' = x/2 for the time 1 and Q' = -Q - w, w = drop: Q = Q/e - w (1 - 1/e) - 2 drop
+    found = jumping.growth([[[Fraction(1, 2)]]], [Fraction(1)])
+    (stay,), drop = found.stays, found.drop
     (Q,) = stay.Q
-    assert Q[0][0] == pytest.approx(-jumping.DROP * (1 + 2 / (1 - math.exp(-1))), abs=1)
-    assert not jumping._piece_holds(stay, Q, Q, 1, jumping.DROP)
-    assert jumping._piece_holds(stay, Q, Q, 8, jumping.DROP)
-    assert not jumping._piece_holds(stay, Q, [[Q[0][0] + 2 * jumping.DROP]], 8, jumping.DROP)
-    assert not jumping._piece_holds(stay, [[-Q[0][0]]], [[-Q[0][0]]], 8, jumping.DROP)
+    assert Q[0][0] == pytest.approx(-drop * (1 + 2 / (1 - math.exp(-1))), abs=1)
+    assert not jumping._piece_holds(stay, (Q, Q), 1, drop, drop)
+    assert jumping._piece_holds(stay, (Q, Q), 8, drop, drop)
+    assert not jumping._piece_holds(stay, (Q, [[Q[0][0] + 2 * drop]]), 8, drop, drop)
+    assert not jumping._piece_holds(stay, ([[-Q[0][0]]],) * 2, 8, drop, drop)
 
 
 def test_gains_that_would_take_too_long_are_refused(monkeypatch):
     monkeypatch.setattr(jumping, "MOST_STEPS", 3)
     with pytest.raises(InputError, match="its period is 4 steps long; up to 3 have an export"):
+        in_states()
+    monkeypatch.setattr(jumping, "MOST_STEPS", 4)
+    monkeypatch.setattr(jumping, "MOST_WORK", 1000)
+    with pytest.raises(InputError, match="its numbers have too many digits for the steps of its period"):
         in_states()
     monkeypatch.setattr(jumping, "MOST_STAYS", 1)
     with pytest.raises(InputError, match="it has 2 states and 2 stays"):
