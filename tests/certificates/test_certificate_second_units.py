@@ -10,14 +10,20 @@ from flint import acb, acb_mat, acb_series, arb, arb_mat, arb_series, fmpq, fmpq
 
 from lure.analysis.certificates.second import boxes, cover, frequencies, matrix, members, pieces
 from lure.analysis.certificates.second.channels import Asked
-from lure.analysis.certificates.second.classes import Claim, Graph, Nonlinearities, require_member
+from lure.analysis.certificates.second.classes import SCALAR, Claim, Graph, Nonlinearities, require_member
 from lure.analysis.certificates.second.counterexamples import _power
 from lure.analysis.certificates.second.curves import Arc, curve_of, require_crossed
 from lure.analysis.certificates.second.delays import without_delays
 from lure.analysis.certificates.second.graphs import Graph as Curved
 from lure.analysis.certificates.second.graphs import Loop, positive_inside
 from lure.analysis.certificates.second.late_loops import LateLoop
-from lure.analysis.certificates.second.numerics import ball, half_plane_counts, positive_roots, working_precision
+from lure.analysis.certificates.second.numerics import (
+    ball,
+    half_plane_counts,
+    nonnegative_on_circle,
+    positive_roots,
+    working_precision,
+)
 from lure.analysis.certificates.second.orbits import Stay, Watched, _Equations, stays_of
 from lure.analysis.certificates.second.order import strictly_copositive
 from lure.analysis.certificates.second.pace import kernel_weights, popov_terms
@@ -201,6 +207,26 @@ def test_roots_far_nearer_to_the_axis_than_the_first_precision_are_counted(sign)
     assert (counts.left, counts.axis, counts.right) == ((0, 0, 2) if sign > 0 else (2, 0, 0))
     beside = (fmpq_poly([-1, 1])) ** 2 + sign * eps  # 1 +- i eps^(1/2), or 1 +- eps^(1/2)
     assert len(positive_roots(beside)) == (0 if sign > 0 else 2)
+
+
+@pytest.mark.parametrize(
+    ("p", "holds"), [([], True), ([1], True), ([-1], False), ([0, 1], False), ([0, 0, 1], True), ([1, -1], True)]
+)
+def test_what_is_nonnegative_on_the_circle(p, holds):  # p(c) for c in [-1, 1]
+    assert nonnegative_on_circle(fmpq_poly(p)) is holds
+
+
+@pytest.mark.parametrize("rate", ["1/2", None])
+def test_an_all_pass_has_modulus_one(rate):
+    # -a + (1 - a^2)/(z - a) = (1 - a z)/(z - a), at z = 3 of a = 1/2: -1/5
+    one = replace(PLAIN, operator=SCALAR, lower=F(-1), upper=F(1), time_varying=False)
+    plant = asked([[0]], [[1]], [[1]], [[0]], one, discrete=True)
+    parts = [([0], [(F(1), None)], [(F(1), None if rate is None else F(rate))])]
+    A = members._closed(plant, [F(0)], parts)[0]
+    factor = fmpq(1) if rate is None else fmpq(-1, 5)
+    d = fmpq_poly([0, 1]) if rate is None else fmpq_poly([0, fmpq(-1, 2), 1])
+    value = d(fmpq(3)) * (1 + factor / 3)  # the characteristic polynomial is that of 1 + H W, times those of both
+    assert A.charpoly()(fmpq(3)) == value
 
 
 # Multipliers
