@@ -15,7 +15,7 @@ from lure.analysis import decay_rate, l2_gain
 from lure.analysis.verdict import Verdict
 
 Reals = np.ndarray
-SECONDS, NODES, WORDS = 4.0, 18, 40
+SECONDS, NODES, WORDS = 20.0, 18, 40
 
 
 @dataclass(frozen=True)
