@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from campaign.single import Counts, checked
 
 from lure import AssumptionError, InputError, NonlinearityClass, Sector, SlopeBounds
 from lure.analysis import decay_rate, l2_gain
+from lure.analysis.questions.decay import RateBound
+from lure.analysis.questions.gain import GainBound
 from lure.analysis.verdict import Verdict
 
 Reals = np.ndarray
@@ -61,6 +65,9 @@ class Late:
         return np.vstack([ahead, np.eye(most * size)[: (most - 1) * size]])
 
 
+Case = tuple[Late, str, Fraction, Fraction]  # the plant, a kind of class, and its ends
+
+
 def polynomial(coefficients: list[Fraction]) -> str:
     """As text, ``(1/2)*s^2 + (-3)*s``."""
     return " + ".join(f"({c})*s^{i}" for i, c in enumerate(coefficients))
@@ -74,7 +81,7 @@ def chebyshev(n: int) -> Reals:
     return np.asarray(matrix - np.diag(matrix.sum(axis=1)))
 
 
-def late_drawn(rng: np.random.Generator) -> tuple[Late, str, Fraction, Fraction]:
+def late_drawn(rng: np.random.Generator) -> Case:
     """A plant of order 1 to 3 with one dead time or two, a kind of class and its ends."""
     n = int(rng.integers(1, 4))
     poles: list[complex] = []
@@ -123,13 +130,15 @@ def slowest(plant: Late, kind: str, low: Fraction, top: Fraction, rng: np.random
     return most
 
 
-def late_rate(_kind: str, rng: np.random.Generator) -> tuple[Counts, list[str], object]:
-    """The rate with dead time, from above by constant gains and by gains that jump."""
+def asked(
+    rng: np.random.Generator, ask: Callable[..., Any], attack: Callable[..., list[str]]
+) -> tuple[Counts, list[str], object]:
+    """A loop asked about, its certificates checked twice, and what is proved attacked."""
     counts: Counts = Counter()
     case = late_drawn(rng)
     plant, kind, low, top = case
     try:
-        found = decay_rate(plant.text(), class_of(kind, low, top), seconds=SECONDS)
+        found = ask(plant.text(), class_of(kind, low, top), seconds=SECONDS)
     except (InputError, AssumptionError) as error:
         counts[f"refused: {type(error).__name__}"] += 1
         return counts, [], case
@@ -138,35 +147,35 @@ def late_rate(_kind: str, rng: np.random.Generator) -> tuple[Counts, list[str], 
     counts["certificates"] += len(shown)
     faults = [said for one in shown if (said := checked(one.certificate))]
     if found.verdict is Verdict.PROVED:
-        counts["attack: gains that jump, by steps"] += 1
-        most = slowest(plant, kind, low, top, rng)
-        if most > -found.rate.low + 1e-6 * (1 + found.rate.low):
-            faults.append(f"an exponent of {most!r} against {-found.rate.low!r}")
+        counts[f"attack: {attack.__name__}"] += 1
+        faults += attack(found, case, rng)
     return counts, faults, case
+
+
+def late_rate(_kind: str, rng: np.random.Generator) -> tuple[Counts, list[str], object]:
+    """The rate with dead time, from above by constant gains and by gains that jump."""
+    return asked(rng, decay_rate, growth)
 
 
 def late_gain(_kind: str, rng: np.random.Generator) -> tuple[Counts, list[str], object]:
-    """The L2 gain from the input to the output of the plant, from below by constant gains at many frequencies."""
-    counts: Counts = Counter()
-    case = late_drawn(rng)
-    plant, kind, low, top = case
-    try:
-        found = l2_gain(plant.text(), class_of(kind, low, top), seconds=SECONDS)
-    except (InputError, AssumptionError) as error:
-        counts[f"refused: {type(error).__name__}"] += 1
-        return counts, [], case
-    counts[str(found.verdict)] += 1
-    shown = [one for one in (found.proof, found.refutation) if one is not None]
-    counts["certificates"] += len(shown)
-    faults = [said for one in shown if (said := checked(one.certificate))]
-    if found.verdict is Verdict.PROVED and found.gain.high < math.inf:
-        counts["attack: gains that jump, by steps"] += 1
-        counts["attack: constant gains at frequencies"] += 1
-        values = plant.at(1j * np.concatenate([np.geomspace(1e-4, 1e3, 4000), np.linspace(0.01, 20, 4000)]))
-        constant = np.concatenate([[float(low), float(top)], rng.uniform(float(low), float(top), 30)])[:, None]
-        worst = float(np.abs(values / (1 + constant * values)).max())
-        if worst > found.gain.high * (1 + 1e-9):
-            faults.append(f"a gain of {worst!r} against {found.gain.high!r}")
-        if (most := slowest(plant, kind, low, top, rng)) > 1e-6:
-            faults.append(f"a finite gain, and solutions with the exponent {most!r}")
-    return counts, faults, case
+    """The L2 gain from the input to the output of the plant, from below by constant gains, and what grows."""
+    return asked(rng, l2_gain, response)
+
+
+def growth(found: RateBound, case: Case, rng: np.random.Generator) -> list[str]:
+    """Whether a solution decays more slowly than the rate."""
+    most = slowest(*case, rng)
+    slow = most > -found.rate.low + 1e-6 * (1 + found.rate.low)
+    return [f"an exponent of {most!r} against {-found.rate.low!r}"] * slow
+
+
+def response(found: GainBound, case: Case, rng: np.random.Generator) -> list[str]:
+    """Whether a constant gain lets more through at some frequency, or a solution grows where the gain is finite."""
+    plant, _, low, top = case
+    if found.gain.high == math.inf:
+        return []
+    values = plant.at(1j * np.concatenate([np.geomspace(1e-4, 1e3, 4000), np.linspace(0.01, 20, 4000)]))
+    constant = np.concatenate([[float(low), float(top)], rng.uniform(float(low), float(top), 30)])[:, None]
+    worst, most = float(np.abs(values / (1 + constant * values)).max()), slowest(*case, rng)
+    faults = [f"a gain of {worst!r} against {found.gain.high!r}"] * (worst > found.gain.high * (1 + 1e-9))
+    return faults + [f"a finite gain, and solutions with the exponent {most!r}"] * (most > 1e-6)

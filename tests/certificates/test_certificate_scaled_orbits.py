@@ -84,5 +84,5 @@ def test_without_its_rate_the_file_claims_nothing(certificate):
 
 
 def test_no_file_for_coq_is_written_of_it(certificate):
-    with pytest.raises(InputError, match="orbits in discrete time have an export"):
+    with pytest.raises(InputError, match="a refutation of a rate by orbit"):
         coq_text(nesterov().refutation)
