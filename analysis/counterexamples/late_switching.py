@@ -326,10 +326,10 @@ class LateSwitching:
             return
         alpha, pattern, ends, grid, sign = best
         times, rows = _exact(pattern.times, grid), [tuple(int(v) for v in ends[k]) for k in pattern.which]
-        for factor in (min(alpha * (1 + step), most) for step in _BEYOND):
+        for factor in (min(float(f"{alpha * (1 + step):.10g}"), most) for step in _BEYOND):  # of few digits
             rho = self._grown(self._closed(ends, factor), Pattern(pattern.which, tuple(map(float, times))), grid, sign)
             if rho < math.inf:
-                a, b = sorted(Fraction(sign * (1 + (rho - 1) * share)) for share in (0.5, 1.5))
+                a, b = sorted(sign * (1 + Fraction(f"{(rho - 1) * share:.2g}")) for share in (0.5, 1.5))
                 yield LatePattern(factor, rows, times, (a, b))
 
     def slower(self, rate: float) -> Iterator[tuple[Fraction, LatePattern]]:
