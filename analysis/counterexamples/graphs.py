@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 PIECES = 32  # to each side of 0
 _ROUNDS, _TRUST, _LEAST, _PRICE, _MOST_KINKS = 40, 0.05, 1e-4, 12.0, 5
-_SEED, _DRAWN, _BEST, _DETUNED = 20261128, 40, 2, (0.05, 0.25)
+_SEED, _DRAWN, _BEST, _DETUNED = 3, 100, 3, (0.05, 0.25)
 
 
 class Shaped(NamedTuple):
@@ -51,15 +51,14 @@ def shaped(balance: Balance, top: float) -> Iterator[Wave]:
 
 
 def _drawn(balance: Balance) -> Iterator[Wave]:
-    """A low harmonic near one resonance, another harmonic near the next, in any phase."""
+    """The fundamental near one resonance, another harmonic near the next, in any phase."""
     rng, m = np.random.default_rng(_SEED), len(balance.D)
-    present = [h for h in balance.harmonics if h]
+    low, *others = (h for h in balance.harmonics if h)
     for _ in range(_DRAWN if len(balance.turning) > 1 else 0):
         first, second = np.sort(rng.choice(balance.turning, 2, replace=False))
-        low = int(rng.choice(present[:2]))
         omega = float(first / low * math.exp(rng.choice(_DETUNED) * rng.normal()))
         nearest = second / omega + rng.normal()
-        high = min((h for h in present if h != low), key=lambda h: abs(h - nearest))
+        high = min(others, key=lambda h: abs(h - nearest))
         waves = np.zeros((m, len(balance.harmonics)), dtype=complex)
         for h, size in ((low, 1.0), (high, math.exp(rng.uniform(-3, 0.4)))):
             waves[:, balance.harmonics.index(h)] = size * np.exp(2j * math.pi * rng.random(m))

@@ -333,7 +333,7 @@ def _from_waves(block: RationalPlant, lower: Fraction, family: int) -> Witness |
     low, high, best = np.array([float(lower)]), np.ones(1), list[Witness]()
     balance = Balance(inner, into, out, direct, low, high, [range(1)], [odd], harmonics, [kinks])
     top = min(stable.high, _REACH * start)
-    for finer, wave in balance.found(_RANDOM, top, first=shaped(balance, top)):
+    for finer, wave in balance.found(_RANDOM, top, first=shaped(balance, top) if odd else ()):
         for one in near_fold(finer, wave, Plant(A, b, c, d, discrete=False), [lower], [Fraction(1)]):
             if one.alpha >= top:
                 continue
