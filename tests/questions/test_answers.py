@@ -425,6 +425,7 @@ def test_a_class_that_is_never_stable_names_the_gains_that_are():
 
 
 # exp(-s)/(s + 1): Re H >= -|H| >= -1, so that the circle criterion proves [0, 1) at least, and with it [1/10, 1/2]
+@pytest.mark.slow
 def test_behind_a_dead_time_a_positive_lower_end_is_proved():
     found = analyse(
         "exp(-s)/(s+1)", NonlinearityClass(sector=Sector(Fraction(1, 10), Fraction(1, 2)), time_varying=True)

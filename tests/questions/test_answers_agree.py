@@ -36,7 +36,10 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+DEAR = {"dead time, from below 0, without", "dead time, slopes from below 0"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in DEAR)) for name in CASES])
 def test_analyse_and_certify_agree(name):
     plant, phi, verdict = CASES[name]
     looked, check_for_class = analyse(plant, phi), certify(plant, phi)
@@ -55,12 +58,15 @@ def test_a_lower_gain_with_poles_on_the_axis_refutes_every_class(ask, lower):
     assert f"{said} (certified)" in str(found.conclusion)
 
 
-@pytest.mark.parametrize("lower", [-0.5, 0, 0.5])
+@pytest.mark.parametrize(
+    "lower", [pytest.param(-0.5, marks=pytest.mark.slow), 0, pytest.param(0.5, marks=pytest.mark.slow)]
+)
 def test_with_dead_time_the_upper_bound_that_would_be_proved_is_advised(lower):
     advised = analyse("exp(-s)/(s+1)", Sector(lower, 5)).hints
     assert any("upper bound of 2.2618" in hint for hint in advised)
 
 
+@pytest.mark.slow
 def test_with_dead_time_each_row_says_what_was_asked_of_it():
     # sectors from 1/2 on are asked about as a list of one, slopes from 0 on are not; both end at 2.262, not at a factor
     found = analyse("exp(-s)/(s+1)", sloped(Sector(0.5, 1), SlopeBounds(0, 1)))

@@ -32,6 +32,7 @@ def test_without_coupling_it_is_the_channel_with_the_dead_time():
     assert (found.criterion, whole.criterion, whole.witness.kind) == ("parts", "piecewise-popov", "linear gains")
 
 
+@pytest.mark.slow
 def test_time_varying_sectors_are_proved_by_the_circle_criterion_alone():
     # min Re exp(-i w)/(i w + 2) = -.335791 at w = 2.5206, on a grid of 1e-4
     found = max_sector(LAGS, [NonlinearityClass(sector=Sector(0, 1), time_varying=True)] * 2, criterion="circle")

@@ -101,6 +101,7 @@ def test_a_pole_at_0_with_a_residue_below_0_is_answered():
     assert max_sector(text.replace("(1.25", "-(1.25")).verdict is not Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_a_sector_that_varies_with_time_ends_where_the_circle_criterion_does():
     found, omega = max_sector("exp(-s)/s", lower=0.5, time_varying=True), np.linspace(1e-3, 50, 200_000)
     H = np.exp(-1j * omega) / (1j * omega)
