@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -36,9 +37,9 @@ class TwoSided(Record):
         return codes.OUT_OF_TIME if getattr(self, "stopped", None) == "time" else codes.NO_MULTIPLIER
 
     @property
+    @abstractmethod
     def _sides(self) -> tuple[Checked | None, Checked | None]:
         """What the checker accepted of the lower and of the upper end."""
-        raise NotImplementedError
 
     @property
     def certificates(self) -> dict[str, Mapping[str, Any] | None]:
