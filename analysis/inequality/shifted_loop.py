@@ -273,7 +273,8 @@ class ShiftedLoop(ChannelSearch):
         weights, widths : ndarray
             (m,) ``a`` and ``w``.
         """
-        side, square = weights * widths * (1 - self.acting), 2 * weights * widths**2 * self.acting
+        whole = weights * widths  # first: the square of a width can be beyond the largest double
+        side, square = whole * (1 - self.acting), 2 * whole * self.acting * widths
         return np.block([[np.diag(square), np.diag(side)], [np.diag(side), -2 * np.diag(weights)]])
 
     def popovs(self, theta: Sequence[Fraction]) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from lure.analysis.certificates.second import recheck
 from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.windows import _require_dominant, _slowed
 from lure.analysis.certificates.windows import dominant
+from lure.analysis.inequality.channels import ChannelInequality
 from lure.analysis.inequality.coupled_forms import CoupledForms
 from lure.analysis.questions.channel_hypotheses import groups_of
 from lure.analysis.questions.channel_problem import channel_problem
@@ -287,3 +288,13 @@ def test_random_members_decay_no_more_slowly_than_proved():
 def test_rates_of_certificates_are_checked_again(pair, masses):
     for shown in (pair, *masses.values()):
         assert check(dict(shown.certificate)).claim == shown.claim
+
+
+def test_widths_near_the_largest_double_square_to_no_infinity():
+    # found by benchmarks/attacks.py (loop 9941 of "small discrete"): 2 a psi (w sigma - psi) with a w = 1, w = 7e301;
+    # for an operator 2 a (w^2 sigma^2 - psi^2) = 2 w sigma^2 - 2 psi^2/w
+    one, none = np.eye(1), np.zeros((1, 1))
+    w = np.array([7e301])
+    for operators, form in (((), [[0, 1], [1, -2 / 7e301]]), (((0,),), [[1.4e302, 0], [0, -2 / 7e301]])):
+        loop = ChannelInequality(-one, one, none, none, np.zeros(1), (True,), True, False, operators)
+        np.testing.assert_allclose(loop.form(1 / w, w), form)
