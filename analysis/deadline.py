@@ -15,6 +15,7 @@ from types import FrameType
 from lure.errors import InputError
 
 _AGAIN = 0.5  # [s] until a search that swallowed the first TimeoutError gets another
+_OVER = "the time allowed is over"
 _ERRORS = "_ufunc_config.py"  # numpy's file with its error state
 _END: ContextVar[float] = ContextVar("_END", default=math.inf)
 
@@ -53,7 +54,7 @@ def checkpoint() -> None:
         The time allowed is over.
     """
     if time_left() <= 0:
-        raise TimeoutError("the time allowed is over")
+        raise TimeoutError(_OVER)
 
 
 @contextmanager
@@ -70,6 +71,12 @@ def time_limit(seconds: float | None) -> Iterator[Callable[[], bool]]:
     By :func:`checkpoint` in the long loops, in every thread and on every system.  By an alarm besides, where the system
     has one and this is the main thread, repeated for a search that swallows it; it waits for compiled code to return,
     and for an import to be complete: a package whose import is broken off cannot be imported again in the process.
+    An error that a library makes of the ``TimeoutError`` is one again when it leaves the body.
+
+    Raises
+    ------
+    TimeoutError
+        The time allowed is over.
     """
     if seconds is None:
         yield lambda: time_left() <= 0
@@ -81,8 +88,20 @@ def time_limit(seconds: float | None) -> Iterator[Callable[[], bool]]:
             return
         with _alarm(max(time_left(), 1e-6)):
             yield lambda: time_left() <= 0
+    except Exception as error:
+        if time_left() <= 0 and any(isinstance(one, TimeoutError) for one in _behind(error)):
+            raise TimeoutError(_OVER) from error
+        raise
     finally:
         _END.reset(token)
+
+
+def _behind(error: BaseException) -> Iterator[BaseException]:
+    """What an error was made of: numpy turns whatever it meets into its own ``ValueError``."""
+    behind = error.__cause__ or error.__context__
+    while behind is not None:
+        yield behind
+        behind = behind.__cause__ or behind.__context__
 
 
 def _unbroken(frame: FrameType | None) -> bool:
@@ -112,7 +131,7 @@ def _alarm(seconds: float) -> Iterator[None]:
     def over(_signal: int, frame: FrameType | None) -> None:
         """The alarm."""
         if not _unbroken(frame):
-            raise TimeoutError("the time allowed is over")
+            raise TimeoutError(_OVER)
 
     begun = time.monotonic()
     before = signal.signal(signal.SIGALRM, over)

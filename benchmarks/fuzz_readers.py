@@ -342,8 +342,8 @@ def yield_to(counts: Counter[str], text: str, read: Callable[[], None]) -> None:
 
 
 def fuzzed(fuzz: Callable[..., str], rng: Random, counts: Counter[str], corpus: list[Any]) -> None:
-    """One file, if the changes make one."""
-    with contextlib.suppress(OverflowError, RecursionError, ValueError):
+    """One file, if the changes make one that fits into memory."""
+    with contextlib.suppress(MemoryError, OverflowError, RecursionError, ValueError):
         fuzz(rng, counts, corpus)
 
 

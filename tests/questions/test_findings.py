@@ -7,6 +7,7 @@ import math
 import signal
 import sys
 import threading
+import time
 from contextlib import suppress
 from fractions import Fraction
 
@@ -293,6 +294,21 @@ def test_a_checkpoint_raises_once_the_time_is_over():
         with suppress(TimeoutError):
             late()
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
+
+
+# Fuzzing (benchmarks/fuzzing) met a "bug in lure": the alarm went off where numpy turns every exception into its own.
+def test_what_a_library_makes_of_the_alarm_is_the_end_of_the_time(monkeypatch):
+    monkeypatch.setattr(np, "common_type", lambda *_: time.sleep(5))
+    with pytest.raises(TimeoutError), time_limit(0.01):
+        np.polynomial.polyutils.as_series([[1.0, 2.0]])
+
+    def other():
+        with suppress(TimeoutError):
+            time.sleep(5)
+        raise ValueError("of its own")
+
+    with pytest.raises(ValueError, match="of its own"), time_limit(0.01):
+        other()
 
 
 def test_numbers_in_the_report_of_a_stopped_search_are_bounds():
