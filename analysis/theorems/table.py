@@ -89,8 +89,9 @@ class Theorem:
     proof : str
         ``module:function`` of the ``proof`` of a certificate from the plant, an answer and an upper end, None where it
         finds none; empty where the checker finds the polynomial itself.
-    varying_only : bool
-        Whether it is for rational plants alone, and ``best`` asks it about time-varying nonlinearities alone.
+    broad : bool
+        Whether it is for rational plants alone, and ``best`` asks it about sectors and what depends on time alone: of
+        slopes others show more.
     """
 
     name: str
@@ -117,7 +118,7 @@ class Theorem:
     family: bool = True
     late: str = ""
     proof: str = ""
-    varying_only: bool = False
+    broad: bool = False
 
     def answer(self, block: ScalarPlant, *, lower: Fraction, odd: bool, named: bool = False) -> CriterionResult:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves, computes or observes.
@@ -389,7 +390,7 @@ TABLE = (  # in each stage the cheapest first
         aliases=("homogeneous",),
         times=_FLOW,
         time_varying=True,
-        varying_only=True,
+        broad=True,
         stage=LAST,
         longer=True,
         largest="theorems.homogeneous:homogeneous_largest",
@@ -463,9 +464,7 @@ def theorems_for(
     exact = isinstance(block, RationalPlant) or (isinstance(block, PlantFamily) and not block.delay)  # else for sectors
     late = isinstance(block, DelayPlant)
     found = [
-        row
-        for row in TABLE
-        if time in row.times and (exact or not (row.slope or row.varying_only) or (late and row.late))
+        row for row in TABLE if time in row.times and (exact or not (row.slope or row.broad) or (late and row.late))
     ]
     if wanted == BEST:
         return [
@@ -475,7 +474,7 @@ def theorems_for(
             and (row.stage < LAST or not isinstance(block, PlantFamily))
             and (question == "slope" or not row.slope)
             and (odd or not row.only_odd)
-            and (row.time_varying if time_varying else not row.varying_only)
+            and (row.time_varying if time_varying else question == "sector" or not row.broad)
         ]
     named = [row for row in TABLE if row.name == wanted and time in row.times]
     found = [row for row in found if row.name == wanted]

@@ -21,6 +21,7 @@ from lure.analysis.report.loop.write import loop_page
 from lure.analysis.rod.report import claims
 from lure.analysis.rod.report.document import document
 from lure.analysis.rod.report.output import page
+from lure.analysis.verdict import Verdict
 from lure.analysis.wording import same_in
 from lure.files import parse_system
 from lure.files.builtin import builtin_loop, loop_names
@@ -182,6 +183,16 @@ def test_every_answer_is_a_page_and_plain_data(name):
     pages = [page_with_its_data(row) for row in rows]
     assert len(pages) > 0
     assert all(text.startswith(f"{row.verdict} ") and str(row) in text for row, text in zip(rows, pages, strict=True))
+
+
+@pytest.mark.parametrize("name", [one for one in LOOPS if one.values[0] not in SEVERAL])
+def test_the_smaller_a_class_the_farther_it_is_proved(name):
+    rows = {(row.question, row.odd, row.time_varying): row for row in told(name).found.rows}
+    classes = [("sector", False, True), ("sector", False, False), ("slope", False, False), ("slope", True, False)]
+    ends = [rows[one].largest.low if rows[one].verdict is Verdict.PROVED else -math.inf for one in classes]
+    refuted = [rows[one].refuted_at or math.inf for one in classes]
+    assert ends == sorted(ends)
+    assert refuted == sorted(refuted)
 
 
 @pytest.mark.parametrize("name", [one for one in LOOPS if one.values[0] not in SEVERAL])

@@ -278,7 +278,7 @@ def test_a_name_that_does_not_exist_is_answered_with_all_that_do():
 def test_best_asks_every_criterion_about_nonlinear_laws_the_cheap_ones_first():
     for time, block in FOUND.items():
         rows = theorems_for(block, "slope", BEST, odd=True)
-        assert [row for row in TABLE if time in row.times and not (row.linear or row.varying_only)] == rows
+        assert [row for row in TABLE if time in row.times and not (row.linear or row.broad)] == rows
         assert theorems_for(block, "slope", BEST) == [row for row in rows if not row.only_odd]
         assert [row.stage for row in rows] == sorted(row.stage for row in rows)
 
