@@ -85,6 +85,7 @@ def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, F
             terms.append((number(item[1]), (one + sign * S) ** (2 * abs(i)), unit, abs(i)))
         elif isinstance(item, dict) and "delay" in item:
             c, tau = map(number, fields(item, "coefficient", "delay"))
+            form(tau != 0, "the delay of a kernel is not 0")
             terms.append((c, Form({(tau, 0): (unit, ZERO)}), unit, 0))
         else:
             c, rate, n, side = fields(item, "coefficient", "rate", "order", "side")

@@ -149,3 +149,12 @@ def test_the_inverse_of_an_orbit_is_square():
     orbit = certificate("flow-orbit, half")
     for inverse in (orbit["proof"]["inverse"][1:], [row[1:] for row in orbit["proof"]["inverse"]]):
         assert "square" in recheck({**orbit, "proof": {**orbit["proof"], "inverse": inverse}}).reason
+
+
+def test_a_number_that_is_no_double_is_refused_in_a_sentence():  # found by fuzzing
+    late = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "9" * 1000, "1"]}
+    cover = {"method": "cover", "boxes": [["0", "1"]], "order": 8}
+    refusal = recheck(
+        json.dumps({**GOOD, "system": late, "theorem": "popov", "multiplier": {"theta": "1/8"}, "proof": cover})
+    )
+    assert (refusal.accepted, refusal.reason) == (False, "a number is too large for a double")

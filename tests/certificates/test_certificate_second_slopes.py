@@ -10,6 +10,7 @@ from flint import fmpq_poly
 from handwritten import ATTRACTS, DELAYED, EQUILIBRIA, THIRD, accepted, nonlinearities, polynomial, proved, transfer
 from hypothesis import given
 from hypothesis import strategies as st
+from tampering import assert_both_reject
 
 from lure.analysis.certificates.second import axis
 from lure.analysis.certificates.second.systems import Shifted
@@ -101,6 +102,8 @@ def test_zames_falb_with_a_delay_by_a_cover():
         assert not accepted({**certificate, "proof": {"method": "cover", "boxes": boxes, "order": 8}})
     two = [kernel("1/2", delay="1"), kernel("501/1000", delay="-1")]
     assert not accepted({**certificate, "multiplier": {"theta": "0", "kernels": two}})
+    none = [kernel("1/10", delay="0/2")]  # the first checker accepted what this one refuses; found by fuzzing
+    assert_both_reject({**certificate, "multiplier": {"theta": "0", "kernels": none}})
 
 
 # The inequality once more in complex arithmetic: Re[M (H + 1/w) + i w theta H] |d|^2 and the denominators of M.

@@ -74,6 +74,8 @@ def recheck(certificate: Mapping[str, object] | str | bytes, *, seconds: float =
         return SecondOpinion(accepted=False, reason=str(refusal))
     except ZeroDivisionError:
         return SecondOpinion(accepted=False, reason="a matrix or a divisor that has to be invertible is singular")
+    except OverflowError:
+        return SecondOpinion(accepted=False, reason="a number is too large for a double")
     except Exception as error:  # whatever goes wrong shows nothing
         return SecondOpinion(accepted=False, reason=f"{type(error).__name__}: {error}"[:500])
 
