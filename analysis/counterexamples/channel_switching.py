@@ -12,8 +12,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 from itertools import groupby, product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from lure.analysis.counterexamples.channel_gains import GainsAround
 from lure.analysis.deadline import checkpoint
@@ -28,6 +29,14 @@ _RUNGS = (1.5, 3.0, 10.0, 100.0)  # above what is proved, where nothing is known
 _SURE = 1e-11  # per period: below it growth is rounding
 _BEYOND = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 _BITS = (192, 512, 2048)
+_LARGEST, _FEW, _DIRECTIONS, _SQUARINGS, _EXACT = (
+    1e300,
+    16,
+    8,
+    7,
+    1e-9,
+)  # eigenvectors of larger matrices: by a power of 2^7
+_TAYLOR = [[1 / math.factorial(4 * i + j) for j in range(4)] for i in range(4)]
 
 
 class Pattern(NamedTuple):
@@ -128,41 +137,33 @@ class SwitchedGains(GainsAround):
 
     def _slopes(self, closed: Reals, pattern: Pattern) -> tuple[float, Reals]:
         """Logarithm of the spectral radius, and its derivatives by the times."""
-        which = list(pattern.which)
-        steps = self._steps(closed[which], np.array(pattern.times))
-        value, left, right = _perron(steps)
-        if value == -math.inf:
-            return value, np.zeros(len(which))
-        return value, np.einsum("ki,kij,kj->k", left, closed[which], right).real
+        used = closed[list(pattern.which)]
+        bins, each = Bins(self._steps(used, np.array(pattern.times))), np.arange(len(used))
+        value, row, column = leading(bins.whole(each))
+        return value, bins.slopes(each, row, column, used @ bins.steps).diagonal()
 
-    def chosen(self, steps: Reals, choice: NDArray[np.int_]) -> tuple[NDArray[np.int_], float]:
+    def chosen(self, bins: Bins, choice: NDArray[np.int_]) -> tuple[NDArray[np.int_], float]:
         """The gains of each bin after the derivatives of the spectral radius have chosen, while that helps.
 
         Parameters
         ----------
-        steps : ndarray
-            (k, n, n) over one bin with each of the gains.
+        bins : Bins
+            The matrices over one bin with each of the gains.
         choice : ndarray
             Which of the gains at first.
         """
-
-        def judged(choice: NDArray[np.int_]) -> tuple[float, Reals]:
-            """The growth over one period, and what each gain in each bin would change of it."""
-            value, left, right = _perron(steps[choice])
-            rows, columns = left, np.roll(right, 1, axis=0)  # before and after each bin
-            return value, np.einsum("bi,kij,bj->bk", rows, steps, columns).real if value > -math.inf else rows.real
-
-        best, slopes = judged(choice)
+        best, row, column = leading(bins.whole(choice))
         for _ in range(_ROUNDS if best > -math.inf else 0):
             checkpoint()
+            slopes = bins.slopes(choice, row, column)
             most = slopes.max(axis=1) - slopes[np.arange(len(choice)), choice]
             ranks = np.sort(most)[::-1]
             least = [max(float(ranks[int(share * (len(ranks) - 1))]), 1e-13) for share in (1.0, 0.3, 0.1, 0.0)]
-            trials = [np.where(most >= one, slopes.argmax(axis=1), choice) for one in dict.fromkeys(least)]
-            for trial in (trials[i] for i in np.flatnonzero(growths(steps, np.array(trials)) > best + 1e-13)):
-                value, changed = judged(trial)
+            for one in dict.fromkeys(least):
+                trial = np.where(most >= one, slopes.argmax(axis=1), choice)
+                value, row, column = leading(bins.whole(trial))
                 if value > best + 1e-13:
-                    choice, best, slopes = trial, value, changed
+                    choice, best = trial, value
                     break
             else:
                 break
@@ -191,35 +192,31 @@ class SwitchedGains(GainsAround):
         found: dict[Pattern, float] = {}
         closed = self.closed(ends, alpha)
         for period in self._periods(closed):
-            bins = int(period) if self.discrete else _BINS
-            steps = self._steps(closed, np.full(len(ends), period / bins))
-            for start in self.drawn(steps, bins):
+            count = int(period) if self.discrete else _BINS
+            bins = Bins(self._steps(closed, np.full(len(ends), period / count)))
+            for start in self.drawn(bins, count):
                 checkpoint()
-                choice, value = self.chosen(steps, start)
-                pattern = runs(choice, period / bins)
+                choice, value = self.chosen(bins, start)
+                pattern = runs(choice, period / count)
                 if value > _SURE and pattern is not None:
                     found[pattern] = value / period
         ranked = sorted(found.items(), key=lambda item: -item[1])
         return [(value, pattern) for pattern, value in ranked[:_KEPT]]
 
-    def drawn(self, steps: Reals, bins: int) -> NDArray[np.int_]:
-        """The fastest of many patterns of up to four runs: (_STARTS, bins)."""
-        powers = [np.broadcast_to(np.eye(steps.shape[-1]), steps.shape)]
-        for _ in range(bins):
-            powers.append(steps @ powers[-1])
-        table = np.array(powers)
-        which = self.random.integers(0, len(steps), (_DRAWN, 4))
+    def drawn(self, bins: Bins, count: int) -> NDArray[np.int_]:
+        """The fastest of many patterns of so many bins in up to four runs: (_STARTS, count)."""
+        table = bins.powers(count)
+        which = self.random.integers(0, table.shape[1], (_DRAWN, 4))
         which[::2, 2:] = which[::2, :2]  # half of them with two runs
-        cuts = np.sort(self.random.integers(0, bins + 1, (_DRAWN, 3)), axis=1)
-        counts = np.diff(np.concatenate([np.zeros((_DRAWN, 1), int), cuts, np.full((_DRAWN, 1), bins)], axis=1), axis=1)
-        runs = (np.arange(bins)[None, :, None] >= cuts[:, None, :]).sum(axis=2)
+        cuts = np.sort(self.random.integers(0, count + 1, (_DRAWN, 3)), axis=1)
+        times = np.diff(np.concatenate([np.zeros((_DRAWN, 1), int), cuts, np.full((_DRAWN, 1), count)], axis=1), axis=1)
+        runs = (np.arange(count)[None, :, None] >= cuts[:, None, :]).sum(axis=2)
         _, first, same = np.unique(np.take_along_axis(which, runs, 1), axis=0, return_index=True, return_inverse=True)
-        whole = table[counts[first, 0], which[first, 0]]
+        whole = table[times[first, 0], which[first, 0]]
         for i in range(1, 4):
-            whole = table[counts[first, i], which[first, i]] @ whole
-        size = np.abs(np.linalg.eigvals(np.where(np.isfinite(whole), whole, 0.0))).max(axis=1)[same]
-        best = np.argsort(-size, kind="stable")[:_STARTS]
-        return np.array([np.repeat(which[i], counts[i]) for i in best])
+            whole = table[times[first, i], which[first, i]] @ whole
+        best = np.argsort(-_squared(whole)[1][same], kind="stable")[:_STARTS]
+        return np.array([np.repeat(which[i], times[i]) for i in best])
 
     def faster(self, ends: NDArray[np.int_], pattern: Pattern, alpha: float) -> Pattern:
         """Times near the given ones with the largest growth per unit of time.
@@ -313,7 +310,7 @@ class SwitchedGains(GainsAround):
         at = (np.arange(bins) + 0.5) * total / bins
         choice = np.array(pattern.which)[np.searchsorted(np.cumsum(pattern.times), at).clip(0, len(pattern.which) - 1)]
         steps = self._steps(self.closed(ends, alpha * (1 - 1e-6)), np.full(len(ends), total / bins))
-        choice, _ = self.chosen(steps, choice)
+        choice, _ = self.chosen(Bins(steps), choice)
         found = runs(choice, total / bins)
         if found is None or len(found.which) > _LONGEST:
             return None
@@ -373,48 +370,116 @@ class SwitchedGains(GainsAround):
                     yield from (Switching(factor, rows, times, squarings, bits) for bits in _BITS)
 
 
-def growths(steps: Reals, choices: NDArray[np.int_]) -> Reals:
-    """Logs of the spectral radii of ``steps[c_last] ... steps[c_0]``, one for each row of choices."""
-    whole = steps[choices[:, 0]]
-    for column in choices.T[1:]:
-        whole = steps[column] @ whole
-    sizes = np.abs(np.linalg.eigvals(np.where(np.isfinite(whole), whole, 0.0))).max(axis=1)
-    return np.asarray(np.log(np.maximum(sizes, 1e-300)))
+class Bins:
+    """The parts of a period, in each of which one of a few matrices holds, most of them many times in turn.
 
-
-def _perron(steps: Reals) -> tuple[float, Reals, Reals]:
-    """Log of the spectral radius of ``steps[-1] ... steps[0]``; rows after and columns after each step, ``y x = 1``.
-
-    Row ``i`` is ``y S_last ... S_(i+1)``, column ``i`` is ``S_i ... S_0 x / lambda``, so that their product is 1.
+    Parameters
+    ----------
+    steps : ndarray
+        (k, n, n), over one of them.
     """
-    n = steps.shape[1]
-    whole = np.eye(n)
-    for step in steps:
-        whole = step @ whole
-    nothing = -math.inf, np.zeros((len(steps), n)), np.zeros((len(steps), n))
-    if not np.isfinite(whole).all():
+
+    def __init__(self, steps: Reals) -> None:
+        self.steps, self._doubled = steps, [steps]  # to the powers 1, 2, 4, ...
+        self._table = np.broadcast_to(np.eye(steps.shape[-1]), (1, *steps.shape))
+
+    def powers(self, most: int) -> Reals:
+        """Powers of the matrices up to some and beyond: (.., k, n, n)."""
+        while len(self._table) <= most:
+            self._table = np.concatenate([self._table, self._table @ (self._table[-1] @ self.steps)])
+        return self._table
+
+    def _power(self, level: int) -> Reals:
+        while len(self._doubled) <= level:
+            self._doubled.append(self._doubled[-1] @ self._doubled[-1])
+        return self._doubled[level]
+
+    def whole(self, choice: NDArray[np.int_]) -> Reals:
+        """The product over a period, whose first factor is on the right."""
+        whole = np.eye(self.steps.shape[-1])
+        for k, count in _lengths(choice):
+            for level in range(count.bit_length()):
+                if count >> level & 1:
+                    whole = self._power(level)[k] @ whole
+        return whole
+
+    def slopes(
+        self, choice: NDArray[np.int_], row: NDArray[Any], column: NDArray[Any], instead: Reals | None = None
+    ) -> Reals:
+        """The real part of ``row whole column`` with each of the matrices, or of others, in each part: (.., k)."""
+        found, lengths, n = list[list[Reals]](), _lengths(choice), len(row)
+        for start, order, turned in ((column, lengths, False), (row, lengths[::-1], True)):
+            sides, last = list[Reals](), np.stack([start.real, start.imag], axis=1)
+            for k, count in order:
+                side = last
+                for level in range((count - 1).bit_length()):
+                    power = self._power(level)[k]
+                    side = np.concatenate([side, (power.T if turned else power) @ side], axis=1)
+                sides.append(side[:, : 2 * count])
+                last = (self.steps[k].T if turned else self.steps[k]) @ sides[-1][:, -2:]
+            found.append(sides)
+        before, after = (np.concatenate(sides, axis=1).reshape(n, -1, 2) for sides in found)
+        reached = ((self.steps if instead is None else instead) @ before.reshape(n, -1)).reshape(-1, *before.shape)
+        return np.asarray(((reached * after[:, ::-1]).sum(axis=1) @ (1.0, -1.0)).T)
+
+
+def _lengths(choice: NDArray[np.int_]) -> list[tuple[int, int]]:
+    """What is chosen, and how many times in turn."""
+    return [(which, len(list(same))) for which, same in groupby(choice.tolist())]
+
+
+def leading(whole: Reals) -> tuple[float, NDArray[Any], NDArray[Any]]:
+    """Log of the spectral radius, and the row and the column of that eigenvalue with ``row whole column = 1``."""
+    nothing = -math.inf, np.zeros(len(whole)), np.zeros(len(whole))
+    if not np.abs(whole).max() < _LARGEST:
         return nothing
-    values, vectors = np.linalg.eig(whole)
-    k = int(np.abs(values).argmax())
-    value, x = values[k], vectors[:, k]
-    if not 0 < abs(value) < math.inf:
-        return nothing
-    try:
-        row = np.linalg.inv(vectors)[k]
-    except np.linalg.LinAlgError:
-        return nothing
-    left, right = np.empty((len(steps), n), dtype=complex), np.empty((len(steps), n), dtype=complex)
-    for i, step in enumerate(steps):
-        x = step @ x
-        right[i] = x / value
-    for i in range(len(steps) - 1, -1, -1):
-        left[i] = row
-        row = row @ steps[i]
-    return math.log(abs(value)), left, right
+    row = column = None
+    if len(whole) > _FEW:
+        power, _ = _squared(whole)
+        row, column = _fastest(whole.T, power.T), _fastest(whole, power)
+    if row is None or column is None:
+        values, vectors = np.linalg.eig(whole)
+        k = int(np.abs(values).argmax())
+        try:
+            row, column = np.linalg.inv(vectors)[k], vectors[:, k]
+        except np.linalg.LinAlgError:
+            return nothing
+    size = row @ whole @ column
+    value = size / (row @ column)
+    return (math.log(abs(value)), row / size, column) if 0 < abs(value) < math.inf else nothing
+
+
+def _fastest(whole: Reals, power: Reals) -> NDArray[Any] | None:
+    """The eigenvector of the spectral radius, in what a high power makes of a few directions; None if not seen."""
+    sides, _ = np.linalg.qr(power @ _directions(len(whole)))
+    values, vectors = np.linalg.eig(sides.T @ whole @ sides)
+    vectors = sides @ vectors
+    off = np.abs(whole @ vectors - values * vectors).max(axis=0)
+    sizes = np.where(off <= _EXACT * np.abs(values), np.abs(values), 0.0)  # the others are of rounding
+    k = int(sizes.argmax())
+    vector = vectors[:, k] if values[k].imag >= 0 else vectors[:, k].conj()
+    return np.asarray(vector) if sizes[k] > 0 else None
+
+
+@lru_cache(maxsize=32)
+def _directions(n: int) -> Reals:
+    return np.random.default_rng(_SEED).standard_normal((n, _DIRECTIONS))
+
+
+def _squared(power: Reals) -> tuple[Reals, Reals]:
+    """High powers of matrices, times a number, and roughly the logs of their spectral radii: by how the powers grow."""
+    power = np.where(np.isfinite(power), power, 0.0)
+    logs = grown = np.zeros(power.shape[:-2])
+    for level in range(_SQUARINGS + 1):
+        power = power @ power if level else power
+        size = np.maximum(np.abs(power).max(axis=(-2, -1)), 1e-300)
+        power, grown = power / size[..., None, None], logs + np.log(size)  # from half of the power to the whole
+        logs = logs + grown
+    return power, grown / 2.0 ** (_SQUARINGS - 1)
 
 
 def exponentials(X: Reals) -> Reals:
-    """``exp`` of each of many small matrices: Taylor's formula to order 14, and squarings.
+    """``exp`` of each of many small matrices: Taylor's formula to order 15, and squarings.
 
     Parameters
     ----------
@@ -423,10 +488,13 @@ def exponentials(X: Reals) -> Reals:
     """
     size = float(np.abs(X).sum(axis=-1).max())
     halvings = max(0, math.ceil(math.log2(max(size, 1e-300))) + 1) if size < 2.0**40 else 41
-    X, one = X / 2.0**halvings, np.eye(X.shape[-1])
-    found = one + X / 14
-    for k in range(13, 0, -1):
-        found = one + (X / k) @ found
+    X = X / 2.0**halvings
+    square = X @ X
+    powers = np.array([np.broadcast_to(np.eye(X.shape[-1]), X.shape), X, square, X @ square])
+    terms, fourth = np.tensordot(_TAYLOR, powers, 1), square @ square
+    found = terms[3]
+    for term in terms[2::-1]:
+        found = term + fourth @ found
     for _ in range(halvings):
         found = found @ found
     return np.asarray(found)

@@ -14,11 +14,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from lure.analysis.counterexamples.channel_switching import Pattern, SwitchedGains, exponentials, growths, runs
+from lure.analysis.counterexamples.channel_switching import Bins, Pattern, SwitchedGains, exponentials, leading, runs
 from lure.analysis.counterexamples.late_roots import LateRoots
 from lure.analysis.deadline import checkpoint
 from lure.analysis.verdict import Evidence, Witness
@@ -26,7 +25,7 @@ from lure.arrays import NDArray, Reals, np, optimize
 from lure.plants.delay import DelayPlant
 from lure.plants.delay_matrix import DelayMatrix, one_channel_of
 
-BITS = 256
+BITS = 128, 256
 _NOTHING = 1e300  # in place of infinity, of which no difference is a number
 _BINS, _SAMPLES, _MOST_STATES, _MOST_PARTS = (
     72,
@@ -42,6 +41,7 @@ _RUNGS = (1.2, 2.0, 5.0, 20.0)  # above what is proved, where nothing is known t
 _NEAR = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1)  # from a first estimate
 _BEYOND = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 _ABOVE = tuple(10.0**-k for k in range(9, 1, -1))  # 1: multipliers
+_WIDTH, _SECANTS, _CLOSE = 0.5, 8, 1e-11  # of the logarithm of a ratio of times
 _SURE, _REAL, _SMALL = 1e-9, 1e-6, 4e-4  # of a grid: what a state more costs, as a share of the period
 
 
@@ -52,11 +52,12 @@ class LatePattern(NamedTuple):
     ends: list[tuple[int, ...]]
     times: list[Fraction]
     multiplier: tuple[Fraction, Fraction]
+    bits: int
 
     @property
     def numbers(self) -> dict[str, Any]:
         """What a certificate has of them beside the gains."""
-        return {"times": [*map(str, self.times)], "multiplier": [*map(str, self.multiplier)], "bits": BITS}
+        return {"times": [*map(str, self.times)], "multiplier": [*map(str, self.multiplier)], "bits": self.bits}
 
 
 @dataclass
@@ -162,13 +163,13 @@ class LateSwitching:
         """Growth in a unit of time, the set of ends and which of them in each step; the largest first."""
         found = []
         for ends in self._jumps.sets():
-            steps = self._steps(ends, alpha)
+            bins = Bins(self._steps(ends, alpha))
             for count in self._counts():
-                starts = [*self._jumps.drawn(steps, count)]
+                starts = [*self._jumps.drawn(bins, count)]
                 starts += [(np.arange(count) * 6 >= count).astype(int) * (len(ends) - 1)]
                 for start in starts:
                     checkpoint()
-                    choice, value = self._jumps.chosen(steps, start)
+                    choice, value = self._jumps.chosen(bins, start)
                     found.append((value / (count * self._bin), ends, choice))
         return sorted(found, key=lambda one: -one[0])
 
@@ -179,14 +180,14 @@ class LateSwitching:
 
         def value(factor: float) -> float:
             """The growth over one period."""
-            return float(growths(self._steps(ends, factor), choice[None])[0])
+            return leading(Bins(self._steps(ends, factor)).whole(choice))[0]
 
         for _ in range(_DESCENTS):
             checkpoint()
             if value(low) >= 0 or value(alpha) <= 0:
                 break
             before, alpha = alpha, float(optimize.brentq(value, low, alpha, rtol=1e-6))
-            choice, better = self._jumps.chosen(self._steps(ends, alpha), choice)
+            choice, better = self._jumps.chosen(Bins(self._steps(ends, alpha)), choice)
             if better < _SURE or alpha > before * (1 - 1e-5):
                 break
         return alpha, choice
@@ -211,15 +212,16 @@ class LateSwitching:
         h, until = float(part), np.cumsum(pattern.times)
         waits = [0, *(int(tau / part) for tau, _ in self.plant.late)]
         cuts = np.unique(np.concatenate([[0.0, h], until[:-1] % h]))
+        cuts = cuts[np.concatenate([[True], np.diff(cuts) > 1e-14 * h])]
+        middles, j = (cuts[1:] + cuts[:-1]) / 2, np.arange(q)
+        at = np.searchsorted(until, j * h + middles[:, None]).clip(0, len(until) - 1)
+        L, G = np.zeros((len(middles), q, n, q, n)), np.array(closed)[np.array(pattern.which)[at]]
+        for k, wait in enumerate(waits):
+            laps, place = np.divmod(j - wait, q)
+            L[:, j, :, place] += (rho ** laps.astype(float))[:, None, None, None] * G[:, :, k].swapaxes(0, 1)
         Phi = np.eye(q * n)
-        for u, v in pairwise(cuts[np.concatenate([[True], np.diff(cuts) > 1e-14 * h])]):
-            L = np.zeros((q, n, q, n))
-            for j in range(q):
-                k = pattern.which[min(int(np.searchsorted(until, j * h + (u + v) / 2)), len(until) - 1)]
-                for wait, M in zip(waits, closed[k], strict=True):
-                    laps, place = divmod(j - wait, q)
-                    L[j, :, place] += rho**laps * M
-            Phi = exponentials(L.reshape(q * n, q * n) * (v - u)) @ Phi
+        for step in exponentials(L.reshape(-1, q * n, q * n) * np.diff(cuts)[:, None, None]):
+            Phi = step @ Phi
         S = np.roll(np.eye(q * n), n, axis=1)
         S[(q - 1) * n :, :n] *= rho
         return float(np.linalg.det(S - Phi))
@@ -253,12 +255,17 @@ class LateSwitching:
 
         if not len(start):
             return judged(at(start)), at(start)
-        found = optimize.minimize(
-            lambda shares: min(judged(at(shares)), _NOTHING),
-            start,
-            method="Nelder-Mead",
-            options={"maxfev": 25 * len(start), "xatol": 1e-3, "fatol": 1e-9},
-        )
+
+        def value(shares: Reals) -> float:
+            """What is judged of them."""
+            return min(judged(at(shares)), _NOTHING)
+
+        if len(start) == 1:
+            ends, options = (start[0] - _WIDTH, start[0] + _WIDTH), {"xatol": 3e-4}
+            found = optimize.minimize_scalar(value, bounds=ends, method="bounded", options=options)
+        else:
+            options = {"maxfev": 25 * len(start), "xatol": 1e-3, "fatol": 1e-9}
+            found = optimize.minimize(value, start, method="Nelder-Mead", options=options)
         return float(found.fun), at(found.x)
 
     def _threshold(
@@ -330,7 +337,7 @@ class LateSwitching:
             rho = self._grown(self._closed(ends, factor), Pattern(pattern.which, tuple(map(float, times))), grid, sign)
             if rho < math.inf:
                 a, b = sorted(sign * (1 + Fraction(f"{(rho - 1) * share:.2g}")) for share in (0.5, 1.5))
-                yield LatePattern(factor, rows, times, (a, b))
+                yield from (LatePattern(factor, rows, times, (a, b), bits) for bits in BITS)
 
     def slower(self, rate: float) -> Iterator[tuple[Fraction, LatePattern]]:
         """Patterns of the classes themselves that decay more slowly than a rate, and what rates they seem to refute.
@@ -363,7 +370,8 @@ class LateSwitching:
                 for near in _BEYOND:
                     sizes = [sign * math.exp(-left * period) * (1 + near * side) for side in (-1, 1)]
                     slower = Fraction(left + 2 * near / period).limit_denominator(10**12)
-                    yield slower, LatePattern(1.0, rows, times, tuple(sorted(map(Fraction, sizes))))  # type: ignore[arg-type]  # two
+                    a, b = sorted(map(Fraction, sizes))
+                    yield from ((slower, LatePattern(1.0, rows, times, (a, b), bits)) for bits in BITS)
                 return
 
     def _decay(
@@ -382,12 +390,10 @@ class LateSwitching:
 
     def _pattern(self, ends: NDArray[np.int_], choice: NDArray[np.int_], alpha: float) -> tuple[Pattern, int] | None:
         """The pattern and the sign of its multiplier, if it is real; of two halves alike, each by ``-1``, one."""
-        found, steps = runs(choice, self._bin), self._steps(ends, alpha)
+        found = runs(choice, self._bin)
         if found is None:
             return None
-        whole = np.eye(len(steps[0]))
-        for k in choice[: round(sum(found.times) / self._bin)]:
-            whole = steps[k] @ whole
+        whole = Bins(self._steps(ends, alpha)).whole(choice[: round(sum(found.times) / self._bin)])
         values = np.linalg.eigvals(whole).astype(complex)
         rho = values[np.abs(values).argmax()]
         if abs(rho.imag) > _REAL * abs(rho):
@@ -451,7 +457,17 @@ def late_witness(block: DelayPlant, most: float) -> Iterator[Witness]:
 
 
 def _root(value: Callable[[float], float], near: float) -> float:
-    """Where a function changes its sign near a number; infinity if that is not seen."""
+    """Where a function vanishes near a number, by secants, or else changes its sign; infinity if that is not seen."""
+    last, new, at = near, near * (1 + _NEAR[0]), value(near)
+    for _ in range(_SECANTS):
+        before, now = at, value(new)
+        if not 0 < abs(now - before) < math.inf:
+            break
+        last, new, at = new, new - now * (new - last) / (now - before), now
+        if abs(new - last) <= _CLOSE * abs(new):
+            return new
+        if not abs(new - near) <= _NEAR[-1] * near:
+            break
     at = value(near)
     sides = {1: (near, at), -1: (near, at)}
     for step, side in ((step, side) for step in _NEAR for side in sides):
