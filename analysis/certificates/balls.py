@@ -41,7 +41,12 @@ def ball(matrix: Any, bits: int) -> Ball:
 def product(X: Ball, Y: Ball) -> Ball:
     """Errors |X| e_Y + e_X |Y|, and one unit for each column rounded."""
     need(norm(X).bit_length() + norm(Y).bit_length() < 32 * X.bits, "the matrices grow too large")
-    rows = [[dot(row, col) >> X.bits for col in zip(*Y.rows)] for row in X.rows]
+    rows, columns = list[list[int]](), [*zip(*Y.rows)]
+    for row in X.rows:
+        some = [j for j, v in enumerate(row) if v] or [0]  # the matrices of dead times have few entries in a row
+        few = 2 * len(some) < len(row)
+        used, cols = ([row[j] for j in some], zip(*(Y.rows[j] for j in some))) if few else (row, columns)
+        rows.append([dot(used, col) >> X.bits for col in cols])
     return Ball(rows, (norm(X) * Y.error + X.error * norm(Y) >> X.bits) + 1 + len(Y.rows[0]), X.bits)
 
 
@@ -69,7 +74,7 @@ def exponential(G: Any, t: Fraction, bits: int) -> Ball:
     total = term = ball(identity(len(G)), bits)
     j, rest = 0, 2 ** (bits + 1)  # the terms from the j-th on add up to less than 2 |X|^j / j! < rest + 1 units
     while rest:
-        j, term = j + 1, product(term, X)
+        j, term = j + 1, product(X, term)
         term = Ball([[v // j for v in row] for row in term.rows], term.error // j + 1 + len(G), bits)
         total, rest = plus(total, term), rest // (256 * j)
     total = Ball(total.rows, total.error + 1, bits)

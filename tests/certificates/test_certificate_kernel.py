@@ -2,6 +2,7 @@
 
 import cmath
 import math
+import operator
 from fractions import Fraction as F
 from random import Random
 
@@ -256,6 +257,9 @@ def test_balls_contain_sums_and_products():
     with pytest.raises(Rejected, match="too large"):
         balls.product(Ball([[2**33]], 0, 2), Ball([[2**33]], 0, 2))
     assert balls.product(Ball([[2**29]], 0, 2), Ball([[2**29]], 0, 2)).rows == [[2**56]]
+    few, whole = [[0] * 4 + [3], [0] * 5, [5, 0, 0, 7, 0], [1, 2, 3, 0, 0]], [[i, i * i + 1] for i in range(5)]
+    rows = [[sum(map(operator.mul, row, column)) >> 1 for column in zip(*whole, strict=True)] for row in few]
+    assert balls.product(Ball(few, 0, 1), Ball(whole, 0, 1)).rows == rows
 
 
 def test_exponentials_lie_in_their_balls():
