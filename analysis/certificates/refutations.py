@@ -299,6 +299,8 @@ def smallest_class(block: Block, witness: Witness) -> dict[str, Any]:
         points = sorted((Fraction(x), Fraction(w)) for x, w in cast("list[list[str]]", data["points"]))
         inner = [(w - v) / (x - y) for (y, v), (x, w) in pairwise(points)]
         slopes = [*inner, _number(data["left_slope"]), _number(data["right_slope"])]
+        if not witness.slope_restricted:
+            slopes = [*(w / x for x, w in points if x), *slopes[-2:]]
         low, high = min(slopes), max(slopes)
     elif witness.kind == "linear gain":
         low = _number(data.get("lower", "0"))

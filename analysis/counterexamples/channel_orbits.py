@@ -201,13 +201,29 @@ class Graphs(NamedTuple):
         lower, upper : sequence of Fraction
             (m,) the slopes.
         """
+        pairs = zip(balance.blocks, wave.sides, strict=True)
+        found = [exact_sides(sides, lower[block[0]], upper[block[0]]) for block, sides in pairs]
+        return cls.through(found, [len(block) for block in balance.blocks])
+
+    @classmethod
+    def through(
+        cls, given: Sequence[tuple[Sequence[tuple[Fraction, Fraction]], Fraction, Fraction]], channels: Sequence[int]
+    ) -> Graphs:
+        """Graphs through points, (0, 0) among them.
+
+        Parameters
+        ----------
+        given : sequence of tuple
+            The points in ascending order, and the slopes to the left and to the right.
+        channels : sequence of int
+            In how many channels each is.
+        """
         data, lines = [], list[list[tuple[Fraction, Fraction, Fraction]]]()
-        for block, sides in zip(balance.blocks, wave.sides, strict=True):
-            points, left, right = exact_sides(sides, lower[block[0]], upper[block[0]])
+        for (points, left, right), count in zip(given, channels, strict=True):
             data.append({"points": [[*map(str, p)] for p in points], "left": str(left), "right": str(right)})
             slopes = [left, *((w - v) / (x - y) for (y, v), (x, w) in pairwise(points)), right]
             kinks = [(x, w, k) for (x, w), h, k in zip(points, slopes, slopes[1:], strict=False) if h != k]
-            lines += [[(*points[0], left), *kinks]] * len(block)
+            lines += [[(*points[0], left), *kinks]] * count
         return cls(data, lines)
 
 
@@ -255,7 +271,10 @@ def course(
             times.append(share)
     if not 1 < len(path) <= _MOST_STAYS:
         return None
-    f = balance.harmonics_of(balance.nonlinear(wave, balance.sampled(wave))[0])
+    tables = [np.array([[float(v) for v in line] for line in own]) for own in graphs.lines]
+    at = [table[row] for table, row in zip(tables, pieces, strict=True)]
+    values = np.array([(p[:, 1] + p[:, 2] * (row - p[:, 0])) for p, row in zip(at, sigma, strict=True)])
+    f = values @ turns.conj() * (np.where(np.array(balance.harmonics) == 0, 1.0, 2.0) / _FINE)
     inverse = np.linalg.inv(
         1j * wave.omega * np.array(balance.harmonics)[:, None, None] * np.eye(len(balance.A)) - balance.A
     )

@@ -26,7 +26,10 @@ _SEED, _DRAWN, _BEST, _DETUNED = 3, 100, 3, (0.05, 0.25)
 
 
 class Shaped(NamedTuple):
-    """Waves with the slopes of the nonlinearities above their lower bounds, piece by piece, and what both cost."""
+    """Waves with the slopes of the nonlinearities above their lower bounds, piece by piece, and what both cost.
+
+    Of sectors the values above those of the lower bounds, point by point.
+    """
 
     cost: float
     wave: Wave
@@ -45,9 +48,32 @@ def shaped(balance: Balance, top: float) -> Iterator[Wave]:
     """
     starts = [start for wave in _drawn(balance) if (start := best_graphs(balance, wave, _PRICE * top)) is not None]
     for start in sorted(starts, key=lambda one: one.cost)[:_BEST]:
-        found = _improved(balance, start)
+        found = _improved(balance, start).wave
         if all(len(side.kinks) <= _MOST_KINKS for pair in found.sides for side in pair):
             yield found
+
+
+def pointed(balance: Balance, top: float, count: int) -> Iterator[tuple[Wave, list[tuple[float, float]]]]:
+    """Half waves as above, and the odd graph of least factor in a sector: its points, with the share of the sector.
+
+    Parameters
+    ----------
+    balance : Balance
+        Of one odd nonlinearity, and a plant with two resonances; of others there are none.
+    top : float
+        The largest factor of interest.
+    count : int
+        How many points to each side of 0.
+    """
+    poles = np.linalg.eigvals(balance.A)
+    waves = _drawn(balance) if (poles.imag > np.abs(poles.real)).sum() > 1 else ()
+    starts = [best_graphs(balance, wave, _PRICE * top, points=count) for wave in waves]
+    known = sorted((start for start in starts if start is not None), key=lambda one: one.cost)
+    found = [_improved(balance, start, count) for start in known[: 2 * _BEST]]
+    for one in sorted(found, key=lambda one: one.cost):
+        points = _Points(balance, one.wave, count)
+        room = one.wave.alpha * points.upper - points.lower
+        yield one.wave, [*zip(points.at, (one.slopes / np.maximum(room, 1e-300)).clip(0.0, 1.0).tolist(), strict=True)]
 
 
 def _drawn(balance: Balance) -> Iterator[Wave]:
@@ -86,7 +112,36 @@ class _Pieces:
         self.bottom = balance.lower[:, None]
 
 
-def best_graphs(balance: Balance, wave: Wave, price: float, near: tuple[Reals, float] | None = None) -> Shaped | None:
+class _Points:
+    """Points of odd graphs, and what the value 1 at each alone adds to ``phi(sigma)``."""
+
+    def __init__(self, balance: Balance, wave: Wave, count: int) -> None:
+        self.sigma, added, steep, owners, at = (
+            balance.sampled(wave),
+            list[Reals](),
+            list[Reals](),
+            list[int](),
+            list[float](),
+        )
+        for block in balance.blocks:
+            rows = self.sigma[[*block]]
+            width = float(np.abs(rows).max()) / count
+            for x in (width * (i + 1) for i in range(count)):
+                off = (np.abs(rows) - x) / width
+                here = np.abs(off) < 1
+                for found, part in ((added, np.sign(rows) * (1 - np.abs(off))), (steep, -np.sign(off) / width)):
+                    found.append(np.zeros_like(self.sigma))
+                    found[-1][[*block]] = here * part
+                owners.append(block[0])
+                at.append(x)
+        self.added, self.steep, self.at = np.array(added), np.array(steep), at
+        self.lower, self.upper = (np.array(at) * side[owners] for side in (balance.lower, balance.upper))
+        self.bottom = balance.lower[:, None]
+
+
+def best_graphs(
+    balance: Balance, wave: Wave, price: float, near: tuple[Reals, float] | None = None, points: int = 0
+) -> Shaped | None:
     """The graphs of least factor for given waves, and what they cost.
 
     Parameters
@@ -99,13 +154,16 @@ def best_graphs(balance: Balance, wave: Wave, price: float, near: tuple[Reals, f
         Of a unit of what the balance misses, beside the factor.
     near : (ndarray, float), optional
         Slopes and a trust: then waves and frequency move with the slopes, by that share at most, to first order.
+    points : int
+        0 for bounds of the slopes; else how many points the graphs have on each side, in sectors, all odd.
 
     Returns
     -------
     Shaped or None
         None where the programme has no solution.
     """
-    pieces, (m, count) = _Pieces(balance, wave), wave.waves.shape
+    pieces = _Points(balance, wave, points) if points else _Pieces(balance, wave)
+    m, count = wave.waves.shape
     slopes, trust = (np.zeros(len(pieces.lower)), 0.0) if near is None else near
     value = pieces.bottom * pieces.sigma + np.einsum("k,kiq->iq", slopes, pieces.added)
     slope = pieces.bottom + np.einsum("k,kiq->iq", slopes, pieces.steep)
@@ -139,25 +197,26 @@ def best_graphs(balance: Balance, wave: Wave, price: float, near: tuple[Reals, f
         waves = wave.waves + change[..., 0] + 1j * change[..., 1]
         wave = wave._replace(omega=wave.omega * math.exp(step[-1]), waves=waves / np.linalg.norm(waves))
     shares = found.x[:n] / np.maximum(alpha * pieces.upper - pieces.lower, 1e-300)
-    return Shaped(float(found.fun), wave._replace(alpha=alpha, sides=_staircases(balance, wave, shares)), found.x[:n])
+    sides = () if points else _staircases(balance, wave, shares)
+    return Shaped(float(found.fun), wave._replace(alpha=alpha, sides=sides), found.x[:n])
 
 
-def _improved(balance: Balance, start: Shaped) -> Wave:
+def _improved(balance: Balance, start: Shaped, points: int = 0) -> Shaped:
     """Waves and graphs moved together, as long as the graphs that are best for the new waves are better."""
     trust = _TRUST
     price = _PRICE * max(start.wave.alpha, start.cost / 100)
-    best = best_graphs(balance, start.wave, price) or start
+    best = best_graphs(balance, start.wave, price, points=points) or start
     for _ in range(_ROUNDS):
         checkpoint()
-        moved = best_graphs(balance, best.wave, price, (best.slopes, trust))
-        found = None if moved is None else best_graphs(balance, moved.wave, price)
+        moved = best_graphs(balance, best.wave, price, (best.slopes, trust), points)
+        found = None if moved is None else best_graphs(balance, moved.wave, price, points=points)
         if found is not None and found.cost < best.cost * (1 - 1e-7):
             best, trust = found, min(1.3 * trust, 4 * _TRUST)
         elif trust < _LEAST:
             break
         else:
             trust /= 2
-    return best.wave
+    return best
 
 
 def _staircases(balance: Balance, wave: Wave, shares: Reals) -> tuple[tuple[Side, Side], ...]:

@@ -1,4 +1,4 @@
-"""Nonlinearities of restricted slope with a self-oscillation though every linear gain is stable, in continuous time."""
+"""Nonlinearities of a slope or sector with a self-oscillation though every linear gain is stable, continuous time."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
+from typing import NamedTuple
 
 from lure.analysis.certificates.channels import Plant
 from lure.analysis.counterexamples.balance import Balance
-from lure.analysis.counterexamples.channel_orbits import Found, near_fold
-from lure.analysis.counterexamples.graphs import shaped
+from lure.analysis.counterexamples.channel_orbits import Found, Graphs, course, near_fold
+from lure.analysis.counterexamples.graphs import pointed, shaped
 from lure.analysis.counterexamples.harmonic import HarmonicBalance, Orbit, RelayOrbit, RelayOrbits, followed, settled
 from lure.analysis.counterexamples.linear import Realisation, companion, doubles
 from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, proved, refined, saturation
@@ -288,6 +289,8 @@ _WAVES = (  # whether phi is odd, harmonics and kinks: half waves, and whole one
     (False, tuple(range(8)), 1),
 )
 _RANDOM, _REACH = 40, 100.0
+_POINTS = (6, 8)  # of the graph of a sector, to each side of 0
+_ABOVE = (1e-4, 1e-3, 1e-2, 3e-2)  # relative, above where a periodic solution of a sector seems to end
 
 
 @one_thread
@@ -316,9 +319,17 @@ def wave_witness(block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(
     return min((one for one in found if one is not None), key=lambda one: one.k, default=None)
 
 
-@lru_cache(maxsize=64)
-def _from_waves(block: RationalPlant, lower: Fraction, family: int) -> Witness | None:
-    """The witness of the smallest ``k`` found in a family of ``_WAVES``."""
+class _Begun(NamedTuple):
+    """A loop for a family of waves, and the largest factor of interest."""
+
+    system: Realisation
+    H: Plant
+    balance: Balance
+    top: float
+
+
+def _begun(block: RationalPlant, lower: Fraction, family: tuple[bool, tuple[int, ...], int]) -> _Begun | None:
+    """The loop for a family of waves; None where no solution is looked for."""
     if block.dt is not None or not KALMAN < block.order <= MAX_ORDER:
         return None
     plant = TransferPolynomials.of(block)
@@ -327,14 +338,23 @@ def _from_waves(block: RationalPlant, lower: Fraction, family: int) -> Witness |
     start, stable = circle_reach(plant, lower)[0], hurwitz_limit(block, lower)
     if start == math.inf or stable.low <= lower:
         return None
-    system, (odd, harmonics, kinks) = companion(block), _WAVES[family]
+    system, (odd, harmonics, kinks) = companion(block), family
     A, b, c, d = [list(row) for row in system.A], [[v] for v in system.b], [list(system.c)], [[system.d]]
     inner, into, out, direct = (np.array(side, dtype=float) for side in (A, b, c, d))
-    low, high, best = np.array([float(lower)]), np.ones(1), list[Witness]()
+    low, high = np.array([float(lower)]), np.ones(1)
     balance = Balance(inner, into, out, direct, low, high, [range(1)], [odd], harmonics, [kinks])
-    top = min(stable.high, _REACH * start)
+    return _Begun(system, Plant(A, b, c, d, discrete=False), balance, min(stable.high, _REACH * start))
+
+
+@lru_cache(maxsize=64)
+def _from_waves(block: RationalPlant, lower: Fraction, family: int) -> Witness | None:
+    """The witness of the smallest ``k`` found in a family of ``_WAVES``."""
+    begun, odd, best = _begun(block, lower, _WAVES[family]), _WAVES[family][0], list[Witness]()
+    if begun is None:
+        return None
+    system, H, balance, top = begun
     for finer, wave in balance.found(_RANDOM, top, first=shaped(balance, top) if odd else ()):
-        for one in near_fold(finer, wave, Plant(A, b, c, d, discrete=False), [lower], [Fraction(1)]):
+        for one in near_fold(finer, wave, H, [lower], [Fraction(1)]):
             if one.alpha >= top:
                 continue
             witness = _shown(system, one)
@@ -344,14 +364,58 @@ def _from_waves(block: RationalPlant, lower: Fraction, family: int) -> Witness |
     return min(best, key=lambda one: one.k, default=None)
 
 
-def _shown(system: Realisation, found: Found) -> Witness | None:
+@one_thread
+def sector_witness(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Witness | None:
+    """An odd ``phi`` in the sector ``[lower, k]``, of any slope, whose loop has a periodic solution: proved.
+
+    See :func:`lure.analysis.counterexamples.graphs.pointed`.
+
+    Parameters
+    ----------
+    block : RationalPlant
+        In continuous time, with two resonances or more; for others nothing is looked for.
+    lower : Fraction
+        Lower end of the sector.
+
+    Returns
+    -------
+    Witness or None
+        None if the search finds none below the smallest destabilising gain, which proves nothing.
+    """
+    begun = _begun(block, lower, _WAVES[0])
+    if begun is None:
+        return None
+    found = [_pointed(begun, lower, count) for count in _POINTS]
+    return min((one for one in found if one is not None), key=lambda one: one.k, default=None)
+
+
+def _pointed(begun: _Begun, lower: Fraction, count: int) -> Witness | None:
+    """The witness of the first graph through so many points to each side that is proved."""
+    with np.errstate(all="ignore"):
+        for wave, shares in pointed(begun.balance, begun.top, count):
+            given = [(Fraction(f"{x:.9g}"), Fraction(f"{share:.6f}")) for x, share in shares]
+            for step in _ABOVE:
+                k = Fraction(f"{wave.alpha * (1 + step):.9g}")
+                right = [(x, (lower + (k - lower) * share) * x) for x, share in given]
+                points = [*((-x, -w) for x, w in reversed(right)), (Fraction(0), Fraction(0)), *right]
+                last = right[-1][1] / right[-1][0]
+                graphs = Graphs.through([(points, last, last)], [1])
+                visited = course(wave, begun.balance, begun.H, graphs, half=True) if k < begun.top else None
+                witness = None if visited is None else _shown(begun.system, Found(k, graphs, *visited), sloped=False)
+                if witness is not None:
+                    return witness
+    return None
+
+
+def _shown(system: Realisation, found: Found, *, sloped: bool = True) -> Witness | None:
     """The witness of a solution of one channel, if it is proved."""
     given, course = found.graphs.data[0], found.course
     points = [(Fraction(x), Fraction(w)) for x, w in given["points"]]
     loop = PiecewiseLoop.of(system, Graph.through(points, Fraction(given["left"]), Fraction(given["right"])))
     pieces, durations, state = (row[0] for row in found.pieces), tuple(course.durations), tuple(course.state)
     orbit = refined(loop, Itinerary(pieces=tuple(pieces), durations=durations, state=state, half=course.half))
-    return None if orbit is None or not proved(loop, orbit) else orbit_witness(loop, orbit, Evidence.CERTIFIED)
+    known = orbit is not None and proved(loop, orbit)
+    return orbit_witness(loop, orbit, Evidence.CERTIFIED, sloped=sloped) if orbit is not None and known else None
 
 
 def absorbed(slope: float, d: float) -> float:
@@ -388,7 +452,7 @@ def _witness(system: Realisation, found: Oscillation) -> Witness | None:
     return weaker
 
 
-def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence) -> Witness:
+def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence, *, sloped: bool = True) -> Witness:
     """The witness for an orbit of a piecewise-linear loop.
 
     Parameters
@@ -399,10 +463,12 @@ def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence) -> 
         Its orbit.
     evidence : Evidence
         CERTIFIED if ``validated.proved`` holds.
+    sloped : bool
+        Whether it is one for a class of slopes; else for a sector.
     """
     nonlinearity = loop.nonlinearity
     with working_precision(128):
-        top = ball(max(nonlinearity.slopes))
+        top = ball(max(nonlinearity.slopes) if sloped else Fraction(nonlinearity.sector.upper))
         k = outward(top, top).high
     points = ", ".join(f"({float(x):.6g}, {float(nonlinearity.exact(x)):.6g})" for x in nonlinearity.kinks)
     left, right = float(nonlinearity.slopes[0]), float(nonlinearity.slopes[-1])
@@ -412,7 +478,7 @@ def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence) -> 
         kind="periodic orbit",
         k=k,
         evidence=evidence,
-        slope_restricted=True,
+        slope_restricted=sloped,
         odd=nonlinearity.odd,
         description=f"phi piecewise linear through {points}, slope {left:.6g} to the left, {right:.6g} to the right: "
         f"a periodic solution with period {orbit.period:.7g} s",

@@ -198,7 +198,7 @@ def refute(
     found = [linear_witness(block, lower=lower)]
     if block.dt is None:
         if 1 + lower * block.feedthrough != 0:
-            found += _continuous(block, lower, odd=odd, time_varying=time_varying)
+            found += _continuous(block, lower, slope=slope, odd=odd, time_varying=time_varying)
     elif not refutes_lower(found[0]):
         found += _discrete(block, lower, slope=slope, odd=odd, time_varying=time_varying)
     return tuple(sorted((witness for witness in found if witness is not None), key=lambda witness: witness.k))
@@ -214,11 +214,14 @@ def _discrete(
     return [sector_witness_discrete(block, odd=odd, lower=lower)]
 
 
-def _continuous(block: RationalPlant, lower: Fraction, *, odd: bool, time_varying: bool) -> list[Witness | None]:
-    from lure.analysis.counterexamples.oscillation import oscillation_witness, wave_witness
+def _continuous(
+    block: RationalPlant, lower: Fraction, *, slope: bool, odd: bool, time_varying: bool
+) -> list[Witness | None]:
+    from lure.analysis.counterexamples.oscillation import oscillation_witness, sector_witness, wave_witness
     from lure.analysis.counterexamples.switched import switched_witness
 
     if time_varying:
         return [switched_witness(block, lower=lower)]
     found = [oscillation_witness(block, odd=odd, lower=lower), wave_witness(block, odd=odd, lower=lower)]
+    found += [] if slope else [sector_witness(block, lower=lower)]
     return [min((one for one in found if one is not None), key=lambda one: one.k, default=None)]

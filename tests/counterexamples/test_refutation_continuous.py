@@ -1,5 +1,6 @@
 """Periodic orbits in continuous time: published counterexamples, proofs that must fail, and simulations."""
 
+import json
 import math
 from dataclasses import replace
 from fractions import Fraction as F
@@ -8,11 +9,15 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tampering import assert_both_reject, edited
 
+from lure.analysis.certificates.refutations import accepted_witness
+from lure.analysis.certificates.second import recheck
+from lure.analysis.counterexamples import graphs, oscillation
 from lure.analysis.counterexamples.balance import Balance, Wave
 from lure.analysis.counterexamples.graphs import best_graphs
 from lure.analysis.counterexamples.linear import companion, realisation
-from lure.analysis.counterexamples.oscillation import oscillation_witness, wave_witness
+from lure.analysis.counterexamples.oscillation import oscillation_witness, sector_witness, wave_witness
 from lure.analysis.counterexamples.piecewise import Flow, Itinerary, PiecewiseLoop, proved, refined, returns, saturation
 from lure.analysis.counterexamples.search import accept_escape, accept_orbit_continuous
 from lure.analysis.counterexamples.simulated import simulate_loop
@@ -118,10 +123,35 @@ def test_the_best_graph_for_a_wave_is_a_linear_programme(n, d, omega, price, cos
     assert found.wave.alpha == pytest.approx(cost if cost == 8 else 0.0, abs=1e-2)
     if cost == 8:
         assert found.wave.sides[0][0] == (True, pytest.approx(np.array([])))
+    steep = best_graphs(balance, Wave(1.0, omega, np.array([[1.0 + 0j, 0.0]]), ()), price, points=4)
+    assert steep.cost == pytest.approx(cost, rel=1e-3)  # the first harmonic of what lies below k sigma is below k
+
+
+# The same plant with its sign reversed: staircases of slope in [0, k] oscillate from 1.342 on, all k < .364 are proved.
+# In the sector [0, k] alone the graph may be steep.
+@pytest.mark.slow
+def test_graphs_of_a_sector_oscillate_at_smaller_gains(monkeypatch):
+    monkeypatch.setattr(oscillation, "_POINTS", (4,))
+    monkeypatch.setattr(graphs, "_BEST", 1)
+    block = RationalPlant([-1, 0, 0], [1, F("0.2"), 6, F("0.1"), 1])
+    witness = accepted_witness(block, sector_witness(block))
+    assert (witness.kind, witness.odd, witness.slope_restricted) == ("periodic orbit", True, False)
+    assert 0.364 < witness.k < 1.342
+    assert_an_orbit(block, witness)
+    certificate = witness.refutation.certificate
+    assert recheck(json.dumps(certificate)).accepted
+    k = certificate["laws"]["sector"][1]
+    for change in ({"sector": ["0", str(F(k) * F(999, 1000))]}, {"slope": ["0", k]}):
+        assert_both_reject({**certificate, "laws": {**certificate["laws"], **change}})
+    points = certificate["proof"]["points"]
+    lower = [[x, str(F(w) * F(99, 100))] for x, w in points]
+    assert_both_reject(edited(certificate, "proof", "points", value=lower))
 
 
 def test_up_to_order_three_there_is_nothing_to_be_found():
     assert wave_witness(RationalPlant([1], [1, 2, 2, 1]), odd=False) is None
+    assert sector_witness(RationalPlant([1], [1, 2, 2, 1])) is None
+    assert sector_witness(RationalPlant([1, 0, 0], [1, 4, 6, 4, 1])) is None  # nor without two resonances
 
 
 @cache
@@ -135,7 +165,7 @@ def assert_an_orbit(block, witness):
     nonlinearity = PiecewiseLinear(
         points, left_slope=F(witness.data["left_slope"]), right_slope=F(witness.data["right_slope"])
     )
-    assert float(nonlinearity.slope_bounds.upper) <= witness.k
+    assert float((nonlinearity.slope_bounds if witness.slope_restricted else nonlinearity.sector).upper) <= witness.k
     assert nonlinearity.odd == witness.odd
     system = companion(block)
     A = np.array([[float(v) for v in row] for row in system.A])
