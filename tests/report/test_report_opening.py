@@ -113,6 +113,7 @@ SERVO = PI_SERVO.replace("0.8*(1+1/(0.5*s))", "(1+0.1*s)")
         (SERVO.partition("[nonlinearity]")[0] + "[class]\nsector=[0,1]\n", ["PROVED", "Every solution converges"]),
     ],
 )  # fmt: skip
+@pytest.mark.usefixtures("sketched")
 def test_the_page_begins_with_what_was_decided_about_the_nonlinearity_given(text, first, tmp_path):
     report = build_loop_report(parse_system(text, name="servo", source="a file"))
     seen = words(write_loop_report(report, tmp_path).read_text("utf-8").partition("<header>")[2])

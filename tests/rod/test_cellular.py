@@ -195,7 +195,7 @@ def test_the_edge_of_a_square_and_a_line_by_hand():
 
 
 @given(seed=seeds, black=st.floats(0.2, 0.98))
-@settings(max_examples=sampled(5, of=100))
+@settings(max_examples=sampled(3, of=100))
 def test_edges_are_found_from_every_initial_state(seed, black):
     rng = np.random.default_rng(seed)
     image = np.where(rng.random((6, 7)) < black, 1.0, -1.0)
@@ -205,7 +205,7 @@ def test_edges_are_found_from_every_initial_state(seed, black):
 
 
 @given(seed=seeds, boundary=st.sampled_from(BOUNDARIES))
-@settings(max_examples=15)
+@settings(max_examples=sampled(6, of=100))
 def test_the_energy_falls_and_outputs_become_binary_under_the_hypotheses(seed, boundary):
     rng = np.random.default_rng(seed)
     p, q, r, middle = *rng.normal(size=3), 1.5 + rng.random()

@@ -157,7 +157,7 @@ def test_no_later_period_of_the_phase_lies_below_the_margin(ratio, cells, stretc
     assert np.all(values >= result.margin.low - 1e-7 * np.abs(values) - 1e-9 * (1 + theta))
 
 
-@settings(max_examples=sampled(6, of=12))
+@settings(max_examples=sampled(3, of=12))
 @given(ratio=ratios, cells=cell_counts, upper=st.one_of(st.just(math.inf), st.floats(1e-6, 1e6)))
 def test_popov_is_sharp_at_the_smallest_theta(ratio, cells, upper):
     block = block_of(ratio, cells)
