@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+from lure.analysis.certificates.arithmetic import INF
 from lure.analysis.certificates.arithmetic import number as exact
 from lure.analysis.certificates.blocks import paced, realised
 from lure.analysis.export.falling import FallingTheorem
 from lure.analysis.export.loops import candidates, of_states, of_transfer
-from lure.analysis.export.quadratic import Forms, Loop, Term, bilinear, mix, nonnegative, whole_loop
+from lure.analysis.export.quadratic import Forms, Loop, Term, bilinear, mix, nonnegative, whole, whole_loop
 from lure.analysis.export.words import folded, integers, refused, terms, whole_file
 
 MOST = 400
 
 
 def decaying_text(data: Mapping[str, Any], claim: str) -> str:
-    """The file for a certificate of the circle criterion with a rate.
+    """The file for a certificate of the circle criterion, or of Popov's by a matrix, with a rate.
 
     Parameters
     ----------
@@ -34,14 +35,14 @@ def decaying_text(data: Mapping[str, Any], claim: str) -> str:
         An ``InputError``: it is of another criterion, or no form of few enough digits was found.
     """
     rate = exact(data["rate"])
-    if data["theorem"] not in ("circle", "diagonal-circle"):
-        raise refused(f"{data['theorem']} with a rate has no export; the circle criterion has one")
+    if data["theorem"] not in ("circle", "diagonal-circle", "coupled-circle", "diagonal-popov", "coupled-popov"):
+        raise refused(f"{data['theorem']} with a rate has no export; the circle criterion has one, and Popov's")
     apart = {key: value for key, value in data.items() if key != "rate"} | {"system": paced(data["system"], rate)}
     for scaled in candidates(apart):
         loop = _in_time(scaled, data["system"], rate)
         found = _decays(loop, rate)
         if found is not None:
-            return _Decay(data, loop, rate, *found).text(claim)
+            return _Decay(data, loop, rate, found).text(claim)
     raise refused("no quadratic form of few enough digits was found; a slightly slower rate has one")
 
 
@@ -75,29 +76,55 @@ def _binomial(k: int, j: int, rate: Fraction, *, discrete: bool) -> Fraction:
     return math.comb(k, j) * rate ** (k - j) if j <= k else Fraction(0)
 
 
-def _decays(loop: Loop, rate: Fraction) -> tuple[Forms, int] | None:
-    """The forms with integers, and the two numbers that bound ``V`` by squares: ``times`` and another."""
+@dataclass(frozen=True, kw_only=True)
+class _Rate:
+    """The forms with integers, one above the integrals, and the two numbers that bound ``V`` by squares."""
+
+    forms: Forms
+    high: list[Term]
+    inner: int
+    outer: int
+
+
+def _scaled(found: Forms, k: int) -> Forms:
+    """``V`` times a whole number."""
+    return replace(
+        found, P=[[k * v for v in row] for row in found.P], products=_times(k, found.products), factor=k * found.factor,
+        low=_times(k, found.low), turn=_times(k, found.turn),
+        integrals=[(i, k * c, row, q) for i, c, row, q in found.integrals],
+    )  # fmt: skip
+
+
+def _decays(loop: Loop, rate: Fraction) -> _Rate | None:
+    """The forms of a loop, None if they do not pass the test."""
     p, q, n = rate.numerator, rate.denominator, len(loop.now[0])
     found = whole_loop(loop)
-    if found is None:
+    if found is None or any(t and INF in map(abs, ends) for t, ends in zip(loop.theta, loop.bounds, strict=True)):
         return None
+    above = list[tuple[Fraction, list[int]]]()
+    for (i, c, *_), (_, sigma, _) in zip(found.integrals, found.low, strict=True):
+        end, (_, unit) = Fraction(loop.bounds[i][c > 0]), whole(loop.sigma[i])
+        above.append((c * end / 2 / unit**2, sigma))
+    k = math.lcm(*(c.denominator for c, _ in above))
+    found, high = _scaled(found, k), [(int(k * c), sigma, sigma) for c, sigma in above]
     V, S = bilinear(found.P, found.now, found.now), [(-c, u, v) for c, u, v in found.products]
     if loop.discrete:
         less = [*_times(p * p, V), *_times(-q * q, bilinear(found.P, found.then, found.then)), *_times(p * p, S)]
     else:
-        turn = [*bilinear(found.P, found.now, found.then), *bilinear(found.P, found.then, found.now)]
-        less = [*_times(-q, turn), *_times(-2 * p, V), *_times(q, S)]
+        turn = [*bilinear(found.P, found.now, found.then), *bilinear(found.P, found.then, found.now), *found.turn]
+        less = [*_times(-q, turn), *_times(-2 * p, [*V, *(high if p >= 0 else found.low)]), *_times(q, S)]
     if not nonnegative(less, n):
         return None
-    squares, P, products = [(1, f, f) for f in found.now], found.P, found.products
-    while not nonnegative([*V, *_times(-16, squares)], n):  # V is multiplied until whole numbers tell enough
-        V, P = _times(2, V), [[2 * v for v in row] for row in P]
-        products = _times(2, products)
-        if V[0][0] > 1 << MOST:
+    squares, power = [(1, f, f) for f in found.now], 1
+    while not nonnegative([*_times(power, [*V, *found.low]), *_times(-16, squares)], n):
+        power *= 2  # until whole numbers tell enough
+        if power * V[0][0] > 1 << MOST:
             return None
-    low = _largest(lambda k: nonnegative([*V, *_times(-k, squares)], n))
-    high = 1 + _largest(lambda k: not nonnegative([*_times(k, squares), *_times(-1, V)], n))
-    return replace(found, P=P, products=products, times=low), high
+    found, high = _scaled(found, power), _times(power, high)
+    V = bilinear(found.P, found.now, found.now)
+    inner = _largest(lambda k: nonnegative([*V, *found.low, *_times(-k, squares)], n))
+    outer = 1 + _largest(lambda k: not nonnegative([*_times(k, squares), *_times(-1, [*V, *high])], n))
+    return _Rate(forms=found, high=high, inner=inner, outer=outer)
 
 
 def _largest(holds: Callable[[int], bool]) -> int:
@@ -120,11 +147,11 @@ def _times(factor: int, given: Sequence[Term]) -> list[Term]:
 class _Decay(FallingTheorem):
     """The words of one file."""
 
-    def __init__(self, data: Mapping[str, Any], loop: Loop, rate: Fraction, written: Forms, above: int) -> None:
+    def __init__(self, data: Mapping[str, Any], loop: Loop, rate: Fraction, found: _Rate) -> None:
         super().__init__(data, loop)
-        self.forms = written
-        self.rate, self.above = rate, above
-        self.factor = f"({above} / {written.times})"
+        self.forms, self.high, self.rate = found.forms, found.high, rate
+        self.squares = f"{found.inner} {found.outer}"
+        self.factor = f"({found.outer} / {found.inner})"
 
     def text(self, claim: str) -> str:
         """The whole file."""
@@ -138,12 +165,20 @@ class _Decay(FallingTheorem):
         """The numbers of the proof, and the test that they pass."""
         f, p, q = self.forms, self.rate.numerator, self.rate.denominator
         lists = (("P", f.P), ("now", f.now), ("next", f.then))
-        lines = ["(* V = x^T P x falls as fast as it should, by Lagrange's reduction of three quadratic forms. *)"]
+        sides = [("products", f.products)]
+        sides += [] if self.discrete else [("low", f.low), ("high", self.high), ("turn", f.turn)]
+        lines = [
+            "(* V = x^T P x, and integrals, falls as fast as it should: by Lagrange's reduction of three forms. *)"
+        ]
         lines += [f"Definition {name} : list (list Z) := {integers(rows)}%Z." for name, rows in lists]
-        lines.append(f"Definition products : list term := {terms(f.products)}%Z.")
-        test = f"decays_{'by_steps' if self.discrete else 'in_time'} {f.size} P now next products ({p}) {q}"
-        lines.append(f"Lemma decays_ : {test} {f.times} {self.above} = true.")
+        lines += [f"Definition {name} : list term := {terms(given)}%Z." for name, given in sides]
+        lines.append(f"Lemma decays_ : decays_{self.test()} ({p}) {q} {self.squares} = true.")
         return "\n".join([*map(folded, lines), "Proof. vm_cast_no_check (eq_refl true). Qed."])
+
+    def test(self, at: str = "") -> str:
+        """What is computed, and its lists."""
+        lists = "products" if self.discrete else "low high turn products"
+        return f"{'by_steps' if self.discrete else 'in_time'}{at} {self.forms.size} P now next {lists}"
 
     def theorem(self) -> str:
         """The statement and its proof."""
@@ -164,12 +199,13 @@ class _Decay(FallingTheorem):
         lines.append(f"  assert (same : forall t, square_sum now (z t) = {f.unit**2} * norm2 ({at} t))")
         lines.append(f"    by (intro t; {opened}).")
         lines += [] if self.discrete else self.flowing()
-        test = f"{'by_steps' if self.discrete else 'in_time'}_at_rate {f.size} P now next products ({p}) {q} {f.times}"
         said = f"{self.factor} * {moved} * square_sum now (z {other})"
         lines.append(f"  assert (B : {held}square_sum now (z {first})\n    <= {said}).")
-        lines.append(f"  {{ apply ({test} {self.above} z decays_).")
+        integrals = "" if self.discrete else f"(fun t => {self.rest(-1)}) "
+        lines.append(f"  {{ apply ({self.test('_at_rate')} ({p}) {q} {self.squares} z {integrals}decays_).")
         lines.append("  - reflexivity.")
-        lines += self.stepping() if self.discrete else ["  - exact F."]
+        inner = [*self.below(), *self.beside("high"), *self.turning()]
+        lines += self.stepping() if self.discrete else ["  - exact F.", *inner]
         more = places + " Hs st" * (not self.discrete)
         lines += [*self.products(), f"  intros {more}; specialize (B {more}); rewrite !same in B."]
         lines.append(f"  apply (Rmult_le_reg_l {f.unit**2}); lra.")

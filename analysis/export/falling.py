@@ -365,19 +365,22 @@ class FallingTheorem:
 
     def below(self) -> list[str]:
         """The bound below the integrals."""
+        return self.beside("low")
+
+    def beside(self, name: str) -> list[str]:
+        """The bound below the integrals, ``low``, or above them, ``high``."""
         if not self.forms.integrals:
             return ["  - intros; simpl; lra."]
-        lines, parts = ["  - intros t Ht."], []
+        lines, parts, sign = ["  - intros t Ht."], [], 1 if name == "low" else -1
         for i, c, *_ in self.forms.integrals:
             low, high = self.loop.bounds[i]
-            parts.append(
-                f"({number(c)} * ({number(low if c > 0 else Fraction(high))} / 2 * ({self.sigma(i)} * {self.sigma(i)}))"
-            )
+            end = number(low if sign * c > 0 else Fraction(high))
+            parts.append(f"({number(c)} * ({end} / 2 * ({self.sigma(i)} * {self.sigma(i)}))")
         sigmas = ", ".join(f"sigma{s}" for s in self.own)
-        lines.append(f"    replace (value low (z t)) with ({' + '.join(parts)} + 0{')' * len(parts)})")
-        lines.append(f"      by (unfold z, low, {sigmas}; cbn [value dot]; field).")
+        lines.append(f"    replace (value {name} (z t)) with ({' + '.join(parts)} + 0{')' * len(parts)})")
+        lines.append(f"      by (unfold z, {name}, {sigmas}; cbn [value dot]; field).")
         for i, c, *_ in self.forms.integrals:
-            lines.append(f"    pose proof {self.integral_bound(i, c)} as B{self.own[i]}.")
+            lines.append(f"    pose proof {self.integral_bound(i, sign * c)} as B{self.own[i]}.")
         return [*lines, "    lra."]
 
     def integral_bound(self, i: int, c: Fraction) -> str:

@@ -213,6 +213,10 @@ def _several(certificate: Data) -> Iterator[Loop]:
     """The circle criterion, or Popov's, with one multiplier for each channel, or one for all."""
     name, system, data, proof = (certificate[key] for key in ("theorem", "system", "multiplier", "proof"))
     kind, _, popov = name.rpartition("-")
+    if kind == "coupled":
+        alone = [one["channels"] == [i] and one["kind"] == "sector" for i, one in enumerate(data["forms"], 1)]
+        if alone == [True] * len(certificate["laws"]["channels"]):  # no channel beside another
+            kind, data = "diagonal", {**data, "lambda": [one["rows"][0][0] for one in data["forms"]]}
     if kind not in ("diagonal", "full-block") or popov not in ("circle", "popov") or "semidefinite" in proof:
         raise refused(f"{name} has no export; diagonal and full-block ones with a form that is definite have one")
     H = plant(system)

@@ -1,12 +1,13 @@
 """Rates and gains as files for Coq: true ones compile, falsified ones do not."""
 
 import re
+from fractions import Fraction
 
 import pytest
 from replayed import changed, compiled, needs_coq, proved, resting_on_axioms
 
-from lure import Sector
-from lure.analysis import l2_gain
+from lure import RationalPlant, Sector
+from lure.analysis import decay_rate, l2_gain
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.export import coq_text
 
@@ -50,6 +51,43 @@ def test_rates_in_continuous_time_compile(library):
     draft |= {"theorem": "diagonal-circle", "multiplier": {"lambda": ["1", "1"]}, "proof": {"method": "determinant"}}
     ok, said = compiled(library, coq_text(complete_and_check(draft)))
     assert ok, said
+
+
+def weighed(sign):
+    """Popov's terms with a rate: ``s^2 + s + 1`` falls, with ``-s/10`` in place of ``s`` some solution grows."""
+    plant = RationalPlant([1], [1, 1 if sign > 0 else Fraction(-1, 10), 1])
+    return coq_text(decay_rate(plant, Sector(0, 1)).proof)
+
+
+def test_popovs_terms_have_a_rate_with_an_integral_of_phi():
+    text = weighed(1)
+    stated = text[text.rindex("Theorem decays") : text.rindex("Proof.")]
+    assert "(in_sector 0 1 phi) ->\n  (integral_of Phi phi) ->" in stated
+    assert "norm2 (state x w t) <= " in stated
+    assert "Definition high : list term := [(" in text
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("sign", [1, -1])
+def test_popovs_terms_with_a_rate_compile_and_what_is_falsified_does_not(sign, library):
+    text = weighed(sign)
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert resting_on_axioms(said)
+    (a,) = set(
+        re.findall(
+            r"exp \(- \(2 \* (\(.*?\)) \* \(t - s\)\)\)", text[text.rindex("Theorem decays") :].split("Proof")[0]
+        )
+    )
+    p, q = a[1:-1].split(" / ")
+    for right, wrong in (
+        (f"({p}) {q} ", f"({int(p) + int(q)}) {q} "),
+        ("in_sector 0 1", "in_sector 0 2"),
+        ("(integral_of Phi phi) ->", "(integral_of phi Phi) ->"),
+        (f"2 * {a} *", f"2 * ({p} / 2) *"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0], (right, wrong)
 
 
 def gain(*, popov=False):
