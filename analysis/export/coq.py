@@ -14,6 +14,7 @@ from lure.analysis.certificates.checker import Checked, Proved
 from lure.analysis.export.beside import beside_text
 from lure.analysis.export.beyond import beyond_text
 from lure.analysis.export.decaying import decaying_text
+from lure.analysis.export.driven import driven_text
 from lure.analysis.export.falling import falling_text
 from lure.analysis.export.gaining import gaining_text, has_gain
 from lure.analysis.export.jumping import jumping_text
@@ -52,6 +53,8 @@ def coq_text(shown: Checked) -> str:
         method = data["proof"]["method"]
         if "rate" in data:
             return pacing_text(data, shown.claim)
+        if method == "linear-members" or "unlimited" in data["proof"]:
+            return driven_text(data, shown.claim)
         in_states = data["system"]["kind"] == "state-space"
         written = {"linear-gains": members_text, "growth": beyond_text} | dict.fromkeys(
             METHODS, members_text if in_states else mode_text

@@ -37,7 +37,7 @@ def gaining_text(data: Mapping[str, Any], claim: str) -> str:
     if data["theorem"] not in ("diagonal-circle", "diagonal-popov"):
         raise refused(f"a gain by {data['theorem']} has no export; by diagonal-circle and diagonal-popov it has one")
     for given in candidates(data):
-        loop = _driven(given, data)
+        loop = with_inputs(given, _outputs(data))
         found = _bounded(loop)
         if found is not None:
             return _Gain(data, loop, found).text(claim)
@@ -49,13 +49,20 @@ def _outputs(data: Mapping[str, Any]) -> int:
     return sum(one.get("operator") == "performance" for one in data["laws"]["channels"])
 
 
-def _driven(loop: Loop, data: Mapping[str, Any]) -> Loop:
-    """The loop with ``w`` in place of ``-mu`` in the last channels, which is ``-phi`` for no class."""
-    first = len(loop.now[0]) - _outputs(data)
-    turned = (
+def with_inputs(loop: Loop, count: int) -> Loop:
+    """The loop with ``w`` in place of ``-mu`` in the last channels, which is ``-phi`` for no class.
+
+    Parameters
+    ----------
+    loop : Loop
+        Of states and all channels.
+    count : int
+        How many of them lead from ``z`` to ``w``.
+    """
+    first = len(loop.now[0]) - count
+    then, sigma = (
         [[-v if j >= first else v for j, v in enumerate(row)] for row in side] for side in (loop.then, loop.sigma)
     )
-    then, sigma = turned
     return replace(loop, then=then, sigma=sigma)
 
 

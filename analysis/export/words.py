@@ -86,7 +86,12 @@ def terms(given: Sequence[tuple[int, list[int], list[int]]]) -> str:
     return "[" + "; ".join(f"({c}, ({integers(u)}, {integers(v)}))" for c, u, v in given) + "]"
 
 
-def equations(loop: Loop, laws: Sequence[str]) -> list[str]:
+def combined(row: Sequence[Fraction], names: Sequence[str]) -> str:
+    """A combination of what has names."""
+    return " + ".join(f"{number(v)} * {name}" for v, name in zip(row, names, strict=True) if v) or "0"
+
+
+def equations(loop: Loop, laws: Sequence[str], inputs: int = 0) -> list[str]:
     """The values ``w i t`` of several channels and the flow of the states ``x k t``, of ``loops.of_states``.
 
     Parameters
@@ -95,14 +100,11 @@ def equations(loop: Loop, laws: Sequence[str]) -> list[str]:
         The plant.
     laws : sequence of str
         Of each channel what is applied to ``sigma``, which follows in brackets.
+    inputs : int
+        How many channels after these may be anything.
     """
     moved = "x {}%nat (S t) = {}" if loop.discrete else "derivable_pt_lim (x {}%nat) t ({})"
-    names = [f"x {k}%nat t" for k in range(len(loop.now))] + [f"w {i}%nat t" for i in range(len(laws))]
-
-    def total(row: Sequence[Fraction]) -> str:
-        """A combination of states and values."""
-        return " + ".join(f"{number(v)} * {name}" for v, name in zip(row, names, strict=True) if v) or "0"
-
-    values = [f"w {i}%nat t = {law} ({total(loop.sigma[i])})" for i, law in enumerate(laws)]
-    flows = [moved.format(k, total(row)) for k, row in enumerate(loop.then)]
+    names = [f"x {k}%nat t" for k in range(len(loop.now))] + [f"w {i}%nat t" for i in range(len(laws) + inputs)]
+    values = [f"w {i}%nat t = {law} ({combined(loop.sigma[i], names)})" for i, law in enumerate(laws)]
+    flows = [moved.format(k, combined(row, names)) for k, row in enumerate(loop.then)]
     return [f"(forall t, {text})" for text in (*values, *flows)]
