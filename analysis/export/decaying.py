@@ -35,7 +35,7 @@ def decaying_text(data: Mapping[str, Any], claim: str) -> str:
         An ``InputError``: it is of another criterion, or no form of few enough digits was found.
     """
     rate = exact(data["rate"])
-    if data["theorem"] not in ("circle", "diagonal-circle", "coupled-circle", "diagonal-popov", "coupled-popov"):
+    if not data["theorem"].endswith(("circle", "popov")):
         raise refused(f"{data['theorem']} with a rate has no export; the circle criterion has one, and Popov's")
     apart = {key: value for key, value in data.items() if key != "rate"} | {"system": paced(data["system"], rate)}
     for scaled in candidates(apart):
@@ -92,6 +92,8 @@ def _scaled(found: Forms, k: int) -> Forms:
         found, P=[[k * v for v in row] for row in found.P], products=_times(k, found.products), factor=k * found.factor,
         low=_times(k, found.low), turn=_times(k, found.turn),
         integrals=[(i, k * c, row, q) for i, c, row, q in found.integrals],
+        block=[[k * v for v in row] for row in found.block],
+        cones=[[[k * v for v in row] for row in M] for M in found.cones],
     )  # fmt: skip
 
 
@@ -159,21 +161,23 @@ class _Decay(FallingTheorem):
         state = f"Definition state ({self.path} : {self.kind}) (t : {self.moment}) : list R :=\n  [{entries}]."
         parts = ["\n".join([*self.definitions(), state]), self.witness(), self.theorem()]
         origin = f"{self.data['theorem']} with a rate, {self.data['proof']['method']}"
-        return whole_file(claim, origin, ("forms.v", "flow.v", "rates.v"), parts)
+        return whole_file(claim, origin, ("forms.v", "flow.v", "rates.v", *self.blocked()), parts)
 
     def witness(self) -> str:
         """The numbers of the proof, and the test that they pass."""
         f, p, q = self.forms, self.rate.numerator, self.rate.denominator
         lists = (("P", f.P), ("now", f.now), ("next", f.then))
-        sides = [("products", f.products)]
+        sides = [] if f.block else [("products", f.products)]
         sides += [] if self.discrete else [("low", f.low), ("high", self.high), ("turn", f.turn)]
         lines = [
             "(* V = x^T P x, and integrals, falls as fast as it should: by Lagrange's reduction of three forms. *)"
         ]
         lines += [f"Definition {name} : list (list Z) := {integers(rows)}%Z." for name, rows in lists]
         lines += [f"Definition {name} : list term := {terms(given)}%Z." for name, given in sides]
+        lines += self.box()
         lines.append(f"Lemma decays_ : decays_{self.test()} ({p}) {q} {self.squares} = true.")
-        return "\n".join([*map(folded, lines), "Proof. vm_cast_no_check (eq_refl true). Qed."])
+        lines = [one if "\n" in one else folded(one) for one in lines]
+        return "\n".join([*lines, "Proof. vm_cast_no_check (eq_refl true). Qed."])
 
     def test(self, at: str = "") -> str:
         """What is computed, and its lists."""

@@ -164,7 +164,11 @@ class FallingTheorem:
         more = ["flow.v"] * (not self.discrete) + ["steps.v" if self.discrete else "critical.v"] * (
             self.loop.rest is not None
         )
-        return ("forms.v", *more, *["cones.v", "blocks.v"] * bool(self.forms.block))
+        return ("forms.v", *more, *self.blocked())
+
+    def blocked(self) -> list[str]:
+        """The files that a block needs."""
+        return ["cones.v", "blocks.v"] * bool(self.forms.block)
 
     def parts(self) -> list[str]:
         """The plant, the witness and the theorem."""
@@ -178,19 +182,7 @@ class FallingTheorem:
         found = [f"Definition {name} : list (list Z) := {integers(rows)}%Z." for name, rows in lists]
         sides = [("products", f.products)] * (not f.block) + [("low", f.low), ("turn", f.turn)] * (not self.discrete)
         found += [f"Definition {name} : list term := {terms(given)}%Z." for name, given in sides]
-        if f.block:
-            found += [
-                f"Definition {name} : list (list Z) := {integers(rows)}%Z."
-                for name, rows in (("block", f.block), ("pairs", f.pairs))
-            ]
-            ends = "; ".join(f"({_gain(low)}, {_gain(high)})" for low, high in self.loop.bounds)
-            found.append("Definition products : list term := bilinear block pairs pairs.")
-            found.append(f"Definition box : list (gain * gain) := [{ends}]%Z.")
-            test = "at_vertices block [] box"
-            if f.cones:
-                found.append(f"Definition signs : orthants := {self.orthants()}%Z.")
-                test = "in_orthants block [] box signs"
-            found.append(f"Lemma in_box : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
+        found += self.box()
         test = (
             f"falls_by_steps {f.size} P now next products {f.times} {self.small}"
             if self.discrete
@@ -207,6 +199,23 @@ class FallingTheorem:
         lines = ["(* V = x^T P x, and integrals, falls: by Lagrange's reduction of two quadratic forms. *)", *found]
         lines.append(f"Lemma falls : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
         return "\n".join(one if "\n" in one else folded(one) for one in lines)
+
+    def box(self) -> list[str]:
+        """What the class makes nonnegative of all channels together, and that it is; empty without a block."""
+        f = self.forms
+        if not f.block:
+            return []
+        ends = "; ".join(f"({_gain(low)}, {_gain(high)})" for low, high in self.loop.bounds)
+        signs = [f"Definition signs : orthants := {self.orthants()}%Z."] if f.cones else []
+        test = "in_orthants block [] box signs" if f.cones else "at_vertices block [] box"
+        return [
+            f"Definition block : list (list Z) := {integers(f.block)}%Z.",
+            f"Definition pairs : list (list Z) := {integers(f.pairs)}%Z.",
+            "Definition products : list term := bilinear block pairs pairs.",
+            f"Definition box : list (gain * gain) := [{ends}]%Z.",
+            *signs,
+            f"Lemma in_box : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.",
+        ]
 
     def binders(self) -> tuple[str, list[str]]:
         """The nonlinearities and their integrals, with their types, and their names alone."""

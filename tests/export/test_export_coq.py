@@ -145,7 +145,7 @@ def test_several_channels_compile_from_a_determinant(library):
 
 # H = diag(1/(s + 1), 1/(s + 2)), phi_1 in [-1/2, 1], phi_2 in [0, 5]: Pi is 2 y z + sigma^2/4 with y = phi - l sigma,
 # z = u sigma - phi, 1/4 at every vertex of the gains; or by cones, N the form 2 y z, with phi^2/4 beside it
-def full_block(*, cones=False):
+def full_block(*, cones=False, **rate):
     law = {"slope": None, "odd": False, "time_varying": True, "linear": False}
     laws = {"channels": [law | {"sector": ends} for ends in (["-1/2", "1"], ["0", "5"])], "repeated": False}
     plant = {
@@ -160,19 +160,22 @@ def full_block(*, cones=False):
     data = {"Pi": [["5/4"], ["0", "1/4"], ["1/2", "0", c], ["0", "5", "0", c]]} | ({"N": [part, part]} if cones else {})
     draft = {"verdict": "PROVED", "system": plant, "laws": laws, "theorem": "full-block-circle", "multiplier": data}
     return coq_text(
-        complete_and_check(draft | {"proof": {"method": "matrix", "P": [["1"], ["0", "4"]], "exponent": 0}})
+        complete_and_check(draft | rate | {"proof": {"method": "matrix", "P": [["1"], ["0", "4"]], "exponent": 0}})
     )
 
 
 @needs_coq
 @pytest.mark.thorough
+@pytest.mark.parametrize("rate", [{}, {"rate": "1/50"}])
 @pytest.mark.parametrize("cones", [False, True])
-def test_full_blocks_compile_and_falsified_ones_do_not(cones, library):
-    text = full_block(cones=cones)
+def test_full_blocks_compile_and_falsified_ones_do_not(cones, rate, library):
+    text = full_block(cones=cones, **rate)
     assert "(forall t, in_sector 0 5 (phi2 t)) ->" in text
+    assert ("exp (- (2 * (1 / 50) * (t - s)))" in text) == bool(rate)
     ok, said = compiled(library, text)
     assert ok, said
-    first, wrong = ("[5; 2; 0; 0]", "[-5; 2; 0; 0]") if cones else ("[[5; 2;", "[[1; 2;")
+    block = "Definition block : list (list Z) := [["
+    first, wrong = ("[[5; 2;", "[[1; 2;") if not (cones or rate) else (block, f"{block}-")
     for right, other in (
         (first, wrong),  # one digit of Pi, or one sign
         ("((1, 0), (1, 5))", "((1, 0), (1, 6))"),  # the box of the test is no longer that of the class
