@@ -39,14 +39,14 @@ class Known:
     def definition(self) -> str:
         """The function, and one lemma for each piece."""
         steps = [
-            f"if Rle_dec s {number(c)} then {_written(p)} else" for c, p in zip(self.cuts, self.pieces, strict=False)
+            f"if Rle_dec s {number(c)} then {written(p)} else" for c, p in zip(self.cuts, self.pieces, strict=False)
         ]
         lines = [f"Definition {self.name} (s : R) : R :=", *(f"  {step}" for step in steps)]
-        lines.append(f"  {_written(self.pieces[-1])}.")
+        lines.append(f"  {written(self.pieces[-1])}.")
         for k, p in enumerate(self.pieces):
             ends = [f"{number(c)} <= s -> " for c in self.cuts[:k][-1:]]
             ends += [f"s <= {number(c)} -> " for c in self.cuts[k : k + 1]]
-            lines.append(f"Lemma {self.name}_on{k} : forall s, {''.join(ends)}{self.name} s = {_written(p)}.")
+            lines.append(f"Lemma {self.name}_on{k} : forall s, {''.join(ends)}{self.name} s = {written(p)}.")
             lines += [f"Proof.\n  intros s{' A' * (k > 0)}{' B' * (k < len(self.cuts))}; unfold {self.name}."]
             for j, c in enumerate(self.cuts[:k]):
                 same = f"replace s with {number(c)} by lra; field" if j == k - 1 else "exfalso; lra"
@@ -79,7 +79,7 @@ class Known:
         middle = next(k for a, _, k in parts if not a)
         lines = [f"Lemma {name} : in_sector_up_to {number(reach)} {number(low)} {number(high)} {self.name}."]
         lines.append(f"Proof.\n  split; [rewrite {self.on(middle, '0')}; field|].")
-        return "\n".join([*lines, "  intros y Y; apply abs_within in Y.", *_cases(parts, branch), "Qed."])
+        return "\n".join([*lines, "  intros y Y; apply abs_within in Y.", *cases(parts, branch), "Qed."])
 
     def has_limits(self) -> bool:
         """Whether it is a line with limits on both sides."""
@@ -101,19 +101,19 @@ class Known:
         def branch(_a: object, _b: object, k: int) -> list[str]:
             lines = [f"rewrite {self.on(k, 'y')}."]
             if k == 1:
-                zero = f"{number(u)} * y - ({_written(self.pieces[1], 'y')})"
+                zero = f"{number(u)} * y - ({written(self.pieces[1], 'y')})"
                 return [*lines, f"replace ({zero}) with 0 by field; lra."]
             return [*lines, "first [apply Rmult_le_pos; lra|apply same_sign; lra]."]
 
         parts = [(None, c, k) for k, c in enumerate([*self.cuts, None])]
         lines = [f"Lemma {self.name}_clipped : forall y r, Rabs r <= {number(m)} ->"]
         lines.append(f"  0 <= ({number(u)} * y - {P}) * ({P} - ({inner})).")
-        lines += ["Proof.\n  intros y r R_; apply abs_within in R_.", *_cases(parts, branch), "Qed."]
+        lines += ["Proof.\n  intros y r R_; apply abs_within in R_.", *cases(parts, branch), "Qed."]
         lines.append(
             f"Lemma {self.name}_limited : forall y, - {number(most)} <= {P} - {number(e)} * y <= {number(most)}."
         )
         lines.append("Proof.\n  intro y.")
-        lines += _cases(parts, lambda _a, _b, k: [f"rewrite {self.on(k, 'y')}; lra."])
+        lines += cases(parts, lambda _a, _b, k: [f"rewrite {self.on(k, 'y')}; lra."])
         return "\n".join([*lines, "Qed."])
 
     def bounded(self, least: Fraction, reach: Fraction, sign: int) -> str:
@@ -157,10 +157,10 @@ class Known:
                 "cbn [peval] in E, A; lra.",
             ]
 
-        return "\n".join([*lines, "  intros y Y; apply abs_within in Y.", *_cases(parts, branch), "Qed."])
+        return "\n".join([*lines, "  intros y Y; apply abs_within in Y.", *cases(parts, branch), "Qed."])
 
 
-def _written(p: Sequence[Fraction], s: str = "s") -> str:
+def written(p: Sequence[Fraction], s: str = "s") -> str:
     """A polynomial."""
     powers = ["", f" * {s}", *(f" * {s} ^ {k}" for k in range(2, len(p)))]
     return " + ".join(f"{number(c)}{power}" for c, power in zip(p, powers, strict=False) if c) or "0"
@@ -171,7 +171,7 @@ def _value(p: Sequence[Fraction], x: Fraction) -> Fraction:
     return sum((c * x**k for k, c in enumerate(p)), Fraction(0))
 
 
-def _cases(parts: Sequence[tuple[object, Fraction | None, int]], branch: Callable[..., list[str]]) -> list[str]:
+def cases(parts: Sequence[tuple[object, Fraction | None, int]], branch: Callable[..., list[str]]) -> list[str]:
     """One proof for each of the intervals that follow each other."""
     lines = []
     for j, (a, b, k) in enumerate(parts):

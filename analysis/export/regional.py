@@ -12,6 +12,7 @@ from lure.analysis.certificates.arithmetic import numbers
 from lure.analysis.certificates.channels import Plant, plant, triangle
 from lure.analysis.export.falling import FallingTheorem
 from lure.analysis.export.graphs import Known
+from lure.analysis.export.interval import interval_text
 from lure.analysis.export.loops import of_states
 from lure.analysis.export.quadratic import Forms, Vector, bilinear, forms, less, mix, nonnegative, whole
 from lure.analysis.export.words import folded, integers, number, refused, terms, whole_file
@@ -43,7 +44,7 @@ class _Term:
 
 
 def regional_text(data: Mapping[str, Any], claim: str) -> str:
-    """The file for a certificate of a region of attraction that is an ellipsoid, or a level set with integrals.
+    """The file for a certificate of a region: an ellipsoid, a level set with integrals, or an interval of one state.
 
     Parameters
     ----------
@@ -57,10 +58,12 @@ def regional_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it is a set of another kind, or too large.
     """
+    if data["proof"]["method"] == "signs":
+        return interval_text(data, claim)
     if data["proof"]["method"] not in ("ellipsoid", "level-set"):
         raise refused(
-            "of regions of attraction ellipsoids and level sets have an export; intervals, curves and what attracts "
-            "everything have none"
+            "of regions of attraction ellipsoids, level sets and intervals have an export; curves and what attracts "
+            "everything in several states have none"
         )
     H = plant(data["system"])
     if len(H.A) + len(H.D) > MOST_ENTRIES:

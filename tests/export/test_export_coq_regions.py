@@ -10,6 +10,7 @@ from lure.analysis import region
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.export import coq_text
 from lure.analysis.export.graphs import Known
+from lure.analysis.export.regional import regional_text
 from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
 
@@ -44,6 +45,57 @@ def local():
     graph = {"kind": "sector", "sector": ["2", "3"], "reach": "1"}
     term = {"channel": 1, "weight": "2/5", "sector": ["2", "3"], "reach": "1"}
     return attracted((["1"], ["1"], ["1"], ["0"]), [graph], [term], {"method": "ellipsoid", "P": [["2"]]})
+
+
+def interval(ends, graphs, A="1", B="2", C="1", time="continuous"):
+    """``x' = A x - B phi(C x)`` on an interval; of two nonlinearities ``B`` and ``C`` have two numbers."""
+    columns = C.split()
+    plant = {"kind": "multivariable", "time": time, "A": [[A]], "B": [B.split()], "C": [[v] for v in columns]}
+    plant["D"] = [["0"] * len(columns)] * len(columns)
+    draft = {"verdict": "PROVED", "system": plant, "laws": {"graphs": graphs}, "theorem": "scalar", "multiplier": {}}
+    return coq_text(complete_and_check(draft | {"proof": {"method": "signs", "interval": ends}}))
+
+
+LIMITED = {"kind": "piecewise-polynomial", "cuts": ["-2"], "pieces": [["-2"], ["0", "1"]]}  # from below alone
+INTERVALS = {  # f = x - 2 phi(x) is 0 at 2 and -2, below 0 at -4; the last one 2 - 1 - 2/2 at 2 and -6 + 1 + 4 at -6
+    "both": lambda: interval(["-2", "2"], [SATURATED]),
+    "one": lambda: interval(["-4", "inf"], [LIMITED]),
+    "none": lambda: interval(["-inf", "inf"], [SATURATED], A="0", B="1", C="1/2"),
+    "two": lambda: interval(["-2", "inf"], [SATURATED, LIMITED], B="1/2 3/2", C="1 1"),
+}
+
+
+def test_an_interval_of_one_state_is_kept_and_attracted():
+    held = "(forall t, 0 <= t -> {}) /\\ tends_to (x 0%nat) 0.\nProof."
+    ends = {"both": "(-2) < x 0%nat t /\\ x 0%nat t < 2", "one": "(-4) < x 0%nat t", "two": "(-2) < x 0%nat t"}
+    for name, kept in ends.items():
+        assert held.format(kept) in INTERVALS[name]()
+    assert "(continuity_pt (x 0%nat) 0) ->\n  tends_to (x 0%nat) 0.\nProof." in INTERVALS["none"]()
+    cubic = {"kind": "piecewise-polynomial", "cuts": [], "pieces": [["0", "1", "0", "1"]]}
+    with pytest.raises(InputError, match="lines between cuts"):
+        interval(["-1", "1"], [cubic], A="0", B="1")
+    with pytest.raises(InputError, match="in continuous time"):  # x+ = (2 x - sat(x))/4
+        interval(["-4", "4"], [SATURATED], A="1/2", B="1/4", time="discrete")
+    with pytest.raises(InputError, match="curves and what attracts everything in several states have none"):
+        regional_text({"proof": {"method": "everywhere"}}, "")
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", INTERVALS)
+def test_intervals_compile_and_falsified_ones_do_not(name, library):
+    text = INTERVALS[name]()
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert resting_on_axioms(said)
+    for right, wrong in (
+        {"both": ("x 0%nat 0 < 2", "x 0%nat 0 < 3"), "one": ("(-4) < x 0%nat 0", "(-5) < x 0%nat 0")}.get(
+            name, ("tends_to (x 0%nat) 0", "tends_to (x 0%nat) 1")
+        ),
+        ("if Rle_dec s (-2)" if name in ("one", "two") else "if Rle_dec s (-1)", "if Rle_dec s (-3)"),
+        ("0 < t -> derivable", "1 < t -> derivable"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0], (right, wrong)
 
 
 def driven(*, discrete=False):
@@ -105,12 +157,6 @@ def test_a_bound_without_room_between_its_ends_is_refused():
     assert touching.local("local", one / 2, 2 * one, one).count("nonneg_along_sound") == 4
     with pytest.raises(InputError, match="leaves too little room"):
         touching.local("local", one, 8 * one, Fraction(7, 5))
-
-
-def test_other_sets_are_refused():
-    found = region(([1], [1, -1]), Saturation(gain=2, limit=1))
-    with pytest.raises(InputError, match="intervals, curves and what attracts everything have none"):
-        coq_text(found.sets[0].proof)
 
 
 def test_disturbances_are_said_of_their_energy():
