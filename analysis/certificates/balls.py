@@ -302,25 +302,25 @@ def outward(F: Form, start: Fraction, degree: int, pace: Any) -> Model:
     return found._replace(off=found.off + int(wide) + 1)
 
 
-def right_zeros(turned: Form, n: int, pole: bool = False, pace: Fraction | None = None) -> tuple[int, str]:
-    """How many zeros with ``Re s > 0`` ``chi`` has, or with a ``pole`` ``chi/s``; ``turned`` is ``chi(i omega)``.
+def right_zeros(turned: Form, n: int, poles: int = 0, pace: Fraction | None = None) -> tuple[int, str]:
+    """How many zeros with ``Re s > 0`` ``chi`` has, of which 0 is one ``poles`` times; ``turned`` is ``chi(i omega)``.
 
     ``chi`` is entire, and ``s^n (c + sum c_T e^(-s T) + o(1))`` in ``Re s >= 0``, ``c > sum |c_T|`` being shown far
     out: by the argument principle its angle rises by ``n`` quarter turns less two for each zero from 0 to infinity, if
     none lies on the axis.  On each of some pieces ``Re i^-k chi > 0``; from one to the next ``k`` changes by at most 1,
     so that no turn is missed.  With a ``pace`` ``a`` what is late by ``T`` is ``e^(a T)`` times as large.
     """
-    need(not (pole and pace), "a pole at 0 has no rate")
+    need(not (poles and pace), "a pole at 0 has no rate")
     (u, v), far = ((1, 0), (0, -1), (-1, 0), (0, 1))[n % 4], Fraction(1)
     last = turned * Form({(ZERO, 0): (Fraction(u), Fraction(v))})
     while not (above(outward(last, far, n, pace)) if pace else tail(last, far, n)):
         need(far < 2**MOST_DOUBLINGS, "what is counted is not shown to behave like s^n far out")
         far *= 2
-    inner, n = (turned * Form({(ZERO, 0): (ZERO, Fraction(-1))}), n - 1) if pole else (turned, n)
+    inner, n = turned * Form({(ZERO, 0): (ZERO, Fraction(-1))}) ** poles, n - poles
     stack, k, start, pieces = [(ZERO, far)], 0, 0, 1
     while stack:
         a, b = stack.pop()
-        p, q, off = over_s(turned, b) if pole and not a else Lift(a, b, pace)(inner)
+        p, q, off = over_s(inner, b, poles) if poles and not a else Lift(a, b, pace)(inner)
         minus = [-x for x in p], [-x for x in q]
         sides = [(p, q), (q, minus[0]), minus, (minus[1], p)]  # chi, -i chi, -chi, i chi
         turns = (k, k + 1, k - 1) if a else (0, 2)
@@ -335,11 +335,21 @@ def right_zeros(turned: Form, n: int, pole: bool = False, pace: Fraction | None 
     return (n - end + start) // 2, f"rises by {end - start} of {n} quarter turns, on {pieces} pieces"
 
 
-def over_s(turned: Form, b: Fraction) -> Model:
-    """``chi/s`` on ``i [0, b]``, ``chi(0) = 0``: ``(e^(-s T) - 1)/s`` is ``-T``, off by at most ``T^2 b/2``."""
-    rest, off = Form(), ZERO
-    for (tau, n), (u, v) in turned.items():
-        rest = rest + Form({(tau, n - 1): (v, -u)} if n else {(ZERO, 0): (-tau * u, -tau * v)})
-        off += (abs(u) + abs(v)) * tau * tau * b / 2 if not n else ZERO
-    near = Lift(ZERO, b)(rest)
+def over_s(turned: Form, b: Fraction, r: int) -> Model:
+    """``chi/s^r`` on ``i [0, b]``, ``turned`` being ``chi/i^r``, where 0 is a zero of that order.
+
+    Where ``s^n`` has a lower power, ``q = r - n > 0``, ``e^(-s T)`` is its Taylor polynomial of degree ``q``, off by at
+    most ``omega^(q + 1) T^(q + 1)/(q + 1)!``.
+    """
+    kept, taylor, off = Form(), Form(), ZERO
+    for (tau, n), z in turned.items():
+        if n >= r:
+            kept[tau, n - r] = z
+            continue
+        one = Form({(ZERO, n): z})
+        for k in range(r - n + 1):
+            taylor, one = taylor + one, one * Form({(ZERO, 1): (ZERO, Fraction(-tau, k + 1))})
+        off += sum(map(abs, z)) * tau ** (r - n + 1) * b / math.factorial(r - n + 1)
+    need(all(n == r for _, n in taylor), "0 is a zero of a lower order")
+    near = Lift(ZERO, b)(kept + Form({(ZERO, 0): taylor.get((ZERO, r), (ZERO, ZERO))}))
     return near._replace(off=near.off + int(off * 2**WORD) + 1)

@@ -408,7 +408,7 @@ def crossing(H: Plant, asked: Channels, proof: Any) -> tuple[int, dict[str, str]
             need(not inside(p, False), "with the gains 0 all roots but s = 0 are strictly inside")
             which = f"root{' s != 0' * (H.pace is None)} that is not strictly inside"
             return 1, {"root": f"det(s - A) has a {which}, by Routh's array; all gains are 0"}
-        number, found = pieces.right_roots(H, gains)
+        number, _, found = pieces.right_roots(H, gains)
         need(number > 0, "with these gains no root Re s > 0 is shown")
         return 1, {"root": f"{number} roots Re s > 0: {found}"}
     H, inner = pieces.opened(H)

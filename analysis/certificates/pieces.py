@@ -9,10 +9,11 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
+from math import factorial
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
-from .arithmetic import ZERO, need
+from .arithmetic import ZERO, Critical, need
 from .balls import Lift, above, box, dot, outward, right_zeros, tail
 from .frequencies import chained, quotient, shifted, signed, transfer
 
@@ -162,16 +163,23 @@ def on_line(p: exact.Form) -> exact.Form:
     return exact.Form({(tau, k): (c * turns[k % 4][0], c * turns[k % 4][1]) for (tau, k), (c, _) in p.items()})
 
 
-def right_roots(H: Any, low: list[Fraction]) -> tuple[int, str]:
-    """How many roots with ``Re s > 0`` a plant with dead times has with the gains ``low``, none lying on the axis.
+def right_roots(H: Any, low: list[Fraction]) -> tuple[int, int, str]:
+    """How many roots with ``Re s > 0`` a plant with dead times has with the gains ``low``, and ``s = 0`` how often.
 
     Those of ``chi``, :func:`looped`, which is analytic and ``s^n det(1 + D L) (1 + o(1))`` in ``Re s >= 0``; with
-    ``rates`` it is ``s^n (c + sum c_T e^(-s T) + o(1))``.
+    ``rates`` it is ``s^n (c + sum c_T e^(-s T) + o(1))``.  No other root lies on the axis.
     """
-    number, rise = right_zeros(on_line(looped(H, low)[0]), len(H.A), pace=H.pace)
+    chi = looped(H, low)[0]
+    zeros = 0 if H.pace else next(k for k in range(len(chi) + len(H.A) + 1) if taylor(chi, k))
+    number, rise = right_zeros(on_line(chi), len(H.A), zeros, pace=H.pace)
     late = "(A_T + s E_T)" if H.rates else "A_T"
-    back = f" - sum {late} e^(-s T)" * bool(H.inner)
-    return number, f"chi(i omega) = det(s - A{back}) det(1 + H L) {rise}"
+    back, over = f" - sum {late} e^(-s T)" * bool(H.inner), f" over (i omega)^{zeros}" * bool(zeros)
+    return number, zeros, f"chi(i omega) = det(s - A{back}) det(1 + H L){over} {rise}"
+
+
+def taylor(p: exact.Form, k: int) -> Fraction:
+    """The coefficient of ``s^k`` of a sum of ``s^n e^(-s tau)``."""
+    return sum((c * (-tau) ** (k - n) / factorial(k - n) for (tau, n), (c, _) in p.items() if n <= k), ZERO)
 
 
 def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:
@@ -278,19 +286,30 @@ def on_axis(p: Any, discrete: bool) -> exact.Form:
     return exact.Form({(Fraction(-k), 0): (Fraction(c), ZERO) for k, c in enumerate(p) if c})
 
 
-def integrators(H: Any, members: list[Member]) -> tuple[int, dict[str, str]]:
-    """The same beside dead times: how many poles at 0 there are, simple in every part, the others being stable.
+def residues(H: Any, low: list[Fraction], r: int) -> Rows:
+    """``lim s H`` at 0 with the gains ``low``, a zero of ``chi`` of the order ``r``."""
+    chi, N = looped(H, low)
+    need(not any(taylor(f, k) for row in N for f in row for k in range(r - 1)), "a pole at 0 is not simple", Critical)
+    return [[taylor(f, r - 1) / taylor(chi, r) for f in row] for row in N]
 
-    Functions in ``[0, w]`` that do not depend on time, ``theta >= 0``: docs/theory/channel-dead-times.md.
+
+def integrators(H: Any, low: list[Fraction], r: int, members: list[Member], families: Any) -> dict[str, str]:
+    """The same beside dead times, ``chi`` having the zero 0 ``r`` times: docs/theory/channel-dead-times.md.
+
+    Functions, those of channels that show these poles in ``[0, w]`` and at all times the same; ``theta >= 0``.
     """
-    alone = all(not one.kind and not one.low and one.theta >= 0 for one in members)
-    need(alone, "beside dead times and an eigenvalue 0 there are functions in [0, u] alone, theta >= 0", exact.Critical)
-    need(H.pace is None, "with a rate poles at 0 are not covered", exact.Critical)
-    n, m, (d, parts) = len(H.A), len(H.D), transfer_parts(H)
-    N = [row for _, seen in parts for row in seen]
-    r = next(i for i, c in enumerate(d) if c)
-    own = [Fraction(c) for c in d[r:][::-1]]
-    need(exact.hurwitz(exact.homogeneous(own, exact.S, exact.real(1), n - r)), "the plant is not stable")
-    need(not any(any(f[: r - 1]) for row in N for f in row), "H has a pole of higher order at 0", exact.Critical)
-    R = [[sum(N[k][j][r - 1] for k in range(i, len(N), m)) / Fraction(d[r]) for j in range(m)] for i in range(m)]
-    return r, signed([[one.weight * one.width * v for v in row] for one, row in zip(members, R)], r, "Lambda")
+    need(H.pace is None and not H.rates, "with a rate, and in neutral equations, poles at 0 are not covered", Critical)
+    plain = all(not one.kind and one.theta >= 0 and not (one.theta and one.low) for one in members)
+    plain = plain and not any(one.operator for one in families)
+    need(
+        plain,
+        "beside dead times and an eigenvalue 0 there are functions alone, theta >= 0, 0 if not in [0, u]",
+        Critical,
+    )
+    R = residues(H, low, r)
+    shown = [i for i, row in enumerate(R) if any(row)]
+    resting = all(not (families[i].varying or members[i].low) for i in shown)
+    need(resting, "what shows a pole at 0 has functions in [0, u] that do not depend on time", Critical)
+    smooth = not any(one.varying for one in families) or not any(any(H.D[i]) for i in shown)
+    need(smooth, "beside functions that depend on time what shows a pole at 0 is a function of the states", Critical)
+    return signed([[one.weight * one.width * v for v in row] for one, row in zip(members, R)], r, "Lambda")

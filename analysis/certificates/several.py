@@ -467,12 +467,13 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any, rat
         same = all(row[i] == row[block[0]] for block in asked.operators for i in block if members[i].kind == "scaled")
         need(same, "the channels of an operator have different multipliers")
     order, zeros, rest, shifted = len(H.A), 0, dict[str, str](), bool(H.inner) or (H.late and any(low))
-    if shifted:
-        number, rest["stable"] = pieces.right_roots(H, low)
-    stable = not number if shifted else within(frequencies.shifted(H, low)[0], H.discrete)
-    if H.late and not (stable or shifted or any(one.varying or one.operator for one in asked.families)):
-        zeros, rest = pieces.integrators(H, members)
-    need(stable or zeros > 0, "the loop at the lower bounds, and without delay, is not asymptotically stable")
+    stable = not shifted and within(frequencies.shifted(H, low)[0], H.discrete)
+    if H.late and not stable:
+        number, zeros, counted = pieces.right_roots(H, low)
+        stable, rest = not number, {"stable": counted} if shifted else {}
+    need(stable, "the loop at the lower bounds, and without delay, is not asymptotically stable")
+    if zeros:
+        rest |= pieces.integrators(H, low, zeros, members, asked.families)
     axis = pieces.axis_of(H, low, members)
     for piece, (a, b) in zip(given, pairwise([ZERO, *ends, *[None] * (not H.discrete)])):
         failure = pieces.on_piece(axis, piece, a or ZERO, b, zeros, HALVINGS)

@@ -78,6 +78,10 @@ class Piecewise:
         (p, n) and (n, n) for each, what shows ``x'`` of that time to ``sigma`` and to ``x'``; or nothing.
     pace : float
         A rate ``a``: Popov's terms need ``lambda >= |theta a|/w``.
+    zeros : int
+        Beside dead times how many poles at 0 there are after the shift.
+    ties : sequence of (int, int, Fraction)
+        Channels ``i``, ``j`` and a number ``q``: ``lambda_j = q lambda_i``.
     """
 
     A: NDArray[np.float64]
@@ -92,6 +96,8 @@ class Piecewise:
     inner: Sequence[NDArray[np.float64]] = ()
     rates: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]] = ()
     pace: float = 0.0
+    zeros: int = 0
+    ties: Sequence[tuple[int, int, Fraction]] = ()
 
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]
@@ -108,7 +114,6 @@ class Piecewise:
         self.local += [((i,), k) for i, kind in enumerate(kinds) if kind in ("gain", "delay") for k in (0, 1)]
         size = np.abs(np.linalg.eigvals(self.A))
         still = size < _AT_REST * max([size.max(), *(1 / delay for delay, _ in self.late)])
-        self.zeros = int(still.sum()) if self.late and self.gains is None else 0
         if still.any() and self.late:
             size = np.array([*size[~still], 1 / self.late[-1][0]])
         self.points, self.slowly = np.linspace(0, math.pi, _GRID), dict[int, list[Fraction]]()
@@ -243,7 +248,12 @@ class Piecewise:
                 paid = np.zeros((2, size))
                 paid[:, self.shared.index((block, 0))], paid[:, k] = -1, (cost, -cost)
                 rows, limits = np.vstack([rows, paid]), np.append(limits, [0.0, 0.0])
-        found = hermitian_programme(np.eye(size)[-1], (equal, np.ones(len(equal))), (rows, limits), [columns])
+        ends = np.ones(len(equal))
+        for i, j, ratio in self.ties:
+            tied = np.zeros((1, size))
+            tied[0, self.shared.index(((i,), 0))], tied[0, self.shared.index(((j,), 0))] = float(ratio), -1
+            equal, ends = np.vstack([equal, tied]), np.append(ends, 0.0)
+        found = hermitian_programme(np.eye(size)[-1], (equal, ends), (rows, limits), [columns])
         return None if found is None else (float(found[0][-1]), found[0][:ns])
 
     @property
@@ -391,6 +401,8 @@ class Piecewise:
                         theta[i] = Fraction(f"{value / self.slow:.{_DIGITS}g}")
                     else:
                         weights[i] = Fraction(f"{max(value, 0.0):.{_DIGITS}g}")
+            for i, j, ratio in self.ties:
+                weights[j] = ratio * weights[i]
             self.slowly = slow
             made = self._pieces(numbers, exactly(weights, theta) if exactly else None)
             if made == math.inf:

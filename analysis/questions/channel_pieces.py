@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from itertools import combinations
 
 from lure.analysis.certificates import channels, pieces
 from lure.analysis.certificates.arithmetic import Rejected
@@ -14,7 +15,7 @@ from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.channel_delays import stated
 from lure.analysis.questions.problem import Problem
-from lure.arrays import NDArray, np
+from lure.arrays import np
 from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
@@ -65,17 +66,18 @@ class PiecewiseProofs:
         if self.late:
             _require_covered(plant, known)
         low = self._lower(known, shifted=False)
-        gains = [*map(float, low)] if plant.inner or (self.late and any(low)) else None
-        if gains is not None:
+        gains, zeros = [*map(float, low)] if plant.inner or (self.late and any(low)) else None, 0
+        if gains is not None or (self.late and not pace and not channels.characteristic(plant.A)[-1]):
             try:
-                number = pieces.right_roots(plant, low)[0]
+                number, zeros, _ = pieces.right_roots(plant, low)
             except Rejected as error:
                 raise AssumptionError(f"beside dead times: {error}", code=Reason.DEAD_TIME) from None
             if number:
-                shift = f"the loop is shifted by the gains {', '.join(f'{v:g}' for v in gains)}, with which it"
+                shift = f"the loop is shifted by the gains {', '.join(f'{float(v):g}' for v in low)}, with which it"
                 raise AssumptionError(
-                    f"beside dead times {shift if any(gains) else 'the plant'} is not stable", code=Reason.DEAD_TIME
+                    f"beside dead times {shift if any(low) else 'the plant'} is not stable", code=Reason.DEAD_TIME
                 )
+        self.resting, ties = bool(zeros), self._ties(plant, known, low, zeros) if zeros else []
         found = (
             plant
             if self.late
@@ -84,8 +86,11 @@ class PiecewiseProofs:
         if found is None:
             raise AssumptionError("the loop is not well posed with the gains at the lower bounds and without delay")
         A, B, C, D = (np.array([[float(v) for v in row] for row in side]) for side in found[:4])
-        if gains is None:
-            self._require_stable(plant, known, np.linalg.eigvals(A))
+        poles = np.linalg.eigvals(A)
+        if gains is None and not zeros and (np.abs(poles).max() if plant.discrete else 1 + poles.real.max()) >= 1:
+            raise AssumptionError(
+                "the loop with the gains at the lower bounds and without delay is not asymptotically stable"
+            )
         blocks = [*known.operators, *known.tied]
         up = [math.exp(float(pace * delay)) for delay, _ in plant.late]
         sides = zip(up, plant.late, strict=True)
@@ -93,23 +98,53 @@ class PiecewiseProofs:
         inner = [by * np.array([[*map(float, row)] for row in rows]) for by, rows in zip(up, plant.inner, strict=False)]
         rates = [(np.array(D_T, dtype=float), np.array(E, dtype=float)) for D_T, E in plant.rates]
         self.search = Piecewise(
-            A, B, C, D, self._widths(Fraction(1)), blocks, plant.discrete, late, gains, inner, rates, float(pace)
+            A,
+            B,
+            C,
+            D,
+            self._widths(Fraction(1)),
+            blocks,
+            plant.discrete,
+            late,
+            gains,
+            inner,
+            rates,
+            float(pace),
+            zeros,
+            ties,
         )
 
-    def _require_stable(self, plant: Plant, known: Channels, poles: NDArray[np.complex128]) -> None:
-        """Refuse a loop at the lower bounds that is not stable, but for poles at 0 that a theorem covers."""
-        at_rest = self.late and not self.pace and known.operators == [] and np.abs(poles).min() == 0
-        poles = poles[poles != 0] if at_rest else poles
-        if len(poles) and (np.abs(poles).max() if plant.discrete else 1 + poles.real.max()) >= 1:
+    def _ties(self, plant: Plant, known: Channels, low: list[Fraction], zeros: int) -> list[tuple[int, int, Fraction]]:
+        """Channels ``i`` and ``j`` with the number that ``lambda_j`` is of ``lambda_i``, for poles at 0 as covered."""
+        refused = AssumptionError(
+            "the plant has an eigenvalue 0 (the critical case), which beside dead times is covered with nonlinearities "
+            "alone, with bounds [0, u] and the same at all times where sigma shows it; give such classes, or a plant "
+            "without it",
+            code=Reason.CRITICAL,
+        )
+        try:
+            R = pieces.residues(plant, low, zeros)
+        except Rejected as error:
+            raise AssumptionError(f"beside dead times {error}", code=Reason.CRITICAL) from None
+        if channels.rank(R) < zeros:
             raise AssumptionError(
-                "the loop with the gains at the lower bounds and without delay is not asymptotically stable"
-            )
-        if at_rest and any(one.varying or known.bounds(i)[0] for i, one in enumerate(known.families)):
-            raise AssumptionError(
-                "the plant has an eigenvalue 0 (the critical case), which beside dead times is covered with bounds "
-                "[0, u] and nonlinearities that do not depend on time; give such classes, or a plant without it",
+                f"beside dead times {zeros} eigenvalues 0 of the plant are realised, and lim s H(s) has the rank "
+                f"{channels.rank(R)}: what is not seen in one entry each is not covered",
                 code=Reason.CRITICAL,
             )
+        kinds, varying = {self._kind(known, i) for i in range(len(R))}, [one.varying for one in known.families]
+        shown = [i for i, row in enumerate(R) if any(row)]
+        direct = any(varying) and any(plant.direct(i) for i in shown)
+        if kinds != {"function"} or plant.rates or direct or any(varying[i] or known.bounds(i)[0] for i in shown):
+            raise refused
+        widths = [high - low for low, high in map(known.bounds, range(len(R)))]
+        pairs = [(i, j) for i, j in combinations(range(len(R)), 2) if R[i][j] or R[j][i]]
+        if any(widths[i] * R[i][j] * widths[j] * R[j][i] <= 0 for i, j in pairs):
+            raise AssumptionError(
+                "beside dead times no weights make Lambda W lim s H(s) symmetric, which poles at 0 ask for",
+                code=Reason.CRITICAL,
+            )
+        return [(i, j, widths[i] * R[i][j] / (widths[j] * R[j][i])) for i, j in pairs]
 
     def _kept(self, alpha: Fraction) -> tuple[Plant, Channels]:
         """The loop of a factor with its constant delays, operators in place of those that vary."""
@@ -154,8 +189,9 @@ class PiecewiseProofs:
                 found.append(Channel(kind, one.sector[1], smooth, one.rate))
                 continue
             low, high = known.bounds(i)
-            free, width = kind == "function" and bool(self.free and self.free[i]), high - low
             below = low - pieces.base(low, high) if self.late and not one.operator else Fraction(0)
+            free, width = kind == "function" and bool(self.free and self.free[i]), high - low
+            free = free and not (self.resting and below)
             found.append(Channel(kind, high if one.operator else width, free, low=below))
         return found if min(one.width for one in found) > 0 else []
 

@@ -230,7 +230,7 @@ def test_a_long_dead_time_beside_a_fast_pole_needs_few_pieces():
     ("rows", "classes", "code", "sentence"),
     [
         ([["exp(-s)/s"]], [Sector(2, 3)], "DEAD_TIME", "shifted by the gains 2, with which it is not stable"),
-        ([["exp(-s)/(s-1)"]], [Sector(1, 3)], "DEAD_TIME", "a root on the axis"),
+        ([["exp(-s)/(s-1)"]], [Sector(1, 3)], "CRITICAL", "a pole at 0 is not simple"),
         ([["0.1+exp(-s)/(s+1)", "0"], ["0", "1/(s+2)"]], UNIT, "NOT_APPLICABLE", "D has a cycle of channels"),
         (
             [["1/s", "0"], ["0", "exp(-s)/(s+2)"]],

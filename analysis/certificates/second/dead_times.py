@@ -49,8 +49,9 @@ def shown_late(document: Document, asked: Asked) -> str:
             one_weight = len({weights[i] for i in block if i < len(weights)}) == 1
             joint = asked.nonlinearities[block[0]].operator == claims.FULL_BLOCK
             require(one_weight or not joint, "a function of a block has two weights")
-        resting = require_pieces(document, apart)
-        return claims.EQUILIBRIA if resting else claims.GAIN if asked.performance else claims.DELAYED
+        if not require_pieces(document, apart):
+            return claims.GAIN if asked.performance else claims.DELAYED
+        return claims.BOUNDED if any(one.time_varying for one in apart.nonlinearities) else claims.EQUILIBRIA
     require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
     require(document.theorem == "counterexample" and not document.multiplier, "a refutation is a counterexample")
     require(asked.D.nrows() <= _MOST_CHANNELS, "there are too many channels")

@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate, pairwise, product
+from typing import TypeVar
 
-from flint import acb, acb_mat, acb_series, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_mat, acb_series, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly, fmpq_series
 
 from lure.analysis.certificates.second.channels import Asked, diagonal, stacked
 from lure.analysis.certificates.second.numerics import SERIES_TERMS, ball, on_axis, right_zeros, to_fmpq
@@ -21,6 +22,7 @@ from lure.analysis.certificates.second.reading import require, tick
 from lure.analysis.certificates.second.systems import Delayed
 
 Series = list[list[acb_series]]
+_T = TypeVar("_T", acb_series, fmpq_series)
 _LARGEST = 64
 
 
@@ -63,8 +65,13 @@ class LateLoop:
         """By what the solutions times ``e^(a t)`` that arrive so late are larger."""
         return grown(self.pace, tau)
 
-    def right_roots(self) -> int:
-        """How many zeros with ``Re s >= 0`` ``chi(s) = det(s - M(s))`` has, none lying on the axis.
+    def right_roots(self, zeros: int = 0) -> int:
+        """How many zeros with ``Re s >= 0`` ``chi(s)/s^r`` has, ``chi = det(s - M(s))``, none lying on the axis.
+
+        Parameters
+        ----------
+        zeros : int
+            ``r``, how often 0 is one of ``chi``.
 
         Raises
         ------
@@ -72,7 +79,16 @@ class LateLoop:
             They are not counted.
         """
         n = self.A.nrows()
-        return right_zeros(n, self._turn, lambda a, b: on_axis(self.determinant, a, b) * acb(0, -1) ** n)
+
+        def turn(a: Fraction | None, b: Fraction) -> acb:
+            """``g = chi/s^n``, or of ``chi/s^r`` near 0, as :func:`right_zeros` asks."""
+            if not zeros or a != 0:
+                return self._turn(a, b)
+            wide = acb_series([acb(0, arb(0).union(ball(b))), acb(1)])
+            near: acb = self.adjugate(wide)[0][zeros] * acb(0, -1) ** (n - zeros)
+            return near
+
+        return right_zeros(n - zeros, turn, lambda a, b: on_axis(self.determinant, a, b) * acb(0, -1) ** n)
 
     def _turn(self, a: Fraction | None, b: Fraction) -> acb:
         """``g = chi/s^n``, as :func:`right_zeros` asks."""
@@ -86,6 +102,39 @@ class LateLoop:
             return acb_mat.det(one * acb(omega) + M * acb(0, 1))
         small = acb(0, (1 / omega).union(arb(0)) if a is None else 1 / omega)
         return acb_mat.det(one + M * small)
+
+    def adjugate(self, s: acb_series) -> tuple[acb_series, list[list[acb_series]]]:
+        """``chi = det(s - M)`` and ``chi H``.
+
+        Parameters
+        ----------
+        s : acb_series
+            Anywhere.
+        """
+        return _cramer(*self._sides(s), [[0 * s + acb(arb(v)) for v in row] for row in self.D.tolist()])
+
+    def at_zero(self) -> tuple[fmpq_series, list[list[fmpq_series]]]:
+        """The same about 0, exactly, without a pace."""
+        s = fmpq_series([0, 1])
+        waits = [fmpq_series([0, -to_fmpq(tau)]).exp() for tau, _, _ in self.late]
+        waits = [0 * s + 1, *waits, *(s * wait for wait in waits)]
+
+        def total(*parts: fmpq_mat) -> list[list[fmpq_series]]:
+            """The sum of matrices, those that arrive late included."""
+            rows = [[[M[i, j] for M in parts] for j in range(parts[0].ncols())] for i in range(parts[0].nrows())]
+            return [
+                [
+                    sum((wait * fmpq_series([v]) for wait, v in zip(waits, entry, strict=False) if v != 0), 0 * s)
+                    for entry in row
+                ]
+                for row in rows
+            ]
+
+        n = self.A.nrows()
+        M = total(self.A, *(A for _, A, _ in self.late), *(E for E, _ in self.rates))
+        outputs = total(self.C, *(C for _, _, C in self.late), *(D for _, D in self.rates))
+        own = [[(s if i == j else 0 * s) - M[i][j] for j in range(n)] for i in range(n)]
+        return _cramer([[*a, *b] for a, b in zip(own, total(self.B), strict=True)], outputs, total(self.D))
 
     @property
     def turning(self) -> list[int]:
@@ -247,6 +296,30 @@ class LateLoop:
             [sum((outputs[i][k] * states[k][j] for k in range(n)), 0 * s + acb(arb(self.D[i, j]))) for j in range(m)]
             for i in range(self.C.nrows())
         ]
+
+
+def _cramer(states: list[list[_T]], outputs: list[list[_T]], D: list[list[_T]]) -> tuple[_T, list[list[_T]]]:
+    """``det P`` and ``det P (C P^-1 B + D)``, rows of ``(P, B)`` given, by Faddeev and Leverrier.
+
+    Nothing is divided by, but the numbers from 1 to the order.
+    """
+    n, nothing = len(states), 0 * states[0][0]
+    own, found = [row[:n] for row in states], [[nothing + int(i == j) for j in range(n)] for i in range(n)]
+    adjoint, c = found, nothing
+    for k in range(1, n + 1):
+        tick()
+        adjoint = found
+        found = _product(own, adjoint)
+        c = sum((found[i][i] for i in range(n)), nothing) / -k
+        found = [[v + c if i == j else v for j, v in enumerate(row)] for i, row in enumerate(found)]
+    sign = (-1) ** n  # det P = (-1)^n c, and adj P = -(-1)^n times the last matrix
+    inner = _product(outputs, _product(adjoint, [row[n:] for row in states]))
+    return c * sign, [[(c * d - v) * sign for v, d in zip(*rows, strict=True)] for rows in zip(inner, D, strict=True)]
+
+
+def _product(P: list[list[_T]], Q: list[list[_T]]) -> list[list[_T]]:
+    columns = [*zip(*Q, strict=True)]
+    return [[sum((u * v for u, v in zip(row, column, strict=True)), 0 * row[0]) for column in columns] for row in P]
 
 
 def late_companion(system: Delayed, gain: Fraction) -> LateLoop:

@@ -42,10 +42,10 @@ def even_odd(p: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
 
 
 @contextmanager
-def working_precision(bits: int) -> Iterator[None]:
+def working_precision(bits: int, terms: int = SERIES_TERMS) -> Iterator[None]:
     """Run a block at ``bits`` of precision, with series of 10 terms; put both back (they are global to the process)."""
     before = ctx.prec, ctx.cap
-    ctx.prec, ctx.cap = bits, SERIES_TERMS
+    ctx.prec, ctx.cap = bits, terms
     try:
         yield
     finally:

@@ -11,12 +11,13 @@ is a ball; from the last frequency on entries are functions of ``1/omega``, anal
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise, product
 
-from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat, fmpq_poly, fmpq_series
 
 from lure.analysis.certificates.second.channels import Asked, acyclic
 from lure.analysis.certificates.second.classes import DELAYS
@@ -34,7 +35,7 @@ from lure.analysis.certificates.second.numerics import (
 from lure.analysis.certificates.second.reading import Document, NotShown, listed, numbers, record, require, tick
 from lure.analysis.certificates.second.zero import require_one_solution, shifted_by
 
-_BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS = 192, 20_000, 2**70, 6, 500, 40
+_BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS, _CUTS, _SMALL = 192, 20_000, 2**70, 6, 500, 40, 16, 2**20
 _SHARE = 8  # of an arc, as wide as all frequencies beyond the last
 _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
 
@@ -51,6 +52,7 @@ class _Channel:
 
 
 Balls = list[list[list[acb]]]
+_Series = Callable[[acb_series], list[list[acb_series]] | None]  # F of a frequency
 _Row = Sequence[tuple[Fraction, Fraction] | None]  # multipliers of the channels on a piece
 
 
@@ -95,7 +97,7 @@ def require_pieces(document: Document, asked: Asked) -> bool:
     if any(gains) or asked.inner:
         closed = LateLoop.of(asked, gains)
     shifted = shifted_by(asked, [(low, high) for low, high in bounds if low is not None and high is not None])
-    stable = asked.discrete or closed is not None or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows()
+    resting, stable = False, asked.discrete or half_plane_counts(shifted[0].charpoly()).left == asked.A.nrows()
     require(stable or bool(asked.late), "no stable loop")
     require(not asked.discrete or _inside(shifted[0].charpoly()), "the loop without delay is not stable")
     d, N = numerators(shifted)
@@ -125,22 +127,24 @@ def require_pieces(document: Document, asked: Asked) -> bool:
 
     with working_precision(_BITS):
         near, start = balls(near=True), Fraction(0)
-        if closed is not None:
-            require(closed.right_roots() == 0, "the loop with constant gains is not stable")
-        require(stable or asked.pace is None, "with a rate no pole lies at 0")
-        if not stable:
-            start = _past_zero(asked, known, d, [(Fraction(0), N), *later], ends[0])
+        if asked.late and (closed is not None or not stable):
+            loop = LateLoop.of(asked, gains) if closed is None else closed
+            resting = not asked.pace and bool(loop.at_rest() == 0)
+            if resting:
+                start = _past_zero(asked, known, loop, ends[0])
+            else:
+                require(loop.right_roots() == 0, "the loop with constant gains is not stable")
         for row, (a, b) in zip(rows, pairwise([start, *ends]), strict=False):
-            _require_piece(near, known, row, a, b)
+            _require_piece(partial(_series, near, known, row), a, b)
         if not asked.discrete:
             outer, end = balls(near=False), ends[-1]
             while asked.late and not _at_any_phase(outer, known, rows[-1], 1 / end):
                 require(end < ends[-1] * 2**_DOUBLINGS, "F > 0 is not shown far out")
-                _require_piece(near, known, rows[-1], end, 2 * end)
+                _require_piece(partial(_series, near, known, rows[-1]), end, 2 * end)
                 end *= 2
             if not asked.late:
-                _require_piece(outer, known, rows[-1], Fraction(0), 1 / end)
-    return not stable
+                _require_piece(partial(_series, outer, known, rows[-1]), Fraction(0), 1 / end)
+    return resting
 
 
 def _read(document: Document, asked: Asked) -> tuple[list[_Channel], list[_Row], list[Fraction]]:
@@ -172,72 +176,90 @@ def _read(document: Document, asked: Asked) -> tuple[list[_Channel], list[_Row],
     return known, rows, ends
 
 
-def _past_zero(
-    asked: Asked,
-    known: Sequence[_Channel],
-    d: fmpq_poly,
-    parts: Sequence[tuple[Fraction, list[list[fmpq_poly]]]],
-    end: Fraction,
-) -> Fraction:
-    """A frequency up to which ``F > 0`` with poles at 0, ``s H = G`` having the limit ``R``, of rank as many as these.
+def _past_zero(asked: Asked, known: Sequence[_Channel], loop: LateLoop, end: Fraction) -> Fraction:
+    """A frequency up to which ``F > 0`` where 0 is a root of ``chi`` ``r`` times, ``s H = G`` with the limit ``R``.
 
     ``Lambda W R`` is symmetric, so that ``F`` is the Hermitian part of ``Lambda + Lambda W (G - R)/s + Theta G``, and
-    ``(G - R)/omega`` is a mean of ``G'``.
+    more for rows of ``R`` that are 0.  ``chi/s^r`` is a mean of values of ``chi^(r)/r!``, and so are the derivatives.
 
     Raises
     ------
     NotShown
         There is none, or the theorem is not for these poles, classes or multipliers.
     """
-    m, zeros = len(known), next(k for k in range(d.degree() + 1) if d[k] != 0)
-    for i, one in enumerate(known):
-        fixed = not asked.nonlinearities[i].time_varying and not asked.nonlinearities[i].operator
-        plain = one.kind == "" and one.low == 0 and one.theta >= 0
-        require(fixed and plain, "beside dead times an eigenvalue 0 is covered for functions in [0, u], theta >= 0")
-    rest = fmpq_poly([d[k] for k in range(zeros, d.degree() + 1)])
-    require(0 < zeros <= m and half_plane_counts(rest).left == rest.degree(), "the plant is not stable")
-    tops = list[tuple[Fraction, list[list[fmpq_poly]]]]()
-    for tau, N in parts:
-        simple = all(f[k] == 0 for row in N for f in row for k in range(zeros - 1))
-        require(simple, "H has a pole of higher order at 0")
-        cut = [[fmpq_poly([f[k] for k in range(zeros - 1, max(f.degree(), zeros - 1) + 1)]) for f in row] for row in N]
-        tops.append((tau, cut))
-    R = [[sum((N[i][j][0] for _, N in tops), fmpq(0)) / rest[0] for j in range(m)] for i in range(m)]
+    m, theirs = len(known), asked.nonlinearities
+    most = SERIES_TERMS + 1 + m
+    with working_precision(_BITS, most):
+        chi, N = loop.at_zero()
+    zeros = next((k for k in range(m + 1) if chi[k] != 0), m + 1)
+    for one, class_ in zip(known, theirs, strict=True):
+        plain = one.kind == "" and one.theta >= 0 and 0 in (one.theta, one.low) and not class_.operator
+        require(plain, "beside dead times an eigenvalue 0 is covered for functions, theta >= 0, 0 if not in [0, u]")
+    require(asked.pace is None and not asked.rates, "with a rate, or in neutral equations, no pole lies at 0")
+    require(zeros <= m and loop.right_roots(zeros) == 0, "the plant is not stable")
+    simple = all(f[k] == 0 for row in N for f in row for k in range(zeros - 1))
+    require(simple, "H has a pole of higher order at 0")
+    R = [[f[zeros - 1] / chi[zeros] for f in row] for row in N]
+    varying = any(class_.time_varying for class_ in theirs)
+    for i, row in enumerate(R):
+        if any(v != 0 for v in row):
+            require(known[i].low == 0 and not theirs[i].time_varying, "what shows the pole is no function in [0, u]")
+            require(not varying or not asked.has_direct_term(i), "what shows the pole is no function of the states")
     S = fmpq_mat([[to_fmpq(one.weight * one.width) * v for v in row] for one, row in zip(known, R, strict=True)])
     require(S.transpose() == S and S.rank() == zeros, "Lambda W R is not symmetric, or has another rank")
     p = S.charpoly()  # of real roots: none is negative if its signs alternate
     require(all(p[m - k] * (-1) ** k >= 0 for k in range(m + 1)), "Lambda W R has a negative eigenvalue")
     for _ in range(_HALVINGS):
         tick()
-        omega = acb_series([acb(arb(0).union(ball(end))), acb(1)])
-        s = omega * acb(0, 1)
-        below = _at([acb(arb(c)) for c in rest.coeffs()], s)
-        if below[0].contains(0):
-            end /= 2
-            continue
-        Y = [[acb(0)] * m for _ in known]
-        for i, one in enumerate(known):
-            for j in range(m):
-                G = 0 * s
-                for tau, N in tops:
-                    G += (s * -ball(tau)).exp() * _at([acb(arb(c)) for c in N[i][j].coeffs()] or [acb(0)], s) / below
-                Y[i][j] = G[1] * acb(0, -1) * ball(one.weight * one.width) + G[0] * ball(one.theta)
-            Y[i][i] += ball(one.weight)
-        if _eliminates([[Y[i][j] + Y[j][i].conjugate() for j in range(m)] for i in range(m)]):
+        parts = [ball(end * k / _CUTS).union(ball(end * (k + 1) / _CUTS)) for k in range(_CUTS)]
+        with working_precision(_BITS, most):
+            wide = [loop.adjugate(acb_series([acb(0, omega), acb(1)])) for omega in parts]
+        bottom = _ascending(chi, [below for below, _ in wide], zeros)
+        tops = [[_ascending(N[i][j], [M[i][j] for _, M in wide], zeros - 1) for j in range(m)] for i in range(m)]
+        left = [abs(f[-1]) * ball(end) ** SERIES_TERMS for f in (bottom, *(f for line in tops for f in line))]
+        if all(v < abs(bottom[0]) / _SMALL for v in left):
+            _require_piece(partial(_near_zero, known, R, bottom, tops), Fraction(0), end)
             return end
         end /= 2
     raise NotShown("F > 0 is not shown near 0")
 
 
-def _eliminates(rows: list[list[acb]]) -> bool:
-    """Whether all pivots of a Hermitian matrix are positive."""
-    for k in range(len(rows)):
-        if not rows[k][k].real > 0:
-            return False
-        for i in range(k + 1, len(rows)):
-            factor = rows[i][k] / rows[k][k].real
-            rows[i] = [v - factor * w for v, w in zip(rows[i], rows[k], strict=True)]
-    return True
+def _ascending(exact: fmpq_series, wide: Sequence[acb_series], skipped: int) -> list[acb]:
+    """Of ``f/s^k`` the Taylor coefficients at 0, the last a mean of those elsewhere, on some parts."""
+    last = skipped + SERIES_TERMS
+    rest = wide[0][last]
+    for one in wide[1:]:
+        rest = rest.union(one[last])
+    return [*(acb(arb(exact[k])) for k in range(skipped, last)), rest]
+
+
+def _near_zero(
+    known: Sequence[_Channel],
+    R: Sequence[Sequence[fmpq]],
+    bottom: list[acb],
+    tops: list[list[list[acb]]],
+    t: acb_series,
+) -> list[list[acb_series]] | None:
+    """``F`` as series in ``omega`` near 0, without what is skew and has a pole there; None if ``chi`` may vanish."""
+    m, s = len(known), t * acb(0, 1)
+    Y, squares, below = list[list[acb_series]](), list[tuple[list[acb_series], arb]](), _at(bottom, s)
+    if below[0].contains(0):
+        return None
+    for i, one in enumerate(known):
+        low = one.low * (one.low + one.width)
+        rest = [
+            _at([p - acb(arb(r)) * q for p, q in zip(f[1:], bottom[1:], strict=True)], s) / below
+            for f, r in zip(tops[i], R[i], strict=True)
+        ]  # (G - R)/s
+        whole = s * ball(one.theta) + acb(ball(one.weight * (one.width + 2 * one.low)))
+        Y.append([h * whole + acb(arb(r) * ball(one.theta)) for h, r in zip(rest, R[i], strict=True)])
+        Y[i][i] += acb(ball(one.weight))
+        if low:
+            squares.append((rest, ball(-2 * one.weight * low)))
+    F = [[Y[i][j] + _conjugate(Y[j][i]) for j in range(m)] for i in range(m)]
+    for row, weight in squares:
+        F = [[f - _conjugate(row[i]) * row[j] * weight for j, f in enumerate(line)] for i, line in enumerate(F)]
+    return F
 
 
 def _pair(value: object) -> tuple[Fraction, Fraction] | None:
@@ -346,13 +368,7 @@ def _reversed(p: fmpq_poly, n: int) -> list[acb]:
     return [acb(arb(p[n - k])) * acb(0, 1) ** (n - k) for k in range(n + 1)]
 
 
-def _require_piece(
-    loop: _Loop,
-    known: Sequence[_Channel],
-    row: _Row,
-    low: Fraction,
-    high: Fraction,
-) -> None:
+def _require_piece(series: _Series, low: Fraction, high: Fraction) -> None:
     """Check ``F > 0`` from ``low`` to ``high``, of ``omega`` or of ``1/omega``."""
     stack, narrow = [(low, high)], (high - low) / _NARROWEST
     for _ in range(_MOST):
@@ -360,7 +376,7 @@ def _require_piece(
         if not stack:
             return
         a, b = stack.pop()
-        if _positive(loop, known, row, a, b):
+        if _positive(series, a, b):
             continue
         require(b - a > narrow, "F > 0 is not shown on a piece")
         middle = (a + b) / 2
@@ -368,13 +384,14 @@ def _require_piece(
     require(not stack, "F > 0 is not shown on a piece")
 
 
-def _positive(loop: _Loop, known: Sequence[_Channel], row: _Row, a: Fraction, b: Fraction) -> bool:
+def _positive(series: _Series, a: Fraction, b: Fraction) -> bool:
     """Whether ``F > 0`` is shown on ``[a, b]``: each pivot of its elimination is, as a function of the frequency."""
-    m, middle, radius = len(known), ball((a + b) / 2), ball((b - a) / 2).upper()
-    here = _series(loop, known, row, acb_series([acb(middle), acb(1)]))
-    wide = _series(loop, known, row, acb_series([acb(ball(a).union(ball(b))), acb(1)]))
+    middle, radius = ball((a + b) / 2), ball((b - a) / 2).upper()
+    here = series(acb_series([acb(middle), acb(1)]))
+    wide = series(acb_series([acb(ball(a).union(ball(b))), acb(1)]))
     if here is None or wide is None:
         return False
+    m = len(here)
     for k in range(m):
         pivot = taylor(here[k][k], wide[k][k], radius)
         if not pivot.real > 0:
