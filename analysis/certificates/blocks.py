@@ -256,10 +256,9 @@ def at_zero(F: Form, critical: bool) -> int:
 
 def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
     """``d + l n`` for the sector shifted by ``l``, whether it is critical, and what was checked of its roots."""
-    need(l == 0 or not B.delayed, "with dead time the classes begin at 0")
-    if any(tau for tau, _ in B.d):
-        return late_roots(B)
     d, at = B.d + real(l) * B.n if l else B.d, "z = 1" if B.discrete else "s = 0"
+    if any(tau for tau, _ in d):
+        return late_roots(B._replace(d=d))
     need(1 + l * B.direct != 0, "1 + l H(inf) = 0 at the lower bound l", IllPosed)
     need(max((n for _, n in d), default=-1) == B.order, "d + l n has a root at z = -1")
     if hurwitz(d):

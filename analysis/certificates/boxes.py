@@ -336,6 +336,7 @@ def proved(
     need(prod(d + 1 for d in degrees) <= MOST_NODES, "the degrees in the parameters are too high")
     need(not any(n[0] for _, n, _ in H.terms), "with parameters H(inf) = 0 is needed")
     need(-INF not in gains and not (H.delay and INF in gains), "a bound is infinite")
+    need(not (H.delay and gains[0]), "beside parameters and dead time the classes begin at 0")
     cases = list[tuple[bool, str]]()
     for box, data in leaves(tree, H.box):
         need(not (isinstance(data, dict) and "mirrored" in data), "with parameters the lower bound is a stable gain")

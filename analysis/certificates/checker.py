@@ -115,6 +115,7 @@ def inequality(
         B, l, k, data = mirrored(B), -k, -l, {}
     need(abs(l) != INF, "the lower bound is infinite")
     d, critical, stable = shifted(B, l)
+    B = B._replace(d=d) if B.delayed else B
     D, w = B.direct / (1 + l * B.direct), None if k == INF else k - l
     posed(1 + w * D > 0 if w else D >= 0, "1 + g H(inf) vanishes for a gain g of the class")
     timed = name in ("circle", "zames-falb") or B.discrete == (name in (*STEPS, "order-cone"))

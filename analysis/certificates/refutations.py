@@ -56,7 +56,9 @@ class _Curve:
     guesses: tuple[tuple[Fraction, Fraction], ...]
 
 
-def crossing_proof(block: RationalPlant | DelayPlant, gains: tuple[Fraction, Fraction]) -> dict[str, Any]:
+def crossing_proof(
+    block: RationalPlant | DelayPlant, gains: tuple[Fraction, Fraction], lower: Fraction = Fraction(0)
+) -> dict[str, Any]:
     r"""The proof by ``crossing``: ``Im H`` changes sign between two frequencies, there ``-1/Re H`` is between gains.
 
     ``1 + g H(i omega) = 0`` at the frequency where ``Im H = 0``, for ``g = -1/Re H`` there.  In discrete time
@@ -68,6 +70,8 @@ def crossing_proof(block: RationalPlant | DelayPlant, gains: tuple[Fraction, Fra
         The block.
     gains : tuple of Fraction
         Two gains with such a one strictly between them.
+    lower : Fraction
+        With dead time a gain with which the loop is stable, or has a simple root 0 besides.
 
     Returns
     -------
@@ -85,10 +89,10 @@ def crossing_proof(block: RationalPlant | DelayPlant, gains: tuple[Fraction, Fra
     no sign; a polynomial is then decided by Sturm's theorem.
     """
     with working_precision(BITS):
-        curve = _delayed(block) if isinstance(block, DelayPlant) else _rational(block)
+        curve = _delayed(block.closed(lower)) if isinstance(block, DelayPlant) else _rational(block)
         for a, b in curve.guesses:
             for low, high in _narrowed(curve, a, b):
-                ends = [-1 / curve.parts(omega)[0] for omega in (low, high)]
+                ends = [ball(lower) - 1 / curve.parts(omega)[0] for omega in (low, high)]
                 if all(ball(gains[0]) < end < ball(gains[1]) for end in ends):
                     return {"method": "crossing", "gains": texts(gains), "frequencies": texts((low, high))}
     raise AssumptionError(f"no root on the axis was found for gains between {float(gains[0])} and {float(gains[1])}")
@@ -340,7 +344,7 @@ def _proof(block: Block, witness: Witness, system: Mapping[str, Any], nonlineari
         at_zero = _static(block)
         if at_zero is not None and low <= at_zero <= high:
             return {"method": "linear-gain", "gain": text(at_zero)}
-        return crossing_proof(block, (low, high if top is None else min(high, top)))
+        return crossing_proof(block, (low, high if top is None else min(high, top)), _number(data["lower"]))
     if isinstance(block, StateSpace):
         return growth_proof(system, _number(data["gain"]))
     if "gain_low" in data:

@@ -13,7 +13,7 @@ from flint import acb, arb, arb_series, fmpq_poly
 from lure.analysis.certificates.arithmetic import Form, Rejected, S, homogeneous, real
 from lure.analysis.certificates.balls import right_zeros
 from lure.analysis.inequality.protocol import Best, Grounds
-from lure.analysis.numerics.doubles import text_above
+from lure.analysis.numerics.doubles import double_above, double_below, text_above
 from lure.analysis.numerics.minimum import Minimum, at, minimum, sinc
 from lure.analysis.numerics.polynomial import X, even_odd, from_descending, root_counts, root_sizes
 from lure.analysis.numerics.precision import ball, outward, working_precision
@@ -383,14 +383,15 @@ class Delayed:
     slowest: float
 
     @classmethod
-    def of(cls, block: DelayPlant) -> Delayed:
-        """The plant of a block.
+    def of(cls, block: DelayPlant, lower: Fraction = Fraction(0)) -> Delayed:
+        """The plant of a block, for ``phi - lower sigma``.
 
         Raises
         ------
         AssumptionError
             The block is not covered (see :class:`DelayResponse`), or its residue at 0 is not positive.
         """
+        block = block.closed(lower) if lower and block.strictly_proper else block
         with working_precision(BITS):
             response = DelayResponse.of(block)
             if response.critical and not sum(top[-1] for _, top in block.terms):
@@ -418,6 +419,23 @@ class Delayed:
             return gain_limit(self.block, self.response, self.start, self.slowest)
 
 
+def raised(gains: Bracket, lower: Fraction) -> Bracket:
+    """Gains above a lower one, rounded outwards.
+
+    Parameters
+    ----------
+    gains : Bracket
+        In ``phi - lower sigma``.
+    lower : Fraction
+        The lower one.
+    """
+    if not lower:
+        return gains
+    high = math.inf if gains.high == math.inf else double_above(Fraction(gains.high) + lower)
+    low = math.inf if gains.low == math.inf else double_below(Fraction(gains.low) + lower)
+    return Bracket(low, high)
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DelayInequality:
     """``1/k + Re[(1 + i omega theta) H(i omega)] > 0`` on ``[0, inf]``, by branch and bound in balls.
@@ -433,10 +451,13 @@ class DelayInequality:
         The plant.
     weighted : bool
         Whether there is a ``theta``; else it is 0, as in the circle criterion.
+    lower : Fraction
+        The lower end of the classes; ``plant`` is that of ``phi - lower sigma``.
     """
 
     plant: Delayed
     weighted: bool
+    lower: Fraction = Fraction(0)
 
     @classmethod
     def of(cls, block: DelayPlant, lower: Fraction, *, weighted: bool) -> DelayInequality:
@@ -445,27 +466,21 @@ class DelayInequality:
         Raises
         ------
         AssumptionError
-            The plant is not covered, or ``lower`` is not 0.
+            The plant is not covered.
         """
-        if lower != 0:
-            raise AssumptionError(
-                f"with dead time the classes begin at 0; got lower = {float(lower):g}: close a loop with that gain in "
-                "the model first",
-                code=Reason.DEAD_TIME,
-            )
-        plant = Delayed.of(block)
+        plant = Delayed.of(block, lower)
         if plant.response.critical and not weighted:
             raise AssumptionError(
                 f"the block {block} has a pole at 0, where the circle criterion for dead time is not used; ask popov",
                 code=Reason.DEAD_TIME,
             )
-        return cls(plant=plant, weighted=weighted)
+        return cls(plant=plant, weighted=weighted, lower=lower)
 
     @property
     def grounds(self) -> Grounds:
         """The poles are those of the denominator: dead time adds none."""
         return Grounds(
-            lower=Fraction(0),
+            lower=self.lower,
             critical=self.plant.response.critical,
             poles="poles: counted exactly; every term with dead time strictly proper: checked",
             means="branch and bound in ball arithmetic, and a bound on the tail",
@@ -484,10 +499,12 @@ class DelayInequality:
         low = max(0.0, min(math.nextafter(end.low, 0), math.nextafter(limit.low, 0)))
         return Best(
             multiplier={"theta": theta} if self.weighted else {},
-            largest=Bracket(low, max(low, min(end.high, limit.high))),
+            largest=raised(Bracket(low, max(low, min(end.high, limit.high))), self.lower),
             worst_frequency=float(found.where),
             formula=f"1 + {float(theta):.6g} s" if self.weighted else "1",
-            limit=f"linear gains are stable only below {text_above(limit.high)}" if limit.high < end.high else "",
+            limit=f"linear gains are stable only below {text_above(raised(limit, self.lower).high)}"
+            if limit.high < end.high
+            else "",
         )
 
 

@@ -54,7 +54,7 @@ def serves(row: StabilityBound, nonlinearity_class: NonlinearityClass) -> bool:
 
 
 def _low_enough(row: StabilityBound, nonlinearity_class: NonlinearityClass) -> bool:
-    """Whether the classes of the row begin at or below the class asked about; those with dead time begin at 0."""
+    """Whether the classes of the row begin at or below the class asked about."""
     bounds = nonlinearity_class.slope if row.question == "slope" else None
     return row.lower <= (bounds or nonlinearity_class.sector).lower
 

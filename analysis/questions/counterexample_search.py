@@ -74,16 +74,16 @@ def hurwitz(asked: Problem) -> Bracket:
     if isinstance(plant, StateSpace):
         witness = _smallest_gain(plant, lower)
         return Bracket(double_below(lower), math.inf if witness is None else witness.k)
+    if isinstance(plant, DelayPlant):
+        from lure.analysis.inequality.delay import Delayed, raised
+
+        return raised(Delayed.of(plant, lower).gains(), lower)
     if lower != 0:
         raise AssumptionError(
             f"for a {type(plant).__name__} the classes begin at 0; got lower = {float(lower):g}: close a loop with "
             "that gain in the model first",
-            code=Reason.DEAD_TIME if isinstance(plant, DelayPlant) else Reason.NOT_APPLICABLE,
+            code=Reason.NOT_APPLICABLE,
         )
-    if isinstance(plant, DelayPlant):
-        from lure.analysis.inequality.delay import Delayed
-
-        return Delayed.of(plant).gains()
     return theory_of(plant).hurwitz() if isinstance(plant, StructuredPlant) else Bracket(0.0, math.inf)
 
 
@@ -93,6 +93,7 @@ def critical(asked: Problem) -> bool:
     if isinstance(plant, RationalPlant):
         return TransferPolynomials.of(plant).shifted(asked.lower).case == "critical"
     if isinstance(plant, DelayPlant):
+        plant = plant.closed(asked.lower) if plant.strictly_proper else plant
         return plant.denominator[-1] + sum(q[-1] for _, q in plant.feedback) == 0
     return isinstance(plant, StructuredPlant) and theory_of(plant).critical
 
@@ -157,11 +158,11 @@ def _smallest_gain(plant: object, lower: Fraction, limit: Bracket | None = None)
         return growing_gain(plant, lower)
     if not isinstance(plant, DelayPlant):
         return None
-    limit = hurwitz(Problem.largest(plant, "sector", lower=Fraction(0))) if limit is None else limit
-    return _dead_time_gain(plant, limit) if limit.high < math.inf else None
+    limit = hurwitz(Problem.largest(plant, "sector", lower=lower)) if limit is None else limit
+    return _dead_time_gain(plant, limit, lower) if limit.high < math.inf else None
 
 
-def _dead_time_gain(plant: DelayPlant, limit: Bracket) -> Witness:
+def _dead_time_gain(plant: DelayPlant, limit: Bracket, lower: Fraction) -> Witness:
     return Witness(
         kind="linear gain",
         k=limit.high,
@@ -170,7 +171,7 @@ def _dead_time_gain(plant: DelayPlant, limit: Bracket) -> Witness:
         odd=True,
         description=f"a linear gain of about {limit.middle:.9g} puts a root on the imaginary axis, so that the loop "
         "does not come to rest",
-        data={"gain": [limit.low, limit.high], "block": str(plant)},
+        data={"gain": [limit.low, limit.high], "block": str(plant), "lower": str(lower)},
     )
 
 
@@ -201,7 +202,8 @@ def linear_refutation(asked: Problem, numbers: Numbers) -> Proved | Refuted | Fa
         return None
     bounds = asked.nonlinearity_class.slope or sector if isinstance(plant, StateSpace) else sector
     if isinstance(plant, DelayPlant):
-        witness = _smallest_gain(plant, Fraction(0))
+        lower = Fraction(bounds.lower) if bounds.lower != -math.inf and plant.strictly_proper else Fraction(0)
+        witness = _smallest_gain(plant, lower)
     elif bounds.lower != -math.inf:
         witness = _smallest_gain(plant, Fraction(bounds.lower))
     else:

@@ -1,6 +1,6 @@
 """One nonlinearity around a plant with dead time, asked as the only one of a list: where its class does not begin at 0.
 
-The criteria for one channel with dead time begin at 0, those for several channels at the lower bounds of the classes.
+Such a question about slopes is one about the loop shifted by the lower one, if that is stable.
 A question for the largest ``k`` of the classes ``[lower, k]`` is one for the largest factor of ``[lower, top]`` there.
 So it is where the plant is unstable with the gain 0, or with small gains above it: gains of the class refute it.
 """
@@ -39,10 +39,12 @@ def as_one_channel(asked: Problem) -> Problem:
     plant, whole = asked.plant, asked.kind == "class"
     if not isinstance(plant, DelayPlant) or asked.endless_below:
         return asked
-    from_zero = asked.nonlinearity_class.sector.lower == 0
-    if from_zero and plant.strictly_proper and not _unstable_from_zero(plant):
-        return asked
     one = asked.nonlinearity_class
+    sloped = asked.question == "slope" or (whole and one.slope is not None and one.slope.lower == one.gains[0])
+    lower = Fraction(one.gains[0]) if sloped and not one.time_varying else Fraction(0)
+    from_zero = one.sector.lower == lower
+    if from_zero and plant.strictly_proper and not _unstable_from(plant, lower):
+        return asked
     if whole and (one.gains[1] == math.inf or not asked.provable or asked.refusals or asked.method != BEST):
         return asked
     classes = Diagonal((one if whole else _with_top(one, top_of(asked)),))
@@ -51,14 +53,14 @@ def as_one_channel(asked: Problem) -> Problem:
     return replace(asked, plant=listed, classes=classes, nonlinearity=None, membership=None, known=known)
 
 
-def _unstable_from_zero(plant: object) -> str:
-    """Why the plant is not stable with small gains above 0, where that is known; empty else."""
+def _unstable_from(plant: object, lower: Fraction = Fraction(0)) -> str:
+    """Why the plant is not stable with small gains above a lower one, where that is known; empty else."""
     assert isinstance(plant, DelayPlant), "asked of such plants"
     try:
-        Delayed.of(plant)
+        Delayed.of(plant, lower)
     except AssumptionError as refused:
         roots = root_counts(from_descending(plant.denominator))
-        unstable = refused.code is Reason.RESIDUE or plant.feedback or roots.right or roots.axis
+        unstable = lower or refused.code is Reason.RESIDUE or plant.feedback or roots.right or roots.axis
         return str(refused) if unstable else ""
     return ""
 
@@ -103,7 +105,7 @@ def bound_of_factors(asked: Problem, found: Factors) -> StabilityBound:
         if row.verdict is Verdict.REFUTED:
             reason = "the class should begin where the plant is stable"
         elif row.verdict is Verdict.INCONCLUSIVE and lower == 0:  # small gains destabilise
-            concluded, reason = conclusion_of(found.asked.scaled(factor), shown), _unstable_from_zero(asked.plant)
+            concluded, reason = conclusion_of(found.asked.scaled(factor), shown), _unstable_from(asked.plant)
     return replace(
         row,
         question=asked.question,

@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import partial
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.delay import Delayed, DelayInequality
+from lure.analysis.inequality.delay import Delayed, DelayInequality, raised
 from lure.analysis.inequality.protocol import Best, Grounds
 from lure.analysis.numerics.doubles import text_above
 from lure.analysis.theorems.criterion import LATE_CONCLUSIONS, Criterion
@@ -123,7 +123,7 @@ class DelayedSlopes:
         Raises
         ------
         AssumptionError
-            The plant is not covered, or ``lower`` is not 0.
+            The plant is not covered.
         """
         return cls(popov=DelayInequality.of(block, lower, weighted=True), odd=odd, kernels=kernels)
 
@@ -146,17 +146,18 @@ class DelayedSlopes:
 
     def best(self, enough: Fraction | None = None) -> Best:
         """The farthest multiplier found; nothing goes beyond the stable linear gains."""
-        gains, plant = self.plant.gains(), self.plant.block
+        gains, plant, lower = self.plant.gains(), self.plant.block, self.popov.lower
         families: tuple[Family, ...] = ("gamma", "both") if self.kernels else ("none",)
         searches = [DelayedSearch.of(plant, family, odd=self.odd) for family in families]
         peak = float(np.max(searches[0].size(searches[0].rows, searches[0].response(searches[0].rows))))
         found = _farthest(self._kernels if self.kernels else _park, searches, min(gains.low, LARGEST / peak))
         if found is None:
             said = "no multiplier was found, and Popov's criterion may say more"
-            return Best(multiplier=None, largest=Bracket(0.0, gains.high), reason=said)
+            return Best(multiplier=None, largest=raised(Bracket(0.0, gains.high), lower), reason=said)
         k, multiplier, formula = found
-        limit = f"linear gains are stable only below {text_above(gains.high)}"
-        return Best(multiplier=multiplier, largest=Bracket(k, gains.high), formula=formula, limit=limit)
+        ends = raised(Bracket(k, gains.high), lower)
+        limit = f"linear gains are stable only below {text_above(ends.high)}"
+        return Best(multiplier=multiplier, largest=ends, formula=formula, limit=limit)
 
     def _kernels(self, searches: Sequence[DelayedSearch], k: float) -> Found | None:
         """A Zames-Falb multiplier for one class, with delays in it where others do not serve."""
@@ -221,14 +222,14 @@ def first_order_largest(plant: DelayPlant, *, lower: Fraction = Fraction(0), odd
     plant : DelayPlant
         Stable, or with one simple pole at 0 besides.
     lower : Fraction
-        0; others are refused.
+        Lower end of the slopes.
     odd : bool
         Of no use here.
 
     Raises
     ------
     AssumptionError
-        The plant is not covered, or ``lower`` is not 0.
+        The plant is not covered.
     """
     return _computed(PARK, odd=odd, kernels=False).largest(plant, lower=lower)
 

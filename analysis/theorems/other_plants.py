@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from lure.analysis.inequality.delay import Delayed, DelayInequality
+from lure.analysis.inequality.delay import Delayed, DelayInequality, raised
 from lure.analysis.inequality.protocol import Bounding, ScalarPlant
 from lure.analysis.inequality.samples import SampledInequality
 from lure.analysis.inequality.state_space import StatesInequality
@@ -87,7 +87,7 @@ def largest(plant: ScalarPlant, criterion: str, *, lower: Fraction = Fraction(0)
     criterion : {"circle", "popov", "hurwitz"}
         The criterion; linear gains with dead time only.
     lower : Fraction
-        Lower end of the classes, 0 but for a ``StateSpace``.
+        Lower end of the classes, of a ``FrequencyData`` 0.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def largest(plant: ScalarPlant, criterion: str, *, lower: Fraction = Fraction(0)
         The plant is not covered, or the criterion is not evaluated for such a plant.
     """
     if criterion == "hurwitz" and isinstance(plant, DelayPlant):
-        return _linear_gains(plant)
+        return _linear_gains(plant, lower)
     found = _CRITERIA[type(plant)].get(criterion)
     if found is None or (criterion == "popov" and plant.dt is not None):
         known = "circle" if plant.dt is not None else "circle or popov"
@@ -108,14 +108,14 @@ def largest(plant: ScalarPlant, criterion: str, *, lower: Fraction = Fraction(0)
     return replace(answer, code=Reason.SAMPLED) if answer.evidence is Evidence.OBSERVED else answer
 
 
-def _linear_gains(plant: DelayPlant) -> CriterionResult:
+def _linear_gains(plant: DelayPlant, lower: Fraction) -> CriterionResult:
     """The answer of linear gains alone; it proves nothing about nonlinearities."""
-    limit = Delayed.of(plant).gains()
+    limit = raised(Delayed.of(plant, lower).gains(), lower)
     return CriterionResult(
         criterion="hurwitz",
         theorem="Nyquist's criterion for a retarded equation",
         largest=limit,
-        nonlinearity_class=NonlinearityClass(sector=Sector(0, limit.low if limit.low > 0 else math.inf)),
+        nonlinearity_class=NonlinearityClass(sector=Sector(lower, limit.low if limit.low > lower else math.inf)),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         reason="stability of every linear gain in a sector does not prove that of its nonlinear members",

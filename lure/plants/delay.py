@@ -125,6 +125,26 @@ class DelayPlant(Record):
         """Whether all of ``n_j/d`` and ``q_k/d`` are strictly proper: with dead time an equation of retarded type."""
         return all(len(top) < len(self.denominator) for _, top in (*self.terms, *self.feedback))
 
+    def closed(self, gain: Fraction) -> DelayPlant:
+        """The plant of the nonlinearity less a gain, ``phi - g sigma``: ``H/(1 + g H)``.
+
+        Parameters
+        ----------
+        gain : Fraction
+            ``g``, of either sign.
+
+        Raises
+        ------
+        InputError
+            ``d + g n_0`` has a lower degree than ``d``: the plant is not strictly proper.
+        """
+        below = dict(self.feedback) | {Fraction(0): self.denominator}
+        for delay, top in self.terms if gain else ():
+            own, size = below.get(delay, ()), max(len(below.get(delay, ())), len(top))
+            rows = ((Fraction(0),) * (size - len(p)) + p for p in (own, tuple(gain * c for c in top)))
+            below[delay] = tuple(a + b for a, b in zip(*rows, strict=True))
+        return DelayPlant(dict(self.terms), below.pop(Fraction(0)), below)
+
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H(s)``, elementwise, in floating point; not finite at a pole."""
         points = np.asarray(s, dtype=complex)

@@ -116,7 +116,7 @@ REJECTED = [
     ("circle, dead time", {"proof": {"method": "polynomial"}}, "with delays a cover is needed"),
     ("popov, dead time", {"system": LATE, "laws.sector": ["0", "2"]}, "not shown"),
     ("circle, dead time", {"system": LATE}, "circle does not cover a pole at 0"),
-    ("circle, dead time", {"laws.sector": ["1/4", "1/2"]}, "with dead time the classes begin at 0"),
+    ("circle, dead time", {"laws.sector": ["-2", "1/2"]}, "a root with Re s > 0"),
     ("circle, dead time", {"proof.boxes": [["1", "2"], ["2", "8"]]}, "the boxes leave a gap"),
     ("circle, dead time", {"proof.boxes": [["0", "2"], ["3", "8"]]}, "the boxes leave a gap"),
     ("circle, dead time", {"proof.boxes": [["0", "2"], ["2", "4"], ["4", "3"]]}, r"not shown on the box \[4, 3\]"),

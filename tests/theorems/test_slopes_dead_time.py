@@ -5,7 +5,7 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 from certificate_family import delayed, draft, nonlinearities
-from tampering import refused_again
+from tampering import assert_both_reject, refused_again
 
 from lure.analysis import max_slope
 from lure.analysis.certificates.arithmetic import Rejected, real
@@ -21,7 +21,6 @@ from lure.analysis.certificates.second.systems import shifted as theirs
 from lure.analysis.theorems.dead_time import first_order_largest
 from lure.analysis.theorems.kernels import multiplier_of
 from lure.analysis.verdict import Evidence, Verdict
-from lure.errors import AssumptionError
 from lure.plants.delay import DelayPlant
 
 SERVO = "exp(-s/5)/(s*(s^2+0.4*s+4))"
@@ -93,7 +92,7 @@ def test_kernels_with_delays_reach_the_linear_gains():
     [
         ({"theorem": "off-axis-circle", "multiplier": {"alpha": "1/2"}}, "does not cover dead time"),
         ({"multiplier": {"theta": "-4/25", "tau": "-6"}}, "tau < 0"),
-        ({"laws": nonlinearities("-1/10", "1/5", slope=True)}, "begin at 0"),
+        ({"laws": nonlinearities("-5", "1/5", slope=True)}, "root with Re s > 0"),
         ({"laws": nonlinearities(0, "42/100", slope=True, time_varying=True)}, "do not depend on time"),
         ({"laws": nonlinearities(0, "42/100")}, "infinite"),
         ({"system": delayed([("1", "1")], "1 -1/5 4")}, "not strictly inside"),
@@ -214,6 +213,32 @@ def test_the_residue_is_that_of_the_whole_denominator(top):
             count()
 
 
-def test_the_classes_begin_at_zero_with_dead_time():
-    with pytest.raises(AssumptionError, match="begin at 0"):
-        first_order_largest(DelayPlant.parse(SERVO), lower=F(1))
+def above(low, high, name, given, system):
+    """The draft of a certificate of slopes above a lower one, with a cover if one is found."""
+    made = draft(system, nonlinearities(low, high, slope=True), name, given)
+    return {**made, "proof": cover_proof(made)}
+
+
+# exp(-s)/(s^2 + s/5 + 4 + l exp(-s)), whose linear gains end at .42348 - l; and exp(-s/2)/(s - 1 + exp(-s/2)) of the
+# residue 2: (s + exp(-s/2))' = 1/2 at 0.  Its linear gains end at w/sin(w/2) = 2.5365, w = tan(w/2) = 2.33112
+UNSTABLE = delayed([("1/2", "1")], "1 -1")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "name", "given", "system", "ends"),
+    [
+        ("1/10", "42/100", "park", PAIR, OSCILLATOR, "energy"),
+        ("-1/10", "42/100", "zames-falb", {"theta": "-4/25", "kernels": []}, OSCILLATOR, "energy"),
+        ("1", "5/2", "popov", {"theta": "1/2"}, UNSTABLE, "equilibria"),
+        ("11/10", "5/2", "popov", {"theta": "1/2"}, UNSTABLE, "energy"),
+    ],
+)
+def test_slopes_may_begin_where_the_loop_is_stable(low, high, name, given, system, ends):
+    shown = complete_and_check(above(low, high, name, given, system)).certificate
+    assert shown["conclusion"].endswith(ends)
+    assert recheck(shown).accepted
+    for sides in (("-5", high), (low, "13/5")):  # the lower gain destabilises; the upper one does
+        assert_both_reject({**shown, "laws": nonlinearities(*sides, slope=True)})
+    if ends == "equilibria":  # with a pole at 0 after the shift
+        assert_both_reject({**shown, "multiplier": {"theta": "-1/100"}})
+        assert_both_reject({**shown, "laws": nonlinearities("99/100", high, slope=True)})

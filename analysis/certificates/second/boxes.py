@@ -249,6 +249,7 @@ def _on_box(plants: Plants, box: Box, document: Document, nonlinearities: Nonlin
     if document.theorem == "circle":
         record(document.multiplier)
     asked = theorems.posed(document, system, nonlinearities)
+    require(not plants.delay or asked.claim.lower == 0, "with dead time and parameters the lower bound must be 0")
     middle = shifted(system, asked.claim.lower)
     theorems.require_case(asked, middle.case)
     n, d = plants.within(box)

@@ -193,6 +193,14 @@ class Delayed:
     d: fmpq_poly
     back: tuple[tuple[Fraction, fmpq_poly], ...] = ()
 
+    def closed(self, gain: Fraction) -> Delayed:
+        """The loop of ``phi - g sigma``: of the equation ``chi + g sum n_j exp(-s T_j)``."""
+        parts = dict(self.back)
+        for T, n in self.terms if gain else ():
+            parts[T] = parts.get(T, fmpq_poly([])) + to_fmpq(gain) * n
+        d = self.d + parts.pop(Fraction(0), fmpq_poly([]))
+        return Delayed(terms=self.terms, d=d, back=tuple((T, q) for T, q in parts.items() if q.degree() >= 0))
+
     @property
     def at_zero(self) -> fmpq:
         """``chi(0)``."""
@@ -401,8 +409,7 @@ class Shifted:
 def shifted(system: Rational | Delayed, lower: Fraction) -> Shifted:
     """The loop after the shift by ``lower``; its poles are counted exactly, hidden modes included."""
     if isinstance(system, Delayed):
-        require(lower == 0, "with dead time the lower bound must be 0")
-        return _shifted_delayed(system)
+        return _shifted_delayed(system.closed(lower))
     require(1 + lower * system.feedthrough != 0, "1 + l H(inf) vanishes: the loop is not well posed at its lower gain")
     plant = system.plant.shifted(lower)
     case = plant.case
