@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 import operator
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from .arithmetic import ZERO, Form, added, multiplied, need, onwards, positive, real, tick, value
 
 WORD, TERMS = 384, 32  # bits of the coefficients, and how many, of functions on a piece
-MOST_DOUBLINGS, MOST_HALVINGS = 60, 40
+MOST_DOUBLINGS, MOST_HALVINGS, MOST_TURNS = 60, 40, 128
 
 
 class Ball(NamedTuple):
@@ -287,6 +288,24 @@ def tail(F: Form, start: Fraction, degree: int) -> bool:
         if len(left) == 2 * degree + 1 and positive(left, start):
             return True
     return False
+
+
+def turning(F: Form, start: Fraction, degree: int) -> bool:
+    """Whether ``Re F > 0`` from ``start`` on, and at infinity over ``omega^degree``, where delayed terms do not decay.
+
+    All ``tau`` are multiples of one ``h``.  With ``theta = h omega``, whatever it is, and ``u = 1/omega`` it is ``G_0 +
+    u G_1``, functions of ``theta`` of the period ``2 pi``, and less than ``rest``: affine in ``u``, at both ends.
+    """
+    unit = math.lcm(*(tau.denominator for tau, _ in F))
+    h = Fraction(math.gcd(*(int(tau * unit) for tau, _ in F)), unit)
+    most = max((abs(tau / h) for tau, _ in F), default=ZERO) if h else ZERO
+    if not 0 < most <= MOST_TURNS or any(n > degree for _, n in F):
+        return False
+    parts = [Form({(tau / h, 0): z for (tau, n), z in F.items() if degree - n == k}) for k in (0, 1)]
+    rest = sum((sum(map(abs, z)) * start ** (n - degree) for (_, n), z in F.items() if n < degree - 1), ZERO)
+    ends = [parts[0] + real(-rest), parts[0] + parts[1] * real(1 / start) + real(-rest)]
+    cuts = [Fraction(k * 6283186, 10**6 * 2 * int(most)) for k in range(2 * int(most) + 1)]
+    return all(above(Lift(a, b)(end)) for a, b in pairwise(cuts) for end in ends)
 
 
 def outward(F: Form, start: Fraction, degree: int, pace: Any) -> Model:

@@ -319,7 +319,7 @@ def critical_end(B: Block, low: Any, high: Any) -> bool:
     """Whether the gain at an end of the class is a critical case: then its other equilibria refute nothing."""
     d, n = B.at_zero
     for end, sign in ((low, 1), (high, -1)):
-        if abs(end) == INF or d + end * n != 0:
+        if abs(end) == INF or d + end * n != 0 or (B.delayed and sign == -1):  # there -H is not proved from an end
             continue
         try:
             if shifted(B if sign == 1 else mirrored(B), sign * end)[1]:

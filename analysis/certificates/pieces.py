@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from .arithmetic import ZERO, Critical, need
-from .balls import Lift, above, box, dot, outward, right_zeros, tail
+from .balls import Lift, above, box, dot, outward, right_zeros, tail, turning
 from .frequencies import chained, quotient, shifted, signed, transfer
 
 TAYLOR = 12  # of the exponentials on a piece
@@ -243,7 +243,8 @@ def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int
         return _beyond(axis, piece, a, halvings)
     for k, p in enumerate(minors(axis, piece), 1):
         if b is None and axis.late:
-            if not tail(p, a, 2 * axis.order * k):
+            late = any(tau and n == 2 * axis.order * k for tau, n in p)
+            if not (tail(p, a, 2 * axis.order * k) or (late and turning(p, a, 2 * axis.order * k))):
                 return f"F > 0 is not shown from {float(a):.9g} on"
         elif b is None:
             left = p.part()

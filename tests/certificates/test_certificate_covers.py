@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from sharpness import CLOSE, assert_sharp
 
 from lure.analysis.certificates.arithmetic import Form, Rejected
-from lure.analysis.certificates.balls import WORD, Lift, Model, above, box, tail
+from lure.analysis.certificates.balls import WORD, Lift, Model, above, box, tail, turning
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
 from lure.analysis.certificates.drafts import completed
@@ -79,6 +79,22 @@ def test_far_out_lower_powers_of_late_parts_count_by_their_size_at_the_start():
     F[Fraction(2), 2] = (Fraction(1, 10), Fraction(0))
     assert tail(F, Fraction(6), 2)
     assert not tail(F, Fraction(4), 2)
+
+
+@pytest.mark.parametrize(("k", "start", "holds"), [("13/10", 60, True), ("13/10", 20, False), ("27/20", 10**6, False)])
+def test_late_parts_that_do_not_decay_count_with_their_phases(k, start, holds):
+    # |1 + z^3/3|^2/k + Re (z/2)(1 + z^-3/3), z = exp(-i w/3): -3/4 is the least of Re (z/2)/(1 + z^3/3), so that it is
+    # above 0 for k < 4/3; at z = -1 it is 4/9 (1/k - 3/4), .0085 for 1.3, of which 1/w may take as much
+    parts = {
+        "0": (Fraction(10, 9) / Fraction(k), 2),
+        "1": (Fraction(2, 3) / Fraction(k), 2),
+        "2/3": (Fraction(1, 6), 2),
+    }
+    F = Form({(Fraction(tau), n): (c, Fraction(0)) for tau, (c, n) in parts.items()})
+    F[Fraction(1, 3), 2] = (Fraction(1, 2), Fraction(0))
+    F[Fraction(1, 3), 1] = (Fraction(1, 3), Fraction(0))
+    assert turning(F, Fraction(start), 2) is holds
+    assert not tail(F, Fraction(10**6), 2)
 
 
 # exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.

@@ -182,6 +182,14 @@ ECHO = draft(
     {"method": "pieces", "ends": ["1", "2", "4", "8", "16"]},
     {"lambda": ["1"], "pieces": [[None]] * 6},
 )
+# (1 + s z/2)/(s + 1 + s z^3/3), z = exp(-s/3): far out Re (z/2)/(1 + z^3/3) >= -3/4, so that every k < 4/3 has F > 0
+PHASES = draft(
+    late([["-1"]], ONE, ONE, NO, ("1/3", NO, NO, [["1/2"]], NO), ("1", NO, NO, NO, [["-1/3"]])),
+    [sector("0", "13/10")],
+    "piecewise-circle",
+    {"method": "pieces", "ends": [str(2 * i) for i in range(1, 13)]},
+    {"lambda": ["1"], "pieces": [[None]] * 13},
+)
 # s + 1 - s exp(-s)/2 - exp(-s)/2 - 2 < 0 at 0
 NEUTRAL_AWAY = draft(
     late([["-1"]], [["-1"]], ONE, NO, ("1", NO, [["1/2"]], NO, [["1/2"]])),
@@ -221,6 +229,7 @@ ALL = {
     "above": ABOVE,
     "neutral": NEUTRAL,
     "echo": ECHO,
+    "phases": PHASES,
     "neutral-away": NEUTRAL_AWAY,
     "neutral-turns": NEUTRAL_TURNS,
     "neutral-returns": NEUTRAL_RETURNS,
@@ -256,7 +265,7 @@ def test_both_checkers_accept(name):
     jsonschema.Draft202012Validator(SCHEMA).validate(found)
     assert recheck(found).accepted, recheck(found).reason
     said = {"rest": "every motion converges to the set of equilibria"} | dict.fromkeys(
-        ("circle", "popov", "both", "lower", "unknown", "back", "direct", "neutral", "echo"), ATTRACTS
+        ("circle", "popov", "both", "lower", "unknown", "back", "direct", "neutral", "echo", "phases"), ATTRACTS
     )
     said |= {"gain": "the L2 gain from w to z is at most gamma in every loop of the class"}
     said |= {"above": "the L2 gain from w to z is above gamma in a loop of the class"}
@@ -364,6 +373,7 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("direct", "system", "D", [["-1"]]),
         ("direct", "system", "D", [["-7/10"]]),
         ("neutral", *CLASS, "sector", ["0", "14"]),
+        ("phases", *CLASS, "sector", ["0", "27/20"]),
         ("neutral", "system", "late", [["1", NO, NO, NO, [["-1"]]]]),  # not less than 1
         ("neutral", "system", "late", [["1", NO, NO, NO, [["5/4"]]]]),
         ("neutral", "system", "late", [["1", NO, NO, [["1/2"]], [["-1/2"]]]]),  # F < 0 far out

@@ -181,7 +181,11 @@ def refuted(document: Document, system: System, nonlinearities: Nonlinearities) 
         gain = number(record(proof, "method", "gain")["gain"])
         require(nonlinearities.has_gain(gain), "the gain is not in the class")
         if not isinstance(system, Rational):
-            return claims.NO_REST if positive_root(system, gain) == "no rest" else claims.OTHER_EQUILIBRIA
+            return (
+                claims.NO_REST
+                if positive_root(system, gain, nonlinearities.ends[0]) == "no rest"
+                else claims.OTHER_EQUILIBRIA
+            )
         if 1 + gain * system.feedthrough == 0:
             return claims.NO_SOLUTION
         return _sentence(unstable_kind(system, gain), system, nonlinearities, paced=document.rate is not None)

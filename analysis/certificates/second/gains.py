@@ -114,10 +114,11 @@ def critical_end(system: Rational, nonlinearities: Nonlinearities) -> bool:
     return False
 
 
-def positive_root(system: Delayed, gain: Fraction) -> Kind:
+def positive_root(system: Delayed, gain: Fraction, least: Fraction | None) -> Kind:
     """What a gain with dead time does whose equation ``d + gain n = 0`` has a real root ``s >= 0``.
 
-    For large ``s > 0`` the sign is that of ``d``, as the other terms are strictly proper.
+    For large ``s > 0`` the sign is that of ``d``, as the other terms are strictly proper.  At the ``least`` gain of the
+    class a root 0 may be the critical case, which is no refutation.
 
     Raises
     ------
@@ -126,8 +127,16 @@ def positive_root(system: Delayed, gain: Fraction) -> Kind:
     """
     start = system.at_zero + to_fmpq(gain) * sum((n[0] for _, n in system.terms), fmpq(0))
     start *= system.d[system.d.degree()]
-    require(bool(start < 0) or (bool(start == 0) and bool(system.at_zero != 0)), "no real root s >= 0 is shown")
+    require(bool(start <= 0), "no real root s >= 0 is shown")
+    require(bool(start < 0) or gain != least or not _is_critical(system, gain), "a root 0 of the critical case")
     return "no rest" if start < 0 else "equilibria"
+
+
+def _is_critical(system: Delayed, gain: Fraction) -> bool:
+    try:
+        return shifted(system, gain).case == "critical"
+    except NotShown:
+        return False
 
 
 def require_crossing(

@@ -141,6 +141,14 @@ class LateLoop:
         """The dead times with which ``x'`` arrives."""
         return [k for k, pair in enumerate(self.rates) if any(v != 0 for side in pair for v in side.entries())]
 
+    @property
+    def steps(self) -> list[int]:
+        """The dead times of :attr:`turning` as multiples of the largest number of which all of them are."""
+        times = [self.late[k][0] for k in self.turning]
+        unit = math.lcm(*(tau.denominator for tau in times))
+        whole = [int(tau * unit) for tau in times]
+        return [step // math.gcd(*whole) for step in whole]
+
     def at_any_phase(self, u: arb, arcs: Sequence[tuple[Fraction, Fraction]]) -> list[tuple[acb_mat, acb_mat]] | None:
         """What arrives of ``H`` and of ``s H`` without dead time, and with each, ``|s| = 1/u``, for any waits inside.
 

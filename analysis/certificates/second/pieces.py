@@ -36,6 +36,7 @@ from lure.analysis.certificates.second.reading import Document, NotShown, listed
 from lure.analysis.certificates.second.zero import require_one_solution, shifted_by
 
 _BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS, _CUTS, _SMALL = 192, 20_000, 2**70, 6, 500, 40, 16, 2**20
+_TURNS = 64  # times as many where phases go together
 _SHARE = 8  # of an arc, as wide as all frequencies beyond the last
 _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
 
@@ -410,17 +411,17 @@ def _at_any_phase(loop: _Loop, known: Sequence[_Channel], row: _Row, most: Fract
     With ``Y = Y_0 + sum w_k Y_k``, ``|w_k| = 1``, ``x^* F x`` is at least the form of ``|x|`` with ``2 Re Y_0 - 2 sum
     |Y_k|`` on the diagonal and less ``|Y_0 + Y_0^*| + sum |Y_k| + |Y_k'|`` beside it; less what is quadratic in ``H``.
     """
-    turns = len(loop.plant.turning) if loop.plant is not None else 0
-    stack = [((Fraction(0), most), *[(Fraction(0), Fraction(1))] * turns)]
-    for _ in range(_PHASES * 4**turns):
+    steps = loop.plant.steps if loop.plant is not None else []
+    stack = [((Fraction(0), most), *[(Fraction(0), Fraction(1))] * bool(steps))]
+    for _ in range(_PHASES * (_TURNS if steps else 1)):
         tick()
         if not stack:
             return True
-        (a, b), *arcs = sides = stack.pop()
-        u = ball(a).union(ball(b))
+        (a, b), *turn = sides = stack.pop()
+        u, arcs = ball(a).union(ball(b)), [(start * k, end * k) for start, end in turn for k in steps]
         arriving = loop.plant.at_any_phase(u, arcs) if loop.plant is not None else _arriving(loop, u)
         if arriving is None or not _above(arriving, known, row):
-            wide = [(b - a) / most / _SHARE, *(end - start for start, end in arcs)]
+            wide = [(b - a) / most / _SHARE, *((end - start) * max(steps) for start, end in turn)]
             k = wide.index(max(wide))
             start, end = sides[k]
             middle = (start + end) / 2
