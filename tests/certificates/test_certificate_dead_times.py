@@ -381,7 +381,7 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("neutral", "system", "late", [["1", NO, NO, NO]]),
         ("neutral", "system", "late", [["1", NO, NO, NO, [["-1/2", "0"]]]]),
         ("neutral", "system", "A", [["1"]]),
-        ("echo", *CLASS, "sector", ["0", "201/100"]),
+        ("echo", *CLASS, "sector", ["0", "2001/1000"]),
         ("echo", "system", "late", [["1", [["1/2"]], NO, [["7/10"]], NO]]),
         ("echo", "system", "late", [["1", [["1/2"]], NO, [["1/2"]], [["1"]]]]),
         (

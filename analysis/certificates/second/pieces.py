@@ -36,7 +36,7 @@ from lure.analysis.certificates.second.reading import Document, NotShown, listed
 from lure.analysis.certificates.second.zero import require_one_solution, shifted_by
 
 _BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS, _CUTS, _SMALL = 192, 20_000, 2**70, 6, 500, 40, 16, 2**20
-_TURNS = 64  # times as many where phases go together
+_TURNS = 16  # times as many where phases go together
 _SHARE = 8  # of an arc, as wide as all frequencies beyond the last
 _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
 
@@ -421,6 +421,10 @@ def _at_any_phase(loop: _Loop, known: Sequence[_Channel], row: _Row, most: Fract
         u, arcs = ball(a).union(ball(b)), [(start * k, end * k) for start, end in turn for k in steps]
         arriving = loop.plant.at_any_phase(u, arcs) if loop.plant is not None else _arriving(loop, u)
         if arriving is None or not _above(arriving, known, row):
+            middle = [(start + end) / 2 * k for start, end in turn for k in steps]
+            here = loop.plant.at_any_phase(ball(a), [(v, v) for v in middle]) if loop.plant and turn else arriving
+            if turn and (here is None or not _above(here, known, row)):
+                return False  # at one frequency and phase
             wide = [(b - a) / most / _SHARE, *((end - start) * max(steps) for start, end in turn)]
             k = wide.index(max(wide))
             start, end = sides[k]
