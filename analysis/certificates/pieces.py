@@ -18,7 +18,7 @@ from .balls import Lift, above, box, dot, outward, right_zeros, tail, turning
 from .frequencies import chained, quotient, shifted, signed, transfer
 
 TAYLOR = 12  # of the exponentials on a piece
-FEW_DOUBLINGS = 12
+FEW_DOUBLINGS, MOST_PRODUCTS = 12, 8
 Rows = list[list[Fraction]]
 
 
@@ -241,6 +241,11 @@ def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int
         return _between(axis, piece, a, b, halvings)
     if axis.pace:
         return _beyond(axis, piece, a, halvings)
+    if b is None and axis.late and a and all(one.kind in ("", "scaled") for one in axis.members):
+        if _far_out(axis, piece, a):
+            return ""
+        if len(axis.members) > 1 and len({tau for row in axis.bare for f in row for tau, _ in f}) > MOST_PRODUCTS:
+            return f"F > 0 is not shown from {float(a):.9g} on, with any phases of what comes late"
     for k, p in enumerate(minors(axis, piece), 1):
         if b is None and axis.late:
             late = any(tau and n == 2 * axis.order * k for tau, n in p)
@@ -268,11 +273,16 @@ def _between(axis: Axis, piece: Any, a: Fraction, b: Fraction, halvings: int) ->
     return next((failed for v, w in ends if (failed := _between(axis, piece, v, w, halvings - 1))), "")
 
 
+def _far_out(axis: Axis, piece: Any, a: Fraction) -> bool:
+    """Whether ``F > 0`` from ``a`` up to infinity, what comes late having any phase in each entry of ``N``, ``d``."""
+    close = axis.over(partial(outward, start=a, degree=axis.order, pace=axis.pace or ZERO))
+    return all(map(above, minors(close, piece, Lift(ZERO, 1 / a))))
+
+
 def _beyond(axis: Axis, piece: Any, a: Fraction, halvings: int) -> str:
     """The same from ``a`` up to infinity with a rate, first on intervals as far as is needed, all over ``omega^n``."""
     for _ in range(FEW_DOUBLINGS if a else 0):
-        close = axis.over(partial(outward, start=a, degree=axis.order, pace=axis.pace))
-        if all(map(above, minors(close, piece, Lift(ZERO, 1 / a)))):
+        if _far_out(axis, piece, a):
             return ""
         if failed := _between(axis, piece, a, 2 * a, halvings):
             return failed

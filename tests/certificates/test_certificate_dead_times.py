@@ -10,6 +10,7 @@ import pytest
 from late_loops import INTEGRATOR, LAG, NO, ONE, draft, late, sector
 from tampering import assert_both_reject, edited
 
+from lure.analysis.certificates import pieces
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.channels import plant
 from lure.analysis.certificates.checker import check
@@ -530,3 +531,15 @@ def test_popovs_term_far_out_is_that_of_s_times_h():
     found = dict(complete_and_check(right).certificate)
     assert recheck(found).accepted
     assert_both_reject(edited(found, "multiplier", "theta", value=["-2"]))
+
+
+def test_many_dead_times_are_not_multiplied_out_far_out(monkeypatch):
+    # diag(1/(s + 1 + exp(-s)/4 + exp(-s/3)/5), 1/(s + 1 - exp(-2 s)/4 + exp(-s/5)/6)): Re 1/H >= .55, so that Re H > 0
+    back = [("1/5", "0", "-1/6"), ("1/3", "-1/5", "0"), ("1", "-1/4", "0"), ("2", "0", "1/4")]
+    parts = [(tau, [["0", "0"]] * 2, [[a, "0"], ["0", b]]) for tau, a, b in back]
+    system = late([["-1", "0"], ["0", "-1"]], UNIT, UNIT, [["0", "0"]] * 2, *parts)
+    multiplier = {"lambda": ["1", "1"], "pieces": [[None, None]] * 6}
+    proof = {"method": "pieces", "ends": ["1", "2", "4", "8", "16"]}
+    monkeypatch.setattr(pieces, "tail", None)
+    found = complete_and_check(draft(system, [sector("0", "1")] * 2, "piecewise-circle", proof, multiplier)).certificate
+    assert recheck(found).accepted

@@ -421,8 +421,8 @@ def _at_any_phase(loop: _Loop, known: Sequence[_Channel], row: _Row, most: Fract
         u, arcs = ball(a).union(ball(b)), [(start * k, end * k) for start, end in turn for k in steps]
         arriving = loop.plant.at_any_phase(u, arcs) if loop.plant is not None else _arriving(loop, u)
         if arriving is None or not _above(arriving, known, row):
-            middle = [(start + end) / 2 * k for start, end in turn for k in steps]
-            here = loop.plant.at_any_phase(ball(a), [(v, v) for v in middle]) if loop.plant and turn else arriving
+            at = [(start + end) / 2 * k for start, end in turn for k in steps]
+            here = loop.plant.at_any_phase(ball(a), [(v, v) for v in at]) if loop.plant and turn else arriving
             if turn and (here is None or not _above(here, known, row)):
                 return False  # at one frequency and phase
             wide = [(b - a) / most / _SHARE, *((end - start) * max(steps) for start, end in turn)]
