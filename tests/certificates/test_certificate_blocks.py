@@ -8,9 +8,22 @@ import pytest
 from certificate_family import on_both
 
 from lure.analysis.certificates import balls
-from lure.analysis.certificates.arithmetic import Malformed, Rejected
-from lure.analysis.certificates.blocks import block, coefficients, masses, multiplier, realised, scheme
-from lure.analysis.certificates.states import chords, classes, deflated, inside, piecewise
+from lure.analysis.certificates.arithmetic import IllPosed, Malformed, Rejected
+from lure.analysis.certificates.blocks import (
+    block,
+    coefficients,
+    critical_end,
+    linear,
+    masses,
+    multiplier,
+    paced,
+    powers,
+    realised,
+    rod,
+    scheme,
+    shifted,
+)
+from lure.analysis.certificates.states import Family, chords, classes, deflated, inside, piecewise
 
 
 def at(form, omega):
@@ -263,3 +276,258 @@ def test_taps_are_powers_of_z():
     for omega in (0.3, 1.7):
         z = (1 + 1j * omega) / (1 - 1j * omega)
         assert at(m, omega) / at(p, omega) == pytest.approx(1 - 1 / z / 3 - z**2 / 4 - z**-3 / 5)
+
+
+def value(coefficients, at):
+    """A polynomial with descending coefficients."""
+    return sum(float(F(c)) * at ** (len(coefficients) - 1 - i) for i, c in enumerate(coefficients))
+
+
+# on the axis |1 + s|^2 = (1 + s)(1 - s): with z = (1 + s)/(1 - s) the steps are z - 1, 1 - 1/z and 1 + 1/z
+def test_multipliers_are_those_of_the_theorems():
+    H, sampled = block(system([1], [1, 1])), block(system([1], [2, 1], "discrete"))
+    for omega in (0.3, -1.7):
+        s, z = 1j * omega, (1 + 1j * omega) / (1 - 1j * omega)
+        for name, data, B, expected in (
+            ("circle", {}, H, (1, 0, 0, False)),
+            ("popov", {"theta": "-2"}, H, (1 - 2 * s, 0, 0, False)),
+            ("off-axis-circle", {"alpha": "2"}, H, (1 + 2j, 0, 0, False)),
+            ("park", {"theta": "-2", "tau": "3"}, H, (1 - 2 * s / (1 + 3 * omega**2), 0, 0, False)),
+            ("jury-lee", {"q": "3"}, sampled, (1, 3 * (z - 1), 3 * abs(z - 1) ** 2 / 2, False)),
+            ("tsypkin", {"q": "3"}, sampled, (1, 3 * (1 - 1 / z), 0, False)),
+            ("tsypkin-odd", {"q": "3"}, sampled, (1, 3 * (1 + 1 / z), 0, True)),
+        ):
+            m, p, e, r, odd = multiplier(name, data, B, unbounded=False)
+            found = [at(form, omega) / at(p, omega) for form in (m, e, r)]
+            assert found == pytest.approx([complex(v) for v in expected[:3]]), name
+            assert odd is expected[3]
+        M = [[F((3 * i + 5 * j) % 7 + min(i, j)) for j in range(6)] for i in range(6)]
+        for T in (1, 2, 3):
+            *three, over = powers([row[: 2 * T] for row in M[: 2 * T]])
+            for form, (i, j) in zip(three, ((0, 0), (0, T), (T, T)), strict=True):
+                whole = sum(float(M[i + h][j + k]) * z ** (k - h) for h in range(T) for k in range(T))
+                assert at(form, omega) / at(over, omega) == pytest.approx(whole)
+
+
+LATE_REST = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "0"]}
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "given", "unbounded"),
+    [
+        ("popov", {"theta": "-1/9"}, LATE_REST, False),
+        ("park", {"theta": "1", "tau": "-1/9"}, system([1], [1, 1]), False),
+        ("tsypkin", {"q": "-1/9"}, system([1], [2, 1], "discrete"), False),
+        ("jury-lee", {"q": "-1/9"}, system([1], [2, 1], "discrete"), False),
+        ("jury-lee", {"q": "1/9"}, system([1], [2, 1], "discrete"), True),
+        ("zames-falb", {"taps": [[1, "3/4"], [2, "-26/100"]]}, system([1], [2, 1], "discrete"), False),
+        ("zames-falb", {"taps": [[1, "3/4"], [2, "-1/4"]]}, system([1], [2, 1], "discrete"), True),
+        ("circle", {"theta": "1"}, system([1], [1, 1]), False),
+        ("none", {}, system([1], [1, 1]), False),
+    ],
+)
+def test_multipliers_of_no_theorem_are_refused(name, data, given, unbounded):
+    with pytest.raises((Rejected, Malformed)):
+        multiplier(name, data, block(given), unbounded)
+    for fine in ({"q": "0"}, {"taps": [[1, "3/4"], [2, "-1/4"]]}):
+        theorem = "jury-lee" if "q" in fine else "zames-falb"
+        multiplier(theorem, fine, block(system([1], [2, 1], "discrete")), unbounded="q" in fine)
+
+
+@pytest.mark.parametrize("rate", [F(1, 3), F(3, 2)])
+def test_at_a_rate_a_plant_is_that_of_the_weighted_signals(rate):
+    top, bottom = [2, -1, 3], [1, 5, 7]
+    for time in ("continuous", "discrete"):
+        point = 0.3 + 0.4j
+        moved = float(rate) * point if time == "discrete" else point - float(rate)
+        expected = value(top, moved) / value(bottom, moved)
+        one = paced(system(top, bottom, time), rate)
+        assert value(one["numerator"], point) / value(one["denominator"], point) == pytest.approx(expected)
+        term = {"powers": [0], **{k: [str(c) for c in v] for k, v in (("numerator", top), ("denominator", bottom))}}
+        (one,) = paced({"kind": "family", "time": time, "terms": [term]}, rate)["terms"]
+        assert value(one["numerator"], point) / value(one["denominator"], point) == pytest.approx(expected)
+        A, share = [["1", "2"], ["3", "4"]], 1 if time == "continuous" else 1 / rate
+        shifted = [[share * F(v) + (i == j) * rate * (time == "continuous") for j, v in enumerate(row)]
+                   for i, row in enumerate(A)]  # fmt: skip
+        for kind in ("multivariable", "multivariable delay", "state-space", "channel-family", "varying-family"):
+            side = "b" if kind == "state-space" else "B"
+            given = {"kind": kind, "time": time, "A": A, side: ["5", "6"] if side == "b" else [["5"], ["6"]]}
+            within = {"common": "2", "A": A, "B": given.get("B")}
+            one = paced(given | {"terms": [within]}, rate)
+            if "family" in kind:
+                (one,) = one["terms"]
+                both = [[share * F(v) + 2 * rate * (i == j) * (time == "continuous") for j, v in enumerate(row)]
+                        for i, row in enumerate(A)]  # fmt: skip
+                assert [[F(v) for v in row] for row in one["A"]] == both
+            else:
+                assert [[F(v) for v in row] for row in one["A"]] == shifted
+            flat = one[side] if side == "b" else [v for (v,) in one[side]]
+            assert [F(v) for v in flat] == [5 * share, 6 * share]
+    for wrong in ({"kind": "delay"}, {"kind": "rod"}, None):
+        with pytest.raises((Rejected, Malformed)):
+            paced(wrong, rate)
+    with pytest.raises(Rejected, match="a rate is positive"):
+        paced(system([1], [2, 1], "discrete"), F(0))
+
+
+def late(bottom, *feedback, top="1", delay="1"):
+    """``top e^(-s delay)/(bottom + sum q e^(-s T))``."""
+    given = {"kind": "delay", "terms": [[delay, [top]]], "denominator": [str(F(c)) for c in bottom]}
+    return given | ({"feedback": [[T, [str(F(c)) for c in q]] for T, q in feedback]} if feedback else {})
+
+
+# roots of d + l n by hand: all inside, one at 0 with a residue n(0)/d'(0) > 0, or neither
+@pytest.mark.parametrize(
+    ("given", "lower", "critical"),
+    [
+        (system([1], [1, 1]), 0, False),
+        (system([1], [1, -1]), 0, None),
+        (system([1], [1, -1]), 2, False),
+        (system([1], [1, -1]), 1, True),
+        (system([-1], [1, 1]), 1, None),  # a pole at 0 with a residue < 0
+        (system([1], [1, 1, 0]), 0, True),
+        (system([1, 0], [1, 1, 0]), 0, None),  # the residue is 0
+        (system([1], [1, 0, 0]), 0, None),
+        (system([1], [1, 0, 1]), 0, None),
+        (system([1], [1, 0, 1, 0]), 0, None),
+        (system([-1, 1], [1, 1]), 1, None),  # 1 + l H(inf) = 0
+        (system([1], [2, 1], "discrete"), 0, False),
+        (system([1], [1, -1], "discrete"), 0, True),
+        (system([-1], [1, -1], "discrete"), 0, None),
+        (system([1], [1, 1], "discrete"), 0, None),  # a root at z = -1
+        (system([1], [2, 1], "discrete"), 1, None),  # 2 z + 2
+        (system([1], [1, 2], "discrete"), 0, None),
+        (system([-1], [2, -1], "discrete"), 1, None),
+        (LATE_REST, 0, True),
+        (LATE_REST, 1, None),
+        (late([1, 1], top="1"), 1, None),
+        (late([1, 0], top="-1"), 0, None),
+        (late([1, 0], ("1", ["3/2"])), 0, False),  # s + q e^-s: q < pi/2
+        (late([1, 0], ("1", ["8/5"])), 0, None),
+        (late([1, 1], ("1", ["-1"])), 0, True),  # s + 1 - e^-s, s (2 - ..): the residue 1/2
+        (late([1, 1], ("1", ["-1"]), top="-1"), 0, None),
+        (late([1, 1], ("1", ["-11/10"])), 0, None),
+        (late([1, -1], ("1/2", ["1"])), 0, True),  # s - 1 + e^(-T s), of slope 1 - T at 0, with a root > 0 for T > 1
+        (late([1, -1], ("2", ["1"])), 0, None),
+        (late([1, -1], ("2", ["1"]), top="-1"), 0, None),
+        (late([1, -1], ("1", ["1"])), 0, None),
+        (late([1, 3, 3, 1], ("1", ["1/2"])), 0, False),
+        (late([-1, -3, -1], ("1", ["-1/2"])), 0, False),
+        (late([1, -3, 1], ("1", ["1/2"])), 0, None),
+    ],
+)
+def test_roots_of_the_shifted_loop(given, lower, critical):
+    if critical is None:
+        with pytest.raises(Rejected):
+            shifted(block(given), F(lower))
+        return
+    d, found, _ = shifted(block(given), F(lower))
+    assert found is critical
+    assert at(d, 0.3) == pytest.approx(at(block(given).d, 0.3) + lower * at(block(given).n, 0.3))
+
+
+# d + g n for all gains: 1/(s + 1)^3 below 8; (1 - s)/(s + 1) loses its degree at 1; 1/(s - 1) needs 1; -1/(s + 1) < 1;
+# (s - 1)/(s^2 + 2 s + 5) in (-2, 5); 1/(2 z + 1) for |g + 1| < 2; 1/(4 z^2 + 1) for |g + 1| < 4
+@pytest.mark.parametrize(
+    ("given", "low", "high", "holds"),
+    [
+        (system([1], [1, 3, 3, 1]), 0, "799/100", True),
+        (system([1], [1, 3, 3, 1]), 0, 8, False),
+        (system([1], [1, 3, 3, 1]), 0, math.inf, False),
+        (system([1], [1, 1]), 0, math.inf, True),
+        (system([1], [1, 2, 1]), 0, math.inf, True),
+        (system([1, 1], [1, 2, 5]), 0, math.inf, True),
+        (system([1, -1], [1, 2, 5]), 0, math.inf, False),
+        (system([1, -1], [1, 2, 5]), 0, 5, False),
+        (system([1, -1], [1, 2, 5]), -1, "49/10", True),
+        (system([1, -1], [1, 2, 5]), -2, "49/10", False),
+        (system([-1, 1], [1, 1]), 0, "99/100", True),
+        (system([-1, 1], [1, 1]), 0, 1, False),
+        (system([-1], [1, 1]), 0, "99/100", True),
+        (system([-1], [1, 1]), 0, 1, False),
+        (system([1], [1, -1]), 1, 2, False),
+        (system([1], [1, -1]), "101/100", 2, True),
+        (system([1], [2, 1], "discrete"), 0, "99/100", True),
+        (system([1], [2, 1], "discrete"), 0, 1, False),
+        (system([-1], [2, 1], "discrete"), 0, "299/100", True),
+        (system([-1], [2, 1], "discrete"), 0, 3, False),
+        (system([1], [4, 0, 1], "discrete"), 0, "299/100", True),
+        (system([1], [4, 0, 1], "discrete"), 0, 3, False),
+        (system([1, 0], [1, 0, 1]), 0, 1, False),
+        (system([1], [1, 1]), -math.inf, 1, False),
+        (LATE_REST, 0, 1, False),
+    ],
+)
+def test_every_constant_gain_of_an_interval(given, low, high, holds):
+    B = block(given)
+    ends = tuple(v if v in (math.inf, -math.inf) else F(v) for v in (low, high))
+    whole = Family(ends, (-math.inf, math.inf), (False, False), False, False, True)
+    if holds:
+        assert linear(B, whole)
+    else:
+        with pytest.raises(Rejected):
+            linear(B, whole)
+    with pytest.raises(Rejected):
+        linear(B, whole._replace(linear=False))
+
+
+@pytest.mark.parametrize(
+    ("given", "ends", "critical"),
+    [
+        (system([1], [1, 1, 0]), (0, 1), True),
+        (system([1], [1, 1, 0]), (-1, 0), False),  # from above the residue has the other sign
+        (system([-1], [1, 1, 0]), (-1, 0), True),
+        (system([1], [1, -1]), (1, 2), True),
+        (system([1], [1, -1]), (0, 1), False),
+        (system([-1], [1, 1]), (0, 1), True),
+        (system([-1], [1, 1]), (1, 2), False),
+        (system([1], [1, 1]), (0, 1), False),
+        (system([1], [1, 1, 0]), (-math.inf, math.inf), False),
+        (system([1], [1, 0, 0]), (0, 1), False),
+    ],
+)
+def test_ends_of_the_class_that_are_critical(given, ends, critical):
+    ends = [v if abs(v) == math.inf else F(v) for v in ends]
+    assert critical_end(block(given), *ends) is critical
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        late([1, 1], top="1", delay="-1"),
+        late([1], top="1"),
+        late([0, 1, 1]),
+        late([1, 1], ("0", ["1"])),
+        late([1, 1], ("-1", ["1"])),
+        late([1, 1], ("1", ["1/2", "1"])),  # of the degree of d
+        late([1, 1], ("1", ["1"]), ("1", ["1"])),
+        LATE_REST | {"terms": []},
+        LATE_REST | {"terms": [["1", ["1"]]] * 2},
+        LATE_REST | {"terms": [["1", ["1", "1"]]]},
+        LATE_REST | {"feedback": []},
+        LATE_REST | {"feedback": None},
+        system([1, 1, 1], [1, 1]),
+        system([1], [0, 1]),
+        system([1], [1, 1], "sometimes"),
+        system([1], [1, 1]) | {"kind": "family"},
+    ],
+)
+def test_blocks_that_are_not_proper_are_refused(given):
+    with pytest.raises((Rejected, Malformed)):
+        block(given)
+
+
+@pytest.mark.parametrize("name", ["E", "rho", "L", "A"])
+def test_a_rod_has_positive_constants(name):
+    given = {"kind": "rod", "E": "4", "rho": "9", "L": "3", "A": "1/2", "k": "-5"}
+    assert rod(given) == (4, 9, 3, F(1, 2), -5, 0)
+    for wrong in ("0", "-1"):
+        with pytest.raises(Malformed):
+            rod(given | {name: wrong})
+    with pytest.raises(Rejected, match="begin at 0"):
+        realised(given | {"kind": "rod-scheme", "cells": 2}, F(1, 9))
+    ill = {"kind": "state-space", "time": "continuous", "A": [["-1"]], "b": ["1"], "c": ["1"], "d": "-2"}
+    with pytest.raises(IllPosed):
+        realised(ill, F(1, 2))
+    with pytest.raises(IllPosed):
+        realised(system([-2, 1], [1, 1]), F(1, 2))

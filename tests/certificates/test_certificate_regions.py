@@ -330,3 +330,171 @@ def test_equilibria_within_a_curve_are_found(size, alone):
             continue
         with pytest.raises(Rejected, match="equilibrium"):
             regions.still(H, graph, 1, arcs)
+
+
+# x' = -x beside channels that move nothing, sigma_1 = x - phi_2/2: with |phi_2| <= 1 and |sigma_1| <= 2 on the
+# ellipsoid |x| <= 3/2, P = 4/9 and more
+BESIDE = plant([[-1]], [[0, 0]], [[1], [1]], [[0, "1/2"], [0, 0]])
+LOCAL = {"channel": 1, "weight": "1/100", "sector": ["-1", "1"], "reach": "2"}
+CLIPPED = {"channel": 2, "weight": "1/100", "row": ["0"]}
+UNKNOWN = {"kind": "sector", "sector": ["-1", "1"], "reach": "2"}
+OWN = {"channel": 2, "weight": "1/100", "sector": ["-1", "1"], "reach": "1"}
+
+
+@pytest.mark.parametrize(
+    ("H", "second", "term", "P", "holds"),
+    [
+        (BESIDE, SATURATION, CLIPPED, "45/100", True),
+        (BESIDE, SATURATION, CLIPPED, "44/100", False),
+        (BESIDE._replace(D=[[0, F(-1, 2)], [0, 0]]), SATURATION, CLIPPED, "44/100", False),
+        (BESIDE._replace(D=[[0, F(4)], [0, 0]]), SATURATION, CLIPPED, "1000", False),
+        (BESIDE, polynomials([-1], [0, 1], [2], cuts=(-1, 2)), CLIPPED, "99/100", False),  # |phi_2| <= 2
+        (BESIDE, polynomials([-1], [0, 1], [2], cuts=(-1, 2)), CLIPPED, "101/100", True),
+        (BESIDE, DEAD, {**CLIPPED, "weight": "0"}, "1000", False),  # not bounded
+        (BESIDE, UNKNOWN, {**OWN}, "101/100", True),  # |x| <= 1, |phi_2| <= 1 there
+        (BESIDE, UNKNOWN, {**OWN}, "99/100", False),
+        (BESIDE, UNKNOWN, {**OWN, "sector": ["-1/2", "1/2"]}, "101/100", False),
+        (BESIDE, UNKNOWN, {**OWN, "sector": ["-1", "3"]}, "45/100", False),  # 3 of phi_2 would be too much
+        (BESIDE, UNKNOWN, {**OWN, "sector": ["-3", "1"]}, "101/100", False),
+        (BESIDE, UNKNOWN, {**OWN, "sector": ["-3", "1"], "reach": "1/2"}, "401/100", True),
+        (BESIDE, UNKNOWN, {**OWN, "reach": "3"}, "101/100", False),
+        (BESIDE, UNKNOWN, {**CLIPPED}, "101/100", False),
+    ],
+)
+def test_what_enters_sigma_at_once_narrows_the_ellipsoid(H, second, term, P, holds):
+    # phi_2 has a term of its own; phi_1 is known up to |sigma_1| = 2 alone
+    graphs = [regions.graph(UNKNOWN), regions.graph(second)]
+    proof = {"method": "ellipsoid", "P": [[P]]}
+    given = H, graphs, {"terms": [LOCAL, term]}, proof, False
+    if holds:
+        assert regions.ellipsoid(*given)
+        with pytest.raises(Rejected):
+            regions.ellipsoid(H, graphs, {"terms": [{**LOCAL, "weight": "0"}, term]}, proof, False)
+        with pytest.raises(Rejected):
+            regions.ellipsoid(H, graphs, {"terms": [{**LOCAL, "reach": "21/10"}, term]}, proof, False)
+    else:
+        with pytest.raises((Rejected, Malformed)):
+            regions.ellipsoid(*given)
+
+
+# Around 0 by hand: x' = a x - y, y' = x + a y turns at the rate 1 and grows like e^(a t)
+AROUND = [(4, 0), (3, 3), (0, 4), (-3, 3), (-4, 0), (-3, -3), (0, -4), (3, -3), (4, 0)]
+NONE = regions.graph(polynomials([0]))
+
+
+def turning(a, way=1):
+    return plant([[a, -way], [way, a]], [[0], [0]], [[1, 0]], [[0]])
+
+
+def listed(points, factor=1):
+    return [[str(factor * F(v)) for v in row] for row in points]
+
+
+@pytest.mark.parametrize(
+    ("points", "found"),
+    [
+        (AROUND, (1, 1)),
+        (AROUND[::-1], (-1, 1)),
+        ([*AROUND[:-1], (5, 0)], (1, F(5, 4))),
+        ([*AROUND[:-1], (3, 0)], (1, F(3, 4))),
+        (AROUND[:-1], None),
+        (AROUND[:5], None),
+        (AROUND[4:], None),
+        (AROUND + AROUND[1:], None),
+        ([*AROUND[:-1], (4, 1)], None),
+        ([*AROUND[:3], (3, 3), *AROUND[3:]], None),
+        ([*AROUND[:3], *AROUND[4:3:-1], *AROUND[3:]], None),
+        ([(4, 0), (0, 4), (0, 5), (-4, 0), (0, -4), (4, 0)], None),  # along the ray
+        ([(4, 0), (-4, 0), (0, -4), (4, 0)], None),  # through 0
+        ([(4, 0), (4, 4, 0, 4), (-4, 4, -4, 0), (-4, -4, 0, -4), (4, -4, 4, 0)], (1, 1)),
+        ([(4, 0), (4, -4, 0, 4), (-4, 4, -4, 0), (-4, -4, 0, -4), (4, -4, 4, 0)], None),
+        ([(4, 0), (0, 4), (-4, 4, -4, 0), (-4, -4, 0, -4), (4, -4, 4, 0)], (1, 1)),
+        ([(4, 0, 0), (0, 4), (-4, 0), (0, -4), (4, 0)], None),
+        ([(4, 0), (0, 4, 0), (-4, 0), (0, -4), (4, 0)], None),
+    ],
+)
+def test_curves_go_once_around(points, found):
+    if found is None:
+        with pytest.raises((Rejected, Malformed)):
+            regions.once_around(turning(1), [NONE], listed(points))
+        return
+    sense, factor, arcs = regions.once_around(turning(1), [NONE], listed(points))
+    assert (sense, factor) == found
+    assert len(arcs) == len(points) - 1
+    assert [q for _, _, q in arcs] == [p for p, *_ in arcs[1:]] + [tuple(map(F, points[-1][-2:]))]
+
+
+@pytest.mark.parametrize(
+    ("H", "graph"),
+    [
+        (turning(1)._replace(discrete=True), NONE),
+        (turning(1)._replace(D=[[F(1)]]), NONE),
+        (plant([[1]], [[0]], [[1]], [[0]]), NONE),
+        (turning(1), regions.graph(UNKNOWN)),
+    ],
+)
+def test_curves_are_about_two_states_and_known_nonlinearities(H, graph):
+    with pytest.raises(Rejected):
+        regions.once_around(H, [graph], listed(AROUND))
+
+
+# on the edge of the octagon from (4, 0) to (3, 3) the normal is (3, 1): (3, 1).(a x - y, x + a y) = 12 a + x - 3 y is
+# between 12 a - 6 and 12 a + 4; on the next one between 12 a - 4 and 12 a + 6: outwards for a > 1/2, inwards for < -1/2
+@pytest.mark.parametrize(
+    ("a", "way", "points", "holds"),
+    [
+        ("51/100", 1, AROUND, True),
+        ("49/100", 1, AROUND, False),
+        ("-51/100", 1, AROUND, False),
+        ("51/100", -1, AROUND, True),
+        ("51/100", 1, AROUND[::-1], True),
+        ("51/100", 1, [*AROUND[:-1], ("41/10", 0)], True),
+        ("51/100", -1, [*AROUND[:-1], ("41/10", 0)], False),  # the edge between is crossed inwards
+        ("51/100", 1, [*AROUND[:-1], ("39/10", 0)], False),
+        ("51/100", -1, [("39/10", 0), *AROUND[1:]][::-1], False),
+    ],
+)
+def test_curves_are_crossed_outwards(a, way, points, holds):
+    given = turning(a, way), [NONE], {"method": "curve", "points": listed(points)}
+    if holds:
+        assert regions.curve(*given)
+        with pytest.raises((Rejected, Malformed)):  # 0 repels what is near
+            regions.curve(*given[:2], {**given[2], "orbit": [True]})
+    else:
+        with pytest.raises(Rejected):
+            regions.curve(*given)
+
+
+# turns from 4 to 39/10 and on to 19/5; |x|^2 is 18 at most on the first, 17.1 on the second
+FIRST = [*AROUND[:-1], ("39/10", 0)]
+SECOND = [*((F(39, 40) * x, F(39, 40) * y) for x, y in AROUND[:-1]), ("19/5", 0)]
+LATER = [*((F(38, 40) * x, F(38, 40) * y) for x, y in AROUND[:-1]), ("37/10", 0)]
+
+
+@pytest.mark.parametrize(
+    ("a", "way", "turns", "level", "holds"),
+    [
+        ("-3/5", 1, [FIRST], "1/18", True),
+        ("-3/5", 1, [FIRST], "57/1000", False),
+        ("-3/5", 1, [FIRST, SECOND], "57/1000", True),
+        ("-3/5", 1, [FIRST, SECOND], "59/1000", False),
+        ("-3/5", 1, [FIRST, LATER], "1/100", False),  # it starts within the end of the first
+        ("-3/5", 1, [FIRST, [*SECOND[1:-1], SECOND[0], (F(29, 10), F(29, 10))]], "1/100", False),  # on another ray
+        ("-3/5", 1, [FIRST, [*FIRST[:-1][::-1][-1:], *FIRST[1:-1][::-1], ("39/10", 0)]], "1/100", False),
+        ("-49/100", 1, [FIRST], "1/18", False),
+        ("3/5", 1, [FIRST], "1/18", False),
+        ("-3/5", 1, [AROUND], "1/18", False),
+        ("-3/5", 1, [[*AROUND[:-1], ("41/10", 0)]], "1/100", False),
+        ("-3/5", -1, [FIRST], "1/18", False),  # solutions come back over the ray
+        ("-3/5", 1, [], "1/18", False),
+    ],
+)
+def test_turns_are_crossed_inwards(a, way, turns, level, holds):
+    H, term = turning(a, way), {"channel": 1, "weight": "1/1000", "sector": ["-1", "1"], "reach": "100"}
+    proof = {"method": "spiral", "P": [[level], ["0", level]], "turns": [listed(one) for one in turns]}
+    given = H, [NONE], {"terms": [term]}, proof
+    if holds:
+        assert regions.spiral(*given)
+    else:
+        with pytest.raises((Rejected, Malformed)):
+            regions.spiral(*given)
