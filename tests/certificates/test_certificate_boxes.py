@@ -1,13 +1,17 @@
 """Certificates about every plant of a box of parameters: both checkers, and what neither may accept."""
 
 import json
+from contextlib import nullcontext
 from fractions import Fraction
 from importlib import resources
+from itertools import product
 
 import jsonschema
 import pytest
 
-from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates import boxes
+from lure.analysis.certificates.arithmetic import Form, Malformed, Rejected, real
+from lure.analysis.certificates.blocks import block
 from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
@@ -183,3 +187,173 @@ def test_neither_overlooks_what_fails_between_the_nodes(proof, plants, theorem, 
     family = PlantFamily.of_coefficients(*plants)
     one = draft(family, theorem, {"multiplier": multiplier}, sector=["0", end])
     assert_both_reject({**proof, **one, "conclusion": conclusion})
+
+
+F = Fraction
+NAMES = [["p", "1/2", "3"], ["q", "-1", "2"]]
+LATE = {
+    **{"kind": "delay-family", "time": "continuous", "parameters": NAMES, "delay": ["4", "1", "-2"]},
+    "terms": [
+        {"powers": [0, 0], "numerator": ["0", "1", "2"], "denominator": ["1", "3", "5"]},
+        {"powers": [1, 2], "numerator": ["0", "0", "4"], "denominator": ["2", "1", "0"]},
+        {"powers": [3, 0], "numerator": ["0", "6", "0"], "denominator": ["0", "1", "1"]},
+    ],
+}
+ROWS = [{side: [[str(3 * i + k + 1)]] for k, side in enumerate("ABCD")} for i in range(2)]
+SEVERAL = {
+    **{"kind": "varying-family", "time": "continuous", "parameters": NAMES, "rates": ["1", "0"]},
+    "terms": [
+        {"powers": [0, 0], "common": "2", **ROWS[0]},
+        {"powers": [2, 1], "common": "3", **ROWS[1], "D": [["-9"]]},
+        {"powers": [1, 0], "common": "0", "A": [["7"]], "B": [["0"]], "C": [["0"]], "D": [["0"]]},
+    ],
+}
+
+
+def test_one_plant_of_a_box_has_the_powers_of_its_parameters():
+    H, p, q = boxes.plants(LATE), F(2), F(3, 2)
+    assert H.waits(H.box) == (F(1, 2), 9)  # 4 + p - 2 q
+    assert H.degrees == [3, 2]
+    one, pq = H.at([p, q]), p * q**2
+    assert one["terms"] == [["3", [str(1 + 6 * p**3), str(2 + 4 * pq)]]]
+    assert one["denominator"] == [str(1 + 2 * pq), str(3 + pq + p**3), str(5 + p**3)]
+    found, other = H.block([p, q], F(3)), block(one)
+    assert (found.n, found.d, found.order, found.delayed) == (other.n, other.d, 2, True)
+    sampled = LATE | {"kind": "family", "time": "discrete"}
+    del sampled["delay"]
+    H = boxes.plants(sampled)
+    assert H.block([p, q], F(3))._replace(direct=F(0)) == block(H.at([p, q]))
+    several = boxes.matrices(SEVERAL)
+    c, Q = 2 + 3 * p**2 * q, p**2 * q
+    one = several.plant([p, q])
+    assert (
+        [[(1 + 4 * Q + 7 * p) / c]],
+        [[(2 + 5 * Q) / c]],
+        [[(3 + 6 * Q) / c]],
+        [[(4 - 9 * Q) / c]],
+    ) == (one.A, one.B, one.C, one.D)
+    assert several.pattern == [[13]]
+    assert several.common([p, q]) == c
+    unit, common, *rows = boxes.Integers.of(several).at([p, q])
+    assert F(common) / unit == c
+    assert [[F(v) / unit for v in row] for row in rows] == [
+        [c * one.A[0][0], -c * one.B[0][0]],
+        [c * one.C[0][0], -c * one.D[0][0]],
+    ]
+    # the degrees of c, (A, B), (C, D) are 2, 2, 2 in p: c (A, B) has 4, and with P(p) one or two more
+    assert [several.degrees(*both) for both in ((False, False), (False, True), (True, True))] == [
+        [4, 2],
+        [5, 3],
+        [5, 3],
+    ]
+    for theta, fine in (([F(0)], True), ([F(1)], False)):
+        with nullcontext() if fine else pytest.raises(Rejected, match="sigma changes"):
+            several.still(theta)
+    several._replace(rates=[F(0), F(0)]).still([F(1)])
+
+
+@pytest.mark.parametrize(
+    ("system", "edits"),
+    [
+        (LATE, {("delay",): ["-5/2", "1", "0"]}),  # from -2 on
+        (LATE, {("delay",): ["0", "0", "0"]}),
+        (LATE, {("delay",): ["4", "1"]}),
+        (LATE, {("time",): "discrete"}),
+        (LATE, {("parameters", 0, 2): "1/2"}),
+        (LATE, {("parameters", 1, 0): "p"}),
+        (LATE, {("parameters", 1, 0): "1"}),
+        (LATE, {("parameters", 1, 0): None}),
+        (LATE, {("parameters",): []}),
+        (LATE, {("terms",): []}),
+        (LATE, {("terms", 1, "powers"): [0, 0]}),
+        (LATE, {("terms", 1, "powers"): [1]}),
+        (LATE, {("terms", 1, "powers"): [1, -1]}),
+        (LATE, {("terms", 1, "numerator"): ["0", "1"]}),
+        (LATE, {("terms", 1, "numerator"): ["0", "1"], ("terms", 1, "denominator"): ["0", "1"]}),
+        (LATE, {("kind",): "delay"}),
+        (SEVERAL, {("rates",): ["1"]}),
+        (SEVERAL, {("rates",): ["0", "0"]}),
+        (SEVERAL, {("rates",): ["1", "-1"]}),
+        (SEVERAL, {("terms", 1, "powers"): [0, 0]}),
+        (SEVERAL, {("terms", 1, "A"): [["1", "1"], ["1", "1"]]}),
+        (SEVERAL, {("terms", 1, "D"): [["1"], ["1"]]}),
+        (SEVERAL, {("terms", 1, "D"): []}),
+        (SEVERAL, {("kind",): "family"}),
+    ],
+)
+def test_boxes_that_say_something_else_are_not_read(system, edits):
+    read = boxes.plants if system is LATE else boxes.matrices
+    read(system)
+    for path, value in edits.items():
+        system = edited(system, *path, value=value)
+    with pytest.raises((Rejected, Malformed)):
+        read(system)
+
+
+# L |k^2 - Z^2|/(k A E) and (L/E) (max(q, 1/q) - 1), q = k^2/(A^2 rho E), at all corners of three boxes
+def test_no_rod_of_a_box_is_harder_than_the_two():
+    for k in ((1, 2), (5, 40), (10, 12)):
+        box = {"E": (2, 3), "rho": (3, 5), "L": (1, 2), "A": (1, 4), "k": k}
+        given = {"kind": "rod-family", "parameters": [[name, *map(str, ends)] for name, ends in box.items()]}
+
+        def hard(E, rho, L, A, k):
+            q = F(k * k) / (A * A * rho * E)
+            return L * abs(k * k - A * A * rho * E) / F(k * A * E), F(L) / E * (max(q, 1 / q) - 1)
+
+        two = [hard(*(int(rod[name]) for name in box)) for rod in boxes.hardest(given)[0]]
+        corners = [hard(*point) for point in product(*box.values())]
+        assert [max(one) for one in zip(*two, strict=True)] == [max(one) for one in zip(*corners, strict=True)]
+        for j, wrong in product(range(5), (["3", "1"], ["0", "1"], ["1"])):
+            if j < 4 or wrong != ["0", "1"]:
+                with pytest.raises(Malformed):
+                    boxes.rods(edited(given, "parameters", j, value=[given["parameters"][j][0], *wrong]))
+        with pytest.raises(Malformed):
+            boxes.rods(edited(given, "parameters", value=lambda rows: rows[::-1]))
+
+
+def test_the_leaves_cover_their_box_and_no_interval_that_changes_is_cut():
+    def cut(j, at, below, above):
+        return {"parameter": j, "at": at, "below": below, "above": above}
+
+    def leaf(i):
+        return {"multiplier": i}
+
+    box = [(F(0), F(2)), (F(0), F(3))]
+    tree = cut(0, "1/2", leaf(1), cut(1, "1", leaf(2), cut(0, "1", leaf(3), leaf(4))))
+    assert sorted((data, part) for part, data in boxes.leaves(tree, box, [F(0), F(0)])) == [
+        (1, [(0, F(1, 2)), (0, 3)]),
+        (2, [(F(1, 2), 2), (0, 1)]),
+        (3, [(F(1, 2), 1), (1, 3)]),
+        (4, [(1, 2), (1, 3)]),
+    ]
+    for wrong in (
+        cut(0, "0", leaf(1), leaf(2)),
+        cut(0, "2", leaf(1), leaf(2)),
+        cut(1, "1", cut(1, "2", 1, 2), leaf(2)),
+    ):
+        with pytest.raises((Rejected, Malformed)):
+            list(boxes.leaves(wrong, box))
+    with pytest.raises(Rejected, match="that changes is cut"):
+        list(boxes.leaves(tree, box, [F(0), F(1)]))
+
+
+# a + 10 (omega^2 - 1)^2 + 2 cos(omega T) is a - 2 at omega = 1 for T = pi, just behind an end of 3.13 to 3.83, between
+# the end and the middle of 2.9 to 3.6: there 2 cos is -1.9999 and -1.942, in the middles -1.887 and -1.988
+@pytest.mark.parametrize(
+    ("ends", "a", "holds"),
+    [
+        (("3.13", "3.83"), "1.99995", False),
+        (("3.13", "3.83"), "2.05", True),
+        (("2.9", "3.6"), "1.991", False),
+        (("2.9", "3.6"), "2.2", True),
+        (("2.9", "3"), "2.01", True),
+        (("2.9", "3"), "1.95", False),
+        (("3", "3"), "1.99", True),  # cos 3 = -.98999, at most -.99 near by
+        (("3", "3"), "1.97", False),
+    ],
+)
+def test_a_dead_time_between_its_ends_is_not_overlooked(ends, a, holds):
+    low, high = map(F, ends)
+    late = Form({((low + high) / 2, 0): (F(2), F(0))})
+    with nullcontext() if holds else pytest.raises(Rejected, match="not shown"):
+        boxes.waiting(real(F(a) + 10, 0, -20, 0, 10), late, (low, high), 4, critical=False)
