@@ -5,7 +5,7 @@ from fractions import Fraction as F
 import pytest
 from certificate_family import draft, nonlinearities
 
-from lure.analysis.certificates import pieces, windows
+from lure.analysis.certificates import memory, pieces, windows
 from lure.analysis.certificates.arithmetic import IllPosed, Rejected
 from lure.analysis.certificates.channels import Plant, channels
 from lure.analysis.certificates.checker import check
@@ -95,3 +95,77 @@ def test_a_term_of_the_numerator_may_not_feed_through():
     assert check(complete_and_check(given(["a", 1])).certificate)
     with pytest.raises(Rejected, match=r"H\(inf\) = 0 is needed"):
         complete_and_check(given(["a", 0, 1]))
+
+
+# Where phi_i = k_i sigma_i the inequalities below storage functions are equalities, so that what is added to V moves at
+# the rate that is added: sum 2 (a z)(b z), z = (y, phi'), of a form in (y, phi); A and C = B' are such that Theta H(0)
+# is symmetric.  With A = 0 in the second state phi = f y
+GAINS = [F(1, 2), F(1, 3)]
+ROOM, FREE = [[F(-3), F(1)], [F(1), F(-2)]], [[F(-3), F(0)], [F(0), F(0)]]
+
+
+def storing(A, kinds, discrete):
+    m = len(kinds)
+    B = [[F(1), F(-4)], [F(2), F(5)]] if m == 2 else [[F(0)], [F(1)]]
+    laws = [nonlinearities(0, k, slope=["0", str(k)]) for k in GAINS[:m]]
+    laws = [law | ({"memory": kind} if kind else {}) for law, kind in zip(laws, kinds, strict=True)]
+    T = [[v + (i == j) * discrete for j, v in enumerate(row)] for i, row in enumerate(A)]
+    H = Plant(T, B, [list(row) for row in zip(*B, strict=True)], [[F(0)] * m] * m, discrete)
+    return H, channels({"channels": laws, "repeated": False}, m)
+
+
+@pytest.mark.parametrize(
+    ("A", "kinds", "theta"),
+    [
+        (ROOM, ("stop", ""), (0, 0)),
+        (ROOM, ("play", ""), (2, 0)),
+        (ROOM, ("play", "play"), (2, 3)),
+        (ROOM, ("play", "stop"), (2, 2)),
+        (ROOM, ("play", "play"), (-2, -2)),
+        (ROOM, ("", ""), (2, 2)),
+        (FREE, ("stop",), (2,)),
+        (FREE, ("play",), (2,)),
+    ],
+)
+def test_storage_functions_have_their_signs_and_a_symmetric_form(A, kinds, theta):
+    for discrete in (False, True):
+        with pytest.raises(Rejected):
+            memory.storages(*storing(A, kinds, discrete), [F(t) for t in theta])
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+@pytest.mark.parametrize(
+    ("A", "kinds", "theta"),
+    [
+        (ROOM, ("play", "play"), (2, 2)),
+        (ROOM, ("stop", "stop"), (-2, -2)),
+        (ROOM, ("play", ""), (2, 2)),
+        (ROOM, ("stop", ""), (-2, -2)),
+        (FREE, ("stop",), (-2,)),
+    ],
+)
+def test_storage_functions_move_as_is_said_where_their_inequalities_are_sharp(A, kinds, theta, discrete):
+    H, asked = storing(A, kinds, discrete)
+    gains, given = GAINS[: len(kinds)], (H, asked, [F(t) for t in theta])
+    if A is FREE and discrete:
+        with pytest.raises(Rejected, match="an eigenvalue 1"):
+            memory.storages(*given)
+        return
+    pairs, V = memory.storages(*given)
+
+    def along(M, x):
+        return [sum((v * w for v, w in zip(row, x, strict=True)), F(0)) for row in M]
+
+    def at(x):
+        phi = [k * v for k, v in zip(gains, along(H.C, x), strict=True)]
+        return [v - w for v, w in zip(along(A, x), along(H.B, phi), strict=True)], phi
+
+    for x in ([F(1), F(0)], [F(2), F(-3)], [F(-1), F(7)]):
+        y, phi = at(x)
+        moved, turned = at(y)  # y' and phi', in discrete time the differences
+        z, rate = ([*y, *phi], [*moved, *turned]) if A is ROOM else (y, moved)
+        ends = [z, [v + w for v, w in zip(z, rate, strict=True)]]
+        first, last = (sum(v * w for v, w in zip(along(V, one), one, strict=True)) for one in ends)
+        change = last - first if discrete else 2 * sum(v * w for v, w in zip(along(V, z), rate, strict=True))
+        whole = [*y, *turned]
+        assert change == 2 * sum(along([a], whole)[0] * along([b], whole)[0] for a, b in pairs)
