@@ -66,7 +66,21 @@ GROWS = draft(
     {},
     {"method": "growth", "Q": [["24/100"]], "rate": "1", "weights": ["1"]},
 )
+# x' = -x beside sigma_1 = x - phi_2 with |x| <= 1 and |phi_2| <= 1
+THROUGH = draft(
+    loop([[-1]], [[0, 0]], [[1], [1]], [[0, 1], [0, 0]]),
+    [{"kind": "sector", "sector": ["-1", "1"], "reach": "21/10"}, SATURATION],
+    "local-circle",
+    {
+        "terms": [
+            {"channel": 1, "weight": "1/1000", "sector": ["-1", "1"], "reach": "21/10"},
+            {"channel": 2, "weight": "1/10", "row": ["1/2"]},
+        ]
+    },
+    {"method": "ellipsoid", "P": [["1"]]},
+)
 ACCEPTED = {
+    "through": THROUGH,
     "flow": signs(FLOW, CUBIC, "1"),
     "map": signs(MAP, CUBIC, "7/10"),
     "turning map": signs(TURN, CUBIC, "7/10"),
@@ -152,6 +166,10 @@ def test_both_checkers_accept_a_region_by_hand(name):
         ("pushed", {("laws", "graphs", 0, "reach"): "9"}),
         ("pushed", {("laws", "graphs", 0, "sector"): ["-2", "1"]}),
         ("pushed", {("multiplier", "terms"): []}),
+        ("through", {("laws", "graphs", 1): polynomials([-2], [0, 1], [1], cuts=(-2, 1))}),
+        ("through", {("laws", "graphs", 1): polynomials([-1], [0, 1], [2], cuts=(-1, 2))}),
+        ("through", {("system", "D"): [["0", "12/10"], ["0", "0"]]}),
+        ("through", {("system", "D"): [["0", "-12/10"], ["0", "0"]]}),
         ("grows", {("proof", "Q"): [["26/100"]]}),
         ("grows", {("proof", "weights"): ["101/100"]}),
         ("grows", {("proof", "weights"): ["-1"]}),

@@ -8,10 +8,13 @@ from types import SimpleNamespace
 import pytest
 from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 
-from lure.analysis.certificates.second import axis, cover, dead_times, members, pieces, theorems
+from lure.analysis.certificates.second import axis, cover, dead_times, members, memory, parts, pieces, rays, theorems
 from lure.analysis.certificates.second.channels import Asked
 from lure.analysis.certificates.second.classes import SCALAR, Nonlinearities
+from lure.analysis.certificates.second.curves import Arc, curve_of, require_crossed, require_one_equilibrium
 from lure.analysis.certificates.second.delays import refuted_by_delay, without_delays
+from lure.analysis.certificates.second.graphs import Graph as Curved
+from lure.analysis.certificates.second.graphs import Loop
 from lure.analysis.certificates.second.numerics import (
     ball,
     half_plane_counts,
@@ -438,3 +441,90 @@ def test_multipliers_of_which_a_weight_is_negative_are_refused():
     )
     with pytest.raises(NotShown, match="need theta >= 0"):
         theorems._by_matrix(unbounded)
+
+
+# Functions beside memory, rays and parts
+
+
+def test_what_popovs_terms_beside_memory_are_at_least():
+    # 2 theta int phi >= theta k sigma^2, k the lower bound for theta > 0 and the upper one for theta < 0
+    bounds = SimpleNamespace(bounds=[(F(1), F(2)), (F(1), F(3)), (F(-1), F(1))])
+    assert memory._least([F(1), F(-1), F(2)], bounds) == fmpq_mat([[1, 0, 0], [0, -3, 0], [0, 0, -2]])
+
+
+@pytest.mark.parametrize(
+    ("change", "theta", "holds"),
+    [
+        ({}, 1, True),
+        ({"discrete": True}, 1, False),
+        ({"D": [[1]]}, 1, False),
+        ({"varies": True}, 1, False),
+        ({"varies": True}, 0, True),
+    ],
+)
+def test_popovs_terms_beside_memory_are_of_functions_of_the_state(change, theta, holds):
+    one = replace(PLAIN, time_varying=change.get("varies", False))
+    plant = asked([[-1]], [[1]], [[1]], change.get("D", [[0]]), one, discrete=change.get("discrete", False))
+    with accepted(holds):
+        memory._require_popov(plant, [F(theta)])
+
+
+# x' = a x - phi(x), phi a ReLU: along x = -1 the gain is 0 and the rate a
+@pytest.mark.parametrize(
+    ("a", "gains", "state", "value", "holds"),
+    [
+        (1, [["0"]], "-1", "1", True),
+        (1, [["1"]], "-1", "0", False),  # not the gain there
+        (1, [["0"]], "1", "1", False),
+        (1, [["1/2"]], "-1", "1/2", False),
+        (-1, [["0"]], "-1", "-1", False),
+        (-1, [], "-1", "1", False),  # no step
+        (2, [["0"]], "-1", "1", False),
+    ],
+)
+def test_a_ray_of_one_state(a, gains, state, value, holds):
+    plant = asked([[a]], [[1]], [[1]], [[0]], replace(PLAIN, relu=True))
+    proof = {"method": "relu-ray", "gains": gains, "state": [state], "value": value, "radius": "1/1000"}
+    with accepted(holds):
+        rays.refuted_by_ray(SimpleNamespace(proof=proof), plant)
+
+
+def test_other_states_are_of_a_plant_without_dead_times():
+    plant = asked([[1, 2], [3, 4]], [[1], [2]], [[3, 5]], [[7]], PLAIN)
+    found, S = parts._turned(plant, [["1", "1"], ["0", "2"]]), fmpq_mat([[1, 1], [0, 2]])
+    assert (S * found.A, S * found.B, found.C, found.D) == (plant.A * S, plant.B, plant.C * S, plant.D)
+    with pytest.raises(NotShown, match="singular"):
+        parts._turned(plant, [["1", "1"], ["2", "2"]])
+    with pytest.raises(NotShown, match="dead times"):
+        parts._turned(replace(plant, late=((F(1), plant.C),)), [["1", "1"], ["0", "2"]])
+
+
+# Curves: x_1' = -x_1 + phi(x_1), x_2' = -x_2, with phi = 0, and with 4 (x_1 - 1/2) from 1/2 on, where 2/3 is at rest
+
+ZERO = Curved(cuts=(F(1, 2),), pieces=(fmpq_poly([]),) * 2)
+BENT = Curved(cuts=(F(1, 2),), pieces=(fmpq_poly([]), fmpq_poly([-2, 4])))
+BACK = Curved(cuts=(F(-1, 2),), pieces=(fmpq_poly([2, 4]), fmpq_poly([])))
+
+
+def flow(graph):
+    rows, seen = fmpq_mat([[-1, 0, 1], [0, -1, 0]]), fmpq_mat([[1, 0, 0]])
+    return Loop(F=rows, Y=seen, D=fmpq_mat(1, 1), discrete=False, graphs=(graph,))
+
+
+@pytest.mark.parametrize(("graph", "crossed"), [(ZERO, True), (BENT, False)])
+def test_a_parabola_that_begins_at_a_cut_lies_beyond_it(graph, crossed):
+    bulge = Arc(corners=((fmpq(1, 2), fmpq(-1)), (fmpq(1), fmpq(0)), (fmpq(1, 2), fmpq(1))))
+    with accepted(crossed):  # at (3/4, 0) x_1' is -3/4, or 1/4
+        require_crossed(flow(graph), [bulge], 1)
+
+
+@pytest.mark.parametrize("graph", [BENT, BACK])
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(("size", "alone"), [(F(3, 5), True), (F(7, 10), False)])
+def test_other_equilibria_within_a_curve_are_seen(graph, turned, size, alone):
+    corners = [(1, 0), (0, -1 if turned else 1), (-1, 0), (0, 1 if turned else -1), (F(1, 2), 0)]
+    loop = flow(graph)
+    curve = curve_of(loop, [[str(size * v) for v in corner] for corner in corners])
+    assert curve.sense == (-1 if turned else 1)
+    with accepted(alone):
+        require_one_equilibrium(loop, curve)

@@ -131,6 +131,25 @@ def test_what_attracts_everything_is_accepted_as_it_is_and_changed_by_neither(ch
     assert_both_reject(edited(good, *path, value=value))
 
 
+# (1 - s)/(s^2 + s + 1) oscillates with the gain 1: with x_1' = x_2 and V = 5/2 x_1^2 + x_1 x_2 + x_2^2 + int phi it is
+# -V' = 2 phi (sigma - phi) + (phi - sigma)^2; for phi of at most sigma/2 there are 2 phi^2 to spare
+def test_a_function_that_rests_while_phi_is_steepest_attracts_nothing():
+    half = {"kind": "piecewise-polynomial", "cuts": ["-1", "1"], "pieces": [["-1/2"], ["0", "1/2"], ["1/2"]]}
+    good = complete_and_check(
+        GLOBAL
+        | {
+            "system": GLOBAL["system"] | {"A": [["0", "1"], ["-1", "-1"]], "C": [["1", "-1"]]},
+            "laws": {"graphs": [half]},
+            "multiplier": {"lambda": ["1"], "theta": ["1/2"], "inverse": ["2"]},
+            "proof": {"method": "everywhere", "P": [["5/2"], ["1/2", "1"]], "least": ["2"]},
+        }
+    ).certificate
+    assert recheck(dict(good)).accepted
+    resting = edited(edited(good, "proof", "least", value=["0"]), "multiplier", "inverse", value=["1"])
+    for graph in (half, *GLOBAL["laws"]["graphs"]):
+        assert_both_reject(edited(resting, "laws", "graphs", 0, value=graph))
+
+
 # x' = y, y' = -phi(x) keeps y^2/2 + int phi, alone and beside the loop above
 def test_a_function_that_stays_the_same_along_solutions_attracts_nothing():
     good = complete_and_check(GLOBAL).certificate
