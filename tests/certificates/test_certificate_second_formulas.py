@@ -3,12 +3,24 @@
 from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction as F
+from itertools import product
 from types import SimpleNamespace
 
 import pytest
 from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 
-from lure.analysis.certificates.second import axis, cover, dead_times, members, memory, parts, pieces, rays, theorems
+from lure.analysis.certificates.second import (
+    axis,
+    cover,
+    dead_times,
+    members,
+    memory,
+    parts,
+    pieces,
+    rays,
+    regions,
+    theorems,
+)
 from lure.analysis.certificates.second.channels import Asked
 from lure.analysis.certificates.second.classes import SCALAR, Nonlinearities
 from lure.analysis.certificates.second.curves import Arc, curve_of, require_crossed, require_one_equilibrium
@@ -249,6 +261,13 @@ def test_a_crossing_lies_inside_its_gains_and_its_frequencies(moved):
         band = [2 + size * (by_band + end) for end in ends]
         with accepted(holds):
             crossing(*rows, band)
+    # between frequencies far apart Newton's step from the middle leads elsewhere
+    for wide, by_gain, by_band in product(
+        (10, 20, 40), (-F(7, 10), -F(11, 20), F(11, 20), F(7, 10)), (-F(2, 5), F(2, 5))
+    ):
+        rows = [[g + m * F(1, 100) * (by_gain + end) for g, m in zip(STEEP, moved, strict=True)] for end in ends]
+        with accepted(holds=False):
+            crossing(*rows, [2 + wide * F(1, 100) * (by_band + end) for end in ends])
 
 
 # 1/(s + 1)^3 times g is 1 in size at an angle above -pi for g = 7, below it for g = 9
@@ -528,3 +547,49 @@ def test_other_equilibria_within_a_curve_are_seen(graph, turned, size, alone):
     assert curve.sense == (-1 if turned else 1)
     with accepted(alone):
         require_one_equilibrium(loop, curve)
+
+
+# Regions
+
+
+def line(discrete):
+    cube = Curved(cuts=(), pieces=(fmpq_poly([0, 1, 0, 1]),))
+    rows, seen = fmpq_mat([[-1, 2, 1], [0, -3, 2]]), fmpq_mat([[1, 3, 0]])
+    return Loop(F=rows, Y=seen, D=fmpq_mat(1, 1), discrete=discrete, graphs=(cube,))
+
+
+def test_integrals_over_the_strip_where_they_are_bounded():
+    # 2 int phi = x^2 + x^4/2 lies between x^2 and 3/2 x^2 for |x| <= 1; sigma' = C F z, C = (1, 3)
+    P, z = fmpq_mat([[2, 1], [1, 5]]), fmpq_mat([[2], [-1], [3]])
+    for theta, least, reach, holds in (
+        *((F(1), F(1), F(1), True), (F(1), F(11, 10), F(1), False), (F(1), F(1), F(-1), False)),
+        *((F(-1, 3), F(3, 2), F(1), True), (F(-1, 3), F(7, 5), F(1), False), (F(-1, 3), F(3, 2), F(6, 5), False)),
+    ):
+        entry = {"channel": 1, "theta": str(theta), "reach": str(reach), "least": str(least)}
+        with pytest.raises(NotShown, match="does not fit"):
+            regions._with_integrals(line(discrete=True), P, [entry])
+        with accepted(holds):
+            below, taken, strips = regions._with_integrals(line(discrete=False), P, [entry])
+            row = fmpq_mat([[1, 3]])
+            assert below == P + to_fmpq(theta * least) * row.transpose() * row
+            assert strips == [(row, reach)]
+            rate = (row * line(discrete=False).F * z)[0, 0]
+            assert (z.transpose() * taken * z)[0, 0] == 2 * to_fmpq(theta) * 3 * rate
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+def test_what_a_disturbance_does_is_a_form_in_the_states_and_in_it(discrete):
+    loop, P = line(discrete), fmpq_mat([[2, 1], [1, 5]])
+    moves = regions._Moves.read(loop, {"energy": "1/2", "Bw": [["1", "2"], ["0", "3"]], "Dsigmaw": [["1", "-1"]]})
+    z, w = fmpq_mat([[2], [-1], [3]]), fmpq_mat([[5], [7]])
+    a, b, first, second = fmpq_mat([[1, 2, 3]]), fmpq_mat([[0, 1, -1]]), fmpq(2), fmpq(-3)
+    moves.add(0, F(1, 3), (a, first), (b, second))
+    x, s = fmpq_mat([[2], [-1]]), fmpq(5 - 7)
+    moved = loop.F * z + fmpq_mat([[1, 2], [0, 3]]) * w
+    before = (x.transpose() * P * x)[0, 0]
+    rise = (moved.transpose() * P * moved)[0, 0] - before if discrete else 2 * (x.transpose() * P * moved)[0, 0]
+    term = ((a * z)[0, 0] + first * s) * ((b * z)[0, 0] + second * s) * fmpq(2, 3)
+    alone = (a * z)[0, 0] * (b * z)[0, 0] * fmpq(2, 3)
+    whole = moves.beside(loop, P, -loop.form(P))
+    both = fmpq_mat([*z.tolist(), *w.tolist()])
+    assert (both.transpose() * whole * both)[0, 0] == fmpq(74) / fmpq(1, 2) - rise - term + alone
