@@ -1,6 +1,5 @@
 """Formulas of the second checker against another computation, and bounds that are sharp from both sides."""
 
-from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction as F
 from itertools import product
@@ -8,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
+from second_plants import PLAIN, accepted, asked, at, unit
 
 from lure.analysis.certificates.second import (
     axis,
@@ -21,8 +21,7 @@ from lure.analysis.certificates.second import (
     regions,
     theorems,
 )
-from lure.analysis.certificates.second.channels import Asked
-from lure.analysis.certificates.second.classes import SCALAR, Nonlinearities
+from lure.analysis.certificates.second.classes import SCALAR
 from lure.analysis.certificates.second.curves import Arc, curve_of, require_crossed, require_one_equilibrium
 from lure.analysis.certificates.second.delays import refuted_by_delay, without_delays
 from lure.analysis.certificates.second.graphs import Graph as Curved
@@ -38,31 +37,7 @@ from lure.analysis.certificates.second.numerics import (
 from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.systems import Rational, Shifted, States
 
-PLAIN = Nonlinearities(lower=F(0), upper=F(1), slope=(F(0), F(1)), odd=False, time_varying=False, linear=False)
 TIMID = replace(PLAIN, slope=None, lower=F(-1), time_varying=True)
-
-
-def asked(A, B, C, D, *classes, **more):
-    sides = {name: fmpq_mat(rows) for name, rows in zip("ABCD", (A, B, C, D), strict=True)}
-    return Asked(
-        **sides,
-        discrete=more.pop("discrete", False),
-        nonlinearities=classes,
-        repeated=more.pop("repeated", tuple(range(len(D)))),
-        **more,
-    )
-
-
-def unit(n):
-    return fmpq_mat([[int(i == j) for j in range(n)] for i in range(n)])
-
-
-def at(A, B, C, D, s):
-    return D + C * (s * unit(A.nrows()) - A).inv() * B
-
-
-def accepted(holds):
-    return nullcontext() if holds else pytest.raises(NotShown)
 
 
 # Bounds on intervals and on half-lines
@@ -278,6 +253,8 @@ def test_a_crossing_lies_inside_its_gains_and_its_frequencies(moved):
         (7, ("1/20", "1/10"), ("163/100", "164/100"), False),  # the second comes too soon
         (7, ("0", "1/25"), ("163/100", "164/100"), False),
         (7, ("0", "1/10"), ("164/100", "165/100"), False),
+        (7, ("0", "1/25"), ("8/5", "17/10"), False),  # which at 17/10 alone turns by enough
+        (7, ("3/50", "7/50"), ("3/2", "33/20"), False),  # and here at 3/2 alone
         (9, ("-1/10", "1/20"), ("182/100", "183/100"), False),  # only a delay below 0 would do
     ],
 )
@@ -301,11 +278,11 @@ def test_delays_are_taken_out_as_their_formulas_say():
     plant = asked(*sides, direct, *late, PLAIN)
     s = fmpq(3)
     found = without_delays(plant)
-    P, E = at(plant.A, plant.B, plant.C, plant.D, s), fmpq_mat([[1, 0, 0], [0, 1, 0], [0, 0, 0]])
+    P, E = at((plant.A, plant.B, plant.C, plant.D), s), fmpq_mat([[1, 0, 0], [0, 1, 0], [0, 0, 0]])
     x = s * to_fmpq(h)
     m = (1133 * x**3 + 4751 * x**2 + 10041 * x) / (561 * x**3 + 3183 * x**2 + 8563 * x + 10000)
     seen = fmpq_mat([[m, 0, 0], [0, s, 0], [0, 0, 1]])
-    assert at(found.A, found.B, found.C, found.D, s) == seen * (unit(3) + P * E).inv() * P
+    assert at((found.A, found.B, found.C, found.D), s) == seen * (unit(3) + P * E).inv() * P
     assert [one.ends for one in found.nonlinearities] == [(F(-1), F(1)), (-h, h), (F(0), F(1))]
     assert [one.operator for one in found.nonlinearities] == [SCALAR, "any", ""]
 
@@ -330,10 +307,10 @@ def test_members_close_the_loop_as_their_formulas_say(discrete):
     for i, u in enumerate(left, start=1):
         for j, v in enumerate(right, start=1):
             K[i, j] = passes(*u) * passes(*v)
-    P = at(plant.A, plant.B, plant.C, plant.D, s)
+    P = at((plant.A, plant.B, plant.C, plant.D), s)
     sigma = (unit(4) + P * K).inv() * P
     assert found[4] == [3]
-    assert at(*found[:4], s)[0, 0] == sigma[3, 3]
+    assert at(found[:4], s)[0, 0] == sigma[3, 3]
 
 
 # sigma' = -sigma + u_1 + u_2 in both channels: a member u = -c sigma in one of them destabilises for c < -1

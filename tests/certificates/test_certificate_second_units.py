@@ -7,10 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 from flint import acb, acb_mat, acb_series, arb, arb_mat, arb_series, fmpq, fmpq_mat, fmpq_poly
+from second_plants import PLAIN, asked, at
 
 from lure.analysis.certificates.second import boxes, cover, frequencies, matrix, members, pieces
-from lure.analysis.certificates.second.channels import Asked
-from lure.analysis.certificates.second.classes import SCALAR, Claim, Graph, Nonlinearities, require_member
+from lure.analysis.certificates.second.classes import SCALAR, Claim, Graph, require_member
 from lure.analysis.certificates.second.counterexamples import _power
 from lure.analysis.certificates.second.curves import Arc, curve_of, require_crossed
 from lure.analysis.certificates.second.delays import without_delays
@@ -32,22 +32,6 @@ from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.systems import RodData, States
 from lure.analysis.certificates.second.windows import read_forms
 from lure.analysis.certificates.second.zero import require_one_solution, shifted_by
-
-PLAIN = Nonlinearities(lower=F(0), upper=F(1), slope=(F(0), F(1)), odd=False, time_varying=False, linear=False)
-
-
-def asked(A, B, C, D, *classes, **more):
-    sides = dict(zip("ABCD", map(fmpq_mat, (A, B, C, D)), strict=True))
-    own = classes or (PLAIN,) * len(D)
-    repeated = more.pop("repeated", tuple(range(len(D))))
-    return Asked(**sides, discrete=more.pop("discrete", False), nonlinearities=own, repeated=repeated, **more)
-
-
-def at(sides, s):
-    A, B, C, D = sides
-    one = fmpq_mat([[int(i == j) for j in range(A.nrows())] for i in range(A.nrows())])
-    return D + C * (s * one - A).inv() * B
-
 
 # Loops with dead time
 
