@@ -253,7 +253,7 @@ def plants_words(system: Mapping[str, Any]) -> str:
     how = {"0": "", "inf": " that changes at any speed"}
     varied = [
         f"{name} in {interval(ends)}"
-        + (how[rate] if rate in how else f" that changes by at most {_near(Fraction(rate))} in a unit of time")
+        + (how[rate] if rate in how else f" that changes by at most {bound_below(Fraction(rate))} in a unit of time")
         for (name, *ends), rate in zip(system["parameters"], rates, strict=True)
         if ends[0] != ends[1]
     ]

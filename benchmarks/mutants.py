@@ -49,6 +49,9 @@ CACHE = ROOT / "build" / "mutants"
 _ABOVE = """
 analysis answers approved answers_capped answers_conclusion answers_wording conclusion findings loop_report one_answer
 python_door report report_confirmation report_honesty report_opening results_html results_xarray showing"""
+_OTHER_QUESTIONS = """
+channel_analysis channel_parts channel_rates channels certify decay rates_of_boxes regions regions_everywhere
+region_disturbances l2_gain gain_energy gain_signals overshoot tolerances two_sided cli_channels cli_loops"""
 ROOMS = (
     "lure.analysis.questions",
     "lure.analysis.rod.theory",
@@ -90,6 +93,38 @@ PROBES = {  # built-in loops of a tenth of a second, and these
     "late": _LOOP.format("exp(-s)/(s+1)", ""),
     "twice": _LOOP.format("(s+1)/s^2", "[class]\nsector = [0, inf]\n"),
 }
+_MATRICES = "[plant]\nA = {}\nB = {}\nC = {}\n{}"
+_LAGS = "[[-1, 0], [1, -2]]", "[[1, 0], [0, 1]]", "[[0, 1], [-1, 0]]"
+_SWING = _MATRICES.format("[[-0.2, -1], [1, 0]]", "[[1], [0]]", "[[1, 1]]", "[class]\nsector = [0, 1]\n{}")
+_MOVED = "[performance]\nBw = [[1], [0]]\nCz = [[1, 1]]\n"
+_BOX = '[plant]\nnum = [1]\nden = [1, "a"]\n[plant.parameters]\na = [1, 2]\n[class]\nsector = [{}, 1]\n'
+OTHERS = {  # of several channels, a rate, a gain, a region, a box: the question, and the loop
+    "channels": ("max_sector", _MATRICES.format(*_LAGS, "[[class]]\nsector = [0, 3]\n[[class]]\nslope = [0, 0.5]\n")),
+    "repeated": (
+        "certify",
+        _MATRICES.format(*_LAGS, "[[class]]\nsector = [-1, 9]\ntime_varying = true\nrepeated = 2\n"),
+    ),
+    "decay": ("decay_rate", _SWING.format("time_varying = true\n")),
+    "sampled": ("decay_rate", "[plant]\nnum = [0.1]\nden = [1, -1]\ndt = 1\n[class]\nslope = [1, 10]\n"),
+    "gain": ("l2_gain", _SWING.format(_MOVED)),
+    "held": (
+        "region",
+        _MATRICES.format("[[1]]", "[[1]]", "[[1]]", '[nonlinearity]\nkind = "saturation"\ngain = 2\nlimit = 1\n'),
+    ),
+    "pushed": (
+        "region",
+        _MATRICES.format(
+            "[[0, 1], [-1, 0.5]]",
+            "[[0], [1]]",
+            "[[1, 2]]",
+            '[nonlinearity]\nkind = "saturation"\ngain = 1\nlimit = 1\n',
+        )
+        + "[performance]\nBw = [[0], [1]]\nCz = [[1, 0]]\n",
+    ),
+    "box": ("certify", _BOX.format(0)),
+    "wider": ("tolerances", _BOX.format(-0.5)),
+    "slow": ("decay_rate", _BOX.format(0)),
+}
 RODS = {"proved": {}, "pushed": {"damping": "-2e-4"}, "free": {"damping": "0"}, "bent": {"exponent": "3/2"}}
 TOLD = re.compile(
     r"PROVED|REFUTED|INCONCLUSIVE|certified|computed|observed|checked|declared|fails|assumed|odd|slope|sector|linear|"
@@ -118,7 +153,7 @@ class Area:
 _CERTIFICATES = "lure.analysis.certificates"
 _OF_FIRST = tuple(f"{_CERTIFICATES}.{name}" for name in _FIRST.split())
 AREAS = {
-    "above": Area(ROOMS, tuple(_ABOVE.split()), probes=True),
+    "above": Area(ROOMS, tuple((_ABOVE + _OTHER_QUESTIONS).split()), probes=True),
     "first": Area(_OF_FIRST, _OF_CHECKERS),
     "checkers": Area((*_OF_FIRST, f"{_CERTIFICATES}.second"), _OF_CHECKERS),
 }
@@ -330,7 +365,8 @@ def said(reports: dict[str, object]) -> list[str]:
     """Every verdict, class and number that the probes are told, in order."""
     from markupsafe import Markup
 
-    from lure.analysis import analyse, max_slope
+    from lure.analysis import analyse, certify, decay_rate, l2_gain, max_sector, max_slope, region
+    from lure.analysis.questions import tolerances
     from lure.analysis.report.loop.model import LoopReport
     from lure.analysis.report.loop.write import loop_page
     from lure.analysis.report.parts import certificate_files
@@ -342,6 +378,7 @@ def said(reports: dict[str, object]) -> list[str]:
     from lure.analysis.rod.report.output import page
     from lure.files import parse_system
     from lure.files.builtin import builtin_loop
+    from lure.record import plain
 
     texts = []
     loops = [parse_system(text, name=name, source="a file") for name, text in PROBES.items()]
@@ -351,6 +388,13 @@ def said(reports: dict[str, object]) -> list[str]:
         data = report.to_dict()
         texts += [json.dumps(data), str(report), loop_page(data, (), Markup("")), found._repr_html_()]
         texts += [str(found.to_xarray()), *certificate_files(found.certificates).values()]
+    asked = {one.__name__: one for one in (certify, decay_rate, l2_gain, region, tolerances)}
+    asked["max_sector"] = lambda loop: max_sector(loop.block, classes=loop.classes)
+    for name, (question, text) in OTHERS.items():
+        answer = asked[question](parse_system(text, name=name, source="a file"))
+        sides = [getattr(answer, side, None) for side in ("proof", "refutation")]
+        both = [getattr(answer, "certificate", None), *(getattr(side, "certificate", None) for side in sides)]
+        texts += [str(answer), json.dumps(answer.to_dict()), answer._repr_html_(), json.dumps(plain(both))]
     one = max_slope(([1], [1, 2, 2, 1]), search="linear")
     texts += [str(one), json.dumps(one.to_dict()), one._repr_html_(), str(one.to_xarray())]
     for old in reports.values():
@@ -361,8 +405,8 @@ def said(reports: dict[str, object]) -> list[str]:
         new = replace(old, criteria=criteria, conclusion=concluded, certificates=shown)
         texts += [json.dumps(document(new)), str(new), page(document(new), claims(new), ()), new._repr_html_()]
         texts += [str(new.to_xarray()), *certificate_files(shown).values()]
-    plain = (re.sub(r"<style.*?</style>|<svg.*?</svg>|style=\"[^\"]*\"", "", text, flags=re.DOTALL) for text in texts)
-    return [word for text in plain for word in (*TOLD.findall(text), "\n")]
+    bare = (re.sub(r"<style.*?</style>|<svg.*?</svg>|style=\"[^\"]*\"", "", text, flags=re.DOTALL) for text in texts)
+    return [word for text in bare for word in (*TOLD.findall(text), "\n")]
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -166,15 +166,18 @@ def linear(limit: Bracket, lower: Fraction) -> str:
     lower : Fraction
         Where the classes begin.
     """
+    from lure.analysis.numerics.doubles import bound_above, bound_below
+
     if limit.high <= lower:
         return "Linear gains at the lower end of the class are not stable."
     if limit.low == math.inf:
         return "Every larger linear gain is stable." if lower else "Every positive linear gain is stable."
+    said = f"Linear gains are stable up to {bound_below(limit.low)}"
     if limit.high == math.inf:
-        return f"Linear gains are stable up to {limit.low:.7g} at least." if limit.low > lower else ""
+        return f"{said} at least." if limit.low > lower else ""
     if limit.high - limit.low > 1e-4 * abs(limit.high):
-        return f"Linear gains are stable up to {limit.low:.7g} at least, and not beyond {limit.high:.7g}."
-    return f"Linear gains are stable up to {limit.middle:.7g}."
+        return f"{said} at least, and not beyond {bound_above(limit.high)}."
+    return f"{said}."
 
 
 Num = Annotated[str | None, option("--num", "COEFFS", "Numerator of H, highest power first.")]

@@ -30,7 +30,7 @@ from lure.analysis.questions.gain import gain_problem, l2_gain
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.region_sets import positive
 from lure.analysis.verdict import Evidence
-from lure.analysis.wording import class_words
+from lure.analysis.wording import class_words, proviso
 from lure.arrays import Reals, balanced, np
 from lure.classes import OPERATORS, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError
@@ -39,7 +39,7 @@ from lure.files.system import LoopSystem
 from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
-from lure.record import Page, Record, plain, quantity
+from lure.record import Page, Record, derived, plain, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.questions.channel_proofs import Criterion
@@ -63,13 +63,20 @@ class EnergyBounds(Record):
     )
     _said = "sentence"
 
+    @property
+    @derived()
+    def assumed(self) -> str:
+        """What the theorem assumes of the nonlinearities beyond their class; empty if nothing."""
+        return " and ".join(dict.fromkeys(filter(None, map(proviso, self.proofs))))
+
     def __str__(self) -> str:
         said = []
         if math.isfinite(self.initial):
             said.append(f"without disturbance the energy of z is at most {bound_above(self.initial)} |x(0)|^2")
         if math.isfinite(self.peak):
-            said.append(f"from rest |z(t)|^2 is at most {bound_above(self.peak)} times the energy of w (certified)")
-        text = "; ".join(said) or "No quadratic function was found"
+            said.append(f"from rest |z(t)|^2 is at most {bound_above(self.peak)} times the energy of w")
+        text = "; ".join(said) + f"{self.assumed and ', for members of the classes '}{self.assumed} (certified)"
+        text = text if said else "No quadratic function was found"
         return f"{text[0].upper()}{text[1:]}{f' ({self.reason})' if self.reason else ''}."
 
     def _page(self) -> Page:
@@ -303,9 +310,15 @@ class Overshoot(Record):
     )
     _said = "sentence"
 
+    @property
+    @derived()
+    def assumed(self) -> str:
+        """What the theorem assumes of the nonlinearities beyond their class; empty if nothing."""
+        return proviso(self.proof)
+
     def __str__(self) -> str:
         falls = f"{bound_above(self.rate)}^t" if self.discrete else f"exp({bound_above(-self.rate)} t)"
-        about = class_words(self.proof.certificate["laws"])
+        about = ", ".join(filter(None, (class_words(self.proof.certificate["laws"]), self.assumed)))
         return f"|x(t)| <= {bound_above(self.constant)} |x(0)| {falls} for {about} ({self.proof.theorem}, certified)."
 
 

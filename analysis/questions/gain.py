@@ -178,7 +178,7 @@ class GainBound(TwoSided):
         ]
         notes = ["Not shown: a bound on the size of z at a time, on its gain for classes other than these."]
         notes += ["Check it again: lure.analysis.check(result.certificates['high']), in exact arithmetic."]
-        return Page(f"L2 gain from w to z: {self.classes}", rows, verdict=str(self.verdict), notes=notes)
+        return Page(f"{self._name}: {self._about}", rows, verdict=str(self.verdict), notes=notes)
 
 
 def l2_gain(  # noqa: PLR0913  (a plant, classes, a performance and three settings with defaults)

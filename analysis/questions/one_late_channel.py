@@ -12,7 +12,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from lure.analysis.inequality.delay import Delayed
-from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.numerics.polynomial import from_descending, root_counts
 from lure.analysis.questions.channels import Factors
 from lure.analysis.questions.conclusion import conclusion_of
@@ -127,4 +127,4 @@ def _of_top(one: CriterionResult, top: Fraction, low: float) -> CriterionResult:
     if one.proof is None:
         return replace(one, largest=Bracket(min(low, one.largest.low), math.inf), classes=None)
     end = double_below(top * Fraction(one.largest.low))
-    return replace(one, largest=Bracket(end, math.inf), classes=None, reason=f"proved up to {end:.7g}")
+    return replace(one, largest=Bracket(end, math.inf), classes=None, reason=f"proved up to {bound_below(end)}")

@@ -14,7 +14,7 @@ from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import Failure, check_for_class, complete_and_check, guarded
 from lure.analysis.certificates.systems import class_entry
 from lure.analysis.certificates.theory import Draft, theory_of
-from lure.analysis.numerics.doubles import double_below
+from lure.analysis.numerics.doubles import bound_below, double_below
 from lure.analysis.questions import families
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, Theorem, Upper, row_of, theorems_for
@@ -304,7 +304,7 @@ def _decided(asked: Problem, row: Theorem, bounds: Sector | SlopeBounds, *, fini
             code=Reason.DEAD_TIME,
         )
     if _proves(answer) and bounds.upper > answer.largest.low:
-        reason = f"what is proved ends at {answer.largest.low:.10g}"
+        reason = f"what is proved ends at {bound_below(answer.largest.low)}"
         return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=reason)
     return answer
 

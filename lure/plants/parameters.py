@@ -9,6 +9,7 @@ from itertools import product
 from math import inf
 from typing import TYPE_CHECKING
 
+from lure.bounds import lower_text, upper_text
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.plants.text import Element, OneVariable, Quotient, exact_coefficient, parsed_quotient
@@ -55,18 +56,16 @@ class InBox:
 
     @property
     def ranges(self) -> str:
-        """The box in words."""
+        """The box in words, exactly where that is short, else rounded inwards: no larger one is claimed."""
         rates = getattr(self, "rates", ()) or (0,) * len(self.names)
         how = (
             ""
             if not r
-            else " that changes " + ("at any speed" if r == inf else f"by at most {exact_text(r, 8)} in a unit of time")
+            else " that changes " + ("at any speed" if r == inf else f"by at most {upper_text(r)} in a unit of time")
             for r in rates
         )
         named = zip(self.names, self.box, how, strict=True)
-        return ", ".join(
-            f"{one} in [{exact_text(low, 8)}, {exact_text(high, 8)}]{at}" for one, (low, high), at in named
-        )
+        return ", ".join(f"{one} in [{lower_text(low)}, {upper_text(high)}]{at}" for one, (low, high), at in named)
 
 
 def checked_box(parameters: Mapping[str, tuple[Exact, Exact]], powers: Sequence[Sequence[int]]) -> Box:

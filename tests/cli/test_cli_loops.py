@@ -186,6 +186,9 @@ def test_a_plant_that_no_gain_stabilises_is_told_so(lure):
         (Bracket(math.inf, math.inf), 0, "Every positive linear gain is stable."),
         (Bracket(math.inf, math.inf), Fraction(1, 2), "Every larger linear gain is stable."),
         (Bracket(5, math.inf), 0, "Linear gains are stable up to 5 at least."),
+        (Bracket(2 / 3, math.inf), 0, "Linear gains are stable up to 0.6666666 at least."),
+        (Bracket(2 / 3, 1), 0, "Linear gains are stable up to 0.6666666 at least, and not beyond 1."),
+        (Bracket(1, 4 / 3 - 1e-9), 0, "Linear gains are stable up to 1 at least, and not beyond 1.333334."),
         (Bracket(0, 0), 0, "Linear gains at the lower end of the class are not stable."),
     ],
 )

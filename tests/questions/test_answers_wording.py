@@ -1,6 +1,8 @@
 """What a certificate says in words: its class, its numbers rounded to the safe side, its member, what it assumes."""
 
+import re
 from fractions import Fraction
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -11,8 +13,12 @@ from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.states import assumed, classes, keeps
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.analysis.questions import analyse
+from lure.analysis.report.loop.write import class_words as row_words
 from lure.analysis.verdict import Verdict
-from lure.analysis.wording import class_words, counterexample, destroys, interval, meaning, proviso
+from lure.analysis.wording import class_words, counterexample, destroys, interval, meaning, plants_words, proviso
+from lure.plants.family import PlantFamily
+
+ROOT = Path(__file__).parents[2]
 
 PLAIN = {"sector": ["0", "2"], "slope": None, "odd": False, "time_varying": False, "linear": False}
 
@@ -69,6 +75,29 @@ def test_bounds_are_rounded_into_a_class_that_is_proved_and_out_of_one_that_is_r
 )
 def test_a_bound_is_rounded_once_and_to_the_safe_side(value, below, above):
     assert (bound_below(value), bound_above(value)) == (below, above)
+
+
+def test_what_is_proved_of_a_box_is_rounded_into_it():
+    # lower bounds are rounded up and upper ones down; so the rate: 2/3 is above .6666666
+    system = {"kind": "family", "parameters": [["a", "1/3", "2/3"], ["b", "1", "1"]], "rates": ["2/3", "0"]}
+    rate = "that changes by at most 0.6666666 in a unit of time"
+    assert plants_words(system) == f" for every a in [0.3333334, 0.6666666] {rate}"
+    assert plants_words({**system, "rates": ["inf", "0"]}).endswith(" that changes at any speed")
+    low, high = Fraction(10**16 + 1, 3 * 10**16), Fraction(2 * 10**16 - 1, 3 * 10**16)
+    family = PlantFamily.of_coefficients([1], [1, "a"], {"a": (low, high)})
+    (said,) = re.findall(r"a in \[(.*), (.*)\]$", family.ranges)
+    assert low < Fraction(said[0]) < Fraction(said[1]) < high
+
+
+@pytest.mark.parametrize(("lower", "said"), [(0.0, "0"), (0.1, "0.1"), (1 / 3, "0.3333334"), (-1 / 3, "-0.3333333")])
+def test_the_classes_of_a_report_begin_no_lower_than_what_is_proved(lower, said):
+    assert row_words({"lower": lower, "question": "sector", "time_varying": False}) == f"sector [{said}, k]"
+
+
+def test_no_bound_is_rounded_to_the_nearest_number():
+    told = [path for room in ("questions", "cli", "report") for path in (ROOT / "analysis" / room).rglob("*.py")]
+    nearest = re.compile(r"\{[^{}]*\.(?:low|high)\b[^{}]*:\.\d+g\}")
+    assert [one for path in told for one in nearest.findall(path.read_text("utf-8"))] == []
 
 
 def shown(conclusion=ATTRACTS, theorem="circle", **more):

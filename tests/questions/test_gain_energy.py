@@ -38,6 +38,16 @@ def test_units_of_the_disturbance_and_the_output_go_into_the_constants():
     assert found.peak == pytest.approx(2e-4, rel=1e-5)
 
 
+def test_what_is_assumed_of_the_nonlinearity_is_said():
+    direct = ([[-2]], [[1]], [[1]], [[F(-1, 2)]])  # sigma - phi(sigma)/2 = y
+    found = energy_bounds(direct, [Sector(0, 1)], SEEN)
+    assert found.assumed == "for which " + found.proofs[0].assumed == "for which " + found.proofs[1].assumed
+    assert str(found).endswith(f" times the energy of w, for members of the classes {found.assumed} (certified).")
+    found = energy_bounds(LAG, [Sector(0, 1)], {**SEEN, "Dzw": 1})
+    assert found.assumed == ""
+    assert " |x(0)|^2 (certified) (z has" in str(found)
+
+
 def test_a_direct_term_has_no_peak():
     found = energy_bounds(LAG, [Sector(0, 1)], {**SEEN, "Dzw": 1})
     assert found.initial == pytest.approx(0.5, rel=1e-4)

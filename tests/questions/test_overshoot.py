@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lure import AssumptionError, InputError, NonlinearityClass, RationalPlant, Sector, as_plant
+from lure import AssumptionError, InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds, as_plant
 from lure.analysis.certificates.second import recheck
 from lure.analysis.questions.energy import _spread, overshoot
 
@@ -23,6 +23,15 @@ def test_one_state_goes_nowhere_before_it_decays():
     found = overshoot(([[-1]], [[1]], [[1]], [[0]]), [VARYING], F(1, 2))
     assert 1 <= found.constant <= 1 + 1e-8
     assert recheck(dict(found.proof.certificate)).accepted
+
+
+def test_what_is_assumed_of_the_nonlinearity_is_said():
+    # y = sigma - phi(sigma)/2 has one sigma for each y for slopes below 2, which a sector does not bound
+    direct = ([[-2]], [[1]], [[1]], [[F(-1, 2)]])
+    found = overshoot(direct, [Sector(0, 1)], F(1, 2))
+    assert found.assumed == found.to_dict()["assumed"] == "for which " + found.proof.assumed
+    assert f"in the sector [0, 1], {found.assumed} (diagonal-circle" in str(found)
+    assert overshoot(direct, [SlopeBounds(0, 1)], F(1, 2)).assumed == ""
 
 
 @pytest.mark.parametrize(("computed", "square"), [((1, 4), 4), ((2, 4), None), ((1, 2), None), ((-1, 4), None)])

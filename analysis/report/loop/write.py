@@ -111,7 +111,8 @@ def class_words(row: Data) -> str:
     """
     if "classes" in row:
         return f"{row['classes']['text']}; upper bounds times k"
-    lower = f"{row['lower']:.6g}"
+    lower, short = bound_above(row["lower"]), f"{row['lower']:.6g}"
+    lower = short if float(short) == row["lower"] else lower
     if row["question"] == "sector":
         return f"sector [{lower}, k]{', time-varying' if row['time_varying'] else ''}"
     return f"slope in [{lower}, k]{', odd' if row['odd'] else ''}"
