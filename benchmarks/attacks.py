@@ -62,7 +62,7 @@ def guarded(kind: str, i: int) -> tuple[Counter[str], list[str]]:
             counts, faults, case = attack(kind, random_of(kind, i))
         except OverTimeError:
             faults = [f"not done within {CPU:g} s"]
-        except Exception:
+        except Exception:  # whatever an attack raises is a fault, with its trace
             faults = [traceback.format_exc()]
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0)

@@ -335,7 +335,7 @@ def yield_to(counts: Counter[str], text: str, read: Callable[[], None]) -> None:
             read()
     except OverTimeError:
         FAULT.extend([f"not read within {HANGS:g} s", text])
-    except Exception:
+    except Exception:  # anything but a refusal is what is looked for
         FAULT.extend([traceback.format_exc(), text])
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)

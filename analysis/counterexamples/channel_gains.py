@@ -418,6 +418,7 @@ class LateGains:
         """The factor and the frequency of one crossing, by secants between ends of two signs (the Illinois method)."""
 
         def value(omega: float, near: complex) -> complex:
+            """The eigenvalue of ``-H(i omega) G`` next to one that was found before: 1 at a crossing."""
             found = np.linalg.eigvals(-self._response(np.array([1j * omega]))[0] * G)
             return complex(found[np.abs(found - near).argmin()])
 
@@ -450,6 +451,7 @@ class LateGains:
         for start in found[:_TIMES_FINER] if count > 1 else ():
 
             def factor(shares: NDArray[np.float64]) -> float:
+                """The factor of a crossing of gains in these proportions, which is kept; a large number without one."""
                 checkpoint()
                 inside = np.clip(shares, lowest, 1.0)
                 size = np.abs(inside).max()

@@ -491,6 +491,7 @@ class DelayedMembers:
         best: Delayed | None = None
 
         def member(point: NDArray[np.float64]) -> Delayed:
+            """The member at a point, with the least singular value of ``1 + H G``: 0 for a root on the axis."""
             checkpoint()
             point, count = np.clip(point, low, high), len(self.functions)
             where = np.exp(point[-1:])

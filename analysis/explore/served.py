@@ -352,7 +352,8 @@ def _kind(given: Given) -> str:
 
 
 def _lower(given: Given) -> Fraction:
-    return field("lower", lambda: exact_coefficient(given.get("lower", "").strip() or "0", "lower"))  # type: ignore[no-any-return]
+    found: Fraction = field("lower", lambda: exact_coefficient(given.get("lower", "").strip() or "0", "lower"))
+    return found
 
 
 def _class(given: Given) -> NonlinearityClass:

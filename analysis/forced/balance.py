@@ -311,6 +311,7 @@ def _settled(loop: ForcedLoop, wave: Wave) -> Iterator[Balanced]:
     step, gains = T / steps, np.array([float(g) for g in loop.gains])
 
     def psi(x: Reals, k: int) -> Reals:
+        """``phi(sigma) - g sigma`` at one step of the period."""
         sigma = x @ C[:m].T + seen[k]
         values = -gains * sigma
         for i, phi in enumerate(loop.nonlinearities):

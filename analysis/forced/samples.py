@@ -182,6 +182,7 @@ def refined(loop: ForcedLoop, found: Balanced, count: int) -> Balanced:
     m, before, slow = loop.channels, math.inf, 0
 
     def missed(psi: Complexes) -> Reals:
+        """By how much ``phi(sigma) - g sigma``, with the ``sigma`` that follows from ``psi``, is not ``psi``."""
         sigma = sampled(forced[:m] - np.einsum("kij,jk->ik", whole[:, :m], psi), points)
         gained = [
             np.asarray(f(s)) - float(g) * s for f, g, s in zip(loop.nonlinearities, loop.gains, sigma, strict=True)

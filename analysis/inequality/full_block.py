@@ -199,6 +199,7 @@ class FullBlockInequality(ShiftedLoop):
         margins = list[tuple[float, float]]()
 
         def serves(factor: float) -> bool:
+            """Whether multipliers are found for the widths at a factor, whose margin is noted."""
             at = widths(factor)
             found = self.multipliers(at) if at.min() > 0 else None
             if found is not None:

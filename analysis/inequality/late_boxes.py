@@ -58,6 +58,7 @@ def best_theta(plant: DelayPlant, *, turned: bool) -> tuple[float, float]:
         return np.append(H.real, 0.0), np.append(-omega * H.imag, -abs(lead))
 
     def least(theta: float, lines: tuple[Reals, Reals]) -> tuple[float, int]:
+        """The least value over the frequencies with one ``theta``, and where."""
         values = lines[0] + theta * lines[1]
         i = int(values.argmin())
         return float(values[i]), i

@@ -74,6 +74,7 @@ class ChannelSearch(ABC):
         margins = dict[float, float]()
 
         def serves(factor: float) -> bool:
+            """Whether the margin for the widths at a factor, which is noted, is positive."""
             found = widths(factor)
             margins[factor] = self.margin(found) if found.min() > 0 else -math.inf
             return margins[factor] > 0

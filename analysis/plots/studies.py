@@ -243,7 +243,7 @@ def _colour_bar(axes: Axes, drawn: ScalarMappable, label: str) -> None:
 def _roomy(axes: Axes) -> None:
     """Room for what stands beside axes that are the only ones of their figure."""
     if len(axes.figure.axes) == 1 and axes.figure.get_layout_engine() is None:
-        axes.figure.set_layout_engine("constrained")  # type: ignore[union-attr]
+        axes.figure.set_layout_engine("constrained")  # type: ignore[union-attr]  # no SubFigure is drawn on
 
 
 def _legend(axes: Axes) -> None:
@@ -272,7 +272,7 @@ def _boxed(plane: Plane) -> list[str]:
     return [name for name in plane.along if f"{name} bounds" in plane.data]
 
 
-def _bars(axes: Axes, plane: Plane, chosen: np.ndarray[Any, Any], **look: Any) -> LineCollection:  # noqa: ANN401
+def _bars(axes: Axes, plane: Plane, chosen: np.ndarray[Any, Any], **look: Any) -> LineCollection:  # noqa: ANN401  (for matplotlib)
     """Of one dimension with boxes and one with points: thin bars along the boxes, each at its point."""
     boxes = _boxed(plane)[0]
     first = plane.along[0] == boxes

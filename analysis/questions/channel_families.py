@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import count, islice
 from typing import Any, NamedTuple
 
@@ -158,6 +158,7 @@ class BoxSearch:
         ends, number = self._ends(alpha), [0]
 
         def made(box: Box) -> families.Tree:
+            """The tree of a box: a leaf where multipliers serve all of it, else its halves."""
             number[0] += 1
             if number[0] > _MOST:
                 raise families.too_many(family_of(self.asked), box, _MOST)
@@ -175,6 +176,7 @@ class BoxSearch:
             return families.cut(box, across, made)
 
         def again(part: families.Tree) -> families.Tree:
+            """The same cuts, each leaf asked anew."""
             if isinstance(part, families.Cut):
                 return replace(part, below=again(part.below), above=again(part.above))
             return made(part.box)
@@ -263,6 +265,7 @@ class BoxSearch:
         family, least = family_of(self.asked), self.asked.classes.least
 
         def serves(point: Point, alpha: float) -> bool:
+            """Whether multipliers for one plant are found at a factor."""
             exact = Fraction(double_below(Fraction(alpha)))
             return exact > least and self._at(point, self._ends(exact), None) is not None
 
@@ -441,11 +444,11 @@ def refuting(asked: Problem, against: Against) -> tuple[Fraction, Refuted] | Non
     best: tuple[Fraction, Refuted] | None = None
     for point in _severe(asked):
         one = replace(asked, plant=family_of(asked).at(point))
-        found = guarded("one plant of the box", lambda one=one: against(one), passing=(TimeoutError,))  # type: ignore[misc]
+        found = guarded("one plant of the box", partial(against, one), passing=(TimeoutError,))
         if not isinstance(found, tuple) or (best is not None and found[0] >= best[0]):
             continue
         draft = families.member_draft(family_of(asked), point, found[1].certificate)
-        shown = guarded("the parameters", lambda draft=draft: complete_and_check(draft), passing=(TimeoutError,))  # type: ignore[misc]
+        shown = guarded("the parameters", partial(complete_and_check, draft), passing=(TimeoutError,))
         best = (found[0], shown) if isinstance(shown, Refuted) else best
     return best
 
@@ -476,7 +479,7 @@ def slack(asked: Problem, plant: MultivariablePlant) -> float:
     lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, asked.classes.upper))
     places = [[rest.index(i) for i in block] for block in asked.classes.blocks if block[0] in rest]
     if not rest:
-        return -_norm(A, B, C, D, plant.dt is not None)
+        return -_norm(A, B, C, D, discrete=plant.dt is not None)
     inner = A, B[:, rest], C[rest], D[np.ix_(rest, rest)]
     search = GainSearch(*inner, lower[rest], upper[rest], places, plant.dt is not None)
     if not own:
@@ -489,7 +492,7 @@ def slack(asked: Problem, plant: MultivariablePlant) -> float:
         closed = whole @ C
         inward = B - B @ np.diag(gains) @ whole @ D
         sides = A - B @ np.diag(gains) @ closed, inward[:, own], closed[own], (whole @ D)[np.ix_(own, own)]
-        worst = max(worst, _norm(*sides, plant.dt is not None))
+        worst = max(worst, _norm(*sides, discrete=plant.dt is not None))
     return -worst
 
 
@@ -500,7 +503,7 @@ def _spread(shapes: Reals) -> Reals:
     return np.asarray(shapes[order[np.argsort(inside[order], kind="stable")]][:_SHAPES])
 
 
-def _norm(A: Reals, B: Reals, C: Reals, D: Reals, discrete: bool) -> float:  # noqa: FBT001
+def _norm(A: Reals, B: Reals, C: Reals, D: Reals, *, discrete: bool) -> float:
     """About the largest gain over the frequencies; infinite for a loop that is unstable, or nearly so."""
     poles = np.linalg.eigvals(A).astype(complex)
     slowest = np.abs(poles).max() - 1 if discrete else poles.real.max()

@@ -91,7 +91,8 @@ class KernelSearch:
                 ends[i] = Fraction(one.slope.lower), Fraction(one.slope.upper)
         lower = np.array([float(low) for low, _ in ends])
         free = [one and H.dt is None for one in free_channels(asked)]
-        plant = ChannelInequality(A, B, C, D, lower, free, True, False, classes.operators, modes)  # noqa: FBT003
+        sides, operators = (A, B, C, D), classes.operators
+        plant = ChannelInequality(*sides, lower, free, popov=True, discrete=False, operators=operators, modes=modes)
         blocks, scaled = (
             [block for block in classes.blocks if sloped[block[0]]],
             classes.performance or range(len(ends)),

@@ -277,6 +277,7 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
     late = not family and loop_plant(asked.plant).order > _MOST_ROUTH
 
     def refute(name: str, search: Callable[[], tuple[Fraction, Refuted] | None]) -> None:
+        """Make one search for a member; a failure leaves what was found before."""
         shown = guarded(name, search, passing=(TimeoutError,))
         found.against = shown if isinstance(shown, tuple) else found.against
 
@@ -291,6 +292,7 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
             found.answers.append(carried.answer)
 
     def ask(one: Criterion) -> None:
+        """Ask one criterion for more than the factor that is known."""
         known = found.known
         said.append(guarded(one.name, partial(farthest, asked, one, known, most), passing=(TimeoutError,)))
         found.answers.append(_answer(asked, one, said[-1], known))

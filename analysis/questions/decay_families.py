@@ -205,6 +205,7 @@ class BoxOfChannels(RateSearch):
             gains[:, [*block]] += shares[:, [j]] * (upper - lower)[[*block]]
 
         def slowness(plant: MultivariablePlant) -> float:
+            """The slowest rate over the constant gains, with its sign turned round: the least is looked for."""
             values = np.linalg.eigvals(GainsAround(*plant.doubles()).closed_by(gains))
             return -float((np.abs(values) if self.discrete else values.real).max())
 

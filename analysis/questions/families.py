@@ -119,6 +119,7 @@ def open_parts(family: PlantFamily | ChannelFamily, serves: Callable[[Box], bool
     """
 
     def parts(box: Box, cuts: int) -> list[Box]:
+        """The parts of a box that nothing serves, one box where all of its halves are such."""
         checkpoint()
         if serves(box):
             return []

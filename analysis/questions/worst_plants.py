@@ -104,6 +104,7 @@ def cheaply_worst(family: PlantFamily, lower: Fraction) -> Point:
     row = next(row for row in TABLE if row.name == ("popov" if family.dt is None else "circle"))
 
     def reach(plant: RationalPlant | DelayPlant) -> float:
+        """How far the criterion reaches for one plant; ``inf`` where it fails."""
         found = guarded("the worst plant", lambda: row.answer(plant, lower=lower, odd=False), passing=(TimeoutError,))
         return found.largest.low if isinstance(found, CriterionResult) else math.inf
 

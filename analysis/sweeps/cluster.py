@@ -79,6 +79,7 @@ class Cluster:
         task = self._client.submit(_computed_alone, number, job, pure=False, retries=3)
 
         def over(done: Any) -> None:  # noqa: ANN401  (a future of Dask, which has no types)
+            """Hand on what a worker found, or in which way it failed."""
             try:
                 future.set_result(done.result())
             except KilledWorker as error:  # several died with it, perhaps by its neighbours: it is begun again

@@ -200,6 +200,7 @@ def _number(name: str) -> Callable[[CriterionResult, Upper], Iterator[Multiplier
     """A finite number of the parameters and, should it fail, multiples of it."""
 
     def multipliers(answer: CriterionResult, _upper: Upper) -> Iterator[Multiplier]:
+        """The number, then others near to it."""
         value = str(answer.parameters.get(name, "0"))
         if "inf" not in value:
             yield from ({name: text} for text in dict.fromkeys(str(Fraction(value) * factor) for factor in _NEARBY))

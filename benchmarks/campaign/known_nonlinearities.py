@@ -160,7 +160,7 @@ def values_of(text: str, rng: np.random.Generator, count: int) -> list[tuple[mpm
 def against_values(text: str, found: object, rng: np.random.Generator) -> list[str]:
     """Shares and difference quotients that leave the bounds of a formula."""
     pairs, faults = values_of(text, rng, 60), []
-    sector, slope = found.sector, found.slope  # type: ignore[attr-defined]
+    sector, slope = found.sector, found.slope  # type: ignore[attr-defined]  # bounds of a formula
     small = 1e-12  # constants of the formula are doubles here
     for x, v in pairs:
         if sector is not None and not sector.lower - small <= v / x <= sector.upper + small:

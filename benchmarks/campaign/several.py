@@ -128,7 +128,7 @@ def channels_replayed(case: Channels, proof: dict[str, object]) -> str:
     if proof["method"] not in ("linear-gains", "switched-gains"):
         return "-"
     rows = [proof["gains"]] if proof["method"] == "linear-gains" else proof["gains"]
-    gains = [[Fraction(g) for g in row] for row in rows]  # type: ignore[union-attr, attr-defined]
+    gains = [[Fraction(g) for g in row] for row in rows]  # type: ignore[union-attr, attr-defined]  # data of JSON
     if case.classes.operators or any(one.memory for one in case.classes.classes):
         return "-"
     if not all(gains_fit(case, row) for row in gains):
@@ -139,7 +139,7 @@ def channels_replayed(case: Channels, proof: dict[str, object]) -> str:
         return f"the gains {gains} vary"
     whole = np.eye(len(A))
     durations = proof.get("times") or ["1"] * len(gains)
-    for row, time in zip(gains, durations, strict=True):  # type: ignore[call-overload]
+    for row, time in zip(gains, durations, strict=True):  # type: ignore[call-overload]  # data of JSON
         G = np.diag([float(g) for g in row])
         inner = np.eye(len(G)) + D @ G
         if abs(np.linalg.det(inner)) < 1e-9:

@@ -55,7 +55,7 @@ def checked(certificate: Mapping[str, Any]) -> str:
     """What a checker says against a certificate."""
     try:
         checker.check(certificate)
-    except Exception as error:
+    except Exception as error:  # whatever it raises is said
         return f"the first checker refuses: {error}"
     opinion = recheck(certificate, seconds=20)
     late = not opinion.accepted and ("time" in opinion.reason)

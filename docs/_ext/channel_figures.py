@@ -21,9 +21,8 @@ if TYPE_CHECKING:
 
 def integrators(ax: Axes) -> None:
     """Solutions of ``1/(s(s + 1))`` with a dead zone: each ends in the interval of equilibria."""
-    dead = lambda sigma: sigma - np.clip(sigma, -1, 1)  # noqa: E731
     for start, colour in (((4, 0), BLUE), ((0.5, 3), VERMILLION), ((-3, 1), GREEN), ((-0.5, -4), PURPLE)):
-        found = solve_ivp(lambda _, x: [x[1], -x[1] - dead(x[0])], (0, 40), start, max_step=0.05)
+        found = solve_ivp(lambda _, x: [x[1], -x[1] - (x[0] - np.clip(x[0], -1, 1))], (0, 40), start, max_step=0.05)
         ax.plot(*found.y, color=colour)
         ax.plot(*found.y[:, -1], "o", color=colour)
     ax.plot([-1, 1], [0, 0], color="black", lw=3, label="equilibria")

@@ -254,7 +254,7 @@ def _block(plant: PlantTable) -> Block:
             found = as_plant((plant.A, plant.B, plant.C, 0 if plant.D is None else plant.D), dt=plant.dt)
         elif given == {"transfer"}:
             rows = isinstance(plant.transfer, list)
-            found = (transfer_matrix if rows else as_plant)(plant.transfer, dt=plant.dt)  # type: ignore[arg-type]
+            found = (transfer_matrix if rows else as_plant)(plant.transfer, dt=plant.dt)  # type: ignore[arg-type]  # rows for the one
         else:
             listed = ", ".join(sorted(given)) or "none of them"
             raise InputError(f"the block is given by {_FORMS}; got {listed}")

@@ -236,6 +236,7 @@ class ChannelFamily(InBox, Record):
         found: dict[tuple[int, ...], list[list[list[Fraction]]]] = {}
 
         def at(powers: tuple[int, ...]) -> list[list[list[Fraction]]]:
+            """The matrices of the monomial with these powers, 0 at first."""
             empty = [[[Fraction(0)]], *([[Fraction(0)] * len(row) for row in side] for side in sides)]
             return found.setdefault(powers, empty)
 
@@ -298,6 +299,7 @@ class ChannelFamily(InBox, Record):
         below = sum_text([(one.powers, one.common) for one in self.terms], self.names)
 
         def entry(k: int, i: int, j: int) -> str:
+            """One entry as a formula in the parameters."""
             above = sum_text([(one.powers, one.sides[k][i][j]) for one in self.terms], self.names)
             return above if below == "1" or above == "0" else f"({above})/({below})"
 

@@ -243,6 +243,7 @@ def _matrix(name: str, value: object, known: Constants) -> Rows:
         )
 
     def read(entry: object, where: str) -> Fraction:
+        """An entry as a number; a formula in parameters as its text."""
         text = known.put_in(entry) if isinstance(entry, str) else ""
         if _WORD.search(text):
             return cast("Fraction", text)  # which beside() reads with the plants

@@ -133,6 +133,7 @@ def derived(unit: str = "", **more: Any) -> Callable[[T], T]:  # noqa: ANN401  (
     """
 
     def mark(function: T) -> T:
+        """Note what the property is; its docstring says the meaning."""
         meaning = re.sub(r" *\[[^]]*\](?=[.;]|$)|\.$", "", (function.__doc__ or "").partition("\n")[0])
         meaning = re.sub(r"^\([\w+, ]*\) *", "", meaning)
         function.__declared__ = quantity(meaning, unit, **more).metadata["declared"]  # type: ignore[attr-defined]  # functions take attributes

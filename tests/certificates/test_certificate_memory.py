@@ -260,23 +260,6 @@ def test_a_play_beside_a_slope_from_a_file_and_the_time_varying_circle(tmp_path)
     assert find_system(str(again), []).classes == system.classes
 
 
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ('memory = "relay"\nslope = [0, 1]', "class.memory is 'relay'; give 'play' or 'stop'"),
-        ('memory = "play"', "memory is given beside other keys, or without the slope"),
-        ('memory = "play"\nslope = [-1, 1]', "memory is given beside other keys, or without the slope"),
-        ('memory = "play"\nslope = [0, 1]\nodd = true', "memory is given beside other keys"),
-        ('memory = "play"\nslope = [0, inf]', "the slope of a play is inf"),
-    ],
-)
-def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, message):
-    path = tmp_path / "loop.toml"
-    path.write_text(f"[plant]\nnum = [1]\nden = [1, 1]\n[[class]]\n{table}\n")
-    with pytest.raises(InputError, match=message):
-        find_system(str(path), [])
-
-
 def test_what_is_not_covered_beside_memory_is_inconclusive():
     rows = [["1/(s+1)", "0"], ["0", "1/(s+1)"]]
     for link, verdict in (("0", "PROVED"), ("1/(s+2)", "INCONCLUSIVE")):  # side by side, and one driving the other

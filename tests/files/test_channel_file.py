@@ -93,9 +93,18 @@ def test_gains_that_change_slowly_are_read_and_written():
         ("gain = [0, 1]\nrate = -1", "class.rate is -1; give"),
         ("gain = [0, 1]\nrate = 'inf'", "class.rate"),
         ("sector = [0, 1]\nrate = 1", "rate is given without gain; give gain = [a, b]"),
+        ("delay = 0", "class.delay is 0; give a positive bound"),
+        ("delay = 1\nsector = [0, 1]", "delay is given beside other keys"),
+        ("delay = 1\nnorm = 1", "delay is given beside other keys"),
+        ("delay = 1\nrate = 2", "the rate of a delay is 2; give a number below 1"),
+        ('memory = "relay"\nslope = [0, 1]', "class.memory is 'relay'; give 'play' or 'stop'"),
+        ('memory = "play"', "memory is given beside other keys, or without the slope"),
+        ('memory = "play"\nslope = [-1, 1]', "memory is given beside other keys, or without the slope"),
+        ('memory = "play"\nslope = [0, 1]\nodd = true', "memory is given beside other keys"),
+        ('memory = "play"\nslope = [0, inf]', "the slope of a play is inf"),
     ],
 )
-def test_a_rate_that_is_none_is_refused(said, why):
+def test_rates_delays_and_memory_that_are_none_are_refused(said, why):
     with pytest.raises(InputError, match=re.escape(why)):
         parsed("[plant]\nnum = [1]\nden = [1, 1, 2]\n[class]\n" + said + "\n")
 

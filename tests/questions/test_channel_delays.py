@@ -77,22 +77,6 @@ def test_scalings_reach_far_in_a_series_of_a_delay_and_a_sector():
     assert max_sector(LAGGING, SERIES).largest.low > 0.8 * math.sqrt(math.pi / 4)
 
 
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ("delay = 0", "class.delay is 0; give a positive bound"),
-        ("delay = 1\nsector = [0, 1]", "delay is given beside other keys"),
-        ("delay = 1\nnorm = 1", "delay is given beside other keys"),
-        ("delay = 1\nrate = 2", "the rate of a delay is 2; give a number below 1"),
-    ],
-)
-def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, message):
-    path = tmp_path / "loop.toml"
-    path.write_text(f"[plant]\nnum = [1]\nden = [1, 1]\n[[class]]\n{table}\n")
-    with pytest.raises(InputError, match=message):
-        find_system(str(path), [])
-
-
 def test_a_delay_that_changes_slowly_lies_between(tmp_path):
     # x' = -x(t - tau(t)): 1 at any rate, pi/2 for a constant delay; below Myshkis' 3/2, which is for any rate
     slow = NonlinearityClass.delayed(1, rate=0.5)

@@ -9,6 +9,7 @@ from plants import CONTINUOUS, block
 
 from lure import Sector
 from lure.analysis.theorems.off_axis import off_axis_criterion, off_axis_largest
+from lure.analysis.theorems.park import park_largest
 from lure.analysis.theorems.popov import popov_criterion
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import SlopeBounds
@@ -77,8 +78,9 @@ def test_where_every_finite_k_is_in_reach_each_is_proved():
     ],
 )
 def test_a_block_outside_the_theorem_is_refused(plant, match):
-    with pytest.raises(AssumptionError, match=match):
-        off_axis_largest(plant)
+    for largest in (off_axis_largest, park_largest):
+        with pytest.raises(AssumptionError, match=match):
+            largest(plant)
 
 
 def test_bounds_and_lines_that_are_not_finite_are_refused():

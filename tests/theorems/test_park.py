@@ -14,7 +14,7 @@ from lure.analysis.theorems.park import Support, jointly_infeasible, park_criter
 from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import SlopeBounds
-from lure.errors import AssumptionError, InputError
+from lure.errors import InputError
 
 
 # Park's LMI gives 3.772, .788, .708, .0018333, .0018325 and 28.90; the whole class of multipliers reaches further in
@@ -109,19 +109,6 @@ def test_a_given_multiplier_is_judged_as_it_is():
 def test_half_a_multiplier_and_a_negative_tau_are_refused(pair):
     with pytest.raises(InputError, match="tau >= 0 together"):
         park_criterion(CONTINUOUS[3], SlopeBounds(0, 1), **pair)
-
-
-@pytest.mark.parametrize(
-    ("plant", "match"),
-    [
-        (block([-1], [1, 1, 0]), "residue"),
-        (block([1], [1, 0], 1), "continuous time"),
-        (block([1], [1, -1]), "right"),
-    ],
-)
-def test_a_block_outside_the_theorem_is_refused(plant, match):
-    with pytest.raises(AssumptionError, match=match):
-        park_largest(plant)
 
 
 def test_the_critical_case_is_admitted_after_a_shift():
