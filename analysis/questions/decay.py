@@ -117,7 +117,8 @@ class RateBound(TwoSided):
     @derived()
     def closed(self) -> bool:
         """Whether what is proved and what is refuted meet, within one part in a million."""
-        return self.rate.width <= 2e-6 * max(abs(self.rate.low), abs(self.rate.high))
+        size = max(abs(self.rate.low), abs(self.rate.high))
+        return math.isfinite(size) and self.rate.width <= 2e-6 * size
 
     plot = drawn(
         "The eigenvalues with constant gains of the class, and both rates; see :func:`lure.analysis.plots.plot_rate`."

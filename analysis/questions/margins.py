@@ -133,11 +133,13 @@ class Tolerances(TwoSided):
     def __str__(self) -> str:
         head = {Verdict.PROVED: "Proved", Verdict.REFUTED: "Refuted"}.get(self.verdict, "Undecided")
         assumed = self.assumed and f", {self.assumed},"
-        said = f"{head} for {self.nonlinearity_class}{assumed} and every {self.family.ranges}"
+        plants = f"{'some' if self.verdict is Verdict.REFUTED else 'every'} {self.family.ranges}"
+        said = f"{head} for {self.nonlinearity_class}{assumed} and {plants}"
         said += f": {self.reason}" if self.reason else ""
         each = "; ".join(one.words(self.family) for one in self.margins)
         more = f" {UNFINISHED[self.stopped]}" if self.stopped else ""
-        return f"{said}. How far parameters may go about the middle of their intervals: {each} (certified).{more}"
+        each += "" if self.evidence is None else f" ({self.evidence})"
+        return f"{said}. How far parameters may go about the middle of their intervals: {each}.{more}"
 
     plot = drawn("Of two parameters the boxes, else the widths; see :func:`lure.analysis.plots.plot_tolerances`.")
 

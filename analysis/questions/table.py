@@ -328,7 +328,7 @@ class LoopAnalysis(Record):
         notes = [
             self.statement,
             *([] if self.stopped is None else [UNFINISHED[self.stopped]]),
-            f"Evidence: {self.evidence}. Linear gains for which the loop is stable: {self._gains_words()}.",
+            f"Evidence: {self.evidence}. {self._below_table()}",
             *(f"To decide more: {hint}." for hint in self.hints),
             *(f"Not shown: {note}." for note in self.not_shown),
             *([] if self.shown is None else [CHECK.format("shown")]),
