@@ -17,7 +17,7 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.systems import system_of
 from lure.plants.family import PlantFamily
-from tests.support.tampering import assert_both_reject, edited
+from tests.support.tampering import assert_both_reject, edited, refused_again
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SECOND = PlantFamily.of_coefficients(["b"], [1, 1, "a"], {"a": (1, 2), "b": (Fraction(1, 2), 1)})
@@ -133,6 +133,17 @@ def test_a_pole_at_zero_of_all_plants_is_the_critical_case_and_one_that_moves_is
     negative = PlantFamily.of_formula("(b - 1.5)/(s*(s+a))", box)
     with pytest.raises(Rejected):
         complete_and_check(draft(negative, tree={"multiplier": {"theta": "2"}}))
+
+
+# exp(-t s)/(s + a): |H| <= 1, so that [0, 1/2] is proved; the forms of a box are those of the plant without feedback
+@pytest.mark.parametrize("lower", ["1/10", "-1/10"])
+def test_beside_parameters_and_dead_time_the_classes_begin_at_zero(lower):
+    family = PlantFamily.of_formula("exp(-t*s)/(s + a)", {"a": (1, 2), "t": (0, 1)})
+    found = complete_and_check(draft(family, "circle", {"multiplier": {}}, sector=["0", "1/2"]))
+    assert recheck(found.certificate).accepted
+    with pytest.raises(Rejected, match="the classes begin at 0"):
+        complete_and_check(draft(family, "circle", {"multiplier": {}}, sector=[lower, "1/2"]))
+    assert refused_again(edited(found.certificate, "laws", "sector", 0, value=lower))
 
 
 def test_a_resonance_inside_the_box_is_not_overlooked():
