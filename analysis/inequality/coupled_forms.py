@@ -219,13 +219,20 @@ class CoupledForms(ChannelSearch):
     def solved(self, widths: NDArray[np.float64]) -> Solved | None:
         """``P`` and forms with a margin that is more than rounding; None if there are none, or too many unknowns.
 
+        Nor are there any where numbers leave the doubles.
+
         Parameters
         ----------
         widths : ndarray
             (m,) upper bounds less lower ones.
         """
-        if not self.possible:
+        try:
+            with np.errstate(over="raise", invalid="raise"):
+                return self._solved(widths) if self.possible else None
+        except FloatingPointError:
             return None
+
+    def _solved(self, widths: NDArray[np.float64]) -> Solved | None:
         checkpoint()
         n, m, T, order = len(self.A), len(self.D), self.samples, self.order
         units, top = self.scales(widths)

@@ -222,8 +222,15 @@ class Piecewise:
         return np.array([(one.kind == "gain" and part == 1) or (one.free and part == 0) for one, part in kinds])
 
     def constants(self) -> tuple[float, NDArray[np.float64]] | None:
-        """The largest margin at the points, and the numbers that give it; None if the programme has no solution."""
-        basis = self.basis(self.points)
+        """The largest margin at the points, and the numbers that give it; None if the programme has no solution.
+
+        Nor is there one where numbers leave the doubles.
+        """
+        try:
+            with np.errstate(over="raise", invalid="raise"):
+                basis = self.basis(self.points)
+        except FloatingPointError:
+            return None
         ns, nl, k, m = len(self.shared), len(self.local), len(self.points), len(self.D)
         size = ns + k * nl + 1
         columns = np.zeros((k, m * (2 * m + 1), size))

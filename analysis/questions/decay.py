@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
 Time = Literal["continuous", "discrete"]
 _FAR, _AT_REST = 1e-4, 1e-12
+_LARGEST = Fraction(sys.float_info.max)
 _GROWTHS = (1, 16, 256, 4096)  # by what a bound of a growth exceeds a limit, over that
 _BESIDE = tuple(Fraction(1, 10**digits) for digits in (8, 6, 4))
 _NEAR = tuple(Fraction(1, 10**digits) for digits in (15, 12, 9, 7))
@@ -402,6 +404,7 @@ def _proofs(
     limit = best if lasting else one if discrete else Fraction(0)  # of a decay; beyond it only a growth is bounded
     easier = [] if lasting else [(one - (one - best) * loop.close) if discrete else best * loop.close]
     easier += [limit + part * outward for part in (0, *_GROWTHS)]
+    easier = [max(min(rate, _LARGEST), -_LARGEST) for rate in easier]
     guess = loop.expected(easier[1 if lasting else 0], best)
     if abs(guess - float(best)) <= _FAR * float(scale):
         for step in (Fraction(0), *_NEAR, CLOSE):

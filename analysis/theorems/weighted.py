@@ -304,10 +304,11 @@ class WeightedCircle:
 
     @cached_property
     def _sides(self) -> tuple[Reals, Reals, float]:
-        """``p`` and ``q`` without a rate, and the largest root of ``q``: its modulus, or its real part."""
+        """``p`` and ``q`` without a rate, over their largest parts; how large a root of ``q`` is, or its real part."""
         n, d = self.plant.numerator, self.plant.denominator
-        top, bottom = np.array([0.0] * (len(d) - len(n)) + [float(c) for c in n]), np.array([float(c) for c in d])
-        p, q = (bottom + float(gain) * top for gain in (self.upper, self.lower))
+        top = [Fraction(0)] * (len(d) - len(n)) + [*n]
+        sums = ([Fraction(b) + gain * t for b, t in zip(d, top, strict=True)] for gain in (self.upper, self.lower))
+        p, q = (np.array([float(v / (max(map(abs, side)) or 1)) for v in side]) for side in sums)
         roots = np.roots(q)
         return p, q, float(np.max(roots.real if self.plant.dt is None else np.abs(roots), initial=-math.inf))
 

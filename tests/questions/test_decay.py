@@ -537,3 +537,21 @@ def test_constant_gains_of_two_channels_that_grow():
     assert "with the gains " in found
     assert "0, " in found
     assert found.endswith("a solution grows like exp(1 t).")
+
+
+# with the gain g of 1/(s + 1) a pole at -1 - g, of .5/(z - .5) at .5 - .5 g, where g reaches 7e307: numbers that leave
+# the doubles end a search, without a warning
+@pytest.mark.parametrize(
+    ("plant", "low", "high"),
+    [
+        ("0.5/(z-0.5)", 0, 1),
+        ("1/(s+1)", -1, 0),
+        pytest.param([["0.5/(z-0.5)", "0"], ["0", "0.5/(z-0.5)"]], 0, 1, marks=pytest.mark.slow),
+        pytest.param("exp(-s)/(s+1)", 0, 1, marks=pytest.mark.slow),
+    ],
+)
+def test_gains_near_the_largest_double_give_no_warning(plant, low, high):
+    sector = Sector(*(side * 7 * Fraction(10) ** 307 for side in (low, high)))
+    found = decay_rate(as_plant(plant), [sector, Sector(0, 1)] if isinstance(plant, list) else sector)
+    assert found.verdict is not Verdict.PROVED
+    assert found.proof is None
