@@ -29,13 +29,15 @@ from lure.analysis.certificates.second.graphs import Loop
 from lure.analysis.certificates.second.numerics import (
     ball,
     half_plane_counts,
+    nonnegative_on_circle,
+    positive_on_circle,
     right_zeros,
     taylor,
     to_fmpq,
     working_precision,
 )
 from lure.analysis.certificates.second.reading import NotShown
-from lure.analysis.certificates.second.systems import Rational, Shifted, States
+from lure.analysis.certificates.second.systems import Delayed, Rational, Shifted, States
 
 TIMID = replace(PLAIN, slope=None, lower=F(-1), time_varying=True)
 
@@ -198,6 +200,28 @@ def test_zeros_on_the_right_are_counted_by_the_angle(factors):
 
     with working_precision(96):
         assert right_zeros(n, turn, closer) == half_plane_counts(chi).right
+
+
+def test_roots_that_lie_opposite_and_roots_beside_an_end_are_counted():
+    for roots, right in (([1, -1], 1), ([1, -1, -2], 1), ([1, -1, 3, -3], 2), ([1, 1, -1, -1, 0], 2), ([-1, -1], 0)):
+        p = fmpq_poly([1])
+        for root in roots:
+            p *= fmpq_poly([-root, 1])
+        assert half_plane_counts(p).right == right
+    near = fmpq_poly([1 - fmpq(1, 2**200), -1])  # inside, at either end
+    for p in (near, near(fmpq_poly([0, -1]))):
+        assert nonnegative_on_circle(p**2)
+        assert not positive_on_circle(p**2)
+        assert not nonnegative_on_circle(p)
+
+
+def test_far_out_what_comes_back_late_has_any_phase():
+    loop = Delayed(terms=(), d=fmpq_poly([2, 1]), back=((F(1), fmpq_poly([5])), (F(2), fmpq_poly([3]))))
+    with working_precision(64):
+        far = loop.turn(None, F(8))
+        for k in range(16):
+            s = acb(0, ball(8 + F(k, 2)))
+            assert far.overlaps((s + 2 + 5 * (-s).exp() + 3 * (-2 * s).exp()) / s)
 
 
 # Crossings

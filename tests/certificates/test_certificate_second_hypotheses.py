@@ -117,6 +117,13 @@ def test_which_multipliers_a_piece_may_have(one, direct, pair, end, holds):
         pieces._require_row(plant, [channel], row, None if end is None else F(end))
 
 
+def test_a_multiplier_is_a_pair():
+    assert (pieces._pair(["1", "2"]), pieces._pair(None)) == ((F(1), F(2)), None)
+    for value in (["1"], ["1", "2", "3"]):
+        with accepted(holds=False):
+            pieces._pair(value)
+
+
 @pytest.mark.parametrize(("one", "second", "holds"), [(LINEAR, 1, True), (LINEAR, 2, False), (LATE, 2, True)])
 def test_an_operator_has_one_multiplier_on_each_piece(one, second, holds):
     plant = asked([[-1]], [[1, 1]], [[1], [1]], [[0, 0]] * 2, one, one, repeated=(0, 0))
