@@ -123,8 +123,9 @@ def energy_bounds(plant: object, classes: object = None, performance: object = N
     problem, stated, _, beside = gain_problem(plant, classes, performance)
     if beside:
         raise InputError("energy and peak are asked of w and z, which are not given; give [performance] with Bw and Cz")
-    if isinstance(problem.plant, DelayMatrix):
-        raise InputError("energy and peak are not bounded beside dead time; ask for the gain alone")
+    if not isinstance(problem.plant, MultivariablePlant):
+        beside_what = "dead time" if isinstance(problem.plant, DelayMatrix) else "parameters"
+        raise InputError(f"energy and peak are not bounded beside {beside_what}; ask for the gain alone")
     for one in problem.classes.classes[:-1]:
         if one.memory or one.operator not in ("", *OPERATORS, "performance"):
             raise InputError(

@@ -29,7 +29,7 @@ from lure.analysis.certificates.systems import class_entry, nonlinearity_class_o
 from lure.analysis.questions import advice, analyse, answers, max_sector, max_slope, search, table
 from lure.analysis.questions.certify import certify
 from lure.analysis.questions.channel_problem import channel_problem
-from lure.analysis.questions.conclusion import MismatchError, conclusion_of
+from lure.analysis.questions.conclusion import MismatchError, _refuted, conclusion_of
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.table import class_dict, table_row
 from lure.analysis.verdict import Bracket, Evidence, Verdict
@@ -161,6 +161,15 @@ def test_a_refutation_is_one_of_the_classes_around_its_own(asked, verdict):
     assert found.verdict is verdict
     if verdict is Verdict.REFUTED:
         assert found.headline == "Some odd linear phi with slope in [0, 6] destabilises the loop: phi = 6 sigma."
+
+
+def test_a_refuted_class_is_rounded_outwards():
+    shown = max_sector(THIRD).refutation
+    laws = {**shown.certificate["laws"], "slope": ["1/3", "20/3"], "sector": ["1/3", "20/3"]}
+    found = _refuted(
+        Problem.about(THIRD, sector(0, 7)), SimpleNamespace(certificate={**shown.certificate, "laws": laws}), None
+    )
+    assert found.nonlinearity_class == "odd linear phi with slope in [0.3333333, 6.666667]"
 
 
 def test_other_equilibria_refute_nothing_where_an_end_of_the_class_is_critical():

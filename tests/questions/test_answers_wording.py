@@ -189,6 +189,16 @@ def test_equal_gains_of_many_channels_are_counted(gains, said):
     assert counterexample(shown(MOVES, laws=laws, proof={"method": "linear-gains", "gains": gains})) == said
 
 
+@pytest.mark.parametrize(("more", "said"), [(0, ""), (1, " and 1 more")])
+def test_gains_beyond_two_are_counted(more, said):
+    proof = {"method": "switched-gains", "gains": [["1", "0"], ["0", "1"]] + [["1", "1"]] * more}
+    laws = {"channels": [PLAIN] * 2}
+    assert (
+        counterexample(shown(MOVES, laws=laws, proof=proof))
+        == f"the gains (1, 0), then (0, 1){said}, over and over again"
+    )
+
+
 def direct(d, **nonlinearities):
     system = {"kind": "state-space", "d": d} if "/" in d else None
     system = system or {"kind": "transfer", "numerator": [d, "1"], "denominator": ["1", "1"]}

@@ -257,6 +257,7 @@ def test_the_command_prints_both_sides_and_writes_the_certificate(lure, tmp_path
     data = json.loads(lure("rate", str(file), "--json")[1])
     assert data["verdict"] == "PROVED"
     assert data["rate"] == pytest.approx([0.9, 0.9], abs=1e-12)
+    assert data["reason"] == ""  # a factor below 1 is a decay
     assert lure("verify", str(target), "--second")[0] == 0
     assert lure("rate", str(file), "--set", "class.slope=[0,10]")[0] == 11
     status, _, err = lure("rate", str(file), "--set", "class.slope=[0]")

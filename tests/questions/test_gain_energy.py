@@ -9,6 +9,7 @@ import pytest
 from lure import InputError, NonlinearityClass, Sector, as_plant
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.energy import energy_bounds
+from lure.files import parse_system
 
 LAG, SEEN = ([[-1]], [[1]], [[1]], [[0]]), {"Bw": [[1]], "Cz": [[1]]}
 OSCILLATOR = (([[F(-1, 5), -1], [1, 0]], [[1], [0]], [[1, 1]], 0), [Sector(0, 1)], {"Bw": [[1], [0]], "Cz": [[1, 1]]})
@@ -78,6 +79,9 @@ def test_what_is_not_covered_is_refused_or_left_open():
     assert "the circle criterion shows no gain" in str(found)
     with pytest.raises(InputError, match="w and z, which are not given"):
         energy_bounds(LAG, [Sector(0, 1)])
+    box = '[plant]\nA = [["-a"]]\nB = [[1]]\nC = [[1]]\n[plant.parameters]\na = [1, 2]\n[class]\nsector = [0, 1]\n'
+    with pytest.raises(InputError, match="not bounded beside parameters"):
+        energy_bounds(parse_system(box + "[performance]\nBw = [[1]]\nCz = [[1]]\n", name="box", source="here"))
 
 
 def test_the_command_says_both(lure, tmp_path):
