@@ -399,8 +399,10 @@ def late(bottom, *feedback, top="1", delay="1"):
         (system([1], [1, 2], "discrete"), 0, None),
         (system([-1], [2, -1], "discrete"), 1, None),
         (LATE_REST, 0, True),
-        (LATE_REST, 1, None),
-        (late([1, 1], top="1"), 1, None),
+        (LATE_REST, 1, False),  # s + l e^-s: l < pi/2
+        (LATE_REST, 1.6, None),
+        (late([1, 1], top="1"), 2.25, False),  # s + 1 + l e^-s: l < 2.2618
+        (late([1, 1], top="1"), 2.27, None),
         (late([1, 0], top="-1"), 0, None),
         (late([1, 0], ("1", ["3/2"])), 0, False),  # s + q e^-s: q < pi/2
         (late([1, 0], ("1", ["8/5"])), 0, None),

@@ -467,8 +467,8 @@ def test_far_out_what_comes_late_is_a_number_of_unknown_phase():
 
 def test_what_vanishes_at_0_is_divided_by_s():
     # chi = s^2 + 3 s + 1 - e^(-s), over s: s + 3 + (1 - e^(-s))/s, which is 1 up to b/2
-    form = Form({(F(0), 2): (F(-1), F(0)), (F(0), 1): (F(0), F(3)), (F(0), 0): (F(1), F(0)), (F(1), 0): (F(-1), F(0))})
-    model = balls.over_s(form, F(1, 8))
+    turned = Form({(F(0), 2): (F(0), F(1)), (F(0), 1): (F(3), F(0)), (F(0), 0): (F(0), F(-1)), (F(1), 0): (F(0), F(1))})
+    model = balls.over_s(turned, F(1, 8), 1)  # chi/i
     assert model.off / 2**balls.WORD == pytest.approx(1 / 16, rel=1e-9)
     for x in (-0.9, 0.0, 1.0):
         s = 1j * (1 + x) / 16

@@ -78,7 +78,7 @@ def test_roots_that_only_touch_the_axis_are_located():
 def test_a_limit_with_dead_time_is_accepted(text, omega, k):
     block = DelayPlant.parse(text)
     limit = Delayed.of(block).gains()
-    draft = refutation_draft(block, _dead_time_gain(block, limit))
+    draft = refutation_draft(block, _dead_time_gain(block, limit, F(0)))
     assert isinstance(checked(draft), Refuted)
     low, high = (float(F(w)) for w in draft["proof"]["frequencies"])
     assert omega is None or low == pytest.approx(omega, rel=1e-9) == high
@@ -91,7 +91,7 @@ def test_a_limit_with_dead_time_is_accepted(text, omega, k):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_gain_with_dead_time_is_refuted_by_a_root_on_the_positive_axis(sign):
     block = DelayPlant({F(1): (F(-sign),)}, (F(sign), F(2 * sign)))
-    draft = refutation_draft(block, _dead_time_gain(block, Delayed.of(block).gains()))
+    draft = refutation_draft(block, _dead_time_gain(block, Delayed.of(block).gains(), F(0)))
     assert draft["proof"] == {"method": "linear-gain", "gain": "2"}
     assert "equilibria other than 0" in checked(draft).claim
     wide = changed(draft, "laws", "sector", to=["0", "3"])

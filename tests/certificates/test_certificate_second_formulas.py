@@ -26,6 +26,7 @@ from lure.analysis.certificates.second.curves import Arc, curve_of, require_cros
 from lure.analysis.certificates.second.delays import refuted_by_delay, without_delays
 from lure.analysis.certificates.second.graphs import Graph as Curved
 from lure.analysis.certificates.second.graphs import Loop
+from lure.analysis.certificates.second.late_loops import LateLoop
 from lure.analysis.certificates.second.numerics import (
     ball,
     half_plane_counts,
@@ -395,31 +396,31 @@ def test_a_gain_at_a_frequency_is_above_the_bound_or_not(omega, bound, holds):
     ],
 )
 def test_a_pole_at_0_has_a_first_piece_where_the_derivative_allows_it(b, wait, theta, holds):
-    N = [[fmpq_poly([1, to_fmpq(b)])]]
     channel = pieces._Channel("", F(2), F(1), F(theta))
-    plant = asked([[0]], [[1]], [[1]], [[0]], replace(PLAIN, upper=F(2)))
+    row = fmpq_mat([[1, to_fmpq(b)]])
+    late = {"late": ((wait, row),)} if wait else {}
+    plant = asked([[0, 1], [0, -1]], [[0], [1]], (0 if wait else 1) * row, [[0]], replace(PLAIN, upper=F(2)), **late)
     with working_precision(128), accepted(holds):
-        parts = [(F(0), [[fmpq_poly([])]]), (wait, N)] if wait else [(F(0), N)]
-        pieces._past_zero(plant, [channel], fmpq_poly([0, 1, 1]), parts, F(1))
+        pieces._past_zero(plant, [channel], LateLoop.of(plant, [F(0)]), F(1))
 
 
+# C (s - A)^-1 B with C = 1: B/s for A = 0
 @pytest.mark.parametrize(
-    ("N", "holds"),
+    ("A", "B", "holds"),
     [
-        ([[[0, 1], []], [[], [0, 1]]], True),
-        ([[[0, 1], []], [[1], [0, 1]]], False),  # 1/s^2 from the first to the second
-        ([[[0, 1], [0, 1]], [[0, 1], [0, 1]]], False),  # of rank 1, for two poles
-        ([[[0, 1], [0, 2]], [[0, 2], [0, 1]]], False),  # the eigenvalue -1
-        ([[[0, 2], [0, 1]], [[], [0, 2]]], False),  # not symmetric
-        ([[[0, -1], []], [[], [0, -1]]], False),
+        ([[0, 0], [0, 0]], [[1, 0], [0, 1]], True),
+        ([[0, 0], [1, 0]], [[1, 0], [0, 1]], False),  # 1/s^2 from the first to the second
+        ([[0, 0], [0, 0]], [[1, 1], [1, 1]], False),  # of rank 1, for two poles
+        ([[0, 0], [0, 0]], [[1, 2], [2, 1]], False),  # the eigenvalue -1
+        ([[0, 0], [0, 0]], [[2, 1], [0, 2]], False),  # not symmetric
+        ([[0, 0], [0, 0]], [[-1, 0], [0, -1]], False),
     ],
 )
-def test_two_poles_at_0_are_simple_and_of_one_sign(N, holds):
+def test_two_poles_at_0_are_simple_and_of_one_sign(A, B, holds):
     channels = [pieces._Channel("", F(1), F(1), F(0))] * 2
-    plant = asked(*[[[0, 0], [0, 0]]] * 4, PLAIN, PLAIN)
-    parts = [(F(0), [[fmpq_poly(f) for f in row] for row in N])]
+    plant = asked(A, B, [[1, 0], [0, 1]], [[0, 0], [0, 0]], PLAIN, PLAIN)
     with working_precision(128), accepted(holds):
-        pieces._past_zero(plant, channels, fmpq_poly([0, 0, 1]), parts, F(1))
+        pieces._past_zero(plant, channels, LateLoop.of(plant, [F(0)] * 2), F(1))
 
 
 @pytest.mark.parametrize(

@@ -101,7 +101,7 @@ def test_a_gain_that_goes_linearly_acts_by_its_mean(first, last, time):
         assert abs(found - exact) < arb(2) ** -100
 
 
-# s + 1 + g n_0 exp(-s) is 1 + g n_0 at 0; s exp(s) = 0 beside a pole at 0 says nothing
+# s + 1 + g n_0 exp(-s) is 1 + g n_0 at 0; a pole at 0 at the least gain of a class is its critical case
 @pytest.mark.parametrize(
     ("top", "below", "gain", "kind"),
     [
@@ -116,10 +116,15 @@ def test_a_gain_that_goes_linearly_acts_by_its_mean(first, last, time):
 def test_a_gain_beside_a_dead_time_by_its_sign_at_0(top, below, gain, kind):
     loop = Delayed(terms=((Fraction(1), fmpq_poly([to_fmpq(Fraction(top))])),), d=fmpq_poly(below))
     if kind is None:
-        with pytest.raises(NotShown, match="no real root"):
-            positive_root(loop, gain)
+        with pytest.raises(NotShown, match="critical case" if gain == 0 else "no real root"):
+            positive_root(loop, gain, Fraction(0))
         return
-    assert positive_root(loop, gain) == kind
+    assert positive_root(loop, gain, Fraction(-5)) == kind
+
+
+def test_a_pole_at_0_within_a_class_rests_anywhere():
+    loop = Delayed(terms=((Fraction(1), fmpq_poly([1])),), d=fmpq_poly([0, 1]))
+    assert positive_root(loop, Fraction(0), Fraction(-1, 2)) == "equilibria"
 
 
 # two eigenvalues 0 (z = 1): with two eigenvectors every solution is constant, with one some grow like t

@@ -254,9 +254,10 @@ def test_what_is_not_covered_is_said(plant, sector, words):
         homogeneous_criterion(plant, sector)
 
 
-def test_it_is_asked_about_time_varying_nonlinearities_after_the_circle_criterion():
+def test_it_is_asked_about_sectors_after_the_other_criteria():
     assert [row.name for row in theorems_for(RESONANT, "sector", BEST, time_varying=True)] == ["circle", NAME]
-    assert NAME not in [row.name for row in theorems_for(RESONANT, "sector", BEST)]
+    assert [row.name for row in theorems_for(RESONANT, "sector", BEST)] == ["circle", "popov", NAME]
+    assert NAME not in [row.name for row in theorems_for(RESONANT, "slope", BEST)]
     limited = homogeneous_largest(
         RationalPlant([1, 2], [1, 1, 1])
     )  # Re[(1 + s) H] > 0: doubled from 8.5 on, as far as it goes

@@ -12,6 +12,7 @@ is a ball; from the last frequency on entries are functions of ``1/omega``, anal
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -219,8 +220,9 @@ def _past_zero(asked: Asked, known: Sequence[_Channel], loop: LateLoop, end: Fra
         tops = [[_ascending(N[i][j], [M[i][j] for _, M in wide], zeros - 1) for j in range(m)] for i in range(m)]
         left = [abs(f[-1]) * ball(end) ** SERIES_TERMS for f in (bottom, *(f for line in tops for f in line))]
         if all(v < abs(bottom[0]) / _SMALL for v in left):
-            _require_piece(partial(_near_zero, known, R, bottom, tops), Fraction(0), end)
-            return end
+            with suppress(NotShown):
+                _require_piece(partial(_near_zero, known, R, bottom, tops), Fraction(0), end)
+                return end
         end /= 2
     raise NotShown("F > 0 is not shown near 0")
 
