@@ -383,6 +383,7 @@ def beside():
 
 
 # Block-diagonal: the least of the parts, for 8/(s+1)^3 the gain 1, at which it oscillates.
+@pytest.mark.slow
 def test_a_constant_gain_beside_a_nonlinearity_is_proved_as_far_as_the_truth(beside):
     assert 0.9999 < beside.largest.low < 1 < beside.refuted_at < 1 + 1e-6
     text = json.dumps(beside.proof.certificate)

@@ -207,6 +207,7 @@ def test_random_operators_store_what_the_theorem_says_and_not_the_other_sign(kin
     assert min(other) < -1  # the other product stores nothing: it may be drawn from for ever
 
 
+@pytest.mark.slow
 def test_a_stop_is_proved_as_far_as_its_elastic_loop_is_stable():
     # Re H - 3 Im H/w = (10 - 6 w^2)/(1 + w^2)^3 >= -1/8, at w^2 = 3: k < 8, where the elastic loop has a root i sqrt 3
     found = max_sector(as_plant("1/(s+1)^3"), [STOP])

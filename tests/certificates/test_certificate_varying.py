@@ -48,6 +48,7 @@ def largest():
 # With phi = g(t) sigma and a(t) the spring is x'' + x' + q(t) x = 0, q in [1, 2 + k] whatever it does.  A quadratic
 # function that falls for all such q is the circle criterion of 1/(s^2 + s + 1) with k + 1 < 3: k = 2.  For a constant
 # a it is k < 1 + 2 sqrt(a) >= 3; a slow one is between.
+@pytest.mark.slow
 def test_one_quadratic_function_serves_up_to_the_circle_criterion_of_both(largest):
     free, middle, slow = (largest[rate].largest.low for rate in (inf, 1, Fraction(1, 100)))
     assert 2 * (1 - 2e-4) < free < 2 < middle < slow < 3

@@ -334,6 +334,7 @@ def test_the_loop_around_an_equilibrium_moves_as_the_network_does(seed, activati
 
 # x'' = x + u, u = 1 - max(4 x + 2 x' + 1, 0): around 0 the neuron is active, x'' = -3 x - 2 x'.  No sector
 # from 0 on, which is all that a ReLU at its kink has, would do: with u = 0 the plant is unstable.
+@pytest.mark.slow
 def test_a_region_uses_that_a_neuron_is_active_around_the_equilibrium():
     network = Network.given([[[4, 2]], [[-1]]], [[1], [1]], activation="relu")
     loop = equilibrium(network, as_plant(([[0, 1], [1, 0]], [[0], [1]], [[1, 0], [0, 1]], 0)))

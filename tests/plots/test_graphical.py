@@ -74,6 +74,7 @@ def test_theta_alone_gets_the_largest_k_for_it():
     assert response.answer.verdict is Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_with_dead_time_the_multiplier_of_the_largest_sector_serves_the_smaller_ones():
     largest, smaller, larger = (popov_response("exp(-s)/(s+1)", k=k) for k in (None, 1, 3))
     assert smaller.theta == largest.theta

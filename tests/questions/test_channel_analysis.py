@@ -160,6 +160,7 @@ def test_a_class_of_constant_gains_in_one_channel_is_decided_by_root_counts():
         NonlinearityClass(sector=Sector(0, 1), linear=True)
 
 
+@pytest.mark.slow
 def test_the_map_of_a_delay_begins_at_no_delay(monkeypatch):
     # channel 2 alone: 1 + 4 e^(-tau s)/(s + 1), |4/(i w + 1)| = 1 at w = sqrt(15): unstable from
     # tau = (pi - atan(sqrt(15)))/sqrt(15) on; channel 1 is stable for every bound

@@ -24,6 +24,7 @@ LAGS = as_plant([["1/(s+1)", "0"], ["0", "exp(-s)/(s+2)"]])
 UNIT = [Sector(0, 1)] * 2
 
 
+@pytest.mark.slow
 def test_without_coupling_it_is_the_channel_with_the_dead_time():
     # tan(w) = -w/2 at w = 2.288930, and k = sqrt(4 + w^2) = 3.0396051224123709: Popov's criterion reaches it
     found, whole = max_sector(LAGS, UNIT), max_sector(LAGS, UNIT, criterion="popov")
@@ -258,6 +259,7 @@ def test_constant_gains_beside_an_integrator_with_dead_time_are_proved_as_functi
 
 
 # the first channel ends where i w + 1 + exp(-i w)/2 + k exp(-i w) = 0: k + 1/2 = 2.26182, as exp(-s)/(s + 1)
+@pytest.mark.slow
 def test_entries_with_dead_time_in_the_denominator_keep_what_they_have_apart():
     plant = as_plant([["exp(-s)/(s + 1 + exp(-s)/2)", "1/(s + 3)"], ["0", "1/(s + 4 + exp(-s/2))"]])
     below, above = (certify(plant, [Sector(0, k)] * 2) for k in (1.75, 1.762))

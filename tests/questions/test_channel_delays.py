@@ -63,6 +63,7 @@ LAGGING = as_plant([["0", "-1"], ["1/s", "0"]])
 SERIES = [NonlinearityClass.delayed(1), NonlinearityClass(sector=Sector(0.01, 2))]
 
 
+@pytest.mark.slow
 def test_the_gain_beside_a_sector_is_part_of_the_counterexample():
     # x' = -k x(t - tau), k in [0, 2 alpha] in series with a delay up to alpha: 2 alpha^2 = pi/2
     found = max_sector(LAGGING, SERIES, criterion="circle")

@@ -170,6 +170,7 @@ def test_a_factor_that_leaves_a_channel_no_class_is_not_proved():
     assert found.refuted_at == pytest.approx(16.847136 / 20, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_dead_times_in_one_loop_leave_the_others_their_own_theorems():
     found = seconded(max_slope(beside("exp(-s)/(s+1)", "2/(s+1)^3"), [SLOPE] * 2))
     alone = max_slope("exp(-s)/(s+1)")

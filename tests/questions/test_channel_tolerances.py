@@ -50,6 +50,7 @@ def test_the_gain_of_an_unknown_delta_in_discrete_time():
 
 # x' = -3 p x + 2 phi1 - q phi2 + w, z = p^2 x, p = 2 - a: p/3 with the gains 0, least at the least p, but
 # p^2/(3 p - 2) with 1, 0, which is largest there, 0.64/0.4 = 1.6 at p = 4/5
+@pytest.mark.slow
 def test_the_member_of_a_box_has_the_worst_gains_of_all_channels():
     sides = [["-3*(2 - a)"]], [[-2, "q"]], [[1], [1]]
     family = ChannelFamily.of_matrices(*sides, None, {"a": (Fraction(4, 5), Fraction(6, 5)), "q": (1, 2)})
@@ -124,6 +125,7 @@ def test_the_factor_of_a_box_is_sought_far_below_that_of_its_plants(monkeypatch)
     assert 5 < max_sector(family, [VARYING]).largest.low <= 50
 
 
+@pytest.mark.slow
 def test_masses_are_divided_by_and_popov_needs_no_bound():
     box = {"m": (Fraction(3, 4), Fraction(5, 4)), "c": (Fraction(1, 2), 1), "k": (1, 2)}
     family = ChannelFamily.of_matrices([[0, 1], ["-k/m", "-c/m"]], [[0], ["1/m"]], [[1, 0]], None, box)

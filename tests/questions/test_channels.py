@@ -128,6 +128,7 @@ def test_loops_side_by_side_have_kernels_of_their_own(odd):
     assert found.largest.low < limit < found.refuted_at < limit * (1 + 1e-6)
 
 
+@pytest.mark.slow
 def test_permuted_and_scaled_channels_have_the_same_answer():
     A, B, C, D = VEENMAN.doubles()
     turn = np.array([2, 0, 1])

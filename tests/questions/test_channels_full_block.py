@@ -72,6 +72,7 @@ def test_full_block_multipliers_reach_what_others_computed_and_gains_that_jump_r
         assert bool(np.einsum("ki,ij,kj->k", y, Pi, y).min() >= 0) is holds
 
 
+@pytest.mark.slow
 def test_channels_that_do_not_interact_are_refuted_as_the_worst_of_them_by_gains_that_jump():
     # 1/(s^2 + s/2 + 1) with a gain that jumps grows before the circle criterion's bound is doubled; 1/(s + 9) is idle
     alone = switched_witness(as_plant("1/(s^2+s/2+1)"))

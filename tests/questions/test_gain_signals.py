@@ -67,6 +67,7 @@ def test_a_disturbance_in_continuous_time_is_accepted_twice():
 
 
 # An independent simulation of the signal, each step cut into four of Runge and Kutta's method, has the energy claimed.
+@pytest.mark.slow
 def test_the_disturbance_gets_through_what_is_claimed():
     low, certificate = oscillator()
     proof, x, through, entered = certificate["proof"], np.zeros(2), 0.0, 0.0

@@ -193,6 +193,7 @@ def test_a_published_network_of_two_relus_with_constraints_over_one_sample_and_t
         l2_gain(OSCILLATOR, [Sector(0, 1)], OF_OSCILLATOR, window=2)
 
 
+@pytest.mark.slow
 def test_no_signal_gets_more_through_the_network():
     # power iteration along the pieces of the ReLUs, from 200 random signals of 60 samples
     A, B1, B2, C1, C2 = (np.array(SIDES[name], dtype=float) for name in ("A", "B1", "B2", "C1", "C2"))
@@ -244,6 +245,7 @@ def lower_gain(channel):
     return channel | {"sector": [str(F(end) / 2) for end in channel["sector"]]}
 
 
+@pytest.mark.slow
 def test_no_gain_that_jumps_and_no_constant_one_gets_more_through():
     # x+ = -x/2 - (2/5)(delta x - w), |delta| <= 1 at each sample: |x+| <= .9 |x| + .4 |w|, 4 at most
     plant = as_plant(([[F(-1, 2)]], [[F(2, 5)]], [[1]], [[0]]), dt=1)

@@ -57,6 +57,7 @@ def test_the_area_within_van_der_pols_oscillation_is_enclosed(oscillator):
     assert "No solution that starts on or outside another one" in str(oscillator)
 
 
+@pytest.mark.slow
 def test_the_area_of_an_antistable_loop_under_saturation_is_enclosed(held):
     truth = area_of_orbit(lambda z: (z[1], z[1] / 2 - z[0] - np.clip(z[0] + 2 * z[1], -1, 1)), [1, 0])
     low, high = held.area
@@ -193,6 +194,7 @@ def test_a_polygon_within_a_curve_is_nearly_the_curve(oscillator):
 
 # Khalil, Nonlinear Systems: x'' + x' + x - x^3/3 = 0 with saddles at +-sqrt(3), and V = 3 x^2/4 - x^4/12 + x x'/2 +
 # x'^2/2, which falls on V < 9/8, |x| < sqrt(3), a set that is not convex, of area 7.408
+@pytest.mark.slow
 def test_a_spring_that_softens_has_a_level_set_that_is_larger_than_a_published_one():
     spring = as_plant(([[0, 1], [-1, -1]], [0, 1], [1, 0], 0))
     found = region(spring, Cubic(linear=0, cubic=Fraction(-1, 3)))

@@ -115,6 +115,7 @@ def tracking():
     return region(parse_system(TRACKING, name="tracking", source="a text")).reachable
 
 
+@pytest.mark.slow
 def test_a_reference_that_enters_sigma_is_survived_up_to_an_energy(tracking):
     certificate = dict(tracking.proof.certificate)
     assert check(certificate).claim.startswith(recheck(certificate).reason)

@@ -308,6 +308,7 @@ def test_a_changed_digit_class_or_sign_is_refused_by_both(square, saddle):
         assert accepted(bad) == (False, False)
 
 
+@pytest.mark.slow
 def test_a_sector_of_an_interval_is_checked_on_the_interval():
     good = region(([1], [1, 1, 1]), "-sigma**3").sets[0].proof.certificate
     term = good["multiplier"]["terms"][0]

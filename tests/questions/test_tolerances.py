@@ -237,6 +237,7 @@ def test_what_is_not_asked_of_plants_with_parameters_is_refused_as_that(command,
 
 
 # exp(-T s)/s with phi in [0, 1] is stable for T < pi/2 (Popov reaches the Hurwitz sector): 1 + w/2 < pi/2, w < 1.1416
+@pytest.mark.slow
 def test_a_dead_time_may_grow_as_far_as_linear_gains_allow():
     family = PlantFamily.of_formula("exp(-T*s)/s", {"T": (0.5, 1.5)})
     (margin,) = tolerances(family, Sector(0, 1)).margins

@@ -80,6 +80,7 @@ def test_a_reason_is_said_once_and_first(page):
     assert seen.count("nothing proved") == 1  # five criteria, one reason, one entry
 
 
+@pytest.mark.slow
 def test_one_number_is_rounded_once_on_the_whole_page(lag, lag_page):
     seen = words(re.sub(r"<details.*?</details>", "", lag_page, flags=re.DOTALL))  # where a criterion gives its bracket
     assert seen.count("5.7 ") >= 4  # the bar and three rows; the double 5.7 is above 57/10, and that does not show

@@ -39,6 +39,7 @@ def names(directory):
 
 @installed
 @pytest.mark.usefixtures("sketched")
+@pytest.mark.slow
 def test_a_name_that_ends_in_pdf_is_a_file(here, capsys, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")  # fontTools writes the date into a subset of a font
     assert main(["report", "contact", "-o", "loop.pdf", "--quiet"]) == 0

@@ -237,6 +237,7 @@ until = 2
 """
 
 
+@pytest.mark.slow
 def test_the_command_follows_several_contacts(lure, here):
     (here / "rods.toml").write_text(FILE, "utf-8")
     status, out, _ = lure("simulate", "rods.toml", "--json", "--plot", "run.svg", "-o", "run.nc")

@@ -153,6 +153,7 @@ def test_the_first_kink_is_where_characteristics_say(changes, scenario, kind, t)
 # energy and modes -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_scheme_keeps_less_energy_than_the_rod_and_more_with_more_cells(release):
     kept = [row.energy_end for row in of(release, "scheme")]
     assert kept == sorted(kept)

@@ -228,6 +228,7 @@ def test_the_impulse_of_a_galerkin_impact_is_its_integral_of_the_stress():
     assert run.along.v[:, 0] == pytest.approx(run.v_0, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_the_impulse_of_a_galerkin_impact_is_unknown_without_a_sample_in_flight_on_both_sides():
     system = find_system("paper-rod", ["rod.gap=0", "rod.compliance=1e-11", "initial.u1=0.05"])
     fine = sampled_galerkin(system.rod, system.scenario, 1e-3, space="P1", order=11, samples=801)

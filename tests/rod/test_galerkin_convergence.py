@@ -151,6 +151,7 @@ def test_the_end_of_the_rod_converges_to_the_exact_motion():
     assert misses[0] / misses[1] > 8
 
 
+@pytest.mark.slow
 def test_scheme_and_galerkin_have_one_limit_in_flight_and_through_a_contact():
     # the upwind scheme is of first order: its distance halves with its cells
     rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.3, compliance=0.05, gap=0.03)

@@ -35,6 +35,7 @@ def motions(draw):
 
 @settings(max_examples=sampled(12, of=60))
 @given(motion=motions())
+@pytest.mark.slow
 def test_no_free_motion_contradicts_the_theory(motion):
     scheme, scenario = motion
     run = simulate(scheme, scenario, until=20.0, samples=201)

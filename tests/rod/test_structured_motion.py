@@ -75,6 +75,7 @@ def test_the_motion_is_that_of_the_event_exact_simulation(gap, velocity, N, k, o
 
 # T: the rod strikes with velocity v a spring so stiff that it is a wall against 1/(d c_n): contact lasts a round trip,
 # 2T, and it leaves with -v (a free rod against a wall, k = 0)
+@pytest.mark.slow
 def test_a_rod_that_hits_a_wall_turns_round_in_a_round_trip():
     rod = rod_with(0.0, 0.01, compliance=1e-12)
     T, N = rod.travel_time, 20_000

@@ -27,6 +27,7 @@ def servo(tmp_path):
     return lambda **tables: study_of({"system": "servo.toml", "ask": "class", **tables}, folder=tmp_path)
 
 
+@pytest.mark.slow
 def test_each_cell_is_proved_for_all_plants_in_it(servo, tmp_path):
     study = servo(ask="sector", boxes={A: {"from": 1, "to": 3, "count": 2}}, over={K: [1, 2]})
     found = sweep(study, tmp_path / "boxes.zarr")

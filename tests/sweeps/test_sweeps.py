@@ -97,6 +97,7 @@ def test_a_row_is_that_of_the_plain_question(loops, question, num, den):
     assert quick.certificates == plain.certificates
 
 
+@pytest.mark.slow
 def test_slopes_of_a_class_that_depends_on_time_are_not_asked(loops):
     study, folder = loops
     source = study_of({**study, "over": {"plant.num": [[1]]}}, folder=folder).source

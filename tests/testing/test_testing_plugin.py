@@ -76,6 +76,7 @@ def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(here, 
     )
 
 
+@pytest.mark.slow
 def test_a_plot_that_cannot_be_written_does_not_hide_the_failure(here, run):
     write(
         "test_it",
@@ -176,6 +177,7 @@ def test_unused_it_loads_nothing_and_changes_nothing(here):
     assert not (here / "plots").exists()
 
 
+@pytest.mark.slow
 def test_a_users_own_package_named_analysis_is_left_alone(here, run):
     (here / "analysis").mkdir()
     for name, text in (("analysis/__init__", ""), ("analysis/mine", "value = 3\n"), ("conftest", "")):

@@ -197,6 +197,7 @@ def test_both_checkers_accept_it_and_its_function_falls_along_switched_solutions
 
 
 # 1/(s + 1)^3: the circle criterion ends at 4, a gain that switches between 0 and 5.8007 destabilises.
+@pytest.mark.slow
 def test_the_lowest_degree_that_serves_is_used_and_none_serves_where_gains_are_unstable():
     assert homogeneous_criterion(THIRD, Sector(0, 5)).parameters["power"] == "2"
     found = homogeneous_criterion(THIRD, Sector(0, F("5.6")))
