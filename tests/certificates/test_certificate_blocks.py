@@ -403,6 +403,8 @@ def late(bottom, *feedback, top="1", delay="1"):
         (LATE_REST, 1.6, None),
         (late([1, 1], top="1"), 2.25, False),  # s + 1 + l e^-s: l < 2.2618
         (late([1, 1], top="1"), 2.27, None),
+        (late([1, 3, 1], ("1", ["-1"])), 0, True),
+        (late([1, 3, 1], ("1", ["-1"])) | {"terms": [["1", ["1", "0"]]]}, 0, None),  # the residue is 0
         (late([1, 0], top="-1"), 0, None),
         (late([1, 0], ("1", ["3/2"])), 0, False),  # s + q e^-s: q < pi/2
         (late([1, 0], ("1", ["8/5"])), 0, None),
