@@ -41,7 +41,7 @@ def as_one_channel(asked: Problem) -> Problem:
         return asked
     one = asked.nonlinearity_class
     sloped = asked.question == "slope" or (whole and one.slope is not None and one.slope.lower == one.gains[0])
-    lower = Fraction(one.gains[0]) if sloped and not one.time_varying else Fraction(0)
+    lower = Fraction(one.gains[0]) if sloped and not (one.time_varying or one.linear) else Fraction(0)
     from_zero = one.sector.lower == lower
     if from_zero and plant.strictly_proper and not _unstable_from(plant, lower):
         return asked

@@ -23,6 +23,7 @@ from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError, Reason
 from lure.exact import exact_number
 from lure.plants.block import StructuredPlant
+from lure.plants.delay import DelayPlant
 from lure.plants.family import Box, PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
@@ -294,7 +295,9 @@ def _decided(asked: Problem, row: Theorem, bounds: Sector | SlopeBounds, *, fini
                 "the class has no finite lower end, and no theorem here begins at -inf; give a lower bound",
                 code=Reason.NO_LOWER_END,
             )
-    lower = Fraction(0) if not isinstance(plant, RationalPlant) else exact_number(bounds.lower, "lower")
+    late = isinstance(plant, DelayPlant) and asked.question == "slope" and plant.strictly_proper
+    shifted = isinstance(plant, RationalPlant) or (late and bounds.lower != -math.inf)
+    lower = exact_number(bounds.lower, "lower") if shifted else Fraction(0)
     answer = _largest(row, asked, lower)
     if bounds.lower < answer.nonlinearity_class.sector.lower:
         raise AssumptionError(

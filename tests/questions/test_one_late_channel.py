@@ -124,7 +124,7 @@ def test_one_class_is_decided_as_far_and_analysed():
     assert found.verdict is Verdict.PROVED
     assert found.conclusion.attracts
     assert [row.lower for row in found.rows] == [Fraction(1, 2)] * 4
-    assert found.asked.proved_text == "1.57078"
+    assert found.asked.proved_text == "1.570796"
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ import pytest
 from certificate_family import delayed, draft, nonlinearities
 from tampering import assert_both_reject, refused_again
 
-from lure.analysis import max_slope
+from lure import NonlinearityClass, SlopeBounds
+from lure.analysis import certify, max_slope
 from lure.analysis.certificates.arithmetic import Rejected, real
 from lure.analysis.certificates.balls import right_zeros
 from lure.analysis.certificates.blocks import block, shifted
@@ -242,3 +243,19 @@ def test_slopes_may_begin_where_the_loop_is_stable(low, high, name, given, syste
     if ends == "equilibria":  # with a pole at 0 after the shift
         assert_both_reject({**shown, "multiplier": {"theta": "-1/100"}})
         assert_both_reject({**shown, "laws": nonlinearities("99/100", high, slope=True)})
+
+
+# |exp(-s)/(s + 1)| <= 1, so that slopes within [-1/2, 1] are proved by the small gain theorem after a shift by 1/4;
+# exp(-s/10)/(s - 1) is stable for gains from 1 to about 15
+@pytest.mark.parametrize(
+    ("text", "asked"),
+    [
+        ("exp(-s)/(s + 1)", SlopeBounds(-0.5, 1)),
+        ("exp(-s)/(s + 1)", NonlinearityClass.constant_gain(-0.5, 2)),
+        ("exp(-s/10)/(s - 1)", SlopeBounds(1.5, 4)),
+    ],
+)
+def test_one_class_is_asked_of_the_criteria_from_its_own_lower_bound_on(text, asked):
+    found = certify(text, asked)
+    assert found.verdict is Verdict.PROVED
+    assert recheck(found.certificate).accepted
