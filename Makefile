@@ -32,7 +32,7 @@ explore-test: .venv/.browser ## that page in Chromium: what it says is what the 
 	$(PYTEST) -p no:nbmake -m browser -rs -s $(ARGS) tests/explore
 
 test: .venv/.test ## the tests; ARGS="-k popov" for some
-	$(TESTS) --dist loadfile $(ARGS)
+	$(TESTS) --dist worksteal $(ARGS)
 
 slow: .venv/.test ## the dearest tests, two minutes of them, which `make test` leaves out
 	$(TESTS) --dist worksteal -m slow $(ARGS)
@@ -47,7 +47,7 @@ check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the fir
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m mypy
-	$(TESTS) --dist loadfile $(ARGS)
+	$(TESTS) --dist worksteal $(ARGS)
 
 bench: .venv/.bench ## the benchmarks, one after another
 	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(ONE_THREAD) $(BIN)/python "$$script"; done

@@ -118,6 +118,7 @@ def test_what_is_said_of_the_law_alone_is_held_against_its_solutions():
         observed(replace(loop, conclusion=replace(loop.conclusion, attracts=True)))
 
 
+@pytest.mark.slow
 def test_a_certified_counterexample_of_the_class_contradicts_the_proof(proof):
     # odd nonlinearities with slope up to 1.08 are proved, merely monotone ones refuted from 1.03 on
     loop = analyse(builtin_loop("dt-6"))

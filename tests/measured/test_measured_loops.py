@@ -160,6 +160,7 @@ def damper():
     return Measurements.from_arrays(u, force + 0.15 * errors(u.size, 5, 0.5))
 
 
+@pytest.mark.slow
 def test_a_fat_loop_of_16_branches_is_named_and_nothing_follows(tmp_path, capsys):
     from lure.analysis.cli import main
 

@@ -155,6 +155,7 @@ def proof(folder):
     return proved_ellipsoid(system.block, [shape_of(one) for one in system.nonlinearities], None)
 
 
+@pytest.mark.slow
 def test_a_region_from_a_file_is_accepted_by_both_checkers(folder, proof):
     certificate = proof.certificate
     check(json.dumps(certificate))

@@ -211,6 +211,7 @@ def close(extreme, low, high):
 
 @settings(max_examples=25, deadline=None)
 @given(text=bounds_of_a_law, p=factor, q=factor)
+@pytest.mark.slow
 def test_units_of_force_and_displacement_scale_the_bounds(text, p, q):
     once = nonlinearity_bounds(text)
     other = nonlinearity_bounds(f"({p})*({text.replace('x', f'(({q})*x)').replace(f'ma(({q})*x)', 'max')})")

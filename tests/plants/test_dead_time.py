@@ -53,6 +53,7 @@ def test_a_lag_with_dead_time_meets_its_gain_margin(delay):
 
 @given(DELAYS)
 @settings(max_examples=sampled(3, of=10))
+@pytest.mark.slow
 def test_an_integrator_with_dead_time_reaches_pi_over_two(delay):
     # 1/k + Re[(1 + i w theta) exp(-i w T)/(i w)] with theta = 4T/pi^2 touches zero at w = pi/(2T), k = pi/(2T) alone:
     # Popov's sector is that of the linear gains

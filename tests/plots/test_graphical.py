@@ -97,6 +97,7 @@ def test_systems_of_python_control_give_the_same_curve_and_go_back_as_data(make)
     assert "fit a model to certify a sector" in str(again)
 
 
+@pytest.mark.slow
 def test_large_matrices_are_drawn_with_the_line_that_matrices_certify():
     response = popov_response(LARGE)
     assert response.k == response.found.largest.low

@@ -238,6 +238,7 @@ def test_the_row_of_a_class_is_that_of_its_kind(asked, row):
     assert advice.row_asked(rows[:1], asked) is rows[0]
 
 
+@pytest.mark.slow
 def test_any_row_may_decide_and_without_a_class_the_best_does():
     third, short, never = max_sector(THIRD), max_slope(THIRD, criterion="circle"), max_sector("1/(s - 1)")
     rows = [never, third, short, short]

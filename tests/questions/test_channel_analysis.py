@@ -35,6 +35,7 @@ def found():
     return analyse(RING)
 
 
+@pytest.mark.slow
 def test_the_classes_asked_about_and_every_factor_of_them(found):
     assert found.verdict is Verdict.PROVED
     assert "phi_1, time-invariant, in the sector [0, 2]; phi_2" in found.statement
@@ -84,6 +85,7 @@ def test_the_text_and_the_data(found):
     assert data["answers"][0]["classes"]["repeated"] is False
 
 
+@pytest.mark.slow
 def test_without_a_class_the_largest_slope_in_every_channel(monkeypatch):
     monkeypatch.setattr(channel_map, "_DIRECTIONS", (0.0,))
     alone = analyse(as_plant([["1/(s+1)^2", "0"], ["0", "1/(s+2)"]]))

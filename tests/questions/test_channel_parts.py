@@ -56,6 +56,7 @@ def test_the_default_is_no_worse_beside_a_pole_at_zero_than_for_each_loop():
 
 # 1/(s + 1)^2 with a gain that jumps is stable up to 16.85, which forms of higher degree nearly show, and the circle
 # criterion, the only one for several channels, up to 8
+@pytest.mark.slow
 def test_criteria_of_one_channel_serve_a_loop_beside_others():
     found = seconded(max_sector(beside("1/(s+1)^2", "1/(s+1)"), [VARYING] * 2))
     assert 16.5 < found.largest.low < found.refuted_at

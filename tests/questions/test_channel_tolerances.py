@@ -33,6 +33,7 @@ VARYING = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
 # x' = -a x - b phi + w, z = x, phi in [0, 2]: 1/a with phi = 0, and no more by V = x^2/(2 a): of all 1/min a
 @settings(max_examples=3)
 @given(a=positive, b=positive, wide=positive, more=positive)
+@pytest.mark.slow
 def test_the_gain_of_first_order_plants_is_that_of_the_least_damped(a, b, wide, more):
     family = ChannelFamily.of_matrices([["-a"]], [["b"]], [[1]], None, {"a": (a, a + wide), "b": (b, b + more)})
     found, limit = l2_gain(family, [Sector(0, 2)], WHOLE), float(1 / a)
@@ -168,6 +169,7 @@ def test_a_file_with_parameters_is_asked_for_its_gain(tmp_path, capsys):
     assert l2_gain(again).gain.high == pytest.approx(high, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_file_of_several_channels_is_analysed_for_all_plants(tmp_path, capsys):
     path = tmp_path / "pair.toml"
     sides = 'A = [["-a", 0], [0, -1]]\nB = [[0, -1], [-1, 0]]\nC = [[1, 0], [0, 1]]\n'

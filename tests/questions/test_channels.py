@@ -90,6 +90,7 @@ def double(text):
     return int(top) / int(bottom or "1")
 
 
+@pytest.mark.slow
 def test_one_nonlinearity_in_all_channels_is_refuted_by_equal_gains_or_by_an_equilibrium():
     one = NonlinearityClass.slope_restricted(0, 1)
     found = second(max_slope(FETZER, Diagonal((one,) * 4, repeated=True)))

@@ -76,6 +76,7 @@ def test_the_rows_of_an_analysis_share_their_work(steps):
     assert {row.criterion for row in found.rows} == {"homogeneous-lyapunov", "park"}
 
 
+@pytest.mark.slow
 def test_no_orbit_is_looked_for_where_it_would_contradict_a_proof(monkeypatch):
     # the sector is open above 1.49, but the orbits looked for belong to odd nonlinearities of restricted slope: Park's
     # class

@@ -49,6 +49,7 @@ def held():
     return region(HELD, Saturation())
 
 
+@pytest.mark.slow
 def test_the_area_within_van_der_pols_oscillation_is_enclosed(oscillator):
     truth = area_of_orbit(lambda z: (-z[0] + z[0] ** 3 / 3 - z[1], z[0]), [1, 0])
     low, high = oscillator.area

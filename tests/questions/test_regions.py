@@ -249,6 +249,7 @@ def test_equilibria_are_found_exactly(saddle):
     assert not any(one.contains(x) for one in saddle.sets for x in saddle.equilibria)
 
 
+@pytest.mark.slow
 def test_without_stable_modes_the_area_is_bounded_from_both_sides():
     found = region(as_plant(([["0.2", 1], [-1, "0.2"]], [0, 1], ["0.5", 2], 0)), Saturation())
     low, high = found.area

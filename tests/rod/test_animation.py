@@ -119,6 +119,7 @@ def test_a_gif_has_every_frame_and_the_same_bytes_twice(tmp_path):
     assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_folder_gets_numbered_frames(tmp_path):
     (tmp_path / "frames").mkdir()
     animate(film(performed(), None, frames=11), tmp_path / "frames", title="")

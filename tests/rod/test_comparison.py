@@ -230,6 +230,7 @@ def test_the_sentence_goes_no_further_than_the_numbers(rod, schemes, said, unsai
     assert unsaid is None or unsaid not in statement
 
 
+@pytest.mark.slow
 def test_of_another_rod_or_with_contact_nothing_is_said_about_the_paper(struck):
     assert struck.settling == ()
     assert struck.settling_statement == ""

@@ -110,6 +110,7 @@ def rod(here):
     return "rod.toml"
 
 
+@pytest.mark.slow
 def test_the_command_response_says_and_draws_what_the_function_finds(lure, here, rod):
     status, out, err = lure("response", rod, "--rigid", "--settle", "20", "--periods", "8", "--plot", "a.png")
     assert (status, err) == (0, "")

@@ -93,6 +93,7 @@ def test_a_plot_that_cannot_be_written_does_not_hide_the_failure(here, run):
     result.stdout.fnmatch_lines(["no plot: plots*cannot be written*"])
 
 
+@pytest.mark.slow
 def test_what_a_pass_rests_on_is_listed_on_request(here, run):
     write("test_guards", GUARDS)
     run("--lure-evidence", "--junit-xml=out.xml").stdout.fnmatch_lines(
@@ -107,6 +108,7 @@ def test_what_a_pass_rests_on_is_listed_on_request(here, run):
     assert xml.count('<property name="lure"') == 3
 
 
+@pytest.mark.slow
 def test_a_test_is_credited_with_its_own_assertions_only(here, run):
     write(
         "test_lazy",
