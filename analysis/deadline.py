@@ -88,7 +88,7 @@ def time_limit(seconds: float | None) -> Iterator[Callable[[], bool]]:
             return
         with _alarm(max(time_left(), 1e-6)):
             yield lambda: time_left() <= 0
-    except Exception as error:
+    except Exception as error:  # whatever a library makes of the alarm
         if time_left() <= 0 and any(isinstance(one, TimeoutError) for one in _behind(error)):
             raise TimeoutError(_OVER) from error
         raise

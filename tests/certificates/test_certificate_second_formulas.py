@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
-from second_plants import PLAIN, accepted, asked, at, unit
+from second_plants import PLAIN, asked, assert_accepted_if, at, unit
 
 from lure.analysis.certificates.second import (
     axis,
@@ -77,7 +77,7 @@ def test_taylors_formula_takes_each_power_as_it_is(k):
 def test_whatever_the_dead_time_between_two_is(e, o, first, last, least):
     for share, holds in ((F(102, 100), True), (F(97, 100), False)):
         plain = 64 * fmpq_poly([-1, 1]) ** 2 + to_fmpq(least * share)
-        with accepted(holds):
+        with assert_accepted_if(holds):
             cover.require_whatever_delay(
                 (plain, fmpq_poly([e]), fmpq_poly([o])), (F(first), F(last)), 2, critical=False
             )
@@ -88,7 +88,7 @@ def test_whatever_the_dead_time_between_two_is(e, o, first, last, least):
 def test_whatever_the_dead_time_beside_a_pole_at_0_is(first, last):
     for ease, holds in ((F(303, 100), True), (F(297, 100), False)):
         parts = fmpq_poly([0, 1, 1]) * to_fmpq(ease), fmpq_poly([0, -1]), fmpq_poly([-1])
-        with accepted(holds):
+        with assert_accepted_if(holds):
             cover.require_whatever_delay(parts, (F(first), F(last)), 2, critical=True)
 
 
@@ -259,14 +259,14 @@ def test_a_crossing_lies_inside_its_gains_and_its_frequencies(moved):
         ends = F(-1, 2), F(1, 2)
         rows = [[g + m * size * (by_gain + end) for g, m in zip(STEEP, moved, strict=True)] for end in ends]
         band = [2 + size * (by_band + end) for end in ends]
-        with accepted(holds):
+        with assert_accepted_if(holds):
             crossing(*rows, band)
     # between frequencies far apart Newton's step from the middle leads elsewhere
     for wide, by_gain, by_band in product(
         (10, 20, 40), (-F(7, 10), -F(11, 20), F(11, 20), F(7, 10)), (-F(2, 5), F(2, 5))
     ):
         rows = [[g + m * F(1, 100) * (by_gain + end) for g, m in zip(STEEP, moved, strict=True)] for end in ends]
-        with accepted(holds=False):
+        with assert_accepted_if(holds=False):
             crossing(*rows, [2 + wide * F(1, 100) * (by_band + end) for end in ends])
 
 
@@ -287,7 +287,7 @@ def test_a_delay_of_the_class_turns_by_what_is_left(g, delays, band, holds):
     late = replace(TIMID, operator="delay", lower=F(-1), upper=F(1), time_varying=False)
     plant = asked([[-1, 0, 0], [1, -1, 0], [0, 1, -1]], [[g], [0], [0]], [[0, 0, 1]], [[0]], late)
     proof = {"method": "delayed-gains", "gains": ["1"], "channel": 1, "delays": list(delays), "frequencies": list(band)}
-    with accepted(holds):
+    with assert_accepted_if(holds):
         refuted_by_delay(SimpleNamespace(proof=proof), plant)
 
 
@@ -360,7 +360,7 @@ def test_members_have_the_norm_of_their_class(norm, left, right, gains, holds):
     if holds is None:
         assert members.refuted_by_members(SimpleNamespace(proof=proof), plant) == members.claims.OTHER_EQUILIBRIA
         return
-    with accepted(holds):
+    with assert_accepted_if(holds):
         assert members.refuted_by_members(SimpleNamespace(proof=proof), plant) == members.claims.NO_REST
 
 
@@ -376,7 +376,7 @@ def test_a_gain_at_a_frequency_is_above_the_bound_or_not(omega, bound, holds):
     operator = {"left": [["1/2", None]], "right": [["1", None]]}
     for pair in (["1", "0"], ["0", "1"], ["3", "-4"]):
         proof = {"method": "members", "gains": ["0", "0"], "operators": [operator], "omega": omega, "input": [pair]}
-        with accepted(holds):
+        with assert_accepted_if(holds):
             members.refuted_by_members(SimpleNamespace(proof=proof), plant)
 
 
@@ -400,7 +400,7 @@ def test_a_pole_at_0_has_a_first_piece_where_the_derivative_allows_it(b, wait, t
     row = fmpq_mat([[1, to_fmpq(b)]])
     late = {"late": ((wait, row),)} if wait else {}
     plant = asked([[0, 1], [0, -1]], [[0], [1]], (0 if wait else 1) * row, [[0]], replace(PLAIN, upper=F(2)), **late)
-    with working_precision(128), accepted(holds):
+    with working_precision(128), assert_accepted_if(holds):
         pieces._past_zero(plant, [channel], LateLoop.of(plant, [F(0)]), F(1))
 
 
@@ -419,7 +419,7 @@ def test_a_pole_at_0_has_a_first_piece_where_the_derivative_allows_it(b, wait, t
 def test_two_poles_at_0_are_simple_and_of_one_sign(A, B, holds):
     channels = [pieces._Channel("", F(1), F(1), F(0))] * 2
     plant = asked(A, B, [[1, 0], [0, 1]], [[0, 0], [0, 0]], PLAIN, PLAIN)
-    with working_precision(128), accepted(holds):
+    with working_precision(128), assert_accepted_if(holds):
         pieces._past_zero(plant, channels, LateLoop.of(plant, [F(0)] * 2), F(1))
 
 
@@ -444,7 +444,7 @@ def test_with_a_direct_term_popovs_integral_needs_slopes(direct, theta, slope, h
         claim=SimpleNamespace(nonlinearities=replace(PLAIN, slope=slope), lower=F(0)),
         document=SimpleNamespace(hypotheses={}),
     )
-    with accepted(holds):
+    with assert_accepted_if(holds):
         theorems._require_composed(question, F(theta))
 
 
@@ -486,7 +486,7 @@ def test_what_popovs_terms_beside_memory_are_at_least():
 def test_popovs_terms_beside_memory_are_of_functions_of_the_state(change, theta, holds):
     one = replace(PLAIN, time_varying=change.get("varies", False))
     plant = asked([[-1]], [[1]], [[1]], change.get("D", [[0]]), one, discrete=change.get("discrete", False))
-    with accepted(holds):
+    with assert_accepted_if(holds):
         memory._require_popov(plant, [F(theta)])
 
 
@@ -506,7 +506,7 @@ def test_popovs_terms_beside_memory_are_of_functions_of_the_state(change, theta,
 def test_a_ray_of_one_state(a, gains, state, value, holds):
     plant = asked([[a]], [[1]], [[1]], [[0]], replace(PLAIN, relu=True))
     proof = {"method": "relu-ray", "gains": gains, "state": [state], "value": value, "radius": "1/1000"}
-    with accepted(holds):
+    with assert_accepted_if(holds):
         rays.refuted_by_ray(SimpleNamespace(proof=proof), plant)
 
 
@@ -535,7 +535,7 @@ def flow(graph):
 @pytest.mark.parametrize(("graph", "crossed"), [(ZERO, True), (BENT, False)])
 def test_a_parabola_that_begins_at_a_cut_lies_beyond_it(graph, crossed):
     bulge = Arc(corners=((fmpq(1, 2), fmpq(-1)), (fmpq(1), fmpq(0)), (fmpq(1, 2), fmpq(1))))
-    with accepted(crossed):  # at (3/4, 0) x_1' is -3/4, or 1/4
+    with assert_accepted_if(crossed):  # at (3/4, 0) x_1' is -3/4, or 1/4
         require_crossed(flow(graph), [bulge], 1)
 
 
@@ -547,7 +547,7 @@ def test_other_equilibria_within_a_curve_are_seen(graph, turned, size, alone):
     loop = flow(graph)
     curve = curve_of(loop, [[str(size * v) for v in corner] for corner in corners])
     assert curve.sense == (-1 if turned else 1)
-    with accepted(alone):
+    with assert_accepted_if(alone):
         require_one_equilibrium(loop, curve)
 
 
@@ -570,7 +570,7 @@ def test_integrals_over_the_strip_where_they_are_bounded():
         entry = {"channel": 1, "theta": str(theta), "reach": str(reach), "least": str(least)}
         with pytest.raises(NotShown, match="does not fit"):
             regions._with_integrals(line(discrete=True), P, [entry])
-        with accepted(holds):
+        with assert_accepted_if(holds):
             below, taken, strips = regions._with_integrals(line(discrete=False), P, [entry])
             row = fmpq_mat([[1, 3]])
             assert below == P + to_fmpq(theta * least) * row.transpose() * row

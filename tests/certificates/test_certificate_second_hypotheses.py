@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 from flint import fmpq_poly
-from second_plants import PLAIN, accepted, asked
+from second_plants import PLAIN, asked, assert_accepted_if
 
 from lure.analysis.certificates.second import pieces, structure, theorems
 from lure.analysis.certificates.second.systems import Delayed, Rational, Shifted, States
@@ -26,7 +26,7 @@ def test_nonlinearities_that_jump_see_states_in_samples(discrete, direct, holds)
         claim=SimpleNamespace(nonlinearities=replace(PLAIN, rough=True), unbounded=False),
         plain_direct=F(direct),
     )
-    with accepted(holds):
+    with assert_accepted_if(holds):
         theorems._require_scope(question)
 
 
@@ -35,7 +35,7 @@ def test_beside_a_pole_at_0_and_dead_time_nonlinearities_are_fixed(changes, hold
     system = Delayed(terms=((F(1), fmpq_poly([1])),), d=fmpq_poly([0, 1]))
     claim = SimpleNamespace(nonlinearities=replace(PLAIN, **changes))
     question = SimpleNamespace(system=system, claim=claim, theorem="circle", document=SimpleNamespace(rate=None))
-    with accepted(holds):
+    with assert_accepted_if(holds):
         theorems.require_case(question, "critical")
 
 
@@ -49,7 +49,7 @@ def test_a_common_factor_is_a_hidden_mode(common, hidden):
 @pytest.mark.parametrize(("value", "holds"), [("0", True), ("1/2", True), ("-1/2", False)])
 def test_the_form_of_a_sector_is_not_negative(value, holds):
     plant = asked([[0]], [[1]], [[1]], [[0]], PLAIN, discrete=True)
-    with accepted(holds):
+    with assert_accepted_if(holds):
         read_forms([{"kind": "sector", "channels": [1], "rows": [[value]]}], plant, 1, over_time=False)
 
 
@@ -84,7 +84,7 @@ SLOW = replace(LATE, time_varying=True, rate=F(1, 2))
 )
 def test_which_weights_channels_may_have(classes, repeated, weights, theta, holds):
     plant = asked([[-1]], [[1, 1]], [[1], [1]], [[0, 0]] * 2, *classes, repeated=repeated)
-    with accepted(holds):
+    with assert_accepted_if(holds):
         pieces._channels(plant, [F(v) for v in weights], [F(v) for v in theta])
 
 
@@ -112,7 +112,7 @@ def test_which_multipliers_a_piece_may_have(one, direct, pair, end, holds):
     plant = asked([[-1]], [[1]], [[1]], [[direct]], one)
     kind = {PLAIN: "", GAIN: "free", LINEAR: "free", LATE: "delay"}.get(one, "slow")
     channel = pieces._Channel(kind, F(1), F(kind == ""), F(0), F(0))
-    with accepted(holds):
+    with assert_accepted_if(holds):
         row = [None if pair is None else (F(pair[0]), F(pair[1]))]
         pieces._require_row(plant, [channel], row, None if end is None else F(end))
 
@@ -120,7 +120,7 @@ def test_which_multipliers_a_piece_may_have(one, direct, pair, end, holds):
 def test_a_multiplier_is_a_pair():
     assert (pieces._pair(["1", "2"]), pieces._pair(None)) == ((F(1), F(2)), None)
     for value in (["1"], ["1", "2", "3"]):
-        with accepted(holds=False):
+        with assert_accepted_if(holds=False):
             pieces._pair(value)
 
 
@@ -128,7 +128,7 @@ def test_a_multiplier_is_a_pair():
 def test_an_operator_has_one_multiplier_on_each_piece(one, second, holds):
     plant = asked([[-1]], [[1, 1]], [[1], [1]], [[0, 0]] * 2, one, one, repeated=(0, 0))
     channel = pieces._Channel("delay" if one is LATE else "free", F(1), F(0), F(0))
-    with accepted(holds):
+    with assert_accepted_if(holds):
         pieces._require_row(plant, [channel] * 2, [(F(1), F(0)), (F(second), F(0))], F(1))
 
 

@@ -32,6 +32,6 @@ def at(sides, s):
     return D + C * (s * unit(A.nrows()) - A).inv() * B
 
 
-def accepted(holds: bool) -> AbstractContextManager:
+def assert_accepted_if(holds: bool) -> AbstractContextManager:
     """Where what does not hold has to be refused."""
     return nullcontext() if holds else pytest.raises(NotShown)
