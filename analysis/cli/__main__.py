@@ -43,6 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 proved (or done), 10 inconclusive, 11 refuted; 2 bad input, 130 interrupted, 141 nobody reads the output,
         1 any other failure, which is a bug.  ``LURE_DEBUG=1`` in the environment adds the traceback to a 1.
     """
+    # Matrices are small here: with a second thread a command takes up to twice the processor time, and ends no sooner.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is loaded, which is not yet
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # an old terminal must not turn a report into a bug

@@ -359,6 +359,15 @@ def test_no_color_is_honoured(here):
     assert not re.search(r"\x1b\[[0-9;]*[349][0-9][0-9;]*m", seen)
 
 
+@pytest.mark.parametrize("wish", [None, "3"])
+def test_linear_algebra_has_one_thread_unless_the_user_wants_more(lure, monkeypatch, wish):
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", wish or "")
+    if wish is None:
+        monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    assert lure("systems")[0] == 0
+    assert os.environ["OPENBLAS_NUM_THREADS"] == (wish or "1")
+
+
 def test_a_log_gets_a_line_now_and_then(monkeypatch, capsys):
     monkeypatch.setattr(progress_module, "SIGN", 0.001)
     said = ""

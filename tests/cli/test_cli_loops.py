@@ -8,6 +8,7 @@ from functools import partial
 
 import pytest
 from commands import THIRD, names
+from depth import seldom
 
 from lure import RationalPlant
 from lure.analysis import questions
@@ -424,7 +425,7 @@ def test_init_writes_the_template_of_a_loop(lure, tmp_path):
     )
 
 
-@pytest.mark.parametrize("kind", [*TEMPLATES, "contact"])
+@pytest.mark.parametrize("kind", seldom([*TEMPLATES, "contact"], "operator"))
 def test_each_short_template_is_a_system_about_which_something_is_proved(lure, kind):
     said = f"{kind}.toml is written; edit it, then run: lure report {kind}.toml\n"
     assert lure("init", "--kind", kind) == (0, said, "")

@@ -1,6 +1,7 @@
 """One question, one answer: ``analyse`` and ``certify`` say the same of a loop and a class."""
 
 import pytest
+from depth import seldom
 
 from lure import Sector
 from lure.analysis import Verdict, analyse, certify, max_sector, max_slope
@@ -36,10 +37,10 @@ CASES = {
 }
 
 
-DEAR = {"dead time, from below 0, without", "dead time, slopes from below 0"}
+DEAR = [name for name in CASES if name.startswith("dead time")]  # half a second to two each
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in DEAR)) for name in CASES])
+@pytest.mark.parametrize("name", seldom(CASES, *DEAR))
 def test_analyse_and_certify_agree(name):
     plant, phi, verdict = CASES[name]
     looked, check_for_class = analyse(plant, phi), certify(plant, phi)

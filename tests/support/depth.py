@@ -18,4 +18,17 @@ def sampled(count, *, of):
 
 def rarely(values, *left):
     """The parameters of a test, those that are left to `make thorough` marked: the others show the same for less."""
-    return [pytest.param(value, marks=[pytest.mark.thorough] * (value in left)) for value in values]
+    return marked(values, left, pytest.mark.thorough)
+
+
+def seldom(values, *left):
+    """The parameters of a test, those that are left to `make slow` marked: the others show the same for less."""
+    return marked(values, left, pytest.mark.slow)
+
+
+def marked(values, some, mark):
+    """The values, some of them with a mark; a tuple has the values of several parameters."""
+    return [
+        pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=[mark] * (value in some))
+        for value in values
+    ]
