@@ -216,7 +216,7 @@ RESULTS = {
     "Tolerances": lambda: tolerances(
         lure.plants.family.PlantFamily.of_coefficients([1], [1, "a"], {"a": (1, 2)}), Sector(Fraction(-1, 2), 1)
     ),
-    "SteadyResponse": lambda: steady_response(([1], [1, 1]), Saturation(), {"amplitude": 1, "omega": [1, 2]}),
+    "SteadyResponse": cache(lambda: steady_response(([1], [1, 1]), Saturation(), {"amplitude": 1, "omega": [1, 2]})),
     "SweepSummary": lambda: SweepSummary(
         store="study.zarr",
         question="paper-rod, asked for rod: 3 values of rod.damping",
@@ -233,11 +233,13 @@ RESULTS = {
     "StabilityMap": lambda: StabilityMap(lower=(F(0), F(0)), asked=(F(1), F(2)), rays=(RAY,)),
     "exact motion": motion,
     "impact": lambda: motion().impacts[0],
-    "motion of several rods": lambda: assembly_motion(
-        RodAssembly(arrangement="across-gap", rods=(STRUCK.rod,) * 2, compliances=(F(1),), gaps=(F(0),)),
-        (STRUCK.scenario,) * 2,
-        UNTIL,
-    ).sampled(5),
+    "motion of several rods": cache(
+        lambda: assembly_motion(
+            RodAssembly(arrangement="across-gap", rods=(STRUCK.rod,) * 2, compliances=(F(1),), gaps=(F(0),)),
+            (STRUCK.scenario,) * 2,
+            UNTIL,
+        ).sampled(5)
+    ),
     "Galerkin run": galerkin_run,
     "convergence": family,
     "cells on a line": cells,
@@ -264,7 +266,7 @@ RESULTS = {
     "measured report": cache(lambda: report_from_data(example_measurements(), fit=True)),
     "checked": lambda: assert_in_sector("x/2", Sector(0, 1)),
     "broken": broken,
-    "misprint": lambda: misprints()[0],
+    "misprint": cache(lambda: misprints()[0]),
     "step": lambda: Step(title="energy", statement="E' = -k v^2", residual=sympy.Symbol("x")),
     "Chua and Yang": lambda: chua_yang(edge_network((3, 3))),
     "spectrum": lambda: rod_spectrum(scheme()),
