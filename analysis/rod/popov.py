@@ -14,6 +14,7 @@ from lure.analysis.verdict import INFINITE, Bracket, CriterionResult, Evidence, 
 from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError, Reason
+from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodPlant
@@ -113,30 +114,16 @@ RELATIVE_WIDTH = "1e-10"
 Number = TypeVar("Number", arb, arb_series)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class RodResponse:
-    """The rod (``cells=None``) or its scheme, in balls; ``0 < k < inf``.
+    """The rod (``cells=None``) or its scheme, in balls; ``0 < k < inf``."""
 
-    Attributes
-    ----------
-    sign : int
-        Sign of ``a``, decided exactly: -1 for ``k < Z``, 0 for ``k = Z``, 1 for ``k > Z``.
-    size : arb
-        ``|a|``.
-    defect : arb
-        ``1 - |a| = 2 min(k, Z)/(k + Z)``, free of cancellation.
-    mobility, travel_time : arb
-        ``d`` [m/(Pa s)] and ``T`` [s].
-    cells : int or None
-        ``N``.
-    """
-
-    sign: int
-    size: arb
-    defect: arb
-    mobility: arb
-    travel_time: arb
-    cells: int | None
+    sign: int = quantity("Sign of ``a``, decided exactly: -1 for ``k < Z``, 0 for ``k = Z``, 1 for ``k > Z``")
+    size: arb = quantity("``|a|``")
+    defect: arb = quantity("``1 - |a| = 2 min(k, Z)/(k + Z)``, free of cancellation")
+    mobility: arb = quantity("``d`` [m/(Pa s)]")
+    travel_time: arb = quantity("``T``", "s")
+    cells: int | None = quantity("``N``")
 
     @classmethod
     def of(cls, rod: Rod, cells: int | None) -> RodResponse:
@@ -498,27 +485,15 @@ def rod_criteria(scheme: UpwindScheme) -> tuple[CriterionResult, ...]:
 _LARGEST_DENSE, _QUICK = 200, 50  # cells
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class ResponseCheck:
-    """The frequency response of a scheme by python-control and by the closed form.
+    """The frequency response of a scheme by python-control and by the closed form."""
 
-    Attributes
-    ----------
-    frequencies : int
-        Number of frequencies compared, 0 if skipped.
-    lowest, highest : float
-        Their range [rad/s].
-    difference : float or None
-        Largest relative difference.
-    skipped : str or None
-        Why nothing was compared.
-    """
-
-    frequencies: int
-    lowest: float
-    highest: float
-    difference: float | None
-    skipped: str | None
+    frequencies: int = quantity("Number of frequencies compared, 0 if skipped")
+    lowest: float = quantity("The lowest of them [rad/s]")
+    highest: float = quantity("The highest [rad/s]")
+    difference: float | None = quantity("Largest relative difference")
+    skipped: str | None = quantity("Why nothing was compared")
 
     def __str__(self) -> str:
         if self.difference is None:

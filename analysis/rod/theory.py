@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -30,6 +30,7 @@ from lure.analysis.theorems.table import Upper
 from lure.analysis.verdict import INFINITE, Bracket, CriterionResult, Verdict
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
+from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.family import RodFamily
 from lure.rod.transfer import RodPlant
@@ -37,23 +38,13 @@ from lure.rod.transfer import RodPlant
 # What is known of the rod and its scheme, as the general part asks for it.
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class RodTheory:
-    """The theory of a rod or its scheme, see :class:`lure.analysis.certificates.theory.Theory`.
+    """The theory of a rod or its scheme, see :class:`lure.analysis.certificates.theory.Theory`."""
 
-    Attributes
-    ----------
-    plant : UpwindScheme or RodPlant
-        The scheme, or the rod.
-    critical : bool
-        True: both have a simple pole at 0.
-    argument : str
-        The energy theorem.
-    """
-
-    plant: UpwindScheme | RodPlant
-    critical: bool = True
-    argument: str = "the energy of the rod"
+    plant: UpwindScheme | RodPlant = quantity("The scheme, or the rod")
+    critical: bool = quantity("True: both have a simple pole at 0", default=True)
+    argument: str = quantity("The energy theorem", default="the energy of the rod")
 
     def inequality(self, criterion: str, sector: Sector, theta: float | None = None) -> CriterionResult:
         """Popov's or the circle criterion for one sector."""
@@ -134,23 +125,13 @@ class RodTheory:
 _EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class FamilyTheory:
-    """The theory of rods with parameters in intervals, see :class:`lure.analysis.certificates.theory.Theory`.
+    """The theory of rods with parameters in intervals, see :class:`lure.analysis.certificates.theory.Theory`."""
 
-    Attributes
-    ----------
-    plant : RodFamily
-        The rods, or their schemes.
-    critical : bool
-        True: all have a simple pole at 0.
-    argument : str
-        The energy theorem.
-    """
-
-    plant: RodFamily
-    critical: bool = True
-    argument: str = "the energy of the rod"
+    plant: RodFamily = quantity("The rods, or their schemes")
+    critical: bool = quantity("True: all have a simple pole at 0", default=True)
+    argument: str = quantity("The energy theorem", default="the energy of the rod")
 
     def inequality(self, criterion: str, sector: Sector, theta: float | None = None) -> CriterionResult:
         """Not asked of many rods."""

@@ -1,6 +1,7 @@
 from lure.record.base import Page as Page
 from lure.record.base import Record as Record
 from lure.record.base import derived as derived
+from lure.record.base import described as described
 from lure.record.base import quantity as quantity
 from lure.record.values import Column as Column
 from lure.record.values import dataset as dataset

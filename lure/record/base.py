@@ -142,6 +142,37 @@ def derived(unit: str = "", **more: Any) -> Callable[[T], T]:  # noqa: ANN401  (
     return mark
 
 
+@dataclass_transform(field_specifiers=(quantity, field))
+def described(**options: bool) -> Callable[[type[T]], type[T]]:
+    """A data class whose fields, made with :func:`quantity`, say once what they are: from that follows its docstring.
+
+    It has nothing else of a :class:`Record`, which a result is: this is for what is passed on inside a computation.
+
+    Parameters
+    ----------
+    **options
+        Those of ``dataclasses.dataclass``.
+
+    Examples
+    --------
+    >>> @described(frozen=True)
+    ... class Span:
+    ...     '''Part of a motion.'''
+    ...
+    ...     start: float = quantity("When it begins", "s")
+    >>> Span(0.5), Span.__doc__.splitlines()[-2:]
+    (Span(start=0.5), ['start : float', '    When it begins [s].'])
+    """
+
+    def made(cls: type[T]) -> type[T]:
+        """The data class, its fields in its docstring."""
+        found = dataclass(**options)(cls)
+        found.__doc__ = _documented(found)
+        return found
+
+    return made
+
+
 # The base.
 
 
@@ -344,7 +375,7 @@ def _words(meaning: str) -> str:
     return text.rstrip(".")
 
 
-def _choices(cls: type[Record], name: str) -> str:
+def _choices(cls: type[Any], name: str) -> str:
     """The type of a field as the reference has it: the values of a Literal, else its name."""
     kind = vars(sys.modules[cls.__module__]).get(name)
     choices = getattr(kind, "__args__", ()) if isinstance(kind, type(Literal[0])) else ()
@@ -352,7 +383,7 @@ def _choices(cls: type[Record], name: str) -> str:
     return "{" + ", ".join(map(repr, choices)) + "}" if choices else name
 
 
-def _documented(cls: type[Record]) -> str:
+def _documented(cls: type[Any]) -> str:
     """The docstring with the declared fields as its attributes."""
     said = []
     for each in fields(cls):

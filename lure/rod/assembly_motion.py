@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lure.errors import InputError, demand_whole
-from lure.record import Record, plain, quantity
+from lure.record import Record, described, plain, quantity
 from lure.rod.assembly import RodAssembly
 from lure.rod.datasets import Contact
 from lure.rod.motion.network import Line, Network, Run, Step, begun
@@ -48,42 +47,27 @@ class AssemblySamples(Record):
     _kind = "motion of several rods"
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class AssemblyMotion:
     """A motion of rods with several contacts, without grid or time step; made by :func:`assembly_motion`.
 
     Evidence: COMPUTED, about this motion and no other.
-
-    Attributes
-    ----------
-    assembly : RodAssembly
-        The rods and their contacts.
-    scenarios : tuple of Scenario
-        Force and initial data of each rod.
-    until : float
-        End of the motion [s].
-    contacts : tuple of tuple of Contact
-        The stretches of each contact, in order; the last is not closed if it still touches.
-    energy_residual : float
-        Largest ``|E(t) + what was lost in dashpots and obstacle - work of the forces - E(0)|`` at 200 instants,
-        relative to the largest energy, work or loss.  ``E`` is an integral of the waves in the rods, the rest one of
-        velocities over time.
-    error : float
-        Sum of the estimates of all local errors, as displacement [m].
-    run : Run
-        The waves as they were made.
-    steps : tuple of Step
-        What happened between events.
     """
 
-    assembly: RodAssembly
-    scenarios: tuple[Scenario, ...]
-    until: float
-    contacts: tuple[tuple[Contact, ...], ...]
-    energy_residual: float
-    error: float
-    run: Run
-    steps: tuple[Step, ...]
+    assembly: RodAssembly = quantity("The rods and their contacts")
+    scenarios: tuple[Scenario, ...] = quantity("Force and initial data of each rod")
+    until: float = quantity("End of the motion", "s")
+    contacts: tuple[tuple[Contact, ...], ...] = quantity(
+        "The stretches of each contact, in order; the last is not closed if it still touches"
+    )
+    energy_residual: float = quantity(
+        "Largest ``|E(t) + what was lost in dashpots and obstacle - work of the forces - E(0)|`` at 200 instants, "
+        "relative to the largest energy, work or loss. ``E`` is an integral of the waves in the rods, the rest one "
+        "of velocities over time"
+    )
+    error: float = quantity("Sum of the estimates of all local errors, as displacement", "m")
+    run: Run = quantity("The waves as they were made")
+    steps: tuple[Step, ...] = quantity("What happened between events")
 
     def sigma(self, t: ArrayLike) -> Array:
         """(.., m) how far each contact has closed [m] at instants (..) [s] from 0 to ``until``."""

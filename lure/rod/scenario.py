@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 
 from lure.arrays import NDArray, np
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.record import Record
+from lure.record import Record, described, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 
@@ -149,23 +149,13 @@ class Scenario(Record):
         return float(finite(self.displacement(x=end), "initial.u0", end)[0]) - rod.gap
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Matching:
-    """How far initial data are from the boundary conditions at ``t = 0``.
+    """How far initial data are from the boundary conditions at ``t = 0``."""
 
-    Attributes
-    ----------
-    dashpot : float
-        ``A E u0'(0) - k u1(0) + g(0)``, a force out of balance [N].
-    contact : float
-        ``E u0'(L) + p(u0(L) - gap)``, a stress out of balance [Pa].
-    matched : bool
-        Both vanish within ``1e-9`` of the largest force (stress) that enters them.
-    """
-
-    dashpot: float
-    contact: float
-    matched: bool
+    dashpot: float = quantity("``A E u0'(0) - k u1(0) + g(0)``, a force out of balance", "N")
+    contact: float = quantity("``E u0'(L) + p(u0(L) - gap)``, a stress out of balance", "Pa")
+    matched: bool = quantity("Both vanish within ``1e-9`` of the largest force (stress) that enters them")
 
     def __str__(self) -> str:
         if self.matched:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.rod.energy import discrete_energy
+from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario, initial_state
 
@@ -22,24 +22,17 @@ BAND = 2
 _LOOKS = 1025
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class SchemeEquations:
-    r"""``y' = A y + b1 mu + b2 g + f``-terms of the scheme, ``mu = -p(z)``, with both waves of a place side by side.
+    """``y' = A y + b1 mu + b2 g + f``-terms of the scheme, ``mu = -p(z)``, with both waves of a place side by side.
 
     The folded state is ``[y_1, y_{2N}, y_2, y_{2N-1}, .., y_N, y_{N+1}, z]`` in the numbering of (39): the ring of the
     scheme is laid flat, and no equation reaches farther than two places, so that every matrix of an implicit method is
     banded.  A body force adds ``f/(rho A)`` to each wave where it stands.
-
-    Attributes
-    ----------
-    scheme : UpwindScheme
-        The scheme; its own ordering does not matter here.
-    scenario : Scenario
-        Loads and initial data.
     """
 
-    scheme: UpwindScheme
-    scenario: Scenario
+    scheme: UpwindScheme = quantity("The scheme; its own ordering does not matter here")
+    scenario: Scenario = quantity("Loads and initial data")
 
     @cached_property
     def plain(self) -> UpwindScheme:

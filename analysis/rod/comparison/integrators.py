@@ -15,6 +15,7 @@ from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, ScipyMethod, Wal
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
 from lure.errors import InputError, demand_seconds, demand_whole
+from lure.record import described, quantity
 from lure.rod.datasets import Contact, in_phases, number_of_contacts
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario
@@ -31,43 +32,29 @@ _MOST_SAMPLES = 10**7
 _MOST_WORK = 1e8
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class SchemeRun:
-    """A motion of the scheme as an integrator gives it; OBSERVED evidence, about the scheme and not about the rod.
+    """A motion of the scheme as an integrator gives it; OBSERVED evidence, about the scheme and not about the rod."""
 
-    Attributes
-    ----------
-    scheme : UpwindScheme
-        The scheme.
-    method : str
-        The integrator.
-    t, z : ndarray
-        (samples,) instants [s] and contact coordinate ``u(t, L) - gap`` [m].
-    velocity : ndarray or None
-        (samples,) ``z' = v(t, L)`` [m/s]; None if the method does not tell.
-    energy : ndarray or None
-        (samples,) :func:`lure.analysis.rod.energy.discrete_energy` [J]; None if the method does not tell.
-    contacts : tuple of (float, float)
-        Beginning and end of every contact [s]; 0 and the end of the run if it began or was cut there.
-    state : ndarray or None
-        (2N+1,) at the end, in the ordering of the scheme; None if the method does not tell.
-    steps, evaluations : int or None
-        Time steps, and evaluations of the right-hand side; None where there are none or they are not told.
-    cpu_seconds : float
-        CPU time of the process [s].
-    """
-
-    scheme: UpwindScheme
-    method: str
-    t: Array
-    z: Array
-    velocity: Array | None
-    energy: Array | None
-    contacts: tuple[tuple[float, float], ...]
-    state: Array | None
-    steps: int | None
-    evaluations: int | None
-    cpu_seconds: float
+    scheme: UpwindScheme = quantity("The scheme")
+    method: str = quantity("The integrator")
+    t: Array = quantity("(samples,) instants", "s")
+    z: Array = quantity("(samples,) contact coordinate ``u(t, L) - gap``", "m")
+    velocity: Array | None = quantity("(samples,) ``z' = v(t, L)`` [m/s]; None if the method does not tell")
+    energy: Array | None = quantity(
+        "(samples,) :func:`lure.analysis.rod.energy.discrete_energy` [J]; None if the method does not tell"
+    )
+    contacts: tuple[tuple[float, float], ...] = quantity(
+        "Beginning and end of every contact [s]; 0 and the end of the run if it began or was cut there"
+    )
+    state: Array | None = quantity(
+        "(2N+1,) at the end, in the ordering of the scheme; None if the method does not tell"
+    )
+    steps: int | None = quantity("Time steps; None where there are none or they are not told")
+    evaluations: int | None = quantity(
+        "Evaluations of the right-hand side; None where there are none or they are not told"
+    )
+    cpu_seconds: float = quantity("CPU time of the process", "s")
 
     @property
     def u_end(self) -> Array:

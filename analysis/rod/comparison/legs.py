@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.equations import BAND, SchemeEquations
 from lure.errors import InputError
+from lure.record import described, quantity
 from lure.rod.datasets import step_points, turning_negative
 
 Array = NDArray[np.float64]
@@ -29,45 +30,23 @@ _CELL, _GRAZE = 0.5, 0.02
 _SHARES = np.linspace(0.0, 1.0, 33)[1:-1]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Leg:
-    """Flight or contact from an instant on, until it ends or a load changes its formula.
+    """Flight or contact from an instant on, until it ends or a load changes its formula."""
 
-    Attributes
-    ----------
-    equations : SchemeEquations
-        What to integrate.
-    touching : bool
-        Whether the law of contact or that of flight holds.
-    start, end : float
-        From when and to when at most [s].
-    span : (float, float)
-        Instants between which the formulas of the loads do not change [s].
-    y : ndarray
-        (2N+1,) folded state at the start.
-    times : ndarray
-        Instants at which the motion is wanted, from the start to the end of the leg [s].
-    longest : float
-        Longest step, and longest stretch over which the sign of ``z`` is not looked at [s].
-    rtol : float
-        Relative tolerance.
-    atol : ndarray
-        (2N+1,) absolute tolerance, folded [m/s] and, for ``z``, [m].
-    watch : bool
-        Whether the first step may end the leg; not, if rounding has just ended several at this instant.
-    """
-
-    equations: SchemeEquations
-    touching: bool
-    start: float
-    end: float
-    span: tuple[float, float]
-    y: Array
-    times: Array
-    longest: float
-    rtol: float
-    atol: Array
-    watch: bool = True
+    equations: SchemeEquations = quantity("What to integrate")
+    touching: bool = quantity("Whether the law of contact or that of flight holds")
+    start: float = quantity("From when", "s")
+    end: float = quantity("To when at most", "s")
+    span: tuple[float, float] = quantity("Instants between which the formulas of the loads do not change", "s")
+    y: Array = quantity("(2N+1,) folded state at the start")
+    times: Array = quantity("Instants at which the motion is wanted, from the start to the end of the leg", "s")
+    longest: float = quantity("Longest step, and longest stretch over which the sign of ``z`` is not looked at", "s")
+    rtol: float = quantity("Relative tolerance")
+    atol: Array = quantity("(2N+1,) absolute tolerance, folded [m/s] and, for ``z``, [m]")
+    watch: bool = quantity(
+        "Whether the first step may end the leg; not, if rounding has just ended several at this instant", default=True
+    )
 
     def rate(self, t: float, y: Array) -> Array:
         """``y'``."""
@@ -83,32 +62,16 @@ class Leg:
         return z if self.touching else -z
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Walked:
-    """How far a leg went.
+    """How far a leg went."""
 
-    Attributes
-    ----------
-    t : float
-        Where it ended [s].
-    y : ndarray
-        (2N+1,) state there.
-    rows : ndarray
-        (k, 3) what was observed at the wanted instants up to there.
-    left : bool
-        Whether the phase ended, and not merely the leg.
-    steps : int or None
-        Steps taken; None if the integrator does not tell.
-    evaluations : int
-        Evaluations of the right-hand side, those for difference quotients included.
-    """
-
-    t: float
-    y: Array
-    rows: Array
-    left: bool
-    steps: int | None
-    evaluations: int
+    t: float = quantity("Where it ended", "s")
+    y: Array = quantity("(2N+1,) state there")
+    rows: Array = quantity("(k, 3) what was observed at the wanted instants up to there")
+    left: bool = quantity("Whether the phase ended, and not merely the leg")
+    steps: int | None = quantity("Steps taken; None if the integrator does not tell")
+    evaluations: int = quantity("Evaluations of the right-hand side, those for difference quotients included")
 
 
 @dataclass(kw_only=True, slots=True, eq=False)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.rod.paper.settling import PAPER_SETTLING, Settling
 from lure.analysis.rod.spectrum import wave_mode
-from lure.record import Record, quantity
+from lure.record import Record, described, quantity
 from lure.rod.galerkin import GalerkinModel
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
@@ -46,18 +44,12 @@ def wave_decay(rod: Rod, cells: int | None) -> ModeDecay:
     )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class GalerkinModes:
-    """Free flight of a Galerkin model as a sum of modes, ``u(t, L) = Re sum_j w_j e^{lambda_j t}``.
+    """Free flight of a Galerkin model as a sum of modes, ``u(t, L) = Re sum_j w_j e^{lambda_j t}``."""
 
-    Attributes
-    ----------
-    values, weights : ndarray
-        (2m,) eigenvalues of ``M lambda^2 + C lambda + K`` [1/s] and weights of the initial data [m].
-    """
-
-    values: NDArray[np.complex128]
-    weights: NDArray[np.complex128]
+    values: NDArray[np.complex128] = quantity("(2m,) eigenvalues of ``M lambda^2 + C lambda + K`` [1/s]")
+    weights: NDArray[np.complex128] = quantity("(2m,) weights of the initial data", "m")
 
     @property
     def oscillating(self) -> NDArray[np.bool_]:

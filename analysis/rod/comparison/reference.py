@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.record import described, quantity
 from lure.rod.motion import Motion, exact_motion
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
@@ -18,56 +18,30 @@ _ENERGIES = 201
 _ASIDE, _JUMP = 1e-9, 1e-6
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class FirstEvent:
-    """Where the motion of the end stops being smooth.
+    """Where the motion of the end stops being smooth."""
 
-    Attributes
-    ----------
-    t : float
-        When [s].
-    kind : {"kink", "contact"}
-        A jump of ``v(t, L)``, or the beginning of contact.
-    """
-
-    t: float
-    kind: str
+    t: float = quantity("When", "s")
+    kind: str = quantity('``"kink"``, a jump of ``v(t, L)``, or ``"contact"``, the beginning of contact')
 
     def __str__(self) -> str:
         """As in a sentence."""
         return f"the first {self.kind}, t = {self.t:.4g} s"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Reference:
-    """What every other motion is held against; COMPUTED evidence, about the rod.
+    """What every other motion is held against; COMPUTED evidence, about the rod."""
 
-    Attributes
-    ----------
-    motion : Motion
-        The exact motion.
-    t, u : ndarray
-        (samples,) instants [s] and ``u(t, L)`` [m].
-    amplitude : float
-        Half of what ``u(t, L)`` spans over the run [m].
-    places : ndarray
-        Indices of the samples at which the energy is compared.
-    energy : ndarray
-        (places,) ``A int (rho v^2 + E w^2)/2 dx + A P(z)`` [J].
-    event : FirstEvent or None
-        The first kink or contact; None if there is none up to the end.
-    cpu_seconds : float
-        CPU time of the process for the motion [s].
-    """
-
-    motion: Motion
-    t: Array
-    u: Array
-    amplitude: float
-    places: NDArray[np.intp]
-    energy: Array
-    event: FirstEvent | None
-    cpu_seconds: float
+    motion: Motion = quantity("The exact motion")
+    t: Array = quantity("(samples,) instants", "s")
+    u: Array = quantity("(samples,) ``u(t, L)``", "m")
+    amplitude: float = quantity("Half of what ``u(t, L)`` spans over the run", "m")
+    places: NDArray[np.intp] = quantity("Indices of the samples at which the energy is compared")
+    energy: Array = quantity("(places,) ``A int (rho v^2 + E w^2)/2 dx + A P(z)``", "J")
+    event: FirstEvent | None = quantity("The first kink or contact; None if there is none up to the end")
+    cpu_seconds: float = quantity("CPU time of the process for the motion", "s")
 
 
 def reference(rod: Rod, scenario: Scenario, until: float, samples: int) -> Reference:

@@ -9,6 +9,7 @@ import numpy as np
 
 from lure.analysis.rod.confirmation.functionals import zeta_gain
 from lure.errors import AssumptionError, InputError
+from lure.record import described, quantity
 from lure.rod.motion import Window, motion_windows
 from lure.rod.motion.pieces import Array, basis, right_ends, supremum
 from lure.rod.parameters import Rod
@@ -20,24 +21,14 @@ from lure.rod.transfer import RodPlant
 _ROUNDING = 32.0 * np.finfo(float).eps
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Flight:
-    """Free flight for ever, from the end of a round trip on.
+    """Free flight for ever, from the end of a round trip on."""
 
-    Attributes
-    ----------
-    start : float
-        Contact coordinate at its beginning [m].
-    zeta : float
-        Where it goes [m].
-    highest_low, highest_high : float
-        Bracket on the supremum of ``z`` over all later times [m].
-    """
-
-    start: float
-    zeta: float
-    highest_low: float
-    highest_high: float
+    start: float = quantity("Contact coordinate at its beginning", "m")
+    zeta: float = quantity("Where it goes", "m")
+    highest_low: float = quantity("Lower bound on the supremum of ``z`` over all later times", "m")
+    highest_high: float = quantity("Upper bound on it", "m")
 
     @property
     def final(self) -> bool:
@@ -102,29 +93,17 @@ _DECAYED, _RESOLVED = 1e-13, 1e-10
 _SETTLED, _GROWN = math.log(1e-14), math.log(1e60)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Followed:
-    """The round trips of a motion that were followed.
+    """The round trips of a motion that were followed."""
 
-    Attributes
-    ----------
-    windows : tuple of Window
-        From the start on.
-    flight : Flight or None
-        The free flight that is final; None if there is none yet, or none to look for.
-    flight_from : int
-        Number of round trips before it.
-    leans : bool
-        Whether the waves have decayed and the end is at the obstacle: it leans on it, ever more lightly.
-    shortened : str or None
-        Why the motion was not followed further.
-    """
-
-    windows: tuple[Window, ...]
-    flight: Flight | None
-    flight_from: int
-    leans: bool
-    shortened: str | None
+    windows: tuple[Window, ...] = quantity("From the start on")
+    flight: Flight | None = quantity("The free flight that is final; None if there is none yet, or none to look for")
+    flight_from: int = quantity("Number of round trips before it")
+    leans: bool = quantity(
+        "Whether the waves have decayed and the end is at the obstacle: it leans on it, ever more lightly"
+    )
+    shortened: str | None = quantity("Why the motion was not followed further")
 
 
 def follow(rod: Rod, scenario: Scenario, until: float) -> Followed:

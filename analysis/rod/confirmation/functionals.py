@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lure.errors import AssumptionError, Reason
+from lure.record import described, quantity
 from lure.rod.motion import Boundary, Window
 from lure.rod.motion.fields import Integrand, over_a_transit, square
 from lure.rod.motion.pieces import Array
@@ -20,26 +20,17 @@ from lure.rod.scenario import Scenario
 # The end ``x = L`` of the rod along whole round trips, and what the waves in the rod hold at any instant.
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Track:
-    r"""Consecutive round trips of a rod, from the start on.
+    """Consecutive round trips of a rod, from the start on.
 
     Without loads, and with ``W = r1(t, L)`` and ``V = r2(t, L)``, what runs in the rod at ``t`` is known from the ends:
     the forward wave is the ``W`` that arrives in the next ``T``, the backward wave is the ``V`` of the last ``T``.
-
-    Attributes
-    ----------
-    rod : Rod
-        The rod.
-    scenario : Scenario
-        Its initial data and loads.
-    windows : tuple of Window
-        From number 0 on; under load the last may be cut off.
     """
 
-    rod: Rod
-    scenario: Scenario
-    windows: tuple[Window, ...]
+    rod: Rod = quantity("The rod")
+    scenario: Scenario = quantity("Its initial data and loads")
+    windows: tuple[Window, ...] = quantity("From number 0 on; under load the last may be cut off")
 
     @property
     def reached(self) -> float:
@@ -62,26 +53,14 @@ class Track:
 # What the rod itself conserves and loses: its energy, its deflated coordinate, its Popov-Lyapunov functional.
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Weights:
-    """Weights on the squares of the waves, linear in the time since they left ``x = L``.
+    """Weights on the squares of the waves, linear in the time since they left ``x = L``."""
 
-    Attributes
-    ----------
-    leaving : float
-        On the backward wave where it leaves ``x = L``.
-    leaving_slope : float
-        What that loses in one transit.
-    arriving : float
-        On the forward wave where it arrives at ``x = L``.
-    arriving_slope : float
-        What that lost in one transit.
-    """
-
-    leaving: float
-    leaving_slope: float
-    arriving: float
-    arriving_slope: float
+    leaving: float = quantity("On the backward wave where it leaves ``x = L``")
+    leaving_slope: float = quantity("What that loses in one transit")
+    arriving: float = quantity("On the forward wave where it arrives at ``x = L``")
+    arriving_slope: float = quantity("What that lost in one transit")
 
 
 def rod_energy(track: Track, t: ArrayLike) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from lure.analysis.rod.paper.model import TITLES, PaperTable, Variant
 from lure.analysis.rod.paper.runs import FORCED, RELEASE, PaperRuns
 from lure.analysis.rod.paper.settling import PAPER_SETTLING
 from lure.analysis.rod.plots.paper import EndCurve, plot_end_curves, plot_end_envelope, plot_waves
+from lure.record import described, quantity
 
 # The reproduction as files: figures, a page and JSON.
 
@@ -88,27 +89,15 @@ _SHOWN: tuple[tuple[Variant, str, str, str, float], ...] = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class PaperFigure:
-    """One figure before it is drawn.
+    """One figure before it is drawn."""
 
-    Attributes
-    ----------
-    name : str
-        File name without its ending.
-    number : int
-        Number in the paper.
-    title, caption : str
-        A few words above it, and what to look at.
-    draw : callable
-        ``draw(ax=axes)`` draws on the axes.
-    """
-
-    name: str
-    number: int
-    title: str
-    caption: str
-    draw: Draw
+    name: str = quantity("File name without its ending")
+    number: int = quantity("Number in the paper")
+    title: str = quantity("A few words above it")
+    caption: str = quantity("What to look at")
+    draw: Draw = quantity("``draw(ax=axes)`` draws on the axes")
 
 
 def paper_figures(runs: PaperRuns) -> tuple[PaperFigure, ...]:

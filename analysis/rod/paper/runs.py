@@ -15,6 +15,7 @@ from lure.analysis.rod.paper.settling import Settling, rod_settling, scheme_sett
 from lure.analysis.rod.simulation import Trajectory, simulate
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError
+from lure.record import described, quantity
 from lure.rod.discretisation import Form, upwind
 from lure.rod.motion import Motion, exact_motion
 from lure.rod.parameters import Rod
@@ -28,21 +29,15 @@ Complex = NDArray[np.complex128]
 _STEP = 1e-3
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class ModalRun:
-    """A motion of the scheme under ``g = amplitude sin(omega t)``.
+    """A motion of the scheme under ``g = amplitude sin(omega t)``."""
 
-    Attributes
-    ----------
-    t, z : ndarray
-        (n,) times [s] and contact coordinate [m].
-    contacts : tuple of (float, float)
-        Intervals with ``z > 0`` [s]; one still open at the end is closed there.
-    """
-
-    t: NDArray[np.float64]
-    z: NDArray[np.float64]
-    contacts: tuple[tuple[float, float], ...]
+    t: NDArray[np.float64] = quantity("(n,) times", "s")
+    z: NDArray[np.float64] = quantity("(n,) contact coordinate", "m")
+    contacts: tuple[tuple[float, float], ...] = quantity(
+        "Intervals with ``z > 0`` [s]; one still open at the end is closed there"
+    )
 
     @property
     def peak(self) -> tuple[float, float]:
@@ -64,16 +59,9 @@ class _Modes:
     inverse: Complex
 
 
-@dataclass(frozen=True, eq=False)
+@described(frozen=True, eq=False)
 class ModalBasis:
     """The eigenvectors of a scheme in free flight and in contact; they do not depend on its form.
-
-    Attributes
-    ----------
-    rod : Rod
-        The rod, with the linear contact law and ``k != Z`` (at ``k = Z`` there is no basis of eigenvectors).
-    cells : int
-        ``N``.
 
     Raises
     ------
@@ -81,8 +69,10 @@ class ModalBasis:
         ``m`` is not 1, or ``k = Z``.
     """
 
-    rod: Rod
-    cells: int
+    rod: Rod = quantity(
+        "The rod, with the linear contact law and ``k != Z`` (at ``k = Z`` there is no basis of eigenvectors)"
+    )
+    cells: int = quantity("``N``")
 
     def __post_init__(self) -> None:
         """Refuse what has no basis."""
@@ -138,20 +128,12 @@ class _Phase:
         return np.asarray(free + (self.response[-1] * np.exp(1j * self.omega * t)).imag)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class HarmonicForce:
-    """``g(t) = amplitude sin(omega t)``.
+    """``g(t) = amplitude sin(omega t)``."""
 
-    Attributes
-    ----------
-    amplitude : float
-        [N].
-    omega : float
-        [rad/s].
-    """
-
-    amplitude: float
-    omega: float
+    amplitude: float = quantity("[N]")
+    omega: float = quantity("[rad/s]")
 
 
 def modal_run(basis: ModalBasis, release: Scenario, force: HarmonicForce, *, form: Form, until: float) -> ModalRun:
@@ -259,50 +241,26 @@ _CASES = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class ForcedRun:
-    """One motion of figures 8 to 10.
+    """One motion of figures 8 to 10."""
 
-    Attributes
-    ----------
-    peak : Peak
-        Which motion, and how far it gets.
-    t, u : ndarray
-        (n,) times [s] and displacement ``u(t, L)`` [m].
-    contacts : tuple of (float, float)
-        Contact intervals [s].
-    """
-
-    peak: Peak
-    t: NDArray[np.float64]
-    u: NDArray[np.float64]
-    contacts: tuple[tuple[float, float], ...]
+    peak: Peak = quantity("Which motion, and how far it gets")
+    t: NDArray[np.float64] = quantity("(n,) times", "s")
+    u: NDArray[np.float64] = quantity("(n,) displacement ``u(t, L)``", "m")
+    contacts: tuple[tuple[float, float], ...] = quantity("Contact intervals", "s")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class PaperRuns:
-    """Everything computed for the paper's figures.
+    """Everything computed for the paper's figures."""
 
-    Attributes
-    ----------
-    release : RodSystem
-        Figures 3 to 7.
-    coarse, fine : Trajectory
-        Its scheme with ``N = 10`` and ``N = 200``, up to 2.5e-3 s, with frames.
-    exact : Motion
-        The exact motion of its rod, up to 5 s.
-    settling : tuple of Settling
-        ``N = 10``, ``N = 200``, the rod.
-    forced : tuple of ForcedRun
-        Figures 8 to 10 in every variant.
-    """
-
-    release: RodSystem
-    coarse: Trajectory
-    fine: Trajectory
-    exact: Motion
-    settling: tuple[Settling, ...]
-    forced: tuple[ForcedRun, ...]
+    release: RodSystem = quantity("Figures 3 to 7")
+    coarse: Trajectory = quantity("Its scheme with ``N = 10``, up to 2.5e-3 s, with frames")
+    fine: Trajectory = quantity("The same with ``N = 200``")
+    exact: Motion = quantity("The exact motion of its rod, up to 5 s")
+    settling: tuple[Settling, ...] = quantity("``N = 10``, ``N = 200``, the rod")
+    forced: tuple[ForcedRun, ...] = quantity("Figures 8 to 10 in every variant")
 
     def run(self, figure: int, variant: Variant) -> ForcedRun:
         """The motion of a figure in a variant."""

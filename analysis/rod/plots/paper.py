@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,35 +10,22 @@ from numpy.typing import NDArray
 
 from lure.analysis.plots.style import GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, number
 from lure.analysis.rod.plots.run import shade
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class EndCurve:
-    """One curve of the displacement of the contacting end.
+    """One curve of the displacement of the contacting end."""
 
-    Attributes
-    ----------
-    label : str
-        For the legend.
-    t, u : ndarray
-        (n,) times [s] and ``u(t, L)`` [m].
-    colour : str
-        A colour of :mod:`lure.analysis.plots.style`.
-    dashes : str
-        Line style.
-    width : float
-        Line width [pt].
-    """
-
-    label: str
-    t: NDArray[np.float64]
-    u: NDArray[np.float64]
-    colour: str
-    dashes: str = "-"
-    width: float = 1.2
+    label: str = quantity("For the legend")
+    t: NDArray[np.float64] = quantity("(n,) times", "s")
+    u: NDArray[np.float64] = quantity("(n,) ``u(t, L)``", "m")
+    colour: str = quantity("A colour of :mod:`lure.analysis.plots.style`")
+    dashes: str = quantity("Line style", default="-")
+    width: float = quantity("Line width [pt]", default=1.2)
 
 
 def plot_end_curves(

@@ -2,37 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from lure.analysis.rod.report.model import StabilityReport
 from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import CriterionResult, Evidence, Verdict
+from lure.record import described, quantity
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Claim:
-    """One row of the table of claims.
+    """One row of the table of claims."""
 
-    Attributes
-    ----------
-    text : str
-        What is claimed.
-    model : str
-        ``"rod"``, ``"scheme"`` or both: what it is claimed of.
-    answer : str
-        A verdict, ``"checked"`` for an exact fact without a certificate, or ``"agrees"``, ``"differs"`` or ``"not
-        tested"`` for a comparison, which decides nothing by itself.
-    evidence : Evidence or None
-        What the answer rests on; None where nothing was decided and no number stands in the row.
-    criterion : int or None
-        Index of the criterion whose numbers belong in the row; None if it has none.
-    """
-
-    text: str
-    model: str
-    answer: str
-    evidence: Evidence | None
-    criterion: int | None = None
+    text: str = quantity("What is claimed")
+    model: str = quantity('``"rod"``, ``"scheme"`` or both: what it is claimed of')
+    answer: str = quantity(
+        'A verdict, ``"checked"`` for an exact fact without a certificate, or ``"agrees"``, ``"differs"`` or '
+        '``"not tested"`` for a comparison, which decides nothing by itself'
+    )
+    evidence: Evidence | None = quantity(
+        "What the answer rests on; None where nothing was decided and no number stands in the row"
+    )
+    criterion: int | None = quantity(
+        "Index of the criterion whose numbers belong in the row; None if it has none", default=None
+    )
 
 
 def claims(report: StabilityReport) -> tuple[Claim, ...]:

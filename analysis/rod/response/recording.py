@@ -16,13 +16,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError, Reason, demand_whole
-from lure.record import Record, finite, quantity
+from lure.record import Record, described, finite, quantity
 from lure.rod.motion import Boundary, Contact, Motion, Numerics, Window, exact_motion
 from lure.rod.motion.fields import of_pieces
 from lure.rod.motion.pieces import Pieces
@@ -35,36 +34,29 @@ _FEWEST = 10
 _MOST_SAMPLES = 20_000_000
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Plan:
-    """How a long run is made.
+    """How a long run is made."""
 
-    Attributes
-    ----------
-    settle : float or None
-        Time before the watch begins [s], rounded up to whole periods; None for 12 times the slowest time constant of
-        the rod, at least 10 periods and at most 200 000 round trips.
-    run : int
-        Periods of the force that are watched, from 8 on.
-    period : float or None
-        Period of the loads [s]; None to find it from the formulas.
-    samples : int
-        Samples of the motion in a period, from 8 on; the spectrum reaches to half as many times the forcing frequency.
-    tolerance : float
-        How closely a motion must repeat to count as periodic, relative to its range.
-    separation : bool
-        Whether to follow a second motion, pushed a little when the watch begins.
-    boundary : Boundary
-        What happens at the ends of the rod.
-    """
-
-    settle: float | None = None
-    run: int = 64
-    period: float | None = None
-    samples: int = 64
-    tolerance: float = 1e-6
-    separation: bool = False
-    boundary: Boundary = field(default_factory=Boundary)
+    settle: float | None = quantity(
+        "Time before the watch begins [s], rounded up to whole periods; None for 12 times the slowest time "
+        "constant of the rod, at least 10 periods and at most 200 000 round trips",
+        default=None,
+    )
+    run: int = quantity("Periods of the force that are watched, from 8 on", default=64)
+    period: float | None = quantity("Period of the loads [s]; None to find it from the formulas", default=None)
+    samples: int = quantity(
+        "Samples of the motion in a period, from 8 on; the spectrum reaches to half as many times the forcing "
+        "frequency",
+        default=64,
+    )
+    tolerance: float = quantity(
+        "How closely a motion must repeat to count as periodic, relative to its range", default=1e-6
+    )
+    separation: bool = quantity(
+        "Whether to follow a second motion, pushed a little when the watch begins", default=False
+    )
+    boundary: Boundary = quantity("What happens at the ends of the rod", default_factory=Boundary)
 
     def __post_init__(self) -> None:
         if self.settle is not None and not 0.0 <= self.settle < math.inf:
@@ -185,36 +177,18 @@ Progress = Callable[[str, float], None]
 _EVERY = 32
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Recording:
-    """What is kept of a watch.
+    """What is kept of a watch."""
 
-    Attributes
-    ----------
-    rod : Rod
-        The rod.
-    boundary : Boundary
-        What happens at its ends.
-    t : ndarray
-        (n+1,) times, equally spaced from the start of the watch to its end [s].
-    z, v : ndarray
-        (n+1,) contact coordinate [m] and end velocity ``z'`` [m/s].
-    contact_impulses : ndarray
-        (R,) ``A int p dt`` over each period of the watch [N s].
-    returned : ndarray
-        (R,) ``int V dt`` over each, one transit earlier: what reaches ``x = 0`` [m].
-    touched : tuple of Contact
-        Every contact that lies in the watch or reaches into it, in order.
-    """
-
-    rod: Rod
-    boundary: Boundary
-    t: Array
-    z: Array
-    v: Array
-    contact_impulses: Array
-    returned: Array
-    touched: tuple[Contact, ...]
+    rod: Rod = quantity("The rod")
+    boundary: Boundary = quantity("What happens at its ends")
+    t: Array = quantity("(n+1,) times, equally spaced from the start of the watch to its end", "s")
+    z: Array = quantity("(n+1,) contact coordinate", "m")
+    v: Array = quantity("(n+1,) end velocity ``z'`` [m/s]")
+    contact_impulses: Array = quantity("(R,) ``A int p dt`` over each period of the watch [N s]")
+    returned: Array = quantity("(R,) ``int V dt`` over each, one transit earlier: what reaches ``x = 0``", "m")
+    touched: tuple[Contact, ...] = quantity("Every contact that lies in the watch or reaches into it, in order")
 
     @property
     def impacts(self) -> tuple[Contact, ...]:

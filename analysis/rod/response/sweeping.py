@@ -8,7 +8,7 @@ import re
 import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Literal
 
@@ -24,7 +24,7 @@ from lure.errors import AssumptionError, InputError, demand_whole
 from lure.exact import exact_number
 from lure.expressions import Expression
 from lure.expressions.tree import Apply, Node, Number, Variable
-from lure.record import Column, Page, Record, derived, numbered, quantity
+from lure.record import Column, Page, Record, derived, described, numbered, quantity
 from lure.rod import datasets
 from lure.rod.parameters import PARAMETERS, Rod
 from lure.rod.scenario import Scenario
@@ -35,26 +35,14 @@ from lure.rod.systems import rod_from_exact
 _MOST_STEPS = 400
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Case:
-    """One member of a family.
+    """One member of a family."""
 
-    Attributes
-    ----------
-    value : float
-        Of the parameter.
-    rod : Rod
-        The rod.
-    scenario : Scenario
-        Its loads and initial data.
-    period : float
-        Of the loads [s].
-    """
-
-    value: float
-    rod: Rod
-    scenario: Scenario
-    period: float
+    value: float = quantity("Of the parameter")
+    rod: Rod = quantity("The rod")
+    scenario: Scenario = quantity("Its loads and initial data")
+    period: float = quantity("Of the loads", "s")
 
 
 def cases(

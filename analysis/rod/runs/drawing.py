@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from lure.analysis.rod.runs.methods import MOST_ENERGIES, along_motion, motion_a
 from lure.analysis.rod.runs.request import Performed, Request
 from lure.analysis.rod.runs.sampled import Along, SampledRun
 from lure.errors import InputError
+from lure.record import described, quantity
 from lure.rod.motion import Motion
 
 if TYPE_CHECKING:
@@ -93,27 +94,15 @@ _IN_A_TRANSIT, _FRAMES_IN_A_TRANSIT, _ENERGIES = 40, 10, 401
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Film:
-    """A stretch of a motion, along the whole rod.
+    """A stretch of a motion, along the whole rod."""
 
-    Attributes
-    ----------
-    run : SampledRun
-        The motion, for its name, evidence, rod and contacts.
-    t : ndarray
-        (frames,) instants [s].
-    along : Along
-        Fields at these instants.
-    trace_t, trace_u : ndarray
-        (n,) instants [s] and ``u(t, L)`` [m], more closely.
-    """
-
-    run: SampledRun
-    t: Array
-    along: Along
-    trace_t: Array
-    trace_u: Array
+    run: SampledRun = quantity("The motion, for its name, evidence, rod and contacts")
+    t: Array = quantity("(frames,) instants", "s")
+    along: Along = quantity("Fields at these instants")
+    trace_t: Array = quantity("(n,) instants [s], more closely")
+    trace_u: Array = quantity("(n,) ``u(t, L)`` there", "m")
 
 
 def film(done: Performed, span: tuple[float, float] | None, *, frames: int, displaced: bool = True) -> Film:
@@ -288,26 +277,16 @@ def _check_film(path: Path, suffix: str) -> None:
             )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Wanted:
-    """What is to be written of a motion.
+    """What is to be written of a motion."""
 
-    Attributes
-    ----------
-    places : Mapping of str to Path
-        Where to write ``"output"``, ``"plot"``, ``"space-time"`` and ``"animation"``, those asked for.
-    title : str
-        Name of the system in a line.
-    span : (float, float) or None
-        Stretch of time to draw [s].
-    fields : bool
-        Whether fields along the rod go to the file, too.
-    """
-
-    places: Mapping[str, Path]
-    title: str
-    span: tuple[float, float] | None = None
-    fields: bool = True
+    places: Mapping[str, Path] = quantity(
+        'Where to write ``"output"``, ``"plot"``, ``"space-time"`` and ``"animation"``, those asked for'
+    )
+    title: str = quantity("Name of the system in a line")
+    span: tuple[float, float] | None = quantity("Stretch of time to draw", "s", default=None)
+    fields: bool = quantity("Whether fields along the rod go to the file, too", default=True)
 
 
 def write_results(done: Performed, wanted: Wanted, *, tell: Callable[..., None] | None = None) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import cast
 
@@ -11,6 +11,7 @@ from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_integration
 from lure.analysis.rod.runs.sampled import SampledRun, check_places, check_samples, sparse
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS
 from lure.errors import InputError, demand_seconds
+from lure.record import described, quantity
 from lure.rod.discretisation import upwind
 from lure.rod.galerkin.spaces import SpaceName
 from lure.rod.motion import Boundary, Motion, Numerics, exact_motion
@@ -29,44 +30,27 @@ SPACES = ("P1", "P2", "cosine")
 _DRAWN_PLACES = 101
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Request:
-    """One motion asked for.
+    """One motion asked for."""
 
-    Attributes
-    ----------
-    until : float
-        End of the motion [s].
-    method : str
-        ``"exact"`` (the rod itself), ``"scheme"`` (event-exact), ``"galerkin"``, or an integrator of the scheme.
-    samples : int
-        Number of instants kept.
-    places : int
-        Number of places along the rod at which fields are kept; 0 for none.
-    boundary : {"dashpot", "free", "matched", "clamped"}
-        End ``x = 0``: the rod's own ``k``, ``k = 0``, ``k = Z`` (to the nearest double), ``k = inf``.
-    end_damping : float
-        ``k_L``, a dashpot at ``x = L`` [N s/m].
-    rigid : bool
-        Whether the obstacle is rigid.
-    cells : int or None
-        ``N`` of the scheme; None for that of the system.
-    space : str or None
-        Galerkin elements; None for P1.
-    order : int or None
-        Dimension of the Galerkin space; None for 51.
-    """
-
-    until: float
-    method: str = "exact"
-    samples: int = 2001
-    places: int = 0
-    boundary: str = "dashpot"
-    end_damping: float = 0.0
-    rigid: bool = False
-    cells: int | None = None
-    space: str | None = None
-    order: int | None = None
+    until: float = quantity("End of the motion", "s")
+    method: str = quantity(
+        '``"exact"`` (the rod itself), ``"scheme"`` (event-exact), ``"galerkin"``, or an integrator of the scheme',
+        default="exact",
+    )
+    samples: int = quantity("Number of instants kept", default=2001)
+    places: int = quantity("Number of places along the rod at which fields are kept; 0 for none", default=0)
+    boundary: str = quantity(
+        'End ``x = 0``: ``"dashpot"``, the rod\'s own ``k``, ``"free"``, ``k = 0``, ``"matched"``, ``k = Z`` (to '
+        'the nearest double), or ``"clamped"``, ``k = inf``',
+        default="dashpot",
+    )
+    end_damping: float = quantity("``k_L``, a dashpot at ``x = L`` [N s/m]", default=0.0)
+    rigid: bool = quantity("Whether the obstacle is rigid", default=False)
+    cells: int | None = quantity("``N`` of the scheme; None for that of the system", default=None)
+    space: str | None = quantity("Galerkin elements; None for P1", default=None)
+    order: int | None = quantity("Dimension of the Galerkin space; None for 51", default=None)
 
     def __post_init__(self) -> None:
         """Refuse what no method can do.
@@ -132,20 +116,15 @@ def for_drawing(request: Request, system: RodSystem) -> Request:
     return replace(request, places=cells + 1)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Performed:
-    """A motion and its samples.
+    """A motion and its samples."""
 
-    Attributes
-    ----------
-    run : SampledRun
-        The samples.
-    motion : Motion or None
-        The exact motion behind them, which knows every instant and place; None if a scheme or a space moved.
-    """
-
-    run: SampledRun
-    motion: Motion | None = None
+    run: SampledRun = quantity("The samples")
+    motion: Motion | None = quantity(
+        "The exact motion behind them, which knows every instant and place; None if a scheme or a space moved",
+        default=None,
+    )
 
 
 def perform(

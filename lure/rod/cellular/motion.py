@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import AssumptionError, InputError, demand_whole
-from lure.record import Column, Page, Record, plain, quantity
+from lure.record import Column, Page, Record, described, plain, quantity
 from lure.rod import datasets
 from lure.rod.cellular.network import CellularNetwork, Signal
 from lure.rod.datasets import SampledMotion
@@ -210,18 +209,9 @@ class CellularMotion(SampledMotion):
         return Page("motion of a cellular network", rows, verdict="OBSERVED", notes=(self.comment,))
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Request:
     """How long to follow a network, at how many instants, and how slow is rest; see :meth:`CellularNetwork.simulate`.
-
-    Attributes
-    ----------
-    until : float
-        Longest time.
-    samples : int
-        Number of instants kept.
-    at_rest : float
-        Largest rate of change at rest.
 
     Raises
     ------
@@ -229,9 +219,9 @@ class Request:
         The time or the rate is not a positive number, or there are fewer than two samples.
     """
 
-    until: float
-    samples: int
-    at_rest: float
+    until: float = quantity("Longest time")
+    samples: int = quantity("Number of instants kept")
+    at_rest: float = quantity("Largest rate of change at rest")
 
     def __post_init__(self) -> None:
         if not 0.0 < self.until < math.inf:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -25,19 +25,11 @@ Boundary = Literal["fixed", "zero-flux", "periodic"]
 BOUNDARIES: tuple[Boundary, ...] = ("fixed", "zero-flux", "periodic")
 
 
-@dataclass(frozen=True, eq=False)
+@described(frozen=True, eq=False)
 class Template:
     """Weights of a cell's neighbours: ``sum_o weights[o](cell) * value[cell + offsets[o]]``.
 
     Make one with :meth:`uniform` (translation-invariant) or :meth:`varying` (regularly varying).
-
-    Attributes
-    ----------
-    offsets : tuple of tuple of int
-        Places of the neighbours relative to the cell, one or two numbers each.
-    weights : tuple
-        For each neighbour a number, an array of the shape of the grid, or a function of the index arrays of the grid
-        (``i`` in one dimension, ``i, j`` in two, counted from 0) [1/unit of time].
 
     Raises
     ------
@@ -45,8 +37,13 @@ class Template:
         There is no neighbour, or the offsets are not all one or all two whole numbers.
     """
 
-    offsets: tuple[tuple[int, ...], ...]
-    weights: tuple[Weight, ...]
+    offsets: tuple[tuple[int, ...], ...] = quantity(
+        "Places of the neighbours relative to the cell, one or two numbers each"
+    )
+    weights: tuple[Weight, ...] = quantity(
+        "For each neighbour a number, an array of the shape of the grid, or a function of the index arrays of the "
+        "grid (``i`` in one dimension, ``i, j`` in two, counted from 0) [1/unit of time]"
+    )
 
     def __post_init__(self) -> None:
         if not self.offsets or len(self.offsets) != len(self.weights):
@@ -188,7 +185,7 @@ def saturation(x: ArrayLike) -> Array:
     return np.asarray(np.clip(np.asarray(x, dtype=float), -1.0, 1.0))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class CellularNetwork:
     r"""Cells that read their neighbours through cloning templates, the dynamics (40) of the paper.
 
@@ -196,28 +193,6 @@ class CellularNetwork:
 
     sums over the neighbourhood of the cell.  The decay is SUBTRACTED: ``C`` with 1 in the middle is the usual ``-x``.
     Time is in the unit in which the templates are rates.
-
-    Attributes
-    ----------
-    shape : tuple of int
-        ``(n,)`` cells on a line or ``(rows, columns)`` in the plane.
-    A : Template
-        Output feedback.
-    B : Template or None
-        Control; None for none.
-    C : Template or None
-        State feedback; None for ``x`` itself, the classical decay with time constant 1.
-    bias : float, array_like or function of t
-        ``I``, one value for all or one for each cell; a function of time gives either.
-    output : {"saturation", "linear"} or function
-        ``f``: (41), ``f(x) = x``, or a function from the states of all cells (an array of ``shape``) to their outputs,
-        which may treat cells differently as (49) asks.  Such a function must be elementwise and cannot be used with
-        the fixed boundary, whose virtual cell it does not know.
-    boundary : {"fixed", "zero-flux", "periodic"}
-        What lies beyond the edge: a virtual cell whose state and input never change, the mirror image, or the other
-        side.
-    edge_state, edge_input : float
-        State and input of the virtual cell of the fixed boundary.
 
     Raises
     ------
@@ -238,15 +213,28 @@ class CellularNetwork:
     array([ 1., -1.])
     """
 
-    shape: tuple[int, ...]
-    A: Template
-    B: Template | None = None
-    C: Template | None = None
-    bias: Signal = 0.0
-    output: Output = "saturation"
-    boundary: Boundary = "fixed"
-    edge_state: float = 0.0
-    edge_input: float = 0.0
+    shape: tuple[int, ...] = quantity("``(n,)`` cells on a line or ``(rows, columns)`` in the plane")
+    A: Template = quantity("Output feedback")
+    B: Template | None = quantity("Control; None for none", default=None)
+    C: Template | None = quantity(
+        "State feedback; None for ``x`` itself, the classical decay with time constant 1", default=None
+    )
+    bias: Signal = quantity(
+        "``I``, a number for all or an array of one for each cell; a function of ``t`` gives either", default=0.0
+    )
+    output: Output = quantity(
+        '``f``: ``"saturation"``, (41), ``"linear"``, ``f(x) = x``, or a function from the states of all cells (an '
+        "array of ``shape``) to their outputs, which may treat cells differently as (49) asks.  Such a function "
+        "must be elementwise and cannot be used with the fixed boundary, whose virtual cell it does not know",
+        default="saturation",
+    )
+    boundary: Boundary = quantity(
+        "What lies beyond the edge: a virtual cell whose state and input never change, the mirror image, or the "
+        "other side",
+        default="fixed",
+    )
+    edge_state: float = quantity("State of the virtual cell of the fixed boundary", default=0.0)
+    edge_input: float = quantity("Its input", default=0.0)
 
     def __post_init__(self) -> None:
         if len(self.shape) not in (1, 2) or any(not isinstance(n, int) or n < 1 for n in self.shape):

@@ -7,6 +7,7 @@ from functools import cache
 
 import sympy as sp
 
+from lure.record import described, quantity
 from lure.rod.derivation.vocabulary import E, Form, T, a, area, b, c, checked_form, d, g, gap, k, laplace, p, rho, t, x
 
 # Hamilton's principle for the rod: from the Lagrangian density to the equations of motion and the weak form.
@@ -19,48 +20,24 @@ u, virtual, f = sp.Function("u")(t, x), sp.Function("v")(t, x), sp.Function("f")
 area_at, density_at = sp.Function("A")(x), sp.Function("rho")(x)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Hamilton:
-    """What stationary action says about the rod; every expression vanishes along a motion.
+    """What stationary action says about the rod; every expression vanishes along a motion."""
 
-    Attributes
-    ----------
-    nonuniform : sympy.Expr
-        ``-rho(x) A(x) u_tt + (A(x) E u_x)_x + f``, the first line of (5) [N/m].
-    equation : sympy.Expr
-        ``rho A u_tt - A E u_xx - f``, the first line of (7) [N/m].
-    left : sympy.Expr
-        ``A E u_x(t,0) - k u_t(t,0) + g``, the second line of (7) [N].
-    right : sympy.Expr
-        ``E u_x(t,L) + p``, the third line of (7) [Pa].
-    by_parts : sympy.Expr
-        First variation minus (equation times variation plus a divergence); zero identically.
-    """
-
-    nonuniform: sp.Expr
-    equation: sp.Expr
-    left: sp.Expr
-    right: sp.Expr
-    by_parts: sp.Expr
+    nonuniform: sp.Expr = quantity("``-rho(x) A(x) u_tt + (A(x) E u_x)_x + f``, the first line of (5) [N/m]")
+    equation: sp.Expr = quantity("``rho A u_tt - A E u_xx - f``, the first line of (7) [N/m]")
+    left: sp.Expr = quantity("``A E u_x(t,0) - k u_t(t,0) + g``, the second line of (7)", "N")
+    right: sp.Expr = quantity("``E u_x(t,L) + p``, the third line of (7)", "Pa")
+    by_parts: sp.Expr = quantity("First variation minus (equation times variation plus a divergence); zero identically")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class WeakForm:
-    """The equations tested with ``v``: ``int interior dx + left + right = 0`` for every ``v`` in H1(0, L).
+    """The equations tested with ``v``: ``int interior dx + left + right = 0`` for every ``v`` in H1(0, L)."""
 
-    Attributes
-    ----------
-    interior : sympy.Expr
-        ``rho A u_tt v + A E u_x v_x - f v`` [N v/m].
-    left : sympy.Expr
-        ``(k u_t(t,0) - g) v(0)`` [N v].
-    right : sympy.Expr
-        ``A p v(L)`` [N v].
-    """
-
-    interior: sp.Expr
-    left: sp.Expr
-    right: sp.Expr
+    interior: sp.Expr = quantity("``rho A u_tt v + A E u_x v_x - f v`` [N v/m]")
+    left: sp.Expr = quantity("``(k u_t(t,0) - g) v(0)`` [N v]")
+    right: sp.Expr = quantity("``A p v(L)`` [N v]")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -175,81 +152,48 @@ v, w = sp.Function("v")(t, x), sp.Function("w")(t, x)
 r1, r2 = sp.symbols("r1 r2", real=True)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Riemann:
-    """The rod as two transport equations.
+    """The rod as two transport equations."""
 
-    Attributes
-    ----------
-    matrix : sympy.ImmutableMatrix
-        ``M`` in ``(v, w)_t + M (v, w)_x = (f/(rho A), 0)``, shape (2, 2).
-    symmetriser : sympy.ImmutableMatrix
-        ``diag(1, c^2)``: makes ``M`` symmetric (Friedrichs).
-    invariants : tuple of sympy.Expr
-        ``r1 = v - c w`` and ``r2 = v + c w`` (29) [m/s]: left eigenvectors of ``M`` applied to ``(v, w)``.
-    sources : tuple of sympy.Expr
-        Right-hand sides of (31), ``f/(rho A)`` in both [m/s^2].
-    transport : tuple of sympy.Expr
-        ``r_t + speed r_x - source`` minus the same combination of the equations (26); zero identically.
-    inverse : tuple of sympy.Expr
-        ``v`` and ``w`` in terms of ``r1, r2`` (30).
-    friedrichs : tuple of sympy.Expr
-        Equation (26) with ``v = u_t, w = u_x`` minus the wave equation over ``rho A``, and minus ``u_xt = u_tx``; zero.
-    """
-
-    matrix: sp.ImmutableMatrix
-    symmetriser: sp.ImmutableMatrix
-    invariants: tuple[sp.Expr, sp.Expr]
-    sources: tuple[sp.Expr, sp.Expr]
-    transport: tuple[sp.Expr, sp.Expr]
-    inverse: tuple[sp.Expr, sp.Expr]
-    friedrichs: tuple[sp.Expr, sp.Expr]
+    matrix: sp.ImmutableMatrix = quantity("``M`` in ``(v, w)_t + M (v, w)_x = (f/(rho A), 0)``, shape (2, 2)")
+    symmetriser: sp.ImmutableMatrix = quantity("``diag(1, c^2)``: makes ``M`` symmetric (Friedrichs)")
+    invariants: tuple[sp.Expr, sp.Expr] = quantity(
+        "``r1 = v - c w`` and ``r2 = v + c w`` (29) [m/s]: left eigenvectors of ``M`` applied to ``(v, w)``"
+    )
+    sources: tuple[sp.Expr, sp.Expr] = quantity("Right-hand sides of (31), ``f/(rho A)`` in both [m/s^2]")
+    transport: tuple[sp.Expr, sp.Expr] = quantity(
+        "``r_t + speed r_x - source`` minus the same combination of the equations (26); zero identically"
+    )
+    inverse: tuple[sp.Expr, sp.Expr] = quantity("``v`` and ``w`` in terms of ``r1, r2`` (30)")
+    friedrichs: tuple[sp.Expr, sp.Expr] = quantity(
+        "Equation (26) with ``v = u_t, w = u_x`` minus the wave equation over ``rho A``, and minus ``u_xt = "
+        "u_tx``; zero"
+    )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class BoundaryRelations:
-    """``r1(t,0) = -a r2(t,0) + 2 b g``, ``r2(t,L) = r1(t,L) - 2 d p``, ``z' = r1(t,L) - d p``, solved from (8).
+    """``r1(t,0) = -a r2(t,0) + 2 b g``, ``r2(t,L) = r1(t,L) - 2 d p``, ``z' = r1(t,L) - d p``, solved from (8)."""
 
-    Attributes
-    ----------
-    a, b, d : sympy.Expr
-        In terms of ``E, rho, A, k``: ``(k - Z)/(k + Z)`` [-], ``1/(k + Z)`` [m/(N s)], ``1/sqrt(rho E)`` [m/(s Pa)].
-    left : sympy.Expr
-        ``r1(t,0)`` in terms of ``r2, g`` and the rod's constants [m/s].
-    right : sympy.Expr
-        ``r2(t,L)`` in terms of ``r1, p`` and the rod's constants [m/s].
-    tip : sympy.Expr
-        ``z' = (r1 + r2)/2`` at ``x = L`` in terms of ``r1, p`` [m/s].
-    """
-
-    a: sp.Expr
-    b: sp.Expr
-    d: sp.Expr
-    left: sp.Expr
-    right: sp.Expr
-    tip: sp.Expr
+    a: sp.Expr = quantity("``(k - Z)/(k + Z)`` [-], in terms of ``E, rho, A, k``")
+    b: sp.Expr = quantity("``1/(k + Z)`` [m/(N s)]")
+    d: sp.Expr = quantity("``1/sqrt(rho E)`` [m/(s Pa)]")
+    left: sp.Expr = quantity("``r1(t,0)`` in terms of ``r2, g`` and the rod's constants [m/s]")
+    right: sp.Expr = quantity("``r2(t,L)`` in terms of ``r1, p`` and the rod's constants [m/s]")
+    tip: sp.Expr = quantity("``z' = (r1 + r2)/2`` at ``x = L`` in terms of ``r1, p`` [m/s]")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class DelayEquation:
-    """``W(t) = -a V(t - 2T) + 2 b g(t - T)`` with ``W = r1(t,L)``, ``V = r2(t,L)``, for ``f = 0``.
+    """``W(t) = -a V(t - 2T) + 2 b g(t - T)`` with ``W = r1(t,L)``, ``V = r2(t,L)``, for ``f = 0``."""
 
-    Attributes
-    ----------
-    incoming : sympy.Expr
-        ``W(t)`` as the boundary relations and d'Alembert's solution give it, in terms of ``V`` and ``g`` [m/s].
-    outgoing : sympy.Expr
-        The backward wave at ``x = L``; ``V(t)`` [m/s].
-    left_velocity : sympy.Expr
-        ``u_t(t,0)`` in terms of ``V`` and ``g`` [m/s].
-    transport : tuple of sympy.Expr
-        Equation (31) with ``f = 0`` applied to both waves; zero.
-    """
-
-    incoming: sp.Expr
-    outgoing: sp.Expr
-    left_velocity: sp.Expr
-    transport: tuple[sp.Expr, sp.Expr]
+    incoming: sp.Expr = quantity(
+        "``W(t)`` as the boundary relations and d'Alembert's solution give it, in terms of ``V`` and ``g`` [m/s]"
+    )
+    outgoing: sp.Expr = quantity("The backward wave at ``x = L``; ``V(t)`` [m/s]")
+    left_velocity: sp.Expr = quantity("``u_t(t,0)`` in terms of ``V`` and ``g`` [m/s]")
+    transport: tuple[sp.Expr, sp.Expr] = quantity("Equation (31) with ``f = 0`` applied to both waves; zero")
 
 
 @cache

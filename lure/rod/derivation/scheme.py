@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
+from lure.record import described, quantity
 from lure.rod.derivation.rod import f, hamilton, strain_left, strain_right, u, velocity_left
 from lure.rod.derivation.vocabulary import (
     E,
@@ -39,25 +39,15 @@ from lure.rod.derivation.vocabulary import (
 mu, z = sp.symbols("mu z", real=True)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Scheme:
-    """``y' = A y + b1 mu + b2 g``, ``sigma = c^T y``, ``mu = -p(sigma)``, in the ordering (39).
+    """``y' = A y + b1 mu + b2 g``, ``sigma = c^T y``, ``mu = -p(sigma)``, in the ordering (39)."""
 
-    Attributes
-    ----------
-    A : sympy.ImmutableMatrix
-        (2N+1, 2N+1) [1/s].
-    b1, b2, c : sympy.ImmutableMatrix
-        (2N+1, 1) columns.
-    state : tuple of sympy.Symbol
-        ``xi1^1 .. xi1^N, xi2^{N-1} .. xi2^0, z``.
-    """
-
-    A: sp.ImmutableMatrix
-    b1: sp.ImmutableMatrix
-    b2: sp.ImmutableMatrix
-    c: sp.ImmutableMatrix
-    state: tuple[sp.Symbol, ...]
+    A: sp.ImmutableMatrix = quantity("(2N+1, 2N+1) [1/s]")
+    b1: sp.ImmutableMatrix = quantity("(2N+1, 1) column of ``mu``")
+    b2: sp.ImmutableMatrix = quantity("(2N+1, 1) column of ``g``")
+    c: sp.ImmutableMatrix = quantity("(2N+1, 1) column of the output")
+    state: tuple[sp.Symbol, ...] = quantity("``xi1^1 .. xi1^N, xi2^{N-1} .. xi2^0, z``")
 
     @property
     def cells(self) -> int:
@@ -290,23 +280,13 @@ modulus = sp.Symbol("r", positive=True)  # |q^{2N}|; 1 for the rod itself
 phase = sp.Symbol("psi", real=True)  # minus the argument of q^{2N}; 2 omega T for the rod itself
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class ClosedForm:
-    """A frequency function taken two ways.
+    """A frequency function taken two ways."""
 
-    Attributes
-    ----------
-    computed : sympy.Expr
-        By the definition.
-    closed : sympy.Expr
-        In the closed form claimed.
-    angle : sympy.Symbol
-        The only angle in both.
-    """
-
-    computed: sp.Expr
-    closed: sp.Expr
-    angle: sp.Symbol
+    computed: sp.Expr = quantity("By the definition")
+    closed: sp.Expr = quantity("In the closed form claimed")
+    angle: sp.Symbol = quantity("The only angle in both")
 
     @property
     def residual(self) -> sp.Expr:
@@ -374,23 +354,13 @@ def least_multiplier() -> sp.Expr:
     return sp.factor(sp.solve(low_frequency_limit(), theta)[0])
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Balance:
-    """``d/dt function = rate`` claimed along every solution, for any locally Lipschitz ``p`` with ``P' = p``.
+    """``d/dt function = rate`` claimed along every solution, for any locally Lipschitz ``p`` with ``P' = p``."""
 
-    Attributes
-    ----------
-    function : sympy.Expr
-        The function of the state; ``P(z)`` is the primitive of the nonlinearity.
-    derivative : sympy.Expr
-        Its derivative, by the chain rule along the matrices.
-    rate : sympy.Expr
-        What the derivative is claimed to be.
-    """
-
-    function: sp.Expr
-    derivative: sp.Expr
-    rate: sp.Expr
+    function: sp.Expr = quantity("The function of the state; ``P(z)`` is the primitive of the nonlinearity")
+    derivative: sp.Expr = quantity("Its derivative, by the chain rule along the matrices")
+    rate: sp.Expr = quantity("What the derivative is claimed to be")
 
     @property
     def residual(self) -> sp.Expr:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.record import Column, Page, Record, derived, quantity
+from lure.record import Column, Page, Record, derived, described, quantity
 from lure.rod.galerkin.model import GalerkinModel
 from lure.rod.galerkin.spaces import quadrature
 from lure.rod.motion import Motion
@@ -20,24 +19,16 @@ from lure.rod.scenario import Scenario
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class KnownState:
-    """A state of the rod at one instant, to compare with.
+    """A state of the rod at one instant, to compare with."""
 
-    Attributes
-    ----------
-    slope, velocity : callable
-        ``u_x`` [-] and ``u_t`` [m/s] at an array of places [m].
-    end : float
-        ``u(t, L)`` [m].
-    kinks : tuple of float
-        Places inside the rod where these jump or bend [m]; the quadrature is cut there.
-    """
-
-    slope: Callable[[Array], Array]
-    velocity: Callable[[Array], Array]
-    end: float
-    kinks: tuple[float, ...] = ()
+    slope: Callable[[Array], Array] = quantity("``u_x`` [-] at an array of places [m]")
+    velocity: Callable[[Array], Array] = quantity("``u_t`` [m/s] at an array of places [m]")
+    end: float = quantity("``u(t, L)``", "m")
+    kinks: tuple[float, ...] = quantity(
+        "Places inside the rod where these jump or bend [m]; the quadrature is cut there", default=()
+    )
 
 
 class StateError(Record):

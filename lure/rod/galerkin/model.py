@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.record import Record, quantity
+from lure.record import Record, described, quantity
 from lure.rod.galerkin.spaces import NonuniformRod, Quadrature, Space, SpaceName, interior_breakpoints, quadrature
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario, finite
@@ -249,7 +248,7 @@ INTEGRALS = 5
 _MARGIN = 1e-12
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Equations:
     r"""State ``y = [a, b, D, S, I_g, I_f, J]`` of length ``2 m + 5`` and its rate.
 
@@ -261,17 +260,10 @@ class Equations:
 
     with ``v_0 = b.w(0)``.  ``D`` and ``S`` [J] are lost and supplied energy, ``J`` [N s] the impulse of the obstacle.
     ``F``, ``M`` and ``I_f`` are sums over quadrature nodes, so that ``(F.b)^2 <= I_f' b^T M b`` holds as for integrals.
-
-    Attributes
-    ----------
-    model : GalerkinModel
-        The matrices.
-    scenario : Scenario
-        The loads.
     """
 
-    model: GalerkinModel
-    scenario: Scenario
+    model: GalerkinModel = quantity("The matrices")
+    scenario: Scenario = quantity("The loads")
 
     @cached_property
     def _rule(self) -> tuple[Array, Array, csr_array]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
 
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from lure.errors import AssumptionError, InputError
 from lure.expressions import Expression
 from lure.nonlinearities.base import NormalCompliance
+from lure.record import described, quantity
 from lure.rod.parameters import Rod
 
 if TYPE_CHECKING:
@@ -29,23 +29,14 @@ _DEGREE = {"P1": 1, "P2": 2}
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Space:
-    r"""``V_m = span{w_1, ..., w_m}`` in ``H^1(0, L)``.
+    """``V_m = span{w_1, ..., w_m}`` in ``H^1(0, L)``.
 
     ``"P1"``: continuous, linear on each of ``m - 1`` equal elements.  ``"P2"``: quadratic on each of ``(m - 1)/2``
     (so ``m`` is odd).  In both the coefficients are the values at ``m`` evenly spaced nodes, from ``x = 0`` to
     ``x = L``.  ``"cosine"``: ``w_j = cos((j - 1) pi x/L)``, the modes of the free-free uniform rod; each has slope
     zero at both ends, and the limit of their sums need not.
-
-    Attributes
-    ----------
-    name : {"P1", "P2", "cosine"}
-        The kind.
-    order : int
-        ``m``, its dimension.
-    length : float
-        ``L`` [m].
 
     Raises
     ------
@@ -53,9 +44,9 @@ class Space:
         The kind is unknown, or ``order`` is not a whole number that fits it.
     """
 
-    name: SpaceName
-    order: int
-    length: float
+    name: SpaceName = quantity("The kind")
+    order: int = quantity("``m``, its dimension")
+    length: float = quantity("``L``", "m")
 
     def __post_init__(self) -> None:
         name, order = self.name, self.order
@@ -123,18 +114,12 @@ class Space:
         return coo_array((data, (rows, columns)), shape=(x.size, self.order)).tocsr()
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Quadrature:
-    """Gauss quadrature on ``(0, L)``, 8 points a panel: exact for polynomials of degree 15 on each.
+    """Gauss quadrature on ``(0, L)``, 8 points a panel: exact for polynomials of degree 15 on each."""
 
-    Attributes
-    ----------
-    x, w : ndarray
-        (q,) nodes and weights [m].
-    """
-
-    x: Array
-    w: Array
+    x: Array = quantity("(q,) nodes", "m")
+    w: Array = quantity("(q,) weights", "m")
 
 
 def quadrature(space: Space, breaks: tuple[float, ...] = ()) -> Quadrature:
@@ -159,7 +144,7 @@ _FIELDS = ("area", "youngs_modulus", "density")
 _LOOKS = 1001
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class NonuniformRod:
     r"""A rod with ``A(x), E(x), rho(x) > 0``, a dashpot at ``x = 0`` and a compliant obstacle beyond ``x = L``.
 
@@ -171,19 +156,6 @@ class NonuniformRod:
     The force ``g`` pushes along ``x`` [N], ``f`` too [N/m]; ``p >= 0`` is a stress, so the obstacle pushes back with
     ``A(L) p``.  Loads and initial data are a :class:`lure.rod.scenario.Scenario`.
 
-    Attributes
-    ----------
-    length : float
-        ``L > 0`` [m].
-    area, youngs_modulus, density : Expression of x
-        ``A`` [m^2], ``E`` [Pa], ``rho`` [kg/m^3].
-    damping : float
-        ``k`` [N s/m], of any sign.
-    nonlinearity : NormalCompliance
-        ``p``, with ``c_n = 1/eps`` [Pa/m^m].
-    gap : float
-        Free distance to the obstacle [m]; negative means pre-loaded.
-
     Raises
     ------
     InputError
@@ -193,13 +165,13 @@ class NonuniformRod:
         The nonlinearity is not locally Lipschitz (``m < 1``), which Lemma 3.1 of the paper assumes.
     """
 
-    length: float
-    area: Expression
-    youngs_modulus: Expression
-    density: Expression
-    damping: float
-    nonlinearity: NormalCompliance
-    gap: float = 0.0
+    length: float = quantity("``L > 0``", "m")
+    area: Expression = quantity("``A`` [m^2], an expression of ``x``")
+    youngs_modulus: Expression = quantity("``E`` [Pa], an expression of ``x``")
+    density: Expression = quantity("``rho`` [kg/m^3], an expression of ``x``")
+    damping: float = quantity("``k`` [N s/m], of any sign")
+    nonlinearity: NormalCompliance = quantity("``p``, with ``c_n = 1/eps`` [Pa/m^m]")
+    gap: float = quantity("Free distance to the obstacle [m]; negative means pre-loaded", default=0.0)
 
     def __post_init__(self) -> None:
         for name in ("length", "damping", "gap"):

@@ -10,13 +10,13 @@ the same moved by ``m``, with ``D_{2m} = 2 D_m + D_m^2``, in which nothing is lo
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.record import described, quantity
 from lure.rod.motion.kernel_free import (
     BEGINS,
     CANCELLED,
@@ -152,34 +152,18 @@ class Steps:
         return self._powers[k]
 
 
-@dataclass(kw_only=True, eq=False, slots=True)
+@described(kw_only=True, eq=False, slots=True)
 class Block:
-    """Some round trips of an interval.
+    """Some round trips of an interval."""
 
-    Attributes
-    ----------
-    steps : Steps
-        What a round trip does.
-    start, count : int
-        The first, counted from that of the interval, and how many.
-    value, rest : float
-        ``zeta`` there and what rounding lost of it.
-    state : ndarray
-        (N,) the state there.
-    rows : ndarray or None
-        The terms of the series; None where the states are made by doubling.
-    length : int
-        How many states are made then.
-    """
-
-    steps: Steps
-    start: int
-    count: int
-    value: float
-    rest: float
-    state: Array
-    rows: Array | None
-    length: int
+    steps: Steps = quantity("What a round trip does")
+    start: int = quantity("The first, counted from that of the interval")
+    count: int = quantity("How many")
+    value: float = quantity("``zeta`` there")
+    rest: float = quantity("What rounding lost of it")
+    state: Array = quantity("(N,) the state there")
+    rows: Array | None = quantity("The terms of the series; None where the states are made by doubling")
+    length: int = quantity("How many states are made then")
 
     def table(self) -> Array:
         """What :meth:`at` reads the states from."""
@@ -240,29 +224,17 @@ class Block:
         return rows, _levels(self.value, self.rest, gained)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class SeriesBlock:
-    """The same from :mod:`lure.rod.motion.kernel_free`, in terms of what is read.
+    """The same from :mod:`lure.rod.motion.kernel_free`, in terms of what is read."""
 
-    Attributes
-    ----------
-    start, count : int
-        The first, counted from that of the interval, and how many.
-    value, rest : float
-        ``zeta`` there and what rounding lost of it.
-    wave, zeta : ndarray
-        (TERMS+1, P, k) the terms of the series of ``W`` and ``zeta`` on the pieces.
-    begins : ndarray
-        (TERMS+1, 2) those of ``zeta`` and of the impulse with which round trips begin.
-    """
-
-    start: int
-    count: int
-    value: float
-    rest: float
-    wave: Array
-    zeta: Array
-    begins: Array
+    start: int = quantity("The first, counted from that of the interval")
+    count: int = quantity("How many")
+    value: float = quantity("``zeta`` there")
+    rest: float = quantity("What rounding lost of it")
+    wave: Array = quantity("(TERMS+1, P, k) the terms of the series of ``W`` on the pieces")
+    zeta: Array = quantity("(TERMS+1, P, k) those of ``zeta``")
+    begins: Array = quantity("(TERMS+1, 2) those of ``zeta`` and of the impulse with which round trips begin")
 
     def _terms(self, name: Series) -> Array:
         return self.wave if name == "wave" else self.zeta

@@ -3,36 +3,35 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from lure.errors import InputError
 from lure.nonlinearities import GraphNonlinearity
+from lure.record import described, quantity
 from lure.rod.parameters import Rod
 
 _STIFFEST = 1e12  # a boundary layer of this many times less than T is narrower than the doubles near T can show
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Boundary:
-    """Boundary conditions beyond those of the paper.
+    """Boundary conditions beyond those of the paper."""
 
-    Attributes
-    ----------
-    clamped : bool
-        Whether the end ``x = 0`` is held, ``k = inf`` (then ``a = 1``, ``b = 0``: a wave comes back as minus itself and
-        the force has no effect).  ``k = 0`` and ``k = Z`` are values of the rod's own damping.
-    end_damping : float
-        ``k_L >= 0``, a dashpot at ``x = L``: ``A E u_x(t, L) = -A p(z) - k_L u_t(t, L)`` [N s/m].
-    rigid : bool
-        Whether the obstacle is rigid, ``eps = 0``: ``z <= 0``, ``p >= 0``, ``z p = 0`` (Signorini).
-    nonlinearity : GraphNonlinearity or None
-        A nondecreasing piecewise linear nonlinearity ``p(z)`` [Pa] in place of the rod's own; None for that of the rod.
-    """
-
-    clamped: bool = False
-    end_damping: float = 0.0
-    rigid: bool = False
-    nonlinearity: GraphNonlinearity | None = None
+    clamped: bool = quantity(
+        "Whether the end ``x = 0`` is held, ``k = inf`` (then ``a = 1``, ``b = 0``: a wave comes back as minus "
+        "itself and the force has no effect). ``k = 0`` and ``k = Z`` are values of the rod's own damping",
+        default=False,
+    )
+    end_damping: float = quantity(
+        "``k_L >= 0``, a dashpot at ``x = L``: ``A E u_x(t, L) = -A p(z) - k_L u_t(t, L)`` [N s/m]", default=0.0
+    )
+    rigid: bool = quantity(
+        "Whether the obstacle is rigid, ``eps = 0``: ``z <= 0``, ``p >= 0``, ``z p = 0`` (Signorini)", default=False
+    )
+    nonlinearity: GraphNonlinearity | None = quantity(
+        "A nondecreasing piecewise linear nonlinearity ``p(z)`` [Pa] in place of the rod's own; None for that of "
+        "the rod",
+        default=None,
+    )
 
     def __post_init__(self) -> None:
         if isinstance(self.end_damping, bool) or not 0.0 <= self.end_damping < math.inf:
@@ -49,52 +48,28 @@ class Boundary:
             )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Segment:
-    """A stretch ``low <= z <= high`` of the law, ``p = stress + slope (z - origin)`` or a power of ``z - origin``.
+    """A stretch ``low <= z <= high`` of the law, ``p = stress + slope (z - origin)`` or a power of ``z - origin``."""
 
-    Attributes
-    ----------
-    low, high : float
-        Ends [m]; infinite at the outer ones.
-    origin : float
-        Coordinate from which ``zeta = z - origin`` is counted [m].
-    push : float
-        ``d p`` at the origin [m/s].
-    rate : float
-        ``d p'`` [1/s]; ``inf`` for a rigid obstacle.
-    power : float
-        ``m``, with ``d p = rate zeta^m``; 1 for a straight segment.
-    touching : bool
-        Whether the stress is not zero throughout.
-    """
-
-    low: float
-    high: float
-    origin: float
-    push: float
-    rate: float
-    power: float = 1.0
-    touching: bool = True
+    low: float = quantity("Lower end; infinite at the outer one", "m")
+    high: float = quantity("Upper end; infinite at the outer one", "m")
+    origin: float = quantity("Coordinate from which ``zeta = z - origin`` is counted", "m")
+    push: float = quantity("``d p`` at the origin [m/s]")
+    rate: float = quantity("``d p'`` [1/s]; ``inf`` for a rigid obstacle")
+    power: float = quantity("``m``, with ``d p = rate zeta^m``; 1 for a straight segment", default=1.0)
+    touching: bool = quantity("Whether the stress is not zero throughout", default=True)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class EndLaw:
-    """The segments in ascending order, and what was put in place of a nonlinearity too stiff for doubles.
+    """The segments in ascending order, and what was put in place of a nonlinearity too stiff for doubles."""
 
-    Attributes
-    ----------
-    segments : tuple of Segment
-        From ``z = -inf`` to ``inf``; the last ends at its start if the obstacle is rigid.
-    note : str
-        What was changed, or nothing.
-    error : float
-        Largest ``z`` [m] per unit of wave [m/s] that the change leaves out [s].
-    """
-
-    segments: tuple[Segment, ...]
-    note: str = ""
-    error: float = 0.0
+    segments: tuple[Segment, ...] = quantity(
+        "From ``z = -inf`` to ``inf``; the last ends at its start if the obstacle is rigid"
+    )
+    note: str = quantity("What was changed, or nothing", default="")
+    error: float = quantity("Largest ``z`` [m] per unit of wave [m/s] that the change leaves out [s]", default=0.0)
 
 
 def end_law(rod: Rod, boundary: Boundary) -> EndLaw:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
+from lure.record import described, quantity
 from lure.rod.datasets import Contact
 from lure.rod.motion.blocks import MANY, Block, Counts, SeriesBlock
 from lure.rod.motion.compilation import reader
@@ -18,39 +19,19 @@ from lure.rod.motion.trip_matrix import Setting
 CHUNK = 1024
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class EventFreeInterval:
-    """Round trips ``number .. number + count - 1``, as :class:`lure.rod.motion.record.Record` has them.
+    """Round trips ``number .. number + count - 1``, as :class:`lure.rod.motion.record.Record` has them."""
 
-    Attributes
-    ----------
-    number, count : int
-        The first round trip, and how many there are.
-    index : int
-        Place of the segment in the nonlinearity.
-    impact : Contact or None
-        As it was before.
-    mobility : float
-        ``d`` with the share of a dashpot: from stresses to waves.
-    error : float
-        Local error of a round trip [m].
-    setting : Setting
-        Pieces, segment and rod.
-    blocks : sequence of Block or SeriesBlock
-        The states.
-    before : int
-        Round trips in the blocks before the first.
-    """
-
-    number: int
-    count: int
-    index: int
-    impact: Contact | None
-    mobility: float
-    error: float
-    setting: Setting
-    blocks: Sequence[Block | SeriesBlock]
-    before: int = 0
+    number: int = quantity("The first round trip")
+    count: int = quantity("How many there are")
+    index: int = quantity("Place of the segment in the nonlinearity")
+    impact: Contact | None = quantity("As it was before")
+    mobility: float = quantity("``d`` with the share of a dashpot: from stresses to waves")
+    error: float = quantity("Local error of a round trip", "m")
+    setting: Setting = quantity("Pieces, segment and rod")
+    blocks: Sequence[Block | SeriesBlock] = quantity("The states")
+    before: int = quantity("Round trips in the blocks before the first", default=0)
     _made: dict[object, object] = field(default_factory=dict)
 
     def __len__(self) -> int:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.record import described, quantity
 from lure.rod.datasets import Contact
 from lure.rod.motion import kernel_series as k
 from lure.rod.motion.blocks import PARTS, Block, SeriesBlock, Steps, block_after, series_blocks
@@ -125,33 +126,17 @@ def _setting(f: Array, q: Counts) -> tuple[Setting, tuple[float, float]]:
     return setting, (segment[k.LOW] - segment[k.ORIGIN], segment[k.HIGH] - segment[k.ORIGIN])
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Span:
-    """Bounds over parts of a block: round trips ``first[i], ..., last[i]``.
+    """Bounds over parts of a block: round trips ``first[i], ..., last[i]``."""
 
-    Attributes
-    ----------
-    block : Block
-        The block.
-    table : ndarray
-        What is watched in it.
-    others : ndarray
-        (P,) bounds on the coefficients of ``W`` beyond the first.
-    first, last : ndarray
-        (m,) round trips, counted from that of the block.
-    reach : ndarray
-        (m, 2) bounds on ``-zeta`` and ``zeta``.
-    tops : ndarray
-        (m,) the largest ``zeta`` at an edge in round trip ``first[i]``.
-    """
-
-    block: Block
-    table: Array
-    others: Array
-    first: Array
-    last: Array
-    reach: Array
-    tops: Array
+    block: Block = quantity("The block")
+    table: Array = quantity("What is watched in it")
+    others: Array = quantity("(P,) bounds on the coefficients of ``W`` beyond the first")
+    first: Array = quantity("(m,) first round trips, counted from that of the block")
+    last: Array = quantity("(m,) last round trips")
+    reach: Array = quantity("(m, 2) bounds on ``-zeta`` and ``zeta``")
+    tops: Array = quantity("(m,) the largest ``zeta`` at an edge in round trip ``first[i]``")
 
 
 class Walk:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from lure.expressions.exponentials import exponentials
 from lure.expressions.expression import Expression
+from lure.record import described, quantity
 from lure.rod.motion.kernel_free import FROM, HEAD, MOST, TINY
 from lure.rod.motion.pieces import Array, basis
 from lure.rod.motion.sources import Sources
@@ -24,21 +24,15 @@ _LARGEST = 250.0  # exponents of the force, per round trip and transit
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class ExponentialForce:
-    """What a force adds to the wave between two of its breakpoints, a sum of ``w t^K e^{rate t}``.
+    """What a force adds to the wave between two of its breakpoints, a sum of ``w t^K e^{rate t}``."""
 
-    Attributes
-    ----------
-    rate : ndarray
-        (r,) exponents per transit, one of each conjugate pair.
-    weights : tuple of ndarray
-        (r,) weights for the powers ``K = 0, ...`` of ``t`` with each, time in transits since the force left ``x = 0``,
-        in units of the wave [m/s], twice those of the sum for a pair.
-    """
-
-    rate: Complex
-    weights: tuple[Complex, ...]
+    rate: Complex = quantity("(r,) exponents per transit, one of each conjugate pair")
+    weights: tuple[Complex, ...] = quantity(
+        "(r,) weights for the powers ``K = 0, ...`` of ``t`` with each, time in transits since the force left ``x "
+        "= 0``, in units of the wave [m/s], twice those of the sum for a pair"
+    )
 
     def columns(self, number: int, edges: Array, degree: int, least: float) -> Array | None:
         """(C, P, n+1) the functions of the time in round trips from one on, as series on pieces.

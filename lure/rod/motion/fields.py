@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import InputError
+from lure.record import described, quantity
 from lure.rod.motion.pieces import Array, Pieces, basis, distinct, joined, values
 from lure.rod.motion.record import Record, Series, Trips, Windows, record_of
 from lure.rod.motion.sources import Sources
@@ -19,23 +20,13 @@ Integrand = Callable[[Array, Array], Array]
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Fields:
-    """What is known of the waves at ``x = L``, and what follows for the rest of the rod.
+    """What is known of the waves at ``x = L``, and what follows for the rest of the rod."""
 
-    Attributes
-    ----------
-    sources : Sources
-        Loads and initial data.
-    share : float
-        ``1/(1 + k_L/Z)``.
-    record : Trips
-        Consecutive round trips.
-    """
-
-    sources: Sources
-    share: float
-    record: Trips
+    sources: Sources = quantity("Loads and initial data")
+    share: float = quantity("``1/(1 + k_L/Z)``")
+    record: Trips = quantity("Consecutive round trips")
 
     @property
     def windows(self) -> Windows:

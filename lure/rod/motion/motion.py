@@ -5,14 +5,13 @@ from __future__ import annotations
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lure.errors import InputError
-from lure.record import Page, Record, quantity
+from lure.record import Page, Record, described, quantity
 from lure.rod.datasets import Contact
 from lure.rod.motion.end_law import Boundary, end_law
 from lure.rod.motion.engine import Engine
@@ -194,39 +193,37 @@ class Motion(Record):
         return self.fields.at_end(times / self.rod.travel_time, name)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Numerics:
-    """How a motion is computed; the answer does not depend on it beyond its error.
+    """How a motion is computed; the answer does not depend on it beyond its error."""
 
-    Attributes
-    ----------
-    degree : int
-        Degree of the Chebyshev series on a piece, from 8 to 40.
-    keep : int or None
-        Number of the last round trips that are kept for evaluation, at least 2; None for all.  With a number, memory
-        does not grow with ``until``, except by the impacts.
-    on_window : callable or None
-        Called with every window, for many at a time and before it is dropped.
-    on_progress : callable or None
-        Called now and then with the time reached [s]; unlike ``on_window`` it costs nothing.
-    compiled : bool or None
-        Whether numba compiles the kernel (``pip install "lure[fast]"``).  It takes half a microsecond for each piece
-        between kinks in the wave in a round trip with events, in place of some 0.1 ms, and a fifth of a millisecond for
-        thousands of round trips in which nothing happens, in place of one.  Compilation takes 25 s at the first call
-        ever, twice as long with power laws, and is kept on disk.  None compiles once a second was spent without, if
-        what is left is likely to take longer than compilation, or than loading what an earlier process has compiled.
-        Either way gives the same numbers to rounding; ``Motion.compiled`` says which way was taken in the end.
-    stretches : bool
-        Whether round trips in which nothing can happen are taken together, up to thousands at once: without a body
-        force, under a force that is a sum of exponentials, sines and powers between its breakpoints.
-    """
-
-    degree: int = 16
-    keep: int | None = None
-    on_window: Callable[[Window], None] | None = None
-    on_progress: Callable[[float], None] | None = None
-    compiled: bool | None = None
-    stretches: bool = True
+    degree: int = quantity("Degree of the Chebyshev series on a piece, from 8 to 40", default=16)
+    keep: int | None = quantity(
+        "Number of the last round trips that are kept for evaluation, at least 2; None for all. With a number, "
+        "memory does not grow with ``until``, except by the impacts",
+        default=None,
+    )
+    on_window: Callable[[Window], None] | None = quantity(
+        "Called with every window, for many at a time and before it is dropped", default=None
+    )
+    on_progress: Callable[[float], None] | None = quantity(
+        "Called now and then with the time reached [s]; unlike ``on_window`` it costs nothing", default=None
+    )
+    compiled: bool | None = quantity(
+        'Whether numba compiles the kernel (``pip install "lure[fast]"``). It takes half a microsecond for each '
+        "piece between kinks in the wave in a round trip with events, in place of some 0.1 ms, and a fifth of a "
+        "millisecond for thousands of round trips in which nothing happens, in place of one. Compilation takes 25 "
+        "s at the first call ever, twice as long with power laws, and is kept on disk. None compiles once a second "
+        "was spent without, if what is left is likely to take longer than compilation, or than loading what an "
+        "earlier process has compiled. Either way gives the same numbers to rounding; ``Motion.compiled`` says "
+        "which way was taken in the end",
+        default=None,
+    )
+    stretches: bool = quantity(
+        "Whether round trips in which nothing can happen are taken together, up to thousands at once: without a "
+        "body force, under a force that is a sum of exponentials, sines and powers between its breakpoints",
+        default=True,
+    )
 
     def __post_init__(self) -> None:
         if isinstance(self.degree, bool) or not isinstance(self.degree, int) or not 8 <= self.degree <= 40:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from lure.errors import AssumptionError, InputError, Reason
+from lure.record import described, quantity
 from lure.rod.datasets import Contact
 from lure.rod.motion.pieces import NARROWEST, Array, basis, distinct, fitted, products, restricted, tails, values
 
@@ -22,7 +23,7 @@ _FLIPS = 6  # changes of contact at one instant
 Function = Callable[[Array], Array]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Network:
     r"""Rods and contacts as numbers, times in a unit ``tau`` of the longest travel time.
 
@@ -32,37 +33,22 @@ class Network:
 
     the waves ``V = W + 2 F_L/Z`` and ``U = -a X + 2 b F_0`` leave, ``sigma' = S v(L) + S_0 v(0) - w'``, and ``w' =
     sum_i A_i p_i/k_o``.
-
-    Attributes
-    ----------
-    seconds : float
-        The unit of time [s].
-    travel, reflection, gain, impedance, damping : ndarray
-        (n,) ``T`` [unit of time], ``a``, ``b``, ``Z`` and ``k`` of each rod.
-    far, near : ndarray
-        (n, m) areas ``Lambda`` and ``Lambda_0`` [m^2] on which the pressures press.
-    closing, opening : ndarray
-        (m, n) ``S`` and ``S_0``.
-    areas, compliance, gaps : ndarray
-        (m,) area [m^2], ``eps`` [m/Pa] and gap [m] of each contact.
-    plate : float
-        ``1/k_o`` [m/(N s)], 0 for obstacles that do not move.
     """
 
-    seconds: float
-    travel: Array
-    reflection: Array
-    gain: Array
-    impedance: Array
-    damping: Array
-    far: Array
-    near: Array
-    closing: Array
-    opening: Array
-    areas: Array
-    compliance: Array
-    gaps: Array
-    plate: float
+    seconds: float = quantity("The unit of time", "s")
+    travel: Array = quantity("(n,) ``T`` of each rod [unit of time]")
+    reflection: Array = quantity("(n,) ``a``")
+    gain: Array = quantity("(n,) ``b``")
+    impedance: Array = quantity("(n,) ``Z``")
+    damping: Array = quantity("(n,) ``k``")
+    far: Array = quantity("(n, m) areas ``Lambda`` on which the pressures press at ``x = L`` [m^2]")
+    near: Array = quantity("(n, m) areas ``Lambda_0`` on which they press at ``x = 0`` [m^2]")
+    closing: Array = quantity("(m, n) ``S``")
+    opening: Array = quantity("(m, n) ``S_0``")
+    areas: Array = quantity("(m,) area of each contact [m^2]")
+    compliance: Array = quantity("(m,) ``eps`` of each [m/Pa]")
+    gaps: Array = quantity("(m,) gap of each", "m")
+    plate: float = quantity("``1/k_o`` [m/(N s)], 0 for obstacles that do not move")
 
     @property
     def retreat(self) -> Array:
@@ -158,63 +144,33 @@ class Line:
         return self._totals(*self.place(t))
 
 
-@dataclass(kw_only=True, eq=False, slots=True)
+@described(kw_only=True, eq=False, slots=True)
 class Step:
-    """What happened between two instants, as series.
+    """What happened between two instants, as series."""
 
-    Attributes
-    ----------
-    low, high : float
-        The instants [unit of time].
-    sigma : ndarray
-        (m, N+1) how far the contacts have closed [m].
-    far, near, plate : ndarray
-        (n, N+1), (n, N+1), (1, N+1) displacement of the ends ``x = L`` and ``x = 0`` and of the obstacle [m].
-    stress : ndarray
-        (m, N+1) pressures [Pa].
-    lost : float
-        Energy that left since the start, at ``high`` [J].
-    """
-
-    low: float
-    high: float
-    sigma: Array
-    far: Array
-    near: Array
-    plate: Array
-    stress: Array
-    lost: float = 0.0
+    low: float = quantity("The first instant [unit of time]")
+    high: float = quantity("The last [unit of time]")
+    sigma: Array = quantity("(m, N+1) how far the contacts have closed", "m")
+    far: Array = quantity("(n, N+1) displacement of the ends ``x = L``", "m")
+    near: Array = quantity("(n, N+1) displacement of the ends ``x = 0``", "m")
+    plate: Array = quantity("(1, N+1) displacement of the obstacle", "m")
+    stress: Array = quantity("(m, N+1) pressures", "Pa")
+    lost: float = quantity("Energy that left since the start, at ``high``", "J", default=0.0)
 
 
-@dataclass(kw_only=True, eq=False)
+@described(kw_only=True, eq=False)
 class Run:
-    """A motion of a network as it is made; :meth:`steps` moves it.
+    """A motion of a network as it is made; :meth:`steps` moves it."""
 
-    Attributes
-    ----------
-    network : Network
-        Rods and contacts.
-    forward, backward : list of Line
-        ``U`` from ``x = 0`` and ``V`` from ``x = L`` of each rod, from ``-T`` on.
-    forces : list of callable or None
-        ``g`` of each rod [N] at instants [unit of time].
-    edges : list of float
-        Instants at which a force may change its formula.
-    sigma, far, near : ndarray
-        Where the contacts and the ends are now.
-    plate : float
-        Where the obstacle is [m].
-    """
-
-    network: Network
-    forward: list[Line]
-    backward: list[Line]
-    forces: list[Function | None]
-    edges: list[float]
-    sigma: Array
-    far: Array
-    near: Array
-    plate: float = 0.0
+    network: Network = quantity("Rods and contacts")
+    forward: list[Line] = quantity("``U`` from ``x = 0`` of each rod, from ``-T`` on")
+    backward: list[Line] = quantity("``V`` from ``x = L`` of each rod, from ``-T`` on")
+    forces: list[Function | None] = quantity("``g`` of each rod [N] at instants [unit of time]")
+    edges: list[float] = quantity("Instants at which a force may change its formula")
+    sigma: Array = quantity("Where the contacts are now")
+    far: Array = quantity("Where the ends ``x = L`` are now")
+    near: Array = quantity("Where the ends ``x = 0`` are now")
+    plate: float = quantity("Where the obstacle is", "m", default=0.0)
     error: float = 0.0
     lost: float = 0.0
     contacts: list[list[Contact]] = field(init=False)

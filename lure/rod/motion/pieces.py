@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from lure.errors import InputError
+from lure.record import described, quantity
 
 Array = NDArray[np.float64]
 SAME = 2e-15  # edges closer than this, of a window of length 2, are one
@@ -25,44 +25,28 @@ _NEAR_END = 1e-6  # distance of the outermost checks from the ends, in half widt
 _CLEAR_OF_END = 2e-14  # but not less than this, for an end is known to rounding only
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Basis:
-    """Points and matrices of one degree ``N``; make one with :func:`basis`.
+    """Points and matrices of one degree ``N``; make one with :func:`basis`."""
 
-    Attributes
-    ----------
-    degree : int
-        ``N``.
-    inner : ndarray
-        (N+1,) zeros of ``T_{N+1}``, ascending: data are read there, never on a jump at the end of a piece.
-    ends : ndarray
-        (N+1,) extrema of ``T_N``, ascending, both ends included.
-    from_inner, from_ends : ndarray
-        (N+1, N+1) from values at those points to coefficients.
-    integral : ndarray
-        (N+1, N+1) from coefficients to those of ``int_{-1}^x``, without its term of degree ``N+1``.
-    derivative : ndarray
-        (N+1, N+1) from coefficients to those of the derivative.
-    collocation : ndarray
-        (N, N) from values at ``ends[1:]`` to the integral from -1 of their interpolant there.
-    at_ends, at_gauss : ndarray
-        (N+1, N+1) from coefficients to values at ``ends`` and at the Gauss points.
-    gauss, weights : ndarray
-        (N+1,) Gauss points and weights.
-    """
-
-    degree: int
-    inner: Array
-    ends: Array
-    from_inner: Array
-    from_ends: Array
-    integral: Array
-    derivative: Array
-    collocation: Array
-    at_ends: Array
-    at_gauss: Array
-    gauss: Array
-    weights: Array
+    degree: int = quantity("``N``")
+    inner: Array = quantity(
+        "(N+1,) zeros of ``T_{N+1}``, ascending: data are read there, never on a jump at the end of a piece"
+    )
+    ends: Array = quantity("(N+1,) extrema of ``T_N``, ascending, both ends included")
+    from_inner: Array = quantity("(N+1, N+1) from values at ``inner`` to coefficients")
+    from_ends: Array = quantity("(N+1, N+1) from values at ``ends`` to coefficients")
+    integral: Array = quantity(
+        "(N+1, N+1) from coefficients to those of ``int_{-1}^x``, without its term of degree ``N+1``"
+    )
+    derivative: Array = quantity("(N+1, N+1) from coefficients to those of the derivative")
+    collocation: Array = quantity(
+        "(N, N) from values at ``ends[1:]`` to the integral from -1 of their interpolant there"
+    )
+    at_ends: Array = quantity("(N+1, N+1) from coefficients to values at ``ends``")
+    at_gauss: Array = quantity("(N+1, N+1) from coefficients to values at the Gauss points")
+    gauss: Array = quantity("(N+1,) Gauss points")
+    weights: Array = quantity("(N+1,) Gauss weights")
 
 
 @lru_cache(maxsize=8)
@@ -202,20 +186,12 @@ def supremum(series: Array) -> tuple[float, float]:
     return low, max(low, high, float(upper_bounds(series).max()))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@described(frozen=True, eq=False, slots=True)
 class Pieces:
-    """A piecewise polynomial.
+    """A piecewise polynomial."""
 
-    Attributes
-    ----------
-    edges : ndarray
-        (m+1,) ascending ends of the pieces.
-    series : ndarray
-        (m, N+1) Chebyshev coefficients on each.
-    """
-
-    edges: Array
-    series: Array
+    edges: Array = quantity("(m+1,) ascending ends of the pieces")
+    series: Array = quantity("(m, N+1) Chebyshev coefficients on each")
 
     @property
     def widths(self) -> Array:

@@ -11,6 +11,7 @@ from typing import Literal, Protocol, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.record import described, quantity
 from lure.rod.datasets import Contact
 from lure.rod.motion.compilation import reader
 from lure.rod.motion.kernel_walk import recorded
@@ -21,58 +22,29 @@ _COLUMNS = {"wave": 0, "z": 1, "push": 2}
 _MANY, _FEW = 100_000, 8  # instants that are read at once, and for which arrays cost more than loops
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Window:
-    """One round trip.
+    """One round trip."""
 
-    Attributes
-    ----------
-    number : int
-        It spans ``2T number`` to ``2T number + span T``.
-    edges : ndarray
-        (m+1,) from 0 to ``span``, at most 2 [transits].
-    wave, returned, push, z : ndarray
-        (m, N+1) Chebyshev series on the pieces: ``W = r1(t, L)``, ``V = r2(t, L)``, ``d p`` [m/s] with ``d`` reduced by
-        a dashpot at ``x = L``, and the contact coordinate [m].
-    impacts : tuple of Contact
-        Those that ended here.
-    crossings : int
-        Passages from one segment of the nonlinearity to another.
-    error : float
-        Estimate of the local errors made here, as a change of ``V`` times its duration [m].
-    end : State
-        The end of the rod after this window.
-    """
-
-    number: int
-    edges: Array
-    wave: Array
-    returned: Array
-    push: Array
-    z: Array
-    impacts: tuple[Contact, ...]
-    crossings: int
-    error: float
-    end: State
+    number: int = quantity("It spans ``2T number`` to ``2T number + span T``")
+    edges: Array = quantity("(m+1,) from 0 to ``span``, at most 2 [transits]")
+    wave: Array = quantity("(m, N+1) Chebyshev series of ``W = r1(t, L)`` on the pieces [m/s]")
+    returned: Array = quantity("(m, N+1) of ``V = r2(t, L)`` [m/s]")
+    push: Array = quantity("(m, N+1) of ``d p``, with ``d`` reduced by a dashpot at ``x = L`` [m/s]")
+    z: Array = quantity("(m, N+1) of the contact coordinate", "m")
+    impacts: tuple[Contact, ...] = quantity("Those that ended here")
+    crossings: int = quantity("Passages from one segment of the nonlinearity to another")
+    error: float = quantity("Estimate of the local errors made here, as a change of ``V`` times its duration", "m")
+    end: State = quantity("The end of the rod after this window")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class State:
-    """Where the end of the rod is.
+    """Where the end of the rod is."""
 
-    Attributes
-    ----------
-    segment : int
-        Segment of the nonlinearity.
-    zeta : Level
-        ``z`` from the origin of the segment [m].
-    impact : Contact or None
-        The contact that goes on.
-    """
-
-    segment: int
-    zeta: Level
-    impact: Contact | None = None
+    segment: int = quantity("Segment of the nonlinearity")
+    zeta: Level = quantity("``z`` from the origin of the segment", "m")
+    impact: Contact | None = quantity("The contact that goes on", default=None)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -83,48 +55,28 @@ class Level:
     rest: float = 0.0
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Record:
-    """Round trips ``number .. number + W - 1`` on ``P`` pieces.
+    """Round trips ``number .. number + W - 1`` on ``P`` pieces."""
 
-    Attributes
-    ----------
-    number : int
-        The first round trip.
-    share : float
-        ``1/(1 + k_L/Z)``.
-    width : int
-        ``N + 1``, the most coefficients of a series.
-    first : ndarray
-        (W+1,) first piece of each round trip, and the number of pieces.
-    low, high : ndarray
-        (P,) ends of the pieces, from the start of their round trip [transits].
-    start : ndarray
-        (P,) where the coefficients of a piece begin.
-    degree : ndarray
-        (P, 3) degrees of ``W``, ``z`` and ``d p`` on it, whose coefficients follow each other.
-    coef : ndarray
-        (C,) all coefficients.
-    endings : ndarray
-        (W, 7) error; ``zeta`` and its remainder at the end; start, end, impulse and peak stress of an open impact.
-    marks : ndarray
-        (W, 4) segment at the end; whether an impact is open there; crossings; impacts that ended so far.
-    impacts : ndarray
-        (I, 4) start, end, impulse and peak stress of the impacts that ended here.
-    """
-
-    number: int
-    share: float
-    width: int
-    first: NDArray[np.int64]
-    low: Array
-    high: Array
-    start: NDArray[np.int64]
-    degree: NDArray[np.int64]
-    coef: Array
-    endings: Array
-    marks: NDArray[np.int64]
-    impacts: Array
+    number: int = quantity("The first round trip")
+    share: float = quantity("``1/(1 + k_L/Z)``")
+    width: int = quantity("``N + 1``, the most coefficients of a series")
+    first: NDArray[np.int64] = quantity("(W+1,) first piece of each round trip, and the number of pieces")
+    low: Array = quantity("(P,) starts of the pieces, from the start of their round trip [transits]")
+    high: Array = quantity("(P,) ends of the pieces, from there [transits]")
+    start: NDArray[np.int64] = quantity("(P,) where the coefficients of a piece begin")
+    degree: NDArray[np.int64] = quantity(
+        "(P, 3) degrees of ``W``, ``z`` and ``d p`` on it, whose coefficients follow each other"
+    )
+    coef: Array = quantity("(C,) all coefficients")
+    endings: Array = quantity(
+        "(W, 7) error; ``zeta`` and its remainder at the end; start, end, impulse and peak stress of an open impact"
+    )
+    marks: NDArray[np.int64] = quantity(
+        "(W, 4) segment at the end; whether an impact is open there; crossings; impacts that ended so far"
+    )
+    impacts: Array = quantity("(I, 4) start, end, impulse and peak stress of the impacts that ended here")
 
     def __len__(self) -> int:
         """Number of round trips."""

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -20,6 +19,7 @@ import numpy as np
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.tree import COMPARISONS, Apply, Node, Number, names, switches
+from lure.record import described, quantity
 from lure.rod.motion.end_law import Boundary, EndLaw
 from lure.rod.motion.kernel_series import BLOCK, PANEL, Counts, growth
 from lure.rod.motion.pieces import LOOKS, NARROWEST, SAME, Array, Pieces, basis, distinct, fitted, tails
@@ -42,33 +42,19 @@ def load_of_a_block(degree: int) -> Load:
     return np.empty(2 * (2 * (degree + 1) + PANEL)), np.full(5, -1, dtype=np.int64)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Sources:
-    """Loads and initial data of a rod, in transits.
+    """Loads and initial data of a rod, in transits."""
 
-    Attributes
-    ----------
-    rod : Rod
-        The rod.
-    scenario : Scenario
-        Loads and initial data.
-    echo, force_gain : float
-        ``-a`` [-] and ``2 b`` [m/(N s)] of the end ``x = 0``.
-    degree : int
-        Degree of the pieces.
-    breaks : tuple of float
-        Instants at which the force may change its formula [transits].
-    body_breaks : tuple of (tuple of float, tuple of float)
-        Instants [transits] and places [m] at which the body force may.
-    """
-
-    rod: Rod
-    scenario: Scenario
-    echo: float
-    force_gain: float
-    degree: int
-    breaks: tuple[float, ...]
-    body_breaks: tuple[tuple[float, ...], tuple[float, ...]]
+    rod: Rod = quantity("The rod")
+    scenario: Scenario = quantity("Loads and initial data")
+    echo: float = quantity("``-a`` of the end ``x = 0`` [-]")
+    force_gain: float = quantity("``2 b`` of the end ``x = 0`` [m/(N s)]")
+    degree: int = quantity("Degree of the pieces")
+    breaks: tuple[float, ...] = quantity("Instants at which the force may change its formula [transits]")
+    body_breaks: tuple[tuple[float, ...], tuple[float, ...]] = quantity(
+        "Instants [transits] and places [m] at which the body force may"
+    )
 
     def initial_wave(self) -> tuple[Pieces, float]:
         """``W`` on the first window, ``(0, 2T)``, without loads, and the error of its pieces."""
@@ -201,26 +187,14 @@ def _conditions(node: Node) -> Iterator[Node]:
             yield from _conditions(part)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Problem:
-    """What the windows of one motion share.
+    """What the windows of one motion share."""
 
-    Attributes
-    ----------
-    sources : Sources
-        Loads and initial data.
-    nonlinearity : EndLaw
-        The obstacle.
-    share : float
-        ``1/(1 + k_L/Z)``.
-    transits : float
-        Length of the motion in ``T``.
-    """
-
-    sources: Sources
-    nonlinearity: EndLaw
-    share: float
-    transits: float
+    sources: Sources = quantity("Loads and initial data")
+    nonlinearity: EndLaw = quantity("The obstacle")
+    share: float = quantity("``1/(1 + k_L/Z)``")
+    transits: float = quantity("Length of the motion in ``T``")
 
 
 def along_path(
@@ -265,7 +239,7 @@ def _panels(rate: Callable[[Array, Array], Array], path: Path, edges: Array) -> 
     return np.asarray(((values @ _WEIGHTS) * half).sum(axis=1))
 
 
-@dataclass(kw_only=True, slots=True)
+@described(kw_only=True, slots=True)
 class Panels:
     """Makes the loads of one motion as Chebyshev series on panels, block after block, over many round trips at once.
 
@@ -273,23 +247,14 @@ class Panels:
     show as they are; of other formulas (a pulse ``exp(-t**2)`` may hide between points) a panel reaches over one round
     trip at most, as in :meth:`Sources.loads`.  What a block of 16 round trips needs does not depend on how many blocks
     are asked for at once.
-
-    Attributes
-    ----------
-    sources : Sources
-        The loads.
-    transits : float
-        Length of the motion [transits]: loads are not asked for beyond.
-    scale : float
-        A lower bound of the size of the wave when the next block begins [m/s].
-    width : float
-        With which panels begin [transits]: what half of the panels of block 0 were cut down to.
     """
 
-    sources: Sources
-    transits: float
-    scale: float
-    width: float = 2.0
+    sources: Sources = quantity("The loads")
+    transits: float = quantity("Length of the motion [transits]: loads are not asked for beyond")
+    scale: float = quantity("A lower bound of the size of the wave when the next block begins [m/s]")
+    width: float = quantity(
+        "With which panels begin [transits]: what half of the panels of block 0 were cut down to", default=2.0
+    )
 
     def over(self, first: int, count: int) -> Load:
         """The panels of blocks ``first .. first + count - 1``; blocks are asked for in order.

@@ -15,74 +15,43 @@ On a piece ``zeta`` solves ``zeta' + s zeta = h`` on ``[-1, 1]``.  The integrate
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 
 import numpy as np
 
+from lure.record import described, quantity
 from lure.rod.motion.exponential_force import ExponentialForce
 from lure.rod.motion.kernel_free import SEEN, SMALL, TOP, WAY_BACK
 from lure.rod.motion.pieces import Array, products
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class Setting:
-    """What does not change in an interval without events.
+    """What does not change in an interval without events."""
 
-    Attributes
-    ----------
-    edges : ndarray
-        (P+1,) ends of the pieces [transits].
-    halves : ndarray
-        (P,) half their widths [s].
-    origin, push, rate : float
-        Of the segment: coordinate [m] from which ``zeta`` is counted, ``d p`` there [m/s], ``d p'`` [1/s].
-    transit, share, echo : float
-        ``T`` [s], ``1/(1 + k_L/Z)`` and ``-a``.
-    loading : float
-        Impulse per integral of ``d p`` [N s/m]; 0 without contact.
-    degree : int
-        The highest of a series.
-    """
-
-    edges: Array
-    halves: Array
-    origin: float
-    push: float
-    rate: float
-    transit: float
-    share: float
-    echo: float
-    loading: float
-    degree: int
+    edges: Array = quantity("(P+1,) ends of the pieces [transits]")
+    halves: Array = quantity("(P,) half their widths", "s")
+    origin: float = quantity("Coordinate from which ``zeta`` is counted on the segment", "m")
+    push: float = quantity("``d p`` there [m/s]")
+    rate: float = quantity("``d p'`` on the segment [1/s]")
+    transit: float = quantity("``T``", "s")
+    share: float = quantity("``1/(1 + k_L/Z)``")
+    echo: float = quantity("``-a``")
+    loading: float = quantity("Impulse per integral of ``d p`` [N s/m]; 0 without contact")
+    degree: int = quantity("The highest of a series")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@described(frozen=True, kw_only=True, eq=False, slots=True)
 class TripMatrix:
-    """What a round trip makes of a state (N,): coordinates of the wave, ``zeta``, impulse, functions of the force, 1.
+    """What a round trip makes of a state (N,): of coordinates of the wave, ``zeta``, impulse, functions of force, 1."""
 
-    Attributes
-    ----------
-    setting : Setting
-        Pieces, segment and rod.
-    step : ndarray
-        (N, N) the matrix ``D``.
-    wave : ndarray
-        (P, n+1, N) the coefficients of ``W`` on the pieces.
-    unit : ndarray
-        (P, K, n+1) the coefficients of the solution that starts at 0, for ``h = T_j``, in seconds.
-    begins : ndarray
-        (P+1, N) ``zeta`` where the pieces begin, and at the end.
-    zeta : int
-        Place of ``zeta`` in the state; the impulse is next, then the force.
-    """
-
-    setting: Setting
-    step: Array
-    wave: Array
-    unit: Array
-    begins: Array
-    zeta: int
+    setting: Setting = quantity("Pieces, segment and rod")
+    step: Array = quantity("(N, N) the matrix ``D``")
+    wave: Array = quantity("(P, n+1, N) the coefficients of ``W`` on the pieces")
+    unit: Array = quantity("(P, K, n+1) the coefficients of the solution that starts at 0, for ``h = T_j``, in seconds")
+    begins: Array = quantity("(P+1, N) ``zeta`` where the pieces begin, and at the end")
+    zeta: int = quantity("Place of ``zeta`` in the state; the impulse is next, then the force")
     _made: list[Array] = field(default_factory=list)
 
     @property

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import InputError
+from lure.record import described, quantity
 from lure.rod.scheme.crossing import FLOOR, Crossing, Undecided
 from lure.rod.scheme.flight import FreeFlight
 from lure.rod.scheme.poisson import Mean, poisson_columns, poisson_weights, window
@@ -57,26 +58,20 @@ def _log_gain(cells: int, kappa: float, trips: int) -> float:
     return seen * math.log((2.0 + kappa) / (2.0 - kappa))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class EventFreeInterval:
-    """A stretch of motion in contact with a linear contact law, or under a force: still a shift register.
+    """A stretch of motion in contact with a linear contact law, or under a force: still a shift register."""
 
-    Attributes
-    ----------
-    start : RegisterState
-        The scheme and its state where the stretch begins.
-    length : int
-        Cell crossings covered.
-    kappa : float
-        ``d c_n/s`` in contact, how much of ``z`` the nonlinearity takes back per cell crossing; 0 in flight [-].
-    entering : ndarray or None
-        What a force adds to the first forward cell at each step [m/s], at least :func:`.poisson_columns` of the length.
-    """
-
-    start: RegisterState
-    length: int
-    kappa: float
-    entering: Array | None = None
+    start: RegisterState = quantity("The scheme and its state where the stretch begins")
+    length: int = quantity("Cell crossings covered")
+    kappa: float = quantity(
+        "``d c_n/s`` in contact, how much of ``z`` the nonlinearity takes back per cell crossing; 0 in flight [-]"
+    )
+    entering: Array | None = quantity(
+        "What a force adds to the first forward cell at each step [m/s], at least :func:`.poisson_columns` of the "
+        "length",
+        default=None,
+    )
 
     @cached_property
     def rounding(self) -> float:

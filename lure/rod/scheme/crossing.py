@@ -12,12 +12,12 @@ in eight until it does, so that a crossing, or a pair of crossings, can hide onl
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.record import described, quantity
 from lure.rod.scheme.poisson import parted, poisson_rows, poisson_weights, window
 
 Array = NDArray[np.float64]
@@ -31,39 +31,21 @@ _LEFT_OUT = 1e-15
 EPS = float(np.finfo(float).eps)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Mesh:
-    """Pieces of a step.
+    """Pieces of a step."""
 
-    Attributes
-    ----------
-    edges : ndarray
-        (k,) ascending, in units of ``1/s``.
-    rows : ndarray
-        (k, columns) Poisson weights at the edges.
-    chord : ndarray
-        (k-1,) ``width^2 e^width / 8`` of each piece.
-    """
-
-    edges: Array
-    rows: Array
-    chord: Array
+    edges: Array = quantity("(k,) ascending, in units of ``1/s``")
+    rows: Array = quantity("(k, columns) Poisson weights at the edges")
+    chord: Array = quantity("(k-1,) ``width^2 e^width / 8`` of each piece")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Scan:
-    """A Poisson average on a mesh.
+    """A Poisson average on a mesh."""
 
-    Attributes
-    ----------
-    values : ndarray
-        (k,) at the edges.
-    errors : ndarray
-        (k-1,) how far it can leave its chord on each piece.
-    """
-
-    values: Array
-    errors: Array
+    values: Array = quantity("(k,) at the edges")
+    errors: Array = quantity("(k-1,) how far it can leave its chord on each piece")
 
     @property
     def uppers(self) -> Array:
@@ -76,20 +58,12 @@ class Scan:
         return np.asarray(np.minimum(self.values[:-1], self.values[1:]) - self.errors)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Root:
-    """A crossing of zero.
+    """A crossing of zero."""
 
-    Attributes
-    ----------
-    tau : float
-        Where, from the start of the step, in units of ``1/s``.
-    resolution : float
-        How far rounding may have moved it, in the same units.
-    """
-
-    tau: float
-    resolution: float
+    tau: float = quantity("Where, from the start of the step, in units of ``1/s``")
+    resolution: float = quantity("How far rounding may have moved it, in the same units")
 
 
 def mesh_of(edges: Array, columns: int) -> Mesh:
@@ -203,23 +177,13 @@ class Undecided(Exception):
     """The sequence is so much larger than its average that bounds of it settle nothing."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Crossing:
-    """The first crossing above zero of the Poisson average of a sequence.
+    """The first crossing above zero of the Poisson average of a sequence."""
 
-    Attributes
-    ----------
-    values : ndarray
-        The sequence, as far as the windows of the weights reach.
-    floor : float
-        What counts as zero.
-    effort : list of int
-        How many more intervals may be looked at.
-    """
-
-    values: Array
-    floor: float
-    effort: list[int] = field(default_factory=lambda: [_EFFORT])
+    values: Array = quantity("The sequence, as far as the windows of the weights reach")
+    floor: float = quantity("What counts as zero")
+    effort: list[int] = quantity("How many more intervals may be looked at", default_factory=lambda: [_EFFORT])
 
     def at(self, tau: float, differences: int = 0) -> float:
         """The average at ``tau``, or that of the first difference, which is its slope."""

@@ -14,7 +14,6 @@ not yet damped away.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -22,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
+from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.scheme.poisson import Mean, mean_of, poisson_weights
@@ -37,17 +37,11 @@ _GONE = 750.0  # exp(-750) is zero
 _SMALL = 0.5
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Modes:
-    """Modes of a ring in order of frequency, with the amplitudes of its state at the start.
+    """Modes of a ring in order of frequency, with the amplitudes of its state at the start."""
 
-    Attributes
-    ----------
-    start : RegisterState
-        The state; ``f`` is not zero.
-    """
-
-    start: RegisterState
+    start: RegisterState = quantity("The state; ``f`` is not zero")
 
     @property
     def register(self) -> ShiftRegister:
@@ -167,9 +161,9 @@ def _sine_defect(theta: Array) -> Array:
     return np.where(np.abs(theta) < 1.0, -x * square / 6.0 * total, np.sin(theta) - theta)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class FreeFlight:
-    r"""The scheme without contact and without loads, ``y' = A y``: any time in one step.
+    """The scheme without contact and without loads, ``y' = A y``: any time in one step.
 
     Its ring of ``2N`` waves is f-circulant, ``f = -a``.  Two ways to ``exp(t A)``:
 
@@ -182,18 +176,13 @@ class FreeFlight:
     Make one with :func:`free_flight`.  Contact is not modelled: what is returned after the end has touched the obstacle
     is the motion of a rod without one; see :func:`lure.rod.scheme.first_contact`.
 
-    Attributes
-    ----------
-    start : RegisterState
-        The scheme and its state at the start.
-
     Notes
     -----
     It is a motion of the scheme, whose waves lose more energy than the rod's.  The mean ``s t`` is taken without
     rounding, so that times are as exact as the double ``s = c N/L``.
     """
 
-    start: RegisterState
+    start: RegisterState = quantity("The scheme and its state at the start")
 
     @property
     def register(self) -> ShiftRegister:

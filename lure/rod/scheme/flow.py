@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.record import described, quantity
 from lure.rod.scheme.crossing import Mesh, Root, Scan, first_root, last_root, mesh_of, peak, rounding, scan
 from lure.rod.scheme.loads import LoadFit, Loads, averaged, fit_loads
 from lure.rod.scheme.poisson import poisson_rows
@@ -23,38 +24,18 @@ _NOISE = 3e-14
 _FORGIVEN = 30.0  # dips between collocation points, in units of the tolerance
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Segment:
-    """A step, cut where contact begins or ends; read-only.
+    """A step, cut where contact begins or ends; read-only."""
 
-    Attributes
-    ----------
-    clock : tuple of float
-        Start in units of ``1/s``, as a number and what rounding has taken from it.
-    length : float
-        Length in the same units; the step itself may be longer.
-    contact : bool
-        Whether the end is in contact with the obstacle.
-    step : Step
-        The motion.
-    seen : Scan
-        The contact coordinate on the pieces of the whole step.
-    end : ndarray
-        (2N+1,) scaled state at the end.
-    event : Root or None
-        The crossing that ends the segment.
-    floor : float
-        Scaled coordinate below which a touch is not told from none.
-    """
-
-    clock: tuple[float, float]
-    length: float
-    contact: bool
-    step: Step
-    seen: Scan
-    end: Array
-    event: Root | None
-    floor: float
+    clock: tuple[float, float] = quantity("Start in units of ``1/s``, as a number and what rounding has taken from it")
+    length: float = quantity("Length in the same units; the step itself may be longer")
+    contact: bool = quantity("Whether the end is in contact with the obstacle")
+    step: Step = quantity("The motion")
+    seen: Scan = quantity("The contact coordinate on the pieces of the whole step")
+    end: Array = quantity("(2N+1,) scaled state at the end")
+    event: Root | None = quantity("The crossing that ends the segment")
+    floor: float = quantity("Scaled coordinate below which a touch is not told from none")
 
     def tau(self, t: Array, rate: float) -> Array:
         """Place of the instants ``t`` [s] in the segment."""

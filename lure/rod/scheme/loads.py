@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.exponentials import Sum, exponentials
+from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario
 from lure.rod.scheme.poisson import chebyshev_fit, chebyshev_points, chebyshev_values
@@ -35,30 +35,16 @@ _RUN = 1024
 _ELSEWHERE = "lure.analysis.rod.simulation.simulate takes any load, up to 1000 cells"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Loads:
-    """The loads of a scenario on a grid.
+    """The loads of a scenario on a grid."""
 
-    Attributes
-    ----------
-    force, body_force : Expression or None
-        ``g(t)`` [N] and ``f(t, x)`` [N/m]; None where there is none.
-    x : ndarray
-        (2N,) place of each wave's grid value, in the order (39) [m].
-    breakpoints : tuple of float
-        Instants at which a load may change its formula [s]: steps end there.
-    known : bool
-        Whether these are all; where they are not, steps shrink until the polynomial fits.
-    tolerance : float
-        Accuracy of the fit relative to the largest load met so far.
-    """
-
-    force: Expression | None
-    body_force: Expression | None
-    x: Array
-    breakpoints: tuple[float, ...]
-    known: bool
-    tolerance: float
+    force: Expression | None = quantity("``g(t)`` [N]; None where there is none")
+    body_force: Expression | None = quantity("``f(t, x)`` [N/m]; None where there is none")
+    x: Array = quantity("(2N,) place of each wave's grid value, in the order (39)", "m")
+    breakpoints: tuple[float, ...] = quantity("Instants at which a load may change its formula [s]: steps end there")
+    known: bool = quantity("Whether these are all; where they are not, steps shrink until the polynomial fits")
+    tolerance: float = quantity("Accuracy of the fit relative to the largest load met so far")
 
     @property
     def free(self) -> bool:
@@ -76,26 +62,14 @@ class Loads:
         return _finite(self.body_force(t=t[:, None], x=self.x[None, :]), "force.f", t)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class LoadFit:
-    """Chebyshev coefficients of the loads on a step.
+    """Chebyshev coefficients of the loads on a step."""
 
-    Attributes
-    ----------
-    force : ndarray or None
-        (TERMS,) [N].
-    body_force : ndarray or None
-        (TERMS, 2N) [N/m].
-    largest : float
-        Largest force and body force met, relative units of the run.
-    resolved : bool
-        Whether the fit holds between its points.
-    """
-
-    force: Array | None
-    body_force: Array | None
-    largest: tuple[float, float]
-    resolved: bool
+    force: Array | None = quantity("(TERMS,)", "N")
+    body_force: Array | None = quantity("(TERMS, 2N) [N/m]")
+    largest: tuple[float, float] = quantity("Largest force and body force met, relative units of the run")
+    resolved: bool = quantity("Whether the fit holds between its points")
 
 
 NO_LOAD = LoadFit(force=None, body_force=None, largest=(0.0, 0.0), resolved=True)
@@ -123,20 +97,12 @@ def loads_of(scheme: UpwindScheme, scenario: Scenario, until: float, tolerance: 
     )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class LoadGrid:
-    """Where on a step the loads are read: the Chebyshev points, then points evenly spaced that check the fit.
+    """Where on a step the loads are read: the Chebyshev points, then points evenly spaced that check the fit."""
 
-    Attributes
-    ----------
-    points : ndarray
-        (TERMS + checks + 2,) shares of the step, in (0, 1).
-    basis : ndarray
-        (checks + 2, TERMS) Chebyshev polynomials at the checks.
-    """
-
-    points: Array
-    basis: Array
+    points: Array = quantity("(TERMS + checks + 2,) shares of the step, in (0, 1)")
+    basis: Array = quantity("(checks + 2, TERMS) Chebyshev polynomials at the checks")
 
 
 def load_grid(checks: int) -> LoadGrid:
@@ -191,26 +157,14 @@ def _finite(values: Array, field: str, t: Array) -> Array:
     return values
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Force:
-    """A force in pieces, each a sum of exponentials times powers.
+    """A force in pieces, each a sum of exponentials times powers."""
 
-    Attributes
-    ----------
-    rate : float
-        ``s`` of the scheme [1/s].
-    gain : float
-        What a unit of force adds to the first wave in a step of the register [m/(N s)].
-    edges : tuple of Fraction
-        Where the pieces meet [s].
-    pieces : tuple of Sum
-        One more than edges.
-    """
-
-    rate: float
-    gain: float
-    edges: tuple[Fraction, ...]
-    pieces: tuple[Sum, ...]
+    rate: float = quantity("``s`` of the scheme [1/s]")
+    gain: float = quantity("What a unit of force adds to the first wave in a step of the register [m/(N s)]")
+    edges: tuple[Fraction, ...] = quantity("Where the pieces meet", "s")
+    pieces: tuple[Sum, ...] = quantity("One more than edges")
 
     def end(self, clock: Fraction) -> Fraction | None:
         """Where the piece that begins at or contains ``clock`` ends, both in units of ``1/s``; None for the last."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError, demand_seconds, demand_whole
-from lure.record import Column, Page, derived, quantity
+from lure.record import Column, Page, derived, described, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SampledMotion
 from lure.rod.discretisation import UpwindScheme
@@ -33,42 +33,20 @@ Array: TypeAlias = NDArray[np.float64]
 _EARLY = 8
 
 
-@dataclass(kw_only=True, slots=True, eq=False)
+@described(kw_only=True, slots=True, eq=False)
 class Run:
-    """Clock, samples and contacts of a run, in units of ``1/s``; the clock is exact.
+    """Clock, samples and contacts of a run, in units of ``1/s``; the clock is exact."""
 
-    Attributes
-    ----------
-    rate : Fraction
-        ``s`` [1/s].
-    times : ndarray
-        Samples [s].
-    stop : Fraction
-        The end.
-    force : Force or None
-        What acts on the end ``x = 0``.
-    contact : bool
-        Whether the end touches the obstacle.
-    clock : Fraction
-        How far the motion is known.
-    filled : int
-        How many samples are.
-    gaps, waves : ndarray
-        ``s z`` and ``y_N`` at the samples [m/s].
-    stretches : list of (Fraction, Fraction)
-        The contacts.
-    """
-
-    rate: Fraction
-    times: Array
-    stop: Fraction
-    force: Force | None
-    contact: bool
-    clock: Fraction = Fraction(0)
-    filled: int = 0
-    gaps: Array = field(init=False)
-    waves: Array = field(init=False)
-    stretches: list[tuple[Fraction, Fraction]] = field(default_factory=list)
+    rate: Fraction = quantity("``s`` [1/s]")
+    times: Array = quantity("Samples", "s")
+    stop: Fraction = quantity("The end")
+    force: Force | None = quantity("What acts on the end ``x = 0``")
+    contact: bool = quantity("Whether the end touches the obstacle")
+    clock: Fraction = quantity("How far the motion is known", default=Fraction(0))
+    filled: int = quantity("How many samples are", default=0)
+    gaps: Array = quantity("``s z`` at the samples [m/s]", init=False)
+    waves: Array = quantity("``y_N`` at the samples [m/s]", init=False)
+    stretches: list[tuple[Fraction, Fraction]] = quantity("The contacts", default_factory=list)
 
     def __post_init__(self) -> None:
         self.gaps, self.waves = np.empty(self.times.size), np.empty(self.times.size)

@@ -18,13 +18,13 @@ with ``delta_n = 1/(12 n) - ..`` the remainder of Stirling's formula.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
+from lure.record import described, quantity
 
 Array = NDArray[np.float64]
 
@@ -35,20 +35,12 @@ _TERMS = 20
 _STIRLING = 16
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Mean:
-    """A mean ``tau = whole + rest`` with more digits than a double has.
+    """A mean ``tau = whole + rest`` with more digits than a double has."""
 
-    Attributes
-    ----------
-    whole : int
-        The nearest integer, nonnegative.
-    rest : float
-        What is left, between -1/2 and 1/2.
-    """
-
-    whole: int
-    rest: float
+    whole: int = quantity("The nearest integer, nonnegative")
+    rest: float = quantity("What is left, between -1/2 and 1/2")
 
     @property
     def value(self) -> float:

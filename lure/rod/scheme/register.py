@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 
+from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodPlant
 
@@ -18,20 +18,17 @@ Array = NDArray[np.float64]
 _BLOCK = 64
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class ShiftRegister:
-    r"""The scheme in units of its own time ``1/s``: ``tau = s t``, contact coordinate ``s z`` [m/s].
+    """The scheme in units of its own time ``1/s``: ``tau = s t``, contact coordinate ``s z`` [m/s].
 
     In these units ``y' = (S - 1) y + inputs``, and ``S`` shifts each wave by one cell and closes the ring with the echo
     ``f = -a``.  The contact stress enters as ``q = d p`` [m/s].
-
-    Attributes
-    ----------
-    scheme : UpwindScheme
-        The scheme; its own ordering does not matter here, states are in the ordering (39).
     """
 
-    scheme: UpwindScheme
+    scheme: UpwindScheme = quantity(
+        "The scheme; its own ordering does not matter here, states are in the ordering (39)"
+    )
 
     @property
     def cells(self) -> int:
@@ -121,26 +118,17 @@ class ShiftRegister:
             return np.asarray((1.0 - self.power(trips)) / self.opening)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class RegisterState:
-    r"""What the register holds: waves ``y`` and the scaled coordinate ``s z``.
+    """What the register holds: waves ``y`` and the scaled coordinate ``s z``.
 
     Read backwards, ``Y_{i - 2N} = f Y_i`` continues the waves for ever, and without inputs ``S^n`` only moves the place
     at which that stream is read.
-
-    Attributes
-    ----------
-    register : ShiftRegister
-        The register.
-    waves : ndarray
-        (2N,) in the ordering (39) [m/s].
-    gap : float
-        ``s z`` [m/s].
     """
 
-    register: ShiftRegister
-    waves: Array
-    gap: float
+    register: ShiftRegister = quantity("The register")
+    waves: Array = quantity("(2N,) in the ordering (39) [m/s]")
+    gap: float = quantity("``s z`` [m/s]")
 
     @property
     def state(self) -> Array:
@@ -188,40 +176,26 @@ class RegisterState:
         return self.gap + max(highest, limit, once)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Inputs:
-    """What enters at each shift.
+    """What enters at each shift."""
 
-    Attributes
-    ----------
-    kappa : float
-        Stiffness of a linear contact law in contact, else 0.
-    inflow : ndarray or None
-        (columns, k) what the force adds to the first cell.
-    push : ndarray or None
-        (columns, k) a prescribed contact stress ``q``, besides ``kappa`` times the coordinate.
-    """
-
-    kappa: float = 0.0
-    inflow: Array | None = None
-    push: Array | None = None
+    kappa: float = quantity("Stiffness of a linear contact law in contact, else 0", default=0.0)
+    inflow: Array | None = quantity("(columns, k) what the force adds to the first cell", default=None)
+    push: Array | None = quantity(
+        "(columns, k) a prescribed contact stress ``q``, besides ``kappa`` times the coordinate", default=None
+    )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Streams:
-    """Powers of the shift applied to a state: what left each wave at each shift, and the contact coordinate.
+    """Powers of the shift applied to a state: what left each wave at each shift, and the contact coordinate."""
 
-    Attributes
-    ----------
-    forward, backward : ndarray
-        (N + columns - 1, ...) values in the order in which they leave the last cell of the wave.
-    gap : ndarray
-        (columns, ...) contact coordinate after ``n`` shifts.
-    """
-
-    forward: Array
-    backward: Array
-    gap: Array
+    forward: Array = quantity(
+        "(N + columns - 1, ...) values of the forward wave in the order in which they leave its last cell"
+    )
+    backward: Array = quantity("(N + columns - 1, ...) of the backward wave")
+    gap: Array = quantity("(columns, ...) contact coordinate after ``n`` shifts")
 
     @property
     def single(self) -> Streams:

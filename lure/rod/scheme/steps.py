@@ -9,11 +9,12 @@ no error.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.record import described, quantity
 from lure.rod.scheme.crossing import Mesh, mesh_of
 from lure.rod.scheme.loads import TERMS, LoadFit, LoadGrid, load_grid
 from lure.rod.scheme.poisson import chebyshev_sequences, chebyshev_values, poisson_columns, poisson_rows
@@ -32,62 +33,30 @@ _ITERATIONS = 60
 _AMPLIFICATION = 100.0
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Tables:
-    """What steps of one length share.
+    """What steps of one length share."""
 
-    Attributes
-    ----------
-    length : float
-        Length of the step in units of ``1/s``.
-    columns : int
-        Terms of the Poisson averages.
-    mesh : Mesh
-        The step in pieces, both ends included.
-    sequences : ndarray
-        (columns, TERMS) sequences of the Chebyshev polynomials of the step.
-    grid : LoadGrid
-        Where loads are read.
-    gauss, gauss_weights, gauss_rows : ndarray
-        Quadrature points of the step, their weights, and the Poisson weights there.
-    shift : ndarray or None
-        For small rings, the linear map from state and load coefficients to the streams.
-    """
-
-    length: float
-    columns: int
-    mesh: Mesh
-    sequences: Array
-    grid: LoadGrid
-    gauss: Array
-    gauss_weights: Array
-    gauss_rows: Array
-    shift: Array | None
+    length: float = quantity("Length of the step in units of ``1/s``")
+    columns: int = quantity("Terms of the Poisson averages")
+    mesh: Mesh = quantity("The step in pieces, both ends included")
+    sequences: Array = quantity("(columns, TERMS) sequences of the Chebyshev polynomials of the step")
+    grid: LoadGrid = quantity("Where loads are read")
+    gauss: Array = quantity("Quadrature points of the step")
+    gauss_weights: Array = quantity("Their weights")
+    gauss_rows: Array = quantity("The Poisson weights there")
+    shift: Array | None = quantity("For small rings, the linear map from state and load coefficients to the streams")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Step:
-    """A motion over one step, known at every instant of it.
+    """A motion over one step, known at every instant of it."""
 
-    Attributes
-    ----------
-    tables : Tables
-        Tables of its length.
-    streams : Streams
-        The shifted states, one-dimensional streams.
-    extra : ndarray or None
-        (columns, 2N+1) what a body force adds to the shifted states.
-    gap : ndarray
-        (columns,) contact coordinate after each shift, scaled.
-    push : ndarray or None
-        (columns,) collocated contact stress ``q`` at each shift.
-    """
-
-    tables: Tables
-    streams: Streams
-    extra: Array | None
-    gap: Array
-    push: Array | None = None
+    tables: Tables = quantity("Tables of its length")
+    streams: Streams = quantity("The shifted states, one-dimensional streams")
+    extra: Array | None = quantity("(columns, 2N+1) what a body force adds to the shifted states")
+    gap: Array = quantity("(columns,) contact coordinate after each shift, scaled")
+    push: Array | None = quantity("(columns,) collocated contact stress ``q`` at each shift", default=None)
 
 
 def step_tables(register: ShiftRegister, length: float, kappa: float, *, reused: bool) -> Tables:
@@ -176,51 +145,31 @@ def _cut(stacked: Array, size: int) -> Streams:
     return Streams(forward=stacked[:size], backward=stacked[size : 2 * size], gap=stacked[2 * size :])
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Collocation:
-    """What contact steps of one length share.
+    """What contact steps of one length share."""
 
-    Attributes
-    ----------
-    rows : ndarray
-        (STAGES, columns) Poisson weights at the Radau points.
-    sequences : ndarray
-        (columns, STAGES) sequences of the polynomials that are 1 at one Radau point and 0 at the others.
-    coefficients : ndarray
-        (STAGES, STAGES) from values at the Radau points to Chebyshev coefficients.
-    response : ndarray
-        (STAGES, STAGES) ``K``: loss of ``z`` at the points per polynomial.
-    """
-
-    rows: Array
-    sequences: Array
-    coefficients: Array
-    response: Array
+    rows: Array = quantity("(STAGES, columns) Poisson weights at the Radau points")
+    sequences: Array = quantity(
+        "(columns, STAGES) sequences of the polynomials that are 1 at one Radau point and 0 at the others"
+    )
+    coefficients: Array = quantity("(STAGES, STAGES) from values at the Radau points to Chebyshev coefficients")
+    response: Array = quantity("(STAGES, STAGES) ``K``: loss of ``z`` at the points per polynomial")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class ContactStep:
-    """A contact step and how well its polynomial fits.
+    """A contact step and how well its polynomial fits."""
 
-    Attributes
-    ----------
-    step : Step
-        The motion.
-    error : float
-        Estimate of the error of the scaled coordinate at the end: last coefficients of ``q`` times the length [m/s].
-    gap : float
-        Scaled coordinate at the end [m/s], from the nonlinearity where that is the more accurate way.
-    left : bool
-        Whether the end of the rod has left the obstacle at one of the points.
-    converged : bool
-        Whether the equations were solved to rounding.
-    """
-
-    step: Step
-    error: float
-    gap: float
-    left: bool
-    converged: bool
+    step: Step = quantity("The motion")
+    error: float = quantity(
+        "Estimate of the error of the scaled coordinate at the end: last coefficients of ``q`` times the length [m/s]"
+    )
+    gap: float = quantity(
+        "Scaled coordinate at the end [m/s], from the nonlinearity where that is the more accurate way"
+    )
+    left: bool = quantity("Whether the end of the rod has left the obstacle at one of the points")
+    converged: bool = quantity("Whether the equations were solved to rounding")
 
 
 def collocation(register: ShiftRegister, tables: Tables) -> Collocation:
@@ -305,26 +254,14 @@ def _in_stress(register: ShiftRegister, z: Array, q: Array, miss: Array, respons
     return np.asarray(q - np.linalg.solve(np.diag(softness) + response, miss))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """Step lengths of a run and the tables it has made.
+    """Step lengths of a run and the tables it has made."""
 
-    Attributes
-    ----------
-    register : ShiftRegister
-        The scheme.
-    longest : float
-        Longest step in free flight, in units of ``1/s``.
-    longest_contact : float
-        Longest exact step in contact; zero where contact is collocated.
-    tolerance : float
-        Accuracy of a collocated step, relative to the speeds in the rod.
-    """
-
-    register: ShiftRegister
-    longest: float
-    longest_contact: float
-    tolerance: float
+    register: ShiftRegister = quantity("The scheme")
+    longest: float = quantity("Longest step in free flight, in units of ``1/s``")
+    longest_contact: float = quantity("Longest exact step in contact; zero where contact is collocated")
+    tolerance: float = quantity("Accuracy of a collocated step, relative to the speeds in the rod")
     _tables: dict[tuple[float, float], Tables] = field(default_factory=dict)
     _collocations: dict[float, Collocation] = field(default_factory=dict)
 
